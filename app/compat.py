@@ -113,6 +113,6 @@ def stream_of(handler: WebSocketHandler) -> IOStream:
     return handler.request.connection.stream
 
 
-# What Tornado writes, past every handler and transform, to a client whose request it cannot read. `connections.Stream`
-# writes an answer with the security headers in its place.
+# Tornado writes this to a client whose request it cannot read, without calling a handler or transform.
+# `connections.Stream` replaces it by an answer with the security headers.
 BARE_REFUSAL = b"HTTP/1.1 400 Bad Request\r\n\r\n"

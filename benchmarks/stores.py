@@ -19,9 +19,9 @@ import numpy as np
 import xarray
 from vibroscope.engine import Newmark, System
 from vibroscope.engine.sweeps.batches import chunk_shape, chunks
-from vibroscope.engine.sweeps.place import Place
 from vibroscope.engine.sweeps.plane_study import PlaneStudy
 from vibroscope.engine.sweeps.store import Store
+from vibroscope.engine.sweeps.store_location import StoreLocation
 
 REPEATS = 3
 CELLS, MACHINES, CORES = 10**8, 100, 16  # of the estimate
@@ -35,7 +35,7 @@ def study(side, parts=True):
 
 def as_zarr(plane, order, results, folder):
     """Seconds to write all chunks, to look through them as a resumed run does, and to open them as a Dataset."""
-    store = Store(Place(folder))
+    store = Store(StoreLocation(folder))
     store.claim(plane)
     store.create(plane, tuple(part.stop for part in order[0]))
     write = timed(lambda: [store.write_now(chunk, values) for chunk, values in zip(order, results, strict=True)])

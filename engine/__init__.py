@@ -10,6 +10,7 @@ from importlib import import_module
 from inspect import isfunction
 
 from .arguments import checked
+from .excitation import Excitation
 from .integrators import (
     HHT,
     INTEGRATORS,
@@ -36,7 +37,7 @@ from .methods import (
     Reference,
     TimeStepping,
 )
-from .model import Excitation, System
+from .model import System
 from .result import STATUSES, Cancelled, Checkpoint, Cost, Impacts, Record, Response, Status, Trajectory
 
 # The module has the name of the function: imported later, it would take the function's place here.

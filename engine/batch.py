@@ -8,11 +8,11 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from .cells import STATUSES, CellResults, Cells
+from .checks import require, whole
 from .drivers import batch as driver
 from .drivers.section import describe_section, name_numbers
 from .drivers.threads import GRAIN, Worker, share_out, thread_count
 from .methods import STEPPING, Reference, is_located
-from .model import require, whole
 from .result import Cancelled, Response
 from .simulate import KEEP_LIMIT, PERIODS_LIMIT, STEPS_LIMIT, simulate
 
@@ -105,7 +105,7 @@ def _in_chains(cells: Cells) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _one_by_one(worker: Callable[[], Worker]) -> Callable[[], Worker]:
-    """The worker for places that count GRAIN times, of which a thread therefore takes no more than one at a time."""
+    """A worker for places numbered in steps of GRAIN, so that a thread takes one of them at a time."""
 
     def make() -> Worker:
         run = worker()

@@ -7,10 +7,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from .arguments import shown
+from .checks import require
 from .drivers.event_driven import overlap_message
 from .drivers.parameters import parameter_rows, parameters_of
 from .methods import ExactPenalty, Method, Newmark, Reference, TimeStepping
-from .model import System, check_eta, require
+from .model import System, check_eta
 from .result import STATUSES, Status
 
 _STEPPING = Newmark | TimeStepping
@@ -19,7 +20,7 @@ _OWN = {"stiffness": ExactPenalty | _STEPPING, "damping": ExactPenalty | _STEPPI
 
 @dataclass(frozen=True)
 class Cells:
-    """What to run, a cell each.
+    """The cells to run: system, η, method and start of each.
 
     Attributes
     ----------
@@ -156,7 +157,7 @@ class Cells:
 
 @dataclass(frozen=True)
 class CellResults:
-    """What became of each cell; nan (or 0, for whole numbers) where a cell did not reach its end.
+    """The results of the cells; nan (or 0, for whole numbers) where a cell did not reach its end.
 
     Attributes
     ----------
@@ -206,5 +207,5 @@ class CellResults:
 
     @property
     def ok(self) -> np.ndarray:
-        """Which cells reached their end, (n,) of bool."""
+        """Whether each cell reached its end, (n,) of bool."""
         return self.status == STATUSES.index(Status.OK)

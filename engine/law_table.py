@@ -1,4 +1,4 @@
-"""What each contact law has beside K, D and its force: the one table that engine, command line and page read.
+"""The numbers and properties of each contact law beside K and D; engine, command line and page read this table.
 
 The force of each is in :mod:`.kernels.equations.contact_law`, the formula of its damper in :mod:`.laws`.
 """

@@ -16,9 +16,10 @@ closing speed v₀ at each touch and the reduced mass m:
 import math
 from typing import Any
 
+from .checks import require, whole
 from .law_table import LAWS
 from .methods import STEPS_RANGE, spring_exponent
-from .model import System, check_eta, require, whole
+from .model import System, check_eta
 
 STEP_SCALE_RANGE = (0.0, 1e6)  # of s in K = s m/Δτ², 0 excluded
 DIVIDING = "flores", "jankowski", "constant-restitution"  # whose formula has no value for e = 0
@@ -44,7 +45,7 @@ def given_gain(method: Any) -> float:
 
 
 def formula_damper(law: str, e: float, stiffness: float, mass: float, exponent: float) -> tuple[float, bool]:
-    """What :func:`damper_of` returns, by Eqs. (22) to (26)."""
+    """The damper by the formula of the law's authors, Eqs. (22) to (26); see :func:`damper_of`."""
     if e == 0.0 and law in DIVIDING:
         raise ValueError(f"restitution = 0 gives the law {law!r} no damper, since its formula divides by it: give D")
     if law == "hunt-crossley":

@@ -4,9 +4,9 @@ from dataclasses import dataclass, field, fields
 from typing import ClassVar
 
 from .arguments import shown
+from .checks import flag, one_of, require, whole
 from .integrators import Integrator, NewmarkBeta
 from .law_table import CONTACT_LAWS, HERTZ, LAWS, LAWS_BY_RESTITUTION, NEWMARK_LAWS, laws_with, numbers_of
-from .model import flag, one_of, require, whole
 
 JOINT_DAMPINGS = ("table", "derived")
 THRESHOLD_RANGE = (0.0, 1e3)
@@ -318,7 +318,7 @@ def integrator_name(method: Newmark | TimeStepping) -> str:
 
 
 def status_of(method: Newmark | TimeStepping) -> str:
-    """Where a method with a time step takes the contact status of its steps: "start", "end" or "located"."""
+    """The contact status of a method with a time step: "start", "end" or "located"."""
     return "located" if is_located(method) else getattr(method, "status", CONTACT_STATUSES[0])
 
 

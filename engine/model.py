@@ -1,4 +1,4 @@
-"""The system: two bodies, or one and a wall, that may touch, and what drives them.
+"""The system: two bodies, or one and a wall, that may touch; `excitation` drives them.
 
 The default is the paper's (section 2 and Table 1): two neighbouring pendulums that touch at rest, on a shaken base.
 Everything is non-dimensional: τ = ω₁t, ξ′ = dξ/dτ, excitation period T = 2π/η; lengths are counted in base amplitudes
@@ -13,130 +13,13 @@ from functools import cached_property
 import numpy as np
 
 from .arguments import shown
+from .checks import flag, require
+from .excitation import Excitation
 
 ETA_RANGE = (1e-3, 1e3)
-
-
-def require(name: str, value: float, low: float, high: float, advice: str, *, open_low=False, open_high=False) -> float:
-    """``value`` as float if it is finite and lies between low and high.
-
-    Raises
-    ------
-    ValueError
-        Naming the value, the allowed range and what to do.
-    """
-    try:
-        number = float(value)
-    except (TypeError, ValueError, OverflowError):
-        number = math.nan
-    above = number > low if open_low else number >= low
-    below = number < high if open_high else number <= high
-    if not (math.isfinite(number) and above and below):
-        span = f"{'(' if open_low else '['}{low:g}, {high:g}{')' if open_high else ']'}"
-        raise ValueError(f"{name} = {shown(value)} is outside {span}: {advice}")
-    return number
-
-
-def whole(name: str, value: float, low: int, high: int, advice: str) -> int:
-    """``value`` as int if it is a whole number between low and high.
-
-    Raises
-    ------
-    ValueError
-        Naming the value, the allowed range and what to do.
-    """
-    number = require(name, value, low, high, advice)
-    if number != int(number):
-        raise ValueError(f"{name} = {shown(value)} is not a whole number: {advice}")
-    return int(number)
-
-
-def one_of(name: str, value: str, allowed: tuple[str, ...]) -> str:
-    """``value`` if it is one of the texts allowed; else a ValueError names them."""
-    if not isinstance(value, str) or value not in allowed:
-        raise ValueError(f"{name} = {shown(value)} is not one of {', '.join(allowed)}")
-    return value
-
-
-def flag(name: str, value: bool) -> bool:
-    """``value`` as bool if it is True or False, NumPy's included; else a ValueError."""
-    if type(value).__name__ not in ("bool", "bool_"):
-        raise ValueError(f"{name} = {shown(value)} is not True or False")
-    return bool(value)
-
-
-AMPLITUDE_RANGE = (-1e6, 1e6)  # of displacements and forces
-PHASE_RANGE = (-1e3, 1e3)
 CLEARANCE_RANGE = (-1e6, 1e6)
 MASS_RATIO_RANGE = (1e-9, 1e9)
 RATIO_RANGE = (1e-3, 1e3)  # of frequencies
-
-
-@dataclass(frozen=True)
-class Excitation:
-    """What drives the bodies: the base, and a force on each body; one frequency η, all numbers without dimension.
-
-    By default the base moves as cos ητ, as in the paper. The force on body i is forceᵢ cos(ητ + phaseᵢ) + constantᵢ; it
-    pushes towards larger ξᵢ, so that on body 1 a positive constant closes the gap and on body 2 it opens it.
-
-    Attributes
-    ----------
-    base, base_phase : float
-        The base moves as base · cos(ητ + base_phase).
-    force1, force1_phase, force2, force2_phase : float
-        Harmonic forces, in units of k₁ times the length that displacements are counted in; phases in rad.
-    constant1, constant2 : float
-        Constant forces, such as weights.
-
-    Raises
-    ------
-    ValueError
-        If a value is out of range.
-    """
-
-    base: float = 1.0
-    base_phase: float = 0.0
-    force1: float = 0.0
-    force1_phase: float = 0.0
-    force2: float = 0.0
-    force2_phase: float = 0.0
-    constant1: float = 0.0
-    constant2: float = 0.0
-
-    def __post_init__(self):
-        for name, value in self.as_dict().items():
-            allowed, advice = AMPLITUDE_RANGE, "give an amplitude in units of length, or of k₁ times that"
-            if name.endswith("phase"):
-                allowed, advice = PHASE_RANGE, "give a phase in rad"
-            object.__setattr__(self, name, require(name, value, *allowed, advice) + 0.0)  # -0.0 becomes 0.0
-
-    def as_dict(self) -> dict[str, float]:
-        """The numbers by name."""
-        return {each.name: getattr(self, each.name) for each in fields(self)}
-
-    @property
-    def drives(self) -> bool:
-        """Whether anything that changes with time acts on the bodies."""
-        return any((self.base, self.force1, self.force2))
-
-    def base_motion(self, eta: float, time):
-        """Displacement and velocity of the base at the instants τ, a number or an array."""
-        (c, s), angle = self.harmonic("base"), eta * time
-        return c * np.cos(angle) + s * np.sin(angle), eta * (s * np.cos(angle) - c * np.sin(angle))
-
-    def harmonic(self, name: str) -> tuple[float, float]:
-        """Factors of cos ητ and sin ητ in the base motion or in a force, ``name``: "base", "force1" or "force2"."""
-        return self._harmonics[name]
-
-    @cached_property
-    def _harmonics(self) -> dict[str, tuple[float, float]]:
-        found = {}
-        for name in ("base", "force1", "force2"):
-            amplitude, phase = getattr(self, name), getattr(self, f"{name}_phase")
-            turned = amplitude * math.cos(phase), -amplitude * math.sin(phase)
-            found[name] = turned if phase != 0.0 else (amplitude, 0.0)
-        return found
-
 
 _DRIVE = tuple(each.name for each in fields(Excitation))
 # What a wall has no use for: attributes of System and of Excitation that belong to body 2 alone.
@@ -353,7 +236,7 @@ class System:
         return float(self.overlaps_of(np.array([state], dtype=float))[0])
 
     def overlaps_of(self, states: np.ndarray) -> np.ndarray:
-        """The same of many states, (n, 4)."""
+        """How far the bodies overlap in each of many states, (n, 4), by more than rounding."""
         x1, x2 = states[:, 0], states[:, 2]
         gap = self.gap(x1, x2)
         rounding = 4 * 2.0**-52 * (abs(self.clearance) + np.abs(x1) + np.abs(x2)) if self.clearance else 0.0
@@ -375,7 +258,7 @@ class System:
         return kept | {name: value for name, value in self.excitation.as_dict().items() if value != driven[name]}
 
     def changed(self, constants: dict[str, float]) -> "System":
-        """The same system with other values of some constants, those of what drives it included."""
+        """The system with other values of some constants, including those of the excitation."""
         own = {name: value for name, value in constants.items() if name not in _DRIVE}
         driven = {name: value for name, value in constants.items() if name in _DRIVE}
         return replace(self, **own, excitation=replace(self.excitation, **driven) if driven else self.excitation)

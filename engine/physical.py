@@ -19,16 +19,14 @@ from collections.abc import Mapping
 from typing import NamedTuple
 
 from .arguments import shown
+from .checks import flag
+from .excitation import AMPLITUDE_RANGE, PHASE_RANGE, Excitation
 from .model import (
-    AMPLITUDE_RANGE,
     CLEARANCE_RANGE,
     ETA_RANGE,
     MASS_RATIO_RANGE,
-    PHASE_RANGE,
     RATIO_RANGE,
-    Excitation,
     System,
-    flag,
 )
 from .units import BASE_AMPLITUDE_RANGE, M1_RANGE, OMEGA1_RANGE, Units
 from .wording import end_text
@@ -37,7 +35,7 @@ _LARGE = 1e15
 
 
 class PhysicalSystem(NamedTuple):
-    """What a physical entry describes: the system, the units that its numbers are counted in, and η if it is given."""
+    """The result of reading a physical entry: the system, its units, and η if it is given."""
 
     system: System
     units: Units
@@ -45,7 +43,7 @@ class PhysicalSystem(NamedTuple):
 
 
 class Range(NamedTuple):
-    """What a number may be: from low to high, ends that are open left out."""
+    """The range of a number, from low to high; open ends are excluded."""
 
     low: float
     high: float
@@ -65,7 +63,7 @@ class Range(NamedTuple):
         return f"{first}{last} {unit}".rstrip()
 
 
-class Key(NamedTuple):
+class PhysicalNumber(NamedTuple):
     """A number of an entry: what it means, its unit, what it may be beside any others, and what is taken without it.
 
     ``default``: a number, or in words what follows where none is taken.
@@ -82,40 +80,44 @@ NEEDED = "must be given"
 _ABOVE_ZERO, _FROM_ZERO, _ANY = Range(0, _LARGE, open_low=True), Range(0, _LARGE), Range(-_LARGE, _LARGE)
 _BELOW_ONE, _PHASE, _LENGTH = Range(0, 1, open_high=True), Range(*PHASE_RANGE), Range(*BASE_AMPLITUDE_RANGE)
 KEYS = {
-    "mass1_kg": Key("mass of body 1", "kg", Range(*M1_RANGE), NEEDED),
-    "mass2_kg": Key("mass of body 2", "kg", _ABOVE_ZERO, f"{NEEDED}, unless {WALL} = true"),
-    "stiffness1_N_per_m": Key("spring between body 1 and the base", "N/m", _ABOVE_ZERO, NEEDED),
-    "stiffness2_N_per_m": Key(
+    "mass1_kg": PhysicalNumber("mass of body 1", "kg", Range(*M1_RANGE), NEEDED),
+    "mass2_kg": PhysicalNumber("mass of body 2", "kg", _ABOVE_ZERO, f"{NEEDED}, unless {WALL} = true"),
+    "stiffness1_N_per_m": PhysicalNumber("spring between body 1 and the base", "N/m", _ABOVE_ZERO, NEEDED),
+    "stiffness2_N_per_m": PhysicalNumber(
         "spring between body 2 and the base", "N/m", _ABOVE_ZERO, f"{NEEDED}, unless {WALL} = true"
     ),
-    "frequency1_Hz": Key("natural frequency of body 1, in place of its spring", "Hz", _ABOVE_ZERO, "of the spring"),
-    "frequency2_Hz": Key("natural frequency of body 2, in place of its spring", "Hz", _ABOVE_ZERO, "of the spring"),
-    "damping1_ratio": Key("damping ratio of body 1", "", _BELOW_ONE),
-    "damping2_ratio": Key("damping ratio of body 2", "", _BELOW_ONE),
-    "damping1_Ns_per_m": Key(
+    "frequency1_Hz": PhysicalNumber(
+        "natural frequency of body 1, in place of its spring", "Hz", _ABOVE_ZERO, "of the spring"
+    ),
+    "frequency2_Hz": PhysicalNumber(
+        "natural frequency of body 2, in place of its spring", "Hz", _ABOVE_ZERO, "of the spring"
+    ),
+    "damping1_ratio": PhysicalNumber("damping ratio of body 1", "", _BELOW_ONE),
+    "damping2_ratio": PhysicalNumber("damping ratio of body 2", "", _BELOW_ONE),
+    "damping1_Ns_per_m": PhysicalNumber(
         "damper between body 1 and the base, in place of the ratio", "N·s/m", _FROM_ZERO, "of the ratio"
     ),
-    "damping2_Ns_per_m": Key(
+    "damping2_Ns_per_m": PhysicalNumber(
         "damper between body 2 and the base, in place of the ratio", "N·s/m", _FROM_ZERO, "of the ratio"
     ),
-    "joint_damping_ratio": Key(
+    "joint_damping_ratio": PhysicalNumber(
         "damping ratio of the joined bodies, if it was measured", "", _BELOW_ONE, "of both dampers"
     ),
-    "restitution": Key("coefficient of restitution", "", Range(0, 1), System.restitution),
-    "clearance_mm": Key("gap at rest with relaxed springs; negative: preload", "mm", _ANY),
-    "base_amplitude_mm": Key("amplitude of the base", "mm", _LENGTH),
-    "base_acceleration_m_per_s2": Key(
+    "restitution": PhysicalNumber("coefficient of restitution", "", Range(0, 1), System.restitution),
+    "clearance_mm": PhysicalNumber("gap at rest with relaxed springs; negative: preload", "mm", _ANY),
+    "base_amplitude_mm": PhysicalNumber("amplitude of the base", "mm", _LENGTH),
+    "base_acceleration_m_per_s2": PhysicalNumber(
         "amplitude of the base's acceleration, in place of the former", "m/s²", _ABOVE_ZERO, "of the amplitude"
     ),
-    "base_phase_rad": Key("phase of the base's displacement", "rad", _PHASE),
-    "force1_N": Key("amplitude of the force on body 1", "N", _ANY),
-    "force1_phase_rad": Key("its phase", "rad", _PHASE),
-    "force2_N": Key("amplitude of the force on body 2", "N", _ANY),
-    "force2_phase_rad": Key("its phase", "rad", _PHASE),
-    "constant1_N": Key("constant force on body 1; positive towards body 2", "N", _ANY),
-    "constant2_N": Key("constant force on body 2; positive away from body 1", "N", _ANY),
-    "frequency_Hz": Key("frequency of the excitation", "Hz", _ABOVE_ZERO, "the option --eta"),
-    "length_mm": Key(
+    "base_phase_rad": PhysicalNumber("phase of the base's displacement", "rad", _PHASE),
+    "force1_N": PhysicalNumber("amplitude of the force on body 1", "N", _ANY),
+    "force1_phase_rad": PhysicalNumber("its phase", "rad", _PHASE),
+    "force2_N": PhysicalNumber("amplitude of the force on body 2", "N", _ANY),
+    "force2_phase_rad": PhysicalNumber("its phase", "rad", _PHASE),
+    "constant1_N": PhysicalNumber("constant force on body 1; positive towards body 2", "N", _ANY),
+    "constant2_N": PhysicalNumber("constant force on body 2; positive away from body 1", "N", _ANY),
+    "frequency_Hz": PhysicalNumber("frequency of the excitation", "Hz", _ABOVE_ZERO, "the option --eta"),
+    "length_mm": PhysicalNumber(
         "the length that displacements are counted in; not where the base moves",
         "mm",
         _LENGTH,
@@ -186,7 +188,7 @@ def system_of_physical(entry: Mapping[str, float | bool]) -> PhysicalSystem:
 
 
 def physical_entry(system: System, units: Units, eta: float | None = None) -> dict[str, float | bool]:
-    """The same in the other direction: the entry that describes a system; only what is not zero by default."""
+    """The physical entry that describes a system, without the numbers that are zero by default."""
     m1, omega1, length = units.m1, units.omega1, 1e-3 * units.base_amplitude
     k1, drive = m1 * omega1**2, system.excitation
     entry: dict[str, float | bool] = {"mass1_kg": m1, "stiffness1_N_per_m": k1, "damping1_ratio": system.d1}
@@ -215,7 +217,7 @@ def physical_entry(system: System, units: Units, eta: float | None = None) -> di
 
 
 def _check_form(given: dict, wall: bool) -> None:
-    """What must be there, what must not, and what may be given in one form only."""
+    """Check that all needed numbers are there, none that does not apply, and none in two forms."""
     for one, other in EITHER:
         if one in given and other in given:
             raise ValueError(f"gives both {one} and {other}: one follows from the other, leave one out")

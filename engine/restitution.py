@@ -18,11 +18,12 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
+from .checks import require
 from .drivers.law_driven import restitution_by_steps
 from .law_table import HERTZ, LAWS
 from .laws import damper_of, given_gain, restitution_of, restitution_without_pull
 from .methods import ExactPenalty, Newmark, TimeStepping, spring_exponent
-from .model import System, require
+from .model import System
 
 SPEED_RANGE = (0.0, 1e9)
 SMALL = 1e-5  # hv₀ below which e = 1 − 2hv₀/3 to rounding

@@ -1,4 +1,4 @@
-"""What a run returns: plain arrays with the standard names of the field."""
+"""The result of a run: plain arrays with the standard names of the field."""
 
 from dataclasses import dataclass
 
@@ -89,7 +89,7 @@ class Trajectory:
 
 @dataclass(frozen=True)
 class Cost:
-    """What a run took: seconds in compiled code; steps (Newmark) or events and evaluations (closed form).
+    """The cost of a run: seconds in compiled code; steps (Newmark) or events and evaluations (closed form).
 
     Steps are those of the discrete solution, all of which an FE code takes, whether or not they were skipped here.
     """

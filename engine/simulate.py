@@ -3,6 +3,7 @@
 from collections.abc import Callable, Sequence
 
 from .arguments import shown
+from .checks import require, whole
 from .drivers.base import Driver
 from .drivers.event_driven import EventDriver
 from .drivers.law_driven import LawDriver, needs_law
@@ -10,7 +11,7 @@ from .drivers.located import located_driver
 from .drivers.newmark import ONE_STEP_DRIVERS
 from .drivers.time_stepping import TimeSteppingDriver
 from .methods import ExactPenalty, Method, Reference, TimeStepping, is_located
-from .model import System, check_eta, require, whole
+from .model import System, check_eta
 from .result import Checkpoint, Record, Response, Status, Trajectory
 
 PERIODS_LIMIT = 100_000_000

@@ -23,9 +23,10 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import NamedTuple
 
+from .excitation import Excitation
 from .files import read_file
 from .methods import Reference
-from .model import BODY_2, FORCES_ON_BODY_2, Excitation, System
+from .model import BODY_2, FORCES_ON_BODY_2, System
 from .physical import KEYS, WALL, physical_entry, system_of_physical
 from .units import Units
 
@@ -273,7 +274,7 @@ def parse_system(content: bytes) -> SystemFile:
 
 
 def system_of_tables(tables: dict) -> SystemFile:
-    """The same of the tables of a TOML file."""
+    """Read a system from the tables of a TOML file."""
     _refuse_unknown(tables, _TABLES, "table")
     if "physical" in tables:
         others = [f"[{name}]" for name in _TABLES[:-1] if name in tables]

@@ -21,8 +21,9 @@ from typing import NamedTuple, TypeVar
 
 import numpy as np
 
+from .checks import one_of, require
 from .methods import STEPPING, Method, Reference
-from .model import System, check_eta, one_of, require
+from .model import System, check_eta
 from .result import Impacts, Trajectory
 
 Numbers = TypeVar("Numbers", float, np.ndarray)

@@ -8,7 +8,7 @@ from importlib.metadata import version
 import numpy as np
 import pytest
 from vibroscope.app.commands.cli import main
-from vibroscope.app.export.decks import Problem, deck
+from vibroscope.app.export.decks import DeckProblem, deck
 from vibroscope.engine import NewmarkBeta, System, TimeStepping, Units, simulate
 
 from tools.codes import PAGE, opensees_cells, table
@@ -74,7 +74,7 @@ def test_a_deck_of_a_system_in_millimetres_runs_and_comes_back(tmp_path, capsys)
     units = Units(30.0, 5.0, 2.0, "mm-t-s")
     system = System(wall=True, clearance=-0.3)
     method = TimeStepping(1200, 1.0, 400, NewmarkBeta(), "end")
-    text = deck("opensees", Problem(system, 1.7, method, units, periods=30, keep=3))
+    text = deck("opensees", DeckProblem(system, 1.7, method, units, periods=30, keep=3))
     (tmp_path / "deck.py").write_text(text)
     subprocess.run([sys.executable, tmp_path / "deck.py"], check=True, capture_output=True)
     rows = np.loadtxt(tmp_path / "deck.csv", delimiter=",", skiprows=1)
@@ -92,7 +92,7 @@ def test_a_deck_of_a_system_in_millimetres_runs_and_comes_back(tmp_path, capsys)
 @pytest.mark.parametrize("damping", [0.0, 18.0])
 def test_calculix_gives_our_displacements(damping, tmp_path):
     method = TimeStepping(1200.0, damping, 400, NewmarkBeta(), "end")
-    problem = Problem(System(clearance=0.2, mu=0.8), 1.7, method, Units(30.0, 5.0, 2.0), periods=1, keep=1)
+    problem = DeckProblem(System(clearance=0.2, mu=0.8), 1.7, method, Units(30.0, 5.0, 2.0), periods=1, keep=1)
     periods, difference = compare_calculix(problem, tmp_path)
     assert periods == 1
     assert difference < 1e-6  # of its seven digits

@@ -15,7 +15,7 @@ from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
 
-from vibroscope.app.export.decks import Problem
+from vibroscope.app.export.decks import DeckProblem
 
 from tools.hertz_codes import is_offered, law_cells, law_problems
 from tools.other_codes import (
@@ -178,7 +178,7 @@ def opensees_cells(row: Row) -> list[str]:
     return [*numbers, f"T/{method.steps}", integrator_words(row.problem), words]
 
 
-def integrator_words(problem: Problem) -> str:
+def integrator_words(problem: DeckProblem) -> str:
     """Name and numbers of an integrator."""
     numbers = ", ".join(f"{name} {value:g}" for name, value in vars(problem.integrator).items())
     return " ".join(filter(None, (problem.integrator.name, numbers)))

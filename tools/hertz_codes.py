@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
-from vibroscope.app.export.decks import Problem, deck
+from vibroscope.app.export.decks import DeckProblem, deck
 from vibroscope.engine import CONTACT_LAWS, System, TimeStepping, simulate
 
 from tools.other_codes import AGREE, CASES, PERIODS, STEPS, distance, run_opensees
@@ -19,10 +19,10 @@ def is_offered() -> bool:
     return set(MATERIALS) <= set(CONTACT_LAWS)
 
 
-def law_problems() -> list[Problem]:
+def law_problems() -> list[DeckProblem]:
     """Newmark's method at four η and K, the damper by the formula of each law."""
     return [
-        Problem(System(), eta, method_of(law, K, n), periods=PERIODS, keep=1)
+        DeckProblem(System(), eta, method_of(law, K, n), periods=PERIODS, keep=1)
         for law in MATERIALS
         for n in STEPS
         for eta, K, _ in CASES
@@ -34,7 +34,7 @@ def method_of(law: str, stiffness: float, steps: int) -> TimeStepping:
     return TimeStepping(stiffness, None, steps, status="end", law=law, initial_acceleration="zero")
 
 
-def sections(problem: Problem, nudge: float = 0.0) -> np.ndarray:
+def sections(problem: DeckProblem, nudge: float = 0.0) -> np.ndarray:
     """Our states at the ends of periods, from a start at which both bodies are moved."""
     x1, v1, x2, v2 = problem.start
     start = (x1 + nudge, v1, x2 + nudge, v2)
@@ -65,7 +65,7 @@ class Force(NamedTuple):
     undamped: float  # share of the steps in contact in which it is that of the spring alone
 
 
-def hertz_force(problem: Problem, states: np.ndarray) -> Force:
+def hertz_force(problem: DeckProblem, states: np.ndarray) -> Force:
     """Compare what body 1 lacks for its equation of motion at the end of each step, which is the contact force.
 
     The closing speed of the formula is that at the end of the first step in contact.
@@ -84,7 +84,7 @@ def hertz_force(problem: Problem, states: np.ndarray) -> Force:
     return Force(float(faults.min(axis=0).max()), float(lost.mean()))
 
 
-def law_cells(problem: Problem, folder: Path) -> list[str]:
+def law_cells(problem: DeckProblem, folder: Path) -> list[str]:
     """A row of the table: η, K, law, material, steps, what is found."""
     method = problem.method
     states, stopped = run_opensees(deck("opensees", problem), folder)

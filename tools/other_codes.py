@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
-from vibroscope.app.export.decks import Problem, deck
+from vibroscope.app.export.decks import DeckProblem, deck
 from vibroscope.engine import HHT, NewmarkBeta, System, TimeStepping, simulate
 from vibroscope.engine.drivers.parameters import parameters_of
 from vibroscope.engine.drivers.step_maps import bodies_of, spectral_radius, step_maps
@@ -93,7 +93,7 @@ class Walk(NamedTuple):
 class Steps:
     """All solutions of a step, from our step matrices."""
 
-    problem: Problem
+    problem: DeckProblem
 
     def __post_init__(self):
         method = self.problem.method
@@ -166,7 +166,7 @@ def distance(one: np.ndarray, other: np.ndarray) -> float:
 class Row(NamedTuple):
     """One run of both."""
 
-    problem: Problem
+    problem: DeckProblem
     theirs: int | None  # the step that stopped it
     ours: int | None
     difference: float  # of displacements and velocities at the end
@@ -209,7 +209,7 @@ class Row(NamedTuple):
         return "unexplained"
 
 
-def compare_opensees(problem: Problem, folder: Path) -> Row:
+def compare_opensees(problem: DeckProblem, folder: Path) -> Row:
     """Run a problem in both."""
     theirs, stopped = run_opensees(deck("opensees", problem), folder)
     method = problem.method
@@ -222,10 +222,12 @@ def compare_opensees(problem: Problem, folder: Path) -> Row:
     )
 
 
-def problems() -> list[Problem]:
+def problems() -> list[DeckProblem]:
     """What is compared with OpenSees, whose accelerations are zero at the start unless they are given."""
     return [
-        Problem(System(), eta, TimeStepping(k, d, n, i, "end", initial_acceleration="zero"), periods=PERIODS, keep=1)
+        DeckProblem(
+            System(), eta, TimeStepping(k, d, n, i, "end", initial_acceleration="zero"), periods=PERIODS, keep=1
+        )
         for n in STEPS
         for eta, k, d in CASES
         for i in INTEGRATORS
@@ -288,7 +290,7 @@ def calculix_version() -> str | None:
     return re.search(r"[\d.]+", done.stdout)[0].strip(".")
 
 
-def run_calculix(problem: Problem, folder: Path, change=str) -> np.ndarray:
+def run_calculix(problem: DeckProblem, folder: Path, change=str) -> np.ndarray:
     """Time, ξ₁ and ξ₂ of the samples, as the command in the deck makes them; fewer where the run stopped.
 
     ``change``: a function of the text of the deck.
@@ -317,7 +319,7 @@ def as_spring2(text: str) -> str:
     return text.replace("TYPE=SPRINGA, ELSET=TOUCH", "TYPE=SPRING2, ELSET=TOUCH")
 
 
-def compare_calculix(problem: Problem, folder: Path, change=str) -> tuple[float, float]:
+def compare_calculix(problem: DeckProblem, folder: Path, change=str) -> tuple[float, float]:
     """Periods that it ran, and the largest difference of displacements at the ends of periods, in units of length."""
     theirs, every = run_calculix(problem, folder, change), problem.method.steps // problem.every
     ours = simulate(problem.system, problem.eta, problem.method, periods=problem.periods, keep=problem.keep)
@@ -326,7 +328,7 @@ def compare_calculix(problem: Problem, folder: Path, change=str) -> tuple[float,
     return len(theirs) / every, float(difference)
 
 
-def calculix_problems() -> list[Problem]:
+def calculix_problems() -> list[DeckProblem]:
     """What is compared with CalculiX; it finds the accelerations at the start itself."""
     numbers = (
         (0.0, 500, 3, NewmarkBeta()),
@@ -336,6 +338,6 @@ def calculix_problems() -> list[Problem]:
     )
     stopped = ((18.0, 500, 2, NewmarkBeta()),)
     return [
-        Problem(System(), 2.76, TimeStepping(12000.0, d, n, i, "end"), periods=periods, keep=periods)
+        DeckProblem(System(), 2.76, TimeStepping(12000.0, d, n, i, "end"), periods=periods, keep=periods)
         for d, n, periods, i in (*numbers, *stopped)
     ]

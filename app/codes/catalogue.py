@@ -29,16 +29,17 @@ from vibroscope.engine import (
     integrator_name,
     written,
 )
+from vibroscope.engine.checks import one_of
 from vibroscope.engine.divergence.contact import contact_frequency, damping_ratio
 from vibroscope.engine.law_table import numbers_of
-from vibroscope.engine.model import System, check_eta, one_of
+from vibroscope.engine.model import System, check_eta
 
 _PENETRATION = 0.01  # of full damping where no source says one, in units of length
 
 
 @dataclass(frozen=True)
 class Source:
-    """Where a figure of an entry is from; without ``url`` it is not public, or was not checked."""
+    """The source of a number in the table; without ``url`` the source is not public, or was not checked."""
 
     figure: str
     text: str
@@ -47,7 +48,7 @@ class Source:
 
 @dataclass(frozen=True)
 class Code:
-    """One code.
+    """A simulation code: its default choices, with the source of each.
 
     Attributes
     ----------
@@ -104,7 +105,7 @@ class Code:
             one_of("integrators", name, tuple(INTEGRATORS))
 
     def method(self, stiffness: float, damping: float, steps: int) -> TimeStepping:
-        """What ours runs for this code with these numbers; what is not known has the engine's default."""
+        """The engine's method for this code and these numbers; what no source states has the engine's default."""
         integrator = INTEGRATORS[self.integrator or NewmarkBeta.name](**self.numbers)
         more = {
             name: value
@@ -119,7 +120,7 @@ class Code:
         return TimeStepping(stiffness, own, steps, integrator, status, law=law, **more)
 
     def schemes(self) -> tuple[TimeStepping, ...]:
-        """What ours can search over for it: each of its integrators, with its law and its contact status.
+        """The methods that a search for this code tries: each of its integrators, with its law and contact status.
 
         Where no source says its status, both whole-step ones; explicit integrators take the start of the step.
         """
@@ -131,11 +132,11 @@ class Code:
         return tuple(replace(own, integrator=kind, status=status) for kind, status in dict.fromkeys(pairs))
 
     def texts(self) -> dict[str, str]:
-        """What choosing this code sets beside K, D and the step, as texts by the names of `engine.TimeStepping`."""
+        """The choices of this code beside K, D and the step, as texts by the names of `engine.TimeStepping`."""
         return scheme_texts(self.method(1.0, 1.0, 4))
 
     def words_for(self, system: System, eta: float, method: Newmark | TimeStepping, units: Units | None) -> tuple:
-        """Its input for a method, a line each, in these units; without units, without dimension."""
+        """The lines of its input for a method, in these units; without units, dimensionless."""
         k, dt = method.stiffness, 2.0 * math.pi / (eta * method.steps)
         c = None if method.damping is None else 2.0 * method.damping
         if units is not None:
@@ -144,7 +145,7 @@ class Code:
         return self.lines(input_numbers(system, eta, method, k, c, dt), integrator_name(method))
 
     def lines(self, numbers: Mapping[str, str], integrator: str) -> tuple[str, ...]:
-        """Its input for the numbers of `input_numbers`, with its words for the integrator that is set."""
+        """The input of the code for the numbers of `input_numbers`, with its words for the integrator that is set."""
         known = {"exponent": self.exponent, "penetration": self.penetration}
         texts = {name: written(value) for name, value in known.items() if value is not None}
         own = self.integrators.get(integrator)

@@ -57,8 +57,8 @@ ENDED = "ended early"  # what stands for the motion of a run without a result
 
 
 @dataclass(frozen=True)
-class Problem:
-    """What a rule is asked for: a system, its excitation frequency η, and what is set.
+class RuleQuestion:
+    """The input of a rule: a system, its excitation frequency η, and the method that is set.
 
     Raises
     ------
@@ -83,17 +83,17 @@ class Problem:
         return math.ceil(2.0 * math.pi / (self.eta * step) * (1.0 - 1e-12))
 
 
-def _steps_per_mode(asked: Problem, number: float) -> Numbers:
+def _steps_per_mode(asked: RuleQuestion, number: float) -> Numbers:
     highest = max(asked.eta, *asked.system.frequencies, 0.0 if asked.system.wall else asked.system.kappa3)
     return {"steps": asked.steps_of(2.0 * math.pi / (number * highest))}
 
 
-def _steps_per_contact(asked: Problem, number: float) -> Numbers:
+def _steps_per_contact(asked: RuleQuestion, number: float) -> Numbers:
     frequency = contact_frequency(asked.system, asked.method.stiffness)
     return {"steps": asked.steps_of(2.0 * math.pi / (number * frequency))}
 
 
-def _nodal_step(asked: Problem, number: float) -> Numbers:
+def _nodal_step(asked: RuleQuestion, number: float) -> Numbers:
     bodies = [(1.0, 1.0)]  # mass and spring
     if not asked.system.wall:
         bodies.append((asked.system.mass_ratio, asked.system.mass_ratio * asked.system.kappa**2))
@@ -101,11 +101,11 @@ def _nodal_step(asked: Problem, number: float) -> Numbers:
     return {"steps": asked.steps_of(number * shortest)}
 
 
-def _times_spring(asked: Problem, number: float) -> Numbers:
+def _times_spring(asked: RuleQuestion, number: float) -> Numbers:
     return {"stiffness": number * stiffer_spring(asked.system)}
 
 
-def _penetration(asked: Problem, number: float) -> Numbers:
+def _penetration(asked: RuleQuestion, number: float) -> Numbers:
     e, mu = asked.system.excitation, 0.0 if asked.system.wall else asked.system.mass_ratio
     inertia = abs(e.base) * asked.eta**2
     force = max(inertia + abs(e.force1) + abs(e.constant1), mu * inertia + abs(e.force2) + abs(e.constant2))
@@ -114,29 +114,29 @@ def _penetration(asked: Problem, number: float) -> Numbers:
     return {"stiffness": force / number}
 
 
-def _damping_ratio(asked: Problem, number: float) -> Numbers:
+def _damping_ratio(asked: RuleQuestion, number: float) -> Numbers:
     return {"damping": damping_for(asked.system, asked.method.stiffness, number)}
 
 
-def _restitution(asked: Problem, number: float) -> Numbers:
+def _restitution(asked: RuleQuestion, number: float) -> Numbers:
     return {"damping": number * float(equal_restitution_damping(asked.system, asked.method.stiffness))}
 
 
-def _follows_step(asked: Problem, number: float) -> Numbers:
+def _follows_step(asked: RuleQuestion, number: float) -> Numbers:
     lighter = 1.0 if asked.system.wall else min(1.0, asked.system.mass_ratio)
     return {"stiffness": number * lighter / asked.step**2}
 
 
-def _time_constant(asked: Problem, number: float) -> Numbers:
+def _time_constant(asked: RuleQuestion, number: float) -> Numbers:
     stiffness = asked.system.mass_share / (number * asked.step) ** 2
     return {"stiffness": stiffness, "damping": damping_for(asked.system, stiffness, 1.0)}
 
 
-def _as_set(asked: Problem, number: float) -> Numbers:
+def _as_set(asked: RuleQuestion, number: float) -> Numbers:
     return {}
 
 
-_KINDS: Mapping[str, tuple[tuple[str, ...], Callable[[Problem, float], Numbers]]] = {
+_KINDS: Mapping[str, tuple[tuple[str, ...], Callable[[RuleQuestion, float], Numbers]]] = {
     "steps_per_mode": (("steps",), _steps_per_mode),
     "steps_per_contact": (("steps",), _steps_per_contact),
     "nodal_step": (("steps",), _nodal_step),
@@ -152,7 +152,7 @@ _KINDS: Mapping[str, tuple[tuple[str, ...], Callable[[Problem, float], Numbers]]
 
 @dataclass(frozen=True)
 class Rule:
-    """One rule of thumb.
+    """A rule of thumb for K, D or the time step, with its source.
 
     Attributes
     ----------
@@ -178,11 +178,11 @@ class Rule:
 
     @property
     def gives(self) -> tuple[str, ...]:
-        """Which of K, D and steps it gives."""
+        """The names of the numbers that it gives, of K, D and steps."""
         return _KINDS[self.kind][0]
 
-    def method(self, asked: Problem) -> Stepping:
-        """What is set, with the numbers that the rule gives; raises ValueError if it gives none, or one out of range.
+    def method(self, asked: RuleQuestion) -> Stepping:
+        """The method that is set, with the rule's numbers; raises ValueError if it gives none, or one out of range.
 
         The steps are at least 4, the fewest that there are.
         """
@@ -205,8 +205,8 @@ def rules() -> Mapping[str, Rule]:
 
 
 @dataclass(frozen=True, eq=False)
-class Outcome:
-    """What follows from a rule.
+class RuleOutcome:
+    """The numbers that a rule gives, and the difference from the reference that they cause.
 
     Attributes
     ----------
@@ -256,19 +256,19 @@ class Outcome:
 
 def judge(
     rule: Rule,
-    asked: Problem,
+    asked: RuleQuestion,
     *,
     reference: Reference | None = None,
     responses: Iterable[Response] = (),
     cancelled: Callable[[], bool] | None = None,
     **options,
-) -> Outcome:
-    """What follows from a rule for a problem.
+) -> RuleOutcome:
+    """Run a system with the numbers that a rule gives, and measure the difference that they cause.
 
     Parameters
     ----------
     rule : Rule
-    asked : Problem
+    asked : RuleQuestion
     reference : Reference, optional
     responses : iterable of Response
         Runs of `engine.compare` that exist already; others are left out.
@@ -284,7 +284,7 @@ def judge(
     try:
         method = rule.method(asked)
     except ValueError as error:
-        return Outcome(rule, None, "", math.nan, math.nan, None, f"{error}.")
+        return RuleOutcome(rule, None, "", math.nan, math.nan, None, f"{error}.")
     if not asked.system.excitation.drives:
         options = {"periods": FREE_PERIODS, "keep": FREE_PERIODS} | options
     reference = reference or Reference()
@@ -298,17 +298,19 @@ def judge(
         run = run or simulate(asked.system, asked.eta, method, **options)
         words = repetition(motion(run)) if run.ok else _sentence(run.message)
         count = getattr(run, "steps_without_solution", 0)
-        return Outcome(rule, method, words, math.nan, math.nan, None if run.ok else False, f"{error}.", count)
+        return RuleOutcome(rule, method, words, math.nan, math.nan, None if run.ok else False, f"{error}.", count)
     return _of_comparison(rule, method, found, cancelled)
 
 
-def _of_comparison(rule: Rule, method: Stepping, found: Comparison, cancelled: Callable[[], bool] | None) -> Outcome:
+def _of_comparison(
+    rule: Rule, method: Stepping, found: Comparison, cancelled: Callable[[], bool] | None
+) -> RuleOutcome:
     penalty = found.runs.penalty
     count = getattr(penalty, "steps_without_solution", 0)
     if found.parts is None:
         ended = penalty if not penalty.ok else found.runs.reference
         known = False if ended is penalty else None
-        return Outcome(rule, method, ENDED, math.nan, math.nan, known, _sentence(ended.message), count)
+        return RuleOutcome(rule, method, ENDED, math.nan, math.nan, known, _sentence(ended.message), count)
     found = found.decided(cancelled)
     motions = {"reference": found.reference, "penalty": found.penalty}
     words = repetition(found.penalty)
@@ -325,7 +327,7 @@ def _of_comparison(rule: Rule, method: Stepping, found: Comparison, cancelled: C
         holds = difference.total <= CLOSE and not kinds
         why = f"the solutions differ by {percent(difference.total)}; how much of it {what} is not known"
         why = f"{kinds}; {why}" if kinds else why
-    return Outcome(rule, method, words, difference.total, part, holds, _sentence(why), count, motions)
+    return RuleOutcome(rule, method, words, difference.total, part, holds, _sentence(why), count, motions)
 
 
 def _sentence(text: object) -> str:

@@ -1,4 +1,4 @@
-"""What ``vibroscope sweep basin`` says of a basin, and ``vibroscope sweep basin-difference`` of two."""
+"""The summaries that ``vibroscope sweep basin`` and ``vibroscope sweep basin-difference`` print."""
 
 import argparse
 import json

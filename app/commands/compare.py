@@ -180,7 +180,7 @@ def as_json(
 
 
 def _difference_json(comparison: Comparison) -> dict:
-    """What the verdict takes the difference for, and its parts; None for what is not known."""
+    """The difference as the verdict measures it, and its parts; None for those that are not known."""
     if comparison.parts is None:
         return {"measure": None, **dict.fromkeys(("total", *PARTS))}
     found = comparison.difference

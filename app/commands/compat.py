@@ -1,4 +1,4 @@
-"""What the command line leaves out of Numba's start, which takes most of the time of a short run.
+"""Skip parts of Numba's start that the command line does not need; they take most of the time of a short run.
 
 The parts use private or undocumented names of Numba and do nothing where a version has others
 (`tests/app/test_start_of_commands.py`). With them ``vibroscope simulate`` takes a fifth less processor time.

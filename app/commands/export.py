@@ -16,7 +16,7 @@ from vibroscope.app.commands.options import (
     units_of,
 )
 from vibroscope.app.commands.physical_units import add_units_option, wanted_units
-from vibroscope.app.export.decks import DECKS, PERIODS, Problem, deck, usual_periods
+from vibroscope.app.export.decks import DECKS, PERIODS, DeckProblem, deck, usual_periods
 from vibroscope.app.export.decks.problem import KEEP
 from vibroscope.engine import CONTACT_STATUSES, Units
 
@@ -57,7 +57,7 @@ def run(options: argparse.Namespace) -> None:
         )
     method, own = method_of(options), units_of(options)
     periods = usual_periods(options.to, method.steps) if options.periods is None else options.periods
-    problem = Problem(
+    problem = DeckProblem(
         system_of(options),
         eta_of(options),
         method,
@@ -65,7 +65,7 @@ def run(options: argparse.Namespace) -> None:
         options.initial,
         periods,
         min(KEEP, periods) if options.keep is None else options.keep,
-        options.out.stem if options.out else Problem.name,
+        options.out.stem if options.out else DeckProblem.name,
     )
     text = deck(options.to, problem)
     if options.out:

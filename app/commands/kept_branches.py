@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from vibroscope.engine import Branch, branches_dataset
-from vibroscope.engine.sweeps.place import Place
+from vibroscope.engine.sweeps.store_location import StoreLocation
 
 _SEARCH = "search"  # the folder in that of the group which `search_branches` keeps its branches in
 
@@ -15,12 +15,12 @@ class KeptBranches:
     """Branches at a place, a folder or a URL; a search into a folder goes on where it was stopped or killed."""
 
     def __init__(self, target: str) -> None:
-        self._place = Place(target)
+        self._location = StoreLocation(target)
 
     @property
     def search_folder(self) -> Path | None:
-        """Where the search keeps what it has followed."""
-        return self._place.folder and self._place.folder / _SEARCH
+        """The folder in which the search keeps the branches that it has followed."""
+        return self._location.folder and self._location.folder / _SEARCH
 
     @contextlib.contextmanager
     def held(self) -> Iterator["KeptBranches"]:
@@ -33,22 +33,22 @@ class KeptBranches:
         BlockingIOError
             If another process holds it.
         """
-        folder = self._place.folder
+        folder = self._location.folder
         known = folder is None or not folder.exists() or self.search_folder.exists()
         if not known and (not folder.is_dir() or any(folder.iterdir())):
             raise ValueError(f"{folder} exists and is no result of such a search: give a new place")
-        with self._place.lock():
+        with self._location.lock():
             if folder is not None:
                 import zarr
 
-                zarr.open_group(self._place.root, path=_SEARCH, mode="a")  # Zarr warns of folders that are no groups
+                zarr.open_group(self._location.root, path=_SEARCH, mode="a")  # Zarr warns of folders that are no groups
             yield self
 
     def write(self, found: Sequence[Branch], *, complete: bool) -> None:
         """Write the branches in place of those before."""
-        with self._place.readable_errors():
-            for path in self._place.folder.iterdir() if self._place.folder else ():
+        with self._location.readable_errors():
+            for path in self._location.folder.iterdir() if self._location.folder else ():
                 if path.name != _SEARCH:
                     shutil.rmtree(path) if path.is_dir() else path.unlink()
             dataset = branches_dataset(found).assign_attrs(complete=int(complete))
-            dataset.to_zarr(self._place.root, mode="a" if self._place.folder else "w", consolidated=False)
+            dataset.to_zarr(self._location.root, mode="a" if self._location.folder else "w", consolidated=False)

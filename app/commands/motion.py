@@ -32,7 +32,7 @@ def add(commands) -> None:
         description="Find what a run from rest (or --initial) settles to: its period with Floquet multipliers and the "
         "bifurcation it is near, or its largest Lyapunov exponent. A Newmark band that shrinks with the time step is "
         "called an artefact. All numbers are non-dimensional.",
-        epilog="A motion of which no kind is certain is undecided, and a run that blows up is diverged; the exit "
+        epilog="A motion whose kind is not certain is undecided, and a run that blows up is diverged; the exit "
         "status is 2 only for bad input.",
     )
     add_solver_options(command)

@@ -29,7 +29,7 @@ class NotANumber(argparse.ArgumentTypeError, ValueError):
 
 @dataclass(frozen=True)
 class Measured:
-    """A number with a unit, of which it is not yet known what it is in the model."""
+    """A number with a unit, before it is converted to a number of the model."""
 
     text: str
     number: float
@@ -42,17 +42,17 @@ def number(text: str) -> float:
 
 
 def count(text: str) -> float:
-    """The same where a whole number is expected, so that a comma before three digits separates thousands."""
+    """Read a whole number as `number` does; a comma before three digits separates thousands."""
     return _read(text, whole=True)
 
 
 def measured(text: str) -> float | Measured:
-    """The same as `number`, or with a unit."""
+    """Read a number as `number` does, with or without a unit."""
     return _read_measured(text, whole=False)
 
 
 def measured_count(text: str) -> float | Measured:
-    """The same as `count`, or with a unit."""
+    """Read a whole number as `count` does, with or without a unit."""
     return _read_measured(text, whole=True)
 
 
@@ -109,7 +109,7 @@ def resolve_units(options: argparse.Namespace) -> None:
 
 
 def _quantity(name: str, given: dict[str, object]) -> str | tuple[str, ...] | None:
-    """What an option is measured as, of a state each of its numbers; None if it has no unit."""
+    """The physical quantity of an option, or of each number of a state; None if it has no unit."""
     if name in STATES:
         return tuple(STATE.values())
     if name in ("x", "y") and isinstance(given[name], tuple):  # an axis: its number, and the range

@@ -1,4 +1,4 @@
-"""What the commands print in the same way: notes, progress, and numbers for JSON."""
+"""Output that the commands share: notes, progress, and numbers for JSON."""
 
 from __future__ import annotations
 

@@ -141,15 +141,9 @@ def run(options: argparse.Namespace) -> None:
 def as_json(found: Recommendation, units: Units | None = None) -> dict:
     """A recommendation as JSON for scripts; None for numbers that do not exist."""
     best = found.best
-    k, d, n = best.setting if best else (None, None, None)
     report = {
         "eta": found.eta,
-        "tolerance": found.tolerance,
-        "located": found.located,
-        **scheme_as_dict(found.scheme),
-        "K": k,
-        "D": d,
-        "steps": n,
+        **_setting_json(found),
         "error": best and best.error,
         "robust": best and best.robust,
         "solves": best and found.solves,
@@ -169,14 +163,8 @@ def as_json(found: Recommendation, units: Units | None = None) -> dict:
 def range_json(found: RangeRecommendation, units: Units | None = None) -> dict:
     """One setting for a range as JSON for scripts; None for numbers that do not exist."""
     best = found.best
-    k, d, n = best.setting if best else (None, None, None)
     report = {
-        "tolerance": found.tolerance,
-        "located": found.located,
-        **scheme_as_dict(found.scheme),
-        "K": k,
-        "D": d,
-        "steps": n,
+        **_setting_json(found),
         "eta_of_steps": found.eta if best else None,
         "time_step": found.time_step if best else None,
         "error": best and best.error,
@@ -192,6 +180,13 @@ def range_json(found: RangeRecommendation, units: Units | None = None) -> dict:
     if units is not None and best:
         report["physical"] = _physical(units, found, found.method(found.eta))
     return report
+
+
+def _setting_json(found: Recommendation | RangeRecommendation) -> dict:
+    """The options of the search, and K, D and n of the best setting."""
+    k, d, n = found.best.setting if found.best else (None, None, None)
+    asked = {"tolerance": found.tolerance, "located": found.located, **scheme_as_dict(found.scheme)}
+    return {**asked, "K": k, "D": d, "steps": n}
 
 
 def _physical(units: Units, found: Recommendation | RangeRecommendation, method: Newmark | TimeStepping) -> dict:
@@ -239,11 +234,12 @@ def as_text(found: Recommendation, units: Units | None = None) -> str:
 
 
 def _kind_of_steps(found: Recommendation | RangeRecommendation) -> str:
-    """What the settings were tried with, in words."""
+    """The kind of steps that the settings were tried with, in words."""
     steps, scheme = "steps cut at contact changes" if found.located else "constant step", found.scheme
     if not isinstance(scheme, TimeStepping):
         return steps if scheme.law == CONTACT_LAWS[0] else f"{steps}, law {scheme.law}"
-    return f"{steps}, {scheme.integrator}, contact at the {scheme.status} of steps, law {scheme.law}"
+    contact = "" if found.located else f" contact at the {scheme.status} of steps,"
+    return f"{steps}, {scheme.integrator},{contact} law {scheme.law}"
 
 
 def range_text(found: RangeRecommendation, units: Units | None = None) -> str:

@@ -37,7 +37,7 @@ _COLUMNS = "{:<40} {:<8} {:>9} {:>9} {:>7} {:>7} {:>8} {:>8}  {}"
 
 
 def for_codes(scheme: Newmark | TimeStepping) -> str:
-    """Which codes a setting is for, by its steps."""
+    """The codes that a setting is for, by its kind of steps."""
     return CUT if is_located(scheme) else CONSTANT
 
 
@@ -85,7 +85,7 @@ def find_and_print(options: argparse.Namespace, search: dict, units: Units | Non
 
 
 def _searched(options: argparse.Namespace) -> str:
-    """What the rows of the table differ in; raises ValueError where that would be both."""
+    """The option in which the rows of the table differ, "integrator" or "law"; raises ValueError if it is both."""
     if options.law != ALL:
         return "integrator"
     if options.integrator == ALL:
@@ -94,7 +94,7 @@ def _searched(options: argparse.Namespace) -> str:
 
 
 def _every_law(options: argparse.Namespace) -> list[Newmark | TimeStepping]:
-    """What the options ask for with each contact law that has its numbers; those without get a note on stderr."""
+    """The method of the options with each contact law whose numbers are given; a note on stderr names the others."""
     schemes = []
     for law in CONTACT_LAWS:
         own, numbers = copy.copy(options), numbers_of(law)
@@ -111,7 +111,7 @@ def _every_law(options: argparse.Namespace) -> list[Newmark | TimeStepping]:
 
 
 def _every_scheme(options: argparse.Namespace) -> list[Newmark | TimeStepping]:
-    """What the options ask for with each integrator; without a status, steps cut where contact changes, too."""
+    """The method of the options with each integrator; if no status is given, also with steps cut at contact changes."""
     given = {name: getattr(options, name) for name in INTEGRATOR_NUMBERS if getattr(options, name) is not None}
     schemes = []
     for name, kind in INTEGRATORS.items():

@@ -4,7 +4,7 @@ import argparse
 import json
 from textwrap import wrap
 
-from vibroscope.app.codes.rules import Outcome, Problem, judge, rules
+from vibroscope.app.codes.rules import RuleOutcome, RuleQuestion, judge, rules
 from vibroscope.app.commands.codes import code_alone
 from vibroscope.app.commands.numbers import count
 from vibroscope.app.commands.options import (
@@ -52,7 +52,7 @@ def add(commands) -> None:
 def run(options: argparse.Namespace) -> None:
     """Judge the rules and print."""
     chosen = [_rule_of(key) for key in options.rules] or list(rules().values())
-    asked = Problem(system_of(options), eta_of(options), _method_of(options))
+    asked = RuleQuestion(system_of(options), eta_of(options), _method_of(options))
     how = {"periods": options.periods, "keep": min(_KEEP, options.periods)} if asked.system.excitation.drives else {}
     progress = progress_line(lambda done: f"{done:g} of {len(chosen)} rules", len(chosen))
     found = []
@@ -81,7 +81,7 @@ def _method_of(options: argparse.Namespace) -> Newmark | TimeStepping:
     return code_alone(options).method(stiffness_of(options), options.D, options.steps)
 
 
-def _lines(asked: Problem, found: list[Outcome]) -> list[str]:
+def _lines(asked: RuleQuestion, found: list[RuleOutcome]) -> list[str]:
     lines = [f"{asked.method}", f"eta = {asked.eta:g}", ""]
     lines.append(_COLUMNS.format("rule", "K", "D", "T/dt", "off by", "", "motion"))
     for each in found:
@@ -90,7 +90,7 @@ def _lines(asked: Problem, found: list[Outcome]) -> list[str]:
     return lines
 
 
-def _row(found: Outcome) -> list[str]:
+def _row(found: RuleOutcome) -> list[str]:
     values = dict.fromkeys(METHOD_NUMBERS)
     if found.method is not None:
         values = {name: getattr(found.method, number) for name, number in METHOD_NUMBERS.items()}

@@ -145,7 +145,7 @@ def as_text(response: Response, initial: Sequence[float] | None = None) -> str:
 
 
 def _motion_text(response: Response, found: engine.Motion, initial: Sequence[float] | None) -> str:
-    """What the motion is; Newmark's section alone does not show it where the time step may have scattered it."""
+    """The kind of motion; Newmark's section alone does not show it where the time step may have scattered it."""
     method = response.method
     if isinstance(method, Newmark) and found.period != 1 and response.keep >= _KEEP:
         return engine.repetition(engine.motion(response.system, response.eta, method, initial=initial))

@@ -5,7 +5,7 @@ import json
 import math
 
 from vibroscope.engine import finite_or_none
-from vibroscope.engine.hardcases.judgement import Outcome
+from vibroscope.engine.hardcases.judgement import HardCaseOutcome
 from vibroscope.engine.hardcases.stability import stability
 
 _COLUMNS = "{:<55} {:<18} {:<10} {:>8} {:>8} {:>8} {:>8} {:>8} {:>10}"
@@ -38,8 +38,8 @@ def run(options: argparse.Namespace) -> int:
     return int(not all(outcome.passed for outcome in outcomes))
 
 
-def _row(outcome: Outcome) -> str:
-    """One line, and one more for each thing that is not as expected."""
+def _row(outcome: HardCaseOutcome) -> str:
+    """Format a case: one line, and one more for each result that is not as expected."""
     line = _COLUMNS.format(
         outcome.case.name,
         outcome.case.expected,
@@ -57,14 +57,14 @@ def _number(value: float) -> str:
     return f"{value:.0e}".replace("0e+00", "0") if math.isfinite(value) else ""
 
 
-def _summary(outcomes: list[Outcome]) -> str:
-    """What the columns mean, and how many cases are as expected."""
+def _summary(outcomes: list[HardCaseOutcome]) -> str:
+    """The meaning of the columns, and the number of cases that are as expected."""
     failed = sum(not outcome.passed for outcome in outcomes)
     verdict = "all as expected" if not failed else f"{failed} NOT as expected"
     return f"\n{_LEGEND}\n\n{len(outcomes)} cases, {verdict}"
 
 
-def as_dict(outcome: Outcome) -> dict:
+def as_dict(outcome: HardCaseOutcome) -> dict:
     """The JSON of one case; None where there is no number."""
     numbers = ("error", "allowed", "residual", "balanced", "penetration", "microseconds")
     return {

@@ -303,7 +303,7 @@ def _no_solution(options: argparse.Namespace, **how):
 
 
 def _scheme(options: argparse.Namespace) -> Newmark | TimeStepping:
-    """What the cells are run with, but for its numbers."""
+    """The method of the cells, without its numbers."""
     return stepping_of(options, K=1.0, D=0.0, steps=1000)
 
 

@@ -4,7 +4,7 @@ import argparse
 import json
 from textwrap import wrap
 
-from vibroscope.app.validation import Case, ComparedFigure, as_dict, cases, validate
+from vibroscope.app.validation import ComparedFigure, PublishedCase, as_dict, cases, validate
 
 _COLUMNS = "  {:<46} {:>15} {:>15} {:>15} {:>10} {:>8}"
 _HEAD = _COLUMNS.format("what", "published", "recomputed", "ours", "difference", "seconds")
@@ -43,7 +43,7 @@ def run(options: argparse.Namespace) -> int:
     return int(not all(each.agrees for each in found))
 
 
-def _chosen(keys: list[str]) -> list[Case]:
+def _chosen(keys: list[str]) -> list[PublishedCase]:
     known = {case.key: case for case in cases()}
     for key in keys:
         if key not in known:
@@ -51,7 +51,7 @@ def _chosen(keys: list[str]) -> list[Case]:
     return [known[key] for key in keys] if keys else list(known.values())
 
 
-def _lines(case: Case, compared: list[ComparedFigure]) -> list[str]:
+def _lines(case: PublishedCase, compared: list[ComparedFigure]) -> list[str]:
     lines = ["", f"{case.key}  {case.title}", *wrap(case.source, 116, initial_indent="  ", subsequent_indent="  ")]
     lines.append(_HEAD)
     for each in compared:
@@ -71,7 +71,7 @@ def _number(x: float | None) -> str:
 
 
 def _share(difference: float | None) -> str:
-    """A relative difference; 0 if it is one of rounding."""
+    """A relative difference; 0 if it is only rounding."""
     if difference is None:
         return ""
     return f"{difference:.1e}" if abs(difference) > _ROUNDING else "0"

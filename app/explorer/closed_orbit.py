@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
-from vibroscope.app.explorer.compute import Run
+from vibroscope.app.explorer.compute import SolverRun
 from vibroscope.app.explorer.present import Columns, orbit_columns
 from vibroscope.app.explorer.state import Setting
 from vibroscope.engine import ExactPenalty, Record, Reference, System, simulate
@@ -31,7 +31,7 @@ class ClosedOrbit(NamedTuple):
         """One cycle in the phase plots, in the units of a setting."""
         periods = {"periods": self.period, "keep": self.period, "record": Record(self.period, _SAMPLES)}
         response = simulate(self.system, self.eta, self.method, initial=self.start, **periods)
-        return orbit_columns(Run(response, None, None, response.trajectory), setting)
+        return orbit_columns(SolverRun(response, None, None, response.trajectory), setting)
 
     @property
     def _name(self) -> str:
@@ -39,7 +39,7 @@ class ClosedOrbit(NamedTuple):
 
     @property
     def solver(self) -> str:
-        """Whose motion it is, in words."""
+        """The solver whose motion it is, in words."""
         return SOLVERS[self._name]
 
     def linked(self, setting: Setting) -> dict[str, float]:

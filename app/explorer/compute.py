@@ -45,7 +45,7 @@ _SAMPLES = {Reference: 1000, Newmark: 8000, TimeStepping: 8000}
 _CACHED_RUNS = 48  # of up to 1.5 MB of samples
 
 Start = tuple[float, float, float, float]  # ξ₁, ξ₁′, ξ₂, ξ₂′ at τ = 0
-Key = tuple[System, float, Reference | Newmark | TimeStepping, Start]  # what a run depends on
+RunKey = tuple[System, float, Reference | Newmark | TimeStepping, Start]  # what a run depends on
 CancelCheck = Callable[[], bool]
 
 
@@ -53,7 +53,7 @@ CancelCheck = Callable[[], bool]
 
 
 @dataclass(frozen=True, eq=False)
-class Run:
+class SolverRun:
     """The result of one solver.
 
     Attributes
@@ -79,8 +79,8 @@ class RunPair:
     """The runs of both solvers for one setting: everything that the figures need."""
 
     setting: Setting
-    reference: Run
-    penalty: Run
+    reference: SolverRun
+    penalty: SolverRun
 
 
 _CACHE = Cache(_CACHED_RUNS)
@@ -97,7 +97,7 @@ def cached_runs(setting: Setting, cache: Cache = _CACHE) -> RunPair | None:
     return None if None in runs else RunPair(setting, *runs)
 
 
-def _keys(setting: Setting) -> list[Key]:
+def _keys(setting: Setting) -> list[RunKey]:
     methods = setting.reference, setting.penalty
     return [(setting.system, setting.eta, method, setting.initial) for method in methods]
 
@@ -107,7 +107,7 @@ def run_length(system: System) -> dict[str, int]:
     return {} if is_driven(system) else {"periods": FREE_PERIODS, "keep": FREE_PERIODS}
 
 
-def _cached_run(key: Key, cancelled: CancelCheck | None, cache: Cache) -> Run:
+def _cached_run(key: RunKey, cancelled: CancelCheck | None, cache: Cache) -> SolverRun:
     run = cache.get(key)
     if run is None:
         run = _compute_run(*key, cancelled)
@@ -121,15 +121,15 @@ def _compute_run(
     method: Reference | Newmark | TimeStepping,
     initial: Start,
     cancelled: CancelCheck | None,
-) -> Run:
+) -> SolverRun:
     record = Record(TRACE_PERIODS, _SAMPLES[type(method)])
     options = run_length(system) | {"initial": initial, "record": record, "cancelled": cancelled}
     response = simulate(system, eta, method, **options)
     if not response.ok:
-        return Run(response, None, None, None)
+        return SolverRun(response, None, None, None)
     found = motion(response)
     trace, response = response.trajectory, replace(response, trajectory=None)
-    return Run(response, found, trace, _orbit(response, trace, found.period, cancelled))
+    return SolverRun(response, found, trace, _orbit(response, trace, found.period, cancelled))
 
 
 def _orbit(response: Response, trace: Trajectory, period: int, cancelled: CancelCheck | None) -> Trajectory:

@@ -1,4 +1,4 @@
-"""What the drawing of the system shows, bodies, clearance and base in one scale; the same in words. No panel import."""
+"""The drawing of the system, with bodies, clearance and base in one scale, and the same in words. No panel import."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def drawing(setting: Setting) -> dict:
 
 
 def drawing_in_words(setting: Setting) -> str:
-    """The same for those who do not see it."""
+    """The drawing in words, for screen readers."""
     system, clearance = setting.system, setting.clearance
     size = _length(abs(clearance), setting)
     apart = f"{size} apart" if clearance > 0 else f"pressed together by {size}" if clearance < 0 else "touching at rest"

@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
-from vibroscope.app.explorer.compute import TRACE_PERIODS, Run, RunPair, run_length
+from vibroscope.app.explorer.compute import TRACE_PERIODS, RunPair, SolverRun, run_length
 from vibroscope.app.explorer.errors import Refused
 from vibroscope.app.explorer.force import force_text
 from vibroscope.app.explorer.method_words import words_of_method
@@ -45,7 +45,7 @@ _MEASURES = {"displacements": "displacements, rms, relative", "sections": "Poinc
 
 @dataclass(frozen=True)
 class Description:
-    """What each solver found, and its cost; known as soon as the runs are.
+    """The motion that each solver found, and its cost; known as soon as the runs are.
 
     Attributes
     ----------
@@ -68,7 +68,7 @@ class Description:
 
 @dataclass(frozen=True, kw_only=True)
 class Explanation:
-    """What the difference consists of, and what to change first; it takes a few more runs.
+    """The parts of the difference, and the number to change first; computing it takes a few more runs.
 
     Attributes
     ----------
@@ -106,7 +106,7 @@ class Explanation:
     series: dict[str, np.ndarray]
 
     def in_units(self, scale: Units | None) -> Explanation:
-        """The same with the numbers of its sentences in units."""
+        """The explanation with the numbers of its sentences in units."""
         texts = {name: in_units(getattr(self, name), scale) for name in ("headline", "note")}
         kinds = {name: in_units(text, scale) for name, text in self.kinds.items()}
         return replace(self, **texts, kinds=kinds, details=tuple(in_units(text, scale) for text in self.details))
@@ -245,8 +245,8 @@ def _duration(response: Response) -> str:
     )
 
 
-def _describe_run(run: Run, scale: Units | None) -> tuple[str, str]:
-    """What motion a run shows; and with a scale, its contact force."""
+def _describe_run(run: SolverRun, scale: Units | None) -> tuple[str, str]:
+    """The motion of a run in words, and with a scale its contact force."""
     how = _stepping_text(run.response)
     if not run.response.ok:
         return "No result.", f"{sentence(in_units(run.response.message, scale))} {how}".strip()
@@ -256,7 +256,7 @@ def _describe_run(run: Run, scale: Units | None) -> tuple[str, str]:
 
 
 def _stepping_text(response: Response) -> str:
-    """By what a run is that is not Newmark's, and how many of its steps have no solution, or two."""
+    """The method of a run that is not Newmark's, and how many of its steps have no solution, or two."""
     words = words_of_method(response.method)
     if not words:
         return ""
@@ -273,7 +273,7 @@ def _free_text(found: Motion, method: Method) -> str:
 
 
 def motion_texts(setting: Setting, motions: Mapping[str, Motion | None]) -> dict[str, str]:
-    """What the motions of the ``reference`` and the ``penalty`` model do, of those that are known."""
+    """The motions of the ``reference`` and the ``penalty`` model in words, as far as they are known."""
     known = {name: found for name, found in motions.items() if found is not None}
     return {name: _motion_text(found, getattr(setting, name), setting.system) for name, found in known.items()}
 

@@ -66,7 +66,7 @@ class ShownField(NamedTuple):
 
     @property
     def name(self) -> str:
-        """What stands beside the symbol: name and unit, as in "penalty stiffness, N/m"."""
+        """The words beside the symbol: name and unit, as in "penalty stiffness, N/m"."""
         unit = self.unit or self.natural
         return f"{self.hint}, {unit}" if unit else self.hint
 
@@ -127,7 +127,7 @@ def _system(setting: Setting) -> str:
 
 
 def typed_units(quantity: str, unit: str) -> dict[str, float]:
-    """What one of each unit that may be typed for a quantity is worth in ``unit``; "" for a number without one."""
+    """The factor to ``unit`` of each unit that may be typed for a quantity; "" for a number without one."""
     one = TYPED_UNITS[quantity][plain_unit(unit)]
     return {"": 1.0, **sizes(quantity, one)}
 

@@ -147,7 +147,7 @@ def fit_rows(fitted: Fit) -> list[list[str]]:
 
 
 def fit_content(fitted: Fit) -> dict:
-    """What the page shows of a fit: ``rows``, ``remarks``, and ``use``: the constants as texts, which it may set."""
+    """The content of the page for a fit: ``rows``, ``remarks``, and ``use``: the constants as texts that can be set."""
     rows = [[FITTED_LABELS.get(name, name), text.replace("+-", "±")] for name, text in fit_rows(fitted)]
     use = {name: print_number(float(f"{value:.6g}")) for name, value in fitted.values.items()}
     return {"rows": rows, "remarks": [f"Note: {remark}." for remark in fitted.remarks], "use": use}

@@ -70,7 +70,7 @@ def name_of_method(method: Method) -> str:
 
 
 def words_of_method(method: Method) -> str:
-    """The same with contact status and law; empty for Newmark's method, which the page takes unless told otherwise."""
+    """Name, contact status and law of a method; empty for Newmark's, the page's default."""
     if not isinstance(method, TimeStepping):
         return ""
     law = LAW_NAMES.get(method.law, method.law)
@@ -79,7 +79,7 @@ def words_of_method(method: Method) -> str:
 
 
 def brief_name(method: Newmark | TimeStepping) -> str:
-    """The same as titles and legends have it, without numbers and what is usual, as "HHT-α, Hunt–Crossley"."""
+    """The name of a method in titles and legends, without numbers and default choices, as "HHT-α, Hunt–Crossley"."""
     parts = [name_of_integrator(integrator_name(method))]
     if status_of(method) == "end":
         parts.append("status at the end")

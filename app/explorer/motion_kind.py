@@ -11,7 +11,7 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
-from vibroscope.app.explorer.compute import Key
+from vibroscope.app.explorer.compute import RunKey
 from vibroscope.app.explorer.explanation import sentence
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.runtime.cache import Cache
@@ -74,12 +74,12 @@ def with_kinds(texts: dict[str, str], kinds: Kinds | None) -> dict[str, str]:
     return {head: text + added.get(head, "") for head, text in texts.items()}
 
 
-def _keys(setting: Setting) -> dict[str, Key]:
+def _keys(setting: Setting) -> dict[str, RunKey]:
     methods = {"reference": setting.reference, "penalty": setting.penalty}
     return {name: (setting.system, setting.eta, method, setting.initial) for name, method in methods.items()}
 
 
-def _judge(key: Key, cancelled: Callable[[], bool]) -> MotionKind:
+def _judge(key: RunKey, cancelled: Callable[[], bool]) -> MotionKind:
     end = own_time() + SECONDS
     *problem, initial = key
     try:

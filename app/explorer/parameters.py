@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 
 import param
 from vibroscope.engine import (
@@ -15,6 +16,7 @@ from vibroscope.engine import (
     System,
     Units,
 )
+from vibroscope.engine.excitation import AMPLITUDE_RANGE, PHASE_RANGE
 from vibroscope.engine.integrators import ALPHA_RANGE, BETA_RANGE, GAMMA_RANGE, RHO_RANGE
 from vibroscope.engine.law_table import HERTZ
 from vibroscope.engine.laws import STEP_SCALE_RANGE
@@ -26,20 +28,19 @@ from vibroscope.engine.methods import (
     STIFFNESS_RANGE,
     THRESHOLD_RANGE,
 )
-from vibroscope.engine.model import (
-    AMPLITUDE_RANGE,
-    CLEARANCE_RANGE,
-    ETA_RANGE,
-    MASS_RATIO_RANGE,
-    PHASE_RANGE,
-    RATIO_RANGE,
-)
+from vibroscope.engine.model import CLEARANCE_RANGE, ETA_RANGE, MASS_RATIO_RANGE, RATIO_RANGE
 from vibroscope.engine.motions.motion import FARTHEST
 from vibroscope.engine.units import BASE_AMPLITUDE_RANGE, M1_RANGE, OMEGA1_RANGE, UNIT_SYSTEMS
 
 _PAPER, _UNITS, _DRIVE = System(), Units(), Excitation()
 _START = {"bounds": (-FARTHEST, FARTHEST)}
 _BELOW_ONE = {"bounds": (0.0, 1.0), "inclusive_bounds": (True, False)}  # damping ratios: underdamped bodies
+
+
+def _choice(names: Iterable[str], label: str, doc: str, default: str | None = None) -> param.Selector:
+    """One of these names; by default the first."""
+    objects = list(names)
+    return param.Selector(default=default or objects[0], objects=objects, label=label, doc=doc)
 
 
 class Explorer(param.Parameterized):
@@ -53,15 +54,13 @@ class Explorer(param.Parameterized):
     K = param.Number(2500.0, bounds=STIFFNESS_RANGE, softbounds=(10.0, 1e5), label="K", doc="penalty stiffness")
     D = param.Number(8.0, bounds=DAMPING_RANGE, softbounds=(0.1, 100.0), label="D", doc="penalty damping")
     steps = param.Integer(2000, bounds=STEPS_RANGE, softbounds=(8, 32_000), label="T/Δτ", doc="time steps per period")
-    located = param.Selector(
-        default="no",
-        objects=["no", "yes"],
+    located = _choice(
+        ("no", "yes"),
         label="Contact changes",
         doc="Where Newmark's step meets a contact change: at the start of the next step, or located within the step",
     )
-    integrator = param.Selector(
-        default=NewmarkBeta.name,
-        objects=list(INTEGRATORS),
+    integrator = _choice(
+        INTEGRATORS,
         label="Integrator",
         doc="One-step method of the penalty solution, as FE and physics codes have it",
     )
@@ -69,22 +68,18 @@ class Explorer(param.Parameterized):
     gamma = param.Number(NewmarkBeta().gamma, bounds=GAMMA_RANGE, label="γ", doc="of Newmark's method, above ½: damps")
     alpha = param.Number(-0.05, bounds=ALPHA_RANGE, label="α", doc="of HHT, as Hilber writes it; 0: no damping")
     rho = param.Number(0.8, bounds=RHO_RANGE, label="ρ∞", doc="spectral radius at high frequencies; 1: no damping")
-    status = param.Selector(
-        default="start",
-        objects=["start", "end"],
+    status = _choice(
+        ("start", "end"),
         label="Contact status",
         doc="Contact status of a step: from the gap at its start, or iterated until it agrees with the gap at its end",
     )
-    without_solution = param.Selector(
-        default=WITHOUT_SOLUTION[0],
-        objects=list(WITHOUT_SOLUTION),
+    without_solution = _choice(
+        WITHOUT_SOLUTION,
         label="Step without a solution",
         doc="What a step does in which neither contact status agrees with its end: stop the run, keep the former "
         "status, or be halved",
     )
-    law = param.Selector(
-        default=CONTACT_LAWS[0], objects=list(CONTACT_LAWS), label="Contact law", doc="Force of the penalty contact"
-    )
+    law = _choice(CONTACT_LAWS, label="Contact law", doc="Force of the penalty contact")
     exponent = param.Number(HERTZ, bounds=EXPONENT_RANGE, label="n", doc="of the penetration in the law; 1.5: Hertz")
     penetration = param.Number(
         0.01,
@@ -93,9 +88,8 @@ class Explorer(param.Parameterized):
         label="δ_d",
         doc="penetration from which on the damper of IMPACT acts in full",
     )
-    stiffness = param.Selector(
-        default="typed",
-        objects=["typed", "step"],
+    stiffness = _choice(
+        ("typed", "step"),
         label="Stiffness",
         doc="K as typed, or K = s m/Δτ² from the time step and the reduced mass m, as the soft constraint contact of "
         "explicit codes has it (LS-DYNA: SOFT = 1)",
@@ -107,22 +101,19 @@ class Explorer(param.Parameterized):
         label="s",
         doc="of K = s m/Δτ², SOFSCL of LS-DYNA; a smaller step makes K larger",
     )
-    damper = param.Selector(
-        default="typed",
-        objects=["typed", "restitution"],
+    damper = _choice(
+        ("typed", "restitution"),
         label="Damper",
         doc="Damper of a law that has a formula for it: D as typed, or from the restitution e by the formula of its "
         "authors",
     )
-    initial_acceleration = param.Selector(
-        default=INITIAL_ACCELERATIONS[0],
-        objects=list(INITIAL_ACCELERATIONS),
+    initial_acceleration = _choice(
+        INITIAL_ACCELERATIONS,
         label="First acceleration",
         doc="At τ = 0 by the equations of motion, or zero, as some codes have it",
     )
-    joint_damping = param.Selector(
-        default="table",
-        objects=["table", "derived"],
+    joint_damping = _choice(
+        ("table", "derived"),
         label="Joint damping d₃",
         doc="d₃ of the reference in permanent contact: as measured, or the sum of the two dampers",
     )
@@ -132,9 +123,8 @@ class Explorer(param.Parameterized):
         label="ε",
         doc="separation speed below which contact stays, in the unit of length times ω₁ (0: limit)",
     )
-    bodies = param.Selector(
-        default="pendulums",
-        objects=["pendulums", "two", "wall"],
+    bodies = _choice(
+        ("pendulums", "two", "wall"),
         label="System",
         doc="Pendulums whose frequencies are known apart and joined, as the paper's; two bodies; or a body and a wall",
     )
@@ -160,9 +150,8 @@ class Explorer(param.Parameterized):
     constant2 = param.Number(
         _DRIVE.constant2, bounds=AMPLITUDE_RANGE, label="P₂", doc="constant force on body 2; positive: away from body 1"
     )
-    zero_start = param.Selector(
-        default="rest",
-        objects=["rest", "zero"],
+    zero_start = _choice(
+        ("rest", "zero"),
         label="Start of zeros",
         doc="Where all numbers of the start are 0: rest, the static equilibrium, or an own start of zeros",
     )
@@ -170,21 +159,19 @@ class Explorer(param.Parameterized):
     start_v1 = param.Number(0.0, **_START, label="ξ₁′(0)", doc="velocity of body 1 at τ = 0")
     start_xi2 = param.Number(0.0, **_START, label="ξ₂(0)", doc="displacement of body 2 at τ = 0")
     start_v2 = param.Number(0.0, **_START, label="ξ₂′(0)", doc="velocity of body 2 at τ = 0")
-    frame = param.Selector(
-        default="relative",
-        objects=["relative", "absolute", "difference"],
+    frame = _choice(
+        ("relative", "absolute", "difference"),
         label="Displacements",
         doc="Relative to the base, relative to a fixed sensor, or the difference between both solutions, in parts",
     )
-    coordinate = param.Selector(
-        default="xi2",
-        objects=["xi1", "xi2"],
+    coordinate = _choice(
+        ("xi1", "xi2"),
         label="Map and difference show",
         doc="Coordinate in the small map over η and in the difference",
+        default="xi2",
     )
-    units = param.Selector(
-        default="none",
-        objects=["none", *UNIT_SYSTEMS],
+    units = _choice(
+        ("none", *UNIT_SYSTEMS),
         label="Units",
         doc="Without dimension as in the paper, or in a consistent system of units, as an FE input file has them; "
         "the system is then given by masses in kg, springs in N/m and so on",

@@ -97,7 +97,7 @@ def physical_bounds(name: str) -> tuple[float, float]:
 
 
 def physical_range(name: str) -> str:
-    """The same in words."""
+    """The range of a number that may be typed, in words."""
     low, high = physical_bounds(name)
     return f"{end_text(low)} to {'below ' if KEYS[name].allowed.open_high else ''}{end_text(high)}"
 
@@ -160,7 +160,7 @@ def _printed(values: Mapping[str, float | str]) -> dict[str, str]:
 
 
 def _of_other_bodies(kind: str, setting: Setting) -> dict[str, float | str]:
-    """What the other kind of system takes over, as far as it describes the same."""
+    """The numbers that the other kind of system takes over, where both describe the same quantity."""
     system = setting.system
     if kind == "two":
         return {"joint_damping": "derived"} | ({} if system.wall else {"mass_ratio": system.mass_ratio})
@@ -174,7 +174,7 @@ def _of_other_bodies(kind: str, setting: Setting) -> dict[str, float | str]:
 
 
 def _of_physical(typed: Mapping[str, object], setting: Setting, shown: Sequence[str]) -> dict[str, float | str]:
-    """What is typed, and what follows.
+    """The typed numbers, and those that follow from them.
 
     ``shown``: numbers in two forms, in the form that the person sees. What is seen and not typed stays. Where it would
     leave its range because what all is counted in has changed, it keeps its number without dimension instead.
@@ -269,7 +269,7 @@ def _with_frequency(entry: Mapping[str, float | bool], setting: Setting) -> dict
 
 
 def _carried(setting: Setting, before: Units, after: _Converted) -> dict[str, float | str]:
-    """What keeps its physical value: K, D and the start. K and D do not where K would leave its slider."""
+    """The numbers that keep their physical value: the start, and K and D unless K would leave its slider."""
     found = {}
     for name, quantity in _CARRIED.items():
         ratio = before.factor(quantity) / after.units.factor(quantity)

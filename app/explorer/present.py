@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
-from vibroscope.app.explorer.compute import Run, RunPair
+from vibroscope.app.explorer.compute import RunPair, SolverRun
 from vibroscope.app.explorer.state import Setting
 from vibroscope.engine import Reference, is_located
 from vibroscope.engine.motions.contact_force import FEWEST_SAMPLES
@@ -51,7 +51,7 @@ def present(runs: RunPair) -> dict[str, Columns]:
     return {name: convert_units(source, runs.setting) for name, source in columns.items()}
 
 
-def orbit_columns(run: Run, setting: Setting) -> Columns:
+def orbit_columns(run: SolverRun, setting: Setting) -> Columns:
     """The columns of a phase plot alone, for an orbit that is drawn beside those of a setting."""
     columns = _orbit(run, corners=isinstance(run.response.method, Reference))
     return convert_units(_without_body_2(columns) if setting.bodies == "wall" else columns, setting)
@@ -98,24 +98,24 @@ def _displacements(runs: RunPair) -> Columns:
     return as_float32(columns)
 
 
-def _resample(grid: np.ndarray, run: Run, what: str, row: int) -> np.ndarray:
+def _resample(grid: np.ndarray, run: SolverRun, what: str, row: int) -> np.ndarray:
     if run.trace is None:
         return np.full_like(grid, np.nan)
     return np.interp(grid, _window_time(run), getattr(run.trace, what)[row])
 
 
-def _window_time(run: Run) -> np.ndarray:
+def _window_time(run: SolverRun) -> np.ndarray:
     """Time of the trace in periods since the start of the window."""
     return (run.trace.time - _window_start(run)) * run.response.eta / (2 * np.pi)
 
 
-def _window_start(run: Run) -> float:
+def _window_start(run: SolverRun) -> float:
     """τ at the start of the last two periods."""
     period = 2 * np.pi / run.response.eta
     return (run.response.checkpoint.periods + run.response.keep - WINDOW) * period
 
 
-def _orbit(run: Run, *, corners: bool) -> Columns:
+def _orbit(run: SolverRun, *, corners: bool) -> Columns:
     """Orbit of both bodies; with ``corners``, also the states before and after each impact."""
     if run.orbit is None:
         return dict.fromkeys(("x1", "v1", "x2", "v2"), _EMPTY)
@@ -128,7 +128,7 @@ def _orbit(run: Run, *, corners: bool) -> Columns:
     return as_float32({"x1": x1, "v1": v1, "x2": x2, "v2": v2})
 
 
-def _orbit_indices(run: Run) -> np.ndarray:
+def _orbit_indices(run: SolverRun) -> np.ndarray:
     """Indices of evenly spaced samples, and of more samples in contacts, where the penalty force bends the orbit."""
     time = run.orbit.time
     periods = (time[-1] - time[0]) * run.response.eta / (2 * np.pi)
@@ -142,7 +142,7 @@ def _orbit_indices(run: Run) -> np.ndarray:
     return _sorted_unique(np.clip(np.concatenate([even, extra]), 0, len(time) - 1).astype(np.intp), len(time))
 
 
-def _with_corners(run: Run, time: np.ndarray, states: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _with_corners(run: SolverRun, time: np.ndarray, states: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     impacts = run.response.impacts
     within = (impacts.time > time[0]) & (impacts.time < time[-1])
     where = np.repeat(np.searchsorted(time, impacts.time[within]), 2)
@@ -155,7 +155,7 @@ def _with_corners(run: Run, time: np.ndarray, states: np.ndarray) -> tuple[np.nd
     )
 
 
-def _section(run: Run) -> Columns:
+def _section(run: SolverRun) -> Columns:
     """Poincaré section of the kept periods, with η, which places it in the map over η."""
     rows = run.response.section[-_MOST_SECTION_POINTS:]
     x1, v1, x2, v2 = rows.T.reshape(4, -1)
@@ -163,7 +163,7 @@ def _section(run: Run) -> Columns:
     return as_float32({"eta": eta, "x1": x1, "v1": v1, "x2": x2, "v2": v2})
 
 
-def _contact_intervals(run: Run) -> Columns:
+def _contact_intervals(run: SolverRun) -> Columns:
     """Intervals in contact within the window, in periods; an impact of the reference has length zero."""
     if not run.response.ok:
         return {"left": _EMPTY, "right": _EMPTY}
@@ -176,7 +176,7 @@ def _contact_intervals(run: Run) -> Columns:
     return as_float32({"left": spans[:, 0], "right": spans[:, 1]})
 
 
-def _force(run: Run) -> Columns:
+def _force(run: SolverRun) -> Columns:
     if run.trace is None:
         return {"t": _EMPTY, "force": _EMPTY}
     time, force = envelope(_window_time(run), run.trace.force, _FORCE_BINS * WINDOW // 2)
@@ -185,7 +185,7 @@ def _force(run: Run) -> Columns:
     return as_float32({"t": time, "force": force})
 
 
-def _with_short_contacts(run: Run, time: np.ndarray, force: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _with_short_contacts(run: SolverRun, time: np.ndarray, force: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """The force; of each contact with too few samples, a rectangle instead: its duration, and the mean of its force."""
     impacts, contacts = run.response.impacts, run.response.contacts.reshape(-1, 2)
     at = np.searchsorted(impacts.time, contacts[:, 0])
@@ -222,7 +222,7 @@ def envelope(x: np.ndarray, y: np.ndarray, bins: int) -> tuple[np.ndarray, np.nd
 
 
 def _sorted_unique(index: np.ndarray, size: int) -> np.ndarray:
-    """As `numpy.unique` of indices below ``size``, without the cost of sorting."""
+    """Return `numpy.unique` of indices below ``size``, without the cost of sorting."""
     chosen = np.zeros(size, bool)
     chosen[index] = True
     return np.flatnonzero(chosen)
@@ -236,7 +236,7 @@ def _arg_in_bins(y: np.ndarray, starts: np.ndarray) -> np.ndarray:
     return hits[np.searchsorted(hits, starts)]
 
 
-def _impulses(run: Run) -> Columns:
+def _impulses(run: SolverRun) -> Columns:
     """Impulse of each impact in the window; of the penalty solution, of each contact."""
     if not run.response.ok:
         return {"t": _EMPTY, "impulse": _EMPTY}

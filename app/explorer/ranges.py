@@ -1,4 +1,4 @@
-"""Which ranges sliders and axes cover for a system: the one place of that rule. No panel import.
+"""The ranges that sliders and axes cover for a system; this rule stands nowhere else. No panel import.
 
 For the paper's bodies they are the `softbounds` of `Explorer`. For any other, with the springs k₁ = 1 and k₂ = μκ²:
 

@@ -40,7 +40,7 @@ def read_setting(texts: Mapping[str, object], base: Setting | None = None) -> Se
 
 
 def read_setting_at_any_cost(texts: Mapping[str, object], base: Setting | None = None) -> Setting:
-    """As `read_setting`, even if this server would not run it: what is offered is the same on every server."""
+    """Do as `read_setting`, even for a setting that this server would not run, so that all servers offer the same."""
     setting = (base or Setting())._replace(**read_values(texts))
     if "D" in texts and "damper" not in texts:  # what is given stays
         setting = setting._replace(damper="typed")

@@ -20,7 +20,7 @@ OPENING = "9B"
 
 @dataclass(frozen=True)
 class Scene:
-    """One button, and the four numbers that it sets; system and solver are the paper's.
+    """A button, and the four numbers that it sets; system and solver are the paper's.
 
     Attributes
     ----------

@@ -19,7 +19,7 @@ _SET = (*MAIN_FIELDS, *PAPER_FIELDS, "joint_damping")  # what a button sets, bes
 
 @dataclass(frozen=True)
 class ShelfSystem:
-    """One button: a published system, and a contact to begin with.
+    """A button of the shelf: a published system, and a contact to begin with.
 
     Attributes
     ----------
@@ -41,16 +41,16 @@ class ShelfSystem:
 
     @property
     def caption(self) -> str:
-        """What the system answers."""
+        """The question that the system answers."""
         return self.question
 
     @property
     def origin(self) -> str:
-        """Where the numbers are from, and what is assumed."""
+        """The source of the numbers, and the assumptions."""
         return f"{self.source.rstrip('.')}. {self.note}".strip()
 
     def texts(self) -> dict[str, str]:
-        """What the button sets, for `app.explorer.reading.read_setting`."""
+        """The texts that the button sets, for `app.explorer.reading.read_setting`."""
         every = self.setting.texts()
         return {name: every[name] for name in (*_SET, *_UNIT_FIELDS, "coordinate")}
 

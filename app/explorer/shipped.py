@@ -27,7 +27,7 @@ PATH = Path(str(ASSETS)) / "opening.npz"
 
 @dataclass(frozen=True, eq=False)
 class Shipped:
-    """What the figures and the findings of one setting show."""
+    """The content of the figures and findings of one setting."""
 
     columns: dict[str, Columns]
     description: Description

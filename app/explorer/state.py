@@ -115,7 +115,7 @@ class Setting(namedtuple("Setting", FIELDS, defaults=[Explorer.param[name].defau
 
     @property
     def constant_step(self) -> Newmark | TimeStepping:
-        """The same with steps that are not cut where contact changes."""
+        """The setting with steps that are not cut where contact changes."""
         return self._replace(located="no").penalty
 
     @property
@@ -140,7 +140,7 @@ class Setting(namedtuple("Setting", FIELDS, defaults=[Explorer.param[name].defau
 
     @property
     def initial(self) -> tuple[float, float, float, float]:
-        """Where both runs start: ξ₁, ξ₁′, ξ₂, ξ₂′ at τ = 0."""
+        """The state from which both runs start: ξ₁, ξ₁′, ξ₂, ξ₂′ at τ = 0."""
         return self.system.rest if self.from_rest else self.start_numbers
 
     def drawn_like(self, other: Setting) -> Setting:

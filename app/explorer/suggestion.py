@@ -1,4 +1,4 @@
-"""Which K, D and time step to set instead: a search in low-priority threads. No panel import."""
+"""The search for a better K, D and time step, in low-priority threads. No panel import."""
 
 from __future__ import annotations
 
@@ -44,14 +44,14 @@ _PERCENT = (0.01, 100.0)  # range of a tolerance
 _BEYOND_SLIDER = 10.0  # times the end of the slider: the largest K of a search at first
 _ETAS = 5  # of a range, at which settings are tried; between them what is found is tried, too
 Found = Recommendation | RangeRecommendation
-_OFFERED = (0.05, 0.1, 0.2, 0.5, 1.0)  # tolerances, of which the least that can be met is offered
+_OFFERED = (0.05, 0.1, 0.2, 0.5, 1.0)  # tolerances; the smallest one that can be met is offered
 _ABOVE = 1.2  # times the part of the joint damping, which no K, D or step removes
 _FRONT_POINTS = 10  # shown, at most
 CACHE = Cache(32)  # results by their question
 
 
 class Question(NamedTuple):
-    """What a search depends on; it does not depend on K, D and Δτ, which it looks for, unless one of them is held.
+    """Everything that a search depends on: not K, D and Δτ, which it looks for, unless one of them is held.
 
     One setting is asked for all ``etas``; there is one of them unless it is to serve a range.
     """
@@ -69,7 +69,7 @@ class Question(NamedTuple):
     schemes: tuple[TimeStepping, ...] = ()  # all that is searched over where a code is asked for, in place of that set
 
     def follow(self, setting: Setting) -> Question:
-        """The same tolerance, limits and range, asked for another setting."""
+        """The question for another setting, with the same tolerance, limits and range."""
         etas = self.etas if len(self.etas) > 1 else (setting.eta,)
         asked = self._replace(system=setting.system, etas=etas, reference=setting.reference)
         return asked if self.schemes else asked._replace(located=setting.located == "yes", scheme=_scheme(setting))
@@ -230,7 +230,7 @@ def trial_texts(trial, found: Found, setting: Setting) -> dict[str, str]:
 
 
 def suggestion_content(found: Found, setting: Setting) -> dict:
-    """What the page shows of a result, in the units of the setting.
+    """The content of the page for a result, in the units of the setting.
 
     Returns
     -------
@@ -254,7 +254,7 @@ def suggestion_content(found: Found, setting: Setting) -> dict:
 
 
 def partial_content(question: Question, front: list, setting: Setting) -> dict:
-    """What the page shows of a search that goes on: ``lines``, ``tolerance`` and ``front`` of `suggestion_content`."""
+    """The content of the page while a search goes on: ``lines``, ``tolerance``, ``front`` of `suggestion_content`."""
     if not front:
         return {}
     met = next((trial for trial in front if trial.robust <= question.tolerance), None)
@@ -321,7 +321,7 @@ def _of_steps(found: Found) -> str:
 
 
 def _other_lines(found: Recommendation) -> list[str]:
-    """What the other integrators of a code would need."""
+    """The steps that the other integrators of a code would need, in words."""
     lines = []
     for other in found.others if isinstance(found, OfSchemes) else ():
         name = name_of_method(other.scheme)

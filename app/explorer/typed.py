@@ -89,7 +89,7 @@ def plain_texts(texts: Mapping[str, object], setting: Setting) -> dict[str, obje
 
 
 def _own_start(setting: Setting, plain: Mapping[str, object]) -> dict[str, object]:
-    """What follows where a number of the start is typed: an own start, from rest in all that is not typed."""
+    """The own start that follows if one of its numbers is typed; the other numbers are those of rest."""
     rest = dict(zip(START_FIELDS, map(print_number, setting.initial), strict=True)) if setting.from_rest else {}
     return {"zero_start": "zero"} | {name: text for name, text in rest.items() if name not in plain}
 

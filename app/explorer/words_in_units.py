@@ -17,7 +17,7 @@ from vibroscope.app.explorer.state import Setting
 from vibroscope.engine import Units, written
 
 _NUMBER = r"([0-9]+(?:\.[0-9]+)?(?:e[+-]?[0-9]+)?)"
-# A number in a sentence: what stands before it, in a sentence with units, and its quantity.
+# Numbers in sentences: the text before the number, the same in a sentence with units, and the quantity.
 _RULES = tuple(
     (re.compile(before + _NUMBER), shown, quantity)
     for before, shown, quantity in (

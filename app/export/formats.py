@@ -80,7 +80,7 @@ def join_parts(parts: object) -> str:
 
 
 class Loaded(NamedTuple):
-    """What a file sets.
+    """The texts and the view that a file sets.
 
     Attributes
     ----------
@@ -95,7 +95,7 @@ class Loaded(NamedTuple):
 
 
 def loaded_from_toml(text: str) -> Loaded:
-    """What a TOML file sets.
+    """Read a TOML file.
 
     The file has the tables [setting] and [units] as `as_toml` writes them, or it is a system file as
     `engine.parse_system` reads it, or both: then what [setting] says counts.
@@ -125,7 +125,7 @@ def loaded_from_toml(text: str) -> Loaded:
 
 
 def _of_older_file(given: Mapping) -> dict:
-    """What a whole setting leaves out that was written when there were the paper's pendulums alone."""
+    """The defaults of the fields that a file of an older version leaves out; it had the paper's pendulums only."""
     if "kappa" not in given or "bodies" in given:
         return {}
     return {name: getattr(Setting(), name) for name in SYSTEM_FIELDS if name not in given}

@@ -1,4 +1,4 @@
-"""What the file of a figure says of itself: the figure, the setting, the program, the page. No panel import."""
+"""The label in the file of a figure: the figure, the setting, the program, the page. No panel import."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from vibroscope.app.export.formats import Figure, program
 
 
 def figure_label(tab: str, figure: Figure, setting: Setting | None, address: str) -> dict[str, str]:
-    """What a figure's file says of itself: ``title``, ``description``, and the query of the page as ``address``."""
+    """The label of a figure's file: ``title``, ``description``, and the query of the page as ``address``."""
     lines = [figure.caption]
     if setting is not None:
         lines.append("Setting: " + ", ".join(f"{name} = {text}" for name, text, _ in setting_rows(setting)) + ".")

@@ -73,7 +73,7 @@ print("change first:", answer.change or "nothing")
 
 
 def as_command(setting: Setting, measured: str = "") -> str:
-    """The same as shell commands; constants other than the paper's go into a file that the commands read.
+    """The runs of the page as shell commands; constants other than the paper's go into a file that the commands read.
 
     ``measured`` is the name of the file of a measurement, which is compared, too.
     """

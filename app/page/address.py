@@ -20,7 +20,7 @@ _REST = 150  # ms without another zoom or mute before the address follows
 
 
 class Opening(NamedTuple):
-    """What an address asks for: the setting, the open tab and its view, the pinned settings, the theme ("": none)."""
+    """The content of an address: the setting, the open tab and its view, the pinned settings, the theme ("": none)."""
 
     setting: Setting
     tab: str = FIRST_TAB
@@ -30,7 +30,7 @@ class Opening(NamedTuple):
 
 
 def read_opening(query: str) -> Opening:
-    """What a query string asks for; raises `Refused` at the first fault."""
+    """Read a query string; raises `Refused` at the first fault."""
     texts = parse_address(query)
     tab = texts.pop("tab", FIRST_TAB)
     if tab not in TABS:
@@ -63,7 +63,7 @@ class Address:
         self._check_is_due = False
 
     def open(self, query: str) -> tuple[Opening, str]:
-        """What a query string asks for, and an empty text; if it is refused, the opening scene, and why."""
+        """Read a query string: its opening and an empty text or, if refused, the opening scene and the reason."""
         try:
             opening = read_opening(query)
         except Refused as error:

@@ -1,4 +1,4 @@
-"""What a tab is, and what it may ask of the page.
+"""The base class of a tab, and what it may ask of the page.
 
 A tab costs nothing until it is opened: then it is built, once, and shown. While it is hidden it gets no moves and sends
 nothing; when it is opened again it gets the setting that holds by then.
@@ -52,7 +52,7 @@ class TabHost(Protocol):
         """
 
     def call_later(self, callback: Callable[[], None]) -> None:
-        """From any thread: call ``callback`` on the session's own loop, if the session still exists."""
+        """Call ``callback`` on the session's own loop, from any thread, if the session still exists."""
 
     def report_error(self, text: str, move: int | None = None) -> None:
         """Show an error with the way out of it; ``move`` is the move that it answers, None the last one."""
@@ -170,7 +170,7 @@ class Tab(ABC):
         take()
 
     def awaited(self) -> str:
-        """What a file that was asked for waits for, in words; empty if none does."""
+        """The computation that a requested file waits for, in words; empty if it waits for none."""
         return ""
 
     def table(self, name: str) -> list[Series]:
@@ -182,7 +182,7 @@ class Tab(ABC):
         return {}
 
     def words(self) -> dict[str, str]:
-        """What the figures mean: paragraphs by their headings."""
+        """The meaning of the figures: paragraphs by their headings."""
         return {}
 
     def shown_setting(self) -> Setting | None:

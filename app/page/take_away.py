@@ -166,5 +166,5 @@ def _write(name: str, kind: str, write: Callable[..., str], *args) -> File:
 
 
 def read_upload(parts: object) -> Loaded:
-    """What an uploaded file sets; raises ValueError if it is none of ours."""
+    """Read an uploaded file; raises ValueError if this program did not write it."""
     return loaded_from_toml(join_parts(parts))

@@ -63,7 +63,7 @@ class SessionLoop:
         self._closed = True
 
     def call_later(self, callback: Callable[[], None]) -> None:
-        """From any thread: call ``callback`` on the loop, if the session still exists."""
+        """Call ``callback`` on the loop, from any thread, if the session still exists."""
         if self._doc.session_context is not None and not self._closed:
             self._doc.add_next_tick_callback(partial(self._call_when_open, callback))
 

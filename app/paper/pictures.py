@@ -1,4 +1,4 @@
-"""What a figure of the paper shows, as data: the page draws it, an export writes it as a table."""
+"""The data of the figures of the paper: the page draws them, an export writes them as tables."""
 
 from __future__ import annotations
 

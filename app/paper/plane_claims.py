@@ -26,7 +26,7 @@ _OTHERS = "The ranges of the paper's plane are lost; this one is centred on its 
 
 
 class PlaneCells(NamedTuple):
-    """What is known of every cell: axes (m,) and (n,), and arrays (n, m) with K along the rows."""
+    """The numbers of every cell: axes (m,) and (n,), and arrays (n, m) with K along the rows."""
 
     stiffness: np.ndarray
     damping: np.ndarray

@@ -1,4 +1,4 @@
-"""What each solver costs and how large its error is, beside a plain loop and heyoka: figures of ``vibroscope bench``.
+"""Cost and error of each solver, beside a plain loop and heyoka: the numbers of ``vibroscope bench``.
 
 Costs are those of 200 periods from rest; errors are the largest of the four state components after 10 periods, against
 60-digit solutions. Without the solutions they are null.

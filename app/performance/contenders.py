@@ -14,7 +14,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
 import numpy as np
-from vibroscope.app.performance.peers import Run
+from vibroscope.app.performance.peers import PeerSolver
 from vibroscope.engine import Method, Response, System, simulate
 
 PERIODS = 200
@@ -58,7 +58,7 @@ def engine_contender(name: str, eta: float, method: Method) -> Contender:
     return Contender(name, solve)
 
 
-def peer_contender(name: str, run: Run) -> Contender:
+def peer_contender(name: str, run: PeerSolver) -> Contender:
     """A solver that is not the engine's, with nothing left to prepare."""
 
     def solve(periods):

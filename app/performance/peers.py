@@ -17,7 +17,7 @@ import numba
 import numpy as np
 from vibroscope.engine import System
 
-Run = Callable[[int], np.ndarray]  # periods from rest → ξ₁, ξ₁′, ξ₂, ξ₂′ (nan where the peer gave up)
+PeerSolver = Callable[[int], np.ndarray]  # periods from rest → ξ₁, ξ₁′, ξ₂, ξ₂′ (nan where the peer gave up)
 
 # Steps per period that end a run which finds the same event for ever; an accurate run takes at most 70 in any scene.
 MOST_STEPS = 2000
@@ -68,7 +68,7 @@ def plain_newmark(h, cosines, periods, eta, pendulums, contact):
     return x1, v1, x2, v2
 
 
-def plain_loop(system: System, eta: float, stiffness: float, damper: float, steps: int) -> Run:
+def plain_loop(system: System, eta: float, stiffness: float, damper: float, steps: int) -> PeerSolver:
     """The plain loop, compiled, with its table of cosines prepared."""
     h = 2 * math.pi / eta / steps
     cosines = np.cos(2 * np.pi * np.arange(steps + 1) / steps)
@@ -104,7 +104,7 @@ def excitation(hy, eta):
     return [(c, -eta * s), (s, eta * c)]
 
 
-def heyoka_reference(system: System, eta: float, d3: float, threshold: float, tolerance: float = 0.0) -> Run:
+def heyoka_reference(system: System, eta: float, d3: float, threshold: float, tolerance: float = 0.0) -> PeerSolver:
     """The reference: one integrator for free flight, another for permanent contact.
 
     ``tolerance`` 0 is heyoka's full accuracy.
@@ -167,7 +167,7 @@ def heyoka_reference(system: System, eta: float, d3: float, threshold: float, to
     return run
 
 
-def heyoka_penalty(system: System, eta: float, stiffness: float, damper: float, tolerance: float = 0.0) -> Run:
+def heyoka_penalty(system: System, eta: float, stiffness: float, damper: float, tolerance: float = 0.0) -> PeerSolver:
     """The penalty model: one integrator with the state of contact as a parameter, which the event switches.
 
     The event function is the gap with the sign that it must lose, so that the root at the start, at rest, does not

@@ -19,7 +19,7 @@ Watcher = Callable[[CompileProgress | None], None]
 
 
 class Compilation:
-    """What is being compiled for this process, if anything.
+    """The compilation of the kernels for this process, if there is one.
 
     Parameters
     ----------

@@ -64,12 +64,12 @@ class TokenBucket:
 class Turns:
     """Work that holds up the loop, one piece at a time, in turn by owner, with rests in which the loop serves others.
 
-    The next piece is one of the owner that has had least of the loop's time lately, whatever came first. A rest is the
-    longer the more the owner has had, up to as long as the piece: the first ones are followed by none.
+    The next piece is that of the owner who has used least of the loop's time lately, not the one that came first. The
+    more an owner has used, the longer the rest after its piece, up to the length of the piece; at first there is none.
     """
 
     HALF_LIFE = 10.0  # s after which half of what an owner has had is forgotten
-    FULL_REST = 2.0  # s that an owner has had from which on a rest is as long as the piece
+    FULL_REST = 2.0  # s: after so much time of one owner a rest is as long as the piece
     PENALTY = 5.0  # s for which an owner that asked for too much waits before it may ask again
 
     def __init__(self) -> None:

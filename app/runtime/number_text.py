@@ -26,7 +26,7 @@ _LEADING_GROUP = re.compile(r"[1-9][0-9]{0,2}")
 
 
 class Typed(NamedTuple):
-    """What a typed text can mean: one number, or two that differ in what a comma or point is; and its unit."""
+    """The meanings of a typed text: one number, or two if comma and point are ambiguous; and its unit."""
 
     numbers: tuple[float, ...]
     unit: str

@@ -21,7 +21,7 @@ TYPED_UNITS = {
 
 
 def sizes(quantity: str, one: float) -> dict[str, float]:
-    """What one of each unit of a quantity is worth in a unit that is ``one`` SI unit."""
+    """The factor of each unit of a quantity to the unit that is ``one`` SI unit."""
     return {unit: size / one for unit, size in TYPED_UNITS[quantity].items()}
 
 

@@ -28,9 +28,9 @@ _NICE = 10  # added to the niceness of the process for background threads; on Li
 _HALF_LIFE = 10.0  # s after which half of what a session has had is forgotten
 SHORT, LONG = 0.1, 2.0  # margins of pools whose jobs take tenths of a second, and seconds: see `Workers`
 _REST = 0.05  # s after which a job that rests looks again
-LONGEST_REST = 1.0  # s in which a job waits for Python code that is ahead of it; then it works for as long
+LONGEST_REST = 1.0  # s for which a job waits for Python code of higher priority; then it works for as long
 _MOST_NESTED = 4  # jobs that give way to each other in one thread; each may have started threads that still run
-_FORGOTTEN = 1e-3  # s of which no account is kept
+_FORGOTTEN = 1e-3  # s: a session that has had less is forgotten
 
 
 @dataclass(eq=False)
@@ -44,13 +44,13 @@ class _Job:
 
 
 class _Thread(threading.local):
-    """What this thread does: its pool, and the jobs that run in it, each in the place of the one before."""
+    """The state of one thread: its pool, and the jobs that run in it, each interrupting the one before."""
 
     def __init__(self) -> None:
         self.pool: Workers | None = None
         self.running: list[_Job] = []
-        self.given = 0.0  # s in which jobs ran in the place of others, or rested for what is ahead of them
-        self.works_until = 0.0  # when a job of this thread may rest again for what is ahead of it
+        self.given = 0.0  # s for which jobs interrupted others, or rested for work of higher priority
+        self.works_until = 0.0  # when a job of this thread may rest again for work of higher priority
 
 
 _thread = _Thread()

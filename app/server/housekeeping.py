@@ -1,4 +1,4 @@
-"""What the server tidies up: the cache folder, and the memory that visitors leave.
+"""Regular clean-up by the server: the cache folder, and the memory that visitors leave.
 
 The cache folder has a size limit; the least recently used studies are deleted first. The engine deletes them after each
 study that it stores, and spares those that another process works on. The settings of the server say how many megabytes

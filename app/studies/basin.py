@@ -102,12 +102,12 @@ class PartialBasin:
 
     @cached_property
     def known(self) -> dict[str, np.ndarray]:
-        """Which cells are computed."""
+        """Whether each cell is computed."""
         return {side: (self.values[side]["status"] != MISSING).T for side in SIDES}
 
     @property
     def share(self) -> float:
-        """Of all cells that are computed."""
+        """The share of the cells that are computed."""
         return float(np.mean([self.known[side].mean() for side in SIDES]))
 
     @cached_property
@@ -122,7 +122,7 @@ class PartialBasin:
 
     @cached_property
     def difference(self) -> BasinDifference:
-        """Where both end on different motions."""
+        """The cells in which both solvers end on different motions."""
         return difference_of(*(self.concluded[side] for side in SIDES))
 
     @cached_property
@@ -162,7 +162,7 @@ class PartialBasin:
         return found
 
     def shown(self, side: str) -> np.ndarray:
-        """The same with the coarser cells in place of those that are not known yet; MISSING where there is none."""
+        """The motion of each cell, that of a coarser cell where it is not yet known; MISSING where there is none."""
         sources = nearest_known(self.known[side])
         return np.where(sources >= 0, self.cells[side].ravel()[sources], MISSING)
 
@@ -199,7 +199,7 @@ class PartialBasin:
         return found | {"motion": self.cells[side][known]}
 
     def data(self) -> dict[str, object]:
-        """What is known, for a file."""
+        """The results so far, for a file."""
         question = self.question
         found: dict[str, object] = {"eta": question.eta, "start": dict(zip(COORDINATES, question.start, strict=True))}
         found |= {side: self.columns(side) for side in SIDES}

@@ -88,7 +88,7 @@ class PartialDiagram:
 
     @property
     def share(self) -> float:
-        """Of all cells that are computed, and whose kind is known, on average; a preview does not count."""
+        """The mean of the shares of cells computed and of cells judged; a preview does not count."""
         computed = self.values["status"] != MISSING
         return float(0.5 * (self.computed + (computed & (self.kinds["kind"] != CellKind.UNKNOWN)).mean()))
 
@@ -106,12 +106,12 @@ class PartialDiagram:
 
     @property
     def known(self) -> np.ndarray:
-        """Which cells are computed, in the study or in its preview: (n,) of bool."""
+        """Whether each cell is computed, in the study or in its preview: (n,) of bool."""
         return self._shown["status"] != MISSING
 
     @property
     def ended(self) -> np.ndarray:
-        """Which cells ended early: (n,) of bool."""
+        """Whether each cell ended early: (n,) of bool."""
         return self.known & (self._shown["status"] != 0)
 
     @property
@@ -147,7 +147,7 @@ class PartialDiagram:
         return np.stack([self.section(name)[index] for name in COORDINATES], axis=1)
 
     def section_words(self, index: int) -> str:
-        """What the section of a cell shows by itself."""
+        """The motion of a cell by its section alone."""
         period, near = (int(self._shown[name][index]) for name in ("period", "near_period"))
         return kind_words(CellKind.UNKNOWN, period, near, self.section_of(index), self.question.system.observed_body)
 
@@ -169,7 +169,7 @@ class PartialDiagram:
         return self.question.axis[row], values[row, column]
 
     def data(self) -> dict[str, object]:
-        """What is known, for a file."""
+        """The results so far, for a file."""
         return {
             "direction": self.question.direction,
             self.question.over: self.question.axis[self.known],

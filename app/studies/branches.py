@@ -119,7 +119,7 @@ class PartialBranches:
         return f"{head} with {', '.join(counts)}" if counts else head
 
     def data(self) -> dict[str, object]:
-        """What is known, for a file."""
+        """The results so far, for a file."""
         return {"branches": self.orbit_table(), "points": self.point_table(), "cut": self.cut}
 
     def orbit_table(self) -> dict[str, np.ndarray]:

@@ -48,7 +48,7 @@ def period_class(period: np.ndarray) -> np.ndarray:
     return np.digitize(period, PERIOD_EDGES)
 
 
-class Quantity(NamedTuple):
+class Colouring(NamedTuple):
     """One way to colour the plane: edges between the classes, their names and colours."""
 
     label: str
@@ -61,28 +61,28 @@ def _graded(*names: str) -> tuple[tuple[str, str], ...]:
     return tuple(zip(names, _CIVIDIS, strict=False))
 
 
-QUANTITIES = {
-    "period": Quantity("period", PERIOD_EDGES, PERIODS, lambda plane, side: plane.shown(side, "period")),
-    "near_period": Quantity("period without scatter", PERIOD_EDGES, PERIODS, PartialPlane.true_period),
-    "contact": Quantity(
+COLOURINGS = {
+    "period": Colouring("period", PERIOD_EDGES, PERIODS, lambda plane, side: plane.shown(side, "period")),
+    "near_period": Colouring("period without scatter", PERIOD_EDGES, PERIODS, PartialPlane.true_period),
+    "contact": Colouring(
         "longest contact (steps)",
         (10, 30, 100, 300, 1000),
         _graded("below 10", "10 to 30", "30 to 100", "100 to 300", "300 to 1000", "above 1000"),
         PartialPlane.contact_steps,
     ),
-    "impacts": Quantity(
+    "impacts": Colouring(
         "impacts per period",
         (1e-9, 1 - 1e-6, 1 + 1e-6, 2 + 1e-6, 4 + 1e-6),
         _graded("none", "below 1", "1", "above 1, to 2", "above 2, to 4", "above 4"),
         lambda plane, side: plane.shown(side, "impacts_per_period"),
     ),
-    "error": Quantity(
+    "error": Colouring(
         "error against reference",
         (0.01, 0.03, 0.1, 0.3, 1.0),
         _graded("below 1 %", "1 to 3 %", "3 to 10 %", "10 to 30 %", "30 to 100 %", "above 100 %"),
         lambda plane, side: plane.shown(side, "error"),
     ),
-    "without_solution": Quantity(
+    "without_solution": Colouring(
         "steps without a solution",
         (1, 10, 100, 1000, 10000),
         _graded("none", "1 to 9", "10 to 99", "100 to 999", "1000 to 9999", "10000 and more"),
@@ -97,7 +97,7 @@ _FIRST_OTHER = _FIRST_PERIOD + len(PERIODS)
 
 def class_image(plane: PartialPlane, side: str, name: str) -> np.ndarray:
     """Index into `PALETTE` of each cell, (rows over D, columns over K) of uint8."""
-    quantity = QUANTITIES[name]
+    quantity = COLOURINGS[name]
     values = quantity.read(plane, side)
     first = _FIRST_PERIOD if quantity.classes is PERIODS else _FIRST_OTHER
     classes = np.where(np.isfinite(values), first + np.digitize(values, quantity.edges), NO_NUMBER)
@@ -106,14 +106,14 @@ def class_image(plane: PartialPlane, side: str, name: str) -> np.ndarray:
 
 
 def sudden_contacts(plane: PartialPlane, side: str, limit: float) -> np.ndarray:
-    """Where the longest contact lasts fewer than ``limit`` steps, the paper's "one sudden impact": uint8, 0 or 1."""
+    """Whether the longest contact lasts fewer than ``limit`` steps, the paper's "one sudden impact": uint8, 0 or 1."""
     steps = plane.contact_steps(side)
     return (~plane.diverged(side) & (steps > 0) & (steps < limit)).astype(np.uint8)
 
 
 def legend(name: str, limit: float | None = None) -> list[list[str]]:
     """Colour, name and pattern of each class, for the key beside the figures."""
-    rows = [[colour, text, ""] for text, colour in QUANTITIES[name].classes]
+    rows = [[colour, text, ""] for text, colour in COLOURINGS[name].classes]
     missing = {"error": "no number", "near_period": "being judged", "without_solution": "no time step"}
     rows += [[SPECIAL[NO_NUMBER], missing[name], ""]] if name in missing else []
     rows += [[SPECIAL[DIVERGED], "blown up", "cross"]]

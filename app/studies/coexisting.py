@@ -38,7 +38,7 @@ _SOLVERS = "reference", "penalty"
 
 
 class CoexistingQuestion(NamedTuple):
-    """What the motions depend on; they do not depend on the start of the setting."""
+    """Everything that the motions depend on; the start of the setting is no part of it."""
 
     system: System
     eta: float
@@ -66,11 +66,11 @@ class Coexisting:
 
     @property
     def share(self) -> float:
-        """Of all starts that are done."""
+        """The share of the starts that are done."""
         return self.done / STARTS
 
     def data(self) -> dict[str, object]:
-        """What is known, for a file."""
+        """The results so far, for a file."""
         return {
             name: [{"share": each.share, "start": each.start, **plain_motion(each.motion)} for each in motions]
             for name, motions in self.found.items()
@@ -91,7 +91,7 @@ def search_coexisting(
 
 
 def coexisting_content(result: Coexisting, setting: Setting) -> dict:
-    """What the page shows of a result, in the units of the setting.
+    """The content of the page for a result, in the units of the setting.
 
     Returns
     -------

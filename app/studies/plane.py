@@ -97,7 +97,7 @@ class PartialPlane:
 
     @cached_property
     def known(self) -> np.ndarray:
-        """Which cells are computed."""
+        """Whether each cell is computed."""
         return (self.values["status"] != MISSING).T
 
     @cached_property
@@ -113,7 +113,7 @@ class PartialPlane:
 
     @property
     def share(self) -> float:
-        """Of all cells that are computed, and whose kind is known if that is asked for, on average."""
+        """The share of the cells that are computed; if kinds are asked for, its mean with the share of cells judged."""
         computed = float(self.known.mean())
         return 0.5 * (computed + self._judged.mean()) if self.question.judged else computed
 
@@ -159,7 +159,7 @@ class PartialPlane:
         return np.where(self._sources >= 0, self.tables[side][name].ravel()[self._sources], np.nan)
 
     def diverged(self, side: str) -> np.ndarray:
-        """Which cells diverged, of bool."""
+        """Whether each cell diverged."""
         return self.shown(side, "status") == _DIVERGED
 
     def contact_steps(self, side: str) -> np.ndarray:
@@ -174,7 +174,7 @@ class PartialPlane:
         return np.full(self.known.shape, np.nan)
 
     def data(self) -> dict[str, object]:
-        """What is known, for a file."""
+        """The results so far, for a file."""
         question = self.question
         numbers = {"eta": question.eta, "steps": question.steps, "located": question.located}
         return {
@@ -202,7 +202,7 @@ class PartialPlane:
         return place[0], place[1]
 
     def source(self, place: tuple[int, int]) -> int:
-        """Flat index of the cell whose numbers are shown: a coarser one while that stands for this one."""
+        """Flat index of the cell whose numbers are shown: that of a coarser cell until this one is computed."""
         source = int(self._sources[place])
         return source if source >= 0 else int(np.ravel_multi_index(place, self.known.shape))
 

@@ -88,7 +88,7 @@ class PartialCurves:
         return {**repeated, "K": values[:, 0], "D": values[:, 1]}
 
     def data(self) -> dict[str, object]:
-        """What is known, for a file."""
+        """The results so far, for a file."""
         return {"curves": self.table(), "cut": self.cut}
 
 

@@ -55,11 +55,11 @@ class SpeedQuestion:
 
     @property
     def kinds(self) -> tuple[str, ...]:
-        """Those of `KINDS` that there are: not every contact law has steps that are skipped."""
+        """The kinds of `KINDS` that exist for the method: not every contact law has skipped steps."""
         return tuple(kind for kind in KINDS if kind != "plain" or self.method.law in NEWMARK_LAWS)
 
 
-class Key(NamedTuple):
+class SolverKey(NamedTuple):
     """A solver: one of `KINDS`, and n, which is 0 where there is no time step."""
 
     kind: str
@@ -82,9 +82,9 @@ class PartialSpeed:
     """A measurement after some turns, by solver: error, solves per period, µs per period of each turn."""
 
     question: SpeedQuestion
-    errors: dict[Key, float]
-    solves: dict[Key, float]
-    turns: dict[Key, tuple[float, ...]]
+    errors: dict[SolverKey, float]
+    solves: dict[SolverKey, float]
+    turns: dict[SolverKey, tuple[float, ...]]
 
     @property
     def rounds(self) -> int:
@@ -93,27 +93,27 @@ class PartialSpeed:
 
     @property
     def share(self) -> float:
-        """Of all turns."""
+        """The share of the turns that are done."""
         return self.rounds / ROUNDS[-1]
 
-    def cost(self, key: Key) -> float:
+    def cost(self, key: SolverKey) -> float:
         """Microseconds per period, the median of the turns."""
         return float(np.median(self.turns[key]))
 
     def stepless(self, kind: str) -> float:
         """Microseconds per period of ``reference`` or ``exact``, which have no time step."""
-        return self.cost(Key(kind, 0))
+        return self.cost(SolverKey(kind, 0))
 
-    def curve(self, kind: str) -> list[Key]:
+    def curve(self, kind: str) -> list[SolverKey]:
         """Solvers of one kind that did not diverge, by ascending n."""
         return sorted(key for key in self.errors if key.kind == kind and math.isfinite(self.errors[key]))
 
-    def times(self, dear: Key, cheap: Key) -> float:
+    def times(self, dear: SolverKey, cheap: SolverKey) -> float:
         """How many times as long ``dear`` takes: the median of the turns' own ratios."""
         return float(np.median(np.divide(self.turns[dear], self.turns[cheap])))
 
     def data(self) -> dict[str, object]:
-        """What is known, for a file: columns over the solvers, and the question."""
+        """The results so far, for a file: columns over the solvers, and the question."""
         method = self.question.method
         question = {"eta": self.question.eta, "K": method.stiffness, "D": method.damping, "steps": method.steps}
         question |= {"method": scheme_as_dict(method)}
@@ -135,19 +135,19 @@ def steps_around(steps: int) -> list[int]:
     return sorted({max(_FEWEST, round(factor * steps)) for factor in FACTORS})
 
 
-def solvers(question: SpeedQuestion) -> dict[Key, Solve]:
+def solvers(question: SpeedQuestion) -> dict[SolverKey, Solve]:
     """All solvers, in the order of their turns; those that are compared stand next to each other."""
     found = {
-        Key("reference", 0): _engine_solver(question, question.reference),
-        Key("exact", 0): _engine_solver(question, question.method.limit),
+        SolverKey("reference", 0): _engine_solver(question, question.reference),
+        SolverKey("exact", 0): _engine_solver(question, question.method.limit),
     }
     for n in steps_around(question.method.steps):
         method = replace(question.method, steps=n)
-        found[Key("fixed", n)] = _engine_solver(question, method)
+        found[SolverKey("fixed", n)] = _engine_solver(question, method)
         if "plain" in question.kinds:
-            found[Key("plain", n)] = _plain_solver(question, method)
+            found[SolverKey("plain", n)] = _plain_solver(question, method)
         if "located" in question.kinds:
-            found[Key("located", n)] = _engine_solver(question, with_located_steps(method))
+            found[SolverKey("located", n)] = _engine_solver(question, with_located_steps(method))
     return found
 
 
@@ -213,13 +213,13 @@ def _timed(solve: Solve, cancelled: Callable[[], bool]) -> TimedRun:
     return solve(PERIODS, cancelled)
 
 
-def _errors(by_key: dict[Key, Solve], cancelled: Callable[[], bool]) -> dict[Key, float]:
+def _errors(by_key: dict[SolverKey, Solve], cancelled: Callable[[], bool]) -> dict[SolverKey, float]:
     """Largest difference from the exact penalty model after `CHECKED` periods; nan where either gave up.
 
     The plain loop takes the steps that the fixed step skips: of the same system and start, the same solution.
     """
-    exact = by_key[Key("exact", 0)](CHECKED, cancelled).state
+    exact = by_key[SolverKey("exact", 0)](CHECKED, cancelled).state
     swept = {key: solve for key, solve in by_key.items() if key.kind in ("fixed", "located")}
     found = {key: float(np.abs(solve(CHECKED, cancelled).state - exact).max()) for key, solve in swept.items()}
-    found |= {key: found[Key("fixed", key.steps)] for key in by_key if key.kind == "plain"}
+    found |= {key: found[SolverKey("fixed", key.steps)] for key in by_key if key.kind == "plain"}
     return {key: error if math.isfinite(error) else math.nan for key, error in found.items()}

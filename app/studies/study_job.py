@@ -26,13 +26,13 @@ _lock = threading.Lock()  # of that, and of who waits for it
 
 
 class PartialResult(Protocol):
-    """What a page shows of a study so far."""
+    """The results of a study so far, as a page shows them."""
 
     question: object
     share: float  # of all cells that are done
 
     def data(self) -> dict[str, object]:
-        """What is known, for a file: numbers, words, arrays, and dictionaries of those."""
+        """The results so far, for a file: numbers, words, arrays, and dictionaries of those."""
 
 
 # From a question, an earlier partial result to go on from, and whether it was cancelled.

@@ -26,7 +26,7 @@ from vibroscope.engine.sweeps import (
 
 STEPS = (500, 1000, 2000, 4000, 6000, 8000, 16_000, 32_000)  # the paper's Figure 14 has 2,000 to 8,000
 STEPS_AT_ONCE = 4  # from one partial result to the next; the last has half its cost in one run
-# Steps with which a motion is judged of which none is skipped: with more it takes long, and its scatter is small.
+# Largest n of a motion that is judged although no step can be skipped: more would take long, and scatter is small.
 MOST_TAKEN = 4000
 TRANSIENT, SAMPLE = 2000, 50
 
@@ -78,12 +78,12 @@ class PartialStep:
 
     @property
     def schemes(self) -> tuple[str, ...]:
-        """Those of `engine.sweeps.SCHEMES`."""
+        """The names in `engine.sweeps.SCHEMES` that apply."""
         return tuple(self.study.schemes)
 
     @property
     def share(self) -> float:
-        """Of all steps of the study, the judgement of the motions included."""
+        """The share of the study that is done, including the judgement of the motions."""
         return float(self.steps.sum() / self.study.steps.sum()) * (1.0 if self.judged is not None else 0.99)
 
     def of_scheme(self, name: str, scheme: str) -> np.ndarray:
@@ -91,7 +91,7 @@ class PartialStep:
         return self.values[name][: self._count, SCHEMES[scheme]]
 
     def words(self, index: int, scheme: str) -> str:
-        """What a motion is; until it is judged, what its section shows."""
+        """The motion in words; until it is judged, by its section."""
         period, near = (int(self.of_scheme(name, scheme)[index]) for name in ("period", "near_period"))
         if period == 1:
             return kind_words(CellKind.PERIODIC, 1)
@@ -112,7 +112,7 @@ class PartialStep:
         return "the motions do not keep step" if complete else "no run came to its end"
 
     def data(self) -> dict[str, object]:
-        """What is known, for a file: the variables as `engine.sweep_step` names them."""
+        """The results so far, for a file: the variables as `engine.sweep_step` names them."""
         method = self.question.method
         question = {"eta": self.question.eta, "K": self.stiffness, "D": method.damping, "steps": self.steps}
         question |= {"method": scheme_as_dict(method)}
@@ -135,7 +135,7 @@ class PartialStep:
         return {name: self.of_scheme(name, scheme)[index] for name in self.study.shown}
 
     def section(self, index: int, scheme: str) -> dict[str, np.ndarray]:
-        """The same at τ ≡ 0 mod T over the sample."""
+        """Displacement and velocity at τ ≡ 0 mod T over the sample."""
         return {name: self.of_scheme(f"{name}_section", scheme)[index] for name in self.study.shown}
 
 

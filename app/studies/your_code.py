@@ -1,4 +1,4 @@
-"""What a simulation code would show at a setting, and what its rules of thumb give, while it grows. No panel import.
+"""The motion that a simulation code would show, and the results of its rules of thumb, one by one. No panel import.
 
 The runs of the setting come first, then whether its steps have solutions, then one rule of thumb after the other.
 """
@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from vibroscope.app.codes.catalogue import Code
-from vibroscope.app.codes.rules import AS_SET, Outcome, Problem, Rule, judge, rules
+from vibroscope.app.codes.rules import AS_SET, Rule, RuleOutcome, RuleQuestion, judge, rules
 from vibroscope.app.explorer.compute import RunPair, compute_runs, run_length
 from vibroscope.app.explorer.errors import Refused
 from vibroscope.app.explorer.explanation import sentence
@@ -28,13 +28,13 @@ _CACHE = Cache(24)  # runs of rules, which shall not take the place of those tha
 class Judged:
     """A rule of thumb, what follows, and the phase plot of the observed body: (2, n), empty where there is none."""
 
-    outcome: Outcome
+    outcome: RuleOutcome
     orbit: np.ndarray
 
 
 @dataclass(frozen=True, eq=False)
 class PartialCode:
-    """What is known so far.
+    """The results so far.
 
     Attributes
     ----------
@@ -55,11 +55,11 @@ class PartialCode:
 
     @property
     def share(self) -> float:
-        """Of all rules that are judged."""
+        """The share of the rules that are judged."""
         return len(self.judged) / (1 + len(rules()))
 
     def data(self) -> dict[str, object]:
-        """What is known, for a file."""
+        """The results so far, for a file."""
         return {
             "steps_have_solutions": self.solvable,
             "rules": {each.outcome.rule.key: each.outcome.as_dict() for each in self.judged},
@@ -67,7 +67,7 @@ class PartialCode:
 
 
 def question_of(setting: Setting) -> Setting:
-    """What the results depend on."""
+    """Everything that the results depend on."""
     return setting.drawn_like(Setting())
 
 
@@ -84,12 +84,12 @@ def grow_code(question: Setting, last: PartialCode | None, cancelled: Callable[[
 
 def rule_texts(rule: Rule, setting: Setting) -> dict[str, str]:
     """The numbers that a rule gives, as texts for `read_setting`; raises ValueError where it gives none."""
-    method = rule.method(Problem(setting.system, setting.eta, setting.penalty))
+    method = rule.method(RuleQuestion(setting.system, setting.eta, setting.penalty))
     return {name: print_number(getattr(method, METHOD_NUMBERS[name])) for name in rule.gives}
 
 
 def code_texts(code: Code, setting: Setting) -> dict[str, str]:
-    """What choosing a code sets: integrator, status, law, and of K, D and the step what its rules give first."""
+    """The texts that choosing a code sets: integrator, status, law, and K, D and the step by its first rules."""
     texts = {"located": "no", **code.texts()}
     for name in METHOD_NUMBERS:
         rule = next((rules()[key] for key in code.rules if rules()[key].gives == (name,)), None)
@@ -118,14 +118,14 @@ def _solvable(setting: Setting, cancelled: Callable[[], bool]) -> str:
 
 
 def _judge(rule: Rule, setting: Setting, cancelled: Callable[[], bool]) -> Judged:
-    asked = Problem(setting.system, setting.eta, setting.penalty)
+    asked = RuleQuestion(setting.system, setting.eta, setting.penalty)
     empty = np.empty((2, 0))
     try:
         with_rule = read_setting(rule_texts(rule, setting), setting)
     except Refused as error:  # more than this server computes
-        return Judged(Outcome(rule, rule.method(asked), "", np.nan, np.nan, None, str(error)), empty)
+        return Judged(RuleOutcome(rule, rule.method(asked), "", np.nan, np.nan, None, str(error)), empty)
     except ValueError as error:
-        return Judged(Outcome(rule, None, "", np.nan, np.nan, None, f"{error}."), empty)
+        return Judged(RuleOutcome(rule, None, "", np.nan, np.nan, None, f"{error}."), empty)
     runs = compute_runs(with_rule, cancelled, _CACHE)
     outcome = judge(
         rule,

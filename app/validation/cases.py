@@ -22,7 +22,7 @@ FILE = "validation/cases.toml"
 
 
 @dataclass(frozen=True)
-class Quantity:
+class PublishedFigure:
     """One published figure.
 
     Attributes
@@ -56,7 +56,7 @@ class Quantity:
 
 
 @dataclass(frozen=True)
-class Case:
+class PublishedCase:
     """One published problem and its figures.
 
     Attributes
@@ -70,7 +70,7 @@ class Case:
     periods : int
     initial : tuple of 4 float
         ξ₁, ξ₁′, ξ₂, ξ₂′ at τ = 0.
-    quantities : tuple of Quantity
+    quantities : tuple of PublishedFigure
     """
 
     key: str
@@ -83,23 +83,23 @@ class Case:
     method: Method
     periods: int
     initial: tuple[float, float, float, float]
-    quantities: tuple[Quantity, ...]
+    quantities: tuple[PublishedFigure, ...]
 
 
 @cache
-def cases() -> tuple[Case, ...]:
+def cases() -> tuple[PublishedCase, ...]:
     """All cases, in the order of the file."""
     return tuple(map(_case, tomllib.loads(asset(FILE))["case"]))
 
 
-def _case(table: dict) -> Case:
+def _case(table: dict) -> PublishedCase:
     run = table["run"]
     if "physical" in table:
         system, units, eta = system_of_physical(table["physical"])
     else:
         content = system_of_tables({name: table[name] for name in ("system", "excitation") if name in table})
         system, units, eta = content.system, None, run["eta"]
-    return Case(
+    return PublishedCase(
         key=table["key"],
         title=table["title"],
         source=table["source"],
@@ -135,9 +135,9 @@ def _initial(run: dict, units: Units | None) -> tuple[float, float, float, float
     return tuple(units.model(kind, value) for kind, value in zip(kinds, run["start_SI"], strict=True))
 
 
-def _quantity(table: dict) -> Quantity:
+def _quantity(table: dict) -> PublishedFigure:
     own = ("what", "unit", "published", "recomputed", "within", "measure", "note")
-    return Quantity(
+    return PublishedFigure(
         what=table["what"],
         unit=table.get("unit", ""),
         published=table.get("published"),

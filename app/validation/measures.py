@@ -1,4 +1,4 @@
-"""What is read off a run: peaks, instants, impulses, multipliers. Every measure takes a `Run` and returns a number.
+"""Measures of a run: peaks, instants, impulses, multipliers. Each takes a `SolvedCase` and returns a number.
 
 Numbers are those of the model; `outcome` converts them. Contacts and impacts are counted from 1.
 """
@@ -10,17 +10,17 @@ from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
-from vibroscope.app.validation.cases import Case
+from vibroscope.app.validation.cases import PublishedCase
 from vibroscope.engine import Record, Response, Trajectory, simulate, steady
 
 SAMPLES = 400_000  # of a run in closed form: so dense that interpolation between them errs by rounding
 BISECTIONS = 60
 
 
-class Run:
+class SolvedCase:
     """One case, solved when a measure asks for it."""
 
-    def __init__(self, case: Case):
+    def __init__(self, case: PublishedCase):
         self.case = case
 
     @cached_property
@@ -44,56 +44,56 @@ class Run:
         return found
 
 
-def impact_time(run: Run, number: int) -> float:
+def impact_time(run: SolvedCase, number: int) -> float:
     """Instant of an impact; for penalty contact, at which the contact begins."""
     return float(run.response.impacts.time[number - 1])
 
 
-def impact_speed(run: Run, number: int) -> float:
+def impact_speed(run: SolvedCase, number: int) -> float:
     """Closing speed of an impact; number 0 is the last one."""
     return float(run.response.impacts.closing_speed[number - 1])
 
 
-def rebound(run: Run, number: int) -> float:
+def rebound(run: SolvedCase, number: int) -> float:
     """Speed at which the bodies part after an impact, over the closing speed."""
     impacts = run.response.impacts
     after = impacts.velocity_after[number - 1]
     return float((after[1] - after[0]) / impacts.closing_speed[number - 1])
 
 
-def impulse(run: Run, number: int) -> float:
+def impulse(run: SolvedCase, number: int) -> float:
     """Time integral of the contact force over a contact."""
     return float(run.response.impacts.impulse[number - 1])
 
 
-def contact_duration(run: Run, number: int) -> float:
-    """From the beginning to the end of a contact."""
+def contact_duration(run: SolvedCase, number: int) -> float:
+    """Duration of a contact."""
     begin, end = run.response.contacts[number - 1]
     return float(end - begin)
 
 
-def contact_begin(run: Run, number: int) -> float:
+def contact_begin(run: SolvedCase, number: int) -> float:
     """Instant at which a contact begins; for the reference, a permanent one."""
     return float(run.response.contacts[number - 1][0])
 
 
-def contact_end(run: Run, number: int) -> float:
+def contact_end(run: SolvedCase, number: int) -> float:
     """Instant at which a contact ends."""
     return float(run.response.contacts[number - 1][1])
 
 
-def impacts(run: Run) -> float:
+def impacts(run: SolvedCase) -> float:
     """Number of impacts of the whole run."""
     return float(len(run.response.impacts))
 
 
-def frequency(run: Run) -> float:
+def frequency(run: SolvedCase) -> float:
     """Angular frequency of a motion that hits once in each of its cycles: 2π over the time from impact to impact."""
     first, second = run.response.impacts.time[:2]
     return float(2 * math.pi / (second - first))
 
 
-def displacement(run: Run, time: float) -> float:
+def displacement(run: SolvedCase, time: float) -> float:
     """ξ₁ at an instant, by the cubic through the two samples around it and their velocities."""
     samples = run.samples
     i = min(np.searchsorted(samples.time, time, "right"), len(samples.time) - 1) - 1
@@ -103,17 +103,17 @@ def displacement(run: Run, time: float) -> float:
     return float(x + s * (v + s * (3 * (y - x) - 2 * v - w + s * (2 * (x - y) + v + w))))
 
 
-def peak_force(run: Run, number: int = 0) -> float:
+def peak_force(run: SolvedCase, number: int = 0) -> float:
     """Greatest contact force: of one contact, or of all of them (number 0), by the parabola through three samples."""
     return _peak(run, number)[1]
 
 
-def peak_time(run: Run, number: int = 0) -> float:
+def peak_time(run: SolvedCase, number: int = 0) -> float:
     """Instant of the greatest contact force."""
     return _peak(run, number)[0]
 
 
-def _peak(run: Run, number: int) -> tuple[float, float]:
+def _peak(run: SolvedCase, number: int) -> tuple[float, float]:
     samples, force = run.samples, run.samples.force
     if number:
         begin, end = run.response.contacts[number - 1]
@@ -126,12 +126,12 @@ def _peak(run: Run, number: int) -> tuple[float, float]:
     return float(samples.time[i] + shift * h), float(top - (left - right) * shift / 4)
 
 
-def greatest_sample(run: Run, every: int = 1) -> float:
+def greatest_sample(run: SolvedCase, every: int = 1) -> float:
     """Greatest contact force among the states after every step, or every second one, …, as a code keeps them."""
     return float(run.samples.force[::every].max())
 
 
-def time_of_force(run: Run, force: float) -> float:
+def time_of_force(run: SolvedCase, force: float) -> float:
     """Instant at which the contact force first reaches a value, between two samples."""
     samples = run.samples
     i = int(np.argmax(samples.force >= force))
@@ -139,7 +139,7 @@ def time_of_force(run: Run, force: float) -> float:
     return float(begin + (force - low) / (high - low) * (end - begin))
 
 
-def multiplier_product(run: Run) -> float:
+def multiplier_product(run: SolvedCase) -> float:
     """Product of the two largest Floquet multipliers of the periodic motion that the run leads to."""
     case = run.case
     found = steady(case.system, case.eta, case.method, initial=case.initial)
@@ -148,7 +148,7 @@ def multiplier_product(run: Run) -> float:
     return float(np.prod(found.multipliers[:2]).real)
 
 
-def grazing_force(run: Run) -> float:
+def grazing_force(run: SolvedCase) -> float:
     """Amplitude of the force on body 1 at which its steady motion without contact grazes the wall, by bisection.
 
     Each trial begins in that motion, and its impacts in one period decide.
@@ -162,7 +162,7 @@ def grazing_force(run: Run) -> float:
     return high
 
 
-def _impacts(case: Case, force: float) -> int:
+def _impacts(case: PublishedCase, force: float) -> int:
     """Impacts of one period that begins in the steady motion which body 1 would have without contact."""
     system, eta = case.system, case.eta
     cosine, sine = replace(system.excitation, force1=force).harmonic("force1")

@@ -6,8 +6,8 @@ import time
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
-from vibroscope.app.validation.cases import Case, Quantity, cases
-from vibroscope.app.validation.measures import MEASURES, Run
+from vibroscope.app.validation.cases import PublishedCase, PublishedFigure, cases
+from vibroscope.app.validation.measures import MEASURES, SolvedCase
 
 # unit of a figure: the quantity of `Units` that it belongs to
 _KINDS = {
@@ -27,16 +27,16 @@ class ComparedFigure:
 
     Attributes
     ----------
-    case : Case
-    quantity : Quantity
+    case : PublishedCase
+    quantity : PublishedFigure
     ours : float
         In the unit of the quantity.
     seconds : float
         What it took, the solution included where it was not there yet.
     """
 
-    case: Case
-    quantity: Quantity
+    case: PublishedCase
+    quantity: PublishedFigure
     ours: float
     seconds: float
 
@@ -56,17 +56,17 @@ class ComparedFigure:
         return self.error <= self.quantity.within
 
 
-def validate(chosen: Iterable[Case] | None = None) -> Iterator[ComparedFigure]:
+def validate(chosen: Iterable[PublishedCase] | None = None) -> Iterator[ComparedFigure]:
     """Yield the comparison of each figure, case by case; by default of all cases."""
     for case in cases() if chosen is None else chosen:
-        run = Run(case)
+        run = SolvedCase(case)
         for quantity in case.quantities:
             begin = time.perf_counter()
             ours = _measured(run, quantity)
             yield ComparedFigure(case, quantity, ours, time.perf_counter() - begin)
 
 
-def _measured(run: Run, quantity: Quantity) -> float:
+def _measured(run: SolvedCase, quantity: PublishedFigure) -> float:
     """Our figure in the unit of the quantity."""
     units, arguments = run.case.units, dict(quantity.arguments)
     if units is not None:

@@ -3,7 +3,7 @@
 import math
 from dataclasses import dataclass
 
-from ..model import require
+from ..checks import require
 from .family import Family
 
 LARGEST_END = 1e12

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from ..model import flag, whole
+from ..checks import flag, whole
 from ..motions.steady import MAX_PERIOD_LIMIT
 
 

@@ -1,4 +1,4 @@
-"""Which number is to blame for a difference, and what to change first, in words."""
+"""The number to blame for a difference, and the one to change first, in words."""
 
 import numpy as np
 
@@ -90,7 +90,7 @@ def _status_sentence(comparison: Comparison, best: Experiment) -> tuple[str, dic
 
 
 def _and_more_steps(tried: Experiment) -> str:
-    """What more steps leave, for codes that cannot cut a step, as the end of a sentence about what something leaves."""
+    """The difference that more steps leave, for codes that cannot cut a step; the end of a sentence."""
     many = f"{tried.method.steps:,} steps a period"
     return (
         f", {many} {percent(tried.remaining)}." if tried.enough else f"; even {many} leave {percent(tried.remaining)}."

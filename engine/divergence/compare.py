@@ -120,14 +120,14 @@ class Comparison:
 
     @property
     def part_names(self) -> tuple[str, ...]:
-        """Those of PARTS that a difference can have: joint damping only where the reference has one of its own."""
+        """The names of PARTS that a difference can have: joint damping only where the reference has one of its own."""
         run = self.runs.reference
         own = run.system.joint_damping(run.method.joint_damping) != run.system.derived_joint_damping
         return tuple(name for name in PARTS if own or name != "joint_damping")
 
     @cached_property
     def difference(self) -> Difference:
-        """The numbers that say how far the solutions are apart; whatever states them takes these.
+        """The numbers that measure how far the solutions are apart; all statements take them from here.
 
         Raises
         ------
@@ -144,7 +144,7 @@ class Comparison:
         return Difference("sections", found.total, parts, found.chance, self.runs.penalty.method.law)
 
     def decided(self, cancelled: Callable[[], bool] | None = None) -> "Comparison":
-        """Add evidence to the motions of which the kept periods alone do not show what they are.
+        """Add evidence to the motions whose kind the kept periods alone do not show.
 
         A motion that repeats itself is plain; Newmark's only if the exact penalty solution repeats after as many
         periods. Otherwise a time step may have scattered its section, or locked the scatter into a long cycle. Where
@@ -168,7 +168,7 @@ class Comparison:
 
     @property
     def start(self) -> tuple[float, ...] | None:
-        """What a further run is given as ``initial``: None from rest, which may lie where no other start may."""
+        """The argument ``initial`` of a further run: None for rest, which may lie where no other start may."""
         return None if self.initial == self.runs.reference.system.rest else self.initial
 
     def _judge(self, run: Response, cancelled) -> Motion:
@@ -176,7 +176,7 @@ class Comparison:
         return motion(run.system, run.eta, run.method, initial=self.start, cancelled=cancelled)
 
     def _with(self, **motions: Motion) -> "Comparison":
-        """The same with other descriptions of its motions; what is known of the difference stays."""
+        """The comparison with other descriptions of its motions; the results for the difference stay."""
         changed = replace(self, **motions)
         cached = {name: value for name, value in vars(self).items() if name in ("statistics", "difference")}
         vars(changed).update(cached)

@@ -11,7 +11,7 @@ PART_NAMES = {"time_step": "time step", "regularisation": "K and D", "joint_damp
 
 @dataclass(frozen=True)
 class Difference:
-    """How far a penalty solution is from the reference, and the parts of that which are known.
+    """The difference of a penalty solution from the reference, and its parts as far as they are known.
 
     Attributes
     ----------

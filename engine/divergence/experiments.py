@@ -159,7 +159,7 @@ def equal_damping(comparison: Comparison, method: Newmark | TimeStepping) -> flo
 
 
 def _remaining_without(comparison: Comparison, part: str) -> float:
-    """What remains without the time step, or without the joint damping."""
+    """The difference that remains without the time step, or without the joint damping."""
     if comparison.motions.reference.period:
         return comparison.parts.without(part)
     statistics = comparison.statistics
@@ -220,7 +220,7 @@ def _changed_methods(comparison: Comparison) -> Iterator[tuple[str, Newmark | Ti
 def _remaining_with(
     comparison: Comparison, method: ExactPenalty | Newmark | TimeStepping, cancelled, settled: bool = False
 ) -> float:
-    """What remains with another method; nan or inf if its run ends early.
+    """The difference that remains with another method; nan or inf if its run ends early.
 
     ``settled``: run it from where the exact penalty solution is after all periods, which takes fewer of them.
     """

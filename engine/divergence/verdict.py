@@ -1,4 +1,4 @@
-"""What a comparison means, in plain English: what agrees, which number is to blame, and what to change first.
+"""A comparison in words: what agrees, which number is to blame, and what to change first.
 
 Every sentence follows from computed numbers: :mod:`.agreement` says what agrees, :mod:`.experiments` changes one number
 at a time, and :mod:`.blame` names the number whose change helps most.

@@ -1,4 +1,4 @@
-"""What every driver does: call a kernel in pieces, so that a run can be cancelled, and collect what it records."""
+"""The base of all drivers: call a kernel in pieces, so that a run can be cancelled, and collect what it records."""
 
 import math
 import time

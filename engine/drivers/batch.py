@@ -34,7 +34,7 @@ _KINDS = {Reference: REFERENCE, ExactPenalty: EXACT, Newmark: SKIPPING, TimeStep
 
 
 class Task(NamedTuple):
-    """What is asked of every cell."""
+    """The settings that all cells share."""
 
     transient: int
     sample: int
@@ -43,7 +43,7 @@ class Task(NamedTuple):
 
 
 def are_compiled(method: Method, rows: np.ndarray) -> np.ndarray:
-    """Which cells the kernel runs, (n,) of bool: none of other contact laws, none whose every step is taken.
+    """Whether the kernel runs each cell, (n,) of bool: not with other contact laws, nor if every step is to be taken.
 
     It runs none of :class:`engine.TimeStepping`.
     """
@@ -97,7 +97,7 @@ def make_worker(
     results: kernel.BatchResults,
     run_cell: Callable[[int, np.ndarray, np.ndarray], bool],
 ) -> Callable[[], Worker]:
-    """What gives each thread its worker (see :func:`.threads.share_out`).
+    """A function that makes the worker of a thread (see :func:`.threads.share_out`).
 
     Parameters
     ----------
@@ -141,7 +141,7 @@ def make_worker(
 
 
 def make_work_space(kind: int, sample: int) -> kernel.WorkSpace:
-    """What one thread works in."""
+    """The work space of one thread."""
     layout, state = (SKIPPING_LAYOUT, STEP_STATE) if kind == SKIPPING else (SYSTEM, EVENT_STATE)
     nothing, cycle, kept = (make_buffers(rows, np.zeros(1), 0, CAPACITY if rows else 0) for rows in (0, CYCLE, sample))
     return kernel.WorkSpace(

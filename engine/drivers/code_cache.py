@@ -1,4 +1,4 @@
-"""Where the machine code of the kernels is cached, what it is the code of, and which functions it consists of."""
+"""The cache of the kernels' machine code: its folder, the digest of its sources, and its functions."""
 
 import hashlib
 import sys

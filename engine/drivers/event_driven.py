@@ -170,13 +170,13 @@ class LinearFlow(NamedTuple):
         return start_at(self.system, y)
 
     def with_jacobian(self, start: np.ndarray, periods: float) -> tuple[np.ndarray, np.ndarray, int] | None:
-        """What :func:`integrate_variation` returns."""
+        """The result of :func:`integrate_variation`."""
         return integrate_variation(self.system, start, periods)
 
     def along(
         self, start: np.ndarray, periods: float, direction: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray, int] | None:
-        """The same with the derivative in one direction, (4,), in place of the Jacobian."""
+        """Integrate with the derivative in one direction, (4,), in place of the Jacobian."""
         found = self.with_jacobian(start, periods)
         return None if found is None else (found[0], found[1] @ direction, found[2])
 

@@ -69,7 +69,7 @@ def by_steps(method) -> bool:
 
 
 def _pieces(p: Parameters) -> dict[int, tuple[tuple[float, float], list[tuple[np.ndarray, float, int]]]]:
-    """Of each piece of a law its spring and damper, and what it watches: a row of z, what follows, what mirrors it."""
+    """For each piece of a law: spring, damper, and its watched quantities (row of z, next piece, mirrored row)."""
     spring, damper = np.zeros(6), np.zeros(6)
     spring[GAP], damper[RATE] = force(p.stiffness, p.damping, 1.0, 0.0), force(p.stiffness, p.damping, 0.0, 1.0)
     open_again = (spring, FLIGHT, -1)
@@ -252,13 +252,13 @@ class LawFlow:
     def along(
         self, start: np.ndarray, periods: float, direction: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray, int] | None:
-        """As :meth:`with_jacobian`, with the derivative in one direction, (4,), in place of the Jacobian."""
+        """Do as :meth:`with_jacobian`, with the derivative in one direction, (4,), in place of the Jacobian."""
         found = self.end(start, periods)
         derivative = None if found is None else self._derivative(start, periods, direction, found[1])
         return None if derivative is None else (found[0], derivative, found[1])
 
     def _derivative(self, start: np.ndarray, periods: float, direction: np.ndarray, events: int) -> np.ndarray | None:
-        """By a central difference; None if a neighbour has other events. A wall does not move."""
+        """The derivative by a central difference; None if a neighbour has other events. A wall does not move."""
         a = STATE.read(start)
         y = np.array([a.x1, a.v1, a.gap, a.rate])
         width = DIFFERENCE * max(float(np.abs(y).max()), DIFFERENCE)
@@ -269,7 +269,7 @@ class LawFlow:
         return (sides[0][0] - sides[1][0]) / (2 * width)
 
     def with_jacobian(self, start: np.ndarray, periods: float) -> tuple[np.ndarray, np.ndarray, int] | None:
-        """As :func:`.event_driven.integrate_variation`, the Jacobian by central differences."""
+        """Do as :func:`.event_driven.integrate_variation`, with the Jacobian by central differences."""
         found, jacobian = self.end(start, periods), np.zeros((4, 4))
         if found is None:
             return None

@@ -22,7 +22,7 @@ from .skip_tables import LocatedTables
 from .stepping import SteppingDriver
 from .time_stepping import parameters_of_steps
 
-MANY_STEPS = 1000  # a period from which tables are worth their making, for Newmark's method, whose steps take no time
+MANY_STEPS = 1000  # per period: with fewer steps of Newmark's method, tables take longer than the steps that they save
 
 
 def stages_of(integrator: Integrator, p: Parameters) -> Stages:
@@ -148,7 +148,7 @@ class LocatedDriver(SteppingDriver):
 
 
 class LocatedLawDriver(LocatedDriver):
-    """The same with another contact law than spring and damper: flights are skipped, steps in contact are taken."""
+    """A run with located steps and another law than spring and damper: it skips flights, takes steps in contact."""
 
     def _prepare(self, p: Parameters, integrator: Integrator) -> None:
         m = self._scheme._replace(stages=stages_of(integrator, p))

@@ -66,7 +66,7 @@ def wall_of(system: System) -> tuple | None:
 
 
 def loads(system: System, eta: float) -> tuple[np.ndarray, np.ndarray]:
-    """What drives each body, per unit of its mass, as factors of cos ητ and sin ητ, (2,) each; zeros for a wall."""
+    """The load of each body, per unit of its mass, as factors of cos ητ and sin ητ, (2,) each; zeros for a wall."""
     base, force1, force2 = (np.array(system.excitation.harmonic(name)) for name in ("base", "force1", "force2"))
     first = eta * eta * base + force1
     return first, np.zeros(2) if system.wall else eta * eta * base + force2 / system.mass_ratio

@@ -180,7 +180,7 @@ def _step_matrix(maps: np.ndarray, status: int, turn: float, touch: float) -> np
 
 
 def _powers(matrix: np.ndarray, entries: int = ENTRIES) -> np.ndarray:
-    """Its first powers, each a product of two earlier ones."""
+    """The first powers of a matrix, each a product of two earlier ones."""
     powers = matrix[None]
     while len(powers) < entries:
         powers = np.concatenate([powers, powers[-1] @ powers])

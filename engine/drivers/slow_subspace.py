@@ -1,4 +1,4 @@
-"""Which contacts have modes of very different speed, so that the slow ones can be followed at their own pace."""
+"""Contacts with slow and fast modes, whose slow modes can be followed at their own pace."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""What the drivers of methods with a time step share: counting in steps, and the message of a divergence."""
+"""The base of the drivers with a time step: counting in steps, and the message of a divergence."""
 
 from abc import abstractmethod
 from typing import ClassVar
@@ -47,7 +47,7 @@ class SteppingDriver(Driver):
     @property
     @abstractmethod
     def _now(self) -> tuple:
-        """What is known of the solver's state, ``step`` among it: the steps done."""
+        """The solver's state as far as it is known; its field ``step`` counts the steps done."""
 
     def _steps_done(self) -> int:
         # a skip stops short of where a run is cut; a run that ended early stands where it did
@@ -68,7 +68,7 @@ class SteppingDriver(Driver):
         return 2 * np.pi * np.arange(n + 1) / n
 
     def explain_divergence(self, step: int) -> str:
-        """What happened at which step, and what to change."""
+        """The step at which the run diverged, the reason, and what to change."""
         n = self._method.steps
         return (
             f"{self.solution} blew up: the gap passed {LIMIT:g} base amplitudes at step {step} "

@@ -10,7 +10,7 @@ from concurrent.futures import ThreadPoolExecutor, wait
 
 import numpy as np
 
-from ..model import whole
+from ..checks import whole
 from ..result import Cancelled
 
 GRAIN = 4  # cells that a thread takes at a time, at least; chains stay together

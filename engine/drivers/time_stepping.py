@@ -123,7 +123,7 @@ class TimeSteppingDriver(SteppingDriver):
         )
 
     def _explain_instability(self) -> str:
-        """Which step the method needs to be stable, "" if it is."""
+        """The step that the method needs to be stable, in words; "" if it is stable."""
         b, method, period = self._bodies, self._method, self.period
         if method.integrator.always_unstable:
             return "the method amplifies with every step, since gamma is below 1/2"

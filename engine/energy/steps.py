@@ -23,7 +23,7 @@ from .result import EnergyBalance
 
 
 def balance_of_steps(response: Response) -> EnergyBalance:
-    """Balance the sampled periods, of which every step is recorded."""
+    """Balance the sampled periods; every step of them is recorded."""
     sampled, c, method = response.trajectory, response.system, response.method
     if sampled is None or not np.isclose(sampled.time[1] - sampled.time[0], response.period / method.steps, rtol=1e-3):
         raise ValueError("the energy of steps is balanced one by one: record every step of the sampled periods")
@@ -52,5 +52,5 @@ def balance_of_steps(response: Response) -> EnergyBalance:
 
 
 def _mean(values: np.ndarray) -> np.ndarray:
-    """Of each step."""
+    """The mean over each step."""
     return 0.5 * (values[1:] + values[:-1])

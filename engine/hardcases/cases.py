@@ -21,7 +21,7 @@ SIGMAS = 5.0  # by which statistics of the same motion may differ: exceeded once
 
 
 @dataclass(frozen=True)
-class Case:
+class HardCase:
     """One hard case.
 
     Attributes
@@ -100,7 +100,7 @@ def setup_of(truth: str, **changed) -> SimulationSetup:
     return SimulationSetup(system, entry["eta"], method, entry["periods"], initial)
 
 
-def hard_cases() -> list[Case]:
+def hard_cases() -> list[HardCase]:
     """Return all hard cases."""
     groups = (
         _grazing,
@@ -119,21 +119,21 @@ def hard_cases() -> list[Case]:
     return [case for group in groups for case in group()]
 
 
-def _with_truth(group: str, *truths: str, **changed) -> Iterator[Case]:
+def _with_truth(group: str, *truths: str, **changed) -> Iterator[HardCase]:
     """Yield cases whose true solution is known."""
     for truth in truths:
-        yield Case(f"{group}: {truth}", setup_of(truth, **changed), truth=truth)
+        yield HardCase(f"{group}: {truth}", setup_of(truth, **changed), truth=truth)
 
 
-def _grazing() -> Iterator[Case]:
+def _grazing() -> Iterator[HardCase]:
     for law, flows in (("grazing", "abcde"), ("grazing-exact", "abc"), ("grazing-force", "ab")):
         for flow in flows:
             for dip in ("1e-14", "-1e-14", "0"):
                 truth = f"{law}|{flow}|{dip}"
-                yield Case(f"grazing: {truth}", setup_of(truth), truth=truth, clear=f"{law}|{flow}|1e-06")
+                yield HardCase(f"grazing: {truth}", setup_of(truth), truth=truth, clear=f"{law}|{flow}|1e-06")
 
 
-def _chatter() -> Iterator[Case]:
+def _chatter() -> Iterator[HardCase]:
     for e in ("0.0", "0.1", "0.5", "0.9", "0.99"):
         for threshold in ("0.002", "1e-06"):
             yield from _with_truth("chatter", f"chatter|{e}|{threshold}", f"chatter-pressed|{e}|{threshold}")
@@ -144,20 +144,20 @@ def _chatter() -> Iterator[Case]:
     yield from _with_truth("elastic", "elastic|2.76|table", "elastic|2.76|derived", "elastic-pressed|2.76|table")
 
 
-def _close_frequencies() -> Iterator[Case]:
+def _close_frequencies() -> Iterator[HardCase]:
     for eta in ("1.0", "2.0"):
         for law in ("table", "derived", "12000,18"):
             yield from _with_truth("κ close to 1", f"kappa|1+0.0001|{eta}|{law}", f"kappa|1+1e-07|{eta}|{law}")
 
 
-def _resonance() -> Iterator[Case]:
+def _resonance() -> Iterator[HardCase]:
     for eta in ("1.0", "2.41", "1.8"):
         for d in ("damped", "1e-9", "undamped"):
             yield from _with_truth("resonance", f"resonance|{eta}|{d}|table", f"resonance|{eta}|{d}|12000,18")
     yield from _with_truth("undamped", *(f"undamped|2.76|{law}" for law in ("e=0.5", "e=1", "100,0", "12000,0")))
 
 
-def _stiffness() -> Iterator[Case]:
+def _stiffness() -> Iterator[HardCase]:
     for stiffness in ("1e+00", "1e+02", "1e+04", "1e+06", "1e+09"):
         for zeta in ("0", "0.2", "1-1e-9", "1", "1+1e-9", "5"):
             yield from _with_truth("stiffness", f"stiffness|2.76|K={stiffness}|zeta={zeta}")
@@ -166,7 +166,7 @@ def _stiffness() -> Iterator[Case]:
         yield from _with_truth("damping", *extreme)
 
 
-def _time_steps() -> Iterator[Case]:
+def _time_steps() -> Iterator[HardCase]:
     """Newmark with T/20 to T/10⁶, and with steps that are far too long for the contact."""
     system, eta, stiffness, damping, periods = System(), 2.76, 12000.0, 18.0, 2
     exact = SimulationSetup(system, eta, ExactPenalty(stiffness, damping), periods)
@@ -184,32 +184,32 @@ def _time_steps() -> Iterator[Case]:
             statuses = (Status.OK, Status.DIVERGED) if may_diverge else (Status.OK,)
             name = f"time step: T/{steps}, {'located' if located else 'plain'}"
             setup = replace(exact, method=method)
-            yield Case(name, setup, allowed=allowed, statuses=statuses, compared=exact)
+            yield HardCase(name, setup, allowed=allowed, statuses=statuses, compared=exact)
     for stiffness, damping in ((1e9, 0.0), (1e9, 1e3), (1.0, 1e6)):
         for located in (False, True):
             method = Newmark(stiffness, damping, 20, located=located)
             how = "located" if located else "plain"
             name = f"K Δτ² ≫ 1: K = {stiffness:g}, D = {damping:g}, T/20, {how}"
             statuses = (Status.OK,) if located else (Status.OK, Status.DIVERGED)
-            yield Case(name, SimulationSetup(system, eta, method, 500), statuses=statuses, mentions="step")
+            yield HardCase(name, SimulationSetup(system, eta, method, 500), statuses=statuses, mentions="step")
     setup = SimulationSetup(system, eta, Newmark(6e4, 1.0, 100), 500)
-    yield Case("K Δτ² ≫ 1: blows up", setup, statuses=(Status.DIVERGED,), mentions="step")
+    yield HardCase("K Δτ² ≫ 1: blows up", setup, statuses=(Status.DIVERGED,), mentions="step")
 
 
-def _many_periods() -> Iterator[Case]:
+def _many_periods() -> Iterator[HardCase]:
     for method in (Reference(), ExactPenalty(12000, 18)):
         setup = SimulationSetup(System(), 2.76, method, 1_000_000)
-        yield Case(f"a million periods: {method.name}", setup, kind="drift")
+        yield HardCase(f"a million periods: {method.name}", setup, kind="drift")
 
 
-def _endless_contact() -> Iterator[Case]:
+def _endless_contact() -> Iterator[HardCase]:
     both = ("reference", "exact")
     yield from _with_truth("contact never ends", *(f"start|contact-never-ends|{law}" for law in both))
     yield from _with_truth("contact never ends", "start|never-ends|D=1e6")
     yield from _with_truth("contact never comes", *(f"start|contact-never-comes|{law}" for law in both))
 
 
-def _starts() -> Iterator[Case]:
+def _starts() -> Iterator[HardCase]:
     names = (
         "at-rest approaching leaving compressed pulled barely-approaching barely-leaving separated far-away slow fast"
     )
@@ -218,7 +218,7 @@ def _starts() -> Iterator[Case]:
     yield from _with_truth("start", "start|penetrating|exact")
 
 
-def _any_system() -> Iterator[Case]:
+def _any_system() -> Iterator[HardCase]:
     """Walls, preload, forces, weights, free vibration: from systems.json, what begins with one of these names."""
     kinds = (
         "sticking|",
@@ -234,7 +234,7 @@ def _any_system() -> Iterator[Case]:
     yield from _with_truth("any system", *(truth for truth in solutions() if truth.startswith(kinds)))
 
 
-def _chaos() -> Iterator[Case]:
+def _chaos() -> Iterator[HardCase]:
     system, periods = System(), 8000
     displaced = (1e-9, 0.0, 1e-9, 0.0)
     for name, one, other in (
@@ -244,11 +244,11 @@ def _chaos() -> Iterator[Case]:
     ):
         first = SimulationSetup(system, 1.70, one, periods)
         second = SimulationSetup(system, 1.70, other, periods, displaced)
-        yield Case(f"chaos: {name}", first, compared=second, allowed=SIGMAS, kind="statistics")
+        yield HardCase(f"chaos: {name}", first, compared=second, allowed=SIGMAS, kind="statistics")
 
 
-def _unsolvable() -> Iterator[Case]:
+def _unsolvable() -> Iterator[HardCase]:
     """Elastic impacts that accumulate without end: the run must end and say why."""
     pressed = (1e5, 0.0, 1e5, -1e-3)
     setup = SimulationSetup(System(restitution=1.0), 0.01, Reference(threshold=0.0), 1, pressed)
-    yield Case("no end: elastic chatter", setup, statuses=(Status.PILED_UP,), mentions="restitution")
+    yield HardCase("no end: elastic chatter", setup, statuses=(Status.PILED_UP,), mentions="restitution")

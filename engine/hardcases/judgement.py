@@ -15,7 +15,7 @@ from ..methods import Newmark, Reference
 from ..motions.averages import standard_error
 from ..result import Record, Response, Status
 from ..simulate import simulate
-from .cases import Case, setup_of, solutions
+from .cases import HardCase, setup_of, solutions
 from .condition import EPSILON, MARGIN, accumulated_rounding, attainable_error, attainable_grazing_error
 
 BATCHES = 40  # of a long chaotic run, whose means scatter as independent numbers do
@@ -24,12 +24,12 @@ DRIFT_KEEP = 100  # periods to compare before and after very many periods
 
 
 @dataclass(frozen=True)
-class Outcome:
+class HardCaseOutcome:
     """Outcome of a case; numbers are nan where there is nothing to compare or to balance.
 
     Attributes
     ----------
-    case : Case
+    case : HardCase
     status : Status
     message : str
         Why the run ended early and what to change.
@@ -45,7 +45,7 @@ class Outcome:
         What is not as expected.
     """
 
-    case: Case
+    case: HardCase
     status: Status
     message: str
     error: float
@@ -62,13 +62,15 @@ class Outcome:
         return not self.failures
 
 
-def outcome(case: Case) -> Outcome:
+def outcome(case: HardCase) -> HardCaseOutcome:
     """Run one case and judge it."""
     judge = {"states": _judge_states, "statistics": _judge_statistics, "drift": _judge_drift}[case.kind]
     return judge(case)
 
 
-def _outcome(case: Case, response: Response, error: float, allowed: float, extra: tuple[str, ...] = ()) -> Outcome:
+def _outcome(
+    case: HardCase, response: Response, error: float, allowed: float, extra: tuple[str, ...] = ()
+) -> HardCaseOutcome:
     """Judge what every case is judged by: status, message, finite numbers, error, energy, penetration."""
     failures = list(extra)
     if response.status not in case.statuses:
@@ -85,7 +87,7 @@ def _outcome(case: Case, response: Response, error: float, allowed: float, extra
     penetration = _penetration(response)
     if penetration > 8 * EPSILON:
         failures.append(f"penetrates by {penetration:.1e}")
-    return Outcome(
+    return HardCaseOutcome(
         case=case,
         status=response.status,
         message=response.message,
@@ -99,7 +101,7 @@ def _outcome(case: Case, response: Response, error: float, allowed: float, extra
     )
 
 
-def _energy_residual(case: Case, response: Response) -> tuple[float, float]:
+def _energy_residual(case: HardCase, response: Response) -> tuple[float, float]:
     """Return the relative residual of a closed-form solver's energy balance, and what rounding may leave of it."""
     if isinstance(response.method, Newmark) or not response.ok:
         return math.nan, math.nan
@@ -121,7 +123,7 @@ def _penetration(response: Response) -> float:
 # ---------------------------------------------------------------------------------------------------------- the states
 
 
-def _judge_states(case: Case) -> Outcome:
+def _judge_states(case: HardCase) -> HardCaseOutcome:
     """Compare the section with the true solution, or its last row with another method's."""
     record = None if isinstance(case.setup.method, Newmark) else Record(case.setup.periods, SAMPLES)
     response = case.setup.solve(record=record)
@@ -134,7 +136,7 @@ def _judge_states(case: Case) -> Outcome:
     return _outcome(case, response, error, allowed)
 
 
-def _judge_by_truth(case: Case, response: Response) -> Outcome:
+def _judge_by_truth(case: HardCase, response: Response) -> HardCaseOutcome:
     truth = solutions()[case.truth]
     states = np.array(truth["states"], dtype=float)
     allowed = _attainable(case) if case.allowed is None else case.allowed
@@ -148,7 +150,7 @@ def _largest(difference: np.ndarray) -> float:
     return float(np.abs(difference).max())
 
 
-def _attainable(case: Case) -> float:
+def _attainable(case: HardCase) -> float:
     """Return the attainable error; inf where rounding alone decides.
 
     Of a general system the conditioning is part of the truth. A motion that passes above the surface, however closely,
@@ -166,7 +168,7 @@ def _attainable(case: Case) -> float:
     return attainable_grazing_error(case.setup, clear)
 
 
-def _wrong_events(case: Case, response: Response, truth: dict) -> tuple[str, ...]:
+def _wrong_events(case: HardCase, response: Response, truth: dict) -> tuple[str, ...]:
     """Compare the numbers of events with the truth; a graze that rounding decides is not compared."""
     if case.clear and abs(float(truth["dip"])) < EPSILON * max(np.abs(case.setup.initial)):
         return ()
@@ -184,7 +186,7 @@ def _wrong_events(case: Case, response: Response, truth: dict) -> tuple[str, ...
 # --------------------------------------------------------------------------------------------------- long-term motions
 
 
-def _judge_statistics(case: Case) -> Outcome:
+def _judge_statistics(case: HardCase) -> HardCaseOutcome:
     """Compare the statistics of two chaotic runs, in units of the standard error of their difference."""
     response, other = case.setup.solve(), case.compared.solve()
     (means, errors), (other_means, other_errors) = _statistics(response), _statistics(other)
@@ -204,7 +206,7 @@ def _statistics(response: Response) -> tuple[np.ndarray, np.ndarray]:
     return rows.mean(0), standard_error(rows) + 1e-300
 
 
-def _judge_drift(case: Case) -> Outcome:
+def _judge_drift(case: HardCase) -> HardCaseOutcome:
     """Compare the steady motion after a fiftieth of the periods with that after all periods."""
     setup = case.setup
     record = Record(DRIFT_KEEP, SAMPLES)
@@ -212,6 +214,6 @@ def _judge_drift(case: Case) -> Outcome:
         simulate(setup.system, setup.eta, setup.method, periods=periods, keep=DRIFT_KEEP, record=record)
         for periods in (setup.periods // 50, setup.periods)
     )
-    # an attracting cycle forgets all errors but those of the last periods; the events' τ is rounded to ε_m τ
+    # on an attracting cycle only errors of the last periods remain; the τ of events is rounded to ε_m τ
     attainable = attainable_error(replace(setup, periods=20))
     return _outcome(case, late, _largest(late.section - early.section), math.inf if attainable is None else attainable)

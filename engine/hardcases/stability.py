@@ -6,23 +6,25 @@ energy is balanced (:mod:`.judgement`). ``vibroscope stability`` prints the outc
 
 from collections.abc import Callable, Iterable
 
-from .cases import Case, hard_cases
-from .judgement import Outcome, outcome
+from .cases import HardCase, hard_cases
+from .judgement import HardCaseOutcome, outcome
 
 
-def stability(cases: Iterable[Case] | None = None, progress: Callable[[Outcome], None] | None = None) -> list[Outcome]:
+def stability(
+    cases: Iterable[HardCase] | None = None, progress: Callable[[HardCaseOutcome], None] | None = None
+) -> list[HardCaseOutcome]:
     """Run the hard cases and return their outcomes.
 
     Parameters
     ----------
-    cases : iterable of Case, optional
+    cases : iterable of HardCase, optional
         By default all of :func:`hard_cases`.
     progress : callable, optional
         Called with each outcome in turn.
 
     Returns
     -------
-    list of Outcome
+    list of HardCaseOutcome
     """
     outcomes = []
     for case in hard_cases() if cases is None else cases:

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..arguments import shown
-from ..model import one_of
+from ..checks import one_of
 
 FRAMES = ("absolute", "relative")
 

@@ -1,4 +1,4 @@
-"""What a measurement shows without any solution: whether it is in phase with the excitation, and how noisy it is.
+"""Properties of a measurement alone: whether it is in phase with the excitation, and how noisy it is.
 
 A motion of p excitation periods consists of the harmonics iη/p, i = 0, 1, …, and nothing else. So their least-squares
 fit finds the period: the smallest p whose harmonics leave hardly more than those of longer cycles. What they leave is
@@ -42,7 +42,7 @@ class Sensor:
 
 @dataclass(frozen=True)
 class Recurrence:
-    """What a measurement shows without a solution.
+    """Properties of a measurement that need no solution.
 
     Attributes
     ----------

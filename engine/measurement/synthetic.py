@@ -2,8 +2,9 @@
 
 import numpy as np
 
+from ..checks import require, whole
 from ..methods import Reference
-from ..model import System, require, whole
+from ..model import System
 from .cycle import reference_cycle
 from .measurement import Measurement
 

@@ -1,4 +1,4 @@
-"""What the comparison with a measurement means, in a few plain sentences made from its numbers."""
+"""The comparison with a measurement in a few sentences, made from its numbers."""
 
 import math
 from collections.abc import Iterator

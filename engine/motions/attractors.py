@@ -12,9 +12,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..checks import whole
 from ..drivers.section import period_of
 from ..methods import STEPPING, Method
-from ..model import System, whole
+from ..model import System
 from ..result import Response
 from ..simulate import simulate
 from .description import Kind, Motion
@@ -29,7 +30,7 @@ DECIMALS = 4  # of a start, so that its numbers can be read, typed and sent in f
 
 @dataclass(frozen=True)
 class Attractor:
-    """One of the motions that starts end in.
+    """A motion in which starts end.
 
     Attributes
     ----------

@@ -223,7 +223,7 @@ def _early_end(response: Response) -> Motion:
 
 
 def _reason(period: int, rows: int) -> str:
-    """What the section shows, in words."""
+    """The section in words."""
     if period:
         return f"the section repeats itself after {period} of {rows} kept periods"
     return f"the section does not repeat itself within {rows // 2} periods; that alone does not show what it is"

@@ -21,8 +21,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..checks import whole
 from ..methods import ExactPenalty, Reference
-from ..model import System, check_eta, whole
+from ..model import System, check_eta
 from ..simulate import starting_checkpoint
 from .averages import batch_means, smooth_weights, standard_error
 from .poincare_map import PoincareMap

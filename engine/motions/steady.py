@@ -17,11 +17,12 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..checks import whole
 from ..drivers.event_driven import EventDriver
 from ..drivers.law_driven import LawDriver, by_steps, needs_law
 from ..drivers.section import period_of
 from ..methods import ExactPenalty, Reference
-from ..model import System, check_eta, whole
+from ..model import System, check_eta
 from ..result import Checkpoint, Record, Response, Status
 from ..simulate import simulate, starting_checkpoint
 from .floquet import eigenvalues_by_modulus

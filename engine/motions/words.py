@@ -32,7 +32,7 @@ def repetition(found: Motion) -> str:
 
 
 def repetition_of(kind: Kind, period: int, near_period: int, scatter: float, blurred: bool, body: int = 2) -> str:
-    """The same of the numbers of a motion; ``blurred``: whether the time step causes the scatter of ``body``."""
+    """How a motion repeats itself, by its numbers; ``blurred``: whether the step causes the scatter of ``body``."""
     if kind in _TYPES:
         return _TYPES[kind]
     if not near_period:
@@ -45,7 +45,7 @@ def repetition_of(kind: Kind, period: int, near_period: int, scatter: float, blu
 
 
 def difference_in_kind(reference: Motion, penalty: Motion) -> str:
-    """What each motion does, if they are of different kind; else empty.
+    """Both motions in words if they are of different kind; else empty.
 
     Motions are of one kind if they repeat after equally many periods, scatter ignored, or if neither repeats.
     """

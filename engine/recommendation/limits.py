@@ -1,9 +1,9 @@
-"""What a search for K, D and the time step may try."""
+"""The limits of a search for K, D and the time step."""
 
 from dataclasses import dataclass
 
+from ..checks import require, whole
 from ..methods import DAMPING_RANGE, STIFFNESS_RANGE
-from ..model import require, whole
 
 STIFFNESS_MAX_RANGE = (1.0, 1e11)
 STEPS_MAX_RANGE = (4, 1_000_000)

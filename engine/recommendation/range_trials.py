@@ -9,8 +9,9 @@ import math
 from collections.abc import Iterable, Sequence
 from concurrent.futures import Executor
 
+from ..checks import require
 from ..methods import STEPS_RANGE, Newmark, TimeStepping
-from ..model import check_eta, require
+from ..model import check_eta
 from .trials import NewmarkSetting, Trial, Trials
 
 

@@ -13,9 +13,10 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 from ..arguments import shown
+from ..checks import require
 from ..drivers.threads import thread_count
 from ..methods import STEPPING, Newmark, Reference, TimeStepping, is_located, stages_of
-from ..model import System, check_eta, require
+from ..model import System, check_eta
 from ..motions.description import describe
 from ..motions.motion import motion
 from ..motions.steady import Steady, steady
@@ -36,7 +37,7 @@ ENOUGH = 1.05  # times the least error: if nothing meets the tolerance, the chea
 
 
 class Suggested:
-    """What the outcomes of both searches have in common."""
+    """The base of the results of both searches."""
 
     best: Trial | None
     located: bool
@@ -301,7 +302,7 @@ def recommend_schemes(
 
 
 def _rank(found: Recommendation) -> tuple[float, ...]:
-    """What recommendations are sorted by."""
+    """The sort key of recommendations."""
     if found.best is None:
         return (2.0,)
     robust = found.best.robust

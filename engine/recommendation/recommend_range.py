@@ -35,7 +35,7 @@ _SHARES = (0.05, 0.6, 0.8, 0.95)
 
 @dataclass(frozen=True)
 class Served:
-    """What the recommended setting does at one η.
+    """The result of the recommended setting at one η.
 
     Attributes
     ----------

@@ -12,9 +12,9 @@ of three:
 - its error with half the step, since a time-step error that happens to cancel another one is no merit;
 - the error that nine in ten of its neighbours do not exceed, whose n, K and D differ by one or two per cent.
 
-Neighbours by which a setting was chosen no longer say much about it. So it is confirmed by 29 new ones. If more than a
-quarter of the neighbourhood missed the tolerance, at most two of 29 would miss it with a probability below 0.014 only
-(Σ C(29, i) 0.25ⁱ 0.75²⁹⁻ⁱ over i ≤ 2).
+The neighbours by which a setting was chosen are no independent test of it. Therefore 29 new ones confirm it. If more
+than a quarter of the neighbourhood missed the tolerance, at most two of 29 would miss it with a probability below 0.014
+only (Σ C(29, i) 0.25ⁱ 0.75²⁹⁻ⁱ over i ≤ 2).
 
 Most runs begin on the reference's motion, from which only a short transient is left. The run whose error is reported
 begins at rest, as the paper's do, and so do some of the new neighbours: a setting that leads to another motion from
@@ -111,7 +111,7 @@ class Trials:
         self._transient = transient_of(found)
         self._keep = KEEP_LOCATED if self.located else KEEP
         self._of_thread = threading.local()  # what makes its runs by skips
-        self._short: dict[tuple, tuple[float, float]] = {}  # what short runs gave, of which many are asked for again
+        self._short: dict[tuple, tuple[float, float]] = {}  # results of short runs, many of which are needed again
 
     def screen(self, settings: Iterable[NewmarkSetting], neighbours: int = 0, bound: float = math.inf) -> list[Trial]:
         """Try settings by short runs that begin on the reference's motion, to choose by."""
@@ -187,7 +187,7 @@ class Trials:
 
     @property
     def _skipping(self) -> SkippedSamples:
-        """What makes the runs of this thread by skips."""
+        """The solver that makes the runs of this thread by skips."""
         if not hasattr(self._of_thread, "skipping"):
             self._of_thread.skipping = SkippedSamples(self._system, self.eta, self._cancelled)
         return self._of_thread.skipping

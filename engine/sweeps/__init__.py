@@ -1,10 +1,9 @@
 """Studies over many cells: bifurcation diagram, K–D plane, time step, steps without a solution, basins of attraction.
 
-`study` defines a study, and `eta_study`, `plane_study`, `step_study`, `no_solution_study` and `basin_study` are the
-five. `growth`
-runs a study batch by batch (`batches`), on this machine or on a `cluster`, and holds the results in `memory` or in a
-`store` at a `place`; `cache` keeps studies for the explorer. `digest` and `provenance` identify the code and the
-numbers that a result comes from. Results are xarray Datasets.
+`study` defines a study; the five are `eta_study`, `plane_study`, `step_study`, `no_solution_study`, `basin_study`.
+`growth` runs a study batch by batch (`batches`), on this machine or on a `cluster`, and holds the results in `memory`
+or in a `store`, which lies in a folder or at a URL (`store_location`). `cache` keeps studies for the explorer.
+`digest` and `provenance` identify the code and the numbers that a result comes from. Results are xarray Datasets.
 
 All functions take further keywords that do not change the result: those of `RunOptions`, for where to keep the
 result and on which machines to run the study. With ``keep=True`` it goes to the user's cache, under every number and

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from ..arguments import shown
-from ..model import require, whole
+from ..checks import require, whole
 
 LARGEST_END = 1e300  # of a range
 VALUES_LIMIT = 10_000_000  # along one axis, which is held in memory

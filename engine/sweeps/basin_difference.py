@@ -1,4 +1,4 @@
-"""From which starts one solver ends on another motion than the other: two basins of one plane, cell by cell."""
+"""Starts from which two solvers end on different motions: two basins of one plane, cell by cell."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -17,7 +17,7 @@ DIFFERENT, SAME, NO_STATEMENT = 1, 0, -1  # of a cell
 
 @dataclass(frozen=True, eq=False)
 class BasinDifference:
-    """Where two solvers end on different motions.
+    """The starts from which two solvers end on different motions.
 
     Attributes
     ----------
@@ -66,7 +66,7 @@ def basin_difference(first: "xarray.Dataset", second: "xarray.Dataset") -> Basin
 
 
 def difference_of(first: Mapping[str, np.ndarray], second: Mapping[str, np.ndarray]) -> BasinDifference:
-    """The same of the arrays ``motion``, ``motion_period`` and ``motion_section`` of two basins of the same cells."""
+    """Compare the arrays ``motion``, ``motion_period`` and ``motion_section`` of two basins of the same cells."""
     same = np.array(
         [
             [same_between_solvers(one, period, other, other_period) for other, other_period in _motions(second)]

@@ -1,4 +1,4 @@
-"""Which motion each start of a plane leads to: the motions that attract, and the runs that are labelled by them.
+"""The motion to which each start of a plane leads: the motions that attract, and the runs labelled by them.
 
 The motions are found beforehand, from a lattice of starts of the same plane. So the label of a cell depends neither on
 the other cells nor on the order in which they are computed. Each cell is run until that is decided:
@@ -40,7 +40,7 @@ from .start_plane import StartPlane, can_begin
 PROBES, SLOW_PROBES = 16, 6  # along each side of the lattice: of cells that are compiled, and of others
 MOST = 32  # motions that are looked for on the lattice
 PROBED = 200  # periods of the lattice's starts between two searches for a motion
-LATER = 4  # times the transient in which a cell may still enter a trapping region that its section was not seen in
+LATER = 4  # multiples of the transient within which a cell may still enter a trapping region
 STRIDE = 12  # periods between two looks at the section
 OK = STATUSES.index(Status.OK)
 
@@ -81,7 +81,7 @@ class BasinMotion:
 
 @dataclass(frozen=True)
 class Reached:
-    """What cells lead to.
+    """The motions to which cells lead.
 
     Attributes
     ----------
@@ -105,7 +105,7 @@ class Reached:
 
     @classmethod
     def nothing(cls, n: int) -> "Reached":
-        """Of cells of which nothing is known."""
+        """The values of cells that are not yet computed."""
         motion, period = np.full(n, MISSING, np.int64), np.full(n, MISSING, np.int64)
         return cls(motion, period, np.full((n, 4), np.nan), np.zeros(n, np.int64), np.full(n, OK))
 
@@ -303,7 +303,7 @@ class BasinSearch:
         return len(motions) - 1 if index is None else index
 
     def _motions_of_runs(self, run: CellResults, motions: list[BasinMotion], cancelled) -> list[BasinMotion]:
-        """Those before and what the runs tend to beside them."""
+        """The motions so far, and those to which the runs tend beside them."""
         for k in np.flatnonzero(run.ok):
             if len(motions) == MOST or self._index_of(run.section[k], motions) is not None:
                 continue

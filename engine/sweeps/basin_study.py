@@ -11,7 +11,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from ..model import whole
+from ..checks import whole
 from ..motions.description import Kind
 from ..motions.sameness import BATCHES, SAME
 from ..simulate import KEEP_LIMIT
@@ -68,7 +68,7 @@ class BasinStudy(Study):
 
     @property
     def variables(self) -> dict[str, Variable]:
-        """What is computed of each cell."""
+        """The variables of each cell."""
         dims = tuple(self.axes)
         found = variables_of(vocabulary.REACHED, dims)
         found["point"] = Variable((*dims, "component"), "f8", vocabulary.POINT)
@@ -102,7 +102,7 @@ class BasinStudy(Study):
             )
 
     def cut(self, chunk):
-        """The same study of the cells of a chunk; the plane remains the whole one."""
+        """The study of the cells of a chunk; the plane remains the whole one."""
         rows, columns = chunk
         return replace(self, x=self.x[rows], y=self.y[columns])
 
@@ -173,7 +173,7 @@ class BasinStudy(Study):
         return np.where(motion >= 0, numbers[np.maximum(motion, -1)], motion), [motions[k] for k in order]
 
     def _alike(self, values: dict[str, np.ndarray], place: tuple[int, ...]) -> np.ndarray:
-        """Which cells lead to the motion that none was found of beforehand and that a cell leads to."""
+        """The cells that lead to the same motion as a given cell, where the search had not found it beforehand."""
         period, point = values["reached_period"][place], values["point"][place]
         alike = values["reached_period"] == period
         if not period:  # no cycle: nothing distinguishes these

@@ -19,14 +19,14 @@ from ..drivers.code_cache import cache_root
 from ..result import Cancelled
 from .codes import MISSING
 from .growth import RunOptions, grow, run, store_values
-from .place import Place
+from .store_location import StoreLocation
 from .study import Study
 
 if TYPE_CHECKING:
     import xarray
 
 BYTES_KEPT = 500_000_000
-DEAR = 1.0  # s that a picture takes to compute, from which on it is worth its writing, which takes some tenths
+DEAR = 1.0  # s: a picture that takes longer to compute is written, which takes some tenths
 Read = TypeVar("Read")
 
 
@@ -98,7 +98,7 @@ def _folder(study: Study) -> Path:
 
 
 def _read_through(study: Study, options: RunOptions, results: Callable[[RunOptions], Iterable[Read]]) -> Iterator[Read]:
-    """What ``results`` reads of the study in the cache, or, where there can be no cache, in memory."""
+    """Read results of the study from the cache, or from memory where there can be no cache."""
     study.check()
     folder = _folder(study)
     cached = replace(options, out=folder)
@@ -136,7 +136,7 @@ def drop_oldest(root: Path, *, spare: Path | None = None, most: int | None = Non
             return
         if entry == spare:
             continue
-        with contextlib.suppress(OSError), Place(entry).lock():  # not one that a process is at work on
+        with contextlib.suppress(OSError), StoreLocation(entry).lock():  # not one that a process is at work on
             _drop(entry)
             total -= size
 

@@ -16,9 +16,9 @@ from ..result import Cancelled
 from .batches import Chunk
 from .digest import engine_digest
 from .memory import Memory
-from .place import Place
 from .progress import ProgressCounter
 from .store import Store
+from .store_location import StoreLocation
 from .study import Study
 
 PATIENCE = 20.0  # seconds for the scheduler to answer and a worker to be there
@@ -27,7 +27,7 @@ POLL = 0.2  # seconds
 
 
 def compute(study: Study, before: dict[str, np.ndarray] | None, digest: str, threads: int) -> dict[str, np.ndarray]:
-    """On a worker: the variables of a part of a study.
+    """Compute the variables of a part of a study; runs on a worker.
 
     Raises
     ------
@@ -39,10 +39,10 @@ def compute(study: Study, before: dict[str, np.ndarray] | None, digest: str, thr
     return study.compute(before=before, threads=threads)
 
 
-def compute_into_store(study: Study, digest: str, threads: int, place: tuple) -> tuple[bool, np.ndarray]:
-    """On a worker: compute a part of a study unless the store has it; whether it has, and the status of the cells."""
-    target, group, key, chunk = place
-    store = Store(Place(target), group).open(study, key)
+def compute_into_store(study: Study, digest: str, threads: int, location: tuple) -> tuple[bool, np.ndarray]:
+    """Compute a part of a study on a worker unless the store has it; whether it had, and the cells' status."""
+    target, group, key, chunk = location
+    store = Store(StoreLocation(target), group).open(study, key)
     values = store.read(chunk)
     reused = values is not None
     if not reused:
@@ -112,7 +112,7 @@ class _Cluster:
         """All chunks in this order, some at a time; of a sequential study one after the other."""
         if study.sequential:
             return self._one_by_one(study, results, chunks, counter)
-        if isinstance(results, Store) and results.place.shared:
+        if isinstance(results, Store) and results.location.shared:
             return self._by_workers(study, results, chunks, counter)
         return self._by_way_of_here(study, results, chunks, counter)
 
@@ -125,8 +125,8 @@ class _Cluster:
 
     def _by_workers(self, study, store, chunks, counter) -> Iterator[None]:
         def submit(chunk: Chunk):
-            place = store.place.target, store.group, store.key, chunk
-            return self._submit(compute_into_store, study.cut(chunk), engine_digest(), self._threads, place)
+            location = store.location.target, store.group, store.key, chunk
+            return self._submit(compute_into_store, study.cut(chunk), engine_digest(), self._threads, location)
 
         for _, (reused, status) in self._results(chunks, submit, counter):
             counter.add(status, reused=reused)

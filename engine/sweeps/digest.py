@@ -38,7 +38,7 @@ def engine_digest() -> str:
 
 
 def remembered_digest(engine: Path, folder: Path) -> str:
-    """The same as `code_digest`, from a file where the same sources were read before: it takes 0.2 s of a start."""
+    """Return `code_digest`, from a file if the same sources were read before: computing it takes 0.2 s of a start."""
     file = folder / source_digest(engine)
     with contextlib.suppress(OSError, ValueError):
         found = file.read_text()
@@ -127,7 +127,7 @@ class _Module:
                 self._inside.add((here, _Imported(module, alias.name)))
 
     def _source_of(self, node: ast.Import | ast.ImportFrom) -> list[str] | None:
-        """Where names are imported from, as the parts of a path in the engine's folder; None: from outside."""
+        """The source of an import, as the parts of a path in the engine's folder; None: from outside."""
         if isinstance(node, ast.Import):
             return None
         parts = node.module.split(".") if node.module else []

@@ -17,8 +17,8 @@ import numpy as np
 from ..arguments import shown
 from ..batch import run_cells
 from ..cells import CellResults, Cells
+from ..checks import require, whole
 from ..methods import METHOD_NUMBERS, STEPPING, ExactPenalty, Reference, counts_solutions
-from ..model import require, whole
 from ..motions.lyapunov import PERIODS_RANGE, lyapunov
 from ..motions.motion import FARTHEST, classify
 from . import variables as vocabulary
@@ -120,7 +120,7 @@ class EtaStudy(Study):
 
     @property
     def variables(self) -> dict[str, Variable]:
-        """What is computed of each cell."""
+        """The variables of each cell."""
         cell = (self.over,)
         found = variables_of(vocabulary.MOTION, cell)
         if not isinstance(self.method, STEPPING):
@@ -147,7 +147,7 @@ class EtaStudy(Study):
         }
 
     def cut(self, chunk):
-        """The same study of the cells of a chunk."""
+        """The study of the cells of a chunk."""
         (part,) = chunk
         return replace(self, values=self.values[part], initial=None if self.initial is None else self.initial[part])
 

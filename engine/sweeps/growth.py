@@ -19,9 +19,9 @@ from . import provenance
 from .batches import Batch, chunk_shape, chunks, chunks_in_order, coarse_first
 from .eta_study import EtaStudy
 from .memory import Memory
-from .place import Place
 from .progress import Progress, ProgressCallback, ProgressCounter
 from .store import Store
+from .store_location import StoreLocation
 from .study import Study
 
 if TYPE_CHECKING:
@@ -78,7 +78,7 @@ class Partial:
 
     @property
     def share(self) -> float:
-        """Of all cells that are done."""
+        """The share of the cells that are done."""
         return self.progress.done / self.progress.total
 
     def values(self) -> dict[str, np.ndarray]:
@@ -86,7 +86,7 @@ class Partial:
         return self.results.values()
 
     def dataset(self) -> "xarray.Dataset":
-        """The same, labelled; its attributes ``computed``, ``reused``, ``failed`` and ``seconds`` are of this run."""
+        """The results as a Dataset; its attributes include ``computed``, ``reused``, ``failed`` and ``seconds``."""
         return self.results.dataset().assign_attrs(provenance.cost(self.progress))
 
 
@@ -160,9 +160,9 @@ def _results(study: Study, options: RunOptions, known: Mapping | None) -> Iterat
     if options.out is None:
         yield Memory(known)
         return
-    place = Place(options.out)
-    place.check_space(study)
-    with place.lock(wait=options.wait, cancelled=options.cancelled), contextlib.closing(Store(place)) as store:
+    location = StoreLocation(options.out)
+    location.check_space(study)
+    with location.lock(wait=options.wait, cancelled=options.cancelled), contextlib.closing(Store(location)) as store:
         yield store
 
 

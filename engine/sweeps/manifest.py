@@ -1,4 +1,4 @@
-"""What belongs where in a store: digests of its numbers and its files, by which damage is found.
+"""The manifest of a store: digests of its numbers and its files, by which damage is found.
 
 A checksum within a chunk does not show that the chunk is another one's, and none protects a description. So the folder
 `FOLDER` of a store holds a manifest: one file of the study (`StudyManifest`), and one for each chunk, its *seal*, with
@@ -23,7 +23,7 @@ STUDY = f"{FOLDER}/study.json"
 
 @dataclass
 class StudyManifest:
-    """What a store says of itself, under a digest of its own.
+    """The description of a store, with a digest of its own.
 
     Attributes
     ----------

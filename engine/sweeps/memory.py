@@ -64,7 +64,7 @@ class Memory:
 
     @property
     def known(self) -> np.ndarray:
-        """Which cells are known, in the shape of the grid."""
+        """Whether each cell is known, in the shape of the grid."""
         known = self._values["status"] != MISSING
         return known.all(axis=tuple(range(len(self._study.shape), known.ndim)))
 

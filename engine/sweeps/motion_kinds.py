@@ -73,7 +73,7 @@ def _known_kinds(method: Method, status: np.ndarray, period: np.ndarray) -> dict
 def kind_words(
     kind: CellKind, period: int, near_period: int | None = None, section: np.ndarray | None = None, body: int = 2
 ) -> str:
-    """What the motion of a cell is, in the words of a single motion (:func:`engine.repetition`).
+    """The motion of a cell, in the words of a single motion (:func:`engine.repetition`).
 
     Parameters
     ----------

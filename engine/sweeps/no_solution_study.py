@@ -55,12 +55,12 @@ class NoSolutionStudy(Study):
 
     @property
     def variables(self) -> dict[str, Variable]:
-        """What is computed of each cell."""
+        """The variables of each cell."""
         dims = tuple(self.axes)
         return variables_of(vocabulary.SOLUTIONS, dims) | {"status": status_variable(dims)}
 
     def cut(self, chunk):
-        """The same study of the cells of a chunk."""
+        """The study of the cells of a chunk."""
         rows, columns = chunk
         return replace(self, K=self.K[rows], steps=self.steps[columns])
 

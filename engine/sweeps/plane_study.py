@@ -62,7 +62,7 @@ class PlaneStudy(Study):
 
     @cached_property
     def variables(self) -> dict[str, Variable]:
-        """What is computed of each cell."""
+        """The variables of each cell."""
         dims = ("K", "D")
         own = variables_of(vocabulary.PENALTY_MOTION | vocabulary.IMPACT_PHASE | vocabulary.PHASE_ERROR, dims)
         found = dict(own)
@@ -103,7 +103,7 @@ class PlaneStudy(Study):
         )
 
     def cut(self, chunk):
-        """The same study of the cells of a chunk."""
+        """The study of the cells of a chunk."""
         rows, columns = chunk
         return replace(self, K=self.K[rows], D=self.D[columns])
 

@@ -9,7 +9,7 @@ import numpy as np
 
 @dataclass(frozen=True)
 class Progress:
-    """What the ``progress`` callable of a study is called with.
+    """The argument of a study's ``progress`` callable.
 
     Attributes
     ----------
@@ -35,7 +35,7 @@ class Progress:
 
     @property
     def seconds_left(self) -> float:
-        """At this rate; inf before the first cell."""
+        """The seconds left at this rate; inf before the first cell."""
         return (self.total - self.done) / self.rate if self.rate else float("inf")
 
 

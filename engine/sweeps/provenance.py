@@ -1,4 +1,4 @@
-"""Where a result comes from: what goes into its attributes.
+"""The origin of a result, which its attributes hold.
 
 Two kinds, kept apart. `origin` follows from what was asked and from the engine, and is the same in every run.
 `account` is of the run that finished the result (date, cost) and is written last, so that all else is the same, byte

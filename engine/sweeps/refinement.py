@@ -8,7 +8,7 @@ CLEAR = 1e-6  # difference of impacts per period that is more than rounding
 
 
 def midpoints(over: str, found: dict[str, np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
-    """Where cells are to be put in.
+    """The values at which cells are to be inserted.
 
     Parameters
     ----------

@@ -5,8 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..arguments import shown
+from ..checks import require
 from ..methods import Method, Reference
-from ..model import System, require
+from ..model import System
 
 PHASE = "phase"  # when a run begins, as a share of the excitation period
 STATE = ("xi1", "v1", "xi2", "v2")  # ξ₁, ξ₁′, ξ₂, ξ₂′
@@ -16,7 +17,7 @@ FARTHEST = 1e6
 
 @dataclass(frozen=True)
 class StartPlane:
-    """Which starts a basin is of.
+    """The plane of starts of a basin.
 
     Attributes
     ----------
@@ -70,14 +71,14 @@ class StartPlane:
         return columns[:, :4], columns[:, 4] % 1.0
 
     def lattice(self, count: int) -> tuple[np.ndarray, np.ndarray]:
-        """The same of count × count points, each in the middle of its part of the plane."""
+        """The starts of count × count points, each in the middle of its part of the plane."""
         middles = (np.arange(count) + 0.5) / count
         x, y = (low + (high - low) * middles for low, high in self.spans)
         return self.starts(np.repeat(x, count), np.tile(y, count))
 
 
 def can_begin(system: System, method: Method, starts: np.ndarray) -> np.ndarray:
-    """Which starts a solver can begin from, (n,) of bool: the reference knows no penetration."""
+    """Whether a solver can begin from each start, (n,) of bool: the reference knows no penetration."""
     if not isinstance(method, Reference):
         return np.ones(len(starts), bool)
     return system.overlaps_of(starts) == 0

@@ -64,7 +64,7 @@ class StepStudy(Study):
 
     @cached_property
     def schemes(self) -> dict[str, Method]:
-        """Of `SCHEMES`, the method with its own steps, and with located ones."""
+        """The methods of `SCHEMES`: with its own steps, and with located ones."""
         return {"fixed": self.method, "located": with_located_steps(self.method)}
 
     @property
@@ -132,7 +132,7 @@ class StepStudy(Study):
 
     @property
     def variables(self) -> dict[str, Variable]:
-        """What is computed of each cell."""
+        """The variables of each cell."""
         dims = ("steps", "scheme")
         found = variables_of(vocabulary.PENALTY_MOTION | vocabulary.SCATTER | vocabulary.ERRORS, dims)
         found |= {name: Variable((*dims, "instant"), "f8", vocabulary.PHASE_PLOT.format(name)) for name in COLUMNS}
@@ -142,7 +142,7 @@ class StepStudy(Study):
         return found | {"status": status_variable(dims)}
 
     def cut(self, chunk):
-        """The same study of the cells of a chunk."""
+        """The study of the cells of a chunk."""
         return replace(self, steps=self.steps[chunk[0]])
 
     def conclusions(self, values) -> dict[str, StudyArray]:

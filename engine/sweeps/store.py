@@ -23,8 +23,8 @@ import numpy as np
 
 from . import arrays, manifest, provenance
 from .batches import Chunk, chunks
-from .place import Place
 from .progress import Progress
+from .store_location import StoreLocation
 from .study import Study
 from .variables import StudyArray
 
@@ -39,7 +39,7 @@ class Store:
 
     Parameters
     ----------
-    place : Place
+    place : StoreLocation
     group : str
         Part of it: rounds of a refined study are results of their own.
 
@@ -49,15 +49,15 @@ class Store:
         Of the study, once the place is that of one.
     """
 
-    def __init__(self, place: Place, group: str = "") -> None:
-        self.place, self.group = place, group
+    def __init__(self, location: StoreLocation, group: str = "") -> None:
+        self.location, self.group = location, group
         self._arrays: dict[str, object] = {}
         self._writer = ThreadPoolExecutor(1, thread_name_prefix="store")
         self._writing: Future | None = None
 
     def part(self, name: str) -> "Store":
         """Results in a group below this one."""
-        return Store(self.place, name)
+        return Store(self.location, name)
 
     # -- what is there before any cell ----------------------------------------------------------------------------
 
@@ -79,9 +79,9 @@ class Store:
         if found is None:  # a new place; or one whose manifest is lost, but each chunk has its seal
             found = manifest.StudyManifest(provenance.origin(study))
         elif found.origin["key"] != study.key:
-            raise ValueError(_difference(self.place.target, found.origin, study))
+            raise ValueError(_difference(self.location.target, found.origin, study))
         if not self.group:
-            self.place.remove_partial_files()
+            self.location.remove_partial_files()
         self._manifest = found
         self._write(manifest.STUDY, found.as_bytes())
 
@@ -91,16 +91,16 @@ class Store:
             return
         if self._read(manifest.STUDY) is not None:
             raise ValueError(
-                f"{self._name(manifest.STUDY)} is damaged: delete {self.place.target}, or give another place"
+                f"{self._name(manifest.STUDY)} is damaged: delete {self.location.target}, or give another place"
             )
         if b'"engine_digest"' in (self._read(GROUP) or b""):
             raise ValueError(
-                f"{self.place.target} has no {manifest.STUDY}, either lost or not yet written when it was computed, so "
-                f"that nothing says whether its numbers are whole: delete it, or give another place"
+                f"{self.location.target} has no {manifest.STUDY}, either lost or not yet written when it was computed, "
+                f"so that nothing says whether its numbers are whole: delete it, or give another place"
             )
         if self._read(GROUP) is not None:
-            raise ValueError(f"{self.place.target} is a Zarr group but no result of a sweep: give a new place")
-        self.place.refuse_foreign_files()
+            raise ValueError(f"{self.location.target} is a Zarr group but no result of a sweep: give a new place")
+        self.location.refuse_foreign_files()
 
     def create(self, study: Study, sides: tuple[int, ...]) -> tuple[int, ...]:
         """Write every file that is missing or differs; returns the sides of the chunks: those of the first run."""
@@ -117,7 +117,7 @@ class Store:
     def open(self, study: Study, key: str) -> "Store":
         """Make the store ready to read and write chunks of a study with this key, or of a part of it."""
         self.key = key
-        self._arrays = arrays.open_arrays(self.place.root, self.group, study.variables)
+        self._arrays = arrays.open_arrays(self.location.root, self.group, study.variables)
         return self
 
     @property
@@ -142,13 +142,13 @@ class Store:
         return f"{self.group}/{name}" if self.group else name
 
     def _name(self, name: str) -> str:
-        return f"{self.place.target}/{self._path(name)}"
+        return f"{self.location.target}/{self._path(name)}"
 
     def _read(self, name: str) -> bytes | None:
-        return self.place.read(self._path(name))
+        return self.location.read(self._path(name))
 
     def _write(self, name: str, content: bytes) -> None:
-        self.place.write(self._path(name), content)
+        self.location.write(self._path(name), content)
 
     # -- chunks ---------------------------------------------------------------------------------------------------
 
@@ -193,7 +193,7 @@ class Store:
             If the disk is full or gone.
         """
         values = {name: np.asarray(values[name], array.dtype) for name, array in self._arrays.items()}
-        with self.place.readable_errors():
+        with self.location.readable_errors():
             for name, array in self._arrays.items():
                 array[chunk] = values[name]
             self._write(manifest.seal_file(chunk), manifest.seal(self.key, chunk, values))
@@ -233,7 +233,7 @@ class Store:
         import xarray
 
         self.flush()
-        return xarray.open_zarr(self.place.root, group=self.group or None, chunks=None, consolidated=True)
+        return xarray.open_zarr(self.location.root, group=self.group or None, chunks=None, consolidated=True)
 
     # -- damage ---------------------------------------------------------------------------------------------------
 
@@ -252,7 +252,7 @@ class Store:
             return
         self.key = found.origin["key"]
         readable = [name for name in found.variables if f"{name}/{GROUP}" not in unreadable]
-        self._arrays = arrays.open_arrays(self.place.root, self.group, readable)
+        self._arrays = arrays.open_arrays(self.location.root, self.group, readable)
         for chunk in chunks(tuple(found.shape), tuple(found.sides)):
             sealed = self._seal(chunk)
             if sealed is None and (found.account or self._read(manifest.seal_file(chunk)) is not None):
@@ -271,16 +271,16 @@ def check_store(target: str | Path) -> tuple[list[str], bool]:
     ValueError
         If there is no result of a sweep at this place.
     """
-    place = Place(target)
-    if place.read(GROUP) is None and place.read(manifest.STUDY) is None:
+    location = StoreLocation(target)
+    if location.read(GROUP) is None and location.read(manifest.STUDY) is None:
         raise ValueError(f"{target} is no result of a sweep")
     rounds = (f"round-{level}" for level in itertools.count())
-    refined = itertools.takewhile(lambda group: place.read(f"{group}/{manifest.STUDY}") is not None, rounds)
+    refined = itertools.takewhile(lambda group: location.read(f"{group}/{manifest.STUDY}") is not None, rounds)
     found = []
-    for store in (Store(place, group) for group in ("", *refined)):
+    for store in (Store(location, group) for group in ("", *refined)):
         names = dict.fromkeys([*store.damaged_files(), *store.damaged_chunks()])
         found += [f"{store.group}/{name}" if store.group else name for name in names]
-    whole = Store(place).read_manifest()
+    whole = Store(location).read_manifest()
     return found, bool(whole and whole.account)
 
 

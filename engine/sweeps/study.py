@@ -1,4 +1,4 @@
-"""What a study is: parameters that are swept, cells at the points of their grid, and the variables of each cell.
+"""The base of a study: parameters that are swept, cells at the points of their grid, and the variables of each cell.
 
 The five studies differ in what they sweep and in what they compute. Batches, stores, resuming and the cluster are the
 same for all of them and use no more of a study than stands here.
@@ -17,8 +17,9 @@ from typing import TYPE_CHECKING, ClassVar
 import numpy as np
 
 from ..cells import Cells
+from ..checks import require, whole
 from ..methods import METHOD_NUMBERS, Method, TimeStepping
-from ..model import BODY_2, FORCES_ON_BODY_2, System, check_eta, require, whole
+from ..model import BODY_2, FORCES_ON_BODY_2, System, check_eta
 from ..simulate import KEEP_LIMIT, PERIODS_LIMIT, STEPS_LIMIT
 from .digest import engine_digest
 from .variables import SWEPT, StudyArray, Variable
@@ -79,11 +80,11 @@ class Study(abc.ABC):
     @property
     @abc.abstractmethod
     def variables(self) -> dict[str, Variable]:
-        """What is computed of each cell; the dimensions begin with those of `axes`. ``status`` comes last."""
+        """The variables of each cell; the dimensions begin with those of `axes`. ``status`` comes last."""
 
     @cached_property
     def arrays(self) -> dict[str, StudyArray]:
-        """What is known of the study before any cell is computed, the axes first."""
+        """The arrays that are known before any cell is computed, the axes first."""
         return {name: StudyArray((name,), values, SWEPT[name]) for name, values in self.axes.items()}
 
     @property
@@ -97,12 +98,12 @@ class Study(abc.ABC):
         return {}
 
     def conclusions(self, values: Mapping[str, np.ndarray]) -> dict[str, StudyArray]:
-        """What follows from the variables of all cells that are known."""
+        """The results that follow from the variables of all cells that are known."""
         return {}
 
     @abc.abstractmethod
     def cut(self, chunk: "Chunk") -> "Study":
-        """The same study of the cells of a chunk."""
+        """The study of the cells of a chunk."""
 
     @abc.abstractmethod
     def compute(

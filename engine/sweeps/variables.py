@@ -129,7 +129,7 @@ class Variable(NamedTuple):
 
     @property
     def fill(self) -> float | int:
-        """What stands in cells that were not computed (yet)."""
+        """The value of cells that were not computed (yet)."""
         return np.nan if self.dtype.startswith("f") else MISSING
 
     @property

@@ -10,7 +10,7 @@ from vibroscope.app.codes.catalogue import Code, codes, input_numbers
 from vibroscope.app.codes.rules import rules
 from vibroscope.app.commands.cli import main
 from vibroscope.app.export.decks import opensees
-from vibroscope.app.export.decks.problem import Problem
+from vibroscope.app.export.decks.problem import DeckProblem
 from vibroscope.engine import CONTACT_LAWS, HHT, INTEGRATORS, NewmarkBeta, System, TimeStepping
 
 
@@ -85,7 +85,7 @@ def test_the_numbers_of_other_codes_follow_from_ours():
 def test_the_words_of_opensees_are_those_of_its_deck(name):
     """The integrator with its numbers, and the size of its steps, which are halves with two stages."""
     method = TimeStepping(12000, 18, 500, INTEGRATORS[name](), "end")
-    problem = Problem(System(), 2.76, method)
+    problem = DeckProblem(System(), 2.76, method)
     numbers = input_numbers(System(), 2.76, method, 12000, 36, problem.step)
     first, *lines = codes()["opensees"].lines(numbers, name)
     assert first == f"integrator({opensees.INTEGRATORS[name](method.integrator)})".replace('"', "'")

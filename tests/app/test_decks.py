@@ -5,7 +5,7 @@ import subprocess
 from itertools import product
 
 import pytest
-from vibroscope.app.export.decks import DECKS, Problem, deck, usual_periods
+from vibroscope.app.export.decks import DECKS, DeckProblem, deck, usual_periods
 from vibroscope.engine import (
     HHT,
     Excitation,
@@ -38,7 +38,7 @@ ETA, STEPS = 1.7, 40
 
 def problem_of(name, damping=18.0, **more):
     system, units = SYSTEMS[name]
-    return Problem(system, ETA, Newmark(12000, damping, STEPS), units, periods=2, keep=1, **more)
+    return DeckProblem(system, ETA, Newmark(12000, damping, STEPS), units, periods=2, keep=1, **more)
 
 
 def expected(problem):
@@ -158,7 +158,7 @@ def test_calculix_has_a_command_that_makes_a_csv_file_of_its_result(tmp_path):
 
 def test_integrators_in_the_words_of_each_code():
     def lines(code, integrator):
-        return deck(code, Problem(System(), ETA, TimeStepping(100, 1, STEPS, integrator, "end"), periods=1, keep=1))
+        return deck(code, DeckProblem(System(), ETA, TimeStepping(100, 1, STEPS, integrator, "end"), periods=1, keep=1))
 
     assert 'ops.integrator("Newmark", 0.6, 0.3025)' in lines("opensees", NewmarkBeta(0.3025, 0.6))
     assert 'ops.integrator("HHT", 0.9)' in lines("opensees", HHTInterpolated(-0.1))
@@ -188,7 +188,7 @@ def test_what_a_code_cannot_express_is_refused(kind):
     code, given, words = REFUSED[kind]
     method = TimeStepping(**{"stiffness": 100, "damping": 1, "steps": STEPS, "status": "end", **given})
     with pytest.raises(ValueError, match=words) as refused:
-        deck(code, Problem(System(), ETA, method, periods=1, keep=1))
+        deck(code, DeckProblem(System(), ETA, method, periods=1, keep=1))
     assert "\n" not in str(refused.value)
 
 
@@ -198,7 +198,7 @@ def test_opensees_has_materials_of_hertz(law, monkeypatch, tmp_path):
     from vibroscope.engine.laws import damper_of
 
     method = TimeStepping(12000, None, STEPS, status="end", law=law)
-    problem = Problem(System(clearance=0.1), ETA, method, MM, periods=1, keep=1)
+    problem = DeckProblem(System(clearance=0.1), ETA, method, MM, periods=1, keep=1)
     fake = run_fake(deck("opensees", problem), monkeypatch, tmp_path)
     kind, _, *numbers = fake.found("uniaxialMaterial")[2]
     depth, speed, touch = 0.03, 0.7, 1.3  # without dimension; the last: closing speed at touch

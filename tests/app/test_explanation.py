@@ -13,6 +13,8 @@ from vibroscope.app.explorer.words_in_units import words_of_change
 from vibroscope.app.runtime.cache import Cache
 from vibroscope.engine import Verdict
 
+from tests.share import every
+
 CACHE = Cache(48)
 
 
@@ -152,7 +154,7 @@ def test_divergence_names_the_step():
     assert explanation.parts == {}
 
 
-@pytest.mark.parametrize("key", list(scenes()))
+@pytest.mark.parametrize("key", every(scenes()))
 def test_no_text_of_a_scene_holds_a_number_that_is_none(key):
     lines = paragraphs(describe(runs_of(key)), explain(runs_of(key))).values()
     assert len(lines) >= 3

@@ -129,9 +129,9 @@ def test_speed_is_measured_of_what_is_set(few, law):
     limit = simulate(System(), 2.76, ExactPenalty(12000.0, 18.0, setting.law), periods=10, keep=1)
     own = simulate(System(), 2.76, setting.penalty, periods=10, keep=1)
     error = np.abs(own.section[-1] - limit.section[-1]).max()
-    assert result.errors[speed.Key("fixed", 200)] == pytest.approx(error, rel=1e-9)
+    assert result.errors[speed.SolverKey("fixed", 200)] == pytest.approx(error, rel=1e-9)
     if "plain" in KINDS[law]:
-        plain = speed.solvers(result.question)[speed.Key("plain", 200)](10, never)
+        plain = speed.solvers(result.question)[speed.SolverKey("plain", 200)](10, never)
         assert plain.state == pytest.approx(own.section[-1], rel=1e-6)
     view = SpeedView()
     view.update(setting, result)
@@ -159,7 +159,7 @@ def test_words_and_script_of_a_measurement_name_what_is_set(few, capsys):
 
 def test_a_run_that_ends_early_costs_what_its_steps_cost():
     stops = HHT_END._replace(without_solution="stop", steps=800)
-    solve = speed.solvers(Speed.question(None, stops))[speed.Key("fixed", 200)]
+    solve = speed.solvers(Speed.question(None, stops))[speed.SolverKey("fixed", 200)]
     ended, whole = solve(200, never), solve(2, never)
     assert np.isnan(ended.state).all()
     assert ended.solves == 200 * 200
@@ -168,10 +168,10 @@ def test_a_run_that_ends_early_costs_what_its_steps_cost():
 
 def test_a_method_of_two_stages_solves_twice_a_step():
     solvers = speed.solvers(Speed.question(None, read_setting(COARSE | {"integrator": "tr-bdf2"})))
-    assert solvers[speed.Key("fixed", 200)](3, never).solves == 2 * 3 * 200
-    assert solvers[speed.Key("plain", 200)](3, never).solves == 2 * 3 * 200
-    assert solvers[speed.Key("located", 200)](3, never).solves > 2 * 3 * 200
-    assert solvers[speed.Key("exact", 0)](3, never).solves == 0
+    assert solvers[speed.SolverKey("fixed", 200)](3, never).solves == 2 * 3 * 200
+    assert solvers[speed.SolverKey("plain", 200)](3, never).solves == 2 * 3 * 200
+    assert solvers[speed.SolverKey("located", 200)](3, never).solves > 2 * 3 * 200
+    assert solvers[speed.SolverKey("exact", 0)](3, never).solves == 0
 
 
 def test_the_plane_is_named_after_what_is_set():

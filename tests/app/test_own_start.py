@@ -178,7 +178,7 @@ def test_the_errors_of_a_study_are_those_from_the_motion_that_the_reference_has_
 
 def test_speed_and_error_are_measured_from_there():
     asked = Speed.question(None, OWN)
-    found = speed.solvers(asked)[speed.Key("fixed", 2000)](10, lambda: False)
+    found = speed.solvers(asked)[speed.SolverKey("fixed", 2000)](10, lambda: False)
     run = simulate(OWN.system, OWN.eta, OWN.penalty, periods=10, keep=1, initial=START)
     np.testing.assert_array_equal(found.state, run.section[-1])
     assert f"{START})" in speed_python(asked)

@@ -41,7 +41,7 @@ def test_each_cell_counts_what_a_single_run_does(small):
 
 
 def test_a_count_has_the_colour_of_its_class_and_the_side_without_a_step_none(small):
-    quantity = classes.QUANTITIES["without_solution"]
+    quantity = classes.COLOURINGS["without_solution"]
     picture = classes.class_image(small, "penalty", "without_solution")
     counts = small.steps_without_solution("penalty")
     shown = picture != classes.DIVERGED

@@ -24,7 +24,7 @@ from vibroscope.engine import (
 )
 from vibroscope.engine.recommendation.trials import NewmarkSetting, Trial
 
-FEW = ["--eta", "1.08", "--tolerance", "0.3", "--K", "100", "--D", "3.68", "--steps-max", "32"]
+FEW = ["--eta", "1.08", "--tolerance", "0.3", "--K", "100", "--D", "3.68", "--steps-max", "16"]
 
 
 def run(capsys, *arguments):

@@ -4,12 +4,12 @@ import json
 import math
 
 import pytest
-from vibroscope.app.codes.rules import Problem, Rule, judge, rules
+from vibroscope.app.codes.rules import Rule, RuleQuestion, judge, rules
 from vibroscope.app.commands.cli import main
 from vibroscope.engine import Excitation, Newmark, System, TimeStepping, compare, simulate
 from vibroscope.engine.divergence.agreement import CLOSE
 
-PAPER = Problem(System(), 2.76, Newmark(12000.0, 18.0, 2000))
+PAPER = RuleQuestion(System(), 2.76, Newmark(12000.0, 18.0, 2000))
 SHORT = {"periods": 40, "keep": 8}
 SHARE, PERIOD = System().mass_share, 2 * math.pi / 2.76
 
@@ -61,18 +61,18 @@ def test_a_run_that_ends_early_fails_and_says_why():
     assert found.as_dict()["total"] is None
     stops = TimeStepping(12000.0, 18.0, 2000, status="end")  # in period 5, at a step without a solution
     rule = Rule("key", "title", "damping_ratio", 18.0 / math.sqrt(12000 * SHARE), "claim", "source")
-    found = judge(rule, Problem(System(), 2.76, stops), **SHORT)
+    found = judge(rule, RuleQuestion(System(), 2.76, stops), **SHORT)
     assert (found.holds, found.without_solution) == (False, 1)
     assert "has no solution" in found.why
 
 
 def test_what_cannot_be_compared_is_run_and_what_gives_no_number_is_said():
     method = Newmark(12000.0, 18.0, 500, law="cut")
-    found = judge(rules()["lsdyna-noise"], Problem(System(), 2.76, method), **SHORT)
+    found = judge(rules()["lsdyna-noise"], RuleQuestion(System(), 2.76, method), **SHORT)
     assert found.motion
     assert "not solved in closed form" in found.why or found.total >= 0
     still = System(excitation=Excitation(base=0.0))
-    found = judge(rules()["mathworks-penetration"], Problem(still, 2.76, PAPER.method))
+    found = judge(rules()["mathworks-penetration"], RuleQuestion(still, 2.76, PAPER.method))
     assert found.method is None
     assert "nothing drives the bodies" in found.why
     with pytest.raises(ValueError, match="rule key"):

@@ -13,7 +13,7 @@ from vibroscope.app.page.time_step.tab import TimeStepTab
 from vibroscope.app.performance.contenders import CHECKED
 from vibroscope.app.performance.truth import true_state
 from vibroscope.app.studies import speed
-from vibroscope.app.studies.speed import KINDS, Key, PartialSpeed, SpeedQuestion, grow_speed, steps_around
+from vibroscope.app.studies.speed import KINDS, PartialSpeed, SolverKey, SpeedQuestion, grow_speed, steps_around
 from vibroscope.engine import Cancelled, ExactPenalty, Newmark, Reference, System
 
 SETTING = Setting()._replace(eta=2.76, K=12000.0, D=18.0, steps=400)
@@ -47,23 +47,23 @@ def test_all_solvers_take_turns_from_a_quarter_to_four_times_n(results):
 
 def test_errors_are_those_of_the_truth_and_of_the_shipped_figure(results):
     right = true_state(2.76, ExactPenalty(12000, 18))
-    run = speed.solvers(question_of(SETTING))[Key("located", 400)](CHECKED, never)
-    error = results[-1].errors[Key("located", 400)]
+    run = speed.solvers(question_of(SETTING))[SolverKey("located", 400)](CHECKED, never)
+    error = results[-1].errors[SolverKey("located", 400)]
     assert error == pytest.approx(np.abs(run.state - right).max(), rel=1e-5)  # exact penalty is as good as the truth
-    finest, coarsest = (results[-1].errors[Key("located", n)] for n in (1600, 400))
+    finest, coarsest = (results[-1].errors[SolverKey("located", n)] for n in (1600, 400))
     assert math.log(coarsest / finest, 4) == pytest.approx(2, abs=0.15)  # the located step is of second order
 
 
 def test_the_plain_loop_has_the_error_of_the_skipped_steps_and_costs_each_step(results):
     result = results[-1]
     for n in (400, 800, 1600):
-        fixed, plain = Key("fixed", n), Key("plain", n)
+        fixed, plain = SolverKey("fixed", n), SolverKey("plain", n)
         assert result.errors[plain] == result.errors[fixed]
         states = [speed.solvers(result.question)[key](CHECKED, never).state for key in (plain, fixed)]
         assert states[0] == pytest.approx(states[1], rel=1e-6)
         assert result.solves[plain] == result.solves[fixed] == n
-        assert result.solves[Key("located", n)] > n
-    assert result.times(Key("plain", 1600), Key("fixed", 1600)) > 3
+        assert result.solves[SolverKey("located", n)] > n
+    assert result.times(SolverKey("plain", 1600), SolverKey("fixed", 1600)) > 3
 
 
 def test_medians_of_a_stopped_measurement_go_on_from_its_turns(results, monkeypatch):
@@ -102,7 +102,7 @@ def test_the_setting_is_ringed_where_it_stands():
     view.update(SETTING._replace(located="no"), result)
     ringed = view.present.data
     assert ringed["text"] == ["set", "in an FE code"]
-    assert ringed["cost"] == [result.cost(Key("fixed", 400)), result.cost(Key("plain", 400))]
+    assert ringed["cost"] == [result.cost(SolverKey("fixed", 400)), result.cost(SolverKey("plain", 400))]
     assert ringed["error"] == pytest.approx([1 / 400] * 2)
     view.update(SETTING._replace(located="yes"), result)
     assert view.present.data["text"] == ["set"]
@@ -110,7 +110,7 @@ def test_the_setting_is_ringed_where_it_stands():
 
 
 def test_what_blew_up_is_said_and_neither_drawn_nor_ringed():
-    gone = {Key(kind, 400): math.nan for kind in ("fixed", "plain")}
+    gone = {SolverKey(kind, 400): math.nan for kind in ("fixed", "plain")}
     view, result = SpeedView(), made(gone)
     view.update(SETTING, result)
     assert view.present.data["text"] == []
@@ -126,7 +126,7 @@ def test_what_blew_up_is_said_and_neither_drawn_nor_ringed():
 
 
 def test_words_count_what_the_located_step_would_save():
-    good = made({Key("located", 100): 1e-9})  # 200 solves instead of 400
+    good = made({SolverKey("located", 100): 1e-9})  # 200 solves instead of 400
     text = dict(statements(SETTING, good))["With the step cut where contact changes"]
     assert text.startswith("T/100: error 1e-9 A ")
     assert "200 solves per period beside 400, 2 times fewer" in text

@@ -8,6 +8,8 @@ import xarray
 from vibroscope.app.commands.cli import main
 from vibroscope.engine import System, stiffness_of_step
 
+from tests.share import every
+
 BY_STEP = stiffness_of_step(System(), 2.76, 200, 0.1)
 SHORT = ["--eta", "2.76", "--D", "18", "--steps", "200"]
 RULE = ["lsdyna-noise", "--periods", "60"]
@@ -37,7 +39,7 @@ def comparable(text):
     return found
 
 
-@pytest.mark.parametrize("name", COMMANDS)
+@pytest.mark.parametrize("name", every(COMMANDS))
 def test_k_is_that_of_the_step(capsys, name):
     command = [*COMMANDS[name], *SHORT]
     follows = printed(capsys, *command, "--stiffness-of-step", "0.1")
@@ -53,7 +55,7 @@ def test_basins_are_of_the_k_that_follows(capsys, tmp_path):
     assert follows.drop_attrs().identical(given.drop_attrs())
 
 
-@pytest.mark.parametrize("more", [[], ["--integrator", "hht", "--status", "end", "--without-solution", "keep"]])
+@pytest.mark.parametrize("more", every([["--integrator", "hht", "--status", "end", "--without-solution", "keep"], []]))
 def test_each_number_of_steps_has_a_model_of_its_own(capsys, tmp_path, more):
     """Half the step has four times K: errors are against the exact solution and the reference of that model."""
     study = ["sweep", "step", "--eta", "2.76", "--D", "18", "--transient", "50", "--sample", "8", *more]

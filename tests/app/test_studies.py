@@ -25,6 +25,8 @@ from vibroscope.engine import (
     simulate,
 )
 
+from tests.share import every
+
 SYSTEM = System()
 
 
@@ -112,9 +114,9 @@ def test_a_plane_says_which_cell_its_numbers_are_of_and_that_shares_are_so_far(s
     assert statements(setting, whole)[-1][0] == "The whole plane"
 
 
-@pytest.mark.parametrize("name", [name for name in classes.QUANTITIES if name != "without_solution"])
+@pytest.mark.parametrize("name", [name for name in classes.COLOURINGS if name != "without_solution"])
 def test_every_cell_has_the_colour_of_its_number(small_plane, name):
-    result, quantity = small_plane[-1], classes.QUANTITIES[name]
+    result, quantity = small_plane[-1], classes.COLOURINGS[name]
     for side in plane.SIDES:
         picture = classes.class_image(result, side, name)
         assert picture.dtype == np.uint8
@@ -185,7 +187,7 @@ def test_from_rest_each_value_is_a_run_of_its_own(small_diagram):
         np.testing.assert_allclose(section_of(result, i), run.section, atol=1e-8)
 
 
-@pytest.mark.parametrize("direction", ["up", "down"])
+@pytest.mark.parametrize("direction", every(["up", "down"]))
 def test_continued_each_value_starts_where_its_neighbour_ended(small_diagram, direction):
     result = small_diagram(direction)[-1]
     start = (0.0, 0.0, 0.0, 0.0)
@@ -195,7 +197,7 @@ def test_continued_each_value_starts_where_its_neighbour_ended(small_diagram, di
         start = section_of(result, i)[-1]
 
 
-@pytest.mark.parametrize("direction", ["up", "down"])
+@pytest.mark.parametrize("direction", every(["down", "up"]))
 def test_a_continued_diagram_shows_a_coarse_preview_and_goes_on_from_where_it_was(small_diagram, direction):
     question = short_question(direction)
     preview, first, *_, whole = small_diagram(direction)

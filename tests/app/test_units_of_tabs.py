@@ -5,7 +5,7 @@ from collections.abc import Mapping
 
 import numpy as np
 import pytest
-from vibroscope.app.codes.rules import AS_SET, Outcome, rules
+from vibroscope.app.codes.rules import AS_SET, RuleOutcome, rules
 from vibroscope.app.explorer.compute import compute_runs
 from vibroscope.app.explorer.field_units import FIELD_QUANTITIES
 from vibroscope.app.export.formats import as_csv, as_json
@@ -18,6 +18,8 @@ from vibroscope.app.page.tabs import TABS
 from vibroscope.app.page.your_code.rules import rows_of
 from vibroscope.app.studies.your_code import Judged, PartialCode, question_of
 from vibroscope.engine import Units
+
+from tests.share import every
 
 from .fakes import QueueingHost
 from .filled_tabs import SETTING, filled  # noqa: F401 - a fixture
@@ -80,7 +82,7 @@ def test_the_errors_of_speed_say_what_they_are_multiples_of_in_files_and_scripts
     assert "set_ylabel('error / (2.5 mm, or 50 mm/s of a velocity)')" in script
 
 
-@pytest.mark.parametrize("choice", ["over:K;solver:newmark", "over:D;solver:newmark", "branches:on"])
+@pytest.mark.parametrize("choice", every(["over:K;solver:newmark", "over:D;solver:newmark", "branches:on"]))
 def test_a_diagram_over_any_number_has_units(choice):
     tab = TABS["bifurcation"](QueueingHost())
     tab.build()
@@ -108,7 +110,7 @@ def test_a_diagram_over_any_number_has_units(choice):
 def judged(method):
     why = "Nearly repeats every period (±0.04 in ξ₂)."
     rule = rules()["abaqus-ten"] if method is None else AS_SET
-    return Judged(Outcome(rule, method, "ξ₂ scatters by 0.04", 0.1, 0.1, None, why), np.empty((2, 0)))
+    return Judged(RuleOutcome(rule, method, "ξ₂ scatters by 0.04", 0.1, 0.1, None, why), np.empty((2, 0)))
 
 
 def test_rules_have_units_in_the_page_and_in_files_also_without_a_number():

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from vibroscope.app.codes.catalogue import codes
-from vibroscope.app.codes.rules import AS_SET, Outcome, Rule, rules
+from vibroscope.app.codes.rules import AS_SET, Rule, RuleOutcome, rules
 from vibroscope.app.explorer.compute import compute_runs
 from vibroscope.app.explorer.errors import Refused
 from vibroscope.app.explorer.explanation import explain
@@ -98,13 +98,13 @@ def test_a_rule_that_asks_for_more_than_the_server_computes_is_shown_but_not_set
 
 
 def judged(holds=True, motion="repeats every period", why="K and D cause 1 % of difference.", without=0):
-    method = rules()["abaqus-ten"].method(your_code.Problem(COARSE.system, COARSE.eta, COARSE.penalty))
-    outcome = Outcome(rules()["abaqus-ten"], method, motion, 0.01, 0.01, holds, why, without)
+    method = rules()["abaqus-ten"].method(your_code.RuleQuestion(COARSE.system, COARSE.eta, COARSE.penalty))
+    outcome = RuleOutcome(rules()["abaqus-ten"], method, motion, 0.01, 0.01, holds, why, without)
     return Judged(outcome, np.array([[0.0, 1.0, 9.0], [0.0, 2.0, 0.0]]))
 
 
 def test_the_rows_of_the_table_hold_numbers_words_and_pictures():
-    set_now = Judged(Outcome(AS_SET, COARSE.penalty, "", 0.1, 0.1, None, "why."), np.empty((2, 0)))
+    set_now = Judged(RuleOutcome(AS_SET, COARSE.penalty, "", 0.1, 0.1, None, "why."), np.empty((2, 0)))
     reference = np.array([[0.0, 1.0], [0.0, 2.0]])
     found = rows_of([judged(without=1), set_now], reference, ["abaqus-ten"], COARSE)
     first, second = found["rows"]

@@ -103,7 +103,7 @@ def test_studies_have_the_periods_and_the_words_of_single_runs():
 SHOWN = ("period", "near_period", "exact_period", "exact_near_period")
 
 
-@pytest.mark.parametrize("name", ["reference", "Newmark"])
+@pytest.mark.parametrize("name", every(["Newmark", "reference"]))
 def test_judged_cells_never_contradict_the_judgement_of_single_motions(name):
     """With less evidence a kind may stay undecided; one that is decided is that of `motion`, in its words."""
     count = max(12, share(24))

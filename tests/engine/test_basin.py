@@ -1,6 +1,7 @@
 """The study of a plane of starts: the same numbers however it is computed, its conclusions, and its refusals."""
 
 from concurrent.futures import ThreadPoolExecutor
+from functools import cache
 from itertools import pairwise
 
 import numpy as np
@@ -30,6 +31,12 @@ def basin(method=None, values=VALUES, **more):
     return sweep_basin(SYSTEM, ETA, method or Reference(), values, values, **more)
 
 
+@cache
+def whole_basin():
+    """The basins of the reference, which most tests compare with."""
+    return basin()
+
+
 def study(method=None):
     plane = StartPlane(("xi2", "v2"), ((-8.0, 8.0),) * 2, SYSTEM.rest)
     return BasinStudy(SYSTEM, method or Reference(), ETA, 1800, 256, plane=plane, x=VALUES, y=VALUES)
@@ -41,7 +48,7 @@ def assert_same(one, other):
 
 
 def test_chunks_and_threads_change_no_number(tmp_path):
-    whole = basin()
+    whole = whole_basin()
     chunks = basin(out=str(tmp_path / "basin"), cells_per_chunk=23, threads=1)
     assert_same(whole, chunks)
     assert_same(whole, xarray.open_zarr(tmp_path / "basin"))
@@ -62,7 +69,7 @@ def test_a_picture_grows_from_coarse_to_fine():
     assert partials[0][coarse].all()
     assert all((before <= after).all() for before, after in pairwise(partials))
     *_, last = grow(study(), picture=True)
-    assert_same(basin(), last.dataset())
+    assert_same(whole_basin(), last.dataset())
 
 
 def test_what_is_complete_is_kept_when_it_is_cancelled(tmp_path):
@@ -73,11 +80,11 @@ def test_what_is_complete_is_kept_when_it_is_cancelled(tmp_path):
     again = basin(**how)
     assert again.attrs["reused"] > 0
     assert again.attrs["reused"] + again.attrs["computed"] == VALUES.size**2
-    assert_same(basin(), again)
+    assert_same(whole_basin(), again)
 
 
 def test_motions_are_numbered_by_their_shares_and_their_starts_lead_there():
-    found = basin()
+    found = whole_basin()
     assert found["motion_period"].values.tolist() == [6, 2]
     assert np.diff(found["motion_share"]).max() < 0
     assert found["motion_share"].sum() == pytest.approx(1)
@@ -88,7 +95,7 @@ def test_motions_are_numbered_by_their_shares_and_their_starts_lead_there():
 
 def test_a_motion_that_was_not_found_beforehand_is_found_by_its_cells(monkeypatch):
     """A lattice of a single start knows one motion of the two."""
-    whole = basin()
+    whole = whole_basin()
     monkeypatch.setattr("vibroscope.engine.sweeps.basin_motions.PROBES", 1)
     found = basin(transient=1799)  # another study, which finds its motions anew
     assert (found["reached"] == -2).any()
@@ -99,12 +106,12 @@ def test_a_motion_that_was_not_found_beforehand_is_found_by_its_cells(monkeypatc
 def test_a_short_transient_changes_no_label():
     """What no region has decided by then is decided later."""
     for transient in (0, 20):
-        np.testing.assert_array_equal(basin(transient=transient, sample=32)["motion"], basin()["motion"])
+        np.testing.assert_array_equal(basin(transient=transient, sample=32)["motion"], whole_basin()["motion"])
 
 
 def test_the_share_in_which_two_solvers_differ():
     """The reference has a cycle of period 6 that the penalty model does not have."""
-    reference, penalty = basin(), basin(PENALTY)
+    reference, penalty = whole_basin(), basin(PENALTY)
     found = basin_difference(reference, penalty)
     np.testing.assert_array_equal(found.same, [[False], [True]])
     motion = reference["motion"].values
@@ -167,9 +174,9 @@ def test_bad_input_is_refused_in_one_line(system, method, x, y, more, text):
 
 def test_basins_of_other_cells_are_not_compared():
     with pytest.raises(ValueError, match="not of the same cells"):
-        basin_difference(basin(), basin(values=VALUES[::2]))
+        basin_difference(whole_basin(), basin(values=VALUES[::2]))
     with pytest.raises(ValueError, match="no complete basin"):
-        basin_difference(basin(), xarray.Dataset())
+        basin_difference(whole_basin(), xarray.Dataset())
 
 
 def test_what_runs_in_the_place_of_a_search_for_motions_can_search_for_the_same():

@@ -17,11 +17,11 @@ def values(branch, kind):
     return np.array([point.value for point in branch.points if point.kind == kind])
 
 
-# Where to look, to four digits: method, kind, η of the point, and from where to where to follow which motion. Every
-# fourth is of another kind.
+# Where to look, to four digits: method, kind, η of the point, and from where to where to follow which motion. The
+# kinds are mixed, so that a part of the list has several.
 POINTS = [
-    (Reference(), "sticking begins", 1.09499, (1.09, 1.10, 1.12)),
     (Reference(), "period doubling", 2.7889, (2.70, 2.76, 2.80)),
+    (Reference(), "sticking begins", 1.09499, (1.09, 1.10, 1.12)),
     (Reference(), "period doubling", 3.7903, (2.70, 2.76, 3.80)),
     (EXACT, "fold", 1.2502, (1.22, 1.30, 1.31)),
     (Reference(), "Neimark-Sacker", 3.8248, (2.70, 2.76, 3.90)),

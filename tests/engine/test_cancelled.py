@@ -5,6 +5,8 @@ from vibroscope.engine import Newmark, Reference, System, attractors, compare, l
 from vibroscope.engine.drivers.base import Driver
 from vibroscope.engine.energy import events
 
+from tests.share import every
+
 
 def never():
     return False
@@ -32,7 +34,7 @@ CASES = {
 }
 
 
-@pytest.mark.parametrize("name", CASES)
+@pytest.mark.parametrize("name", every(CASES))
 def test_every_run_asks_whether_it_is_cancelled(name, monkeypatch):
     deaf, runs = [], []
     advance, balance = Driver.advance, events.balance_between_events

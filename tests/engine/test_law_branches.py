@@ -48,7 +48,7 @@ def jacobian_of(problem, y, period, small=SMALL):
     return np.column_stack([(4 * central(h * e) - central(2 * h * e) / 2) / 3 for e in units])
 
 
-@pytest.mark.parametrize("law", LAWS)
+@pytest.mark.parametrize("law", every(LAWS))
 @pytest.mark.parametrize(
     ("system", "eta", "numbers", "over", "reach"),
     every(
@@ -82,7 +82,7 @@ def test_orbits_return_to_themselves_with_the_multipliers_of_runs(law, system, e
     assert compared > 5
 
 
-@pytest.mark.parametrize("law", LAWS)
+@pytest.mark.parametrize("law", every(LAWS))
 def test_runs_settle_to_stable_orbits(law):
     branch, settled = branch_of(law), 0
     for k in np.flatnonzero(np.abs(branch.multipliers[:, 0]) < 0.9)[::12]:
@@ -190,7 +190,7 @@ def test_a_law_that_cannot_be_followed_is_refused(law, over, said):
         continue_branch(*at(law, 1.3), over=over, low=0.0 if over == "D" else 1.0, high=30.0)
 
 
-@pytest.mark.parametrize("law", LAWS)
+@pytest.mark.parametrize("law", every(LAWS))
 def test_bifurcations_have_the_multiplier_of_their_kind(law):
     """At the end of a sequence the equations are singular, too, though nothing bifurcates there."""
     expected = {"period doubling": -1.0, "fold": 1.0}

@@ -7,6 +7,8 @@ from vibroscope.engine.motions.description import Kind
 from vibroscope.engine.motions.lyapunov import BATCHES, Lyapunov, average_growth
 from vibroscope.engine.motions.motion import classify
 
+from tests.share import every
+
 SYSTEM = System()
 
 
@@ -14,7 +16,7 @@ def state_on_attractor(eta, method):
     return simulate(SYSTEM, eta, method, periods=1000, keep=1).section[-1]
 
 
-@pytest.mark.parametrize("method", [Reference(), ExactPenalty(2500, 8)], ids=["reference", "exact penalty"])
+@pytest.mark.parametrize("method", every([Reference(), ExactPenalty(2500, 8)]), ids=lambda method: method.name)
 def test_the_exponent_of_a_chaotic_motion_is_the_rate_at_which_two_runs_separate(method):
     """Benettin's method: two runs, 1e-8 apart and rescaled each period, without a Jacobian."""
     state, width, growth = state_on_attractor(1.70, method), 1e-8, []

@@ -6,6 +6,8 @@ from vibroscope.engine import COORDINATES, Cancelled, ExactPenalty, Kind, Newmar
 from vibroscope.engine.sweeps import EtaStudy
 from vibroscope.engine.sweeps.motion_kinds import CellKind, judge_cells, known_kinds
 
+from tests.share import every
+
 SYSTEM = System()
 NAMES = {CellKind.PERIODIC: "periodic", CellKind.QUASI_PERIODIC: "quasi-periodic", CellKind.CHAOTIC: "chaotic"}
 
@@ -40,7 +42,7 @@ def test_scatter_of_the_step_is_distinguished_from_chaos_as_for_a_single_motion(
     assert (kinds["kind"] == CellKind.ARTEFACT).sum() >= 2
 
 
-@pytest.mark.parametrize("method", [Reference(), ExactPenalty(12000, 18)])
+@pytest.mark.parametrize("method", every([Reference(), ExactPenalty(12000, 18)]))
 def test_motions_in_closed_form_are_judged_by_their_exponent(method):
     kinds, runs = judged(study_of(method, [1.70, 2.76]))
     assert runs == 1

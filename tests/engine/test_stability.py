@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from vibroscope.engine import ExactPenalty, Newmark, Reference, Status, System, simulate
-from vibroscope.engine.hardcases.cases import Case, hard_cases
+from vibroscope.engine.hardcases.cases import HardCase, hard_cases
 from vibroscope.engine.hardcases.condition import EPSILON, SimulationSetup, attainable_error, sensitivity
 from vibroscope.engine.hardcases.judgement import outcome
 
@@ -121,7 +121,7 @@ def test_a_periodic_motion_does_not_drift_in_a_million_periods():
 
 
 def test_a_case_without_truth_is_judged_by_its_energy():
-    case = Case("own", SimulationSetup(System(), 2.76, ExactPenalty(100.0, 1.0), 3))
+    case = HardCase("own", SimulationSetup(System(), 2.76, ExactPenalty(100.0, 1.0), 3))
     found = outcome(case)
     assert found.passed
     assert np.isnan(found.error)

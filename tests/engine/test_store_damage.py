@@ -11,8 +11,8 @@ import xarray
 from vibroscope.engine import Reference, System, sweep_eta
 from vibroscope.engine.sweeps import check_store
 from vibroscope.engine.sweeps.manifest import FOLDER, STUDY, read_seal
-from vibroscope.engine.sweeps.place import Place
 from vibroscope.engine.sweeps.store import Store
+from vibroscope.engine.sweeps.store_location import StoreLocation
 
 from tests.share import every, share
 
@@ -70,7 +70,7 @@ def test_every_changed_byte_of_a_description_is_found(whole):
 
 
 def test_every_changed_byte_of_a_seal_is_found(store):
-    key = Store(Place(store)).read_manifest().origin["key"]
+    key = Store(StoreLocation(store)).read_manifest().origin["key"]
     content, first = (store / FOLDER / "0.json").read_bytes(), (slice(0, 4),)
     good = read_seal(content, key, first)
     assert good

@@ -1,14 +1,27 @@
 """The verdict blames the number whose change helps most, as independent experiments of the tests confirm."""
 
 import math
+from functools import cache
 
 import numpy as np
 import pytest
 from vibroscope.engine import Cancelled, ExactPenalty, Newmark, Reference, System, compare, motion, simulate, verdict
 from vibroscope.engine.divergence.error import Target
 
+from tests.share import every
+
 SYSTEM = System()
 ZETA = math.log(2) / math.hypot(math.pi, math.log(2))
+
+
+@cache
+def compared(eta, method):
+    return compare(SYSTEM, eta, method)
+
+
+@cache
+def verdict_of(eta, method):
+    return verdict(compared(eta, method))
 
 
 def equal(stiffness):
@@ -30,7 +43,7 @@ CASES = [
 
 @pytest.mark.parametrize(("eta", "method", "blame"), [case[1:] for case in CASES], ids=[case[0] for case in CASES])
 def test_the_verdict_names_the_number_that_is_to_blame(eta, method, blame):
-    found = verdict(compare(SYSTEM, eta, method))
+    found = verdict_of(eta, method)
     assert found.blame == blame
     assert len(found.headline) <= 300
     assert found.headline.count(". ") + found.headline.endswith(".") <= 3
@@ -75,17 +88,17 @@ def test_only_a_smaller_or_located_step_removes_the_scatter(eta, method):
 
 @pytest.mark.parametrize(("eta", "method"), [case[1:3] for case in CASES if case[3] in {"K", "D", "status", "steps"}])
 def test_following_the_advice_leaves_what_the_verdict_says(eta, method):
-    found = verdict(compare(SYSTEM, eta, method))
+    found = verdict_of(eta, method)
     new = {"stiffness": found.change.get("K", method.stiffness), "damping": found.change.get("D", method.damping)}
     located = found.change.get("located", method.located)
     advised = Newmark(**new, steps=found.change.get("steps", method.steps), located=located)
-    before, after = (compare(SYSTEM, eta, each).total for each in (method, advised))
+    before, after = (compared(eta, each).total for each in (method, advised))
     assert after < before
     assert after == pytest.approx(found.left, rel=0.05)
 
 
 def test_the_verdict_mentions_time_step_scatter():
-    scattered = verdict(compare(SYSTEM, 2.76, Newmark(12000, 18, 2000)))
+    scattered = verdict_of(2.76, Newmark(12000, 18, 2000))
     assert "The time step blurs each point of the section" in scattered.headline
     assert 0.05 < scattered.scatter < 0.4  # over 50 periods its size depends on rounding
     located = verdict(compare(SYSTEM, 2.76, Newmark(12000, 18, 2000, located=True)))
@@ -102,8 +115,8 @@ def test_what_removes_next_to_nothing_is_no_cure():
 def test_agreement_is_graded():
     fine = verdict(compare(SYSTEM, 2.76, Newmark(1e6, equal(1e6), 2000, located=True)))
     assert (fine.agree, fine.headline.startswith("They agree: ")) == ("yes", True)
-    assert verdict(compare(SYSTEM, 1.08, Newmark(2500, 8, 2000))).agree == "partly"
-    assert verdict(compare(SYSTEM, 1.08, Newmark(100, 50, 2000))).agree == "no"
+    assert verdict_of(1.08, Newmark(2500, 8, 2000)).agree == "partly"
+    assert verdict_of(1.08, Newmark(100, 50, 2000)).agree == "no"
 
 
 def test_a_run_that_diverged_gets_the_number_of_steps_that_suffices():
@@ -157,7 +170,7 @@ def test_a_verdict_can_be_cancelled(method):
         verdict(found, cancelled=lambda: True)
 
 
-@pytest.mark.parametrize("eta", [1.6689, 3.1566, 3.5744])
+@pytest.mark.parametrize("eta", every([1.6689, 3.1566, 3.5744]))
 def test_a_reference_that_repeats_only_nearly_is_compared_by_statistics(eta):
     found = compare(System(), eta, Newmark(2500, 8, 2000))
     assert not found.motions.reference.period

@@ -4,7 +4,7 @@ Sources of the keywords: Abaqus Keywords Reference: *MASS, *SPRING, *DASHPOT, *C
 *DYNAMIC, *AMPLITUDE.
 """
 
-from vibroscope.app.export.decks.problem import LINEAR, Problem, check, refuse
+from vibroscope.app.export.decks.problem import LINEAR, DeckProblem, check, refuse
 
 NAME, SUFFIX, STATUS = "Abaqus/Standard", "inp", "end"
 LAWS = (LINEAR,)
@@ -68,7 +68,7 @@ U
 """
 
 
-def write(problem: Problem) -> str:
+def write(problem: DeckProblem) -> str:
     """The deck; raises ValueError for what Abaqus has not."""
     check(problem, NAME, LAWS, INTEGRATORS, STATUS)
     integrator = problem.integrator
@@ -107,7 +107,7 @@ def write(problem: Problem) -> str:
     )
 
 
-def _bodies(problem: Problem) -> list[str]:
+def _bodies(problem: DeckProblem) -> list[str]:
     lines = []
     for i, body in enumerate(problem.bodies, 1):
         ends = "1, 2" if i == 1 else "3, 4"
@@ -120,13 +120,13 @@ def _bodies(problem: Problem) -> list[str]:
     return lines
 
 
-def _start(problem: Problem) -> str:
+def _start(problem: DeckProblem) -> str:
     """Velocities; displacements are counted from the start."""
     rows = [f"{node}, 1, {body.velocity!r}" for node, body in enumerate(problem.bodies, 2) if body.velocity]
     return "\n".join(["*INITIAL CONDITIONS, TYPE=VELOCITY", *rows, ""]) if rows else ""
 
 
-def _amplitudes(problem: Problem) -> list[str]:
+def _amplitudes(problem: DeckProblem) -> list[str]:
     """A Fourier series for each body: one term; its spring's force at the start is taken off the constant."""
     lines = []
     for i, body in enumerate(problem.bodies, 1):
@@ -137,5 +137,5 @@ def _amplitudes(problem: Problem) -> list[str]:
     return lines
 
 
-def _loads(problem: Problem) -> list[str]:
+def _loads(problem: DeckProblem) -> list[str]:
     return [f"*CLOAD, AMPLITUDE=LOAD{i}\n{i + 1}, 1, 1.\n" for i in range(1, len(problem.bodies) + 1)]

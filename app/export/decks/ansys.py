@@ -4,7 +4,7 @@ Source: Ansys Mechanical APDL Element Reference. The spring and the damper of CO
 a gap: they act where the distance of its nodes has shrunk by the gap, which must not be zero.
 """
 
-from vibroscope.app.export.decks.problem import LINEAR, Problem, check
+from vibroscope.app.export.decks.problem import LINEAR, DeckProblem, check
 
 NAME, SUFFIX, STATUS = "Ansys Mechanical APDL", "dat", "end"
 LAWS = (LINEAR,)
@@ -98,7 +98,7 @@ FINISH
 """
 
 
-def write(problem: Problem) -> str:
+def write(problem: DeckProblem) -> str:
     """The deck; raises ValueError for what Ansys has not."""
     check(problem, NAME, LAWS, tuple(INTEGRATORS), STATUS)
     stiffness, damping = problem.contact
@@ -140,7 +140,7 @@ def _load(body) -> str:
     return f"({cosine!r})*COS(A)+({sine!r})*SIN(A)+({rest!r})"
 
 
-def _bodies(problem: Problem) -> list[str]:
+def _bodies(problem: DeckProblem) -> list[str]:
     lines = []
     for i, body in enumerate(problem.bodies, 1):
         ends = "1,2" if i == 1 else "3,4"
@@ -149,6 +149,6 @@ def _bodies(problem: Problem) -> list[str]:
     return lines
 
 
-def _start(problem: Problem) -> str:
+def _start(problem: DeckProblem) -> str:
     rows = [f"IC,{node},UX,0,{body.velocity!r}" for node, body in enumerate(problem.bodies, 2) if body.velocity]
     return "\n".join([*rows, ""]) if rows else ""

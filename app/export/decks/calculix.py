@@ -7,7 +7,7 @@ damper a nonlinear spring takes its place, SPRINGA: CalculiX then does not check
 
 from math import cos, pi, sin
 
-from vibroscope.app.export.decks.problem import LINEAR, Problem, check, refuse
+from vibroscope.app.export.decks.problem import LINEAR, DeckProblem, check, refuse
 
 NAME, SUFFIX, STATUS = "CalculiX", "inp", "end"
 LAWS = (LINEAR,)
@@ -83,7 +83,7 @@ _SPRING = """\
 0., {apart}"""
 
 
-def write(problem: Problem) -> str:
+def write(problem: DeckProblem) -> str:
     """The deck; raises ValueError for what CalculiX has not."""
     check(problem, NAME, LAWS, INTEGRATORS, STATUS)
     integrator, wall = problem.integrator, problem.system.wall
@@ -120,7 +120,7 @@ def number(value: float) -> str:
     return f"{value:.13E}"
 
 
-def _convert(problem: Problem) -> str:
+def _convert(problem: DeckProblem) -> str:
     """A command that writes the samples to be kept."""
     x1, x2 = (problem.scale.physical("displacement", problem.start[place]) for place in (0, 2))
     first = (problem.periods - problem.keep) * problem.period - 0.5 * problem.step
@@ -131,7 +131,7 @@ def _convert(problem: Problem) -> str:
     ).replace("+-", "-")
 
 
-def _nodes(problem: Problem) -> list[str]:
+def _nodes(problem: DeckProblem) -> list[str]:
     """The blocks as they are at the start; the nodes that they follow, and where the dampers hold, lie in a row."""
     side, far, gap = problem.length / 2.0, _FAR * problem.length, problem.gap()
     rows = [(1 + i, (2 * i - 2) * far, 0.0, 0.0) for i in range(4)]
@@ -141,7 +141,7 @@ def _nodes(problem: Problem) -> list[str]:
     return [", ".join([str(node), *map(number, place)]) for node, *place in rows]
 
 
-def _contact(problem: Problem) -> str:
+def _contact(problem: DeckProblem) -> str:
     """A contact pair; without a damper a spring, whose table goes as far as its nodes are apart."""
     (stiffness, damping), far, gap = problem.contact, _FAR * problem.length, problem.gap()
     if damping:
@@ -151,7 +151,7 @@ def _contact(problem: Problem) -> str:
     return _SPRING.format(push=number(push), deep=number(deep), touch=number(touch), apart=number(apart))
 
 
-def _bodies(problem: Problem) -> list[str]:
+def _bodies(problem: DeckProblem) -> list[str]:
     """Material, spring and damper of each body; the wall's material does not matter."""
     lines, bodies = [], problem.bodies
     for i in (1, 2):
@@ -170,7 +170,7 @@ def _bodies(problem: Problem) -> list[str]:
     return lines
 
 
-def _start(problem: Problem) -> str:
+def _start(problem: DeckProblem) -> str:
     """Velocities; displacements are counted from the start."""
     sets = (("2", "NODES1"), ("3", "NODES2"))
     moving = [(name, body.velocity) for names, body in zip(sets, problem.bodies, strict=False) for name in names]
@@ -178,7 +178,7 @@ def _start(problem: Problem) -> str:
     return "\n".join(["*INITIAL CONDITIONS, TYPE=VELOCITY", *rows, ""]) if rows else ""
 
 
-def _amplitudes(problem: Problem) -> list[str]:
+def _amplitudes(problem: DeckProblem) -> list[str]:
     """The force on each body at the end of every step, its spring's at the start taken off."""
     lines, n = [], problem.method.steps
     for i, body in enumerate(problem.bodies, 1):

@@ -3,7 +3,7 @@
 Not run by this project. It needs no library.
 """
 
-from vibroscope.app.export.decks.problem import LINEAR, Problem, check, refuse
+from vibroscope.app.export.decks.problem import LINEAR, DeckProblem, check, refuse
 from vibroscope.engine import NewmarkBeta
 
 NAME, SUFFIX, STATUS = "Modelica", "mo", "located"
@@ -47,7 +47,7 @@ end TwoBodies;
 """
 
 
-def write(problem: Problem) -> str:
+def write(problem: DeckProblem) -> str:
     """The model; raises ValueError for what it has not."""
     if problem.integrator != NewmarkBeta():
         raise refuse(NAME, "the integrator", "its tools choose their own; leave Newmark's with beta 1/4, gamma 1/2")

@@ -2,7 +2,7 @@
 
 from math import sqrt
 
-from vibroscope.app.export.decks.problem import LINEAR, Problem, check, refuse
+from vibroscope.app.export.decks.problem import LINEAR, DeckProblem, check, refuse
 from vibroscope.engine.law_table import RATIO_LAWS
 from vibroscope.engine.laws import damper_of
 from vibroscope.engine.methods import spring_exponent
@@ -111,7 +111,7 @@ sys.exit(fault)
 '''
 
 
-def write(problem: Problem) -> str:
+def write(problem: DeckProblem) -> str:
     """The script; raises ValueError for what OpenSees has not."""
     check(problem, NAME, LAWS, tuple(INTEGRATORS), STATUS)
     name, shift = problem.integrator.name, max(0.0, -problem.clearance)
@@ -138,7 +138,7 @@ def write(problem: Problem) -> str:
     )
 
 
-def _bodies(problem: Problem) -> list[str]:
+def _bodies(problem: DeckProblem) -> list[str]:
     lines = ["ops.fix(2, 1)  # the wall"] if problem.system.wall else []
     for i, body in enumerate(problem.bodies, 1):
         lines += [
@@ -150,7 +150,7 @@ def _bodies(problem: Problem) -> list[str]:
     return lines
 
 
-def _contact(problem: Problem) -> str:
+def _contact(problem: DeckProblem) -> str:
     """The material; those of Hertz have a force K δⁿ, and so a stiffness in units of force per lengthⁿ."""
     method, system = problem.method, problem.system
     gap = -problem.clearance if problem.clearance > 0.0 else -_TOUCHING
@@ -171,7 +171,7 @@ def _contact(problem: Problem) -> str:
     return f'ops.uniaxialMaterial("Hertzdamp", 3, {stiffness!r}, {damper!r}, {gap!r}, {power!r})'
 
 
-def _loads(problem: Problem, shift: float) -> list[str]:
+def _loads(problem: DeckProblem, shift: float) -> list[str]:
     """A pattern for each time series that anything needs; the spring of body 1 is relaxed at ``shift``."""
     lines = []
     for series in (1, 2, 3):
@@ -184,7 +184,7 @@ def _loads(problem: Problem, shift: float) -> list[str]:
     return lines
 
 
-def _start(problem: Problem, shift: float) -> list[str]:
+def _start(problem: DeckProblem, shift: float) -> list[str]:
     """The initial state; accelerations are zero unless they are given."""
     lines = ["# The start: displacement, velocity, acceleration"]
     for i, (body, acceleration) in enumerate(zip(problem.bodies, problem.accelerations(), strict=True), 1):

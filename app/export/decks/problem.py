@@ -16,8 +16,9 @@ from vibroscope.engine import (
     Units,
     status_of,
 )
+from vibroscope.engine.checks import whole
 from vibroscope.engine.integrators import Integrator
-from vibroscope.engine.model import check_eta, whole
+from vibroscope.engine.model import check_eta
 
 PERIODS, KEEP = 300, 20  # to run, and to write the last of
 PERIODS_RANGE = (1, 1_000_000)
@@ -49,8 +50,8 @@ class Body(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Problem:
-    """What a deck describes.
+class DeckProblem:
+    """System, method and duration of the run that a deck describes.
 
     Attributes
     ----------
@@ -119,7 +120,7 @@ class Problem:
 
     @property
     def steps(self) -> int:
-        """Of the whole run."""
+        """Duration of the whole run."""
         return self.periods * self.method.steps
 
     @property
@@ -167,11 +168,11 @@ class Problem:
         return Body(mass, stiffness, damping, load, scale.physical("displacement", x), scale.physical("velocity", v))
 
     def gap(self) -> float:
-        """At the start."""
+        """The gap at the start."""
         return self.scale.physical("displacement", self.system.gap(self.start[0], self.start[2]))
 
     def accelerations(self) -> tuple[float, ...]:
-        """Of the bodies at the start, by the equations of motion, or zero where the method says so."""
+        """Accelerations of the bodies at the start, by the equations of motion, or zero if the method says so."""
         if getattr(self.method, "initial_acceleration", "equation") == "zero":
             return (0.0,) * len(self.bodies)
         gap, push = self.gap(), 0.0
@@ -189,7 +190,7 @@ class Problem:
 
     @property
     def integrator(self) -> Integrator:
-        """Of the method."""
+        """The integrator of the method."""
         return getattr(self.method, "integrator", NewmarkBeta())
 
     @property
@@ -205,7 +206,7 @@ class Problem:
         return f"time [{time}], xi1 [{length}], xi2 [{length}]"
 
     def words(self, code: str) -> list[str]:
-        """What a deck says of itself in its first lines, in ASCII."""
+        """The first lines of a deck, which describe it, in ASCII."""
         method, system = self.method, self.system
         bodies = "A body and a wall" if system.wall else "Two bodies"
         damper = "D from the restitution" if method.damping is None else f"D = {method.damping!r}"
@@ -239,7 +240,7 @@ def refuse(code: str, what: str, advice: str) -> ValueError:
     return ValueError(f"{code} cannot express {what}: {advice}")
 
 
-def check(problem: Problem, code: str, laws: tuple[str, ...], integrators: tuple[str, ...], status: str) -> None:
+def check(problem: DeckProblem, code: str, laws: tuple[str, ...], integrators: tuple[str, ...], status: str) -> None:
     """Raise ValueError, in one line, for what a code cannot express.
 
     Parameters

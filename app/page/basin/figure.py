@@ -11,16 +11,8 @@ from bokeh.plotting import figure
 from vibroscope.app.explorer.field_units import shown_field
 from vibroscope.app.explorer.link import LINEAR
 from vibroscope.app.explorer.state import Setting
-from vibroscope.app.page.shared.cells import add_cells, cells_source, rounded_view, write_cells
-from vibroscope.app.page.shared.figure import (
-    VERMILLION,
-    divisor,
-    empty_source,
-    hover_tool,
-    legend_above,
-    make_figure,
-    write,
-)
+from vibroscope.app.page.shared.cells import add_cells, add_mark, cells_source, rounded_view, write_cells
+from vibroscope.app.page.shared.figure import divisor, empty_source, hover_tool, legend_above, make_figure, write
 from vibroscope.app.page.shared.ranges import OwnedRange
 from vibroscope.app.page.shared.unit_axis import UnitAxis
 from vibroscope.app.studies.basin import PALETTE, SIDES, BasinQuestion, PartialBasin
@@ -62,34 +54,23 @@ class BasinView:
         plot.xgrid.visible = plot.ygrid.visible = False
         cells = add_cells(plot, self.sources[side], PALETTE)
         plot.add_tools(hover_tool([cells], {"motion": "@motion", "repeats after (periods)": "@period"}))
-        mark = plot.scatter(
-            "x",
-            "y",
-            source=self.mark,
-            marker="diamond_cross",
-            size=17,
-            fill_color="#FFFFFF",
-            fill_alpha=0.85,
-            line_color=VERMILLION,
-            line_width=2.2,
-            level="overlay",
-        )
+        mark = add_mark(plot, "x", "y", self.mark)
         legend_above(plot, [LegendItem(label="start that is set", renderers=[mark])])
         return plot
 
     def hold(self, setting: Setting, axes: tuple[str, str]) -> None:
-        """Let the axes reach as far as the starts do that the system suggests; a phase over a period."""
+        """Set the axes to the range of starts that suits the system, and that of a phase to one period."""
         span = default_span(setting.system)
         for owned, axis in zip(self.ranges.values(), axes, strict=True):
             owned.put(*(WHOLE if axis == PHASE else span))
 
     @property
     def spans(self) -> dict[str, tuple[float, float]]:
-        """What is in view along both axes."""
+        """The parts of both axes that are in view."""
         return {name[-1]: rounded_view(owned.ends, *LINEAR) for name, owned in self.ranges.items()}
 
     def spans_of(self, axes: tuple[str, str]) -> dict[str, tuple[float, float]]:
-        """The same, of a phase no more than a period."""
+        """The parts of these axes that are in view; that of a phase is at most a period."""
         return {
             name: (within(span) if axis == PHASE else span)
             for (name, span), axis in zip(self.spans.items(), axes, strict=True)

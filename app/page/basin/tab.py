@@ -66,7 +66,7 @@ class BasinTab(StudyTab):
 
     @classmethod
     def spec(cls) -> dict:
-        """What can be chosen."""
+        """The choices of the tab."""
         return {
             "title": "Basins of attraction",
             "keyed": [picture.name for picture in cls.pictures],
@@ -81,14 +81,14 @@ class BasinTab(StudyTab):
         }
 
     def refresh(self) -> None:
-        """As every study; the axes reach as far as the system suggests, and those of another plane may be others."""
+        """See `StudyTab`; the axes reach as far as the system suggests, and those of another plane may differ."""
         if self._move is not None:
             with pn.io.hold(self.host.doc):
                 self.view.hold(self._move.setting, self._plane(self._move.setting))
         super().refresh()
 
     def obstacle(self, setting: Setting) -> str:
-        """Where nothing drives the bodies every start leads to rest; and a law may have no solution without a step."""
+        """Why there is no study: every start of free bodies leads to rest; some laws need a time step."""
         if words := free_obstacle(setting, "each start", "leads to rest"):
             return words
         if self.panel.chosen["model"] == "exact" and _limit(setting) is None:
@@ -209,7 +209,7 @@ def statements(setting: Setting, result: PartialBasin) -> list[list[str]]:
 
 
 def _here(setting: Setting, result: PartialBasin) -> list[list[str]]:
-    """What the cell leads to that holds the start that is set, once both sides of it are computed."""
+    """The motions to which the cell of the present start leads, once both solvers have computed it."""
     question = result.question
     place = result.cell(*start_on(setting, question.axes))
     if place is None or not all(result.known[side][place] for side in SIDES):

@@ -195,7 +195,7 @@ class BifurcationView:
 
     @property
     def axis_label(self) -> str:
-        """What lies to the right."""
+        """The label of the horizontal axis."""
         return self._axes[0].label
 
     @property

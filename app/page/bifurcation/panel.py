@@ -1,4 +1,4 @@
-"""What can be chosen beside a bifurcation diagram."""
+"""The choices beside a bifurcation diagram."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a bifurcation diagram says, in sentences."""
+"""A bifurcation diagram in sentences."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ _SHARES = {  # a kind of motion as the statement names it
 
 
 def _shares(result: PartialDiagram, known: np.ndarray) -> list[str]:
-    """Which kinds of motion there are, and how much of the range they take."""
+    """The kinds of motion, and the share of the range that each takes."""
     kind, period = result.kinds["kind"][known], result.kinds["kind_period"][known]
     periodic = kind == CellKind.PERIODIC
     parts = {f"period {n}": periodic & (period == n) for n in (1, 2)}

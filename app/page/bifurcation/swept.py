@@ -30,7 +30,7 @@ class Swept(NamedTuple):
 
     @property
     def choice(self) -> str:
-        """As it is offered: its name, without its definition."""
+        """The label in the list of choices: its name, without its definition."""
         return self.text.removesuffix(" Ω/ω₁")
 
     def rounded(self, value: float) -> float:

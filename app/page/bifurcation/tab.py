@@ -73,7 +73,7 @@ class Bifurcation(StudyTab):
 
     @classmethod
     def spec(cls) -> dict:
-        """What can be chosen, and the line that can be dragged."""
+        """The choices of the tab, and the line that can be dragged."""
         return panel_spec()
 
     def choice(self) -> dict[str, str | int]:
@@ -109,11 +109,11 @@ class Bifurcation(StudyTab):
         self.ranges["eta"].restore(low, high)
 
     def fit_axes(self, setting: Setting) -> None:
-        """The axis covers what the slider does for the system."""
+        """Let the axis cover the range that the slider has for the system."""
         self.view.fit_axes(setting)
 
     def obstacle(self, setting: Setting) -> str:
-        """Where nothing drives the bodies there is no frequency to sweep, and from rest nothing moves.
+        """Why there is no diagram: free bodies have no frequency to sweep, and stay at rest.
 
         And the engine may have no study of the integrator, status or law that is set.
         """
@@ -226,7 +226,7 @@ class Bifurcation(StudyTab):
         return [*statements(setting, result), *self.branches.words()]
 
     def figures(self) -> list[Figure]:
-        """Those of the diagram, and the tables of the branches once there are any."""
+        """The figures of the diagram, and the tables of the branches once there are any."""
         orbits = self._orbits()
         return [each for each in super().figures() if orbits or each.name not in _BRANCH_TABLES]
 
@@ -281,7 +281,7 @@ def _branch_solver(solver: str) -> str:
 
 
 def _away(setting: Setting) -> dict[str, list[str]]:
-    """What the panel does not offer for the system: coordinates and start of a wall."""
+    """The choices that the panel hides for the system: coordinates and start of a wall."""
     return {"coordinate": ["xi2", "v2"], "start_xi2": [], "start_v2": []} if setting.bodies == "wall" else {}
 
 

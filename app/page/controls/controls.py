@@ -136,7 +136,7 @@ def _notes(setting: Setting) -> dict[str, str]:
 
 
 def _of_restitution(setting: Setting) -> str:
-    """Where the locked D is from, and for which closing speed it holds."""
+    """The origin of the locked D, and the closing speed for which it holds."""
     origin = f"from e = {written(setting.restitution)} by the formula of its law"
     if not setting.damping[1]:
         return origin
@@ -145,7 +145,7 @@ def _of_restitution(setting: Setting) -> str:
 
 
 def _beyond_slider(name: str, setting: Setting) -> str:
-    """Where a typed number lies beside what its slider covers; empty within, and for 0, which a logarithm has not."""
+    """Whether a typed number lies below or above its slider; empty within, and for 0 on a logarithmic slider."""
     (low, high), value, field = slider_range(name, setting.system), getattr(setting, name), shown_field(name, setting)
     if value == 0 or low <= value <= high:
         return ""

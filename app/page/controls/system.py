@@ -76,7 +76,7 @@ def system_fields(setting: Setting) -> dict[str, dict]:
 
 
 def system_numbers(setting: Setting) -> dict[str, tuple[str, str]]:
-    """Of each field that applies: the number as it is shown, and the text that sets it again."""
+    """The number as it is shown, and the text that sets it again, for each field that applies."""
     found = {}
     for name in FIELDS:
         if _is_plain(name) and applies(name, setting):
@@ -146,7 +146,7 @@ def _is_plain(name: str) -> bool:
 
 
 def system_title(setting: Setting) -> str:
-    """What the folded panel shows of the system."""
+    """The title of the folded panel: the system in short."""
     kind = {"pendulums": "pendulums", "two": "two bodies", "wall": "a body and a wall"}[setting.bodies]
     papers = all(getattr(setting, n) == getattr(Setting(), n) for n in _PAPERS)
     return "the paper’s pendulums" if papers else kind

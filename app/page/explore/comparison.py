@@ -66,7 +66,7 @@ def _as_number(text: str) -> float | str:
 
 
 def _row(setting: Setting, result: Result | None, explanation: Explanation | None, other: list[str]) -> dict:
-    """One row.
+    """Make the row of a setting.
 
     Returns
     -------

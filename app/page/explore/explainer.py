@@ -53,7 +53,7 @@ class Explainer:
             self._queue.submit(0, self._setting)
 
     def _deliver(self, _: int, result: tuple[Setting, Explanation] | Exception) -> None:
-        """In a worker thread."""
+        """Hand a result, or the error in its place, to the session's loop; runs in a worker thread."""
         if isinstance(result, Exception):
             text = f"The difference could not be explained ({error_text(result)}). The figures are right; move on."
             self.host.call_later(partial(self.host.report_error, text))
@@ -84,7 +84,7 @@ def known_explanation(setting: Setting) -> Explanation | None:
 
 
 def _key(setting: Setting) -> object:
-    """What an explanation depends on."""
+    """Everything that an explanation depends on."""
     return setting.system, setting.eta, setting.penalty, setting.reference, setting.initial
 
 

@@ -1,4 +1,4 @@
-"""Where the map over η has its points from: the shipped diagram of the paper's system, else a study of the present one.
+"""The points of the map over η: from the shipped diagram of the paper's system, else from a study of the present one.
 
 That study is the one of the tab Bifurcation from rest, so each of the two finds what the other has computed.
 """

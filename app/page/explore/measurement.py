@@ -264,7 +264,7 @@ class Overlay:
 
 
 def _fit_key(setting: Setting) -> object:
-    """What a fit depends on."""
+    """Everything that a fit depends on."""
     return setting.system, setting.eta, setting.omega1, setting.amplitude
 
 
@@ -273,7 +273,7 @@ def _reference_key(setting: Setting) -> object:
 
 
 def _key(setting: Setting) -> object:
-    """What a comparison depends on."""
+    """Everything that a comparison depends on."""
     return *_reference_key(setting), setting.penalty
 
 

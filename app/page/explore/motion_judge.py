@@ -52,11 +52,11 @@ class MotionJudge:
             self._queue.submit(0, setting)
 
     def _judge(self, setting: Setting, cancelled: Callable[[], bool]) -> tuple[Setting, Kinds]:
-        """In a worker thread."""
+        """Judge both motions; runs in a worker thread."""
         return setting, judge_motions(setting, lambda: cancelled() or setting is not self._setting)
 
     def _deliver(self, _: int, result: tuple[Setting, Kinds] | Exception) -> None:
-        """In a worker thread. An error stands in the log; the figures are right without a kind."""
+        """Hand the kinds to the session's loop; runs in a worker thread. An error is only logged."""
         if not isinstance(result, Exception):
             self.host.call_later(partial(self._deliver_shown, *result))
 

@@ -42,7 +42,7 @@ class OpenedMotion(Component):
         self._linked = choice
 
     def choice(self) -> dict[str, float]:
-        """What a link says of the motion; nothing if it is not shown."""
+        """The numbers of the motion for a link; none if it is not shown."""
         return self._orbit.linked(self._setting) if self.visible else {}
 
     def columns(self, setting: Setting) -> Columns:

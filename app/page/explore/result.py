@@ -1,4 +1,4 @@
-"""What the figures of Explore need of both runs of a setting."""
+"""The columns and words that the figures of Explore need, from both runs of a setting."""
 
 from __future__ import annotations
 

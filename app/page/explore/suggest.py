@@ -128,11 +128,11 @@ class Suggester:
             self.cancel()
 
     def _on_progress(self, search: Search, share: float, front: list) -> None:
-        """In a worker thread."""
+        """Hand the progress to the session's loop; runs in a worker thread."""
         self.host.call_later(partial(self._show_progress, search, share, front))
 
     def _on_result(self, search: Search, found: Found | Exception) -> None:
-        """In a worker thread."""
+        """Hand the result to the session's loop; runs in a worker thread."""
         self.host.call_later(partial(self._show_result, search, found))
 
     def _show_progress(self, search: Search, share: float, front: list) -> None:
@@ -147,7 +147,7 @@ class Suggester:
         if search is not self._search:
             return
         self._found = found
-        # What the user has set meanwhile is not set back: a scene of the same η, a point of the front.
+        # The user may have changed the setting meanwhile (a scene of the same η, a point of the front): keep that.
         self._moved = _searched(self._setting) != _searched(self._asked)
         content = self._show_found(found)
         if content["met"] and content["use"] and not self._moved:

@@ -10,35 +10,27 @@ import panel as pn
 from vibroscope.app.explorer.closed_orbit import FARTHEST, LONGEST, SOLVERS, ClosedOrbit
 from vibroscope.app.explorer.compute import JobQueue, cached_runs
 from vibroscope.app.explorer.errors import error_text
-from vibroscope.app.explorer.explanation import Explanation, paragraphs
+from vibroscope.app.explorer.explanation import Explanation
 from vibroscope.app.explorer.link import LINEAR, View
 from vibroscope.app.explorer.measured import Placed
 from vibroscope.app.explorer.method_words import name_of_integrator
-from vibroscope.app.explorer.motion_kind import Kinds, with_kinds
+from vibroscope.app.explorer.motion_kind import Kinds
 from vibroscope.app.explorer.present import WINDOW
 from vibroscope.app.explorer.scenes import scene_key
 from vibroscope.app.explorer.shipped import shipped_result
 from vibroscope.app.explorer.state import Setting
-from vibroscope.app.explorer.words_in_units import in_units, words_of_change
 from vibroscope.app.export.formats import Figure, Series
 from vibroscope.app.export.scripts import as_command
-from vibroscope.app.export.tables import (
-    DIFFERENCE,
-    FIGURES,
-    columns_in_units,
-    difference_table,
-    figure_table,
-    measured_table,
-    without_body_2,
-)
 from vibroscope.app.page.explore.coexisting import CoexistingMotions
 from vibroscope.app.page.explore.column_sender import ColumnSender
 from vibroscope.app.page.explore.comparison import PinComparison
 from vibroscope.app.page.explore.displacement import DisplacementView
+from vibroscope.app.page.explore.drawn import DrawnFigures
 from vibroscope.app.page.explore.eta_map import EtaMapView
 from vibroscope.app.page.explore.explainer import Explainer
 from vibroscope.app.page.explore.findings import Findings
 from vibroscope.app.page.explore.force import ForceView
+from vibroscope.app.page.explore.interpretation import Interpretation
 from vibroscope.app.page.explore.map_source import MapPoints, MapSource
 from vibroscope.app.page.explore.measurement import MeasuredPoints, Overlay
 from vibroscope.app.page.explore.mechanism import Mechanism
@@ -57,7 +49,6 @@ from vibroscope.app.page.updates import prepare_in_worker
 from vibroscope.engine import Units
 
 _GRID = "explore-grid"  # a class of `explore.css`
-_SERIES_LABELS = {"diagram": "reference", "front": "found", "comparison": "compared"}  # of figures with one series
 
 
 class Explore(Tab):
@@ -117,6 +108,7 @@ class Explore(Tab):
         self._points.on_legend = self.muting.watch
         self._measured.button.css_classes = [*self._measured.button.css_classes, "measurement-choice"]
         self.comparison = PinComparison()
+        self._drawn = DrawnFigures(self.displacement, self.comparison, self._suggester, self.eta_map)
         grid = style("explore/explore")
         cards = self._opened, self._measured.panel, self.comparison
         for card in cards:
@@ -207,7 +199,7 @@ class Explore(Tab):
     def summary(self, setting: Setting) -> str:
         """The text of the findings, once it is complete."""
         known = setting == self.shown_setting() and self._explanation is not None
-        return self._summary_text() if known else COMPUTING
+        return self._interpretation.summary() if known else COMPUTING
 
     def hide(self) -> None:
         """Another tab was opened: what is still computed will not be drawn."""
@@ -226,40 +218,20 @@ class Explore(Tab):
     # -- files to take away ------------------------------------------------------------
 
     def figures(self) -> list[Figure]:
-        """All figures once there is a result; the map once it is loaded, a suggestion once it is found."""
-        if self._result is None:
-            return []
-        figures = FIGURES | ({"displacement": DIFFERENCE} if self._draws_difference else {})
-        ready = {"diagram": self.eta_map.ready, "front": bool(self._suggester.front)}
-        ready |= {"comparison": bool(self.comparison.rows), "phase2": not self._at_wall}
-        return [figure for figure in figures.values() if ready.get(figure.name, True)]
+        """All figures once there is a result."""
+        return self._drawn.figures(self._result) if self._result else []
 
     def table(self, name: str) -> list[Series]:
         """The columns that are drawn, in the units of the setting."""
-        setting, columns = self._result.setting, self.data()
-        if name in _SERIES_LABELS:
-            return [Series(_SERIES_LABELS[name], columns[name])]
-        if name == "displacement" and self._draws_difference:
-            return difference_table(columns["difference"], setting.coordinate, setting.scale)
-        drawn = figure_table(name, columns, setting.scale, located=setting.located == "yes")
-        drawn += measured_table(name, columns, setting.scale)
-        return without_body_2(drawn) if self._at_wall else drawn
+        return self._drawn.table(name, self._result, self._place())
 
     def data(self) -> dict[str, object]:
-        """The columns of all sources, the difference, the map and the front of a suggestion."""
-        scale = self._result.setting.scale
-        more = {"difference": dict(self.displacement.difference.data)} if self._draws_difference else {}
-        more |= {"front": self._suggester.front} if self._suggester.front else {}
-        more |= {"comparison": columns_in_units(self.comparison.table, scale)} if self.comparison.rows else {}
-        placed = self._place()
-        more |= {"measured": placed._asdict()} if len(placed.phase["x1"]) else {}
-        diagram = columns_in_units(self.eta_map.in_view(), scale)
-        return {**self._result.columns, **more, "diagram": diagram}
+        """The columns of all sources and figures."""
+        return self._drawn.data(self._result, self._place())
 
     def words(self) -> dict[str, str]:
         """The text of the findings."""
-        found = with_kinds(paragraphs(self._result.description, self._shown_explanation), self._shown_kinds)
-        return found | self._measured.words
+        return self._interpretation.paragraphs() | self._measured.words
 
     def command(self, setting: Setting) -> str:
         """Commands that find the same numbers, those of the measurement too."""
@@ -268,14 +240,6 @@ class Explore(Tab):
     def shown_setting(self) -> Setting | None:
         """The last setting that could be computed."""
         return self._result.setting if self._result else None
-
-    @property
-    def _at_wall(self) -> bool:
-        return self._result.setting.bodies == "wall"
-
-    @property
-    def _draws_difference(self) -> bool:
-        return self._result.setting.frame == "difference"
 
     # -- a result ----------------------------------------------------------------------
 
@@ -328,7 +292,7 @@ class Explore(Tab):
         self._update_findings(result.shipped or self._explainer.follow(setting))
 
     def _arrange(self, setting: Setting) -> None:
-        """Beside a wall, which has no phase plot, that of the body takes the place of both."""
+        """Show one phase plot in the place of two if body 2 is a wall, which has none."""
         at_wall = setting.bodies == "wall"
         self.phase.figures[1].visible = not at_wall
         self._grid.css_classes = [_GRID, "at-wall"] if at_wall else [_GRID]
@@ -375,30 +339,17 @@ class Explore(Tab):
         self._compare()
         if explanation is not None:  # only then, so that a screen reader reads one summary for each result
             self._suggester.offer(explanation)
-            self.host.summarise(self._summary_text())
+            self.host.summarise(self._interpretation.summary())
 
     def _write_findings(self) -> None:
-        result, explanation = self._result, self._shown_explanation
-        offer = words_of_change(explanation.change, result.setting) if explanation else ""
-        more = {"shipped": result.shipped is not None, "offer": offer}
+        result, found = self._result, self._interpretation
+        more = {"shipped": result.shipped is not None, "offer": found.offer}
         more["solver"] = name_of_integrator(result.setting.integrator)
-        self.findings.update(result.description, explanation, self._shown_kinds, **more)
+        self.findings.update(result.description, found.shown_explanation, found.shown_kinds, **more)
 
     @property
-    def _shown_explanation(self) -> Explanation | None:
-        """The explanation in the units of the setting."""
-        return self._explanation and self._explanation.in_units(self._result.setting.scale)
-
-    @property
-    def _shown_kinds(self) -> Kinds | None:
-        scale = self._result.setting.scale
-        return self._kinds and {
-            name: kind._replace(evidence=in_units(kind.evidence, scale)) for name, kind in self._kinds.items()
-        }
-
-    def _summary_text(self) -> str:
-        texts = paragraphs(self._result.description, self._shown_explanation)
-        return " ".join(f"{head}: {text}" for head, text in texts.items())
+    def _interpretation(self) -> Interpretation:
+        return Interpretation(self._result, self._explanation, self._kinds)
 
     # -- the map over η ----------------------------------------------------------------
 

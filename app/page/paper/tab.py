@@ -83,7 +83,7 @@ class Paper(Tab):
         )
 
     def _card_content(self, claim: Claim) -> dict:
-        """What a card shows before its claim is checked."""
+        """The content of a card before its claim is checked."""
         words = {"name": claim.name, "place": claim.place, "text": claim.text, "scene": claim.scene}
         return words | {"tab": claim.tab, "title": self.host.tab_titles[claim.tab]}
 
@@ -116,7 +116,7 @@ class Paper(Tab):
         self._take_if_ready()
 
     def awaited(self) -> str:
-        """How many claims the file that was asked for waits for."""
+        """The number of claims that a requested file waits for, in words."""
         count = len(self._needed - self._findings.keys())
         return f"Checking {counted(count, 'claim')} for this file …" if count else ""
 

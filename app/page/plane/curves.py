@@ -139,7 +139,7 @@ class PlaneCurves:
         return [["Curves of bifurcations", " ".join([f"{self.result.words()}.", self.result.cut]).strip()]]
 
     def python(self) -> str:
-        """What a script of the cells, which has made ``system``, needs more."""
+        """The lines of a script for the curves, to follow those for the cells, which make ``system``."""
         question = self.result.question
         made = f"CurvesQuestion(system, {question.eta!r}, {question.K!r}, {question.D!r})"
         return (

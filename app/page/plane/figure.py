@@ -12,17 +12,8 @@ from vibroscope.app.explorer.field_units import shown_field
 from vibroscope.app.explorer.method_words import CUT
 from vibroscope.app.explorer.ranges import slider_range, widened
 from vibroscope.app.explorer.state import Setting
-from vibroscope.app.page.shared.cells import add_cells, cells_source, rounded_view, write_cells
-from vibroscope.app.page.shared.figure import (
-    BLUE,
-    INK,
-    VERMILLION,
-    divisor,
-    empty_source,
-    legend_above,
-    make_figure,
-    write,
-)
+from vibroscope.app.page.shared.cells import add_cells, add_mark, cells_source, rounded_view, write_cells
+from vibroscope.app.page.shared.figure import BLUE, INK, divisor, empty_source, legend_above, make_figure, write
 from vibroscope.app.page.shared.ranges import OwnedRange
 from vibroscope.app.page.shared.unit_axis import UnitAxis
 from vibroscope.app.studies import cell_classes as classes
@@ -72,18 +63,7 @@ class PlaneView:
         plot.scatter("K", "D", source=self.diverged[side], marker="x", size=5, line_color=INK, line_width=0.8)
         halo = plot.line("K", "D", source=self.curve, line_color="#FFFFFF", line_width=4, line_alpha=0.8)
         curve = plot.line("K", "D", source=self.curve, line_color=BLUE, line_width=2, line_dash="dashed")
-        mark = plot.scatter(
-            "K",
-            "D",
-            source=self.mark,
-            marker="diamond_cross",
-            size=17,
-            fill_color="#FFFFFF",
-            fill_alpha=0.85,
-            line_color=VERMILLION,
-            line_width=2.2,
-            level="overlay",
-        )
+        mark = add_mark(plot, "K", "D", self.mark)
         entries = [
             LegendItem(label="restitution as the reference's", renderers=[halo, curve]),
             LegendItem(label="set now", renderers=[mark]),
@@ -114,7 +94,7 @@ class PlaneView:
         write(self.curve, {"K": curve_K.astype(np.float32), "D": curve_D.astype(np.float32)})
         if result is None:
             return
-        self._titles(result.question, setting, classes.QUANTITIES[quantity].label)
+        self._titles(result.question, setting, classes.COLOURINGS[quantity].label)
         for side in SIDES:
             self._draw(result, side, quantity, limit)
 

@@ -54,7 +54,7 @@ class PlaneTab(StudyTab):
 
     @classmethod
     def spec(cls) -> dict:
-        """What can be chosen."""
+        """The choices of the tab."""
         return {
             "title": "K–D plane",
             "keyed": [picture.name for picture in cls.pictures if picture.drawn],
@@ -62,7 +62,7 @@ class PlaneTab(StudyTab):
                 {
                     "name": "quantity",
                     "label": "Colour",
-                    "choices": {name: quantity.label for name, quantity in classes.QUANTITIES.items()},
+                    "choices": {name: quantity.label for name, quantity in classes.COLOURINGS.items()},
                 },
                 {"name": "curves", "label": "Curves", "choices": {"off": "not shown", "on": "of bifurcations"}},
             ],
@@ -72,11 +72,11 @@ class PlaneTab(StudyTab):
         }
 
     def fit_axes(self, setting: Setting) -> None:
-        """K and D beyond the usual range are in view."""
+        """Widen the axes so that K and D beyond the usual range are in view."""
         self.view.fit_axes(setting)
 
     def obstacle(self, setting: Setting) -> str:
-        """Where nothing drives the bodies nothing moves; and the engine may have no study of what is set."""
+        """Why there is no study: nothing drives the bodies, or the engine has no study of the method."""
         return free_obstacle(setting, "each cell of this plane") or engine_obstacle(setting, self.question(setting))
 
     def question(self, setting: Setting) -> PlaneQuestion:
@@ -115,7 +115,7 @@ class PlaneTab(StudyTab):
             self._page.css_classes = [*classes, *(["listed"] if self.curves.view.visible else [])]
 
     def figures(self) -> list[Figure]:
-        """Those of the planes, and the table of the curves once there are any."""
+        """The figures of the planes, and the table of the curves once there are any."""
         return [each for each in super().figures() if each.drawn or (self.curves.result and self.curves.result.curves)]
 
     def data(self) -> dict[str, object]:
@@ -138,7 +138,7 @@ class PlaneTab(StudyTab):
             quantity = "period" if missing.get(quantity) else quantity  # what there is, until the others come
         limit = self.panel.chosen["limit"] if quantity == "contact" else None
         self.view.update(setting, result, quantity, limit)
-        self.panel.key_title = classes.QUANTITIES[quantity].label.capitalize()
+        self.panel.key_title = classes.COLOURINGS[quantity].label.capitalize()
         self.panel.key = classes.legend(quantity, limit)
 
     def describe(self, setting: Setting, result: PartialPlane) -> list[list[str]]:
@@ -227,7 +227,7 @@ def _cell(result: PartialPlane, side: str, place: tuple[int, int]) -> str:
 
 
 def _repetition(result: PartialPlane, side: str, place: tuple[int, int]) -> str:
-    """What the motion of a cell is; the section alone speaks where Newmark's is not judged."""
+    """The motion of a cell in words; by its section alone if Newmark's is not judged."""
     period, near = (int(result.shown(side, name)[place]) for name in ("period", "near_period"))
     if side == "exact":
         return kind_words(CellKind.UNKNOWN, period, near)

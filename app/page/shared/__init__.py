@@ -1,1 +1,1 @@
-"""What all tabs use: figures, axis ranges, muting, and components that run in the browser."""
+"""Parts that all tabs use: figures, axis ranges, muting, and components that run in the browser."""

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from bokeh.models import ColumnDataSource, GlyphRenderer, LinearColorMapper
 from bokeh.plotting import figure
+from vibroscope.app.page.shared.figure import VERMILLION
 
 _PLACE = ("x", "y", "dw", "dh")
 
@@ -20,6 +21,12 @@ def add_cells(plot: figure, source: ColumnDataSource, palette: Sequence[str]) ->
     """Draw the picture of a source."""
     colours = LinearColorMapper(palette=list(palette), low=-0.5, high=len(palette) - 0.5)
     return plot.image("image", **{name: name for name in _PLACE}, source=source, color_mapper=colours)
+
+
+def add_mark(plot: figure, x: str, y: str, source: ColumnDataSource) -> GlyphRenderer:
+    """Draw the setting of the page over the cells, at these columns of a source."""
+    look = {"marker": "diamond_cross", "size": 17, "fill_color": "#FFFFFF", "fill_alpha": 0.85}
+    return plot.scatter(x, y, source=source, **look, line_color=VERMILLION, line_width=2.2, level="overlay")
 
 
 def write_cells(

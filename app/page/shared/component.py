@@ -1,4 +1,4 @@
-"""What the page's own components have in common."""
+"""The base class of the page's own components."""
 
 from __future__ import annotations
 

@@ -288,7 +288,7 @@ def write(source: ColumnDataSource, columns: Mapping[str, np.ndarray]) -> None:
 
 
 def changed_columns(source: ColumnDataSource, columns: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
-    """Those of ``columns`` that differ from the columns of ``source``."""
+    """The columns that differ from those of ``source``."""
     return {name: column for name, column in columns.items() if not _same(source.data[name], column)}
 
 

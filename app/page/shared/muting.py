@@ -55,7 +55,7 @@ class Muting:
             renderer.visible = item.visible and entry not in self._muted
 
     def _changed(self, entry: _Entry, attr: str, old: bool, visible: bool) -> None:
-        # What `_draw` changes is of an entry that is not in the legend, or agrees with what is known.
+        # Changes by `_draw` itself: the entry is not in the legend, or its state is already known.
         if not self._items[entry].visible or visible != (entry in self._muted):
             return
         (self._muted.discard if visible else self._muted.add)(entry)

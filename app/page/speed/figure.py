@@ -25,7 +25,7 @@ from vibroscope.app.page.shared.figure import (
     write,
 )
 from vibroscope.app.page.shared.ranges import OwnedRange
-from vibroscope.app.studies.speed import CHECKED, KINDS, SWEPT, Key, PartialSpeed
+from vibroscope.app.studies.speed import CHECKED, KINDS, SWEPT, PartialSpeed, SolverKey
 from vibroscope.engine import Newmark, TimeStepping, integrator_name
 
 _LINES = {"reference": (BLUE, "solid", 4), "exact": (VIOLET, "dashed", 2)}
@@ -40,7 +40,7 @@ _ALL = (1e-30, 1e30)  # a cost without an error: a line over any error that is s
 
 
 class SpeedView:
-    """One figure."""
+    """The figure of error over cost."""
 
     def __init__(self) -> None:
         self._result: PartialSpeed | None = None
@@ -141,13 +141,13 @@ class SpeedView:
     def _ring(self, setting: Setting, result: PartialSpeed) -> None:
         n = result.question.method.steps
         if setting.located == "yes":
-            named = {Key("located", n): "set"}
+            named = {SolverKey("located", n): "set"}
         else:
-            named = {Key("fixed", n): "set", Key("plain", n): "in an FE code"}
+            named = {SolverKey("fixed", n): "set", SolverKey("plain", n): "in an FE code"}
         shown = [key for key in named if math.isfinite(result.errors.get(key, math.nan))]
         columns = _columns(result, shown)
-        # Where a curve of errors that fall as costs rise has no points: above to the right, or, in the right half, so
-        # that the text stays inside a narrow figure, below to the left.
+        # Errors fall as costs rise, so there are no points above and to the right of one: the text goes there. In the
+        # right half of the figure it goes below and to the left, so that it stays inside a narrow figure.
         half = math.sqrt(self.figure.x_range.start * self.figure.x_range.end)
         right = columns["cost"] < half
         now = {
@@ -178,7 +178,7 @@ class SpeedView:
 
 
 def error_label(setting: Setting) -> str:
-    """What the errors are multiples of: an amplitude, of a velocity Aω₁, with the units of the page."""
+    """The label of the axis of errors, with the amplitude that they are multiples of."""
     return f"error after {CHECKED} periods / {_error_unit(setting)} (further down: more exact)"
 
 
@@ -194,7 +194,7 @@ def _error_unit(setting: Setting) -> str:
 
 
 def names_of(method: Newmark | TimeStepping, kinds: Sequence[str]) -> dict[str, str]:
-    """What the legend calls each kind of solver."""
+    """The name of each kind of solver in the legend."""
     name = brief_name(method)
     names = {
         "reference": "reference",
@@ -206,7 +206,7 @@ def names_of(method: Newmark | TimeStepping, kinds: Sequence[str]) -> dict[str, 
     return {kind: names[kind] for kind in kinds}
 
 
-def _columns(result: PartialSpeed, keys: list[Key]) -> dict[str, np.ndarray]:
+def _columns(result: PartialSpeed, keys: list[SolverKey]) -> dict[str, np.ndarray]:
     return {
         "cost": np.array([result.cost(key) for key in keys]),
         "error": np.array([max(result.errors[key], _FLOOR) for key in keys]),

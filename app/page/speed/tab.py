@@ -14,7 +14,7 @@ from vibroscope.app.export.scripts import speed_python
 from vibroscope.app.page.files import style
 from vibroscope.app.page.speed.figure import SpeedView, error_column
 from vibroscope.app.page.study.tab import StudyTab, free_obstacle
-from vibroscope.app.studies.speed import CHECKED, KINDS, PERIODS, Key, PartialSpeed, SpeedQuestion, grow_speed
+from vibroscope.app.studies.speed import CHECKED, KINDS, PERIODS, PartialSpeed, SolverKey, SpeedQuestion, grow_speed
 from vibroscope.engine import Units, status_of, written
 
 # Served from assets/speed; `benchmarks/work_precision.py --write` renews it.
@@ -72,7 +72,7 @@ class Speed(StudyTab):
         }
 
     def obstacle(self, setting: Setting) -> str:
-        """Where nothing drives the bodies nothing moves."""
+        """Why there is no study: nothing drives the bodies."""
         return free_obstacle(setting, "this measurement") if setting.from_rest else ""
 
     def question(self, setting: Setting) -> SpeedQuestion:
@@ -91,19 +91,19 @@ class Speed(StudyTab):
         ]
 
     def data(self) -> dict[str, object]:
-        """What is known, in the units that are shown; the errors under the name that they have in the table."""
+        """The results so far, in the units that are shown; the errors under the name that they have in the table."""
         return {self._error_column() if n == "error" else n: each for n, each in super().data().items()}
 
     def _error_column(self) -> str:
         return error_column(self.shown_setting() or Setting())
 
     def describe(self, setting: Setting, result: PartialSpeed) -> list[list[str]]:
-        """What is measured, and the figure in words."""
+        """The measurement and the figure in words."""
         words = words_of_method(result.question.method)
         return [*([["Penalty solution", f"{words}."]] if words else []), *statements(setting, result)]
 
     def python(self, setting: Setting) -> str:
-        """The same measurement: of this machine, and so with other numbers each time."""
+        """A script of the same measurement; it runs on another machine or at another time, so its numbers differ."""
         return speed_python(self.script_question(setting))
 
     def draw(self, setting: Setting, result: PartialSpeed | None) -> None:
@@ -117,7 +117,7 @@ def statements(setting: Setting, result: PartialSpeed) -> list[list[str]]:
     kind = "located" if setting.located == "yes" else "fixed"
     step = "step cut where contact changes" if kind == "located" else "constant step"
     lines = [
-        [f"Present setting: T/{n}, {step}", _cost(result, Key(kind, n), scale)],
+        [f"Present setting: T/{n}, {step}", _cost(result, SolverKey(kind, n), scale)],
         ["What an FE code pays", _plain_cost(result, n)],
     ]
     if "located" in result.question.kinds:
@@ -125,7 +125,7 @@ def statements(setting: Setting, result: PartialSpeed) -> list[list[str]]:
     return [*lines, ["Without a time step", _stepless(result)]]
 
 
-def _cost(result: PartialSpeed, key: Key, scale: Units | None) -> str:
+def _cost(result: PartialSpeed, key: SolverKey, scale: Units | None) -> str:
     if not math.isfinite(result.errors[key]):
         other = ", or another choice for steps without a solution" if status_of(result.question.method) == "end" else ""
         return (
@@ -145,7 +145,7 @@ def _error(error: float, scale: Units | None) -> str:
 
 
 def _plain_cost(result: PartialSpeed, n: int) -> str:
-    plain, skipping = Key("plain", n), Key("fixed", n)
+    plain, skipping = SolverKey("plain", n), SolverKey("fixed", n)
     if "plain" not in result.question.kinds:
         return (
             f"{n} steps per period, one by one: {result.cost(skipping):.3g} µs for two bodies, "
@@ -162,14 +162,14 @@ def _plain_cost(result: PartialSpeed, n: int) -> str:
 
 def _located(result: PartialSpeed, n: int, scale: Units | None) -> str:
     """The located step with the fewest solves that is as exact as the fixed step at n, or all there is to say."""
-    fixed = result.errors[Key("fixed", n)]
+    fixed = result.errors[SolverKey("fixed", n)]
     if not math.isfinite(fixed):
-        return f"T/{n}: {_cost(result, Key('located', n), scale)}"
+        return f"T/{n}: {_cost(result, SolverKey('located', n), scale)}"
     enough = [key for key in result.curve("located") if result.errors[key] <= fixed]
     if not enough:
-        this = _cost(result, Key("located", n), scale)
+        this = _cost(result, SolverKey("located", n), scale)
         return f"None of those tried is as exact as the fixed step of T/{n}. T/{n}: {this}"
-    best, solves = min(enough, key=result.solves.get), result.solves[Key("fixed", n)]
+    best, solves = min(enough, key=result.solves.get), result.solves[SolverKey("fixed", n)]
     return (
         f"T/{best.steps}: {_cost(result, best, scale)} That is no worse than the fixed step of T/{n}. Steps are cut "
         f"at the contact changes, so it takes {result.solves[best]:.0f} solves per period beside {solves:.0f}, "

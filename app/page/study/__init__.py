@@ -1,1 +1,1 @@
-"""What the tabs of studies share: a question, a picture that refines, and the panel beside it."""
+"""Parts that the tabs of studies share: a question, a picture that refines, and the panel beside it."""

@@ -1,4 +1,4 @@
-"""What the tabs of studies share: a question that follows the setting, a picture that refines, one study at a time.
+"""The base of the tabs with a study: a question that follows the setting, a picture that refines, one study at a time.
 
 A study starts when its tab is open and its question has changed. The next question cancels it, and so do another tab
 and the end of the session. A move that changes no question only moves the marks.
@@ -61,7 +61,7 @@ class StudyTab(Tab):
 
     @abstractmethod
     def question(self, setting: Setting) -> object:
-        """What is to be computed."""
+        """The question of the study."""
 
     @abstractmethod
     def draw(self, setting: Setting, result: PartialResult | None) -> None:
@@ -217,14 +217,14 @@ class StudyTab(Tab):
         return [] if self.result is None or self._obstacle else list(self.pictures)
 
     def data(self) -> dict[str, object]:
-        """What is known, in the units that are shown."""
+        """The results so far, in the units that are shown."""
         return self._shown_in_units(self.result.data())
 
     def _shown_in_units(self, data: Mapping[str, object]) -> dict[str, object]:
         return dict(columns_in_units(data, self._move.setting.scale))
 
     def words(self) -> dict[str, str]:
-        """What stands in the panel."""
+        """The text of the panel."""
         return dict(self._statements())
 
     def shown_setting(self) -> Setting | None:

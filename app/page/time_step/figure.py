@@ -31,7 +31,7 @@ _SIZES = {
         "rms difference from exact penalty, relative",
     ),
 }
-# What is smaller is rounding; a line of it would only stretch the axis.
+# Smaller values are rounding; drawn, they would only stretch the axis.
 _FLOOR = 1e-10
 _SHOWN = ("xi2", "v2")  # axes and columns of the phase plots; at a wall they hold ξ₁ and ξ₁′
 _UNIT_AXES = (  # what stands before the unit, quantity

@@ -67,7 +67,7 @@ class TimeStepTab(StudyTab):
         }
 
     def obstacle(self, setting: Setting) -> str:
-        """Where nothing drives the bodies nothing moves in the end; and the engine may have no study of what is set."""
+        """Why there is no study: nothing drives the bodies, or the engine has no study of the method."""
         why = {} if setting.from_rest else {"why": "needs a motion that lasts"}
         return free_obstacle(setting, "this study", **why) or engine_obstacle(setting, self.question(setting))
 
@@ -80,11 +80,11 @@ class TimeStepTab(StudyTab):
         return StepQuestion(setting.system, setting.eta, method, setting.own_start, setting.step_scale)
 
     def draw(self, setting: Setting, result: PartialStep | None) -> None:
-        """The figures."""
+        """Draw the figures."""
         self.view.update(setting, result)
 
     def describe(self, setting: Setting, result: PartialStep) -> list[list[str]]:
-        """What is computed, the n that is shown, and how scatter and error fade."""
+        """The study, the n that is shown, and how scatter and error fade, in words."""
         words = words_of_method(result.question.method)
         lines = [["Penalty solution", f"{words}."]] if words else []
         if (scale := result.question.stiffness_of_step) is not None:

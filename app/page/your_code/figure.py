@@ -1,4 +1,4 @@
-"""What a code shows over the reference: the phase plot of the observed body, and its displacement."""
+"""The motion of a code over the reference: phase plot and displacement of the observed body."""
 
 from __future__ import annotations
 

@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 import param
-from vibroscope.app.codes.rules import AS_SET, ENDED, Outcome
+from vibroscope.app.codes.rules import AS_SET, ENDED, RuleOutcome
 from vibroscope.app.explorer.field_units import shown_field
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.explorer.words_in_units import in_units
@@ -94,7 +94,7 @@ def _measure(setting: Setting, name: str, value: float) -> str:
     return shown_field(name, setting).words(float(f"{value:.4g}"))
 
 
-def brief_why(found: Outcome) -> str:
+def brief_why(found: RuleOutcome) -> str:
     """Why a rule holds or fails; of a run that ended early what happened, without what to change."""
     return f"{found.why.partition(': ')[0].rstrip('.')}." if found.motion == ENDED else found.why
 

@@ -61,7 +61,7 @@ class YourCode(StudyTab):
 
     @classmethod
     def spec(cls) -> dict:
-        """Which code."""
+        """The choice of the code."""
         names = {NONE: "choose a code …", **{key: code.name for key, code in codes().items()}}
         return {
             "title": "Your code",
@@ -72,7 +72,7 @@ class YourCode(StudyTab):
         }
 
     def show(self, move: Move) -> None:
-        """As every study; the other tabs are told of the code."""
+        """See `StudyTab`; the other tabs get the code, too."""
         self.host.code = self.choice().get("code", "")
         super().show(move)
 
@@ -126,7 +126,7 @@ class YourCode(StudyTab):
         return {"code": own, **rows_of(judged, reference, marked, setting)}
 
     def describe(self, setting: Setting, result: PartialCode) -> list[list[str]]:
-        """What is set, what it shows, and whether its steps have solutions."""
+        """The setting, its motion, and whether its steps have solutions, in words."""
         lines = [["What is set", f"{words_of_method(setting.penalty) or _NEWMARK}."]]
         code = codes().get(self.panel.chosen["code"])
         if code is not None and (other := _other(setting, code)):
@@ -160,7 +160,7 @@ class YourCode(StudyTab):
         return [Series(solver, dict(source.data)) for solver, source in sources.items()]
 
     def data(self) -> dict[str, object]:
-        """What is known, its sentences too in the units that are shown."""
+        """The results so far; sentences, too, in the units that are shown."""
         data, scale = super().data(), self._move.setting.scale
         rules = {
             key: {name: in_units(cell, scale) if name in _SENTENCES and cell else cell for name, cell in row.items()}
@@ -178,7 +178,7 @@ def _cell(value: object) -> object:
 
 
 def _other(setting: Setting, code: Code) -> list[str]:
-    """What of a code's known defaults is set otherwise, in the words of the controls."""
+    """The known defaults of a code that are set otherwise, in the words of the controls."""
     own, texts = setting.texts(), code.texts()
     names = {"integrator": "integrator", "status": "contact status", "law": "contact law"}
     names |= {

@@ -1,4 +1,4 @@
-"""The place of a store, a folder or a URL: whether there is room, and which process works on it."""
+"""The folder or URL of a store: whether there is room, and which process works on it."""
 
 import contextlib
 import errno
@@ -20,8 +20,8 @@ POLL = 0.1  # seconds
 SPACE = 1.05  # of the uncompressed size must be free
 
 
-class Place:
-    """A place for one study's result.
+class StoreLocation:
+    """The folder or URL of one store.
 
     Parameters
     ----------

@@ -1,0 +1,78 @@
+"""The excitation of the bodies: motion of the base, harmonic and constant forces."""
+
+import math
+from dataclasses import dataclass, fields
+from functools import cached_property
+
+import numpy as np
+
+from .checks import require
+
+AMPLITUDE_RANGE = (-1e6, 1e6)  # of displacements and forces
+PHASE_RANGE = (-1e3, 1e3)
+
+
+@dataclass(frozen=True)
+class Excitation:
+    """The excitation: base motion and a force on each body, with one frequency η; all numbers are non-dimensional.
+
+    By default the base moves as cos ητ, as in the paper. The force on body i is forceᵢ cos(ητ + phaseᵢ) + constantᵢ; it
+    pushes towards larger ξᵢ, so that on body 1 a positive constant closes the gap and on body 2 it opens it.
+
+    Attributes
+    ----------
+    base, base_phase : float
+        The base moves as base · cos(ητ + base_phase).
+    force1, force1_phase, force2, force2_phase : float
+        Harmonic forces, in units of k₁ times the length that displacements are counted in; phases in rad.
+    constant1, constant2 : float
+        Constant forces, such as weights.
+
+    Raises
+    ------
+    ValueError
+        If a value is out of range.
+    """
+
+    base: float = 1.0
+    base_phase: float = 0.0
+    force1: float = 0.0
+    force1_phase: float = 0.0
+    force2: float = 0.0
+    force2_phase: float = 0.0
+    constant1: float = 0.0
+    constant2: float = 0.0
+
+    def __post_init__(self):
+        for name, value in self.as_dict().items():
+            allowed, advice = AMPLITUDE_RANGE, "give an amplitude in units of length, or of k₁ times that"
+            if name.endswith("phase"):
+                allowed, advice = PHASE_RANGE, "give a phase in rad"
+            object.__setattr__(self, name, require(name, value, *allowed, advice) + 0.0)  # -0.0 becomes 0.0
+
+    def as_dict(self) -> dict[str, float]:
+        """The numbers by name."""
+        return {each.name: getattr(self, each.name) for each in fields(self)}
+
+    @property
+    def drives(self) -> bool:
+        """Whether anything that changes with time acts on the bodies."""
+        return any((self.base, self.force1, self.force2))
+
+    def base_motion(self, eta: float, time):
+        """Displacement and velocity of the base at the instants τ, a number or an array."""
+        (c, s), angle = self.harmonic("base"), eta * time
+        return c * np.cos(angle) + s * np.sin(angle), eta * (s * np.cos(angle) - c * np.sin(angle))
+
+    def harmonic(self, name: str) -> tuple[float, float]:
+        """Factors of cos ητ and sin ητ in the base motion or in a force, ``name``: "base", "force1" or "force2"."""
+        return self._harmonics[name]
+
+    @cached_property
+    def _harmonics(self) -> dict[str, tuple[float, float]]:
+        found = {}
+        for name in ("base", "force1", "force2"):
+            amplitude, phase = getattr(self, name), getattr(self, f"{name}_phase")
+            turned = amplitude * math.cos(phase), -amplitude * math.sin(phase)
+            found[name] = turned if phase != 0.0 else (amplitude, 0.0)
+        return found
