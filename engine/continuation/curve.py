@@ -10,7 +10,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ..drivers.law_orbit import LawOrbitEquations, equations_of, residuals_of
+from ..drivers.law_orbit import LawOrbitEquations, equations_of
 from ..drivers.orbit import Evaluation, OrbitEquations
 from ..drivers.orbit_steps import scales_of, step_at_value, step_in_plane, tangent_of
 from .family import Family
@@ -132,13 +132,13 @@ class Curve:
 
     def slope(self, orbit: Orbit, value: float) -> np.ndarray:
         """∂F/∂α₁ by differences of second order: central, or one-sided where α₁ is at the end of what it may be."""
-        h = DIFFERENCE * self.width
+        h, equations = DIFFERENCE * self.width, self.equations(value)
         for offsets in ((-h, h), (0.0, h, 2 * h), (0.0, -h, -2 * h)):
             try:
                 problems = [self.family.at(value + offset) for offset in offsets]
             except ValueError:
                 continue
-            values = residuals_of(problems, orbit.kinds, orbit.first, orbit.period, orbit.unknowns)
+            values = equations.residuals(problems, orbit.kinds, orbit.first, orbit.period, orbit.unknowns)
             if len(values) == 2:
                 return (values[1] - values[0]) / (2 * h)
             return (4 * values[1] - 3 * values[0] - values[2]) / (2 * offsets[1])
@@ -151,9 +151,9 @@ class Curve:
     def corrected(self, orbit: Orbit, value: float) -> Orbit | None:
         """The orbit at this α₁ near a guess; None if Newton's method does not find it."""
         equations, scales = self.equations(value), self.scales(orbit)
-        unknowns, before = orbit.unknowns.copy(), np.inf
+        unknowns, before, out = orbit.unknowns.copy(), np.inf, Evaluation.without_facts(len(orbit.kinds))
         for _ in range(NEWTON_STEPS):
-            found = equations(orbit.kinds, orbit.first, orbit.period, unknowns)
+            found = equations(orbit.kinds, orbit.first, orbit.period, unknowns, out)
             length = step_at_value(found.residual, found.jacobian, scales, unknowns)
             if not length < 1e3 or (length >= before and length > STALLED):
                 return None
@@ -198,9 +198,9 @@ class Curve:
         """
         slope = (self.slope(orbit, value) if slope is None else slope).copy()
         scales, x, before = self.scales(orbit), np.append(orbit.unknowns, value), np.inf
-        step = np.zeros((len(x), 1))
+        step, out = np.zeros((len(x), 1)), Evaluation.without_facts(len(orbit.kinds))
         for _ in range(2 * NEWTON_STEPS):
-            found = self.equations(float(x[-1]))(orbit.kinds, orbit.first, orbit.period, x[:-1])
+            found = self.equations(float(x[-1]))(orbit.kinds, orbit.first, orbit.period, x[:-1], out)
             length = step_in_plane((found.residual, found.jacobian), scales, (row, float(target)), x, slope, step)
             if not length < 1.0:
                 return None

@@ -175,17 +175,19 @@ def set_up_events(packed, keys, row, rigid, circle, completion):
 
 
 @jit
-def set_up_flow(packed, row, rigid, touching, completion):
-    """The same for motions whose events are given: without tables of what is watched, in half the time.
+def set_up_flow(packed, keys, row, rigid, touching, completion):
+    """The same for motions whose events are given; tables of contact only if the bodies are ``touching`` at some time.
 
-    ``touching``: whether there is contact. Transitions have tables at the powers of two alone.
+    The tables are those of :func:`..linear.tables.tabulate_flow`.
     """
     p = unpack_parameters(row)
+    wall = p.wall > 0.0
     write_laws(packed, p, rigid, False, completion)
-    position, gap = free_equilibrium(p)
-    h, wall = REACH / free_rate(p), p.wall > 0.0
-    _write_flight(packed, tabulate_flow(separated_generator(p), p.eta, h, (position, gap, gap), wall))
-    if touching:
+    if renew_key(keys[0], row, FOR_FLIGHT):
+        position, gap = free_equilibrium(p)
+        h = REACH / free_rate(p)
+        _write_flight(packed, tabulate_flow(separated_generator(p), p.eta, unit(2), h, (position, gap, gap), wall))
+    if touching and renew_key(keys[1], row, FOR_CONTACT):
         generator, fastest = contact_generator(p, rigid)
-        equilibrium = contact_equilibrium(p, rigid)
-        _write_contact(packed, tabulate_flow(generator, p.eta, REACH / fastest, equilibrium, wall))
+        watched, equilibrium = watched_in_contact(p, rigid), contact_equilibrium(p, rigid)
+        _write_contact(packed, tabulate_flow(generator, p.eta, watched, REACH / fastest, equilibrium, wall))

@@ -115,8 +115,11 @@ def transitions_of(a, eta, h, one_body):
 
 
 @jit
-def tabulate_flow(generator, eta, h, equilibrium, one_body):
-    """Those tables of :func:`tabulate` that lead a state on: E(jh) for j = 1, 2, 4 … POINTS, ξ₁ and g; no others."""
+def tabulate_flow(generator, eta, row, h, equilibrium, one_body):
+    """Those tables of :func:`tabulate` that motions with given events need, in a fraction of the time.
+
+    Of the transitions those over 1, 2, 4 … POINTS intervals; the values of f to fewer digits; no bounds.
+    """
     a = full_generator(generator, eta)
     transitions, rows = np.zeros((POINTS, 6, 6)), np.zeros((6, INTEGRAL + 1))
     step, j = double_double.exponential(a, h, _SERIES, one_body), 1
@@ -126,9 +129,14 @@ def tabulate_flow(generator, eta, h, equilibrium, one_body):
             for k in range(6):
                 transitions[j - 1, i, k] = step[0, i, k]
         step, j = double_double.product(step, step, 1.0, one_body), 2 * j
+    fill_polynomial(rows, POWERS, row, a, h)
     if not one_body:
         fill_polynomial(rows, POSITION, unit(0), a, h)
     fill_polynomial(rows, GAP, unit(2), a, h)
+    for j in range(POINTS):
+        row = row_times(row, transitions[0])
+        for i in range(6):
+            rows[i, VALUES + j] = row[i]
     return Phase(h, equilibrium[0], equilibrium[1], equilibrium[2], one_body, rows, transitions)
 
 
