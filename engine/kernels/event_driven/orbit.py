@@ -14,7 +14,8 @@ sequence changes. (Event times as unknowns: as in collocation for hybrid systems
 
 A phase that begins with f = 0 has its own beginning as a trivial zero. The equation of its end is divided by as many
 powers of its length as derivatives vanish there: one after an impact, three after a release. So a contact, or a flight,
-that shrinks to nothing is followed up to that point.
+that shrinks to nothing is followed up to that point. Within the first interval of its tables f is a polynomial: there
+the quotient is that of its terms, which rounding leaves as it is however short the phase.
 
 With M, B, C, D the parts of the Jacobian, [[M − 1, B], [C, D]], the Jacobian of the Poincaré map is M − B D⁻¹ C.
 
@@ -25,6 +26,7 @@ import numpy as np
 
 from ..compile.options import jit, jit_no_alloc
 from ..linear.cos_sin import cos_sin
+from ..linear.tables import CURVATURE, GAP
 from .chatter import sum_up
 from .events import joint_force_at
 from .orbit_phase import BACKWARDS, flow, lowest_minimum, relative_state, state_later, write_section
@@ -71,6 +73,38 @@ def divide_by_length(residual, jacobian, k, order, length, begun):
         row[j] = row[j] / power + order * value / length * begun[j]
     row[4 + k] -= order * value / length
     residual[4 + k] = value
+
+
+@jit_no_alloc
+def write_short_phase(phase, d, z, u, order, k, per_period, begun, residual, jacobian):
+    """Write the equation of event k, gap = 0 over a power of the length of its phase, from the terms of the gap.
+
+    The phase begins at z, where the first ``order`` terms vanish, and lasts u intervals of its tables, of which there
+    are ``per_period`` in an excitation period; δ is still that along the event that began it.
+    """
+    scale, value, rate = 1.0, 0.0, 0.0
+    for _ in range(order):
+        scale *= per_period
+    row = jacobian[4 + k]
+    for j in range(row.shape[0]):
+        row[j] = 0.0
+    for i in range(6):
+        term = slope = 0.0
+        for n in range(CURVATURE - GAP - 1, order - 1, -1):
+            slope = slope * u + term
+            term = term * u + phase.rows[i, GAP + n]
+        value += term * z[i]
+        rate += slope * z[i]
+        if d is None:
+            continue
+        turning = 2.0 * np.pi * (-z[5] if i == 4 else z[4])
+        for j in range(row.shape[0]):
+            row[j] += scale * term * (d.state[i, j] if i < 4 else turning * begun[j])
+    residual[4 + k] = scale * value
+    if d is not None:
+        for j in range(row.shape[0]):
+            row[j] -= scale * rate * per_period * begun[j]
+        row[4 + k] += scale * rate * per_period
 
 
 @jit_no_alloc
@@ -177,7 +211,11 @@ def find_orbit(p, kinds, touching, periods, unknowns, out, d, begun):
         if d is not None:
             for j in range(begun.shape[0]):
                 begun[j] = d.time[j] / p.period
-            leave_event(phase, d, z)
+        short = order > 0 and k < m and length < phase.spacing
+        if short:
+            per_period, u = p.period / phase.spacing, length / phase.spacing
+            write_short_phase(phase, d, z, u, order, k, per_period, begun, residual, jacobian)
+        leave_event(phase, d, z)
         x1, v1, gap, rate = flow(phase, z, length, d)
         y = absolute(phase, (x1, v1, gap, rate))
         if k == m:
@@ -186,9 +224,10 @@ def find_orbit(p, kinds, touching, periods, unknowns, out, d, begun):
             c, s = cos_sin(end - np.floor(end))
             d.time[4 + k] = p.period
             shift(d, slope_of(phase, (x1, v1, gap, rate, c, s)), 1.0)
-        write_event_equation(p, d, y, end, kinds[k], k, residual, jacobian)
-        if order > 0:
-            divide_by_length(residual, jacobian, k, order, end - turn, begun)
+        if not short:
+            write_event_equation(p, d, y, end, kinds[k], k, residual, jacobian)
+            if order > 0:
+                divide_by_length(residual, jacobian, k, order, end - turn, begun)
         if facts.shape[0] > 0:
             write_facts(p, kinds[k], y, end, facts[k])
         y, turn = reset(p, d, y, end, kinds[k])

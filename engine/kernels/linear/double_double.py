@@ -94,15 +94,19 @@ def product(a, b, divisor, one_body):
 
 
 @jit
-def exponential(a, h, terms, one_body):
-    """exp(ah) of a (6, 6) matrix, ah of norm at most about one, by Horner's rule on its series; (2, 6, 6)."""
-    matrix, factor, total = np.zeros((2, 6, 6)), np.zeros((2, 6, 6)), np.zeros((2, 6, 6))
+def _times(a, h, one_body):
+    """The matrix ah, (2, 6, 6)."""
+    matrix, factor = np.zeros((2, 6, 6)), np.zeros((2, 6, 6))
     for i in range(6):
         factor[0, i, i] = h
-        total[0, i, i] = 1.0
         for j in range(6):
             matrix[0, i, j] = a[i, j]
-    matrix = product(matrix, factor, 1.0, one_body)
+    return product(matrix, factor, 1.0, one_body)
+
+
+@jit
+def _sum_up(matrix, total, terms, one_body):
+    """Horner's rule on the first terms of the series of exp(matrix); ``total``: what follows them, over the last."""
     for k in range(terms, 0, -1):
         total = product(matrix, total, float(k), one_body)
         for i in range(6):
@@ -112,6 +116,34 @@ def exponential(a, h, terms, one_body):
             low += (1.0 - (total[0, i, i] - virtual)) + (high - virtual)
             total[1, i, i] = low
     return total
+
+
+@jit
+def exponential(a, h, terms, one_body):
+    """exp(ah) of a (6, 6) matrix, ah of norm at most about one, by Horner's rule on its series; (2, 6, 6)."""
+    total = np.zeros((2, 6, 6))
+    for i in range(6):
+        total[0, i, i] = 1.0
+    return _sum_up(_times(a, h, one_body), total, terms, one_body)
+
+
+@jit
+def quick_exponential(a, h, terms, exact, one_body):
+    """The same with no more than the first ``exact`` terms to twice the digits: the others are small where ah is."""
+    matrix, total = _times(a, h, one_body), np.zeros((2, 6, 6))
+    first, rest, image = matrix[0], total[0], np.zeros(6)
+    for i in range(6):
+        rest[i, i] = 1.0
+    for k in range(terms, exact, -1):
+        for j in range(6):
+            for i in range(6):
+                image[i] = 0.0
+                for n in range(6):
+                    image[i] += first[i, n] * rest[n, j]
+            for i in range(6):
+                rest[i, j] = image[i] / k
+            rest[j, j] += 1.0
+    return _sum_up(matrix, total, exact, one_body)
 
 
 @jit
