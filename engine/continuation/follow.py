@@ -32,7 +32,7 @@ from .roots import first_zero
 from .seeds import SAME
 from .sequences import REPEATED, after_chatter, beyond, point_within_cycle
 
-FIRST_STEP, LARGEST_STEP, SMALLEST_STEP = 0.005, 0.05, 1e-9  # scaled lengths
+FIRST_STEP, LARGEST_STEP, SMALLEST_STEP = 0.005, 0.1, 1e-9  # scaled lengths
 TURN = 0.98  # cosine between neighbouring tangents, below which the step is halved
 BEND = 0.12  # angle between neighbouring tangents to which steps are fitted …
 GROWTH = 8.0  # … but no step is longer than so many of the one before
@@ -108,14 +108,14 @@ class Tracer:
             self.reason = f"{self.curve.family.over} leaves the range at {border:g}"
             return step
         step = min(step, way)  # beyond there may be no such system
-        there = self.at(here, step) if step < way else self._at_border(here, way, border)
+        there = self.curve.ahead(here, step) if step < way else self._at_border(here, way, border)
         while there is None or not there.tangent @ here.tangent >= TURN:
             step /= 2
             if step < SMALLEST_STEP:
                 where = f"{self.curve.family.over} = {here.value:.10g}"
                 self.reason = f"the step shrinks to nothing at {where}: no orbit is found ahead"
                 return step
-            there = self.at(here, step)
+            there = self.curve.ahead(here, step)
         outside = not self.curve.low < there.value < self.curve.high
         if outside:
             border = self.curve.low if there.value <= self.curve.low else self.curve.high
@@ -127,7 +127,10 @@ class Tracer:
             step = self._distance(here, there)
         if self.least_margin(there) <= 0:
             self.reason = ""
-            return FIRST_STEP / 10 if self._change_sequence(here, step) else step / 4
+            if not self._change_sequence(here, step):
+                return step / 4
+            here.forget()
+            return FIRST_STEP / 10
         angle = np.sqrt(max(2.0 - 2.0 * float(there.tangent @ here.tangent), 0.0))
         if halves_meet(here, there):
             self._join(there.orbit.period // 2, value_of_meeting(here, there, self.doublings))
@@ -137,15 +140,11 @@ class Tracer:
             there, step = end, self._way(here, end)
         after = self._mark_bifurcations(here, there, step)
         self.points.append(point_within_cycle(self.curve, there))
+        here.forget()
         if self.points[-1] is there:
-            there.remember(self._distance(there, here), here.unknowns)
+            there.remember(self._distance(there, here), here)
         self._indicators = after if self.points[-1] is there else indicators(self.points[-1])
         return min(step * min(BEND / max(angle, BEND / GROWTH), GROWTH), LARGEST_STEP)
-
-    def at(self, here: CurvePoint, s: float) -> CurvePoint | None:
-        """The orbit at a distance from another one on its curve; None if there is none."""
-        ahead = self.curve.ahead(here, s)
-        return ahead and CurvePoint(self.curve, *ahead, here.tangent)
 
     def least_margin(self, point: CurvePoint) -> float:
         """The smallest margin of an orbit."""
@@ -155,7 +154,7 @@ class Tracer:
         return float((there.unknowns - here.unknowns) / here.scales @ here.tangent)
 
     def _way(self, here: CurvePoint, there: CurvePoint) -> float:
-        """The distance at which :meth:`at` finds another orbit ahead of one."""
+        """The distance at which :meth:`.curve.Curve.ahead` finds another orbit ahead of one."""
         if abs(here.tangent[-1]) > STEEP:
             return (there.value - here.value) / (here.tangent[-1] * self.curve.width)
         return self._distance(here, there)
@@ -214,7 +213,7 @@ class Tracer:
         after, found = indicators(there), []
         for k in np.flatnonzero(self._indicators * after < 0):
             located = first_zero(lambda s, k=k: self._indicator(here, s, k), 0.0, step)
-            point = None if located is None else self.at(here, located)
+            point = None if located is None else self.curve.ahead(here, located)
             if point is not None and self._is_bifurcation(BIFURCATIONS[k], point):
                 found.append((located, BIFURCATIONS[k], point))
         for _, kind, point in sorted(found, key=lambda each: each[0]):
@@ -224,7 +223,7 @@ class Tracer:
         return after
 
     def _indicator(self, here: CurvePoint, s: float, k: int) -> float:
-        point = self.at(here, s) if s else here
+        point = self.curve.ahead(here, s) if s else here
         return np.nan if point is None else indicator(BIFURCATIONS[k], point)
 
     def _is_bifurcation(self, kind: str, point: CurvePoint) -> bool:
@@ -267,11 +266,11 @@ class Tracer:
         """
 
         def smallest(s: float) -> float:
-            point = self.at(here, s) if s else here
+            point = self.curve.ahead(here, s) if s else here
             return np.nan if point is None else self.least_margin(point)
 
         located = first_zero(smallest, 0.0, step)
-        last = None if located is None else self.at(here, located)
+        last = None if located is None else self.curve.ahead(here, located)
         if last is None and step > SMALLEST_STEP:
             return False
         if last is None:
@@ -280,7 +279,7 @@ class Tracer:
             return True
         # on its own side of the end, where it is an orbit beyond rounding: at the end itself a new phase is of length
         # zero, which makes the equations singular although nothing bifurcates
-        inside = self.at(here, (1 - INSIDE) * located) or last
+        inside = self.curve.ahead(here, (1 - INSIDE) * located) or last
         end, way = self._first_orbit_between(here, inside), (1 - INSIDE) * located
         if end is not None:
             way = self._way(here, end)

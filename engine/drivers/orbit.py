@@ -146,10 +146,13 @@ class OrbitEquations:
         self, system: System, eta: float, method: Reference | ExactPenalty, like: "OrbitEquations | None" = None
     ) -> None:
         self._system, self._method = system, method
-        row = np.array(parameters_of(system, eta, method)) if like is None else like._row_of(system, eta, method)
-        self._problem = row, isinstance(method, Reference), wall_of(system), COMPLETION
-        self._tables = (SYSTEM.zeros(), no_keys()) if like is None else like._tables
-        self._tables_beside = (SYSTEM.zeros(), no_keys()) if like is None else like._tables_beside
+        if like is None:
+            row = np.array(parameters_of(system, eta, method))
+            self._problem = row, isinstance(method, Reference), wall_of(system), COMPLETION
+            self._tables, self._tables_beside = (SYSTEM.zeros(), no_keys()), (SYSTEM.zeros(), no_keys())
+        else:
+            self._problem = like._row_of(system, eta, method), *like._problem[1:]
+            self._tables, self._tables_beside = like._tables, like._tables_beside
 
     def _row_of(self, system: System, eta: float, method: Reference | ExactPenalty) -> np.ndarray:
         """The parameters of another problem; where only η differs from this one, its own with that η."""

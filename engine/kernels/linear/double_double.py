@@ -11,6 +11,7 @@ Plain twin: mpmath's matrix product and exponential (tests/engine/kernels/test_d
 import numpy as np
 
 from ..compile.options import jit
+from .matrices import multiply
 
 _SPLITTER = 134217729.0  # 2²⁷ + 1: splits a float64 into halves whose products are exact (Dekker)
 
@@ -44,10 +45,12 @@ def _products(begin):
         for i in range(rows[0], rows[1]):
             for j in range(first, 6):
                 high, low = out[0, i, j], out[1, i, j]
-                quotient = high / divisor
-                t = _SPLITTER * quotient
-                upper = t - (t - quotient)
-                low = (((high - divisor * upper) - divisor * (quotient - upper)) + low) / divisor
+                quotient = high
+                if divisor != 1.0:
+                    quotient = high / divisor
+                    t = _SPLITTER * quotient
+                    upper = t - (t - quotient)
+                    low = (((high - divisor * upper) - divisor * (quotient - upper)) + low) / divisor
                 out[0, i, j] = quotient + low
                 out[1, i, j] = (quotient - out[0, i, j]) + low
 
@@ -130,19 +133,15 @@ def exponential(a, h, terms, one_body):
 @jit
 def quick_exponential(a, h, terms, exact, one_body):
     """The same with no more than the first ``exact`` terms to twice the digits: the others are small where ah is."""
-    matrix, total = _times(a, h, one_body), np.zeros((2, 6, 6))
-    first, rest, image = matrix[0], total[0], np.zeros(6)
+    matrix, total, image = _times(a, h, one_body), np.zeros((2, 6, 6)), np.zeros((6, 6))
     for i in range(6):
-        rest[i, i] = 1.0
+        total[0, i, i] = 1.0
     for k in range(terms, exact, -1):
-        for j in range(6):
-            for i in range(6):
-                image[i] = 0.0
-                for n in range(6):
-                    image[i] += first[i, n] * rest[n, j]
-            for i in range(6):
-                rest[i, j] = image[i] / k
-            rest[j, j] += 1.0
+        multiply(image, matrix[0], total[0])
+        for i in range(6):
+            for j in range(6):
+                total[0, i, j] = image[i, j] / k
+            total[0, i, i] += 1.0
     return _sum_up(matrix, total, exact, one_body)
 
 

@@ -33,7 +33,7 @@ POINTS = 64
 TERMS = 12
 REACH = 0.15  # REACH¹²/12! and, for derivatives, REACH¹¹/11! are below rounding
 _SERIES = 16  # terms of exp(Ah): what is left out is far below rounding
-_EXACT = 4  # of these to twice the digits, where the others may be in double precision: REACH⁴/4! is 2e-5
+_EXACT = 4  # terms to twice the digits where the others are in double precision: REACH⁴/4! is 2e-5
 
 # columns of the rows of a phase, and of a state times these rows
 VALUES = 0  # f at jh, j = 1 … POINTS
@@ -126,7 +126,7 @@ def tabulate_flow(old, generator, eta, row, h, equilibrium, one_body):
     written in the place of those of an ``old`` phase.
     """
     a, rows, transitions = full_generator(generator, eta), old.rows, old.transitions
-    step, j = double_double.quick_exponential(a, h, _SERIES, _EXACT, one_body), 1
+    step, j = double_double.quick_exponential(a, h, TERMS, _EXACT, one_body), 1
     while j <= POINTS:
         write_turn(transitions[j - 1], j * h * eta)
         for i in range(4):
