@@ -20,7 +20,7 @@ from .parameter_range import ParameterRange
 
 NEWTON_STEPS = 10
 CONVERGED = 1e-10  # scaled step of Newton's method, after which the next would be rounding
-NEXT = 1e-12  # the error that is left after a step of that length: a shorter one is not taken
+NEXT = 1e-13  # the error that is left after a step of that length: a shorter one is not taken
 STALLED = 1e-7  # the same, where rounding prevents any smaller
 DIFFERENCE = 1e-6  # of the width of the range, of central differences in α₁
 STEEP = 0.01  # component of the tangent along α₁

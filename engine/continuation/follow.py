@@ -36,6 +36,7 @@ FIRST_STEP, LARGEST_STEP, SMALLEST_STEP = 0.005, 0.1, 1e-9  # scaled lengths
 TURN = 0.98  # cosine between neighbouring tangents, below which the step is halved
 BEND = 0.12  # angle between neighbouring tangents to which steps are fitted …
 GROWTH = 8.0  # … but no step is longer than so many of the one before
+MEETING = 1e-3  # longest step over which the value of a meeting is interpolated
 MOST_ORBITS = 5000
 REAL = 1e-6  # a pair of multipliers with smaller imaginary parts is real, and no Neimark–Sacker point
 MULTIPLIERS = {FOLD: 1.0, DOUBLING: -1.0}
@@ -133,6 +134,8 @@ class Tracer:
             return FIRST_STEP / 10
         angle = np.sqrt(max(2.0 - 2.0 * float(there.tangent @ here.tangent), 0.0))
         if halves_meet(here, there):
+            if step > MEETING:
+                return step / 4
             self._join(there.orbit.period // 2, value_of_meeting(here, there, self.doublings))
             return step
         end = self._first_orbit_between(here, there)

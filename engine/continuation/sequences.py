@@ -57,6 +57,11 @@ def after_chatter(curve: Curve, last: CurvePoint) -> CurvePoint | None:
     return _after_jump(curve, last, complete=True)
 
 
+def on_its_sequence(curve: Curve, start: CurvePoint) -> CurvePoint | None:
+    """A start that is an orbit, or else the first one along its curve: it may lie beyond the end of its sequence."""
+    return start if _holds(curve, start) else _first(curve, (start, start.turned()), LONG_STEPS)
+
+
 def point_within_cycle(curve: Curve, point: CurvePoint) -> CurvePoint:
     """The same orbit with all its events in [0, p)."""
     orbit, turned = within_cycle(point.orbit, point.evaluation, curve.equations(point.value))

@@ -58,18 +58,18 @@ class LawOrbitEquations:
         self._system, self._law = set_up_law(system, eta, method, self._tables), method.law
 
     def __call__(
-        self, kinds: tuple[int, ...], first: bool, period: int, unknowns: np.ndarray, out: Evaluation | None = None
+        self, kinds: Sequence[int], first: bool, period: int, unknowns: np.ndarray, out: Evaluation | None = None
     ) -> Evaluation:
         """Evaluate the equations of orbits with this sequence of events."""
         piece = piece_after(self._law, kinds[-1]) if kinds else IN_PUSH if first else IN_FLIGHT
         found = Evaluation.zeros(len(kinds), period, LAW_FACTS) if out is None else out
-        kernel.evaluate_law_orbit(self._system, numbers_of(kinds), piece, float(period), unknowns, tuple(found))
+        kernel.evaluate_law_orbit(self._system, numbers_of(tuple(kinds)), piece, float(period), unknowns, tuple(found))
         return found
 
     def residuals(
         self,
         problems: Sequence[tuple[System, float, ExactPenalty]],
-        kinds: tuple[int, ...],
+        kinds: Sequence[int],
         first: bool,
         period: int,
         unknowns: np.ndarray,

@@ -163,13 +163,13 @@ class OrbitEquations:
         return row
 
     def __call__(
-        self, kinds: tuple[int, ...], first: bool, period: int, unknowns: np.ndarray, out: Evaluation | None = None
+        self, kinds: Sequence[int], first: bool, period: int, unknowns: np.ndarray, out: Evaluation | None = None
     ) -> Evaluation:
         """Evaluate the equations of orbits with this sequence of events.
 
         Parameters
         ----------
-        kinds : (m,) tuple of int
+        kinds : (m,) sequence of int
             What happens at each event: IMPACT, STICK, CHATTER, RELEASE (reference), TOUCH, PART (penalty).
         first : bool
             Whether the bodies touch at τ = 0.
@@ -181,19 +181,24 @@ class OrbitEquations:
             To be filled, instead of a new one.
         """
         found = Evaluation.zeros(len(kinds), period, FACTS) if out is None else out
-        evaluate_orbit(self._tables, self._problem, (numbers_of(kinds), first, float(period)), unknowns, tuple(found))
+        evaluate_orbit(
+            self._tables, self._problem, (numbers_of(tuple(kinds)), first, float(period)), unknowns, tuple(found)
+        )
         return found
 
     def residuals(
         self,
         problems: Sequence[tuple[System, float, Reference | ExactPenalty]],
-        kinds: tuple[int, ...],
+        kinds: Sequence[int],
         first: bool,
         period: int,
         unknowns: np.ndarray,
     ) -> np.ndarray:
         """The residuals of the same unknowns in several problems of this kind, (k, 4 + m), to be differentiated."""
-        rows, sequence = np.array([self._row_of(*each) for each in problems]), (numbers_of(kinds), first, float(period))
+        rows, sequence = (
+            np.array([self._row_of(*each) for each in problems]),
+            (numbers_of(tuple(kinds)), first, float(period)),
+        )
         return orbit_residuals(self._tables_beside, rows, self._problem, sequence, unknowns)
 
     def state_later(self, kind: int, state: np.ndarray, turn: float, length: float) -> np.ndarray:
