@@ -11,22 +11,11 @@ from dataclasses import replace
 import numpy as np
 
 from ..drivers.event_driven import displaced_state
+from .bifurcations import bifurcations_ahead
 from .branch import Point
 from .closing import halves_meet, is_first, share_of_first, value_of_meeting
 from .curve import STEEP, Curve, CurvePoint
-from .margins import (
-    BIFURCATIONS,
-    BRANCH_POINT,
-    CHATTER_COMPLETES,
-    DOUBLING,
-    FOLD,
-    GRAZING,
-    NEIMARK_SACKER,
-    SWITCHES_LESS,
-    indicator,
-    indicators,
-    least_margin,
-)
+from .margins import CHATTER_COMPLETES, FOLD, GRAZING, SWITCHES_LESS, indicators, least_margin
 from .orbit import check_cancelled, least_period
 from .roots import first_zero
 from .seeds import SAME
@@ -38,10 +27,6 @@ BEND = 0.12  # angle between neighbouring tangents to which steps are fitted …
 GROWTH = 8.0  # … but no step is longer than so many of the one before
 MEETING = 1e-3  # longest step over which the value of a meeting is interpolated
 MOST_ORBITS = 5000
-REAL = 1e-6  # a pair of multipliers with smaller imaginary parts is real, and no Neimark–Sacker point
-MULTIPLIERS = {FOLD: 1.0, DOUBLING: -1.0}
-UNLIKE = 1e-3  # of the largest: where a phase has no length rounding decides the sign of the determinants
-SINGULAR = 1e-5  # of the other singular values: a smaller one makes a branch point
 ACCUMULATED = (
     1e-8  # of the range: SERIES grazings of new impacts, ever closer, within that are the first of infinitely many
 )
@@ -213,37 +198,12 @@ class Tracer:
 
     def _mark_bifurcations(self, here: CurvePoint, there: CurvePoint, step: float) -> np.ndarray:
         """Locate the bifurcations between two neighbouring orbits; return the indicators of the second."""
-        after, found = indicators(there), []
-        for k in np.flatnonzero(self._indicators * after < 0):
-            located = first_zero(lambda s, k=k: self._indicator(here, s, k), 0.0, step)
-            point = None if located is None else self.curve.ahead(here, located)
-            if point is not None and self._is_bifurcation(BIFURCATIONS[k], point):
-                found.append((located, BIFURCATIONS[k], point))
-        for _, kind, point in sorted(found, key=lambda each: each[0]):
+        after = indicators(there)
+        for kind, point in bifurcations_ahead(self.curve, here, step, self._indicators, after):
             self.mark(kind, point)
             if kind == FOLD:  # the farthest orbit of its branch
                 self.points.append(point_within_cycle(self.curve, point))
         return after
-
-    def _indicator(self, here: CurvePoint, s: float, k: int) -> float:
-        point = self.curve.ahead(here, s) if s else here
-        return np.nan if point is None else indicator(BIFURCATIONS[k], point)
-
-    def _is_bifurcation(self, kind: str, point: CurvePoint) -> bool:
-        """Whether a change of sign is what it seems to be."""
-        if kind == NEIMARK_SACKER:
-            values = point.evaluation.multipliers
-            return bool((np.abs(values.imag[np.abs(np.abs(values) - 1) < REAL]) > REAL).any())
-        if not np.isfinite(point.extended).all():
-            return False
-        if kind in MULTIPLIERS:
-            values = point.evaluation.multipliers
-            off = np.abs(values - MULTIPLIERS[kind]).min()
-            return not off >= UNLIKE * np.abs(values[0])  # infinite at a grazing impact, where there are no others
-        if kind == BRANCH_POINT:
-            singular = np.linalg.svd(point.extended * point.scales, compute_uv=False)
-            return bool(singular[-1] < SINGULAR * singular[-2])
-        return True
 
     def mark(self, kind: str, point: CurvePoint, regular: CurvePoint | None = None) -> None:
         """Note a point of the branch; ``regular``: an orbit with the same multipliers, where a phase has no length."""
