@@ -21,7 +21,7 @@ from .roots import first_zero
 from .seeds import SAME
 from .sequences import REPEATED, after_chatter, beyond, point_within_cycle
 
-FIRST_STEP, LARGEST_STEP, SMALLEST_STEP = 0.005, 0.1, 1e-9  # scaled lengths
+FIRST_STEP, LARGEST_STEP, SMALLEST_STEP = 0.005, 0.05, 1e-9  # scaled lengths
 TURN = 0.98  # cosine between neighbouring tangents, below which the step is halved
 BEND = 0.12  # angle between neighbouring tangents to which steps are fitted …
 GROWTH = 8.0  # … but no step is longer than so many of the one before
