@@ -25,7 +25,7 @@ FIRST_STEP, LARGEST_STEP, SMALLEST_STEP = 0.005, 0.05, 1e-9  # scaled lengths
 TURN = 0.98  # cosine between neighbouring tangents, below which the step is halved
 BEND = 0.12  # angle between neighbouring tangents to which steps are fitted …
 GROWTH = 8.0  # … but no step is longer than so many of the one before
-MEETING = 1e-3  # longest step over which the value of a meeting is interpolated
+MEETING = 2e-4  # longest step over which the value of a meeting is interpolated
 MOST_ORBITS = 5000
 ACCUMULATED = (
     1e-8  # of the range: SERIES grazings of new impacts, ever closer, within that are the first of infinitely many
