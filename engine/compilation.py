@@ -16,7 +16,7 @@ from .batch import run_cells
 from .cells import Cells
 from .drivers import orbit_steps, settle
 from .drivers.code_cache import CompileListener, compilable_functions, complete_mark
-from .drivers.law_orbit import equations_of, residuals_of
+from .drivers.law_orbit import equations_of
 from .drivers.orbit import PART
 from .methods import ExactPenalty, Newmark, Reference, TimeStepping
 from .model import System
@@ -97,7 +97,7 @@ def _step(system: System, method: Reference | ExactPenalty) -> None:
     """Take a step of Newton's method to an orbit, and find what a branch needs at one."""
     equations, start, ones = equations_of(system, 1.08, method), np.zeros(4), np.ones(5)
     found = equations((), False, 1, start)
-    residuals_of([(system, 1.08, method)], (), False, 1, start)
+    equations.residuals([(system, 1.08, method)], (), False, 1, start)
     equations.state_later(PART, start, 0.0, 0.1)
     scales = orbit_steps.scales_of(start, 1.0)
     orbit_steps.step_at_value(found.residual, found.jacobian, scales, start.copy())

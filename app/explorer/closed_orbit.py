@@ -10,6 +10,7 @@ from vibroscope.app.explorer.compute import SolverRun
 from vibroscope.app.explorer.present import Columns, orbit_columns
 from vibroscope.app.explorer.state import Setting
 from vibroscope.engine import ExactPenalty, Record, Reference, System, simulate
+from vibroscope.engine.motions.floquet import multipliers
 
 _SAMPLES = 1000  # per period
 _CLOSED = 1e-3  # of its largest number: how closely a cycle returns to a start that was printed and read again
@@ -54,6 +55,14 @@ class ClosedOrbit(NamedTuple):
         """Whether the cycle does return to its start."""
         run = simulate(self.system, self.eta, self.method, initial=self.start, periods=self.period, keep=1)
         return run.ok and np.abs(run.section[-1] - self.start).max() < _CLOSED * max(np.abs(self.start).max(), 1e-9)
+
+    def largest_multiplier(self) -> complex | None:
+        """The largest Floquet multiplier, by the derivative of the cycle from its start; None if it has none."""
+        try:
+            found = multipliers(self.system, self.eta, self.method, np.array(self.start), self.period)
+        except np.linalg.LinAlgError:  # at a grazing impact the derivative is infinite
+            return complex(np.inf)
+        return complex(found[0]) if len(found) else None
 
 
 def linked_orbit(choice: Mapping[str, float], setting: Setting) -> ClosedOrbit | None:

@@ -1,7 +1,5 @@
 """The branch that begins at a period doubling or a branch point of another one."""
 
-from dataclasses import replace
-
 import numpy as np
 
 from .curve import Curve, CurvePoint, null_vectors
@@ -23,10 +21,9 @@ def other_branch(curve: Curve, kind: str, point: CurvePoint) -> CurvePoint | Non
     for step in AWAY:
         guess = here.unknowns + step * away * scales
         row = away / scales
-        found = curve.constrained(replace(orbit, unknowns=guess[:-1]), float(guess[-1]), row, row @ guess)
-        if found is None:
+        start = curve.constrained(orbit.at(guess[:-1]), float(guess[-1]), (row, row @ guess), away)
+        if start is None:
             continue
-        start = CurvePoint(curve, *found, away)
         rows = start.evaluation.section
         half = orbit.period // 2
         if kind == DOUBLING and np.abs(rows[0] - rows[half]).max() < 0.1 * step * scales[0]:

@@ -6,11 +6,12 @@ are nothing special (Keller 1977). Distances are scaled: states by their largest
 by the excitation period.
 """
 
+import math
 from functools import cached_property
 
 import numpy as np
 
-from ..drivers.law_orbit import LawOrbitEquations, equations_of, residuals_of
+from ..drivers.law_orbit import LawOrbitEquations, equations_of
 from ..drivers.orbit import Evaluation, OrbitEquations
 from ..drivers.orbit_steps import scales_of, step_at_value, step_in_plane, tangent_of
 from .family import Family
@@ -19,6 +20,7 @@ from .parameter_range import ParameterRange
 
 NEWTON_STEPS = 10
 CONVERGED = 1e-10  # scaled step of Newton's method, after which the next would be rounding
+NEXT = 1e-13  # the error that is left after a step of that length: a shorter one is not taken
 STALLED = 1e-7  # the same, where rounding prevents any smaller
 DIFFERENCE = 1e-6  # of the width of the range, of central differences in α₁
 STEEP = 0.01  # component of the tangent along α₁
@@ -36,6 +38,8 @@ class CurvePoint:
         α₁.
     towards : (5 + m,) ndarray, optional
         Scaled direction on whose side the tangent points, by default that of growing α₁.
+    evaluation : Evaluation, optional
+        That of the orbit, if it is known.
 
     Attributes
     ----------
@@ -46,10 +50,17 @@ class CurvePoint:
         Scaled, of length one.
     """
 
-    def __init__(self, curve: "Curve", orbit: Orbit, value: float, towards: np.ndarray | None = None) -> None:
+    def __init__(
+        self,
+        curve: "Curve",
+        orbit: Orbit,
+        value: float,
+        towards: np.ndarray | None = None,
+        evaluation: Evaluation | None = None,
+    ) -> None:
         self._curve, self.orbit, self.value, self._towards = curve, orbit, value, towards
-        self._solved: dict[float, np.ndarray] = {}  # X on its curve, by the distance along the tangent
-        self.evaluation: Evaluation = curve.evaluate(orbit, value)
+        self._around: dict[float, CurvePoint] = {}  # other points of its curve, by the distance along the tangent
+        self.evaluation = curve.evaluate(orbit, value) if evaluation is None else evaluation
 
     @cached_property
     def slope(self) -> np.ndarray:
@@ -65,36 +76,55 @@ class CurvePoint:
 
     def turned(self) -> "CurvePoint":
         """The same point with the opposite tangent."""
-        return CurvePoint(self._curve, self.orbit, self.value, -self.tangent)
+        return CurvePoint(self._curve, self.orbit, self.value, -self.tangent, self.evaluation)
 
     @cached_property
     def unknowns(self) -> np.ndarray:
         """X, (5 + m,)."""
-        return np.append(self.orbit.unknowns, self.value)
+        return np.concatenate([self.orbit.unknowns, (self.value,)])
+
+    @cached_property
+    def along(self) -> np.ndarray:
+        """The tangent in the units of X."""
+        return self.tangent * self.scales
 
     @cached_property
     def scales(self) -> np.ndarray:
         """Units in which distances from the orbit count, (5 + m,)."""
         return self._curve.scales(self.orbit)
 
-    def remember(self, s: float, unknowns: np.ndarray) -> None:
-        """Note the X of the curve at a distance along the tangent."""
-        self._solved[s] = unknowns
+    def remember(self, s: float, point: "CurvePoint") -> None:
+        """Note the point of the curve at a distance along the tangent."""
+        self._around[s] = point
+
+    def forget(self) -> None:
+        """Drop the points around it: the branch has gone on."""
+        self._around.clear()
+
+    def remembered(self, s: float) -> "CurvePoint | None":
+        """The point at a distance along the tangent, if it is known."""
+        return self._around.get(s)
 
     def predicted(self, s: float) -> np.ndarray:
         """X at a distance along the tangent: the parabola, or cubic, through the nearest known ones.
 
         Interpolation by divided differences (Newton) with the tangent at 0.
         """
-        along = self.tangent * self.scales
-        found = self.unknowns + s * along
-        nearest = sorted(self._solved, key=lambda known: abs(known - s))[:2]
-        bends = [(self._solved[known] - self.unknowns - known * along) / known**2 for known in nearest]
+        found = self.unknowns + s * self.along
+        nearest = sorted(self._around, key=lambda known: abs(known - s))[:2]
+        bends = [(self._around[known].unknowns - self.unknowns - known * self.along) / known**2 for known in nearest]
         if bends:
             found = found + s**2 * bends[0]
         if len(bends) == 2:
             found = found + s**2 * (s - nearest[0]) * (bends[1] - bends[0]) / (nearest[1] - nearest[0])
         return found
+
+    def predicted_slope(self, s: float) -> np.ndarray:
+        """∂F/∂α₁ at a distance along the tangent: in a straight line from here to the last point whose own is known."""
+        for distance, point in reversed(self._around.items()):
+            if "slope" in point.__dict__:
+                return self.slope + s / distance * (point.slope - self.slope)
+        return self.slope
 
     @property
     def extended(self) -> np.ndarray:
@@ -132,13 +162,13 @@ class Curve:
 
     def slope(self, orbit: Orbit, value: float) -> np.ndarray:
         """∂F/∂α₁ by differences of second order: central, or one-sided where α₁ is at the end of what it may be."""
-        h = DIFFERENCE * self.width
+        h, equations = DIFFERENCE * self.width, self.equations(value)
         for offsets in ((-h, h), (0.0, h, 2 * h), (0.0, -h, -2 * h)):
             try:
                 problems = [self.family.at(value + offset) for offset in offsets]
             except ValueError:
                 continue
-            values = residuals_of(problems, orbit.kinds, orbit.first, orbit.period, orbit.unknowns)
+            values = equations.residuals(problems, orbit.kinds, orbit.first, orbit.period, orbit.unknowns)
             if len(values) == 2:
                 return (values[1] - values[0]) / (2 * h)
             return (4 * values[1] - 3 * values[0] - values[2]) / (2 * offsets[1])
@@ -151,68 +181,82 @@ class Curve:
     def corrected(self, orbit: Orbit, value: float) -> Orbit | None:
         """The orbit at this α₁ near a guess; None if Newton's method does not find it."""
         equations, scales = self.equations(value), self.scales(orbit)
-        unknowns, before = orbit.unknowns.copy(), np.inf
+        unknowns, before, out = orbit.unknowns.copy(), np.inf, Evaluation.without_facts(len(orbit.kinds))
         for _ in range(NEWTON_STEPS):
-            found = equations(orbit.kinds, orbit.first, orbit.period, unknowns)
+            found = equations(orbit.kinds, orbit.first, orbit.period, unknowns, out)
             length = step_at_value(found.residual, found.jacobian, scales, unknowns)
             if not length < 1e3 or (length >= before and length > STALLED):
                 return None
-            if length < CONVERGED or length >= before or _next_step(length, before) < CONVERGED:
+            if length < CONVERGED or length >= before or _next_step(length, before, 2) < CONVERGED:
                 return orbit.at(unknowns)
             before = length
         return orbit.at(unknowns) if before < STALLED else None
 
-    def ahead(self, point: CurvePoint, s: float) -> tuple[Orbit, float] | None:
-        """The orbit and α₁ at the distance s along the tangent of a point; None if there is none.
+    def ahead(self, point: CurvePoint, s: float) -> CurvePoint | None:
+        """The point at the distance s along the tangent of another one; None if there is none.
 
         Where the curve is steep enough α₁ is that of the tangent, since the tables of one α₁ then serve all steps of
         Newton's method; near a fold the orbit is sought in the plane orthogonal to the tangent.
         """
-        scales = point.scales
-        guess, predicted = point.unknowns + s * point.tangent * scales, point.predicted(s)
-        orbit = point.orbit.at(predicted[:-1])
+        if (known := point.remembered(s)) is not None:
+            return known
+        guess, predicted = point.unknowns + s * point.along, point.predicted(s)
+        orbit, towards = point.orbit.at(predicted[:-1]), point.tangent
         try:
-            if abs(point.tangent[-1]) > STEEP:
+            if abs(towards[-1]) > STEEP:
                 orbit = self.corrected(orbit, float(guess[-1]))
-                found = orbit and (orbit, float(guess[-1]))
+                found = orbit and CurvePoint(self, orbit, float(guess[-1]), towards)
             else:
-                row = point.tangent / scales
-                found = self.constrained(orbit, float(predicted[-1]), row, row @ guess, point.slope)
+                row = towards / point.scales
+                found = self.constrained(
+                    orbit, float(predicted[-1]), (row, row @ guess), towards, point.predicted_slope(s)
+                )
         except ValueError:  # α₁ is out of its range
             return None
         if found is None:
             return None
-        unknowns = np.append(found[0].unknowns, found[1])
-        if not np.linalg.norm((unknowns - guess) / scales) <= FAR * abs(s) + 1e3 * CONVERGED:
+        off = (found.unknowns - guess) / point.scales
+        if not math.sqrt(off @ off) <= FAR * abs(s) + 1e3 * CONVERGED:
             return None
-        point.remember(s, unknowns)
+        point.remember(s, found)
         return found
 
     def constrained(
-        self, orbit: Orbit, value: float, row: np.ndarray, target: float, slope: np.ndarray | None = None
-    ) -> tuple[Orbit, float] | None:
-        """The orbit and α₁ near a guess at which row·X has a given value; None if Newton's method does not find it.
+        self,
+        orbit: Orbit,
+        value: float,
+        plane: tuple[np.ndarray, float],
+        towards: np.ndarray,
+        slope: np.ndarray | None = None,
+    ) -> CurvePoint | None:
+        """The point near a guess in a plane, row·X = target; None if Newton's method does not find it.
 
-        ``slope``: ∂F/∂α₁ nearby, by default that of the guess. Each step corrects it by what the one before missed
-        (Broyden 1965), since differences would need the tables of two more α₁.
+        ``towards``: as for the point. ``slope``: ∂F/∂α₁ nearby, by default that of the guess. Each step corrects it by
+        what the one before missed (Broyden 1965), since differences would need the tables of two more α₁.
         """
         slope = (self.slope(orbit, value) if slope is None else slope).copy()
-        scales, x, before = self.scales(orbit), np.append(orbit.unknowns, value), np.inf
+        scales, x, before = self.scales(orbit), np.concatenate([orbit.unknowns, (value,)]), np.inf
         step = np.zeros((len(x), 1))
         for _ in range(2 * NEWTON_STEPS):
-            found = self.equations(float(x[-1]))(orbit.kinds, orbit.first, orbit.period, x[:-1])
-            length = step_in_plane((found.residual, found.jacobian), scales, (row, float(target)), x, slope, step)
+            here, there = orbit.at(x[:-1]), float(x[-1])
+            found, x = self.evaluate(here, there), x.copy()
+            length = step_in_plane((found.residual, found.jacobian), scales, plane, x, slope, step)
             if not length < 1.0:
                 return None
-            if length < CONVERGED or (length >= before and before < STALLED):
-                return orbit.at(x[:-1].copy()), float(x[-1])
+            if length < NEXT:
+                return CurvePoint(self, here, there, towards, found)
+            if length < CONVERGED or (length >= before and before < STALLED) or _next_step(length, before, 1) < NEXT:
+                return CurvePoint(self, orbit.at(x[:-1]), float(x[-1]), towards)
             before = length
         return None
 
 
-def _next_step(length: float, before: float) -> float:
-    """About how long the next step of Newton's method is, by its quadratic convergence; infinite after the first."""
-    return length * (length / before) ** 2 if before < np.inf else np.inf
+def _next_step(length: float, before: float, power: int) -> float:
+    """About how long the next step is by the ratio of the last two: its square in Newton's method; inf after the first.
+
+    With a corrected slope, power 1, the ratio only does not grow.
+    """
+    return length * (length / before) ** power if before < np.inf else np.inf
 
 
 def null_vectors(matrix: np.ndarray) -> np.ndarray:

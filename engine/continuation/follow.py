@@ -11,22 +11,11 @@ from dataclasses import replace
 import numpy as np
 
 from ..drivers.event_driven import displaced_state
+from .bifurcations import bifurcations_ahead
 from .branch import Point
 from .closing import halves_meet, is_first, share_of_first, value_of_meeting
 from .curve import STEEP, Curve, CurvePoint
-from .margins import (
-    BIFURCATIONS,
-    BRANCH_POINT,
-    CHATTER_COMPLETES,
-    DOUBLING,
-    FOLD,
-    GRAZING,
-    NEIMARK_SACKER,
-    SWITCHES_LESS,
-    indicator,
-    indicators,
-    least_margin,
-)
+from .margins import CHATTER_COMPLETES, FOLD, GRAZING, SWITCHES_LESS, indicators, least_margin
 from .orbit import check_cancelled, least_period
 from .roots import first_zero
 from .seeds import SAME
@@ -36,11 +25,8 @@ FIRST_STEP, LARGEST_STEP, SMALLEST_STEP = 0.005, 0.05, 1e-9  # scaled lengths
 TURN = 0.98  # cosine between neighbouring tangents, below which the step is halved
 BEND = 0.12  # angle between neighbouring tangents to which steps are fitted …
 GROWTH = 8.0  # … but no step is longer than so many of the one before
+MEETING = 2e-4  # longest step over which the value of a meeting is interpolated
 MOST_ORBITS = 5000
-REAL = 1e-6  # a pair of multipliers with smaller imaginary parts is real, and no Neimark–Sacker point
-MULTIPLIERS = {FOLD: 1.0, DOUBLING: -1.0}
-UNLIKE = 1e-3  # of the largest: where a phase has no length rounding decides the sign of the determinants
-SINGULAR = 1e-5  # of the other singular values: a smaller one makes a branch point
 ACCUMULATED = (
     1e-8  # of the range: SERIES grazings of new impacts, ever closer, within that are the first of infinitely many
 )
@@ -108,14 +94,14 @@ class Tracer:
             self.reason = f"{self.curve.family.over} leaves the range at {border:g}"
             return step
         step = min(step, way)  # beyond there may be no such system
-        there = self.at(here, step) if step < way else self._at_border(here, way, border)
+        there = self.curve.ahead(here, step) if step < way else self._at_border(here, way, border)
         while there is None or not there.tangent @ here.tangent >= TURN:
             step /= 2
             if step < SMALLEST_STEP:
                 where = f"{self.curve.family.over} = {here.value:.10g}"
                 self.reason = f"the step shrinks to nothing at {where}: no orbit is found ahead"
                 return step
-            there = self.at(here, step)
+            there = self.curve.ahead(here, step)
         outside = not self.curve.low < there.value < self.curve.high
         if outside:
             border = self.curve.low if there.value <= self.curve.low else self.curve.high
@@ -127,9 +113,14 @@ class Tracer:
             step = self._distance(here, there)
         if self.least_margin(there) <= 0:
             self.reason = ""
-            return FIRST_STEP / 10 if self._change_sequence(here, step) else step / 4
+            if not self._change_sequence(here, step):
+                return step / 4
+            here.forget()
+            return FIRST_STEP / 10
         angle = np.sqrt(max(2.0 - 2.0 * float(there.tangent @ here.tangent), 0.0))
         if halves_meet(here, there):
+            if step > MEETING:
+                return step / 4
             self._join(there.orbit.period // 2, value_of_meeting(here, there, self.doublings))
             return step
         end = self._first_orbit_between(here, there)
@@ -137,15 +128,11 @@ class Tracer:
             there, step = end, self._way(here, end)
         after = self._mark_bifurcations(here, there, step)
         self.points.append(point_within_cycle(self.curve, there))
+        here.forget()
         if self.points[-1] is there:
-            there.remember(self._distance(there, here), here.unknowns)
+            there.remember(self._distance(there, here), here)
         self._indicators = after if self.points[-1] is there else indicators(self.points[-1])
         return min(step * min(BEND / max(angle, BEND / GROWTH), GROWTH), LARGEST_STEP)
-
-    def at(self, here: CurvePoint, s: float) -> CurvePoint | None:
-        """The orbit at a distance from another one on its curve; None if there is none."""
-        ahead = self.curve.ahead(here, s)
-        return ahead and CurvePoint(self.curve, *ahead, here.tangent)
 
     def least_margin(self, point: CurvePoint) -> float:
         """The smallest margin of an orbit."""
@@ -155,7 +142,7 @@ class Tracer:
         return float((there.unknowns - here.unknowns) / here.scales @ here.tangent)
 
     def _way(self, here: CurvePoint, there: CurvePoint) -> float:
-        """The distance at which :meth:`at` finds another orbit ahead of one."""
+        """The distance at which :meth:`.curve.Curve.ahead` finds another orbit ahead of one."""
         if abs(here.tangent[-1]) > STEEP:
             return (there.value - here.value) / (here.tangent[-1] * self.curve.width)
         return self._distance(here, there)
@@ -211,37 +198,12 @@ class Tracer:
 
     def _mark_bifurcations(self, here: CurvePoint, there: CurvePoint, step: float) -> np.ndarray:
         """Locate the bifurcations between two neighbouring orbits; return the indicators of the second."""
-        after, found = indicators(there), []
-        for k in np.flatnonzero(self._indicators * after < 0):
-            located = first_zero(lambda s, k=k: self._indicator(here, s, k), 0.0, step)
-            point = None if located is None else self.at(here, located)
-            if point is not None and self._is_bifurcation(BIFURCATIONS[k], point):
-                found.append((located, BIFURCATIONS[k], point))
-        for _, kind, point in sorted(found, key=lambda each: each[0]):
+        after = indicators(there)
+        for kind, point in bifurcations_ahead(self.curve, here, step, self._indicators, after):
             self.mark(kind, point)
             if kind == FOLD:  # the farthest orbit of its branch
                 self.points.append(point_within_cycle(self.curve, point))
         return after
-
-    def _indicator(self, here: CurvePoint, s: float, k: int) -> float:
-        point = self.at(here, s) if s else here
-        return np.nan if point is None else indicator(BIFURCATIONS[k], point)
-
-    def _is_bifurcation(self, kind: str, point: CurvePoint) -> bool:
-        """Whether a change of sign is what it seems to be."""
-        if kind == NEIMARK_SACKER:
-            values = point.evaluation.multipliers
-            return bool((np.abs(values.imag[np.abs(np.abs(values) - 1) < REAL]) > REAL).any())
-        if not np.isfinite(point.extended).all():
-            return False
-        if kind in MULTIPLIERS:
-            values = point.evaluation.multipliers
-            off = np.abs(values - MULTIPLIERS[kind]).min()
-            return not off >= UNLIKE * np.abs(values[0])  # infinite at a grazing impact, where there are no others
-        if kind == BRANCH_POINT:
-            singular = np.linalg.svd(point.extended * point.scales, compute_uv=False)
-            return bool(singular[-1] < SINGULAR * singular[-2])
-        return True
 
     def mark(self, kind: str, point: CurvePoint, regular: CurvePoint | None = None) -> None:
         """Note a point of the branch; ``regular``: an orbit with the same multipliers, where a phase has no length."""
@@ -267,11 +229,11 @@ class Tracer:
         """
 
         def smallest(s: float) -> float:
-            point = self.at(here, s) if s else here
+            point = self.curve.ahead(here, s) if s else here
             return np.nan if point is None else self.least_margin(point)
 
         located = first_zero(smallest, 0.0, step)
-        last = None if located is None else self.at(here, located)
+        last = None if located is None else self.curve.ahead(here, located)
         if last is None and step > SMALLEST_STEP:
             return False
         if last is None:
@@ -280,7 +242,7 @@ class Tracer:
             return True
         # on its own side of the end, where it is an orbit beyond rounding: at the end itself a new phase is of length
         # zero, which makes the equations singular although nothing bifurcates
-        inside = self.at(here, (1 - INSIDE) * located) or last
+        inside = self.curve.ahead(here, (1 - INSIDE) * located) or last
         end, way = self._first_orbit_between(here, inside), (1 - INSIDE) * located
         if end is not None:
             way = self._way(here, end)

@@ -27,6 +27,7 @@ from .orbit import Orbit, check_cancelled
 from .parameter_range import ParameterRange
 from .search_limits import SearchLimits
 from .seeds import STABLE, OrbitFinder
+from .sequences import on_its_sequence
 from .traces import branch_of_traces
 
 SEEDS = 40  # values of the number at which motions are looked for
@@ -138,6 +139,7 @@ class BranchSearch:
     def follow(self, orbit: Orbit, value: float) -> Branch:
         """Follow an orbit both ways."""
         start = CurvePoint(self.curve, orbit, value)
+        start = on_its_sequence(self.curve, start) or start
         forwards = self._traced(start)
         closed = forwards.reason in ("the branch closes in itself", STOPPED)
         backwards = None if closed else self._traced(start.turned())

@@ -15,16 +15,18 @@ from ..model import System
 from ..motions.poincare_map import PoincareMap
 from ..motions.steady import steady
 from ..simulate import starting_checkpoint
-from .curve import Curve
+from .curve import Curve, CurvePoint
 from .margins import least_margin
 from .orbit import Orbit, least_period, orbit_of_run
+from .sequences import on_its_sequence
 
 TRANSIENT, SAMPLE = 2000, 64  # periods
 REACH = 1.5  # of the largest displacement and velocity of the runs from rest, to where starts are drawn
 NEAR = 0.03  # of the size: a state that nearly returns lies near an orbit
 SAME = 1e-6  # of the size: orbits closer than that are the same
 CLOSE = 1e-6  # of the size: the events of a state that returns so closely are those of the orbit
-ZERO = 1e-8  # a margin farther below zero is that of a solution which is no orbit: the bodies penetrate on the way
+ZERO = 1e-8  # a margin farther below zero is that of a solution which is no orbit: the bodies penetrate on the way …
+BESIDE = 1e-3  # … but for one next to the end of its sequence, from which the curve leads to an orbit
 NEWTON_STEPS = 15  # of the Poincaré map
 STABLE = 1e-6  # beyond one: a motion loses its stability at a point if no multiplier is larger
 
@@ -53,8 +55,8 @@ class OrbitFinder:
 
     # -- one orbit -----------------------------------------------------------------------------------------------------
 
-    def at(self, value: float, state: Sequence[float], period: int) -> Orbit | None:
-        """The orbit through a state at τ = 0, with its events; None if it is not found."""
+    def at(self, value: float, state: Sequence[float], period: int, beyond: float = ZERO) -> Orbit | None:
+        """The orbit through a state at τ = 0, with its events; None if it is not found, or penetrates by more."""
         problem = self.family.at(value)
         poincare = PoincareMap(*problem, None)
         y = poincare.coordinates(np.asarray(state, dtype=float))
@@ -63,11 +65,11 @@ class OrbitFinder:
         if orbit is None:
             return None
         found = self.curve.evaluate(orbit, value)
-        if not least_margin(orbit, found, problem[2]) >= -ZERO:
+        if not least_margin(orbit, found, problem[2]) >= -beyond:
             return None
         rows = found.section
         shortest = least_period(rows, SAME)
-        return orbit if shortest == period else self.at(value, poincare.displacements(rows[0]), shortest)
+        return orbit if shortest == period else self.at(value, poincare.displacements(rows[0]), shortest, beyond)
 
     def near(self, value: float, state: Sequence[float]) -> Orbit | None:
         """The orbit that passes through a state, stable or not, or else that of the shortest period that nearly does.
@@ -84,7 +86,9 @@ class OrbitFinder:
                 continue
             if near is not None and not returned.residual < CLOSE * size:
                 continue
-            orbit = self.at(value, poincare.displacements(y), period)
+            orbit = self.at(value, poincare.displacements(y), period, BESIDE)
+            if orbit is not None and on_its_sequence(self.curve, CurvePoint(self.curve, orbit, value)) is None:
+                continue
             off = np.inf if orbit is None else np.abs(orbit.unknowns[:4] - y).max()
             if off < CLOSE * size:
                 return orbit

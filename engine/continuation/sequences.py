@@ -57,6 +57,11 @@ def after_chatter(curve: Curve, last: CurvePoint) -> CurvePoint | None:
     return _after_jump(curve, last, complete=True)
 
 
+def on_its_sequence(curve: Curve, start: CurvePoint) -> CurvePoint | None:
+    """A start that is an orbit, or else the first one along its curve: it may lie beyond the end of its sequence."""
+    return start if _holds(curve, start) else _first(curve, (start, start.turned()), LONG_STEPS)
+
+
 def point_within_cycle(curve: Curve, point: CurvePoint) -> CurvePoint:
     """The same orbit with all its events in [0, p)."""
     orbit, turned = within_cycle(point.orbit, point.evaluation, curve.equations(point.value))
@@ -164,8 +169,7 @@ def _with_short_phase(curve: Curve, last: CurvePoint, orbit: Orbit, i: int, j: i
     """The orbit whose phase between events i and j is as short as in the guess, and grows."""
     row = np.zeros(len(orbit.unknowns) + 1)
     row[4 + i], row[4 + j] = -1.0, 1.0
-    found = curve.constrained(orbit, last.value, row, orbit.instants[j] - orbit.instants[i])
-    point = found and CurvePoint(curve, *found, row)
+    point = curve.constrained(orbit, last.value, (row, float(orbit.instants[j] - orbit.instants[i])), row)
     return point if point is not None and _holds(curve, point) else None
 
 
@@ -191,8 +195,7 @@ def _first(
     """The first orbit ahead of one of these whose sequence holds, at a α₁ that leads on."""
     for step in steps:
         for start in starts:
-            ahead = curve.ahead(start, step)
-            point = ahead and CurvePoint(curve, *ahead, start.tangent)
+            point = curve.ahead(start, step)
             if point is not None and leads_on(point.value) and _holds(curve, point):
                 return point
     return None
@@ -200,6 +203,7 @@ def _first(
 
 def _after_jump(curve: Curve, last: CurvePoint, complete: bool = False) -> CurvePoint | None:
     """The nearest orbit with another sequence that runs from the last one show; or with a ``complete`` chatter."""
+    last = point_within_cycle(curve, last)  # its state at τ = 0, from which runs begin, lies before all its events
     seen = {last.orbit.kinds}
     onwards = 1.0 if last.tangent[-1] >= 0 else -1.0
     for jump in JUMPS * curve.width:

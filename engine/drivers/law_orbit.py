@@ -13,7 +13,7 @@ from ..kernels.event_driven.state import in_periods, linear_state, start_state
 from ..methods import ExactPenalty, Reference
 from ..model import System
 from .law_driven import needs_law, set_up_law
-from .orbit import Evaluation, OrbitEquations, residuals
+from .orbit import Evaluation, OrbitEquations, numbers_of
 
 IN_FLIGHT, IN_OVERLAP, IN_PUSH, IN_EXTRA = kernel.IN_FLIGHT, kernel.IN_OVERLAP, kernel.IN_PUSH, kernel.IN_EXTRA
 MOST_BLOCKS = 200_000  # of a run whose events are listed
@@ -29,19 +29,6 @@ def equations_of(
     """The equations of the orbits of a system, η and method; ``like``: others of the same family."""
     kind = LawOrbitEquations if needs_law(method) else OrbitEquations
     return kind(system, eta, method, like)
-
-
-def residuals_of(
-    problems: Sequence[tuple[System, float, Reference | ExactPenalty]],
-    kinds: Sequence[int],
-    first: bool,
-    period: int,
-    unknowns: np.ndarray,
-) -> np.ndarray:
-    """The residuals of the same unknowns in several problems of one kind, (k, 4 + m), to be differentiated."""
-    if needs_law(problems[0][2]):
-        return np.array([LawOrbitEquations(*each)(kinds, first, period, unknowns).residual for each in problems])
-    return residuals(problems, kinds, first, period, unknowns)
 
 
 def piece_after(law: str, kind: int) -> int:
@@ -70,17 +57,33 @@ class LawOrbitEquations:
             self._tables.clear()
         self._system, self._law = set_up_law(system, eta, method, self._tables), method.law
 
-    def __call__(self, kinds: Sequence[int], first: bool, period: int, unknowns: np.ndarray) -> Evaluation:
+    def __call__(
+        self, kinds: Sequence[int], first: bool, period: int, unknowns: np.ndarray, out: Evaluation | None = None
+    ) -> Evaluation:
         """Evaluate the equations of orbits with this sequence of events."""
-        piece = piece_after(self._law, kinds[-1]) if len(kinds) else IN_PUSH if first else IN_FLIGHT
-        numbers, found = np.array(kinds, dtype=np.int64), Evaluation.zeros(len(kinds), period, LAW_FACTS)
-        kernel.evaluate_law_orbit(self._system, numbers, piece, float(period), unknowns, tuple(found))
+        piece = piece_after(self._law, kinds[-1]) if kinds else IN_PUSH if first else IN_FLIGHT
+        found = Evaluation.zeros(len(kinds), period, LAW_FACTS) if out is None else out
+        kernel.evaluate_law_orbit(self._system, numbers_of(tuple(kinds)), piece, float(period), unknowns, tuple(found))
         return found
+
+    def residuals(
+        self,
+        problems: Sequence[tuple[System, float, ExactPenalty]],
+        kinds: Sequence[int],
+        first: bool,
+        period: int,
+        unknowns: np.ndarray,
+    ) -> np.ndarray:
+        """As :meth:`.orbit.OrbitEquations.residuals`."""
+        found = []
+        for each in problems:
+            out = Evaluation.without_facts(len(kinds))
+            found.append(LawOrbitEquations(*each, like=self)(kinds, first, period, unknowns, out).residual)
+        return np.array(found)
 
     def state_later(self, kind: int, state: np.ndarray, turn: float, length: float) -> np.ndarray:
         """As :meth:`.orbit.OrbitEquations.state_later`."""
-        p = self._system
-        return np.array(kernel.law_state_later(p, piece_after(self._law, kind), state, turn, length * p.period))
+        return np.array(kernel.law_state_later(self._system, piece_after(self._law, kind), state, turn, length))
 
     def events(self, y: np.ndarray, period: int) -> list[tuple[float, int]] | None:
         """Instants in excitation periods and kinds of the events of a run from y = (ξ₁, ξ₁′, g, g′) over a cycle.

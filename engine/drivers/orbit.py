@@ -1,6 +1,7 @@
 """The equations of a periodic orbit of a solution in closed form (:mod:`..kernels.event_driven.orbit`)."""
 
 from collections.abc import Sequence
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -31,10 +32,9 @@ from ..kernels.event_driven.orbit import (
     WHERE,
     evaluate_orbit,
     orbit_residuals,
-    state_later,
+    orbit_state_later,
 )
 from ..kernels.event_driven.orbit_steps import monodromy_of
-from ..kernels.event_driven.setup import set_up_events
 from ..kernels.event_driven.state import SYSTEM
 from ..kernels.parameters import ETA, no_keys
 from ..methods import ExactPenalty, Reference
@@ -70,8 +70,6 @@ __all__ = [
 ]
 
 
-NO_CIRCLE = np.zeros(2)  # that separates slow from fast eigenvalues: an orbit's contacts have no slow phase
-JOINING = frozenset(JOINS)
 INFINITE = 1e10  # an element of the Jacobian above that is one of a grazing impact
 
 
@@ -103,6 +101,12 @@ class Evaluation(NamedTuple):
         n = 4 + events
         return cls(*map(np.zeros, (n, (n, n), (events + 1, facts), (events + 1, 5), (periods, 4))))
 
+    @classmethod
+    def without_facts(cls, events: int) -> "Evaluation":
+        """Room for the equations of so many events alone, for steps of Newton's method: no facts and no section."""
+        n = 4 + events
+        return cls(*map(np.zeros, (n, (n, n), (0, FACTS), (events + 1, 5), (0, 4))))
+
     @property
     def monodromy(self) -> np.ndarray:
         """Jacobian of the Poincaré map over the cycle, (4, 4); not finite at a grazing impact, where there is none."""
@@ -118,24 +122,14 @@ class Evaluation(NamedTuple):
         return values[np.argsort(-np.abs(values), kind="stable")]
 
 
-def residuals(
-    problems: Sequence[tuple[System, float, Reference | ExactPenalty]],
-    kinds: Sequence[int],
-    first: bool,
-    period: int,
-    unknowns: np.ndarray,
-) -> np.ndarray:
-    """The residuals of the same unknowns in several problems of one kind, (k, 4 + m)."""
-    system, _, method = problems[0]
-    rows, numbers = np.array([parameters_of(*each) for each in problems]), np.array(kinds, dtype=np.int64)
-    how = rows, isinstance(method, Reference), wall_of(system), COMPLETION
-    return orbit_residuals(SYSTEM.zeros(), *how, numbers, first, float(period), unknowns)
+@lru_cache(maxsize=1024)
+def numbers_of(kinds: tuple[int, ...]) -> np.ndarray:
+    """What happens at each event, as kernels take it."""
+    return np.array(kinds, dtype=np.int64)
 
 
 class OrbitEquations:
     """The equations of the orbits of one system, η and method.
-
-    Tables are made where they are needed: those of contact for the first sequence of events in which the bodies touch.
 
     Parameters
     ----------
@@ -144,39 +138,33 @@ class OrbitEquations:
     method : Reference or ExactPenalty
         With the law "kelvin-voigt".
     like : OrbitEquations, optional
-        Equations of the same kind of system and method: tables that are the same are taken from there.
+        Equations of the same kind of system and method, of the same thread: both set up the same tables, anew where
+        they depend on a number in which they differ.
     """
 
     def __init__(
         self, system: System, eta: float, method: Reference | ExactPenalty, like: "OrbitEquations | None" = None
     ) -> None:
-        self._problem, self._rigid = (system, method), isinstance(method, Reference)
-        self._row = self._row_of(eta, like)
-        self._wall, self._period = wall_of(system), 2 * np.pi / eta
-        self._packed = SYSTEM.zeros() if like is None else like._packed.copy()
-        self._keys = no_keys() if like is None else like._keys.copy()
-        self._has_contact = False
-        self._set_up(contact=False)
+        self._system, self._method = system, method
+        if like is None:
+            row = np.array(parameters_of(system, eta, method))
+            self._problem = row, isinstance(method, Reference), wall_of(system), COMPLETION
+            self._tables, self._tables_beside = (SYSTEM.zeros(), no_keys()), (SYSTEM.zeros(), no_keys())
+        else:
+            self._problem = like._row_of(system, eta, method), *like._problem[1:]
+            self._tables, self._tables_beside = like._tables, like._tables_beside
 
-    def _row_of(self, eta: float, like: "OrbitEquations | None") -> np.ndarray:
-        """The parameters; where only η differs from others, these with another η."""
-        system, method = self._problem
-        if like is None or like._problem[0] is not system or like._problem[1] is not method:
+    def _row_of(self, system: System, eta: float, method: Reference | ExactPenalty) -> np.ndarray:
+        """The parameters of another problem; where only η differs from this one, its own with that η."""
+        if self._system is not system or self._method is not method:
             return np.array(parameters_of(system, eta, method))
-        row = like._row.copy()
+        row = self._problem[0].copy()
         row[ETA] = eta
         return row
 
-    def _set_up(self, contact: bool) -> None:
-        before = self._keys[1].copy()
-        if not contact:
-            self._keys[1] = self._row  # a key that is met writes no tables
-        set_up_events(self._packed, self._keys, self._row, self._rigid, NO_CIRCLE, COMPLETION)
-        if not contact:
-            self._keys[1] = before
-        self._has_contact = contact
-
-    def __call__(self, kinds: Sequence[int], first: bool, period: int, unknowns: np.ndarray) -> Evaluation:
+    def __call__(
+        self, kinds: Sequence[int], first: bool, period: int, unknowns: np.ndarray, out: Evaluation | None = None
+    ) -> Evaluation:
         """Evaluate the equations of orbits with this sequence of events.
 
         Parameters
@@ -189,12 +177,29 @@ class OrbitEquations:
             Excitation periods of the cycle.
         unknowns : (4 + m,) ndarray
             ξ₁, ξ₁′, g, g′ at τ = 0, then the instants of the events in excitation periods.
+        out : Evaluation, optional
+            To be filled, instead of a new one.
         """
-        if not self._has_contact and (first or not JOINING.isdisjoint(kinds)):
-            self._set_up(contact=True)
-        numbers, found = np.array(kinds, dtype=np.int64), Evaluation.zeros(len(kinds), period, FACTS)
-        evaluate_orbit(self._packed, self._wall, numbers, first, float(period), unknowns, tuple(found))
+        found = Evaluation.zeros(len(kinds), period, FACTS) if out is None else out
+        evaluate_orbit(
+            self._tables, self._problem, (numbers_of(tuple(kinds)), first, float(period)), unknowns, tuple(found)
+        )
         return found
+
+    def residuals(
+        self,
+        problems: Sequence[tuple[System, float, Reference | ExactPenalty]],
+        kinds: Sequence[int],
+        first: bool,
+        period: int,
+        unknowns: np.ndarray,
+    ) -> np.ndarray:
+        """The residuals of the same unknowns in several problems of this kind, (k, 4 + m), to be differentiated."""
+        rows, sequence = (
+            np.array([self._row_of(*each) for each in problems]),
+            (numbers_of(tuple(kinds)), first, float(period)),
+        )
+        return orbit_residuals(self._tables_beside, rows, self._problem, sequence, unknowns)
 
     def state_later(self, kind: int, state: np.ndarray, turn: float, length: float) -> np.ndarray:
         """The state (ξ₁, ξ₁′, g, g′) a number of excitation periods after another one, without an event on the way.
@@ -207,7 +212,4 @@ class OrbitEquations:
         turn, length : float
             When it holds, and how much later, in excitation periods.
         """
-        touching = kind in JOINS
-        if touching and not self._has_contact:
-            self._set_up(contact=True)
-        return np.array(state_later(self._packed, self._wall, touching, state, turn, length * self._period))
+        return np.array(orbit_state_later(self._tables, self._problem, kind in JOINS, state, turn, length))

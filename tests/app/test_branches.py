@@ -7,10 +7,11 @@ from vibroscope.app.explorer.link import parse_address, print_address, print_cho
 from vibroscope.app.explorer.reading import read_setting
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.page.bifurcation.branch_lines import MARKS, Place, place_named, stretches, thinned
-from vibroscope.app.page.bifurcation.branches import Branches, opened, stability_words
+from vibroscope.app.page.bifurcation.branches import Branches, opened
 from vibroscope.app.page.explore.opened import OpenedMotion
 from vibroscope.app.page.explore.tab import Explore
 from vibroscope.app.page.shared.figure import make_figure
+from vibroscope.app.page.shared.stability import stability_words
 from vibroscope.app.studies import branches as study
 from vibroscope.app.studies.branches import BranchQuestion, grow_branches, kind_words, matched, why_none
 from vibroscope.engine import (
@@ -286,6 +287,8 @@ def test_a_link_has_the_motion_again_also_where_its_bodies_overlap(solver, grown
     again.follow(read_setting(parse_address(print_address(setting))))
     assert again.visible
     assert f"repeats every {branch.period} periods" in again.words or branch.period == 1
+    if solver == "reference":  # the other branch is made up
+        assert stability_words(branch.multipliers[5, 0], branch.period) in again.words
     for name, column in line.columns(setting).items():
         np.testing.assert_array_equal(again.columns(setting)[name], column)
     again.follow(setting._replace(K=setting.K + 1.0))

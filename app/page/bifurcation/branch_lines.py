@@ -11,6 +11,7 @@ from bokeh.models import HoverTool, Line, Scatter
 from bokeh.plotting import figure
 from vibroscope.app.explorer.field_units import ShownField
 from vibroscope.app.page.shared.figure import BLUE, INK, VERMILLION, add_glyph, empty_source, write
+from vibroscope.app.page.shared.stability import multiplier_words
 from vibroscope.app.studies.branches import BIFURCATIONS, PartialBranches, kind_words
 from vibroscope.engine import COORDINATES, Branch
 
@@ -227,11 +228,3 @@ def _point_columns(result: PartialBranches, column: int, field: ShownField) -> d
 def value_text(field: ShownField, value: float) -> str:
     """A value of the number that varies, with nine digits, in the unit that is shown."""
     return f"{field.factor * value:.9g} {field.unit}".strip().replace("-", "−")
-
-
-def multiplier_words(multiplier: complex) -> str:
-    """A Floquet multiplier; of a pair, both."""
-    if not np.isfinite(multiplier):
-        return "∞"
-    real = f"{multiplier.real:.4g}".replace("-", "−")
-    return real if abs(multiplier.imag) < 1e-9 else f"{real} ± {abs(multiplier.imag):.4g}i"

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Mapping
 from functools import partial
 
@@ -18,12 +17,12 @@ from vibroscope.app.page.bifurcation.branch_lines import (
     MARKS,
     BranchLines,
     Place,
-    multiplier_words,
     place_named,
     value_text,
 )
 from vibroscope.app.page.files import script, style
 from vibroscope.app.page.shared.component import Component
+from vibroscope.app.page.shared.stability import multiplier_words, stability_words
 from vibroscope.app.page.tab import TabHost, on_loop
 from vibroscope.app.runtime.number_text import print_number
 from vibroscope.app.studies.branches import BranchQuestion, PartialBranches, grow_branches, kind_words, matched
@@ -33,7 +32,6 @@ from vibroscope.engine.wording import every
 
 NAMES = {"reference": "reference", "penalty": "exact penalty"}
 _DOTTED = " The dotted curve in the phase plots is this motion."  # as in explore/opened
-_EXACT = 1e-12  # size of the errors with which a run begins, in displacements: what an unstable motion enlarges
 
 
 class BranchPanel(Component):
@@ -231,21 +229,6 @@ def opened(question: BranchQuestion, place: Place, branch: Branch) -> tuple[dict
         texts["eta"] = print_number(question.eta)
     head += f"the {NAMES[place.solver]} repeats {every(branch.period)}"
     return texts, f"{head}, {stability_words(multipliers[0], branch.period)}{_DOTTED}{moved}", orbit
-
-
-def stability_words(largest: complex, period: int) -> str:
-    """Whether a motion is stable by its largest multiplier, and how fast a run leaves it."""
-    size, shown = abs(largest), multiplier_words(largest)
-    if not math.isfinite(size):
-        return "at the edge of an impact, where a small deviation has no bounded effect (multiplier ∞)."
-    if size < 1:
-        return f"stable (largest multiplier {shown})."
-    if size < 1 + 1e-6:
-        return f"at the edge of its stability (largest multiplier {shown})."
-    periods = max(period, round(-math.log(_EXACT) / math.log(size) * period))
-    left = f"after about {periods:,} excitation periods" if periods < 2000 else "very slowly"
-    grows = f"a small deviation grows {size:.3g}-fold {every(period)}"
-    return f"unstable (largest multiplier {shown}): {grows}, and a run that begins on it leaves it {left}."
 
 
 # ---- tables: heads, and rows of cells --------------------------------------------------------------------------------

@@ -22,7 +22,6 @@ from ..equations.contact_law import COMPRESSION, LIMITED
 from ..linear.cos_sin import cos_sin
 from .law_integrate import phase_of
 from .orbit import (
-    BACKWARDS,
     CLOSING,
     DAMP,
     DEPTH,
@@ -38,17 +37,14 @@ from .orbit import (
     UNLIMIT,
     UNLOAD,
     WHERE,
-    advanced,
     are_within,
+    close_cycle,
     divide_by_length,
-    flow,
-    lowest_minimum,
-    relative_state,
     start_at,
-    state_at,
     write_after,
-    write_section,
+    write_nan,
 )
+from .orbit_phase import BACKWARDS, flow, lowest_minimum, relative_state, state_later, write_section
 from .saltation import leave_event, make_variation, scale_row, shift, slope_of
 from .state import absolute
 
@@ -119,7 +115,10 @@ def write_lowest(p, piece, z, length, begun, turn, row):
 
 @jit_no_alloc
 def find_law_orbit(p, kinds, piece, periods, unknowns, out, d, begun):
-    """Fill what :func:`law_orbit_equations` fills; False if a phase is too short for its tables."""
+    """Fill what :func:`evaluate_law_orbit` fills; False if a phase is too short for its tables.
+
+    ``d``: the variation of all unknowns; ``begun``: work space, (4 + m,).
+    """
     residual, jacobian, facts, after, section = out
     m, turn = kinds.shape[0], 0.0
     y = start_at(p, d, unknowns, piece != IN_FLIGHT)
@@ -130,8 +129,9 @@ def find_law_orbit(p, kinds, piece, periods, unknowns, out, d, begun):
         if length < BACKWARDS * phase.spacing:
             return False
         leave_event(phase, d, z)
-        write_lowest(p, piece, z, length, k > 0, turn, facts[k])
-        write_section(p, phase, z, turn, end, section)
+        if facts.shape[0] > 0:
+            write_lowest(p, piece, z, length, k > 0, turn, facts[k])
+            write_section(p, phase, z, turn, end, section)
         x1, v1, gap, rate = flow(phase, z, length, d)
         y = absolute(phase, (x1, v1, gap, rate))
         if k == m:
@@ -145,9 +145,10 @@ def find_law_orbit(p, kinds, piece, periods, unknowns, out, d, begun):
         residual[4 + k] = of_gap * y[2] + of_rate * y[3]
         for j in range(unknowns.shape[0]):
             jacobian[4 + k, j] = of_gap * d.state[2, j] + of_rate * d.state[3, j]
-        growth = of_gap * slope[2] + of_rate * slope[3]
-        facts[k, CLOSING] = growth if kind in RISING else -growth
-        facts[k, PARTING], facts[k, DEPTH] = y[3], -y[2]
+        if facts.shape[0] > 0:
+            growth = of_gap * slope[2] + of_rate * slope[3]
+            facts[k, CLOSING] = growth if kind in RISING else -growth
+            facts[k, PARTING], facts[k, DEPTH] = y[3], -y[2]
         before = event_before(kinds, k)
         if before >= 0:
             for j in range(begun.shape[0]):
@@ -163,18 +164,13 @@ def find_law_orbit(p, kinds, piece, periods, unknowns, out, d, begun):
                 d.state[3, j] = share * d.state[2, j]
         turn, piece = end, piece_after(p.law, kind)
         write_after(after[k], y, turn)
-    write_after(after[m], y, periods)
-    for i in range(4):
-        residual[i] = y[i] - unknowns[i]
-        for j in range(unknowns.shape[0]):
-            jacobian[i, j] = d.state[i, j]
-        jacobian[i, i] -= 1.0
+    close_cycle(y, periods, unknowns, out, d)
     return True
 
 
-@jit_no_alloc
-def law_orbit_equations(p, kinds, piece, periods, unknowns, out, d, begun):
-    """Evaluate the equations of an orbit and their Jacobian, as :func:`.orbit.orbit_equations` does.
+@jit
+def evaluate_law_orbit(p, kinds, piece, periods, unknowns, out):
+    """Evaluate the equations of an orbit and their Jacobian, as :func:`.orbit.evaluate_orbit` does.
 
     Parameters
     ----------
@@ -184,32 +180,18 @@ def law_orbit_equations(p, kinds, piece, periods, unknowns, out, d, begun):
         TOUCH, PART, and the switches of the law.
     piece : int
         At τ = 0.
-    periods, unknowns, out, d, begun
+    periods, unknowns, out
         As there, but ``facts`` (m + 1, LAW_FACTS): "closing speed" is the rate at which the quantity of an event passes
         zero in the direction of the event, and beside it stands the penetration; the lowest minimum is of the first
         quantity that a piece watches, and of the second, if there is one.
     """
-    found = are_within(unknowns, periods)
-    if found:
-        found = find_law_orbit(p, kinds, piece, periods, unknowns, out, d, begun)
-    if not found:
-        residual, jacobian, facts, _, _ = out
-        residual[:] = np.nan
-        jacobian[:] = np.nan
-        facts[:] = np.nan
+    n = unknowns.shape[0]
+    d = make_variation(n)
+    if not are_within(unknowns, periods) or not find_law_orbit(p, kinds, piece, periods, unknowns, out, d, np.zeros(n)):
+        write_nan(out)
 
 
 @jit_no_alloc
 def law_state_later(p, piece, y, turn, length):
-    """(ξ₁, ξ₁′, g, g′) a length of time after y, which belongs to a time in excitation periods; without an event."""
-    phase = phase_of(p, piece, 0)
-    n = max(int(np.floor(length / phase.spacing)), 0)
-    z = advanced(phase, relative_state(p, phase, (y[0], y[1], y[2], y[3]), turn), n)
-    return absolute(phase, state_at(phase, z, length / phase.spacing - n))
-
-
-@jit
-def evaluate_law_orbit(p, kinds, piece, periods, unknowns, out):
-    """Call :func:`law_orbit_equations` with work space of its own."""
-    n = unknowns.shape[0]
-    law_orbit_equations(p, kinds, piece, periods, unknowns, out, make_variation(n), np.zeros(n))
+    """(ξ₁, ξ₁′, g, g′) a number of excitation periods after y, which belongs to a time in them; without an event."""
+    return state_later(p, phase_of(p, piece, 0), y, turn, length * p.period)

@@ -14,7 +14,8 @@ sequence changes. (Event times as unknowns: as in collocation for hybrid systems
 
 A phase that begins with f = 0 has its own beginning as a trivial zero. The equation of its end is divided by as many
 powers of its length as derivatives vanish there: one after an impact, three after a release. So a contact, or a flight,
-that shrinks to nothing is followed up to that point.
+that shrinks to nothing is followed up to that point. Within the first interval of its tables f is a polynomial: there
+the quotient is that of its terms, which rounding leaves as it is however short the phase.
 
 With M, B, C, D the parts of the Jacobian, [[M − 1, B], [C, D]], the Jacobian of the Poincaré map is M − B D⁻¹ C.
 
@@ -25,31 +26,11 @@ import numpy as np
 
 from ..compile.options import jit, jit_no_alloc
 from ..linear.cos_sin import cos_sin
-from ..linear.tables import (
-    CURVATURE,
-    GAP,
-    POINTS,
-    POSITION,
-    POWERS,
-    VALUES,
-    find_values,
-    find_watched,
-    polynomial_at,
-    state_after,
-)
+from ..linear.tables import CURVATURE, GAP
 from .chatter import sum_up
 from .events import joint_force_at
-from .saltation import (
-    add_row,
-    carry,
-    carry_over_sum,
-    leave_event,
-    make_variation,
-    multiply,
-    scale_row,
-    shift,
-    slope_of,
-)
+from .orbit_phase import BACKWARDS, flow, lowest_minimum, relative_state, state_later, write_section
+from .saltation import add_row, carry_over_sum, leave_event, make_variation, scale_row, shift, slope_of
 from .setup import set_up_flow
 from .state import absolute, unpack_system
 
@@ -62,157 +43,6 @@ CLOSING, PARTING, FORCE, LOWEST, WHERE = range(5)  # columns of the facts of an 
 FACTS = 5
 DEPTH, OTHER_LOWEST, OTHER_WHERE = range(FACTS, FACTS + 3)  # further columns with another contact law
 LAW_FACTS = FACTS + 3
-BACKWARDS = -3.0  # intervals that a phase can be extended before its beginning
-MINIMUM_STEPS = 60  # of the search for a minimum
-FINEST = 16  # halvings of the first interval of a phase
-
-
-@jit_no_alloc
-def relative_state(p, phase, y, turn):
-    """z of y = (ξ₁, ξ₁′, g, g′) at a time in excitation periods."""
-    c, s = cos_sin(turn - np.floor(turn))
-    first, speed = (0.0, 0.0) if p.wall else (y[0] - phase.position, y[1])
-    return first, speed, y[2] - phase.gap, y[3], c, s
-
-
-@jit_no_alloc
-def state_at(phase, z, u):
-    """(ξ₁, ξ₁′, g, g′) of z after u intervals, at most one."""
-    first = second = third = fourth = 0.0
-    for j in range(6):
-        value, rate = polynomial_at(phase.rows[j, POSITION:GAP], u)
-        first += value * z[j]
-        second += rate * z[j]
-        value, rate = polynomial_at(phase.rows[j, GAP:CURVATURE], u)
-        third += value * z[j]
-        fourth += rate * z[j]
-    return first, second / phase.spacing, third, fourth / phase.spacing
-
-
-@jit_no_alloc
-def advanced(phase, z, n):
-    """z after n whole intervals."""
-    while n > 0:
-        step = min(n, POINTS)
-        z = state_after(phase, z, step)
-        n -= step
-    return z
-
-
-@jit_no_alloc
-def state_later(packed, wall, touching, y, turn, length):
-    """(ξ₁, ξ₁′, g, g′) at a length of time after y, which belongs to a time in excitation periods; without an event."""
-    p = unpack_system(packed, wall)
-    phase = p.contact if touching else p.flight
-    n = max(int(np.floor(length / phase.spacing)), 0)
-    z = advanced(phase, relative_state(p, phase, (y[0], y[1], y[2], y[3]), turn), n)
-    return absolute(phase, state_at(phase, z, length / phase.spacing - n))
-
-
-@jit_no_alloc
-def write_section(p, phase, z, begin, end, section):
-    """The states at whole periods from ``begin`` on and before ``end``, z being that at ``begin``."""
-    k = max(np.ceil(begin), 0.0)
-    while k < min(end, float(section.shape[0])):
-        u = (k - begin) * p.period / phase.spacing
-        n = int(np.floor(u))
-        y = absolute(phase, state_at(phase, advanced(phase, z, n), u - n))
-        section[int(k), 0], section[int(k), 1], section[int(k), 2], section[int(k), 3] = y
-        k += 1.0
-
-
-@jit_no_alloc
-def flow(phase, z, length, d):
-    """(ξ₁, ξ₁′, g, g′) of z after a length of time, and δ with it.
-
-    A length below zero extends the phase backwards, as far as the polynomials of its first interval reach. Without δ
-    the tables may be those of :func:`.setup.set_up_flow`.
-    """
-    longest = POINTS
-    n = max(int(np.floor(length / phase.spacing)), 0)
-    u = length / phase.spacing - n
-    while n > 0:
-        if d is None:
-            while longest > n:
-                longest //= 2
-        step = min(n, longest)
-        z = state_after(phase, z, step)
-        multiply(phase.transitions[step - 1], d)
-        n -= step
-    carry(phase, d, 0, u)
-    return state_at(phase, z, u)
-
-
-@jit_no_alloc
-def minimum_between(powers, low, high):
-    """Where the slope of a polynomial rises through zero, −1 if it does not."""
-    _, below = polynomial_at(powers, low)
-    _, above = polynomial_at(powers, high)
-    if not below < 0.0 < above:
-        return -1.0
-    for _ in range(MINIMUM_STEPS):
-        middle = 0.5 * (low + high)
-        if middle in (low, high):
-            break
-        _, slope = polynomial_at(powers, middle)
-        if slope < 0.0:
-            low = middle
-        else:
-            high = middle
-    return high
-
-
-@jit_no_alloc
-def lowest_in_interval(phase, z, low, high, scratch):
-    """The minimum of the watched quantity between two shares of the interval that begins at z, and where; else inf."""
-    find_watched(phase, z, scratch)
-    powers = scratch.products[POWERS:POSITION]
-    u = minimum_between(powers, low, high)
-    if u < 0.0:
-        return np.inf, 0.0
-    value, _ = polynomial_at(powers, u)
-    return value + phase.watched, u
-
-
-@jit_no_alloc
-def lowest_minimum(phase, z, length, from_zero, scratch):
-    """The lowest minimum of the watched quantity within a phase, its ends excepted, and its time; inf if there is none.
-
-    Between two of the tabulated instants there is at most one minimum, seen by their values but in the first and the
-    last interval. The first interval of a phase that begins at zero (``from_zero``) may hide a rise and a dip: it is
-    divided ever finer towards its beginning.
-    """
-    lowest, where = np.inf, 0.0
-    intervals = length / phase.spacing
-    high = min(1.0, intervals)
-    for part in range(FINEST if from_zero else 1):
-        low = 0.5 * high if from_zero and part < FINEST - 1 else 0.0
-        value, u = lowest_in_interval(phase, z, low, high, scratch)
-        if value < lowest:
-            lowest, where = value, u
-        high = low
-    last = int(np.floor(intervals))
-    if last >= 1:
-        value, u = lowest_in_interval(phase, advanced(phase, z, last), 0.0, intervals - last, scratch)
-        if value < lowest:
-            lowest, where = value, last + u
-    before, here = np.inf, np.inf  # values at the instants k − 2 and k − 1
-    k, start = 0, z
-    while k < last:
-        find_values(phase, start, scratch)
-        for j in range(min(POINTS, last - k)):
-            value = scratch.products[VALUES + j] + phase.watched
-            k += 1
-            if before >= here <= value and k >= 2 and here < lowest + abs(lowest):
-                for first in range(k - 2, k):
-                    if first > 0:
-                        least, u = lowest_in_interval(phase, advanced(phase, z, first), 0.0, 1.0, scratch)
-                        if least < lowest:
-                            lowest, where = least, first + u
-                find_values(phase, start, scratch)
-            before, here = here, value
-        start = state_after(phase, start, POINTS)
-    return lowest, where * phase.spacing
 
 
 @jit_no_alloc
@@ -243,6 +73,38 @@ def divide_by_length(residual, jacobian, k, order, length, begun):
         row[j] = row[j] / power + order * value / length * begun[j]
     row[4 + k] -= order * value / length
     residual[4 + k] = value
+
+
+@jit_no_alloc
+def write_short_phase(phase, d, z, u, order, k, per_period, begun, residual, jacobian):
+    """Write the equation of event k, gap = 0 over a power of the length of its phase, from the terms of the gap.
+
+    The phase begins at z, where the first ``order`` terms vanish, and lasts u intervals of its tables, of which there
+    are ``per_period`` in an excitation period; δ is still that along the event that began it.
+    """
+    scale, value, rate = 1.0, 0.0, 0.0
+    for _ in range(order):
+        scale *= per_period
+    row = jacobian[4 + k]
+    for j in range(row.shape[0]):
+        row[j] = 0.0
+    for i in range(6):
+        term = slope = 0.0
+        for n in range(CURVATURE - GAP - 1, order - 1, -1):
+            slope = slope * u + term
+            term = term * u + phase.rows[i, GAP + n]
+        value += term * z[i]
+        rate += slope * z[i]
+        if d is None:
+            continue
+        turning = 2.0 * np.pi * (-z[5] if i == 4 else z[4])
+        for j in range(row.shape[0]):
+            row[j] += scale * term * (d.state[i, j] if i < 4 else turning * begun[j])
+    residual[4 + k] = scale * value
+    if d is not None:
+        for j in range(row.shape[0]):
+            row[j] -= scale * rate * per_period * begun[j]
+        row[4 + k] += scale * rate * per_period
 
 
 @jit_no_alloc
@@ -305,8 +167,34 @@ def are_within(unknowns, periods):
 
 
 @jit_no_alloc
+def close_cycle(y, periods, unknowns, out, d):
+    """Write the equations y(pT) − y₀ = 0, and their derivative."""
+    residual, jacobian, _, after, _ = out
+    write_after(after[after.shape[0] - 1], y, periods)
+    for i in range(4):
+        residual[i] = y[i] - unknowns[i]
+        if d is not None:
+            for j in range(unknowns.shape[0]):
+                jacobian[i, j] = d.state[i, j]
+            jacobian[i, i] -= 1.0
+
+
+@jit_no_alloc
+def write_nan(out):
+    """Write that there is no such orbit."""
+    residual, jacobian, facts, _, _ = out
+    residual[:] = np.nan
+    jacobian[:] = np.nan
+    facts[:] = np.nan
+
+
+@jit_no_alloc
 def find_orbit(p, kinds, touching, periods, unknowns, out, d, begun):
-    """Fill what :func:`orbit_equations` fills; False if a phase is too short for its tables."""
+    """Fill what :func:`evaluate_orbit` fills; False if a phase is too short for its tables.
+
+    ``d``: the variation of all unknowns, or None, with which the residual alone is filled; ``begun``: work space,
+    (4 + m,).
+    """
     residual, jacobian, facts, after, section = out
     m, order, turn = kinds.shape[0], 0, 0.0
     y = start_at(p, d, unknowns, touching)
@@ -316,13 +204,18 @@ def find_orbit(p, kinds, touching, periods, unknowns, out, d, begun):
         z, length = relative_state(p, phase, y, turn), (end - turn) * p.period
         if length < BACKWARDS * phase.spacing:
             return False
-        if d is not None:
-            for j in range(begun.shape[0]):
-                begun[j] = d.time[j] / p.period
-            leave_event(phase, d, z)
+        if facts.shape[0] > 0:
             facts[k, LOWEST], where = lowest_minimum(phase, z, length, order > 0, p.scratch)
             facts[k, WHERE] = turn + where / p.period
             write_section(p, phase, z, turn, end, section)
+        if d is not None:
+            for j in range(begun.shape[0]):
+                begun[j] = d.time[j] / p.period
+        short = order > 0 and k < m and length < phase.spacing
+        if short:
+            per_period, u = p.period / phase.spacing, length / phase.spacing
+            write_short_phase(phase, d, z, u, order, k, per_period, begun, residual, jacobian)
+        leave_event(phase, d, z)
         x1, v1, gap, rate = flow(phase, z, length, d)
         y = absolute(phase, (x1, v1, gap, rate))
         if k == m:
@@ -331,38 +224,42 @@ def find_orbit(p, kinds, touching, periods, unknowns, out, d, begun):
             c, s = cos_sin(end - np.floor(end))
             d.time[4 + k] = p.period
             shift(d, slope_of(phase, (x1, v1, gap, rate, c, s)), 1.0)
-        write_event_equation(p, d, y, end, kinds[k], k, residual, jacobian)
-        if order > 0:
-            divide_by_length(residual, jacobian, k, order, end - turn, begun)
-        write_facts(p, kinds[k], y, end, facts[k])
+        if not short:
+            write_event_equation(p, d, y, end, kinds[k], k, residual, jacobian)
+            if order > 0:
+                divide_by_length(residual, jacobian, k, order, end - turn, begun)
+        if facts.shape[0] > 0:
+            write_facts(p, kinds[k], y, end, facts[k])
         y, turn = reset(p, d, y, end, kinds[k])
         write_after(after[k], y, turn)
         touching, order = kinds[k] in JOINS, ORDERS[kinds[k]]
-    write_after(after[m], y, periods)
-    for i in range(4):
-        residual[i] = y[i] - unknowns[i]
-        if d is not None:
-            for j in range(unknowns.shape[0]):
-                jacobian[i, j] = d.state[i, j]
-            jacobian[i, i] -= 1.0
+    close_cycle(y, periods, unknowns, out, d)
     return True
 
 
-@jit_no_alloc
-def orbit_equations(packed, wall, kinds, first, periods, unknowns, out, d, begun):
+@jit
+def touches(kinds, first):
+    """Whether the bodies touch at some time of the cycle."""
+    for kind in kinds:
+        first |= kind in JOINS
+    return first
+
+
+@jit
+def evaluate_orbit(tables, problem, sequence, unknowns, out):
     """Evaluate the equations of an orbit and their Jacobian.
 
     Parameters
     ----------
-    packed : (n,) float64
-        A :class:`.state.HybridSystem`.
-    wall : AT_WALL or TWO_BODIES
-    kinds : (m,) int64
-        What happens at each event, in the order of time.
-    first : bool
-        Whether the bodies touch at τ = 0.
-    periods : float
-        Excitation periods after which the orbit returns.
+    tables : tuple
+        A packed :class:`.state.HybridSystem` and its keys (:func:`.setup.set_up_flow`): set up where ``problem`` has
+        other numbers than they have.
+    problem : tuple
+        The parameters (n,), whether the contact is the reference's, AT_WALL or TWO_BODIES, and how far a chatter must
+        have come to be summed up.
+    sequence : tuple
+        ``kinds`` (m,) of int64: what happens at each event, in the order of time; ``first``: whether the bodies touch
+        at τ = 0; the excitation periods after which the orbit returns.
     unknowns : (4 + m,) float64
         y₀, then the instants in excitation periods.
     out : tuple
@@ -370,40 +267,46 @@ def orbit_equations(packed, wall, kinds, first, periods, unknowns, out, d, begun
         first three with nan if there is no such orbit. Facts of each event: closing speed, parting speed, force of the
         joined bodies right after it, and the lowest minimum of what is watched in the phase that it ends, with its
         instant; the last row belongs to the end of the cycle. ``after``: the state right after each event and its time
-        in periods, last that at the end. ``section`` (p, 4): the states at whole periods.
-    d : Variation or None
-        Of the 4 + m unknowns, at the start of a run; changed. With None only ``residual`` is filled.
-    begun : (4 + m,) float64
-        Work space.
+        in periods, last that at the end. ``section`` (p, 4): the states at whole periods. ``facts`` and ``section`` are
+        left out where they have no rows.
     """
-    found = are_within(unknowns, periods)
-    if found:
-        found = find_orbit(unpack_system(packed, wall), kinds, first, periods, unknowns, out, d, begun)
-    if not found:
-        residual, jacobian, facts, _, _ = out
-        residual[:] = np.nan
-        jacobian[:] = np.nan
-        facts[:] = np.nan
-
-
-@jit
-def evaluate_orbit(packed, wall, kinds, first, periods, unknowns, out):
-    """Call :func:`orbit_equations` with work space of its own."""
+    packed, keys = tables
+    row, rigid, wall, completion = problem
+    kinds, first, periods = sequence
     n = unknowns.shape[0]
-    orbit_equations(packed, wall, kinds, first, periods, unknowns, out, make_variation(n), np.zeros(n))
+    set_up_flow(packed, keys, row, rigid, touches(kinds, first), completion)
+    p, d = unpack_system(packed, wall), make_variation(n)
+    if not are_within(unknowns, periods) or not find_orbit(p, kinds, first, periods, unknowns, out, d, np.zeros(n)):
+        write_nan(out)
 
 
 @jit
-def orbit_residuals(packed, rows, rigid, wall, completion, kinds, first, periods, unknowns):
-    """The residuals of the same unknowns for several rows of parameters, (k, 4 + m): for differences of these."""
-    m = kinds.shape[0]
-    n, touching = 4 + m, first
-    for kind in kinds:
-        touching |= kind in JOINS
-    out = np.zeros(n), np.zeros((n, n)), np.zeros((m + 1, FACTS)), np.zeros((m + 1, 5)), np.zeros((0, 4))
+def orbit_residuals(tables, rows, problem, sequence, unknowns):
+    """The residuals of the same unknowns for several rows of parameters, (k, 4 + m): for differences of these.
+
+    The other arguments are those of :func:`evaluate_orbit`.
+    """
+    packed, keys = tables
+    _, rigid, wall, completion = problem
+    kinds, first, periods = sequence
+    m, touching = kinds.shape[0], touches(kinds, first)
+    n = 4 + m
+    out = np.zeros(n), np.zeros((n, n)), np.zeros((0, FACTS)), np.zeros((m + 1, 5)), np.zeros((0, 4))
     found, begun = np.empty((rows.shape[0], n)), np.zeros(n)
     for i in range(rows.shape[0]):
-        set_up_flow(packed, rows[i], rigid, touching, completion)
-        orbit_equations(packed, wall, kinds, first, periods, unknowns, out, None, begun)
+        set_up_flow(packed, keys, rows[i], rigid, touching, completion)
+        p = unpack_system(packed, wall)
+        if not are_within(unknowns, periods) or not find_orbit(p, kinds, first, periods, unknowns, out, None, begun):
+            write_nan(out)
         found[i] = out[0]
     return found
+
+
+@jit
+def orbit_state_later(tables, problem, touching, y, turn, length):
+    """(ξ₁, ξ₁′, g, g′) a number of excitation periods after y, which belongs to a time in them; without an event."""
+    packed, keys = tables
+    row, rigid, wall, completion = problem
+    set_up_flow(packed, keys, row, rigid, touching, completion)
+    p = unpack_system(packed, wall)
+    return state_later(p, p.contact if touching else p.flight, y, turn, length * p.period)

@@ -24,7 +24,7 @@ from ..linear.matrices import unit
 from ..linear.slow_subspace import SEPARATION, fast_projector
 from ..linear.tables import REACH, full_generator, tabulate, tabulate_flow
 from ..parameters import FOR_CONTACT, FOR_FLIGHT, renew_key, unpack_parameters
-from .state import SYSTEM
+from .state import SYSTEM, unpack_system
 
 _write_flight, _write_contact, _write_slow = (SYSTEM.writer(name) for name in ("flight", "contact", "slow_contact"))
 _write_fast, _write_numbers = SYSTEM.writer("fast"), SYSTEM.writer("period", "frequency", "rigid", "stiff")
@@ -175,17 +175,20 @@ def set_up_events(packed, keys, row, rigid, circle, completion):
 
 
 @jit
-def set_up_flow(packed, row, rigid, touching, completion):
-    """The same for motions whose events are given: without tables of what is watched, in half the time.
+def set_up_flow(packed, keys, row, rigid, touching, completion):
+    """The same for motions whose events are given; tables of contact only if the bodies are ``touching`` at some time.
 
-    ``touching``: whether there is contact. Transitions have tables at the powers of two alone.
+    The tables are those of :func:`..linear.tables.tabulate_flow`.
     """
     p = unpack_parameters(row)
+    wall = p.wall > 0.0
+    old = unpack_system(packed, wall)
     write_laws(packed, p, rigid, False, completion)
-    position, gap = free_equilibrium(p)
-    h, wall = REACH / free_rate(p), p.wall > 0.0
-    _write_flight(packed, tabulate_flow(separated_generator(p), p.eta, h, (position, gap, gap), wall))
-    if touching:
+    if renew_key(keys[0], row, FOR_FLIGHT):
+        position, gap = free_equilibrium(p)
+        generator, h = separated_generator(p), REACH / free_rate(p)
+        _write_flight(packed, tabulate_flow(old.flight, generator, p.eta, unit(2), h, (position, gap, gap), wall))
+    if touching and renew_key(keys[1], row, FOR_CONTACT):
         generator, fastest = contact_generator(p, rigid)
-        equilibrium = contact_equilibrium(p, rigid)
-        _write_contact(packed, tabulate_flow(generator, p.eta, REACH / fastest, equilibrium, wall))
+        watched, h, rest = watched_in_contact(p, rigid), REACH / fastest, contact_equilibrium(p, rigid)
+        _write_contact(packed, tabulate_flow(old.contact, generator, p.eta, watched, h, rest, wall))

@@ -11,6 +11,7 @@ Plain twin: mpmath's matrix product and exponential (tests/engine/kernels/test_d
 import numpy as np
 
 from ..compile.options import jit
+from .matrices import multiply
 
 _SPLITTER = 134217729.0  # 2²⁷ + 1: splits a float64 into halves whose products are exact (Dekker)
 
@@ -44,10 +45,12 @@ def _products(begin):
         for i in range(rows[0], rows[1]):
             for j in range(first, 6):
                 high, low = out[0, i, j], out[1, i, j]
-                quotient = high / divisor
-                t = _SPLITTER * quotient
-                upper = t - (t - quotient)
-                low = (((high - divisor * upper) - divisor * (quotient - upper)) + low) / divisor
+                quotient = high
+                if divisor != 1.0:
+                    quotient = high / divisor
+                    t = _SPLITTER * quotient
+                    upper = t - (t - quotient)
+                    low = (((high - divisor * upper) - divisor * (quotient - upper)) + low) / divisor
                 out[0, i, j] = quotient + low
                 out[1, i, j] = (quotient - out[0, i, j]) + low
 
@@ -94,15 +97,19 @@ def product(a, b, divisor, one_body):
 
 
 @jit
-def exponential(a, h, terms, one_body):
-    """exp(ah) of a (6, 6) matrix, ah of norm at most about one, by Horner's rule on its series; (2, 6, 6)."""
-    matrix, factor, total = np.zeros((2, 6, 6)), np.zeros((2, 6, 6)), np.zeros((2, 6, 6))
+def _times(a, h, one_body):
+    """The matrix ah, (2, 6, 6)."""
+    matrix, factor = np.zeros((2, 6, 6)), np.zeros((2, 6, 6))
     for i in range(6):
         factor[0, i, i] = h
-        total[0, i, i] = 1.0
         for j in range(6):
             matrix[0, i, j] = a[i, j]
-    matrix = product(matrix, factor, 1.0, one_body)
+    return product(matrix, factor, 1.0, one_body)
+
+
+@jit
+def _sum_up(matrix, total, terms, one_body):
+    """Horner's rule on the first terms of the series of exp(matrix); ``total``: what follows them, over the last."""
     for k in range(terms, 0, -1):
         total = product(matrix, total, float(k), one_body)
         for i in range(6):
@@ -112,6 +119,30 @@ def exponential(a, h, terms, one_body):
             low += (1.0 - (total[0, i, i] - virtual)) + (high - virtual)
             total[1, i, i] = low
     return total
+
+
+@jit
+def exponential(a, h, terms, one_body):
+    """exp(ah) of a (6, 6) matrix, ah of norm at most about one, by Horner's rule on its series; (2, 6, 6)."""
+    total = np.zeros((2, 6, 6))
+    for i in range(6):
+        total[0, i, i] = 1.0
+    return _sum_up(_times(a, h, one_body), total, terms, one_body)
+
+
+@jit
+def quick_exponential(a, h, terms, exact, one_body):
+    """The same with no more than the first ``exact`` terms to twice the digits: the others are small where ah is."""
+    matrix, total, image = _times(a, h, one_body), np.zeros((2, 6, 6)), np.zeros((6, 6))
+    for i in range(6):
+        total[0, i, i] = 1.0
+    for k in range(terms, exact, -1):
+        multiply(image, matrix[0], total[0])
+        for i in range(6):
+            for j in range(6):
+                total[0, i, j] = image[i, j] / k
+            total[0, i, i] += 1.0
+    return _sum_up(matrix, total, exact, one_body)
 
 
 @jit

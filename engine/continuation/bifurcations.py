@@ -1,0 +1,51 @@
+"""Bifurcations between two orbits of a curve: where an indicator changes its sign, if that is what it seems to be."""
+
+import numpy as np
+
+from .curve import Curve, CurvePoint
+from .margins import BIFURCATIONS, BRANCH_POINT, DOUBLING, FOLD, NEIMARK_SACKER, indicator
+from .roots import first_zero
+
+REAL = 1e-6  # a pair of multipliers with smaller imaginary parts is real, and no Neimark–Sacker point
+MULTIPLIERS = {FOLD: 1.0, DOUBLING: -1.0}
+UNLIKE = 1e-3  # of the largest: where a phase has no length rounding decides the sign of the determinants
+SINGULAR = 1e-5  # of the other singular values: a smaller one makes a branch point
+
+
+def bifurcations_ahead(
+    curve: Curve, here: CurvePoint, step: float, before: np.ndarray, after: np.ndarray
+) -> list[tuple[str, CurvePoint]]:
+    """Kinds and orbits of the bifurcations within a step, in their order.
+
+    ``before`` and ``after``: the indicators, (4,), at both ends.
+    """
+    found = []
+    for k in np.flatnonzero(before * after < 0):
+        kind = BIFURCATIONS[k]
+        located = first_zero(lambda s, kind=kind: _indicator(curve, here, s, kind), 0.0, step)
+        point = None if located is None else curve.ahead(here, located)
+        if point is not None and _is_bifurcation(kind, point):
+            found.append((located, kind, point))
+    return [(kind, point) for _, kind, point in sorted(found, key=lambda each: each[0])]
+
+
+def _indicator(curve: Curve, here: CurvePoint, s: float, kind: str) -> float:
+    point = curve.ahead(here, s) if s else here
+    return np.nan if point is None else indicator(kind, point)
+
+
+def _is_bifurcation(kind: str, point: CurvePoint) -> bool:
+    """Whether a change of sign is what it seems to be."""
+    if kind == NEIMARK_SACKER:
+        values = point.evaluation.multipliers
+        return bool((np.abs(values.imag[np.abs(np.abs(values) - 1) < REAL]) > REAL).any())
+    if not np.isfinite(point.extended).all():
+        return False
+    if kind in MULTIPLIERS:
+        values = point.evaluation.multipliers
+        off = np.abs(values - MULTIPLIERS[kind]).min()
+        return not off >= UNLIKE * np.abs(values[0])  # infinite at a grazing impact, where there are no others
+    if kind == BRANCH_POINT:
+        singular = np.linalg.svd(point.extended * point.scales, compute_uv=False)
+        return bool(singular[-1] < SINGULAR * singular[-2])
+    return True

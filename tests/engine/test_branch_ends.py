@@ -1,0 +1,53 @@
+"""Where the sequence of events of a branch ends: what follows does not depend on where the branch began."""
+
+import numpy as np
+import pytest
+from vibroscope.engine import ExactPenalty, Reference, System, continue_branch
+
+PAPER = System()
+
+
+def followed(eta, low, high, method=None, **more):
+    """The branch of period one."""
+    return continue_branch(PAPER, eta, method or Reference(), low=low, high=high, **{"max_period": 1, **more})
+
+
+def values(branch, kind):
+    """Where a branch has points of this kind, sorted."""
+    return np.sort([point.value for point in branch.points if point.kind == kind])
+
+
+def test_a_branch_goes_on_where_events_lie_beyond_the_end_of_the_cycle():
+    # at η = 0.7258958692 the impact that begins to stick has passed τ = pT
+    branch = followed(0.75, 0.715, 0.76)
+    assert all("leaves the range" in end for end in branch.ends)
+    np.testing.assert_allclose(values(branch, "sticking ends")[0], 0.72589586923, atol=1e-10)
+
+
+@pytest.mark.parametrize("high", [0.72, 0.75, 0.8])
+def test_a_flight_is_followed_until_it_is_too_short_for_differences(high):
+    # it lasts 4e-6 periods at its end, and the gap is of third order in that
+    branch = followed(high, 0.657, high)
+    assert [point.kind for point in branch.points if point.value < 0.659] == ["contact opens", "fold"]
+    found = [values(branch, "fold")[0], values(branch, "contact opens")[0]]
+    np.testing.assert_allclose(found, [0.65844491719674, 0.65844504354083], atol=1e-11)
+
+
+@pytest.mark.parametrize("off", [1e-8, -1e-8, 1e-12, -1e-12])
+@pytest.mark.parametrize(("eta", "low", "high"), [(0.75, 0.71, 0.76), (2.0, 1.5, 2.0)])
+def test_a_start_next_to_a_grazing_is_followed_both_ways(eta, low, high, off):
+    point = next(point for point in followed(eta, low, high).points if point.kind == "grazing")
+    begun = followed(point.value + off, point.value - 0.005, point.value + 0.005, initial=tuple(point.state))
+    assert all("leaves the range" in end for end in begun.ends)
+    assert np.abs(values(begun, "grazing") - point.value).min() < 1e-12
+
+
+@pytest.mark.parametrize(
+    "method", [Reference(threshold=0.01), ExactPenalty(12_000.0, 18.0)], ids=["reference", "exact"]
+)
+def test_a_branch_ends_where_that_of_half_the_period_doubles(method):
+    branch = followed(1.4, 1.2, 1.6, method, max_period=2)
+    doublings = [values(followed(eta, 1.2, 1.6, method), "period doubling") for eta in (1.25, 1.5)]
+    for end in branch.ends:
+        joined = float(end.removeprefix("joins a branch of period 1 at eta = "))
+        assert np.abs(np.concatenate(doublings) - joined).min() < 2e-9

@@ -1,0 +1,46 @@
+"""Orbits whose multipliers change fast: those of branches equal differences of runs of the event loop."""
+
+import numpy as np
+import pytest
+from vibroscope.engine import ExactPenalty, System, continue_branch, simulate
+
+PAPER = System()
+NARROW = 1e-10  # of differences: by more, contacts come and go
+
+
+def differences(eta, method, period, state):
+    """How far a run over a cycle ends from its start, and the multipliers by differences of such runs."""
+
+    def end(start):
+        return simulate(PAPER, eta, method, periods=period, keep=1, initial=tuple(start)).section[-1]
+
+    columns = [(end(state + step) - end(state - step)) / (2 * NARROW) for step in NARROW * np.eye(4)]
+    return np.abs(end(state) - state).max(), np.linalg.eigvals(np.transpose(columns))
+
+
+def test_large_multipliers_with_a_damper_in_compression():
+    method = ExactPenalty(12_000.0, 18.0, law="compression")
+    branch = continue_branch(PAPER, 2.76, method, low=2.4, high=3.2, max_period=2)
+    large = np.abs(branch.multipliers[:, 0]) > 1000
+    for first, _ in branch.sequences:  # next to a grazing contacts come and go by less
+        large[max(first - 3, 0) : first + 3] = False
+    assert large.sum() > 10
+    for k in np.flatnonzero(large)[:: large.sum() // 10]:
+        off, found = differences(branch.values[k], method, branch.period, branch.sections[k, 0])
+        assert off < 1e-9
+        assert np.abs(found / branch.multipliers[k, 0] - 1).min() < 1e-3
+
+
+@pytest.mark.parametrize(("eta", "low", "high"), [(0.69, 0.66, 0.7), (1.22, 1.14, 1.24)])
+def test_bifurcations_of_the_penalty_next_to_grazings_are_some(eta, low, high):
+    # the damper of a new contact changes the multipliers with the root of the distance from its grazing
+    method = ExactPenalty(12_000.0, 18.0)
+    points = continue_branch(PAPER, eta, method, low=low, high=high, max_period=1).points
+    grazings = np.array([point.value for point in points if point.kind == "grazing"])
+    sought = {"fold": 1.0, "period doubling": -1.0}
+    beside = [p for p in points if p.kind in sought and np.abs(grazings - p.value).min() < 1e-6]
+    assert len(beside) > 3
+    for point in beside:
+        off, found = differences(point.value, method, point.period, point.state)
+        assert off < 1e-12
+        assert np.abs(found - sought[point.kind]).min() < 2e-3, f"{point.kind} at {point.value}"
