@@ -190,7 +190,7 @@ def tabulate(generator, eta, row, h, equilibrium, one_body):
     for j in range(POINTS):
         for i in range(6):
             rows[i, VALUES + j] = values[j, i]
-    raise_within(bound, a, h / 2)
+    raise_within(bound, a, h / 2, one_body)
     for i in range(6):
         rows[i, CURVATURE] = bound[i] * (h * h / 8)
     return Phase(h, equilibrium[0], equilibrium[1], equilibrium[2], one_body, rows, transitions)
