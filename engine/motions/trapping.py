@@ -14,8 +14,8 @@ that none of them shows it is (6/7) to the power of DIRECTIONS, 3e-9. Over a sin
 balls would be far smaller: of η = 3.2, period 2, by a factor of 30. The plain twin of what follows from a region is the
 run itself (`tests/engine/test_basin_twin.py`).
 
-Bodies that nothing drives lose energy to their dampers until they rest, and contact adds none. Their potential energy is
-convex, so that there is one place to rest: where both have dampers, the region is the whole section.
+Bodies that nothing drives lose energy to their dampers until they rest, and contact adds none. Their potential energy
+is convex, so that there is one place to rest: where both have dampers, the region is the whole section.
 """
 
 from collections.abc import Callable
