@@ -9,9 +9,12 @@ from vibroscope.app.validation import ComparedFigure, PublishedCase, as_dict, ca
 _COLUMNS = "  {:<46} {:>15} {:>15} {:>15} {:>10} {:>8}"
 _HEAD = _COLUMNS.format("what", "published", "recomputed", "ours", "difference", "seconds")
 _ROUNDING = 1e-14
+_OF_FORMULA = "*"
 _LEGEND = """\
+*            the source prints a formula and no figure: its value, from a formula that was derived again
 recomputed   with 50 digits, independently of the engine
-difference   of our figure from the published one, relative to that"""
+difference   of our figure from the published one, relative to that
+seconds      of the first figure of a case with its solution, and with what had to be compiled"""
 
 
 def add(commands) -> None:
@@ -56,9 +59,10 @@ def _lines(case: PublishedCase, compared: list[ComparedFigure]) -> list[str]:
     lines.append(_HEAD)
     for each in compared:
         quantity = each.quantity
-        numbers = (quantity.published, quantity.recomputed, each.ours)
+        published = _number(quantity.published) + (_OF_FORMULA if case.formula else "")
+        numbers = (_number(quantity.recomputed), _number(each.ours))
         what = f"{quantity.what} [{quantity.unit}]" if quantity.unit else quantity.what
-        lines.append(_COLUMNS.format(what, *map(_number, numbers), _share(each.difference), f"{each.seconds:.2f}"))
+        lines.append(_COLUMNS.format(what, published, *numbers, _share(each.difference), f"{each.seconds:.2f}"))
         if not each.agrees:
             lines.append(f"    ✗ {each.error:.1e} from the recomputed figure, allowed {quantity.within:.0e}")
         if quantity.note:

@@ -62,6 +62,8 @@ class PublishedCase:
     Attributes
     ----------
     key, title, source, url : str
+    formula : bool
+        Whether what the source prints is a formula, of which the published figures are the values.
     system : System
     units : Units or None
         None for a problem without dimensions.
@@ -77,6 +79,7 @@ class PublishedCase:
     title: str
     source: str
     url: str
+    formula: bool
     system: System
     units: Units | None
     eta: float
@@ -104,6 +107,7 @@ def _case(table: dict) -> PublishedCase:
         title=table["title"],
         source=table["source"],
         url=table.get("url", ""),
+        formula=table.get("formula", False),
         system=system,
         units=units,
         eta=eta,

@@ -87,6 +87,7 @@ def as_dict(comparison: ComparedFigure) -> dict:
         "what": quantity.what,
         "unit": quantity.unit,
         "published": quantity.published,
+        "formula": case.formula,
         "recomputed": quantity.recomputed,
         "ours": comparison.ours,
         "difference": comparison.difference,

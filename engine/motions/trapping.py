@@ -13,6 +13,9 @@ good as flat there and comes within r of y*, it cuts off a seventh of the direct
 that none of them shows it is (6/7) to the power of DIRECTIONS, 3e-9. Over a single turn of a weakly stable cycle the
 balls would be far smaller: of η = 3.2, period 2, by a factor of 30. The plain twin of what follows from a region is the
 run itself (`tests/engine/test_basin_twin.py`).
+
+Bodies that nothing drives lose energy to their dampers until they rest, and contact adds none. Their potential energy
+is convex, so that there is one place to rest: where both have dampers, the region is the whole section.
 """
 
 from collections.abc import Callable
@@ -38,7 +41,7 @@ JOINED = 1e-9  # of the size: gap and gap rate of bodies that move as one, but f
 
 
 class Region(NamedTuple):
-    """A trapping region: the states x = (ξ₁, ξ₁′, ξ₂, ξ₂′) with |factor (x − centre)| ≤ 1.
+    """A trapping region: the states x = (ξ₁, ξ₁′, ξ₂, ξ₂′) with |factor (x − centre)| ≤ 1; all, where that is zero.
 
     Attributes
     ----------
@@ -80,6 +83,8 @@ def trapping_regions(
         If ``cancelled`` returned true.
     """
     poincare = PoincareMap(system, eta, method, cancelled)
+    if not system.excitation.drives and system.d1 > 0 and (system.wall or system.d2 > 0):
+        return [Region(poincare.displacements(poincare.coordinates(found.state)), np.zeros((4, 4)))]
     state, regions = poincare.coordinates(found.state), []
     to_map = _linear_part(system)
     size = np.abs(found.response.section).max()

@@ -1,8 +1,10 @@
 """Trapping regions: whatever starts in one comes to the cycle."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
-from vibroscope.engine import ExactPenalty, Reference, System, simulate, steady
+from vibroscope.engine import ExactPenalty, Excitation, Reference, System, simulate, steady
 from vibroscope.engine.cells import Cells
 from vibroscope.engine.drivers.settle import NO_TRAP, Traps, settle
 from vibroscope.engine.motions.orbit import FixedPoint, contracts
@@ -37,6 +39,26 @@ def test_whatever_starts_in_a_region_comes_to_the_cycle(system, eta, method, sta
                 continue
             run = simulate(system, eta, method, periods=1500, keep=2 * found.period, initial=state)
             assert same_cycle(found.response.section, run.section, found.period)
+
+
+@pytest.mark.parametrize("clearance", [-0.5, 0.0, 0.5])
+@pytest.mark.parametrize("method", [Reference("derived"), ExactPenalty(3000.0, 9.0)])
+def test_without_excitation_every_start_comes_to_rest(method, clearance):
+    system = System(d1=0.05, d2=0.05, clearance=clearance, excitation=Excitation(base=0.0))
+    (region,) = trapping_regions(system, 1.7, method, steady(system, 1.7, method, initial=system.rest))
+    assert not region.factor.any()
+    np.testing.assert_allclose(region.centre, steady(system, 1.7, method, initial=system.rest).state, atol=1e-12)
+    for start in np.random.default_rng(2).normal(size=(6, 4)):
+        start[2] = max(start[2], start[0] - clearance)
+        end = simulate(system, 1.7, method, periods=150, keep=1, initial=start).section[-1]
+        np.testing.assert_allclose(end, region.centre, atol=1e-3)
+
+
+def test_what_has_no_damper_does_not_come_to_rest():
+    damped = System(clearance=5.0, excitation=Excitation(base=0.0))
+    found = steady(damped, 1.7, Reference())
+    assert trapping_regions(damped, 1.7, Reference(), found)
+    assert not trapping_regions(replace(damped, d1=0.0), 1.7, Reference(), found)
 
 
 def test_regions_are_larger_than_rounding_and_hold_their_centre():

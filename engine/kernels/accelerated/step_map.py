@@ -176,7 +176,7 @@ def fill_curvature(tables, state, level, one, one_body):
     for k in range(0, entries, apart):
         moved = row_times(curvature, below[k - 1]) if k > 0 else curvature
         raise_to_images(bound, moved, matrices, one_body)
-    raise_within(bound, change, apart * strides[level - 1])
+    raise_within(bound, change, apart * strides[level - 1], one_body)
     for i in range(6):
         bound[i] *= strides[level] ** 2 / 8
 

@@ -27,8 +27,16 @@ needs without this sum enters in the first power.
 Plain twin: the impacts one by one, with a small threshold (tests/engine/kernels/test_chatter.py).
 """
 
-from ..compile.options import jit_no_alloc
+from ..compile.options import jit_inlined, jit_no_alloc
 from ..linear.tables import GAP, find_gap, gap_at, position_at
+
+SMALL, LIFT = 2.0**-400, 2.0**600  # a motion that has died away: squares of what is below SMALL may be zero by rounding
+
+
+@jit_inlined
+def lift(a):
+    """A factor without which products of two numbers of the size of ``a`` may be zero by rounding; 1 for most."""
+    return LIFT if abs(a) < SMALL else 1.0
 
 
 @jit_no_alloc
@@ -50,6 +58,8 @@ def can_sum(phase, z, restitution, limit, scratch):
     if restitution >= 1.0:
         return False
     a, j = gap_acceleration_and_jerk(phase, z, scratch)
+    factor = lift(a)
+    r, a, j = factor * r, factor * a, factor * j
     small = limit * (1.0 - restitution)
     return a > 0.0 and r * abs(j) <= small * a * a and 2.0 * r <= small * a * phase.spacing
 
@@ -71,6 +81,8 @@ def sum_up(phase, z, restitution, mass_share, scratch):
     r, h = z[3], phase.spacing
     together = (z[0], z[1] + mass_share * r, z[2], 0.0, z[4], z[5])
     a, j = gap_acceleration_and_jerk(phase, together, scratch)
+    factor = lift(a)
+    r, a, j = factor * r, factor * a, factor * j
     difference, gamma = damper_terms(phase, mass_share)
     second = 2.0 * (j - gamma * a) / (3.0 * a * a) - gamma / (3.0 * a)
     s = 2.0 * r / (a * (1.0 - restitution)) * (1.0 + r * second / (1.0 - restitution))

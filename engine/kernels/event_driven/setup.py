@@ -169,7 +169,7 @@ def set_up_events(packed, keys, row, rigid, circle, completion):
     if renew_key(keys[1], row, FOR_CONTACT):
         _write_contact(packed, contact_phase(p, rigid))
         if circle[0] > 0.0:
-            fast = fast_projector(pressed_generator(p), p.eta, circle[0])
+            fast = fast_projector(pressed_generator(p), p.eta, circle[0], p.wall > 0.0)
             _write_slow(packed, slow_contact_phase(p, fast, circle[1]))
             _write_fast(packed, fast)
 

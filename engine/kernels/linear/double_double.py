@@ -10,60 +10,60 @@ Plain twin: mpmath's matrix product and exponential (tests/engine/kernels/test_d
 
 import numpy as np
 
-from ..compile.options import jit
-from .matrices import multiply
+from ..compile.options import jit, jit_inlined, jit_no_alloc
+from . import matrices
 
 _SPLITTER = 134217729.0  # 2²⁷ + 1: splits a float64 into halves whose products are exact (Dekker)
 
 
+@jit_inlined
+def _add_product(high, low, x, rest, y, other):
+    """high + low plus the product of x + rest and y + other."""
+    t = _SPLITTER * x
+    x1 = t - (t - x)
+    x2 = x - x1
+    t = _SPLITTER * y
+    y1 = t - (t - y)
+    y2 = y - y1
+    p = x * y
+    error = ((x1 * y1 - p) + x1 * y2 + x2 * y1) + x2 * y2
+    total = high + p
+    virtual = total - high
+    lost = (high - (total - virtual)) + (p - virtual)
+    return total, low + (lost + error + (x * other + rest * y))
+
+
+@jit_inlined
+def _quotient(high, low, divisor):
+    """high + low over a small whole number, as the sum of two numbers of which the second is small."""
+    quotient = high
+    if divisor != 1.0:
+        quotient = high / divisor
+        t = _SPLITTER * quotient
+        upper = t - (t - quotient)
+        low = (((high - divisor * upper) - divisor * (quotient - upper)) + low) / divisor
+    total = quotient + low
+    return total, (quotient - total) + low
+
+
 def _products(begin):
     # Constant bounds let the compiler unroll the loops. Rows and columns before ``begin`` are left out.
-    @jit
-    def add_block(out, a, b, rows, inner, first):
+    @jit_inlined
+    def block(out, a, b, divisor, rows, inner, columns):
         for i in range(rows[0], rows[1]):
-            for k in range(inner[0], inner[1]):
-                x, rest = a[0, i, k], a[1, i, k]
-                t = _SPLITTER * x
-                x1 = t - (t - x)
-                x2 = x - x1
-                for j in range(first, 6):
-                    y = b[0, k, j]
-                    t = _SPLITTER * y
-                    y1 = t - (t - y)
-                    y2 = y - y1
-                    p = x * y
-                    error = ((x1 * y1 - p) + x1 * y2 + x2 * y1) + x2 * y2
-                    high = out[0, i, j]
-                    total = high + p
-                    virtual = total - high
-                    lost = (high - (total - virtual)) + (p - virtual)
-                    out[0, i, j] = total
-                    out[1, i, j] += lost + error + (x * b[1, k, j] + rest * y)
+            for j in range(columns[0], columns[1]):
+                high, low = 0.0, 0.0
+                for k in range(inner[0], inner[1]):
+                    high, low = _add_product(high, low, a[0, i, k], a[1, i, k], b[0, k, j], b[1, k, j])
+                out[0, i, j], out[1, i, j] = _quotient(high, low, divisor)
 
-    @jit
-    def divide(out, divisor, rows, first):
-        for i in range(rows[0], rows[1]):
-            for j in range(first, 6):
-                high, low = out[0, i, j], out[1, i, j]
-                quotient = high
-                if divisor != 1.0:
-                    quotient = high / divisor
-                    t = _SPLITTER * quotient
-                    upper = t - (t - quotient)
-                    low = (((high - divisor * upper) - divisor * (quotient - upper)) + low) / divisor
-                out[0, i, j] = quotient + low
-                out[1, i, j] = (quotient - out[0, i, j]) + low
+    @jit_no_alloc
+    def multiply(out, a, b, divisor):
+        block(out, a, b, divisor, (begin, 4), (begin, 4), (begin, 4))
+        block(out, a, b, divisor, (begin, 4), (begin, 6), (4, 6))
+        block(out, a, b, divisor, (4, 6), (4, 6), (4, 6))
 
-    @jit
-    def product(a, b, divisor):
-        out = np.zeros((2, 6, 6))
-        add_block(out, a, b, (begin, 4), (begin, 4), begin)
-        add_block(out, a, b, (begin, 6), (4, 6), 4)
-        divide(out, divisor, (begin, 4), begin)
-        divide(out, divisor, (4, 6), 4)
-        return out
-
-    @jit
+    @jit_inlined
     def round_block(out, a, b, rows, inner, columns):
         # the factors are known to more digits than the product needs
         for i in range(rows[0], rows[1]):
@@ -74,44 +74,51 @@ def _products(begin):
                     low += a[1, i, k] * b[0, k, j] + a[0, i, k] * b[1, k, j]
                 out[i, j] = high + low
 
-    @jit
+    @jit_no_alloc
     def rounded_product(a, b, out):
         round_block(out, a, b, (begin, 4), (begin, 4), (begin, 4))
         round_block(out, a, b, (begin, 4), (begin, 6), (4, 6))
         round_block(out, a, b, (4, 6), (4, 6), (4, 6))
 
-    return product, rounded_product
+    return multiply, rounded_product
 
 
-_product, _rounded_product = _products(0)
-_short_product, _short_rounded_product = _products(2)
+_multiply, _rounded_product = _products(0)
+_short_multiply, _short_rounded_product = _products(2)
 
 
-@jit
-def product(a, b, divisor, one_body):
-    """Product of two (2, 6, 6) matrices, high parts first, divided by a small whole number; accurate to about 2⁻¹⁰⁰.
+@jit_no_alloc
+def multiply(out, a, b, divisor, one_body):
+    """Write a product of two (2, 6, 6) matrices, high parts first, divided by a small whole number, to ``out``.
 
-    ``one_body``: the first two rows and columns are left out (see :mod:`.matrices`), here and in what follows.
+    It is accurate to about 2⁻¹⁰⁰. ``out`` is neither of the two, and holds zeros in the lower left. ``one_body``: the
+    first two rows and columns are left out (see :mod:`.matrices`), here and in what follows.
     """
-    return _short_product(a, b, divisor) if one_body else _product(a, b, divisor)
+    if one_body:
+        _short_multiply(out, a, b, divisor)
+    else:
+        _multiply(out, a, b, divisor)
 
 
 @jit
 def _times(a, h, one_body):
     """The matrix ah, (2, 6, 6)."""
-    matrix, factor = np.zeros((2, 6, 6)), np.zeros((2, 6, 6))
+    matrix, factor, plain = np.zeros((3, 2, 6, 6))
     for i in range(6):
         factor[0, i, i] = h
         for j in range(6):
-            matrix[0, i, j] = a[i, j]
-    return product(matrix, factor, 1.0, one_body)
+            plain[0, i, j] = a[i, j]
+    multiply(matrix, plain, factor, 1.0, one_body)
+    return matrix
 
 
 @jit
 def _sum_up(matrix, total, terms, one_body):
     """Horner's rule on the first terms of the series of exp(matrix); ``total``: what follows them, over the last."""
+    other = np.zeros((2, 6, 6))
     for k in range(terms, 0, -1):
-        total = product(matrix, total, float(k), one_body)
+        multiply(other, matrix, total, float(k), one_body)
+        total, other = other, total
         for i in range(6):
             high, low = total[0, i, i], total[1, i, i]
             total[0, i, i] = 1.0 + high
@@ -137,7 +144,7 @@ def quick_exponential(a, h, terms, exact, one_body):
     for i in range(6):
         total[0, i, i] = 1.0
     for k in range(terms, exact, -1):
-        multiply(image, matrix[0], total[0])
+        matrices.multiply(image, matrix[0], total[0])
         for i in range(6):
             for j in range(6):
                 total[0, i, j] = image[i, j] / k
@@ -145,7 +152,7 @@ def quick_exponential(a, h, terms, exact, one_body):
     return _sum_up(matrix, total, exact, one_body)
 
 
-@jit
+@jit_no_alloc
 def _copy(out, a):
     for n in range(2):
         for i in range(6):
@@ -164,10 +171,10 @@ def powers(a, count, one_body):
         first[0, 0, i, i] = eighths[0, 0, i, i] = 1.0
     _copy(first[1], a)
     for j in range(2, 9):
-        _copy(first[j], product(first[j // 2], first[j - j // 2], 1.0, one_body))
+        multiply(first[j], first[j // 2], first[j - j // 2], 1.0, one_body)
     _copy(eighths[1], first[8])
     for j in range(2, count // 8 + 1):
-        _copy(eighths[j], product(eighths[j // 2], eighths[j - j // 2], 1.0, one_body))
+        multiply(eighths[j], eighths[j // 2], eighths[j - j // 2], 1.0, one_body)
     for j in range(1, count + 1):
         if one_body:
             _short_rounded_product(eighths[j // 8], first[j % 8], out[j - 1])

@@ -4,7 +4,8 @@
 
     b = h²/8 · sup|f″|,        |f″| ≤ Σᵢ sup|(w A² E)ᵢ| |zᵢ|                                      (35)
 
-at both ends of an interval, it has no zero inside: f lies above its chord less b.
+at both ends of an interval, it has no zero inside: f lies above its chord less b. Where f begins at zero, its slope
+there says the same of the first interval.
 
 Tables hold f − f*, f* the value at the phase's equilibrium (:mod:`.tables`), which is added to a polynomial as to all
 of its Bernstein coefficients, and taken from the bound.
@@ -175,17 +176,24 @@ def two_steps(terms, u):
 
 
 @jit_inlined
-def near_zero(here, there, values, i):
-    """About where f falls to zero in interval i ≥ 1, at whose ends it is ``here`` and ``there``, as u.
+def parabola_zero(here, there, bend):
+    """About where a sequence falls to zero between two entries, ``here`` and ``there``, as a share of the way.
 
-    That is the zero of a parabola through values at instants: of the chord, and one step of Newton's method. All of it
-    is known before the interval is entered.
+    That is the zero of a parabola with the second difference ``bend``: of the chord, and one step of Newton's method.
     """
-    k = max(i, 2)
-    bend = values[k - 2] - 2.0 * values[k - 1] + values[k]
     over = 1.0 / (here - there)
     u = here * over
     return u - 0.5 * u * (1.0 - u) * bend * over
+
+
+@jit_inlined
+def near_zero(here, there, values, i):
+    """About where f falls to zero in interval i ≥ 1, at whose ends it is ``here`` and ``there``, as u.
+
+    All that it needs is known before the interval is entered.
+    """
+    k = max(i, 2)
+    return parabola_zero(here, there, values[k - 2] - 2.0 * values[k - 1] + values[k])
 
 
 @jit_inlined
@@ -304,14 +312,21 @@ def first_root(phase, z, order, scratch):
         The interval is POINTS if there is no zero.
     """
     bound = curvature_bound(phase, z)
-    # f begins with u ∂f/∂u at u = 0, from which it deviates by 4u²b at most
-    if not (order == 1 and dot(phase.rows[:, POWERS + 1], z, phase.wall) > 4.0 * bound):
+    values, level = scratch.products[VALUES:BERNSTEIN], bound - phase.watched
+    # a certificate of the first interval, without its polynomial
+    certain = False
+    if order == 0:  # as for the others, from f at both ends
+        find_values(phase, z, scratch)
+        certain = values[0] > level and dot(phase.rows[:, POWERS], z, phase.wall) > level
+    elif order == 1:  # f begins with u ∂f/∂u at u = 0, from which it deviates by 4u²b at most
+        certain = dot(phase.rows[:, POWERS + 1], z, phase.wall) > 4.0 * bound
+    if not certain:
         u, slope = first_zero_in_interval(phase, z, order, scratch)
         if u >= 0.0:
             return 0, u, slope, 1
+    if order != 0:
+        find_values(phase, z, scratch)
     examined, i = 1, 1
-    find_values(phase, z, scratch)
-    values, level = scratch.products[VALUES:BERNSTEIN], bound - phase.watched
     while i < POINTS:
         # values[k] belongs to the instant k + 1
         k = first_at_most(values, level, i - 1) + 1

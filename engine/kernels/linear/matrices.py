@@ -127,14 +127,17 @@ def raise_to_images(bound, row, tables, one_body):
 
 
 @jit
-def raise_within(bound, a, h):
+def raise_within(bound, a, h, one_body):
     """Raise a row of bounds to what they may become within h, by exp(|a|h), which majorises exp(as) for |s| ≤ h.
 
     24 terms suffice while the eigenvalues of |a|h are at most some units.
     """
-    sizes, term = np.abs(a), bound.copy()
+    sizes = np.abs(a)
+    t0, t1, t2, t3, t4, t5 = bound[0], bound[1], bound[2], bound[3], bound[4], bound[5]
+    b0, b1, b2, b3, b4, b5 = t0, t1, t2, t3, t4, t5
     for k in range(1, 24):
-        term[0], term[1], term[2], term[3], term[4], term[5] = row_image(term, sizes)
-        for i in range(6):
-            term[i] *= h / k
-            bound[i] += term[i]
+        share = h / k
+        t0, t1, t2, t3, t4, t5 = image((t0, t1, t2, t3, t4, t5), sizes, one_body)
+        t0, t1, t2, t3, t4, t5 = t0 * share, t1 * share, t2 * share, t3 * share, t4 * share, t5 * share
+        b0, b1, b2, b3, b4, b5 = b0 + t0, b1 + t1, b2 + t2, b3 + t3, b4 + t4, b5 + t5
+    bound[0], bound[1], bound[2], bound[3], bound[4], bound[5] = b0, b1, b2, b3, b4, b5

@@ -24,10 +24,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..compile.options import jit, jit_inlined
+from ..compile.options import jit, jit_inlined, jit_no_alloc
 from ..compile.packing import GIVEN, Layout
 from . import double_double
-from .matrices import raise_to_images, raise_within, row_image, row_times, rows_times, unit
+from .matrices import image, raise_to_images, raise_within, row_times, rows_times, unit
 
 POINTS = 64
 TERMS = 12
@@ -88,33 +88,48 @@ def full_generator(generator, eta):
     return a
 
 
-@jit
-def fill_polynomial(out, begin, row, a, h):
+@jit_no_alloc
+def fill_polynomial(out, begin, row, a, h, one_body):
     """Write w·z(s) as a polynomial in s/h: column begin + k of ``out`` becomes w Aᵏ hᵏ/k!."""
-    term = row.copy()
+    w0, w1, w2, w3, w4, w5 = row[0], row[1], row[2], row[3], row[4], row[5]
     for k in range(TERMS):
-        for i in range(6):
-            out[i, begin + k] = term[i]
-        factor, image = h / (k + 1), row_image(term, a)
-        for i in range(6):
-            term[i] = image[i] * factor
+        to, share = begin + k, h / (k + 1)
+        out[0, to], out[1, to], out[2, to], out[3, to], out[4, to], out[5, to] = w0, w1, w2, w3, w4, w5
+        w0, w1, w2, w3, w4, w5 = image((w0, w1, w2, w3, w4, w5), a, one_body)
+        w0, w1, w2, w3, w4, w5 = w0 * share, w1 * share, w2 * share, w3 * share, w4 * share, w5 * share
 
 
 @jit
 def write_turn(transition, turn):
     """Write how cos ητ and sin ητ go on over an angle."""
-    transition[4, 4] = transition[5, 5] = math.cos(turn)
-    transition[5, 4] = math.sin(turn)
-    transition[4, 5] = -math.sin(turn)
+    cosine, sine = math.cos(turn), math.sin(turn)
+    transition[4, 4] = transition[5, 5] = cosine
+    transition[5, 4], transition[4, 5] = sine, -sine
+
+
+@jit_no_alloc
+def is_at_rest(a):
+    """Whether one body does not move, with this generator, from where it is: joined to a wall."""
+    for i in range(2, 4):
+        for j in range(2, 6):
+            if a[i, j] != 0.0:
+                return False
+    return True
 
 
 @jit
 def transitions_of(a, eta, h, one_body):
     """E(jh) for j = 1 … POINTS."""
-    step = double_double.exponential(a, h, _SERIES, one_body)
-    transitions = double_double.powers(step, POINTS, one_body)
-    for j in range(1, POINTS + 1):
-        write_turn(transitions[j - 1], j * h * eta)
+    resting = one_body and is_at_rest(a)
+    if resting:
+        transitions = np.zeros((POINTS, 6, 6))
+        for j in range(POINTS):
+            transitions[j, 2, 2] = transitions[j, 3, 3] = 1.0
+    else:
+        transitions = double_double.powers(double_double.exponential(a, h, _SERIES, one_body), POINTS, one_body)
+    if resting or not one_body:  # the products of one body hold the turn, too
+        for j in range(1, POINTS + 1):
+            write_turn(transitions[j - 1], j * h * eta)
     return transitions
 
 
@@ -126,20 +141,22 @@ def tabulate_flow(old, generator, eta, row, h, equilibrium, one_body):
     written in the place of those of an ``old`` phase.
     """
     a, rows, transitions = full_generator(generator, eta), old.rows, old.transitions
-    step, j = double_double.quick_exponential(a, h, TERMS, _EXACT, one_body), 1
+    step, square = double_double.quick_exponential(a, h, TERMS, _EXACT, one_body), np.zeros((2, 6, 6))
+    j = 1
     while j <= POINTS:
         write_turn(transitions[j - 1], j * h * eta)
         for i in range(4):
             for k in range(6):
                 transitions[j - 1, i, k] = step[0, i, k]
-        step, j = double_double.product(step, step, 1.0, one_body), 2 * j
-    fill_polynomial(rows, POWERS, row, a, h)
+        double_double.multiply(square, step, step, 1.0, one_body)
+        step, square, j = square, step, 2 * j
+    fill_polynomial(rows, POWERS, row, a, h, one_body)
     if not one_body:
-        fill_polynomial(rows, POSITION, unit(0), a, h)
-    fill_polynomial(rows, GAP, unit(2), a, h)
-    later = row.copy()
+        fill_polynomial(rows, POSITION, unit(0), a, h, one_body)
+    fill_polynomial(rows, GAP, unit(2), a, h, one_body)
+    later = (row[0], row[1], row[2], row[3], row[4], row[5])
     for j in range(POINTS):
-        later[0], later[1], later[2], later[3], later[4], later[5] = row_image(later, transitions[0])
+        later = image(later, transitions[0], one_body)
         for i in range(6):
             rows[i, VALUES + j] = later[i]
     return Phase(h, equilibrium[0], equilibrium[1], equilibrium[2], one_body, rows, transitions)
@@ -168,10 +185,10 @@ def tabulate(generator, eta, row, h, equilibrium, one_body):
     a = full_generator(generator, eta)
     transitions = transitions_of(a, eta, h, one_body)
     rows = np.zeros((6, INTEGRAL + 1))
-    fill_polynomial(rows, POWERS, row, a, h)
+    fill_polynomial(rows, POWERS, row, a, h, one_body)
     if not one_body:
-        fill_polynomial(rows, POSITION, unit(0), a, h)
-    fill_polynomial(rows, GAP, unit(2), a, h)
+        fill_polynomial(rows, POSITION, unit(0), a, h, one_body)
+    fill_polynomial(rows, GAP, unit(2), a, h, one_body)
     for i in range(6):
         for j in range(TERMS):
             for k in range(j + 1):
@@ -184,7 +201,7 @@ def tabulate(generator, eta, row, h, equilibrium, one_body):
     for j in range(POINTS):
         for i in range(6):
             rows[i, VALUES + j] = values[j, i]
-    raise_within(bound, a, h / 2)
+    raise_within(bound, a, h / 2, one_body)
     for i in range(6):
         rows[i, CURVATURE] = bound[i] * (h * h / 8)
     return Phase(h, equilibrium[0], equilibrium[1], equilibrium[2], one_body, rows, transitions)

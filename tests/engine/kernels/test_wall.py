@@ -1,10 +1,11 @@
 """What kernels compute in another way at a wall: the excitation after a skip, and the way to most zeros."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
-from vibroscope.engine import Newmark, System
+from vibroscope.engine import Newmark, System, simulate
 from vibroscope.engine.drivers.parameters import parameters_of
 from vibroscope.engine.kernels.accelerated.step_map import SKIPPING, set_up_skipping, turn_after
 from vibroscope.engine.kernels.compile.options import uncompiled
@@ -55,3 +56,22 @@ def test_two_steps_say_where_they_have_not_arrived():
         assert not two_steps(many, root + 0.05)[2]
         beyond, _ = polynomial(1.0 + root, 1, rng)
         assert not two_steps(beyond, 0.99)[2]
+
+
+def test_a_wall_is_hit_at_the_same_steps():
+    """Skipped and plain steps of 120 settings: the change of contact in a stride, mostly without a search."""
+    rng, contacts = np.random.default_rng(8), 0
+    for _ in range(120):
+        eta, n = rng.uniform(0.5, 4.0), int(np.exp(rng.uniform(math.log(200), math.log(32000))))
+        method = Newmark(10 ** rng.uniform(1, 5), 10 ** rng.uniform(-1, 1), n)
+        system = System(wall=True, d1=0.05, clearance=rng.uniform(-0.5, 1.0))
+        plain, skipped = (
+            simulate(system, eta, replace(method, every_step=every), periods=3, keep=3) for every in (True, False)
+        )
+        assert skipped.status == plain.status
+        if not plain.ok:
+            continue
+        contacts += len(plain.contacts)
+        np.testing.assert_allclose(skipped.contacts, plain.contacts, atol=1e-3 / n, err_msg=str((eta, method)))
+        np.testing.assert_allclose(skipped.section, plain.section, atol=1e-7 * np.abs(plain.section).max())
+    assert contacts > 400
