@@ -197,6 +197,13 @@ def step_from(m, pressed, z, s, k, offset):
 
 
 @jit_inlined
+def vertex_within(gap, rate, curvature, length):
+    """When within a step a parabola that begins with a positive gap is lowest, at zero or below; else 0."""
+    approaches = gap > 0.0 and rate < 0.0 and -rate < curvature * length
+    return -rate / curvature if approaches and 2.0 * gap * curvature <= rate * rate else 0.0
+
+
+@jit_inlined
 def locate_change(m, pressed, z, end, length, k, s):
     """Where contact changes within a step, the motion there, and how many steps were solved to find it.
 
@@ -207,11 +214,9 @@ def locate_change(m, pressed, z, end, length, k, s):
     gap, rate = sign * z[3], sign * z[4]
     solves, reach, there = 0, length, end
     if (end[3] <= 0.0) == pressed:
-        curvature = 0.5 * sign * (z[5] + end[5])
-        approaches = gap > 0.0 and rate < 0.0 and -rate < curvature * length
-        if not (approaches and 2.0 * gap * curvature <= rate * rate):
+        reach, solves = vertex_within(gap, rate, 0.5 * sign * (z[5] + end[5]), length), 1
+        if reach == 0.0:
             return math.inf, end, 0
-        reach, solves = -rate / curvature, 1
         there = step_from(m, pressed, z, reach, k, s)
         if (there[3] <= 0.0) == pressed:
             return math.inf, end, 1
