@@ -9,11 +9,11 @@ and its derivative is not; a step is cut where one of these falls below zero:
     "compression", "jankowski"    v                   while the bodies close, the reverse while they part
     "impact"           Kδⁿ + cS(δ/d)v                 as with "cut"
 
-So the force may end before the gap opens: that ends a piece, and the gap ends the contact. A step is cut at the first of
-all that may end its piece. Where both ends of a step are in the piece, it may have ended twice between them: the lowest
-point of what ends it is looked for in the motion between them, in flight a parabola as in :mod:`.contact_location`, in
-contact a cubic, and the step that ends there decides. A piece begins where what ended the former one is zero. The
-search for its end begins at the end of the step, so that it does not find that zero again.
+So the force may end before the gap opens: that ends a piece, and the gap ends the contact. A step is cut at the first
+of all that may end its piece. Where both ends of a step are in the piece, it may have ended and begun again between
+them: the lowest point of what ends it is looked for, in flight on a parabola as in :mod:`.contact_location`, in contact
+on a cubic, and the step that ends there decides. A piece begins where what ended the former one is zero. The search
+for its end begins at the end of the step, so that it does not find that zero again.
 
 A cut keeps the order of an integrator where the force of the law is as smooth as that needs. Near touch the damper of
 "jankowski" acts as δ^¼ and that of "constant-restitution" as δ^((n−1)/2), which leave the orders 5/4 and 1 + (n − 1)/2
@@ -131,6 +131,16 @@ def margin_rate(m, gain, piece, which, z):
     damper = 6.0 * share * (1.0 - share) / m.penetration * speed * speed + full_damping(share) * growth
     rate = m.stiffness * m.exponent * depth ** (m.exponent - 1.0) * speed + gain * damper
     return rate if piece == MAIN else -rate
+
+
+@jit_inlined
+def formula_of(m, gain, piece):
+    """K and c of the force Kδ + cv of a piece in contact of a law that is piecewise linear."""
+    if piece == MAIN:
+        return m.stiffness, gain
+    if m.law == COMPRESSION:
+        return m.stiffness, 0.0
+    return (2.0 * m.stiffness, 0.0) if m.law == LIMITED and piece == OTHER else (0.0, 0.0)
 
 
 @jit_inlined
