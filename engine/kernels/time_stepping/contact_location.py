@@ -12,9 +12,10 @@ p = x + sv + s²a/4, q = v + sa/2, and g and u likewise.
 
 **Instant of change.** A step of length θ is itself such a step, so the gap g(θ) that it ends with is a known function.
 If the gap at the end of the step is not on the side of its beginning, a bracketed secant iteration finds the θ with
-g(θ) = 0. A gap that changes sides twice within a step is on the same side at both ends. It shows in the motion between
-them, which is Newmark's own: constant acceleration (b₀ + b₁)/2, a parabola. Where the vertex of the parabola lies
-beyond the surface, the step that ends at the vertex decides.
+g(θ) = 0. It begins at the zero of the cubic through the gaps and their rates at both ends. A gap that changes sides
+twice within a step is on the same side at both ends. It shows in the motion between them, which is Newmark's own:
+constant acceleration (b₀ + b₁)/2, a parabola. Where the vertex of the parabola lies beyond the surface, the step that
+ends at the vertex decides.
 """
 
 import math
@@ -24,8 +25,10 @@ from ..compile.options import jit, jit_inlined, jit_no_alloc
 from ..equations.contact_law import force
 from ..linear.cos_sin import cos_sin
 
+NEWTON = 3  # iterations for the zero of a cubic, which are cheap, and the step there is solved in any case
 PRECISION = 1e-14  # of an instant of change, as a share of its step: the rounding of the gap allows little more
-ITERATIONS = 100  # three or four are needed, half of this with bisection alone
+ITERATIONS = 100  # two to four are needed, half of this with bisection alone
+CONVERGED = 1e-9  # of a step: after a change as small as this the next instant has PRECISION
 
 
 class Side(NamedTuple):
@@ -204,6 +207,24 @@ def vertex_within(gap, rate, curvature, length):
 
 
 @jit_inlined
+def cubic_of(value, rate, last, last_rate, length):
+    """The factors of t² and t³ of a cubic over t = τ/length, from its values and its rates in τ at both ends."""
+    mean = (last - value) / length
+    return 3.0 * mean - 2.0 * rate - last_rate, rate + last_rate - 2.0 * mean
+
+
+@jit_inlined
+def root_of_cubic(value, rate, last, last_rate, length):
+    """A zero of the cubic with these values and rates at both ends of a step, from its end; it may lie outside."""
+    square, cube = cubic_of(value, rate, last, last_rate, length)
+    at = 1.0
+    for _ in range(NEWTON):
+        slope = rate + at * (2.0 * square + 3.0 * cube * at)
+        at -= (value / length + at * (rate + at * (square + at * cube))) / slope if slope != 0.0 else 2.0
+    return at * length
+
+
+@jit_inlined
 def locate_change(m, pressed, z, end, length, k, s):
     """Where contact changes within a step, the motion there, and how many steps were solved to find it.
 
@@ -223,20 +244,25 @@ def locate_change(m, pressed, z, end, length, k, s):
     elif gap <= 0.0 and rate <= 0.0:
         # the step begins on the surface and does not move away from it: contact changes where it ends
         return length, end, 0
-    low, high, theta, slope = 0.0, reach, reach, there[4]  # the rate: g′(θ) but for terms of second order
+    low, high, theta = 0.0, reach, reach
+    better = root_of_cubic(z[3], z[4], there[3], there[4], reach)
     for i in range(ITERATIONS):
         if (there[3] <= 0.0) == pressed:
             low = theta
         else:
             high = theta
-        better = theta - there[3] / slope if slope != 0.0 else low
         if min(abs(better - theta), high - low) <= PRECISION * reach:
             break
         if not low < better < high or i % 8 == 7:
             better = 0.5 * (low + high)
         before, passed = there[3], better - theta
         there = step_from(m, pressed, z, better, k, s)
-        theta, slope, solves = better, (there[3] - before) / passed, solves + 1
+        theta, solves = better, solves + 1
+        if abs(passed) <= CONVERGED * reach:
+            break
+        # the rate: g′(θ) but for terms of second order; then the secant
+        slope = there[4] if i == 0 else (there[3] - before) / passed
+        better = theta - there[3] / slope if slope != 0.0 else low
     return theta, (there[0], there[1], there[2], 0.0, there[4], there[5]), solves
 
 

@@ -30,7 +30,17 @@ from ..compile.packing import Layout
 from ..compile.record import OpenContact, no_contact, no_room, with_impulse
 from ..equations.contact_law import COMPRESSION, CUT, IMPACT, JANKOWSKI, LIMITED, full_damping, gain_at, law_force
 from ..status import DIVERGED, OK, PAUSED, UNRESOLVED
-from .contact_location import ITERATIONS, PRECISION, LocatedScheme, forcing_at, vertex_within, with_accelerations
+from .contact_location import (
+    CONVERGED,
+    ITERATIONS,
+    PRECISION,
+    LocatedScheme,
+    cubic_of,
+    forcing_at,
+    root_of_cubic,
+    vertex_within,
+    with_accelerations,
+)
 from .law_step import solve_force
 from .located import (
     SOLVES_PER_STEP,
@@ -216,14 +226,14 @@ def locate_end(m, gain, piece, which, z, end, length, k, s):
     Arguments as those of :func:`.contact_location.locate_change`.
     """
     low, high, theta, there, beyond, solves = 0.0, length, length, end, end, 0
-    # the value at the beginning is no help: a piece that begins where another one ends has a zero there
-    value, slope = margin(m, gain, piece, which, end), margin_rate(m, gain, piece, which, end)
+    value, begun = margin(m, gain, piece, which, end), margin(m, gain, piece, which, z)
+    rates = margin_rate(m, gain, piece, which, z), margin_rate(m, gain, piece, which, end)
+    better = root_of_cubic(begun, rates[0], value, rates[1], length)
     for i in range(ITERATIONS):
         if has_ended(piece, value):
             high, beyond = theta, there
         else:
             low = theta
-        better = theta - value / slope if slope != 0.0 else low
         if abs(better - theta) <= PRECISION * length:
             high, beyond = theta, there
             break
@@ -234,7 +244,12 @@ def locate_end(m, gain, piece, which, z, end, length, k, s):
         there = step_of_law(m, gain, piece != FREE, z, better, k, s)
         before, passed = value, better - theta
         value = margin(m, gain, piece, which, there)
-        theta, slope, solves = better, (value - before) / passed, solves + 1
+        theta, solves = better, solves + 1
+        if abs(passed) <= CONVERGED * length:
+            high, beyond = theta, there
+            break
+        slope = margin_rate(m, gain, piece, which, there) if i == 0 else (value - before) / passed
+        better = theta - value / slope if slope != 0.0 else low
     if which == GAP:  # a law that pulls to the last ends with a jump, beyond which nothing acts
         beyond = beyond[0], beyond[1], beyond[2], 0.0, beyond[4], beyond[5]
     return high, beyond, solves
@@ -245,12 +260,12 @@ def lowest(value, rate, last, last_rate, length):
     """When a cubic is lowest within a step, from its values and rates at both ends; 0 if it stays positive there."""
     if not length > 0.0:
         return 0.0
-    mean = (last - value) / length
-    square, linear = 3.0 * (rate + last_rate - 2.0 * mean), 2.0 * (3.0 * mean - 2.0 * rate - last_rate)
+    square, cube = cubic_of(value, rate, last, last_rate, length)
+    square, linear = 3.0 * cube, 2.0 * square  # of the derivative, over length
     inner = linear * linear - 4.0 * square * rate
     if not inner > 0.0:
         return 0.0
-    # the zero of the derivative, over length, at which it rises; without a difference of like numbers
+    # the zero at which it rises, without a difference of like numbers
     root = math.sqrt(inner)
     at = -2.0 * rate / (linear + root) if linear > 0.0 else (root - linear) / (2.0 * square) if square != 0.0 else 0.0
     if not 0.0 < at < 1.0:
