@@ -28,7 +28,8 @@ from ..linear.cos_sin import cos_sin
 NEWTON = 3  # iterations for the zero of a cubic, which are cheap, and the step there is solved in any case
 PRECISION = 1e-14  # of an instant of change, as a share of its step: the rounding of the gap allows little more
 ITERATIONS = 100  # two to four are needed, half of this with bisection alone
-CONVERGED = 1e-9  # of a step: after a change as small as this the next instant has PRECISION
+CONVERGED = 1e-9  # of a step: after a change as small as this, the next …
+FASTER = 1e-3  # … is not made where it is by this smaller: the secants converge, but for rounding
 
 
 class Side(NamedTuple):
@@ -215,13 +216,21 @@ def cubic_of(value, rate, last, last_rate, length):
 
 @jit_inlined
 def root_of_cubic(value, rate, last, last_rate, length):
-    """A zero of the cubic with these values and rates at both ends of a step, from its end; it may lie outside."""
+    """Where the cubic with these values and rates at both ends of a step falls to zero, or a time outside the step."""
     square, cube = cubic_of(value, rate, last, last_rate, length)
     at = 1.0
     for _ in range(NEWTON):
         slope = rate + at * (2.0 * square + 3.0 * cube * at)
-        at -= (value / length + at * (rate + at * (square + at * cube))) / slope if slope != 0.0 else 2.0
+        if not slope < 0.0:
+            return -length
+        at -= (value / length + at * (rate + at * (square + at * cube))) / slope
     return at * length
+
+
+@jit_inlined
+def has_converged(passed, next_change, length):
+    """Whether secants have converged within a step of a length, by their last change of an instant and the next one."""
+    return abs(passed) <= CONVERGED * length and abs(next_change) <= FASTER * abs(passed)
 
 
 @jit_inlined
@@ -244,8 +253,9 @@ def locate_change(m, pressed, z, end, length, k, s):
     elif gap <= 0.0 and rate <= 0.0:
         # the step begins on the surface and does not move away from it: contact changes where it ends
         return length, end, 0
+    # it falls where the contact status ends; where this begins, in the last change, the gap is zero and rises
     low, high, theta = 0.0, reach, reach
-    better = root_of_cubic(z[3], z[4], there[3], there[4], reach)
+    better = root_of_cubic(gap, rate, sign * there[3], sign * there[4], reach)
     for i in range(ITERATIONS):
         if (there[3] <= 0.0) == pressed:
             low = theta
@@ -258,11 +268,11 @@ def locate_change(m, pressed, z, end, length, k, s):
         before, passed = there[3], better - theta
         there = step_from(m, pressed, z, better, k, s)
         theta, solves = better, solves + 1
-        if abs(passed) <= CONVERGED * reach:
-            break
         # the rate: g′(θ) but for terms of second order; then the secant
         slope = there[4] if i == 0 else (there[3] - before) / passed
-        better = theta - there[3] / slope if slope != 0.0 else low
+        better = theta - there[3] / slope if sign * slope < 0.0 else -reach
+        if has_converged(passed, better - theta, reach):
+            break
     return theta, (there[0], there[1], there[2], 0.0, there[4], there[5]), solves
 
 

@@ -13,7 +13,7 @@ So the force may end before the gap opens: that ends a piece, and the gap ends t
 of all that may end its piece. Where both ends of a step are in the piece, it may have ended and begun again between
 them: the lowest point of what ends it is looked for, in flight on a parabola as in :mod:`.contact_location`, in contact
 on a cubic, and the step that ends there decides. A piece begins where what ended the former one is zero. The search
-for its end begins at the end of the step, so that it does not find that zero again.
+for its end begins at the end of the step, and takes only what falls to zero: there it rises.
 
 A cut keeps the order of an integrator where the force of the law is as smooth as that needs. Near touch the damper of
 "jankowski" acts as δ^¼ and that of "constant-restitution" as δ^((n−1)/2), which leave the orders 5/4 and 1 + (n − 1)/2
@@ -31,12 +31,12 @@ from ..compile.record import OpenContact, no_contact, no_room, with_impulse
 from ..equations.contact_law import COMPRESSION, CUT, IMPACT, JANKOWSKI, LIMITED, full_damping, gain_at, law_force
 from ..status import DIVERGED, OK, PAUSED, UNRESOLVED
 from .contact_location import (
-    CONVERGED,
     ITERATIONS,
     PRECISION,
     LocatedScheme,
     cubic_of,
     forcing_at,
+    has_converged,
     root_of_cubic,
     vertex_within,
     with_accelerations,
@@ -245,11 +245,11 @@ def locate_end(m, gain, piece, which, z, end, length, k, s):
         before, passed = value, better - theta
         value = margin(m, gain, piece, which, there)
         theta, solves = better, solves + 1
-        if abs(passed) <= CONVERGED * length:
+        slope = margin_rate(m, gain, piece, which, there) if i == 0 else (value - before) / passed
+        better = theta - value / slope if slope < 0.0 else -length  # outside, where it does not fall
+        if has_converged(passed, better - theta, length):
             high, beyond = theta, there
             break
-        slope = margin_rate(m, gain, piece, which, there) if i == 0 else (value - before) / passed
-        better = theta - value / slope if slope != 0.0 else low
     if which == GAP:  # a law that pulls to the last ends with a jump, beyond which nothing acts
         beyond = beyond[0], beyond[1], beyond[2], 0.0, beyond[4], beyond[5]
     return high, beyond, solves

@@ -16,6 +16,7 @@ from vibroscope.engine import (
     Newmark,
     NewmarkBeta,
     Record,
+    SemiImplicitEuler,
     System,
     TimeStepping,
     simulate,
@@ -108,6 +109,22 @@ def test_skips_are_the_plain_loop_with_every_law(system, eta, method, monkeypatc
     assert flight == 1
     assert (max(contact, default=0) > 1) == (method.law in ("cut", "limited", "compression"))
     same(one, other, 1e-9)
+
+
+WITHIN_ONE_STEP = [  # settings in which a contact that begins and ends within one step was ended where it begins
+    (-0.3, 1.5017488916437565, 489.4599268299594, 33.46878220254852, 338, "compression"),
+    (0.0, 1.8793099358465852, 447.89756948785134, 33.577324586432866, 336, "compression"),
+]
+
+
+@pytest.mark.parametrize(("clearance", "eta", "stiffness", "damping", "steps", "law"), WITHIN_ONE_STEP)
+def test_a_contact_within_one_step_does_not_end_where_it_begins(clearance, eta, stiffness, damping, steps, law):
+    """Rounding shows whether it does: both ways of taking the same steps then part by tenths."""
+    system = System(clearance=clearance, d1=0.05, d2=0.05)
+    method = TimeStepping(stiffness, damping, steps, SemiImplicitEuler(), "located", law=law)
+    runs = [simulate(system, eta, replace(method, every_step=every), periods=3, keep=3) for every in (True, False)]
+    assert len(runs[0].contacts) == len(runs[1].contacts)
+    np.testing.assert_allclose(runs[1].section, runs[0].section, rtol=0, atol=1e-10)
 
 
 @pytest.mark.parametrize("method", [METHODS[0], METHODS[4], METHODS[-1], OTHER_LAWS[0], OTHER_LAWS[2]], ids=repr)
