@@ -104,7 +104,7 @@ def with_law_accelerations(m, gain, pressed, z, forcing):
     return x, v, a - t.react1 * push, g, u, b + t.inverse_mass * push
 
 
-@jit_no_alloc
+@jit_inlined
 def margin_of(m, gain, piece, which, depth, speed):
     """What ends a piece where it falls below zero, of δ and v: the gap, or one of the kinks of the law."""
     if which == GAP:
@@ -129,7 +129,7 @@ def margin(m, gain, piece, which, z):
     return margin_of(m, gain, piece, which, -z[3], -z[4])
 
 
-@jit_no_alloc
+@jit_inlined
 def margin_rate(m, gain, piece, which, z):
     """The derivative of :func:`margin` over time."""
     depth, speed, growth = -z[3], -z[4], -z[5]
@@ -255,11 +255,11 @@ def locate_end(m, gain, piece, which, z, end, length, k, s):
     return high, beyond, solves
 
 
-@jit_no_alloc
+@jit_inlined
 def lowest(value, rate, last, last_rate, length):
     """When a cubic is lowest within a step, from its values and rates at both ends; 0 if it stays positive there."""
-    if not length > 0.0:
-        return 0.0
+    if not length > 0.0 or (value + length / 3.0 * rate > 0.0 and last - length / 3.0 * last_rate > 0.0):
+        return 0.0  # its coefficients in Bernstein's basis are positive, as those of most steps
     square, cube = cubic_of(value, rate, last, last_rate, length)
     square, linear = 3.0 * cube, 2.0 * square  # of the derivative, over length
     inner = linear * linear - 4.0 * square * rate
@@ -274,7 +274,7 @@ def lowest(value, rate, last, last_rate, length):
     return at * length if least < 0.0 else 0.0
 
 
-@jit_no_alloc
+@jit_inlined
 def passed_by(m, gain, piece, which, z, end, length, k, s):
     """A time within a step by which one of its causes has ended a piece, or 0; the motion then; steps solved.
 
