@@ -16,7 +16,7 @@ from vibroscope.engine.law_table import numbers_of
 SCENES = {"A": (1.08, 2500.0, 8.0), "B": (1.70, 12000.0, 18.0), "C": (2.76, 12000.0, 18.0), "D": (3.25, 12000.0, 18.0)}
 TURNS = 4
 PENETRATION = 1e-3  # of the law "impact"
-LAWS = CONTACT_LAWS[:2]  # with every integrator; the others, of which flights alone are skipped, with Newmark's method
+LAWS = CONTACT_LAWS[:2]  # with every integrator; the others with Newmark's method
 
 
 def microseconds(eta, methods, periods):

@@ -63,10 +63,10 @@ class LocatedLawTwin(LawTwin):
         a[self.free] = -(np.linalg.inv(self.mass) @ (self.push(force) + self.own(x, v, tau)))[self.free]
         return x, v, a, force
 
-    def changes(self, periods):
-        """Changes of contact [(τ, begins)], and states at the ends of periods, (periods, 4)."""
+    def changes(self, periods, start=None):
+        """Changes of contact [(τ, begins)], and states at the ends of periods, (periods, 4), from ``start``, apart."""
         whole, n, rows, found = self.h, self.method.steps, [], []
-        x1, v1, x2, v2 = self.system.rest
+        x1, v1, x2, v2 = start or self.system.rest
         state, piece, end = self.anew(np.array([x1, x2]), np.array([v1, v2]), 0.0, False), 0, None
         for i in range(periods * n):
             done = 0.0

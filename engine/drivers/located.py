@@ -4,6 +4,7 @@ import numpy as np
 
 from ..integrators import Integrator, NewmarkBeta
 from ..kernels.accelerated import located_skip
+from ..kernels.accelerated.matrix_skip import LEAST
 from ..kernels.compile.options import uncompiled
 from ..kernels.compile.record import Buffers, PackedBuffers
 from ..kernels.equations.contact_law import CONSTANT, KELVIN_VOIGT, LAWS
@@ -18,7 +19,7 @@ from ..kernels.time_stepping.linear_step import COLUMNS
 from ..methods import Newmark, TimeStepping, spring_exponent
 from ..result import Checkpoint, Cost, Status
 from .newmark import has_strides
-from .skip_tables import LocatedTables
+from .skip_tables import LocatedTables, Piece, pieces_of
 from .stepping import SteppingDriver
 from .time_stepping import parameters_of_steps
 
@@ -65,15 +66,15 @@ class LocatedDriver(SteppingDriver):
     def _prepare(self, p: Parameters, integrator: Integrator) -> None:
         """Make what the kernel needs beside the scheme."""
         self._forces = self.forces_of_steps()
-        self._prepare_skips(self._scheme, p, integrator, contacts=True)
+        self._prepare_skips(self._scheme, p, integrator, [Piece(p.stiffness, p.damping)])
 
-    def _prepare_skips(self, m: LocatedScheme, p: Parameters, integrator: Integrator, *, contacts: bool) -> None:
-        """Make what skips need, where steps can be skipped; ``contacts``: whether those in contact can, too."""
+    def _prepare_skips(self, m: LocatedScheme, p: Parameters, integrator: Integrator, pieces: list[Piece]) -> None:
+        """Make what skips need, where steps can be skipped; ``pieces``: those of a contact that can be skipped."""
         if self._can_skip(p):
-            angle, work = self.angles_of_steps()[:-1], np.zeros((5, COLUMNS))
-            self._tables = LocatedTables(m, p, integrator, contacts)
+            angle, work = self.angles_of_steps()[:-1], np.zeros((LEAST + 1, COLUMNS))
+            self._tables = LocatedTables(m, p, integrator, pieces)
             angles = np.array([np.cos(angle), np.sin(angle)])
-            self._skips = located_skip.LocatedSkips(self._tables.arrays, p.free_position, angles, work)
+            self._skips = located_skip.LocatedSkips(self._tables.arrays, len(pieces), p.free_position, angles, work)
 
     def _packed_start(self, state: kernel.LocatedState, at_rest: bool) -> np.ndarray:
         """The discrete solution at τ = 0; ``at_rest``: without acceleration."""
@@ -148,12 +149,15 @@ class LocatedDriver(SteppingDriver):
 
 
 class LocatedLawDriver(LocatedDriver):
-    """A run with located steps and another law than spring and damper: it skips flights, takes steps in contact."""
+    """A run with located steps and another contact law than spring and damper.
+
+    It skips flights, and contacts of a law that is piecewise linear; it takes the other steps in contact.
+    """
 
     def _prepare(self, p: Parameters, integrator: Integrator) -> None:
         m = self._scheme._replace(stages=stages_of(integrator, p))
         self._law = located_law.LawScheme(m, int(p.law), p.stiffness, p.exponent, p.penetration, p.gain, p.relative)
-        self._prepare_skips(m, p, integrator, contacts=False)
+        self._prepare_skips(m, p, integrator, pieces_of(self._law))
 
     def _packed_start(self, state: kernel.LocatedState, at_rest: bool) -> np.ndarray:
         m, pressed = self._law, state.pressed
@@ -175,10 +179,10 @@ class LocatedLawDriver(LocatedDriver):
 
     @property
     def _kernel(self):
-        return located_law.integrate_located_law if self._tables is None else located_skip.integrate_skipping_flights
+        return located_law.integrate_located_law if self._tables is None else located_skip.integrate_law_skipping
 
     def _skip(self, *arrays) -> int:
-        return located_skip.integrate_skipping_flights(self._law, self._skips, *arrays)
+        return located_skip.integrate_law_skipping(self._law, self._skips, *arrays)
 
     def _take_every_step(self, last: int, most: int, buffers: PackedBuffers) -> int:
         return located_law.integrate_located_law(self._law, self._state, last, most, self._window, buffers.views)

@@ -1,6 +1,7 @@
 """Tables by which one-step methods skip steps (:mod:`..kernels.accelerated.matrix_skip`), made of their step maps."""
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
@@ -9,16 +10,18 @@ from ..kernels.accelerated.located_skip import ASKED, CONTACT, MISSING, TABULATE
 from ..kernels.accelerated.matrix_skip import FREE, LEVELS, MODES, PRESSED, PULLED, SkipTables
 from ..kernels.accelerated.step_map import ENTRIES, REACHES
 from ..kernels.compile.options import uncompiled
-from ..kernels.equations.contact_law import CUT
+from ..kernels.equations.contact_law import COMPRESSION, CUT, LIMITED
 from ..kernels.equations.rates import free_rate, pressed_rate
 from ..kernels.parameters import Parameters
+from ..kernels.time_stepping import located_law
 from ..kernels.time_stepping.contact_location import LocatedScheme
 from ..kernels.time_stepping.linear_step import COLUMNS, FORCE, GAP, STATE_ROWS, LinearScheme
 from ..kernels.time_stepping.located import halvings_at
-from .step_maps import bodies_of, step_maps
+from .step_maps import bodies_of, stage_end, start_of_step, step_maps
 
 LONGEST = ENTRIES  # stride: every step is then one entry of each level away
 BLOCK = 16  # rows of a product: so small that BLAS does not wake other threads for it, which would take longer
+DEEPEST = 4 / 27  # of t(1 − t)² between 0 and 1
 SAME = 1e-12  # rows that differ from a multiple of another by less, as a share of their size, are not watched
 
 
@@ -42,21 +45,42 @@ def skip_tables(m: LinearScheme, p: Parameters) -> SkipTables:
     return tables
 
 
+class Piece(NamedTuple):
+    """A part of a contact in which λ = Kδ + 2Dv."""
+
+    stiffness: float
+    damping: float
+    kinks: tuple = ()  # factors of δ and v of what falls below zero at its end
+
+
+def pieces_of(law: located_law.LawScheme) -> list[Piece]:
+    """The pieces of a law that is piecewise linear; none of another one."""
+    found, margin = [], uncompiled(located_law.margin_of)
+    count = {CUT: 2, LIMITED: 3, COMPRESSION: 2}.get(law.law, 0)
+    for piece in range(located_law.MAIN, located_law.MAIN + count):
+        stiffness, gain = uncompiled(located_law.formula_of)(law, law.gain, piece)
+        causes = range(located_law.FIRST, located_law.FIRST + uncompiled(located_law.kinks)(law, piece))
+        kinks = [[margin(law, law.gain, piece, which, *unit) for unit in ((1.0, 0.0), (0.0, 1.0))] for which in causes]
+        found.append(Piece(stiffness, 0.5 * gain, tuple(map(tuple, kinks))))
+    return found
+
+
 class LocatedTables:
     """The tables of located steps of size Δτ and of their pieces, made as a run asks for them.
 
-    ``contacts``: whether contacts are skipped, too, as those of spring and damper.
+    ``pieces``: those of a contact; none if contacts are not skipped.
 
     Attributes
     ----------
     arrays : SkipTables
     """
 
-    def __init__(self, m: LocatedScheme, p: Parameters, integrator: Integrator, contacts: bool = True):
-        self._scheme, self._parameters, self._integrator = m, p, integrator
+    def __init__(self, m: LocatedScheme, p: Parameters, integrator: Integrator, pieces: list[Piece]):
+        self._scheme, self._parameters, self._integrator, self._pieces = m, p, integrator, pieces
         halvings, _ = uncompiled(halvings_at)(m, True, 0.0)
-        modes = CONTACT + 1 + min(halvings, TABULATED) if contacts else FREE + 1
-        self.arrays = _empty_tables([[None]] * modes, p)
+        modes = CONTACT + len(pieces) * (1 + min(halvings, TABULATED))
+        most = 1 + max((len(piece.kinks) for piece in pieces), default=0) * self._takes_of_force()
+        self.arrays = _empty_tables([[None] * most] * modes, p, located=True)
         self.arrays.counts[:] = MISSING
 
     def make_asked(self) -> None:
@@ -66,26 +90,59 @@ class LocatedTables:
 
     def _make(self, mode: int) -> None:
         """Make the tables of a mode."""
-        m, p, tables, unit = self._scheme, self._parameters, self.arrays, np.eye(COLUMNS)
-        pressed, halvings = mode != FREE, max(mode - CONTACT, 0)
+        m, tables = self._scheme, self.arrays
+        halvings, kind = divmod(mode - CONTACT, max(len(self._pieces), 1)) if mode != FREE else (0, 0)
+        law = self._pieces[kind] if mode != FREE else None
         h = m.h / 2**halvings
-        piece, entries = self._piece_matrix(pressed, h), ENTRIES
-        stride = _stride(p, pressed, h)
+        p = self._parameters
+        if law:
+            p = p._replace(stiffness=law.stiffness, damping=law.damping)
+        piece, entries, stride = self._piece_matrix(p, law is not None, h), ENTRIES, _stride(p, law is not None, h)
         if halvings > 0 and stride > 1:  # no more pieces follow each other, Eq. (13)
             entries = min(ENTRIES, int(2.0 / m.step_per_age / stride) + 1)
-        tables.sizes[mode], tables.counts[mode] = 1.0, 1
-        signed_gap = -unit[1:2] if pressed else unit[1:2]
-        levels = _fill_mode(tables, mode, piece, signed_gap @ piece, stride, entries)
+        gap, kinks = (-1.0, 0.0) if law is None else (1.0, 0.0), law.kinks if law else ()
+        begins = np.concatenate(
+            [_rows_of([gap], 0), *(_rows_of(kinks, 0) + side * h / 3 * _rows_of(kinks, 1) for side in (-1, 1) if kinks)]
+        )
+        rows = np.concatenate([begins @ piece, *self._felt(p, law, h)])
+        tables.counts[mode], tables.begins[mode, : len(rows), -1] = len(rows), 1.0  # where a stage takes the force: one
+        tables.begins[mode, : len(begins)] = begins
+        tables.sizes[mode, : len(rows)] = 1.0
+        if kinks:
+            tables.sizes[mode, : len(rows)] = np.maximum(1.0, np.abs(rows[:, :4]).max(axis=1))
+        levels = _fill_mode(tables, mode, piece, rows, stride, entries)
         with np.errstate(all="ignore"):
-            supremum = _supremum(unit[5:6], levels[0][: max(stride - 1, 0)], levels[-1])  # of |g″| at ends of pieces
-        tables.dips[mode] = supremum[0] * (h**2 / 2)
-        if pressed:
-            law = -m.stiffness * unit[1] - 2.0 * m.damper * unit[3]
-            _fill_impulses(tables, mode, 0.5 * h * law @ (unit + piece), levels)
+            within = levels[0][: max(stride - 1, 0)], levels[-1]
+            if kinks:
+                mean = begins[:1] @ (piece - np.eye(COLUMNS)) / h
+                rates = _rows_of([gap], 1)
+                bound = _supremum(rates - mean, *within) + _supremum(rates @ piece - mean, *within)
+                tables.dips[mode, :1] = bound * (h * DEEPEST)
+            else:  # |g″| at ends of pieces
+                tables.dips[mode, :1] = _supremum(np.eye(COLUMNS)[5:6], *within) * (h**2 / 2)
+        if law:
+            force = _rows_of([(law.stiffness, 2.0 * law.damping)], 0)[0]
+            _fill_impulses(tables, mode, 0.5 * h * force @ (np.eye(COLUMNS) + piece), levels)
 
-    def _piece_matrix(self, pressed: bool, h: float) -> np.ndarray:
+    def _takes_of_force(self) -> int:
+        """Of each kink, how many rows are watched: two for steps, and where stages take the force elsewhere."""
+        kind = self._integrator
+        return 2 + len(kind.stages) * (len(kind.stages) > 1 or kind.explicit)
+
+    def _felt(self, p: Parameters, law: Piece | None, h: float) -> list[np.ndarray]:
+        """Rows of the kinks of a piece where the stages take its force, if that is not between the ends of a step."""
+        if not law or not law.kinks or self._takes_of_force() == 2:
+            return []
+        (x_of_u, _), bodies, points, found = _relative_basis(-p.free_gap), bodies_of(p), [start_of_step()], []
+        for stage in self._integrator.stages:
+            point, _, gap, rate = stage_end(bodies, self._integrator, stage, points, np.eye(COLUMNS + 2)[FORCE], 1, h)
+            points.append(point)
+            found.append(np.array([-by_depth * gap - by_speed * rate for by_depth, by_speed in law.kinks]))
+        return [rows[:, :COLUMNS] @ x_of_u for rows in found]
+
+    def _piece_matrix(self, p: Parameters, pressed: bool, h: float) -> np.ndarray:
         """Φ of a piece of length h."""
-        m, p = self._scheme, self._parameters
+        m = self._scheme
         if m.stages.count > 0:
             return _step_matrix(step_maps(bodies_of(p), self._integrator, h), int(pressed), p.eta * h, -p.free_gap)
         matrix = np.empty((COLUMNS, COLUMNS))
@@ -93,7 +150,15 @@ class LocatedTables:
         return matrix
 
 
-def _empty_tables(watched: list[list], p: Parameters) -> SkipTables:
+def _rows_of(factors: list[tuple[float, float]], order: int) -> np.ndarray:
+    """Rows of u that are sums of δ and v with these factors, or their first derivatives."""
+    unit = np.eye(COLUMNS)
+    return np.array(
+        [-by_depth * unit[1 + 2 * order] - by_speed * unit[3 + 2 * order] for by_depth, by_speed in factors]
+    )
+
+
+def _empty_tables(watched: list[list], p: Parameters, *, located: bool = False) -> SkipTables:
     modes, most = len(watched), max(len(rows) for rows in watched)
     return SkipTables(
         rows=np.zeros((modes, most, LEVELS, COLUMNS, ENTRIES)),
@@ -104,7 +169,8 @@ def _empty_tables(watched: list[list], p: Parameters) -> SkipTables:
         strides=np.zeros(modes, dtype=np.int64),
         columns=np.zeros((modes, LEVELS, ENTRIES, COLUMNS, COLUMNS)),
         impulses=np.zeros((modes, LEVELS, ENTRIES, COLUMNS)),
-        dips=np.zeros((modes, COLUMNS)),
+        begins=np.zeros((modes, most * located, COLUMNS)),
+        dips=np.zeros((modes, most * located, COLUMNS)),
         period=2 * math.pi / p.eta,
     )
 

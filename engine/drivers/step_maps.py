@@ -115,6 +115,12 @@ def stage_end(
     return Kinematics(known(q), known(v), known(acceleration)), known(spring), known(gap), known(rate)
 
 
+def start_of_step(columns: int = COLUMNS) -> Kinematics:
+    """The beginning of a step, as rows of so many factors and of the unknown accelerations."""
+    unit = np.eye(columns + 2)
+    return Kinematics(unit[0:2], unit[2:4], unit[4:6])
+
+
 def step_maps(b: Bodies, integrator: Integrator, h: float) -> np.ndarray:
     """All stages of a step of size ``h`` with each status.
 
@@ -124,9 +130,7 @@ def step_maps(b: Bodies, integrator: Integrator, h: float) -> np.ndarray:
         The first stage without and with contact; then the second stage likewise, after the first without contact, and
         after it with contact. The last row is the gap.
     """
-    unit = np.eye(COLUMNS + 2)
-    begun = unit[FORCE]
-    start = Kinematics(unit[0:2], unit[2:4], unit[4:6])
+    begun, start = np.eye(COLUMNS + 2)[FORCE], start_of_step()
     first, *later = integrator.stages
     ends = [stage_end(b, integrator, first, [start], begun, status, h) for status in (0, 1)]
     if later:
@@ -145,7 +149,7 @@ def law_maps(b: Bodies, integrator: Integrator, h: float) -> np.ndarray:
         The last rows are the gap and its rate; the columns OWN and BEFORE belong to λ of the stage, and of that before.
     """
     unit = np.eye(CLOSING + 2)
-    points, maps = [Kinematics(unit[0:2], unit[2:4], unit[4:6])], []
+    points, maps = [start_of_step(CLOSING)], []
     forces = [unit[OWN]] if len(integrator.stages) == 1 else [unit[BEFORE], unit[OWN]]
     for stage, given in zip(integrator.stages, forces, strict=True):
         point, _, gap, rate = stage_end(b, integrator, stage, points, unit[FORCE], 0, h, given)

@@ -1,5 +1,7 @@
 """Located steps with other contact laws than spring and damper: their twin, their order, their energy, their bits."""
 
+import math
+
 import numpy as np
 import pytest
 from vibroscope.engine import (
@@ -7,6 +9,7 @@ from vibroscope.engine import (
     LAWS_BY_RESTITUTION,
     Excitation,
     Newmark,
+    NewmarkBeta,
     Record,
     System,
     TimeStepping,
@@ -21,6 +24,7 @@ from tests.share import every
 from .test_law_exact import APART, OTHER, method_of
 
 PERIODS = 2
+SEEDS = 138, 505, 96, 366, 143, 433, *range(4)  # the first six have such a piece, as 4 of 100 have
 EXPONENTS = {"impact": 2.2, "hunt-crossley": 1.0, "constant-restitution": 2.0}
 # of the integrator alone 2; the damper of "jankowski" begins as δ^¼, that of "constant-restitution" with n = 2 as δ^½
 ORDERS = {"jankowski": 1.25, "constant-restitution": 1.5}
@@ -44,6 +48,27 @@ def test_changes_and_states_are_those_of_the_twin(kind, law, wall):
     assert len(changes) == 2 * len(run.contacts) > 0
     np.testing.assert_allclose(run.contacts.ravel(), [tau for tau, _ in changes], rtol=0, atol=1e-11)
     np.testing.assert_allclose(run.section, states, rtol=0, atol=1e-11)
+
+
+def random_case(seed):
+    """A contact of a few steps, with its method and where it starts: bodies apart."""
+    draw = np.random.default_rng(seed)
+    law, eta, clearance = draw.choice(["limited", "compression"]), draw.uniform(0.5, 1.5), draw.choice([-0.3, 0.0, 0.1])
+    stiffness = 10 ** draw.uniform(1.5, 3.5)
+    damping = 10 ** draw.uniform(-0.7, 0.7) * math.sqrt(stiffness / 2)  # times the critical one
+    steps = int(2 * math.pi / eta * math.sqrt(2 * stiffness) / draw.uniform(1.0, 2.0))  # of 1 to 2 of the contact mode
+    start = draw.uniform([-1.0, -1.0, 0.31, -1.0], [0.0, 1.0, 1.0, 1.0]).tolist()
+    system = System(clearance=clearance, d1=0.05, d2=0.05)
+    return system, eta, TimeStepping(stiffness, damping, steps, NewmarkBeta(), "located", law=str(law)), start
+
+
+@pytest.mark.parametrize("seed", every(SEEDS))
+def test_a_piece_that_begins_and_ends_within_one_step_is_seen(seed):
+    """A piece begins where what ended the former one is zero: that zero is not its end."""
+    system, eta, method, start = random_case(seed)
+    run = simulate(system, eta, method, periods=PERIODS, keep=PERIODS, initial=start)
+    _, states = LocatedLawTwin(system, eta, method).changes(PERIODS, start)
+    np.testing.assert_allclose(run.section, states, rtol=0, atol=1e-9)
 
 
 def errors_of(law, status, integrator):

@@ -9,7 +9,13 @@ the supremum of |g″| over all pieces of the table in the place of b, this *dip
 
 The tables of a mode are made when a run first needs them: most runs need few.
 
-A flight is the same whatever the contact law is. So it is the one mode of laws of which a contact is solved for.
+A flight is the same whatever the contact law is. So it is the one mode of laws whose contact is not linear. The pieces
+of a law that is piecewise linear (:mod:`..time_stepping.located_law`) are modes, too, each with the force of a spring
+and a damper of its own. Watched are then the gap and the kinks that may end the piece, and these wherever a stage takes
+the force, too. Within a step of length s an end is looked for where the cubic through the values m and rates m′ at both
+ends falls below zero. It does not where its four coefficients in Bernstein's basis, m₀, m₀ + sm₀′/3, m₁ − sm₁′/3 and
+m₁, are positive: of a kink m ± sm′/3 is watched at the ends of steps. Of the gap it is m alone. With the slope c of its
+chord, the cubic lies below the chord by at most 4s/27 (|m₀′ − c| + |m₁′ − c|), the supremum of which is the dip.
 
 Plain twins: :func:`..time_stepping.located.integrate_located` and
 :func:`..time_stepping.located_law.integrate_located_law` (tests/engine/kernels/test_located_skip.py).
@@ -24,7 +30,7 @@ from ..compile.record import with_impulse
 from ..linear.cos_sin import cos_sin
 from ..status import OK, PAUSED
 from ..time_stepping import located_law
-from ..time_stepping.contact_location import contact_force, side, step
+from ..time_stepping.contact_location import LocatedScheme, contact_force, side, step
 from ..time_stepping.linear_step import COLUMNS
 from ..time_stepping.located import (
     ROUNDING,
@@ -40,7 +46,7 @@ from ..time_stepping.located import (
 from ..time_stepping.newmark import next_output
 from .matrix_skip import ENTRIES, UNLIMITED, SkipTables, find_skip, impulse_of, write_u_at
 
-FREE, CONTACT = range(2)  # modes; CONTACT + j: in contact, with steps halved j times
+FREE, CONTACT = range(2)  # modes; CONTACT + pieces·j + i: in piece i of a contact, with steps halved j times
 TABULATED = 30  # halvings: with more, all pieces are solved
 MISSING, ASKED = -1, -2  # in the place of a number of watched rows: tables that have not been made, and shall be
 
@@ -61,25 +67,27 @@ class LocatedSkips(NamedTuple):
     """What a run with located contact changes skips with."""
 
     tables: SkipTables
+    pieces: int  # of a contact that are skipped, 1 of spring and damper
     rest: float  # ξ₁ at the static equilibrium of the separated bodies
     angles: np.ndarray  # cos ητ and sin ητ at the steps of a period, (2, n)
-    us: np.ndarray  # work space, (5, COLUMNS)
+    us: np.ndarray  # work space, (LEAST + 1, COLUMNS)
 
 
 @jit_inlined
-def pieces_ahead(m, s):
-    """The next pieces."""
+def pieces_ahead(m, skips, s, kind):
+    """The next pieces; ``kind``: which piece of its law a contact is in."""
     halvings, parts = halvings_at(m, s.pressed, s.since)
     piece = m.h / parts
     done = points_passed(piece, s.offset)
-    if done * piece != s.offset or halvings > TABULATED:
+    if done * piece != s.offset or halvings > TABULATED or (s.pressed and skips.pieces == 0):
         return Pieces(FREE, 0, 1, 0)
     lasts = UNLIMITED
     if halvings > 0:
         lasts = int(
             2.0 / (m.step_per_age * (1.0 + ROUNDING)) - s.since / piece
         )  # until the longest piece is twice this
-    return Pieces(CONTACT + halvings if s.pressed else FREE, lasts, int(parts), int(done))
+    mode = CONTACT + skips.pieces * halvings + kind if s.pressed else FREE
+    return Pieces(mode, lasts, int(parts), int(done))
 
 
 @jit_inlined
@@ -125,11 +133,14 @@ def write_skipped(m, skips, ahead, s, coarse, end, window, buffers):
 
 
 @jit_inlined
-def skip_pieces(m, skips, s, stop, window, buffers):
-    """The state after the next skip, if there is one, and what follows: SKIP_ON, TAKE_PIECE, BEYOND or WAIT."""
+def skip_pieces(m, skips, s, kind, stop, window, buffers):
+    """The state after the next skip, if there is one, and what follows: SKIP_ON, TAKE_PIECE, BEYOND or WAIT.
+
+    ``m``: with the spring and the damper of the piece ``kind`` of a law.
+    """
     recorded = buffers.contacts.shape[0] > 0
     t, us, rest = skips.tables, skips.us, skips.rest
-    ahead, coarse, fine = pieces_ahead(m, s), 0, 0
+    ahead, coarse, fine = pieces_ahead(m, skips, s, kind), 0, 0
     mode, parts, done = ahead.mode, ahead.parts, ahead.done
     if ahead.most > 0 and t.counts[mode] < 0:
         t.counts[mode] = ASKED
@@ -140,7 +151,7 @@ def skip_pieces(m, skips, s, stop, window, buffers):
         if done > 0:
             cosine, sine = cos_sin((k * m.h + s.offset) * m.frequency)
         write_relative(z, contact_force(m, s.pressed, z), rest, cosine, sine, us[0])
-        coarse, fine = find_skip(t, mode, us, 0.0, -s.g if s.pressed else s.g, ahead.most)
+        coarse, fine = find_skip(t, mode, us, 0.0, ahead.most)
     if coarse + fine > 0:
         pieces = coarse * t.strides[mode] + fine
         steps, after = (done + pieces) // parts, (done + pieces) % parts
@@ -184,7 +195,7 @@ def integrate_skipping(m, skips, forces, state, stop, most, window, buffers):
         z = motion_of(s)
         write_output(m, s.step, s.step % m.steps, z, contact_force(m, s.pressed, z), window, buffers)
     while s.step < stop and status == OK:
-        s, follows = skip_pieces(m, skips, s, stop, window, buffers)
+        s, follows = skip_pieces(m, skips, s, 0, stop, window, buffers)
         if follows == BEYOND:
             break
         if follows == WAIT:
@@ -197,11 +208,34 @@ def integrate_skipping(m, skips, forces, state, stop, most, window, buffers):
     return status
 
 
+@jit_inlined
+def scheme_of_piece(m, at):
+    """The grid with the spring and the damper of a piece of a law."""
+    g = m.located
+    stiffness, gain = located_law.formula_of(m, located_law.gain_of(m, at.located.contact), at.piece)
+    return LocatedScheme(
+        g.separated,
+        g.pressed,
+        g.forcing,
+        g.clearance,
+        g.wall,
+        stiffness,
+        0.5 * gain,
+        g.eta,
+        g.frequency,
+        g.h,
+        g.steps,
+        g.shortest_step,
+        g.step_per_age,
+        g.stages,
+    )
+
+
 @jit_no_alloc
-def integrate_skipping_flights(m, skips, state, stop, most, window, buffers):
+def integrate_law_skipping(m, skips, state, stop, most, window, buffers):
     """The same with any contact law, as :func:`..time_stepping.located_law.integrate_located_law` does.
 
-    Flights are skipped; in contact every piece is solved for.
+    Flights are skipped, and the pieces of a law that is piecewise linear; else every piece in contact is solved for.
 
     Parameters
     ----------
@@ -214,8 +248,9 @@ def integrate_skipping_flights(m, skips, state, stop, most, window, buffers):
     located_law.write_first_output(m, at.located, window, buffers)
     while at.located.step < stop and status == OK:
         follows = TAKE_PIECE
-        if at.piece == located_law.FREE:
-            s, follows = skip_pieces(m.located, skips, at.located, stop, window, buffers)
+        if at.piece == located_law.FREE or skips.pieces > 0:
+            kind = max(at.piece - located_law.MAIN, 0)
+            s, follows = skip_pieces(scheme_of_piece(m, at), skips, at.located, kind, stop, window, buffers)
             at = located_law.LawState(s, at.piece)
         if follows == BEYOND:
             break

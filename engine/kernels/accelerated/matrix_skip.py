@@ -49,7 +49,8 @@ from .step_map import ENTRIES
 
 FREE, PRESSED, PULLED = range(3)  # modes; PULLED: the gap is closed, and the force would pull
 MODES, LEVELS = 3, 2
-WORK_ROWS = 9  # of the work space: three for a step, five u, and one y
+WORK_ROWS = 10  # of the work space: three for a step, five u, one of least values, and one y
+LEAST = 5  # row of the work space of a skip: what each watched row must exceed
 UNLIMITED = 1 << 62
 WORTHWHILE = 2 * CHUNK  # steps that a skip by the coarser level has at least
 
@@ -65,7 +66,8 @@ class SkipTables(NamedTuple):
     strides: np.ndarray  # (MODES,) int64 steps from entry to entry of the coarser level, 0 if there is none
     columns: np.ndarray  # (MODES, LEVELS, ENTRIES, COLUMNS, COLUMNS) those of Φ, Φ², … and Φˢ, Φ²ˢ, …
     impulses: np.ndarray  # (MODES, LEVELS, ENTRIES, COLUMNS) Δτ Σλ over the steps up to each entry
-    dips: np.ndarray  # (MODES, COLUMNS) how far the gap may fall within a step, where that counts; else 0
+    begins: np.ndarray  # (MODES, R, COLUMNS) what the rows watch, at the beginning; none where dips do not count
+    dips: np.ndarray  # the same shape: how far it may fall within a step
     period: float  # of the excitation
 
 
@@ -130,33 +132,33 @@ def bound_of(row, u):
 
 
 @jit_inlined
-def coarse_entries(t, mode, u, noise, dip):
+def coarse_entries(t, mode, u, least):
     """Entries of the coarser level up to which the mode certainly stays; 0 where single steps do as well."""
     stride, entries = t.strides[mode], ENTRIES
     if stride == 0:
         return 0
     for r in range(t.counts[mode]):
-        bound, least = bound_of(t.bounds[mode, r], u), noise * t.sizes[mode, r] + dip
+        bound = bound_of(t.bounds[mode, r], u)
         # a row that is small at the next step and grows to v at the first entry: the chord lies above its share of v,
         # and the row at most 4 times this share of the bound below the chord
         near, first = dot(t.firsts[mode, r, 0], u), dot(t.firsts[mode, r, 1], u)
-        if not (near > bound + least or (near > least and first > 4.0 * bound + least)):
+        if not (near > bound + least[r] or (near > least[r] and first > 4.0 * bound + least[r])):
             return 0
-        entries = steps_above(t.rows[mode, r, 1], u, bound + least, entries)
+        entries = steps_above(t.rows[mode, r, 1], u, bound + least[r], entries)
         if entries * stride < WORTHWHILE:
             return 0
     return entries
 
 
 @jit_inlined
-def single_entries(t, mode, u, noise, dip):
+def single_entries(t, mode, u, least):
     """Single steps before the first that may leave the mode."""
     for r in range(t.counts[mode]):
-        if not dot(t.firsts[mode, r, 0], u) > noise * t.sizes[mode, r] + dip:
+        if not dot(t.firsts[mode, r, 0], u) > least[r]:
             return 0
     entries = ENTRIES
     for r in range(t.counts[mode]):
-        entries = steps_above(t.rows[mode, r, 0], u, noise * t.sizes[mode, r] + dip, entries)
+        entries = steps_above(t.rows[mode, r, 0], u, least[r], entries)
     return entries
 
 
@@ -189,23 +191,27 @@ def reach_of(t, u):
 
 
 @jit_inlined
-def find_skip(t, mode, us, touch, here, most):
+def find_skip(t, mode, us, touch, most):
     """Coarse and single entries of the skip from us[0]; us[1] and us[2] become u after the former and the latter.
 
-    ``touch``: ξ₂ − ξ₁ where the bodies touch, by which rounding is judged; ``here``: the signed gap of us[0], inf where
-    dips do not count; ``most``: steps that the mode may last.
+    ``touch``: ξ₂ − ξ₁ where the bodies touch, by which rounding is judged; ``most``: steps that the mode may last.
     """
-    u, stride = us[0], t.strides[mode]
+    u, least, stride = us[0], us[LEAST], t.strides[mode]
     if not reach_of(t, u) < FAR:
         return 0, 0
-    noise, dip = CERTAIN * (abs(u[0]) + abs(u[1]) + abs(touch)), bound_of(t.dips[mode], u)
-    if not here > dip:
-        return 0, 0
-    coarse = coarse_entries(t, mode, u, noise, dip)
+    noise = CERTAIN * (abs(u[0]) + abs(u[1]) + abs(touch))
+    for r in range(t.counts[mode]):
+        least[r] = noise * t.sizes[mode, r]
+        if t.dips.shape[1] > 0:
+            dip = bound_of(t.dips[mode, r], u)
+            if not dot(t.begins[mode, r], u) > dip:
+                return 0, 0
+            least[r] += dip
+    coarse = coarse_entries(t, mode, u, least)
     if coarse * stride > most:
         coarse = most // stride
     carry(t, mode, 1, coarse, u, us[1])
-    fine = min(single_entries(t, mode, us[1], noise, dip), most - coarse * stride) if coarse < ENTRIES else 0
+    fine = min(single_entries(t, mode, us[1], least), most - coarse * stride) if coarse < ENTRIES else 0
     carry(t, mode, 0, fine, us[1], us[2])
     return (coarse, fine) if reach_of(t, us[2]) < FAR else (0, 0)
 
@@ -265,7 +271,7 @@ def integrate_skipping(m, t, angles, state, work, stop, window, buffers):
     int
         As there.
     """
-    s, code, n, us = unpack_state(state), OK, angles.shape[1], work[3:8]
+    s, code, n, us = unpack_state(state), OK, angles.shape[1], work[3:9]
     y, at, recorded = s.y, s.progress, buffers.contacts.shape[0] > 0
     write_first_sample(m, n, y, at, window, buffers)
     while at.step < stop and code == OK:
@@ -273,11 +279,11 @@ def integrate_skipping(m, t, angles, state, work, stop, window, buffers):
         if mode >= 0 and t.counts[mode] > 0:
             k = at.step % n
             write_relative(m, y, angles[0, k], angles[1, k], us[0])
-            coarse, fine = find_skip(t, mode, us, m.system.touch, np.inf, UNLIMITED)
+            coarse, fine = find_skip(t, mode, us, m.system.touch, UNLIMITED)
         if coarse + fine > 0:
             reached = at.step + coarse * t.strides[mode] + fine
             if recorded:
-                write_skipped(m, t, mode, n, at, coarse, min(reached, stop), us, work[8], window, buffers)
+                write_skipped(m, t, mode, n, at, coarse, min(reached, stop), us, work[9], window, buffers)
             if reached >= stop:
                 break
             contact = at.contact

@@ -254,6 +254,17 @@ def stepped_change_of_push(p, tau, gain, size, sign):
     return sign * change_of_push(p, gain, gap, rate, p.work[SLOPE, 3])
 
 
+@jit_inlined
+def narrowed(low, below, high, above, last, at, value):
+    """A bracket of a zero, with the values at its ends, narrowed by a value within (Illinois).
+
+    The value at an end that stays is halved if it has stayed before; ``last``: 1 if the upper end moved, −1 the lower.
+    """
+    if (value > 0.0) == (above > 0.0):
+        return low, below * (0.5 if last > 0 else 1.0), at, value, 1
+    return at, value, high, above * (0.5 if last < 0 else 1.0), -1
+
+
 @jit_no_alloc
 def step_to_turn(p, a, gain, size, sign):
     """The step to where what is cut has the other sign, at or before its turn, or ``size`` if it keeps its own.
@@ -277,14 +288,7 @@ def step_to_turn(p, a, gain, size, sign):
         if gap < 0.0 and sign * pushes(p, gain, gap, rate) > 0.0:
             return middle
         value = stepped_change_of_push(p, a.tau, gain, middle, sign)
-        if value > 0.0:
-            low, below = middle, value
-            above *= 0.5 if last > 0 else 1.0
-            last = 1
-        else:
-            high, above = middle, value
-            below *= 0.5 if last < 0 else 1.0
-            last = -1
+        low, below, high, above, last = narrowed(low, below, high, above, last, middle, value)
     extrapolate(p, a.tau, gain, size)
     return size
 
@@ -317,14 +321,7 @@ def step_to_cut(p, a, gain, size):
         extrapolate(p, a.tau, gain, middle)
         _, _, gap, rate = stepped(p)
         value = sign * pushes(p, gain, gap, rate)
-        if value > 0.0:
-            high, above = middle, value
-            below *= 0.5 if last > 0 else 1.0
-            last = 1
-        else:
-            low, below = middle, value
-            above *= 0.5 if last < 0 else 1.0
-            last = -1
+        low, below, high, above, last = narrowed(low, below, high, above, last, middle, value)
     extrapolate(p, a.tau, gain, high)
     if sign > 0.0 and stepped(p)[2] >= 0.0:
         extrapolate(p, a.tau, gain, size)

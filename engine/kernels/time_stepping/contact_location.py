@@ -12,9 +12,10 @@ p = x + sv + s²a/4, q = v + sa/2, and g and u likewise.
 
 **Instant of change.** A step of length θ is itself such a step, so the gap g(θ) that it ends with is a known function.
 If the gap at the end of the step is not on the side of its beginning, a bracketed secant iteration finds the θ with
-g(θ) = 0. A gap that changes sides twice within a step is on the same side at both ends. It shows in the motion between
-them, which is Newmark's own: constant acceleration (b₀ + b₁)/2, a parabola. Where the vertex of the parabola lies
-beyond the surface, the step that ends at the vertex decides.
+g(θ) = 0. It begins at the zero of the cubic through the gaps and their rates at both ends. A gap that changes sides
+twice within a step is on the same side at both ends. It shows in the motion between them, which is Newmark's own:
+constant acceleration (b₀ + b₁)/2, a parabola. Where the vertex of the parabola lies beyond the surface, the step that
+ends at the vertex decides.
 """
 
 import math
@@ -24,8 +25,11 @@ from ..compile.options import jit, jit_inlined, jit_no_alloc
 from ..equations.contact_law import force
 from ..linear.cos_sin import cos_sin
 
+NEWTON = 3  # iterations for the zero of a cubic, which are cheap, and the step there is solved in any case
 PRECISION = 1e-14  # of an instant of change, as a share of its step: the rounding of the gap allows little more
-ITERATIONS = 100  # three or four are needed, half of this with bisection alone
+ITERATIONS = 100  # two to four are needed, half of this with bisection alone
+CONVERGED = 1e-9  # of a step: after a change as small as this, the next …
+FASTER = 1e-3  # … is not made where it is by this smaller: the secants converge, but for rounding
 
 
 class Side(NamedTuple):
@@ -197,6 +201,39 @@ def step_from(m, pressed, z, s, k, offset):
 
 
 @jit_inlined
+def vertex_within(gap, rate, curvature, length):
+    """When within a step a parabola that begins with a positive gap is lowest, at zero or below; else 0."""
+    approaches = gap > 0.0 and rate < 0.0 and -rate < curvature * length
+    return -rate / curvature if approaches and 2.0 * gap * curvature <= rate * rate else 0.0
+
+
+@jit_inlined
+def cubic_of(value, rate, last, last_rate, length):
+    """The factors of t² and t³ of a cubic over t = τ/length, from its values and its rates in τ at both ends."""
+    mean = (last - value) / length
+    return 3.0 * mean - 2.0 * rate - last_rate, rate + last_rate - 2.0 * mean
+
+
+@jit_inlined
+def root_of_cubic(value, rate, last, last_rate, length):
+    """Where the cubic with these values and rates at both ends of a step falls to zero, or a time outside the step."""
+    square, cube = cubic_of(value, rate, last, last_rate, length)
+    at = 1.0
+    for _ in range(NEWTON):
+        slope = rate + at * (2.0 * square + 3.0 * cube * at)
+        if not slope < 0.0:
+            return -length
+        at -= (value / length + at * (rate + at * (square + at * cube))) / slope
+    return at * length
+
+
+@jit_inlined
+def has_converged(passed, next_change, length):
+    """Whether secants have converged within a step of a length, by their last change of an instant and the next one."""
+    return abs(passed) <= CONVERGED * length and abs(next_change) <= FASTER * abs(passed)
+
+
+@jit_inlined
 def locate_change(m, pressed, z, end, length, k, s):
     """Where contact changes within a step, the motion there, and how many steps were solved to find it.
 
@@ -207,31 +244,35 @@ def locate_change(m, pressed, z, end, length, k, s):
     gap, rate = sign * z[3], sign * z[4]
     solves, reach, there = 0, length, end
     if (end[3] <= 0.0) == pressed:
-        curvature = 0.5 * sign * (z[5] + end[5])
-        approaches = gap > 0.0 and rate < 0.0 and -rate < curvature * length
-        if not (approaches and 2.0 * gap * curvature <= rate * rate):
+        reach, solves = vertex_within(gap, rate, 0.5 * sign * (z[5] + end[5]), length), 1
+        if reach == 0.0:
             return math.inf, end, 0
-        reach, solves = -rate / curvature, 1
         there = step_from(m, pressed, z, reach, k, s)
         if (there[3] <= 0.0) == pressed:
             return math.inf, end, 1
     elif gap <= 0.0 and rate <= 0.0:
         # the step begins on the surface and does not move away from it: contact changes where it ends
         return length, end, 0
-    low, high, theta, slope = 0.0, reach, reach, there[4]  # the rate: g′(θ) but for terms of second order
+    # it falls where the contact status ends; where this begins, in the last change, the gap is zero and rises
+    low, high, theta = 0.0, reach, reach
+    better = root_of_cubic(gap, rate, sign * there[3], sign * there[4], reach)
     for i in range(ITERATIONS):
         if (there[3] <= 0.0) == pressed:
             low = theta
         else:
             high = theta
-        better = theta - there[3] / slope if slope != 0.0 else low
         if min(abs(better - theta), high - low) <= PRECISION * reach:
             break
         if not low < better < high or i % 8 == 7:
             better = 0.5 * (low + high)
         before, passed = there[3], better - theta
         there = step_from(m, pressed, z, better, k, s)
-        theta, slope, solves = better, (there[3] - before) / passed, solves + 1
+        theta, solves = better, solves + 1
+        # the rate: g′(θ) but for terms of second order; then the secant
+        slope = there[4] if i == 0 else (there[3] - before) / passed
+        better = theta - there[3] / slope if sign * slope < 0.0 else -reach
+        if has_converged(passed, better - theta, reach):
+            break
     return theta, (there[0], there[1], there[2], 0.0, there[4], there[5]), solves
 
 

@@ -9,9 +9,11 @@ and its derivative is not; a step is cut where one of these falls below zero:
     "compression", "jankowski"    v                   while the bodies close, the reverse while they part
     "impact"           Kδⁿ + cS(δ/d)v                 as with "cut"
 
-So the force may end before the gap opens: that ends a piece, and the gap ends the contact. Of a piece only its end is
-looked for: one that begins and ends within a step of the grid is not seen. Its force acts all the same, since every
-stage takes the force of the whole law.
+So the force may end before the gap opens: that ends a piece, and the gap ends the contact. A step is cut at the first
+of all that may end its piece. Where both ends of a step are in the piece, it may have ended and begun again between
+them: the lowest point of what ends it is looked for, in flight on a parabola as in :mod:`.contact_location`, in contact
+on a cubic, and the step that ends there decides. A piece begins where what ended the former one is zero. The search
+for its end begins at the end of the step, and takes only what falls to zero: there it rises.
 
 A cut keeps the order of an integrator where the force of the law is as smooth as that needs. Near touch the damper of
 "jankowski" acts as δ^¼ and that of "constant-restitution" as δ^((n−1)/2), which leave the orders 5/4 and 1 + (n − 1)/2
@@ -20,14 +22,25 @@ wherever a step ends.
 Plain twin: tests/naive_law_located.py.
 """
 
+import math
 from typing import NamedTuple
 
 from ..compile.options import jit_inlined, jit_no_alloc
 from ..compile.packing import Layout
 from ..compile.record import OpenContact, no_contact, no_room, with_impulse
-from ..equations.contact_law import COMPRESSION, CUT, IMPACT, JANKOWSKI, LIMITED, gain_at, law_force
+from ..equations.contact_law import COMPRESSION, CUT, IMPACT, JANKOWSKI, LIMITED, full_damping, gain_at, law_force
 from ..status import DIVERGED, OK, PAUSED, UNRESOLVED
-from .contact_location import ITERATIONS, PRECISION, LocatedScheme, forcing_at, with_accelerations
+from .contact_location import (
+    ITERATIONS,
+    PRECISION,
+    LocatedScheme,
+    cubic_of,
+    forcing_at,
+    has_converged,
+    root_of_cubic,
+    vertex_within,
+    with_accelerations,
+)
 from .law_step import solve_force
 from .located import (
     SOLVES_PER_STEP,
@@ -43,6 +56,8 @@ from .newmark import LIMIT
 
 FREE, MAIN, OTHER, BEYOND = range(4)  # pieces: flight, that of most of a contact, and those beyond its kinks
 GAP, FIRST, SECOND = range(3)  # what may end a piece
+NOTHING = -1
+SAME = 1e-12  # causes whose instants differ by less, as a share of the time to them, end a piece together
 AT_ONCE = 1e-9  # of a step: a kink that close to its beginning was just passed, or will be passed again at its end
 
 
@@ -89,10 +104,9 @@ def with_law_accelerations(m, gain, pressed, z, forcing):
     return x, v, a - t.react1 * push, g, u, b + t.inverse_mass * push
 
 
-@jit_no_alloc
-def margin(m, gain, piece, which, z):
-    """What ends a piece where it falls below zero: the gap, or one of the kinks of the law."""
-    depth, speed = -z[3], -z[4]
+@jit_inlined
+def margin_of(m, gain, piece, which, depth, speed):
+    """What ends a piece where it falls below zero, of δ and v: the gap, or one of the kinks of the law."""
     if which == GAP:
         return depth if piece != FREE else -depth
     side = 1.0 if piece == MAIN else -1.0
@@ -105,8 +119,38 @@ def margin(m, gain, piece, which, z):
         return side * speed
     if not depth > 0.0:
         return 0.0
+    share = full_damping(min(depth / m.penetration, 1.0))
+    return side * (m.stiffness * depth**m.exponent + gain * share * speed)
+
+
+@jit_inlined
+def margin(m, gain, piece, which, z):
+    """What ends a piece where it falls below zero, of a motion."""
+    return margin_of(m, gain, piece, which, -z[3], -z[4])
+
+
+@jit_inlined
+def margin_rate(m, gain, piece, which, z):
+    """The derivative of :func:`margin` over time."""
+    depth, speed, growth = -z[3], -z[4], -z[5]
+    if m.law != IMPACT or which == GAP:
+        return margin_of(m, gain, piece, which, speed, growth)  # it is linear
+    if not depth > 0.0:
+        return 0.0
     share = min(depth / m.penetration, 1.0)
-    return side * (m.stiffness * depth**m.exponent + gain * share * share * (3.0 - 2.0 * share) * speed)
+    damper = 6.0 * share * (1.0 - share) / m.penetration * speed * speed + full_damping(share) * growth
+    rate = m.stiffness * m.exponent * depth ** (m.exponent - 1.0) * speed + gain * damper
+    return rate if piece == MAIN else -rate
+
+
+@jit_inlined
+def formula_of(m, gain, piece):
+    """K and c of the force Kδ + cv of a piece in contact of a law that is piecewise linear."""
+    if piece == MAIN:
+        return m.stiffness, gain
+    if m.law == COMPRESSION:
+        return m.stiffness, 0.0
+    return (2.0 * m.stiffness, 0.0) if m.law == LIMITED and piece == OTHER else (0.0, 0.0)
 
 
 @jit_inlined
@@ -170,9 +214,9 @@ def step_of_law(m, gain, pressed, z, s, k, offset):
 
 
 @jit_inlined
-def with_closed_gap(which, theta, z, solves):
-    """What is found: at the end of a piece by the gap, that is zero."""
-    return theta, (z[0], z[1], z[2], 0.0 if which == GAP else z[3], z[4], z[5]), solves
+def has_ended(piece, value):
+    """Whether what ends a piece says so; a gap that is zero is closed."""
+    return value < 0.0 or (value == 0.0 and piece == FREE)
 
 
 @jit_no_alloc
@@ -182,31 +226,86 @@ def locate_end(m, gain, piece, which, z, end, length, k, s):
     Arguments as those of :func:`.contact_location.locate_change`.
     """
     low, high, theta, there, beyond, solves = 0.0, length, length, end, end, 0
-    before, passed = margin(m, gain, piece, which, z), -length
+    value, begun = margin(m, gain, piece, which, end), margin(m, gain, piece, which, z)
+    rates = margin_rate(m, gain, piece, which, z), margin_rate(m, gain, piece, which, end)
+    better = root_of_cubic(begun, rates[0], value, rates[1], length)
     for i in range(ITERATIONS):
-        value = margin(m, gain, piece, which, there)
-        if value > 0.0 or (value == 0.0 and piece != FREE):
-            low = theta
-        else:
+        if has_ended(piece, value):
             high, beyond = theta, there
-        change = before - value
-        better = theta - value * passed / change if change != 0.0 else low
+        else:
+            low = theta
+        if abs(better - theta) <= PRECISION * length:
+            high, beyond = theta, there
+            break
         if high - low <= PRECISION * length:
             break
-        if abs(better - theta) <= PRECISION * length:
-            return with_closed_gap(which, theta, there, solves)
         if not low < better < high or i % 8 == 7:
             better = 0.5 * (low + high)
-        before, passed = value, theta - better
         there = step_of_law(m, gain, piece != FREE, z, better, k, s)
+        before, passed = value, better - theta
+        value = margin(m, gain, piece, which, there)
         theta, solves = better, solves + 1
-    # a law that pulls to the last ends with a jump, beyond which nothing acts
-    return with_closed_gap(which, high, beyond, solves)
+        slope = margin_rate(m, gain, piece, which, there) if i == 0 else (value - before) / passed
+        better = theta - value / slope if slope < 0.0 else -length  # outside, where it does not fall
+        if has_converged(passed, better - theta, length):
+            high, beyond = theta, there
+            break
+    if which == GAP:  # a law that pulls to the last ends with a jump, beyond which nothing acts
+        beyond = beyond[0], beyond[1], beyond[2], 0.0, beyond[4], beyond[5]
+    return high, beyond, solves
+
+
+@jit_inlined
+def lowest(value, rate, last, last_rate, length):
+    """When a cubic is lowest within a step, from its values and rates at both ends; 0 if it stays positive there."""
+    if not length > 0.0 or (value + length / 3.0 * rate > 0.0 and last - length / 3.0 * last_rate > 0.0):
+        return 0.0  # its coefficients in Bernstein's basis are positive, as those of most steps
+    square, cube = cubic_of(value, rate, last, last_rate, length)
+    square, linear = 3.0 * cube, 2.0 * square  # of the derivative, over length
+    inner = linear * linear - 4.0 * square * rate
+    if not inner > 0.0:
+        return 0.0
+    # the zero at which it rises, without a difference of like numbers
+    root = math.sqrt(inner)
+    at = -2.0 * rate / (linear + root) if linear > 0.0 else (root - linear) / (2.0 * square) if square != 0.0 else 0.0
+    if not 0.0 < at < 1.0:
+        return 0.0
+    least = value + length * at * (rate + at * (0.5 * linear + at * square / 3.0))
+    return at * length if least < 0.0 else 0.0
+
+
+@jit_inlined
+def passed_by(m, gain, piece, which, z, end, length, k, s):
+    """A time within a step by which one of its causes has ended a piece, or 0; the motion then; steps solved.
+
+    Where both ends of the step are in the piece, the lowest point of what ends it is looked for: in flight the vertex
+    of a parabola, as in :mod:`.contact_location`, in contact that of a cubic. The step that ends there decides.
+    """
+    value, last = margin(m, gain, piece, which, z), margin(m, gain, piece, which, end)
+    if has_ended(piece, last):
+        return length, end, 0
+    if piece == FREE:
+        reach = vertex_within(value, z[4], 0.5 * (z[5] + end[5]), length)
+    else:
+        rates = margin_rate(m, gain, piece, which, z), margin_rate(m, gain, piece, which, end)
+        reach = lowest(value, rates[0], last, rates[1], length)
+    if reach == 0.0:
+        return 0.0, end, 0
+    there = step_of_law(m, gain, piece != FREE, z, reach, k, s)
+    return (reach if has_ended(piece, margin(m, gain, piece, which, there)) else 0.0), there, 1
+
+
+@jit_inlined
+def following(piece, which):
+    """The piece after one that is ended; of a contact that begins, MAIN for any."""
+    if which == GAP:
+        return MAIN if piece == FREE else FREE
+    return MAIN if piece != MAIN else OTHER if which == FIRST else BEYOND
 
 
 @jit_no_alloc
 def locate_change(m, gain, piece, z, end, length, k, s):
-    """The end of a piece within a step.
+    """The end of a piece within a step: the first of all that may end it.
 
     Returns
     -------
@@ -214,33 +313,23 @@ def locate_change(m, gain, piece, z, end, length, k, s):
         When it ends, or ``length``; the motion there; the next piece, MAIN for any of a contact that begins, or the
         same; steps solved to find it.
     """
-    pressed, solves, theta, there, after = piece != FREE, 0, length, end, piece
-    sign = -1.0 if pressed else 1.0
-    gap, rate = sign * z[3], sign * z[4]
-    opened = MAIN if piece == FREE else FREE
-    if (end[3] <= 0.0) != pressed:
-        after = opened
-        if gap > 0.0 or rate > 0.0:  # else it begins on the surface, and does not move away from it
-            theta, there, solves = locate_end(m, gain, piece, GAP, z, end, length, k, s)
-    else:
-        curvature = 0.5 * sign * (z[5] + end[5])
-        approaches = gap > 0.0 and rate < 0.0 and -rate < curvature * length
-        if approaches and 2.0 * gap * curvature <= rate * rate:
-            reach, solves = -rate / curvature, 1
-            vertex = step_of_law(m, gain, pressed, z, reach, k, s)
-            if (vertex[3] <= 0.0) != pressed:
-                after = opened
-                theta, there, more = locate_end(m, gain, piece, GAP, z, vertex, reach, k, s)
-                solves += more
-    for which in range(FIRST, FIRST + kinks(m, piece)):
-        if margin(m, gain, piece, which, there) < 0.0:
-            at, motion, more = locate_end(m, gain, piece, which, z, there, theta, k, s)
+    solves, theta, there, after, cause = 0, length, end, piece, NOTHING
+    # it begins on the surface, and does not move away from it: it ends where the step ends
+    rests = not (margin(m, gain, piece, GAP, z) > 0.0 or margin_rate(m, gain, piece, GAP, z) > 0.0)
+    which, left = GAP, 1 + kinks(m, piece)
+    while left > 0:  # an end that is found shortens the step, in which the other causes are asked for again
+        reach, motion, more = passed_by(m, gain, piece, which, z, there, theta, k, s)
+        solves, left = solves + more, left - 1
+        if reach > 0.0 and which == GAP and rests:
+            after = following(piece, which)
+        elif reach > 0.0:
+            at, motion, more = locate_end(m, gain, piece, which, z, motion, reach, k, s)
             solves += more
-            if at > AT_ONCE * length:
-                theta, there = at, motion
-                after = MAIN if piece != MAIN else OTHER if which == FIRST else BEYOND
-            elif after == piece:
-                after = piece_at(m, gain, there)
+            if which != GAP and at <= AT_ONCE * length:
+                after = piece_at(m, gain, there) if after == piece else after
+            elif cause == NOTHING or at < theta * (1.0 - SAME):
+                theta, there, after, cause, left = at, motion, following(piece, which), which, kinks(m, piece)
+        which = which + 1 if which < kinks(m, piece) else GAP
     return theta, there, after, solves
 
 

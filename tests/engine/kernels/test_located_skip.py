@@ -16,13 +16,14 @@ from vibroscope.engine import (
     Newmark,
     NewmarkBeta,
     Record,
+    SemiImplicitEuler,
     System,
     TimeStepping,
     simulate,
 )
 from vibroscope.engine.drivers.located import stages_of
 from vibroscope.engine.drivers.parameters import parameters_of
-from vibroscope.engine.drivers.skip_tables import LocatedTables
+from vibroscope.engine.drivers.skip_tables import LocatedTables, Piece
 from vibroscope.engine.drivers.step_maps import bodies_of, step_maps
 from vibroscope.engine.kernels.accelerated import located_skip
 from vibroscope.engine.kernels.accelerated.located_skip import ASKED, CONTACT, FREE
@@ -92,20 +93,38 @@ for law, kind in zip(CONTACT_LAWS[1:], cycle(INTEGRATORS.values()), strict=False
 @pytest.mark.parametrize("method", OTHER_LAWS, ids=repr)
 @pytest.mark.parametrize("eta", [1.08, 2.76])
 @pytest.mark.parametrize("system", [System(), *SYSTEMS], ids=["paper", "preload", "wall"])
-def test_skipped_flights_are_the_plain_loop_with_every_law(system, eta, method, monkeypatch):
-    """The table of flights is made, and of no other mode."""
+def test_skips_are_the_plain_loop_with_every_law(system, eta, method, monkeypatch):
+    """Tables are made of flights and, where a law is piecewise linear, of its pieces; of no other mode."""
     options = {"periods": 4, "keep": 4, "record": Record(2, 300)}
     one = simulate(system, eta, replace(method, every_step=True), **options)
-    watched, skipping = [], located_skip.integrate_skipping_flights
+    watched, skipping = [], located_skip.integrate_law_skipping
 
     def seen(m, skips, *arguments):
         watched.append(skips.tables.counts)
         return skipping(m, skips, *arguments)
 
-    monkeypatch.setattr(located_skip, "integrate_skipping_flights", seen)
+    monkeypatch.setattr(located_skip, "integrate_law_skipping", seen)
     other = simulate(system, eta, method, **options)
-    assert watched[-1].tolist() == [1]
+    flight, *contact = watched[-1]
+    assert flight == 1
+    assert (max(contact, default=0) > 1) == (method.law in ("cut", "limited", "compression"))
     same(one, other, 1e-9)
+
+
+WITHIN_ONE_STEP = [  # settings in which a contact that begins and ends within one step was ended where it begins
+    (-0.3, 1.5017488916437565, 489.4599268299594, 33.46878220254852, 338, "compression"),
+    (0.0, 1.8793099358465852, 447.89756948785134, 33.577324586432866, 336, "compression"),
+]
+
+
+@pytest.mark.parametrize(("clearance", "eta", "stiffness", "damping", "steps", "law"), WITHIN_ONE_STEP)
+def test_a_contact_within_one_step_does_not_end_where_it_begins(clearance, eta, stiffness, damping, steps, law):
+    """Rounding shows whether it does: both ways of taking the same steps then part by tenths."""
+    system = System(clearance=clearance, d1=0.05, d2=0.05)
+    method = TimeStepping(stiffness, damping, steps, SemiImplicitEuler(), "located", law=law)
+    runs = [simulate(system, eta, replace(method, every_step=every), periods=3, keep=3) for every in (True, False)]
+    assert len(runs[0].contacts) == len(runs[1].contacts)
+    np.testing.assert_allclose(runs[1].section, runs[0].section, rtol=0, atol=1e-10)
 
 
 @pytest.mark.parametrize("method", [METHODS[0], METHODS[4], METHODS[-1], OTHER_LAWS[0], OTHER_LAWS[2]], ids=repr)
@@ -138,7 +157,10 @@ def test_no_gap_dips_within_a_piece_by_more_than_its_bound(halvings):
     method = Newmark(2500.0, 8.0, 1000, located=True)
     p = parameters_of(System(), 1.08, method)
     m = located_scheme(p)
-    made, mode = LocatedTables(m, p, NewmarkBeta()), FREE if halvings is None else CONTACT + halvings
+    made, mode = (
+        LocatedTables(m, p, NewmarkBeta(), [Piece(2500.0, 8.0)]),
+        FREE if halvings is None else CONTACT + halvings,
+    )
     tables, length = made.arrays, m.h / 2 ** (halvings or 0)
     tables.counts[mode] = ASKED
     made.make_asked()
@@ -157,5 +179,5 @@ def test_no_gap_dips_within_a_piece_by_more_than_its_bound(halvings):
     row, largest = np.eye(10)[5], 0.0
     for _ in range(max(128, (entries + 1) * int(tables.strides[mode]))):
         largest, row = np.maximum(largest, np.abs(row)), row @ step
-    assert (tables.dips[mode] >= largest * length**2 / 2 * (1 - 1e-9)).all()
-    assert (tables.dips[mode] <= 1.01 * largest * length**2 / 2 + 1e-18).all()
+    assert (tables.dips[mode, 0] >= largest * length**2 / 2 * (1 - 1e-9)).all()
+    assert (tables.dips[mode, 0] <= 1.01 * largest * length**2 / 2 + 1e-18).all()
