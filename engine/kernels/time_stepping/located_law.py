@@ -275,22 +275,38 @@ def lowest(value, rate, last, last_rate, length):
 
 
 @jit_inlined
-def passed_by(m, gain, piece, which, z, end, length, k, s):
-    """A time within a step by which one of its causes has ended a piece, or 0; the motion then; steps solved.
+def asked_at(m, gain, piece, which, z, end, length):
+    """When within a step one cause may have ended a piece: at the end, or at the lowest point of what ends it; else 0.
 
-    Where both ends of the step are in the piece, the lowest point of what ends it is looked for: in flight the vertex
-    of a parabola, as in :mod:`.contact_location`, in contact that of a cubic. The step that ends there decides.
+    In flight that is the vertex of a parabola, as in :mod:`.contact_location`, in contact the one of a cubic.
     """
     value, last = margin(m, gain, piece, which, z), margin(m, gain, piece, which, end)
     if has_ended(piece, last):
-        return length, end, 0
+        return length
     if piece == FREE:
-        reach = vertex_within(value, z[4], 0.5 * (z[5] + end[5]), length)
-    else:
-        rates = margin_rate(m, gain, piece, which, z), margin_rate(m, gain, piece, which, end)
-        reach = lowest(value, rates[0], last, rates[1], length)
-    if reach == 0.0:
-        return 0.0, end, 0
+        return vertex_within(value, z[4], 0.5 * (z[5] + end[5]), length)
+    rates = margin_rate(m, gain, piece, which, z), margin_rate(m, gain, piece, which, end)
+    return lowest(value, rates[0], last, rates[1], length)
+
+
+@jit_inlined
+def stays(m, gain, piece, z, end, length):
+    """Whether nothing can have ended a piece within a step, as in most steps."""
+    staying = True
+    for which in range(1 + kinks(m, piece)):
+        staying = staying and asked_at(m, gain, piece, which, z, end, length) == 0.0
+    return staying
+
+
+@jit_inlined
+def passed_by(m, gain, piece, which, z, end, length, k, s):
+    """A time within a step by which one of its causes has ended a piece, or 0; the motion then; steps solved.
+
+    The step that ends at the lowest point decides whether the piece has ended there.
+    """
+    reach = asked_at(m, gain, piece, which, z, end, length)
+    if reach == 0.0 or reach == length:
+        return reach, end, 0
     there = step_of_law(m, gain, piece != FREE, z, reach, k, s)
     return (reach if has_ended(piece, margin(m, gain, piece, which, there)) else 0.0), there, 1
 
@@ -345,7 +361,9 @@ def advance(m, at, window, buffers):
     point = min(parts, points_passed(length_of_part, offset) + 1.0)
     length = point * length_of_part - offset
     end = step_of_law(m, gain, pressed, z, length, k, offset)
-    length, end, after, more = locate_change(m, gain, piece, z, end, length, k, offset)
+    after, more = piece, 0
+    if not stays(m, gain, piece, z, end, length):
+        length, end, after, more = locate_change(m, gain, piece, z, end, length, k, offset)
     changed = after != piece
     if pressed:
         since += length
