@@ -23,7 +23,7 @@ from vibroscope.app.runtime.workers import ahead_of_jobs
 
 Result = TypeVar("Result")
 
-SWITCH_SECONDS = 0.001  # Python's own 0.005 would delay each of the dozen waits of a move so much
+SWITCH_SECONDS = 0.0002  # each of the dozen waits of a move may be delayed so much; Python's own is 0.005
 
 
 class ThreadedApplication(Application):

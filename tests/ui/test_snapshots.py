@@ -59,7 +59,8 @@ VIEWS = of_scenes() | {
     ),
     "plane": View(f"?tab=plane&{STUDY}", r"\.image|_diverged"),
     "curves": View(
-        "?tab=plane&eta=2&K=1000&D=5&steps=2000&zoom=K:100,10000;D:1,50&choice=curves:on", r"\.image|_diverged"
+        "?tab=plane&eta=2&K=1000&D=5&steps=2000&zoom=K:100,10000;D:1,50&choice=curves:on",
+        r"\.image|_diverged|plane_curves",
     ),
     "basin": View("?tab=basin&eta=3.2&K=12000&D=18&steps=2000", r"\.(image|motion|period)"),
     "step": View(f"?tab=step&{STUDY}", r"_fixed\.(xi2|v2|size)|spread_located\.size"),
