@@ -21,6 +21,7 @@ _STARTS = {"start_xi1": "displacement", "start_v1": "velocity", "start_xi2": "di
 FIELD_QUANTITIES = {"eta": "frequency", "K": "stiffness", "D": "damping", "threshold": "velocity", **_STARTS}
 FIELD_QUANTITIES |= dict.fromkeys(("clearance", "base", "penetration"), "displacement")
 FIELD_QUANTITIES |= dict.fromkeys(("force1", "force2", "constant1", "constant2"), "force")
+FREQUENCY_RATIOS = ("kappa", "kappa3")  # which can be typed as the frequency that they give
 # In units: other quantities than η and D, and other symbols than those without dimension.
 _LABELS = {"eta": ("f", "excitation frequency"), "D": ("2D", "penalty damper")}
 _LABELS |= {
@@ -102,7 +103,7 @@ def shown_field(name: str, setting: Setting) -> ShownField:
         hint = rule.doc if name != "eta" or setting.is_driven else _NOT_DRIVEN
         return ShownField(rule.label, hint, "", 1.0, {"": 1.0, **share}, natural)
     if name not in FIELD_QUANTITIES:
-        ratio = {"Hz": 2 * math.pi / setting.omega1} if name in ("kappa", "kappa3") else {}  # as the frequency it gives
+        ratio = {"Hz": 2 * math.pi / setting.omega1} if name in FREQUENCY_RATIOS else {}
         return ShownField(rule.label, rule.doc, "", 1.0, {"": 1.0, **share, **ratio})
     quantity = FIELD_QUANTITIES[name]
     label, hint = _LABELS.get(name, (rule.label, rule.doc))

@@ -15,6 +15,7 @@ from vibroscope.engine import (
     NewmarkBeta,
     System,
     Units,
+    end_text,
 )
 from vibroscope.engine.excitation import AMPLITUDE_RANGE, PHASE_RANGE
 from vibroscope.engine.integrators import ALPHA_RANGE, BETA_RANGE, GAMMA_RANGE, RHO_RANGE
@@ -209,3 +210,11 @@ def bounds_of(name: str) -> tuple[float, float]:
     """Smallest and largest value that a number may have; where its range is open, the last number before its end."""
     (low, high), (has_low, has_high) = Explorer.param[name].bounds, Explorer.param[name].inclusive_bounds
     return low if has_low else math.nextafter(low, high), high if has_high else math.nextafter(high, low)
+
+
+def range_text(bounds: tuple[float, float], factor: float = 1.0) -> str:
+    """A range times a factor, as "0 to 1000", or "above 0 to below 1" where the last number before an end is given."""
+    (low, high), (before, after) = bounds, (math.nextafter(bounds[0], -math.inf), math.nextafter(bounds[1], math.inf))
+    first = f"above {end_text(factor * before)}" if len(repr(before)) < len(repr(low)) else end_text(factor * low)
+    last = f"below {end_text(factor * after)}" if len(repr(after)) < len(repr(high)) else end_text(factor * high)
+    return f"{first} to {last}"

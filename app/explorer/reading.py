@@ -13,7 +13,7 @@ from inspect import signature
 
 import param
 from vibroscope.app.explorer.errors import Refused
-from vibroscope.app.explorer.parameters import FIELDS, Explorer, bounds_of
+from vibroscope.app.explorer.parameters import FIELDS, Explorer, bounds_of, range_text
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.runtime.limits import CostLimitError, check_cost
 from vibroscope.app.runtime.number_text import LONGEST_NUMBER, print_number, quote
@@ -177,7 +177,7 @@ def read_number(name: str, text: object, bounds: tuple[float, float], whole: boo
     """The number that ``text`` gives for ``name``; raises `Refused` if it gives none within ``bounds``."""
     low, high = bounds
     kind = "a whole number" if whole else "a number"
-    refusal = Refused(name, f"{name} must be {kind} from {end_text(low)} to {end_text(high)}, not {quote(text)}.")
+    refusal = Refused(name, f"{name} must be {kind} from {range_text(bounds)}, not {quote(text)}.")
     if not isinstance(text, str) or len(text) > LONGEST_NUMBER or not _NUMBER.fullmatch(text.strip()):
         raise refusal
     value = float(text)

@@ -11,13 +11,12 @@ from collections.abc import Mapping
 
 import param
 from vibroscope.app.explorer.errors import Refused
-from vibroscope.app.explorer.field_units import ShownField, shown_field
-from vibroscope.app.explorer.parameters import FIELDS, START_FIELDS, Explorer, bounds_of
+from vibroscope.app.explorer.field_units import FIELD_QUANTITIES, FREQUENCY_RATIOS, ShownField, shown_field
+from vibroscope.app.explorer.parameters import FIELDS, START_FIELDS, Explorer, bounds_of, range_text
 from vibroscope.app.explorer.physical_fields import PHYSICAL_FIELDS, physical_bounds, physical_field
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.runtime.number_text import parse_typed, print_number, quote, two_meanings
 from vibroscope.app.runtime.typed_units import is_unit, list_units, scaled, seconds_of, steps_of_time
-from vibroscope.engine import end_text
 
 _PART = re.compile(r"\s*[1T]\s*/(.*)", re.DOTALL)
 _NO_UNITS = {"": 1.0}
@@ -65,10 +64,11 @@ def read_typed_number(
         return print_number(fitting[0][1])
     if fitting:
         raise Refused(name, two_meanings(text, tuple(number for number, _ in fitting), typed.unit))
-    ends = " to ".join(end_text(end / units[""]) for end in bounds)
     kind = "a whole number" if whole else "a number"
-    unknown = f" in {list_units(units)}" if typed.numbers and size is None and len(units) > 1 else ""
-    raise Refused(name, f"{name} must be {kind} from {ends}{shown and f' {shown}'}{unknown}, not {quote(text)}.")
+    others = f" {'in' if shown else 'or in'} {list_units(units)}" if len(units) > 1 else ""
+    unknown = others if typed.numbers and size is None else ""
+    span = range_text(bounds, 1 / units[""])
+    raise Refused(name, f"{name} must be {kind} from {span}{shown and f' {shown}'}{unknown}, not {quote(text)}.")
 
 
 def plain_texts(texts: Mapping[str, object], setting: Setting) -> dict[str, object]:
@@ -105,7 +105,8 @@ def _read_field(name: str, text: object, setting: Setting) -> object:
             return steps
         text = _part_of_period(text)
     field, whole = shown_field(name, setting), isinstance(rule, param.Integer)
-    advice = " A unit can be typed once Units is SI or mm-t-s." if setting.scale is None else ""
+    with_unit = setting.scale is None and (name in FIELD_QUANTITIES or name in FREQUENCY_RATIOS)
+    advice = " A unit can be typed once Units is SI or mm-t-s." if with_unit else ""
     return _read_number(name, text, field, bounds_of(name), whole, advice)
 
 

@@ -79,6 +79,20 @@ def test_what_is_no_number_is_refused_with_the_range(text):
         typed("K", text)
 
 
+@pytest.mark.parametrize(
+    ("name", "text", "words"),
+    [
+        ("d1", "1", "d₁ must be a number from 0 to below 1, not “1”."),
+        ("step_scale", "0", "s must be a number from above 0 to 1e6, not “0”."),
+        ("restitution", "0.5 mm", "e must be a number from 0 to 1 or in %, not “0.5 mm”."),  # no unit would do
+    ],
+)
+def test_the_range_says_whether_its_ends_are_in_it(name, text, words):
+    with pytest.raises(Refused) as refusal:
+        typed(name, text)
+    assert str(refusal.value) == words
+
+
 UNITS = {"units": "mm-t-s", "omega1": 2 * math.pi * 15, "m1": 2.0, "amplitude": 0.5}
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from vibroscope.app.explorer.field_units import plain_unit, shown_field
-from vibroscope.app.explorer.parameters import EXCITATION_FIELDS, START_FIELDS, Explorer
+from vibroscope.app.explorer.parameters import EXCITATION_FIELDS, START_FIELDS, Explorer, bounds_of, range_text
 from vibroscope.app.explorer.physical_fields import (
     OTHER_FORM,
     PHYSICAL_FIELDS,
@@ -13,7 +13,7 @@ from vibroscope.app.explorer.physical_fields import (
 )
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.runtime.number_text import print_number
-from vibroscope.engine import end_text, written
+from vibroscope.engine import written
 
 # Titles and fields of the groups; of the fields those are shown that apply to the system and to the units.
 _BODY = ("mass{}_kg", "stiffness{}_N_per_m", "frequency{}_Hz", "damping{}_ratio", "damping{}_Ns_per_m")
@@ -94,11 +94,10 @@ def physical_field_text(value: float) -> str:
 
 def plain_description(name: str, setting: Setting) -> dict:
     """How a parameter of `Explorer` is shown; ``locked``: why it cannot be changed, empty if it can."""
-    field, rule = shown_field(name, setting), Explorer.param[name]
-    low, high = (end_text(field.factor * end) for end in rule.bounds)
+    field = shown_field(name, setting)
     return _description(
         field,
-        f"{low} to {'' if rule.inclusive_bounds[1] else 'below '}{high}",
+        range_text(bounds_of(name), field.factor),
         why_locked(name, setting),
     )
 
