@@ -180,13 +180,16 @@ def test_the_budget_of_a_session_covers_all_its_connections(server):
         four = Client(server.url)
         with pytest.raises(ConnectionError):  # the server closes instead of acknowledging
             await four.connect(token)
-        for _ in range(2):  # not too much for one connection alone
-            for client in (one, two, three):
-                await client.send("PULL-DOC-REQ", {})
-        with pytest.raises(ConnectionError):
-            await every((one, two, three), "PULL-DOC-REPLY")
-        for client in (one, two, three, four):
-            client.socket.close()
+        try:
+            # Closed before all is answered, on a busy machine even before all is sent.
+            with pytest.raises((ConnectionError, WebSocketClosedError)):
+                for _ in range(2):  # not too much for one connection alone
+                    for client in (one, two, three):
+                        await client.send("PULL-DOC-REQ", {})
+                await every((one, two, three), "PULL-DOC-REPLY")
+        finally:
+            for client in (one, two, three, four):
+                client.socket.close()
 
     run(steps())
 
