@@ -10,11 +10,14 @@ from html import escape
 
 NOT_KNOWN = "not known"  # no sentence holds nan or inf
 MOST_DIGITS = 6  # of a share beside a limit that it hardly differs from
+MOST = 10  # a share above it is of a motion that has nothing to do with the other: how much above tells nobody anything
 WRITTEN_OUT = 1e6  # counts from here on are given in millions
 
 
 def percent(fraction: float, beside: float | None = None) -> str:
     """A fraction in per cent with two digits, never with an exponent; rounding errors count as zero.
+
+    What is above 1000 % is said to be so.
 
     Parameters
     ----------
@@ -29,11 +32,15 @@ def percent(fraction: float, beside: float | None = None) -> str:
     ('1.2 %', '0 %')
     >>> percent(0.0999), percent(0.0999, beside=0.1)
     ('10 %', '9.99 %')
+    >>> percent(1.2e7)
+    'more than 1000 %'
     """
     if not math.isfinite(100 * fraction):
         return NOT_KNOWN
     if fraction < 1e-7:
         return "0 %"
+    if fraction > MOST:
+        return f"more than {100 * MOST} %"
     digits = 2
     text = rounded(100 * fraction, digits)
     while beside is not None and digits < MOST_DIGITS and _hides_side(float(text) / 100, fraction, beside):

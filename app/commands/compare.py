@@ -3,6 +3,7 @@
 import argparse
 import json
 import math
+from collections.abc import Iterable
 from dataclasses import fields
 from textwrap import wrap
 
@@ -254,40 +255,48 @@ def as_text(
             "",
             *wrap(judgement.headline, 100),
             "",
-            *part_lines(comparison, split, of_step),
-            *_motion_lines(comparison),
+            *columns([*part_rows(comparison, split, of_step), *_motion_rows(comparison)]),
             "",
             *details,
         ]
     )
 
 
-def part_lines(comparison: Comparison, split: Regularisation | None, of_step: TimeStepParts | None = None) -> list[str]:
-    """The difference and its parts as the verdict takes them, one a line."""
+def columns(rows: Iterable[tuple[str, str]]) -> list[str]:
+    """Labels and what they stand for, below each other."""
+    rows = list(rows)
+    width = max(22, *(len(label) + 2 for label, _ in rows))  # one width for most comparisons; the name of a law is long
+    return [f"{label:{width}}{text}" for label, text in rows]
+
+
+def part_rows(
+    comparison: Comparison, split: Regularisation | None, of_step: TimeStepParts | None = None
+) -> list[tuple[str, str]]:
+    """The difference and its parts as the verdict takes them: label and share."""
     if comparison.parts is None:
-        return [f"{'difference':22}not known: a run ended early"]
+        return [("difference", "not known: a run ended early")]
     found = comparison.difference
     head = {"displacements": "difference (rms)", "sections": "sections differ by"}[found.measure]
     chance = f" (chance explains up to {percent(found.chance)})" if found.chance and math.isfinite(found.total) else ""
-    lines = [f"{head:22}{percent(found.total)}{chance}"]
+    rows = [(head, f"{percent(found.total)}{chance}")]
     own = {"time_step": (of_step, TIME_STEP_PARTS), "regularisation": (split, SPLIT)}
     for name, share in found.parts.items():
-        lines.append(f"{'  ' + found.name(name):22}{percent(share)}")
+        rows.append((f"  {found.name(name)}", percent(share)))
         parts, names = own.get(name, (None, ()))
         if parts is not None and parts.in_step and found.measure == "displacements":
             sizes = ((part, comparison.parts.relative(getattr(parts, part))) for part in names)
             known = ((part, size) for part, size in sizes if not math.isnan(size))
-            lines += [f"{'    ' + part.replace('_', ' '):22}{percent(size)}" for part, size in known]
-    return lines
+            rows += [(f"    {part.replace('_', ' ')}", percent(size)) for part, size in known]
+    return rows
 
 
-def _motion_lines(comparison: Comparison) -> list[str]:
+def _motion_rows(comparison: Comparison) -> list[tuple[str, str]]:
     """Both motions, which a free vibration does not repeat."""
     motions = {"reference": comparison.reference, "penalty": comparison.penalty}
     texts = {name: "free vibration" if comparison.is_free else _motion_text(each) for name, each in motions.items()}
     if comparison.runs.penalty.status is Status.WITHOUT_SOLUTION:
         texts["penalty"] = "not known: stopped at a step without a solution"
-    return [f"{name:22}{text}" for name, text in texts.items()]
+    return list(texts.items())
 
 
 def _motion_text(motion: Motion) -> str:
@@ -306,4 +315,4 @@ def _physical_lines(comparison: Comparison, units: Units) -> list[str]:
             "  penalty": motion_text(units, penalty.eta, comparison.penalty, penalty.method) or "nothing known",
         }
     )
-    return ["", *(f"{name:22}{text}" for name, text in (rows | motions).items())]
+    return ["", *columns((rows | motions).items())]

@@ -34,7 +34,7 @@ def detail_sentences(comparison: Comparison, experiments: list[Experiment]) -> t
     shares = [percent(motion.contact_share) for motion in (comparison.reference, comparison.penalty)]
     lines.append(f"Contact takes {shares[0]} of the time in the reference, {shares[1]} in the penalty solution.")
     if experiments:
-        left = "; ".join(f"{_name(each)} leaves {percent(each.remaining)}" for each in experiments)
+        left = "; ".join(f"{_leaves(each)} {percent(each.remaining)}" for each in experiments)
         lines.append(f"If one number alone is changed: {left}.")
     return tuple(lines)
 
@@ -74,11 +74,15 @@ def duration_sentences(comparison: Comparison) -> tuple[str, ...]:
     return (f"A contact of this K and D lasts τ = {duration:.4g}: {rounded(steps, 2)} steps.",)
 
 
+def _leaves(experiment: Experiment) -> str:
+    if experiment.method is not None and experiment.changed == "steps":
+        return f"{experiment.method.steps:,} steps leave"
+    return f"{_name(experiment)} leaves"
+
+
 def _name(experiment: Experiment) -> str:
     if experiment.method is None:
         return f"no {'time step' if experiment.changed == 'steps' else 'joint damping'}"
-    if experiment.changed == "steps":
-        return f"{experiment.method.steps:,} steps"
     if experiment.changed in ("status", "integrator", "law"):
         name = "status" if is_located(experiment.method) else experiment.changed
         value = "located" if is_located(experiment.method) else getattr(experiment.method, experiment.changed)

@@ -1,6 +1,7 @@
 """``vibroscope compare``, as scripts and people see it."""
 
 import json
+import re
 
 import numpy as np
 import pytest
@@ -105,6 +106,21 @@ def test_text_holds_the_verdict_and_the_parts(capsys):
     ):
         assert name in lines
     assert "nan" not in out
+
+
+def test_columns_hold_the_longest_name_of_a_law(capsys):
+    _, out, _ = run(capsys, "--eta 2.76 --K 12000 --law constant-restitution --steps 500 --status located")
+    begins = [re.search(r"\S  +(\S.*)", line) for line in out.splitlines()]
+    rows = [found for found in begins if found and found.group(1)[0].isdigit()]
+    assert any("(law constant-restitution)" in found.string for found in rows)
+    assert len({found.start(1) for found in rows}) == 1
+
+
+def test_a_change_that_destroys_the_motion_leaves_more_than_1000_percent(capsys):
+    setting = "--eta 2.76 --K 12000 --law hunt-crossley --exponent 1 --integrator tr-bdf2 --steps 50 --status end"
+    text = " ".join(run(capsys, f"{setting} --without-solution halve")[1].split())
+    assert "K = 120000 leaves more than 1000 %" in text
+    assert "500 steps leave 37 %" in text
 
 
 @pytest.mark.parametrize(
