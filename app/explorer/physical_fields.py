@@ -19,7 +19,7 @@ from vibroscope.app.explorer.ranges import slider_range
 from vibroscope.app.explorer.reading import read_number
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.runtime.number_text import print_value
-from vibroscope.engine import System, Units, end_text
+from vibroscope.engine import System, Units
 from vibroscope.engine.physical import EITHER, KEYS, physical_entry, system_of_physical
 
 _NAMED = {  # by the name in `KEYS`: symbol, and the quantity whose units may be typed
@@ -94,12 +94,6 @@ def physical_bounds(name: str) -> tuple[float, float]:
     allowed = KEYS[name].allowed
     low = 0.0 if name in _BASE else _LEAST if allowed.open_low else allowed.low  # a base at rest has the amplitude 0
     return low, math.nextafter(allowed.high, 0.0) if allowed.open_high else allowed.high
-
-
-def physical_range(name: str) -> str:
-    """The range of a number that may be typed, in words."""
-    low, high = physical_bounds(name)
-    return f"{end_text(low)} to {'below ' if KEYS[name].allowed.open_high else ''}{end_text(high)}"
 
 
 def physical_numbers(setting: Setting) -> dict[str, float]:

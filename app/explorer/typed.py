@@ -65,7 +65,7 @@ def read_typed_number(
     if fitting:
         raise Refused(name, two_meanings(text, tuple(number for number, _ in fitting), typed.unit))
     kind = "a whole number" if whole else "a number"
-    others = f" {'in' if shown else 'or in'} {list_units(units)}" if len(units) > 1 else ""
+    others = f"{', typed in' if shown else ' or in'} {list_units(units)}" if len(units) > 1 else ""
     unknown = others if typed.numbers and size is None else ""
     span = range_text(bounds, 1 / units[""])
     raise Refused(name, f"{name} must be {kind} from {span}{shown and f' {shown}'}{unknown}, not {quote(text)}.")

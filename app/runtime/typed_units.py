@@ -37,7 +37,7 @@ def seconds_of(unit: str) -> float | None:
 
 def is_unit(unit: str) -> bool:
     """Whether what is typed after a number is a unit of some quantity."""
-    return any(unit in units for units in TYPED_UNITS.values())
+    return bool(unit) and any(unit in units for units in TYPED_UNITS.values())
 
 
 def list_units(units: Mapping[str, float]) -> str:

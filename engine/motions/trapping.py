@@ -83,7 +83,7 @@ def trapping_regions(
         If ``cancelled`` returned true.
     """
     poincare = PoincareMap(system, eta, method, cancelled)
-    if not system.excitation.drives and system.d1 > 0 and (system.wall or system.d2 > 0):
+    if not system.excitation.drives and all(d > 0 for d in _dampers(system, method)):
         return [Region(poincare.displacements(poincare.coordinates(found.state)), np.zeros((4, 4)))]
     state, regions = poincare.coordinates(found.state), []
     to_map = _linear_part(system)
@@ -100,6 +100,14 @@ def trapping_regions(
             regions.append(Region(poincare.displacements(state), factor @ to_map))
         state = poincare(state, apart).state
     return regions
+
+
+def _dampers(system: System, method: Reference | ExactPenalty) -> tuple[float, ...]:
+    """Every damper that a motion may have to come to rest by: of each body, and of both joined."""
+    if system.wall:
+        return (system.d1,)
+    joined = (system.joint_damping(method.joint_damping),) if isinstance(method, Reference) else ()
+    return (system.d1, system.d2, *joined)
 
 
 def _turns(largest: float) -> int:

@@ -205,6 +205,9 @@ def test_a_motion_with_overlap_is_opened_beside_it_and_the_words_say_so():
 
 def test_words_say_how_fast_a_run_leaves_an_unstable_motion():
     assert stability_words(0.5 + 0j, 1) == "stable (largest multiplier 0.5)."
+    assert stability_words(complex(np.nan), 1) == "of unknown stability."
+    nearly = "unstable (largest multiplier 1.0000011): a small deviation grows 1.0000011-fold every period"
+    assert stability_words(1.0000011 + 0j, 1).startswith(nearly)
     words = stability_words(-10 + 0j, 2)
     assert words.startswith("unstable (largest multiplier −10): a small deviation grows 10-fold every 2 periods")
     assert "after about 24 excitation periods" in words

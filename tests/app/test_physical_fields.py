@@ -115,7 +115,7 @@ def test_contact_and_start_keep_their_physical_values_while_the_slider_reaches_t
         ("mass1_kg", "0", r"m₁ must be a number from 1e-9 to 1e12 kg, not “0”"),
         ("mass1_kg", "-2", r"m₁ must be"),
         ("clearance_mm", "1e308", r"g₀ must be a number from -1e15 to 1e15 mm"),
-        ("stiffness1_N_per_m", "2 kg", r"k₁ must be .* in N/m, kN/m, MN/m, N/mm, kN/mm, not “2 kg”"),
+        ("stiffness1_N_per_m", "2 kg", r"k₁ must be .* typed in N/m, kN/m, MN/m, N/mm, kN/mm, not “2 kg”"),
         ("damping1_ratio", "1", r"d₁ must be a number from 0 to below 1, not “1”"),
         ("damping1_Ns_per_m", "1e6", r"c₁ must be from 0 to below 376.991 N·s/m so that the body can swing; 1e6 was"),
         ("mass2_kg", "1e12", r"m₂ must be from 2e-9 to 2e9 kg beside m₁ = 2; 1e12 was given"),

@@ -59,6 +59,10 @@ def test_what_has_no_damper_does_not_come_to_rest():
     found = steady(damped, 1.7, Reference())
     assert trapping_regions(damped, 1.7, Reference(), found)
     assert not trapping_regions(replace(damped, d1=0.0), 1.7, Reference(), found)
+    pressed = System(clearance=-0.5, d3=0.0, excitation=Excitation(base=0.0))  # joined, they swing for ever
+    found = steady(pressed, 1.7, Reference("derived"), initial=pressed.rest)
+    assert not trapping_regions(pressed, 1.7, Reference("table"), found)
+    assert trapping_regions(pressed, 1.7, Reference("derived"), found)
 
 
 def test_regions_are_larger_than_rounding_and_hold_their_centre():

@@ -7,9 +7,9 @@ from vibroscope.app.explorer.parameters import EXCITATION_FIELDS, START_FIELDS, 
 from vibroscope.app.explorer.physical_fields import (
     OTHER_FORM,
     PHYSICAL_FIELDS,
+    physical_bounds,
     physical_field,
     physical_numbers,
-    physical_range,
 )
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.runtime.number_text import print_number
@@ -103,7 +103,7 @@ def plain_description(name: str, setting: Setting) -> dict:
 
 
 def _physical_description(name: str, setting: Setting) -> dict:
-    return _description(physical_field(name), physical_range(name), why_locked(name, setting))
+    return _description(physical_field(name), range_text(physical_bounds(name)), why_locked(name, setting))
 
 
 def _description(field, allowed: str, locked: str) -> dict:

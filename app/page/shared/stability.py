@@ -4,20 +4,25 @@ import math
 
 from vibroscope.engine.wording import every
 
+_NEAR_ONE = 5e-4  # a modulus nearer to 1 takes more digits than four, which would show no difference
 _EXACT = 1e-12  # size of the errors with which a run begins, in displacements: what an unstable motion enlarges
 
 
-def multiplier_words(multiplier: complex) -> str:
+def multiplier_words(multiplier: complex, digits: int = 4) -> str:
     """A Floquet multiplier; of a pair, both."""
     if not math.isfinite(abs(multiplier)):
         return "∞"
-    real = f"{multiplier.real:.4g}".replace("-", "−")
-    return real if abs(multiplier.imag) < 1e-9 else f"{real} ± {abs(multiplier.imag):.4g}i"
+    real = f"{multiplier.real:.{digits}g}".replace("-", "−")
+    return real if abs(multiplier.imag) < 1e-9 else f"{real} ± {abs(multiplier.imag):.{digits}g}i"
 
 
 def stability_words(largest: complex, period: int) -> str:
     """Whether a motion is stable by its largest multiplier, and how fast a run leaves it."""
-    size, shown = abs(largest), multiplier_words(largest)
+    size = abs(largest)
+    if math.isnan(size):
+        return "of unknown stability."
+    digits = 4 if abs(size - 1) > _NEAR_ONE else 8
+    shown = multiplier_words(largest, digits)
     if not math.isfinite(size):
         return "at the edge of an impact, where a small deviation has no bounded effect (multiplier ∞)."
     if size < 1:
@@ -26,5 +31,5 @@ def stability_words(largest: complex, period: int) -> str:
         return f"at the edge of its stability (largest multiplier {shown})."
     periods = max(period, round(-math.log(_EXACT) / math.log(size) * period))
     left = f"after about {periods:,} excitation periods" if periods < 2000 else "very slowly"
-    grows = f"a small deviation grows {size:.3g}-fold {every(period)}"
+    grows = f"a small deviation grows {size:.{digits}g}-fold {every(period)}"
     return f"unstable (largest multiplier {shown}): {grows}, and a run that begins on it leaves it {left}."
