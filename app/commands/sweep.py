@@ -13,6 +13,7 @@ from vibroscope.app.commands.interrupt import watch_interrupt
 from vibroscope.app.commands.numbers import count, measured, measured_count, number, span, state_numbers, step_numbers
 from vibroscope.app.commands.options import (
     ETA,
+    OF_SOLVERS,
     SOLVER_OPTIONS,
     add_integrator_options,
     add_stiffness_option,
@@ -76,11 +77,11 @@ def _study(
 ) -> argparse.ArgumentParser:
     command = studies.add_parser(name, allow_abbrev=False, help=text, description=text)
     add = command.add_argument
-    add("--transient", type=count, metavar="N", help="periods before the sample (%(default)s)")
-    add("--sample", type=count, metavar="N", help="periods to describe (%(default)s)")
+    add("--transient", type=count, metavar="N", help="periods before the sample (default %(default)s)")
+    add("--sample", type=count, metavar="N", help="periods of the sample, which are described (default %(default)s)")
     add("--out", required=True, metavar="PATH", help="a folder, or a URL that fsspec knows (s3://bucket/name)")
     add("--scheduler", metavar="ADDRESS", help="run on the Dask cluster of this scheduler (extra `cluster`)")
-    add("--threads", type=int, metavar="N", help="on this machine, or for a chunk on the cluster")
+    add("--threads", type=int, metavar="N", help="solver threads on this machine, or for a chunk on the cluster")
     add("--json", action="store_true", help="print one JSON object")
     add_system_option(command)
     defaults = {name: default_of(sweep, name) for name in ("transient", "sample")}
@@ -92,11 +93,12 @@ def _add_solver(command: argparse.ArgumentParser, *, follows: bool) -> None:
     """The solver and its numbers; ``follows``: whether K can follow the step."""
     add = command.add_argument
     add("--solver", required=True, choices=tuple(SOLVER_OPTIONS), help="as in `vibroscope simulate`")
-    add_stiffness_option(command, "exact, newmark: contact stiffness", follows=follows)
+    newmark = OF_SOLVERS["newmark"]
+    add_stiffness_option(command, "exact, newmark: contact stiffness", follows=follows, newmark=newmark)
     add("--D", type=measured, metavar="F", help="exact, newmark: contact damping")
     add("--steps", type=measured_count, metavar="N", help="newmark: steps per excitation period")
     add("--located", action="store_true", help="newmark: cut the steps at each contact change")
-    add_integrator_options(command)
+    add_integrator_options(command, **OF_SOLVERS)
     usual = Reference()
     add("--joint-damping", choices=("table", "derived"), help=f"reference (default {usual.joint_damping})")
     add("--threshold", type=measured, metavar="F", help=f"reference (default {usual.threshold:g})")
@@ -129,9 +131,14 @@ def _add_plane(studies) -> None:
     add("--K", required=True, type=span, metavar="a:b:n", help="contact stiffness, n values from a to b")
     add("--D", required=True, type=span, metavar="a:b:n", help="contact damping, n values from a to b")
     add("--steps", type=measured_count, metavar="N", help="newmark: steps per excitation period")
-    add("--solver", choices=("newmark", "exact"), default="newmark", help="with or without a time step (newmark)")
+    add(
+        "--solver",
+        choices=("newmark", "exact"),
+        default="newmark",
+        help="with or without a time step (default %(default)s)",
+    )
     add("--located", action="store_true", help="newmark: cut the steps at each contact change")
-    add_integrator_options(command)
+    add_integrator_options(command, **OF_SOLVERS)
     add("--no-error", action="store_true", help="without error, its parts and the exact penalty model beside: faster")
 
 
@@ -175,12 +182,12 @@ def _add_basin(studies) -> None:
 
 
 def _add_difference(studies) -> None:
-    text = "from which share of the starts two solvers end on different motions"
+    text = "share of the starts from which two solvers end on different motions"
     command = studies.add_parser(
         "basin-difference",
         allow_abbrev=False,
         help=text,
-        description=f"{text.capitalize()}: of two results of `vibroscope sweep basin` over the same cells.",
+        description=f"{text.capitalize()}, from two results of `vibroscope sweep basin` over the same cells.",
     )
     for name in ("first", "second"):
         command.add_argument(name, metavar=name.upper(), help="a folder, or a URL that fsspec knows")

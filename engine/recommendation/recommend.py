@@ -249,7 +249,18 @@ def design_curve(
     progress: Callable[[float], None] | None = None,
     **options,
 ) -> list[Recommendation]:
-    """Return a recommendation for each η, with the options of :func:`recommend`: how K, D and n change with η."""
+    """Return a recommendation for each η: how K, D and n change with η.
+
+    Parameters
+    ----------
+    system : System
+    etas : sequence of float
+        Excitation frequencies η = Ω/ω₁.
+    progress : callable, optional
+        Called with the fraction that is done at least, 0 to 1.
+    **options
+        Those of :func:`recommend`, whose exceptions are raised, too.
+    """
     etas = [check_eta(eta) for eta in etas]
     progress = progress or no_progress
     return [

@@ -173,6 +173,12 @@ def test_a_flood_within_one_message_ends_the_connection(server):
 
 
 def test_the_budget_of_a_session_covers_all_its_connections(server):
+    async def ask_for_documents(*clients):
+        for _ in range(2):  # not too much for one connection alone
+            for client in clients:
+                await client.send("PULL-DOC-REQ", {})
+        await every(clients, "PULL-DOC-REPLY")
+
     async def steps():
         token = await token_of(server.url)
         one = await Client(server.url).open(token)  # the document is sent once
@@ -183,10 +189,7 @@ def test_the_budget_of_a_session_covers_all_its_connections(server):
         try:
             # Closed before all is answered, on a busy machine even before all is sent.
             with pytest.raises((ConnectionError, WebSocketClosedError)):
-                for _ in range(2):  # not too much for one connection alone
-                    for client in (one, two, three):
-                        await client.send("PULL-DOC-REQ", {})
-                await every((one, two, three), "PULL-DOC-REPLY")
+                await ask_for_documents(one, two, three)
         finally:
             for client in (one, two, three, four):
                 client.socket.close()
