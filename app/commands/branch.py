@@ -87,6 +87,8 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _run(options: argparse.Namespace, kept: KeptBranches | None) -> int:
+    if options.over == "eta" and options.eta is not None:
+        note("--eta has no effect where eta varies")
     seeds = read_basin(options.from_basin) if options.from_basin is not None else None
     if seeds is not None and options.eta is None:
         options.eta = seeds.eta

@@ -1,7 +1,7 @@
 """Options that several commands share, and the objects that they describe."""
 
 import argparse
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import fields, replace
 from inspect import signature
 
@@ -320,16 +320,21 @@ def method_of(options: argparse.Namespace) -> Method:
     missing = [f"--{name}" for name in needed if getattr(options, name) is None]
     if options.solver == "newmark" and getattr(options, "stiffness_of_step", None) is not None:
         missing = [name for name in missing if name != "--K"]
-    if missing:
-        raise ValueError(
-            f"the {options.solver} solver needs {', '.join(missing)}; the paper's numbers for eta 2.76: "
-            f"--K 12000 --D 18{' --steps 8000' if options.solver == 'newmark' else ''}"
-        )
+    refuse_missing(options.solver, missing)
     if options.solver == "reference":
         return reference_of(options)
     if options.solver == "exact":
         return ExactPenalty(options.K, options.D, **law_of(options))
     return stepping_of(options)
+
+
+def refuse_missing(solver: str, missing: Sequence[str]) -> None:
+    """Raise ValueError, with numbers to begin with, if options that a solver needs are missing."""
+    if missing:
+        steps = " --steps 8000" if solver == "newmark" else ""
+        raise ValueError(
+            f"the {solver} solver needs {', '.join(missing)}; the paper's numbers for eta 2.76: --K 12000 --D 18{steps}"
+        )
 
 
 def law_of(options: argparse.Namespace) -> dict[str, str | float]:
@@ -359,10 +364,10 @@ def stepping_of(options: argparse.Namespace, **numbers: float) -> Newmark | Time
         del given["integrator"]
     law, every_step = law_of(options), getattr(options, "every_step", False)
     linear = law.get("law", NEWMARK_LAWS[0]) in NEWMARK_LAWS
-    if not given and linear and (located or status == CONTACT_STATUSES[0]):
-        return Newmark(K, D, n, every_step, located, **law)
     if located and status not in (CONTACT_STATUSES[0], "located"):
         raise ValueError(f"--located is --status located, and goes with no --status {status}")
+    if not given and linear and (located or status == CONTACT_STATUSES[0]):
+        return Newmark(K, D, n, every_step, located, **law)
     status = "located" if located else status
     kind = INTEGRATORS[given.pop("integrator", NewmarkBeta.name)]
     more = {name: given.pop(name) for name in ("without_solution", "initial_acceleration") if name in given}

@@ -23,10 +23,12 @@ from vibroscope.app.commands.options import (
     law_of,
     note_unused,
     reference_of,
+    refuse_missing,
     stepping_of,
     stiffness_of,
     system_of,
 )
+from vibroscope.app.commands.output import note
 from vibroscope.engine import (
     COORDINATES,
     DIRECTIONS,
@@ -238,7 +240,7 @@ def _start_axis(text: str) -> tuple[str, tuple]:
 def _eta(options: argparse.Namespace, **how):
     system = _system(options)
     if options.over == "eta" and options.eta is not None:
-        print("vibroscope: --eta has no effect where eta is swept", file=sys.stderr)
+        note("--eta has no effect where eta is swept")
     values = spaced(options.over, options.low, options.high, options.count, logarithmic=options.logarithmic)
     return sweep_eta(
         system,
@@ -276,10 +278,7 @@ def _method(options: argparse.Namespace) -> Method:
     values = vars(options) | ({"K": stiffness_of(options)} if options.solver == "newmark" else {})
     given = {name: options.low if name == options.over else values[name] for name in names}
     needed = [name for name in names if name != "D" or options.law not in LAWS_BY_RESTITUTION]
-    if missing := [f"--{name}" for name in needed if given[name] is None]:
-        raise ValueError(
-            f"the {options.solver} solver needs {', '.join(missing)}; the paper's numbers: --K 12000 --D 18"
-        )
+    refuse_missing(options.solver, [f"--{name}" for name in needed if given[name] is None])
     if options.solver == "exact":
         return ExactPenalty(given["K"], given["D"], **law_of(options))
     return stepping_of(options, **given)
@@ -289,6 +288,8 @@ def _plane(options: argparse.Namespace, **how):
     exact = options.solver == "exact"
     if not exact and options.steps is None:
         raise ValueError("the newmark solver needs --steps; the paper takes --steps 2000")
+    if exact and options.steps is not None:
+        note("--steps has no effect on the exact solver")
     axes = [spaced(name, *getattr(options, name), logarithmic=True) for name in ("K", "D")]
     steps = None if exact else options.steps
     more = {"parts": not options.no_error}
