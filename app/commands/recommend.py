@@ -69,7 +69,8 @@ def add(commands) -> None:
     add(
         "--code",
         metavar="NAME",
-        help="what this code of `vibroscope codes` has: its integrators, contact status and law; answers in its words",
+        help="search with the integrators, the contact status and the law of this code of `vibroscope codes`; the "
+        "answer has the keywords of its input",
     )
     add_joint_damping_option(command)
     add("--K", type=measured, metavar="F", help="hold K and look for the rest")
