@@ -43,9 +43,9 @@ def _check_difference(scene: Scene) -> tuple[Finding, float]:
     blurred = ", blurred by the time step" if penalty.step_noise else ""
     text = (
         f"{cycle_text(penalty.near_period).capitalize()}{blurred}, "
-        f"{count_text(penalty.contacts_per_period, 'contact')} a period, {percent(penalty.contact_share)} of the time; the reference has "
-        f"{count_text(reference.impacts_per_period, 'impact')} and {percent(reference.contact_share)}. "
-        f"Displacements differ by {percent(found.total)} (rms)."
+        f"{count_text(penalty.contacts_per_period, 'contact')} a period, {percent(penalty.contact_share)} of the time; "
+        f"the reference has {count_text(reference.impacts_per_period, 'impact')} and "
+        f"{percent(reference.contact_share)}. Displacements differ by {percent(found.total)} (rms)."
     )
     reason = (
         f"Time step {percent(found.time_step)}, K and D {percent(found.regularisation)}, the joint damping that the "
