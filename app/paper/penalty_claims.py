@@ -143,8 +143,8 @@ def _check_settled(scene: Scene) -> Finding:
     located = scatter(scene, steps=_COARSE, located=True)
     reason = (
         f"The scatter falls as n^−{order:.1f} and is never gone, since a fixed step misses each contact change by a "
-        f"part of itself; T/{scene.steps} only hides it in the line of a phase plot. A step that lands on the contact "
-        f"changes leaves {located:.1g} with T/{_COARSE}."
+        f"part of itself; T/{scene.steps} only hides it in the line of a phase plot. Steps cut at the contact changes "
+        f"leave {located:.1g} with T/{_COARSE}."
     )
     return Finding(
         found.period == 1,
