@@ -87,8 +87,8 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _run(options: argparse.Namespace, kept: KeptBranches | None) -> int:
-    if options.over == "eta" and options.eta is not None:
-        note("--eta has no effect where eta varies")
+    if options.over == "eta" and options.eta is not None and options.initial is None and options.from_basin is None:
+        note("--eta has no effect where eta varies, unless --initial or --from-basin begins there")
     seeds = read_basin(options.from_basin) if options.from_basin is not None else None
     if seeds is not None and options.eta is None:
         options.eta = seeds.eta

@@ -16,7 +16,7 @@ from vibroscope.app.commands.options import (
     stepping_of,
     system_of,
 )
-from vibroscope.app.commands.output import progress_line
+from vibroscope.app.commands.output import note, progress_line
 from vibroscope.app.commands.physical_units import add_units_option, settings_text, unit_names, wanted_units
 from vibroscope.app.commands.recommend_schemes import ALL, find_and_print, for_codes, is_asked
 from vibroscope.app.explorer.method_words import scheme_as_dict
@@ -103,6 +103,8 @@ def etas_of(low: float, high: float, n: int) -> list[float]:
 
 def run(options: argparse.Namespace) -> None:
     """Search and print."""
+    if options.K is not None and options.K_max != default_of(Limits, "stiffness_max"):
+        note("--K-max has no effect where --K is held")
     search = {
         "tolerance": options.tolerance,
         "reference": reference_of(options),
