@@ -208,16 +208,11 @@ def _front_row(trial) -> list[float]:
 
 def as_text(found: Recommendation, units: Units | None = None) -> str:
     """A recommendation as text: the setting, its error and cost, and the front."""
-    kind = _kind_of_steps(found)
-    lines = [f"eta = {found.eta:g}, {kind}, tolerance {percent(found.tolerance)}"]
-    lines.append(f"for               {for_codes(found.scheme)}")
-    if not found.met:
-        lines.append(f"not met           {found.reason}")
+    lines = _asked_lines(found, f"eta = {found.eta:g}")
     if found.best is None:
         return "\n".join(lines)
-    k, d, n = found.best.setting
     lines += [
-        f"{'set' if found.met else 'best found':18s}K = {written(k, 6)}, D = {written(d, 6)}, {n} steps per period",
+        f"{_setting_text(found)}, {found.best.setting.steps} steps per period",
         f"error             {_beside(found, found.best.error)}; "
         f"{_beside(found, found.best.robust)} is kept to with half the step "
         "and by 9 in 10 neighbours",
@@ -236,6 +231,19 @@ def as_text(found: Recommendation, units: Units | None = None) -> str:
     return "\n".join([*lines, *_front_lines(found, units)])
 
 
+def _asked_lines(found: Recommendation | RangeRecommendation, where: str) -> list[str]:
+    """What was asked, which codes it is for, and why nothing meets the tolerance."""
+    lines = [f"{where}, {_kind_of_steps(found)}, tolerance {percent(found.tolerance)}"]
+    lines.append(f"for               {for_codes(found.scheme)}")
+    return lines if found.met else [*lines, f"not met           {found.reason}"]
+
+
+def _setting_text(found: Recommendation | RangeRecommendation) -> str:
+    """K and D of the best setting."""
+    k, d, _ = found.best.setting
+    return f"{'set' if found.met else 'best found':18s}K = {written(k, 6)}, D = {written(d, 6)}"
+
+
 def _kind_of_steps(found: Recommendation | RangeRecommendation) -> str:
     """The kind of steps that the settings were tried with, in words."""
     steps, scheme = "steps cut at contact changes" if found.located else "constant step", found.scheme
@@ -247,20 +255,15 @@ def _kind_of_steps(found: Recommendation | RangeRecommendation) -> str:
 
 def range_text(found: RangeRecommendation, units: Units | None = None) -> str:
     """One setting for a range as text: the setting, what it does at each eta, what limits it, and the front."""
-    kind = _kind_of_steps(found)
-    lines = [f"one setting for a range of eta, {kind}, tolerance {percent(found.tolerance)}"]
-    lines.append(f"for               {for_codes(found.scheme)}")
-    if not found.met:
-        lines.append(f"not met           {found.reason}")
+    lines = _asked_lines(found, "one setting for a range of eta")
     if found.left_out:
         etas = ", ".join(f"{eta:.4g}" for eta in found.left_out)
         lines.append(f"left out          eta = {etas}: the reference does not repeat itself, or nothing touches there")
     if found.best is None:
         return "\n".join(lines)
-    k, d, n = found.best.setting
+    steps = f"{found.best.setting.steps} steps per period at eta = {found.eta:g}"
     lines += [
-        f"{'set' if found.met else 'best found':18s}K = {written(k, 6)}, D = {written(d, 6)}, "
-        f"time step {written(found.time_step)} ({n} steps per period at eta = {found.eta:g})",
+        f"{_setting_text(found)}, time step {written(found.time_step)} ({steps})",
         f"limit             {found.limit}",
     ]
     if found.kind:

@@ -185,29 +185,23 @@ def _add_basin(studies) -> None:
 
 def _add_difference(studies) -> None:
     text = "share of the starts from which two solvers end on different motions"
-    command = studies.add_parser(
-        "basin-difference",
-        allow_abbrev=False,
-        help=text,
-        description=f"{text.capitalize()}, from two results of `vibroscope sweep basin` over the same cells.",
-    )
-    for name in ("first", "second"):
-        command.add_argument(name, metavar=name.upper(), help="a folder, or a URL that fsspec knows")
-    command.add_argument("--json", action="store_true", help="print one JSON object")
-    command.set_defaults(run=basins.difference)
+    more = ", from two results of `vibroscope sweep basin` over the same cells."
+    _reader(studies, "basin-difference", basins.difference, text, more, {"first": "FIRST", "second": "SECOND"})
 
 
 def _add_check(studies) -> None:
     text = "look through a result for files that are missing, damaged or not its own"
-    command = studies.add_parser(
-        "check",
-        allow_abbrev=False,
-        help=text,
-        description=f"{text.capitalize()}: one line for each. The command that made the result computes them anew.",
-    )
-    command.add_argument("out", metavar="PATH", help="a folder, or a URL that fsspec knows")
+    more = ": one line for each. The command that made the result computes them anew."
+    _reader(studies, "check", _check, text, more, {"out": "PATH"})
+
+
+def _reader(studies, name: str, run: Callable, text: str, more: str, results: dict[str, str]) -> None:
+    """A command that reads results; ``results``: where their places are kept, and their names in the help."""
+    command = studies.add_parser(name, allow_abbrev=False, help=text, description=f"{text.capitalize()}{more}")
+    for place, metavar in results.items():
+        command.add_argument(place, metavar=metavar, help="a folder, or a URL that fsspec knows")
     command.add_argument("--json", action="store_true", help="print one JSON object")
-    command.set_defaults(run=_check)
+    command.set_defaults(run=run)
 
 
 def _check(options: argparse.Namespace) -> int:
