@@ -80,7 +80,11 @@ def add(commands) -> None:
     add("--steps-max", type=count, metavar="N", help="most steps per period to try (default %(default)s)")
     add_units_option(command)
     add_system_option(command)
-    add("--json", action="store_true", help="print one JSON object (a list of them for --eta-range)")
+    add(
+        "--json",
+        action="store_true",
+        help="print one JSON object (a list of them for --eta-range without --one-setting)",
+    )
     names = {"K_max": "stiffness_max", "steps_max": "steps_max"}  # option: the engine's name
     command.set_defaults(**{option: default_of(Limits, name) for option, name in names.items()})
     command.set_defaults(tolerance=default_of(recommend, "tolerance"))

@@ -76,8 +76,8 @@ class Recommendation(Suggested):
     reason : str
         Why nothing meets the tolerance and what to do; empty if ``met``.
     kind : str
-        How the motion of ``best`` and the reference's differ in kind, in words; empty if they do not. Of the settings
-        that meet the tolerance one of the reference's kind is preferred.
+        How the motion of ``best`` and the reference's differ in kind, in words; empty if they do not. Among the
+        settings that meet the tolerance, one of the reference's kind is preferred.
     scheme : Newmark or TimeStepping
         What the settings were tried with; its own K, D and n have no effect.
     """
