@@ -117,6 +117,15 @@ def damping_of_restitution(
 ) -> float:
     """Return the D with which a contact law really gives a restitution, the inverse of `restitution_of_damping`.
 
+    Parameters
+    ----------
+    law : str
+        One of :data:`engine.CONTACT_LAWS`.
+    restitution : float
+        e, 0 to 1.
+    stiffness, mass, closing_speed, exponent, penetration
+        As those of :func:`restitution_of_damping`.
+
     Raises
     ------
     ValueError

@@ -50,7 +50,7 @@ def percent(fraction: float, beside: float | None = None) -> str:
 
 
 def rounded(value: float, digits: int) -> str:
-    """A number with so many significant digits, never with an exponent and without zeros at the end.
+    """A number with so many significant digits, or all those before the point; no exponent, no zeros at the end.
 
     Examples
     --------

@@ -8,7 +8,7 @@ from vibroscope.app.commands.basin_seeds import read_basin
 from vibroscope.app.commands.interrupt import watch_interrupt
 from vibroscope.app.commands.kept_branches import KeptBranches
 from vibroscope.app.commands.numbers import count, measured
-from vibroscope.app.commands.options import add_law_options, add_solver_options, default_of, problem_of
+from vibroscope.app.commands.options import NEEDED, add_closed_form_options, default_of, problem_of
 from vibroscope.app.commands.output import note, progress_line
 from vibroscope.engine import (
     PARAMETERS,
@@ -34,13 +34,12 @@ def add(commands) -> None:
         help="follow periodic motions, stable and unstable, over a number, and locate their bifurcations",
         description="Follow every branch of periodic motions of the reference or the exact penalty solution through a "
         "range of one number, from all motions that coexist at some of its values, and locate folds, period "
-        "doublings, Neimark-Sacker points, branch points, grazing, and where contacts begin or end to last, to 1e-10 "
-        "of the range.",
+        "doublings, Neimark-Sacker points, branch points, grazing, and where sticking begins or ends, to 1e-10 of "
+        "the range.",
         epilog="Ctrl-C ends the search; what was found is printed. With --out each branch is kept once it is followed: "
         "after a stop or a kill the same command reads what is kept, and goes on from there.",
     )
-    add_solver_options(command, default="reference", follows=False)
-    add_law_options(command)
+    add_closed_form_options(command)
     add = command.add_argument
     add("--over", choices=PARAMETERS, default="eta", help="the number that varies (default eta)")
     add("--from", dest="low", type=measured, required=True, metavar="F", help="its smallest value")
@@ -88,6 +87,8 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _run(options: argparse.Namespace, kept: KeptBranches | None) -> int:
+    if options.over == "eta" and options.eta is not None and options.initial is None and options.from_basin is None:
+        note("--eta has no effect where eta varies, unless --initial or --from-basin begins there")
     seeds = read_basin(options.from_basin) if options.from_basin is not None else None
     if seeds is not None and options.eta is None:
         options.eta = seeds.eta
@@ -150,9 +151,9 @@ def _print(options: argparse.Namespace, found: list[Branch], along: tuple[list, 
 
 def _problem(options: argparse.Namespace) -> tuple:
     """The problem; the number that is followed need not be given."""
-    own = {"eta": "eta", "K": "K", "D": "D", "threshold": "threshold"}.get(options.over)
-    if own and getattr(options, own) is None:
-        setattr(options, own, options.low)
+    own = ("eta", *NEEDED[options.solver], *(("threshold",) if options.solver == "reference" else ()))
+    if options.over in own and getattr(options, options.over) is None:
+        setattr(options, options.over, options.low)
     return problem_of(options)
 
 

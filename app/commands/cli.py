@@ -146,7 +146,8 @@ def _run(words: Sequence[str]) -> int:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
     except OSError as problem:
-        print(f"vibroscope {options.command}: {problem.strerror or problem}", file=sys.stderr)
+        where = f"{problem.filename}: " if problem.filename else ""
+        print(f"vibroscope {options.command}: {where}{problem.strerror or problem}", file=sys.stderr)
         return 1
     except ValueError as problem:
         print(f"vibroscope {options.command}: {problem}", file=sys.stderr)

@@ -19,7 +19,7 @@ def add(commands) -> None:
     command = commands.add_parser(
         "codes",
         allow_abbrev=False,
-        help="what simulation codes do by default: integrator, contact status, law, their own words",
+        help="what simulation codes do by default: integrator, contact status, law, keywords of their input",
         description="Print the table of codes: default integrator with its numbers, contact status, contact law, rules "
         "of thumb, and the source of each figure. What no source says is a dash. Named codes are printed at length.",
     )

@@ -23,6 +23,7 @@ from vibroscope.app.commands.options import (
     stepping_of,
     system_of,
 )
+from vibroscope.app.commands.output import note
 from vibroscope.app.commands.physical_units import (
     add_units_option,
     motion_text,
@@ -92,6 +93,7 @@ def add(commands) -> None:
 def run(options: argparse.Namespace) -> None:
     """Compare and print."""
     eta, system = eta_of(options), system_of(options)
+    _note_unused(options)
     _set_length(options, system)
     if options.measured is not None:
         run_measured(options)
@@ -123,6 +125,15 @@ def run(options: argparse.Namespace) -> None:
         print(as_text(comparison, judgement, split, of_step))
         if units:
             print("\n".join(_physical_lines(comparison, units)))
+
+
+def _note_unused(options: argparse.Namespace) -> None:
+    """Note on stderr what has no effect on what is printed."""
+    if options.series and options.measured is None and not options.json:
+        note("--series has no effect without --json")
+    for name in ("series", "keep") if options.measured is not None else ():
+        if getattr(options, name):
+            note(f"--{name} has no effect with --measured")
 
 
 def _splits(comparison: Comparison) -> tuple[Regularisation | None, TimeStepParts | None]:

@@ -10,6 +10,8 @@ def add(commands) -> None:
     command = commands.add_parser(
         "diagram",
         help="recompute the results that the page opens with and that are shipped (some ten seconds)",
+        description="Recompute the bifurcation diagrams and the result of the opening scene that are shipped, and "
+        "print the paths of the files. Needed after a change of the numerical code.",
     )
     command.add_argument("--write", action="store_true", required=True, help="write them into assets")
     command.set_defaults(run=run)

@@ -5,7 +5,13 @@ import json
 from textwrap import wrap
 
 from vibroscope.app.commands.numbers import count
-from vibroscope.app.commands.options import add_integrator_options, add_solver_options, default_of, problem_of
+from vibroscope.app.commands.options import (
+    OF_SOLVERS,
+    add_integrator_options,
+    add_solver_options,
+    default_of,
+    problem_of,
+)
 from vibroscope.app.commands.output import note, progress_line
 from vibroscope.app.commands.physical_units import (
     add_units_option,
@@ -36,7 +42,7 @@ def add(commands) -> None:
         "status is 2 only for bad input.",
     )
     add_solver_options(command)
-    add_integrator_options(command)
+    add_integrator_options(command, **OF_SOLVERS)
     add = command.add_argument
     add("--attractors", action="store_true", help="look for other motions at the same parameters, from many starts")
     add("--starts", type=count, metavar="N", help=f"with --attractors: how many (default {_SEARCH['starts']})")

@@ -1,7 +1,7 @@
 """Options that several commands share, and the objects that they describe."""
 
 import argparse
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import fields, replace
 from inspect import signature
 
@@ -27,7 +27,7 @@ from vibroscope.engine import (
     read_system,
     stiffness_of_step,
 )
-from vibroscope.engine.law_table import HERTZ, laws_with, numbers_of
+from vibroscope.engine.law_table import HERTZ, PIECEWISE_LINEAR, laws_with, numbers_of
 
 # What can be asked of a method with a time step, beside its numbers
 INTEGRATOR_NUMBERS = "beta", "gamma", "alpha", "rho"
@@ -111,24 +111,47 @@ def units_of(options: argparse.Namespace) -> Units:
 
 # --- the solver -------------------------------------------------------------------------------------------------------
 
+# Of commands with a choice of solvers: before the text of an option, the solvers that have it
+OF_SOLVERS = {"both": "exact, newmark: ", "newmark": "newmark: "}
+_STIFFNESS = "contact stiffness; the paper uses 100 to 12000"
+_DAMPING = "contact damping; the paper uses 8 to 50"
+_LAW = "contact law (default: a spring and a damper, which may pull)"
 
-def add_solver_options(command: argparse.ArgumentParser, *, default: str | None = None, follows: bool = True) -> None:
-    """Add the problem, the solver and the initial state, for :func:`problem_of`.
 
-    ``default``: the solver where none is given; it has to be given without. ``follows``: whether K can follow the step.
-    """
-    usual = "" if default is None else f" (default {default})"
+def add_solver_options(command: argparse.ArgumentParser) -> None:
+    """Add the problem, the solver and the initial state, for :func:`problem_of`."""
     add = command.add_argument
     add(
         "--solver",
-        default=default,
-        required=default is None,
+        required=True,
         choices=tuple(SOLVER_OPTIONS),
-        help=f"semi-analytical reference; penalty model without a time step, or by Newmark's method{usual}",
+        help="semi-analytical reference; penalty model without a time step, or by Newmark's method",
     )
     add("--eta", **ETA)
-    add_penalty_options(command, follows=follows)
+    add_penalty_options(command, **OF_SOLVERS)
     add("--every-step", action="store_true", help="newmark: take every step, as an FE code must (slower)")
+    _add_reference_options(command)
+
+
+def add_closed_form_options(command: argparse.ArgumentParser) -> None:
+    """Add the problem, a solver in closed form and the initial state, for :func:`problem_of`."""
+    add = command.add_argument
+    add(
+        "--solver",
+        default="reference",
+        choices=("reference", "exact"),
+        help="semi-analytical reference, or penalty model without a time step (default %(default)s)",
+    )
+    add("--eta", **ETA)
+    add("--K", type=measured, metavar="F", help=f"exact: {_STIFFNESS}")
+    add("--D", type=measured, metavar="F", help=f"exact: {_DAMPING}")
+    add("--law", choices=PIECEWISE_LINEAR, help=f"exact: {_LAW}; those that are linear by pieces")
+    _add_reference_options(command)
+
+
+def _add_reference_options(command: argparse.ArgumentParser) -> None:
+    """Add the numbers of the reference, the initial state and the system."""
+    add = command.add_argument
     add_joint_damping_option(command)
     add(
         "--restitution",
@@ -153,20 +176,16 @@ def add_initial_option(command: argparse.ArgumentParser) -> None:
     )
 
 
-def add_penalty_options(command: argparse.ArgumentParser, *, required: bool = False, follows: bool = True) -> None:
-    """Add ``--K``, ``--D``, ``--steps`` and ``--located``; they are required where no other solver can be chosen.
+def add_penalty_options(
+    command: argparse.ArgumentParser, *, required: bool = False, both: str = "", newmark: str = ""
+) -> None:
+    """Add ``--K``, ``--D``, ``--steps`` and ``--located``.
 
-    ``follows``: whether K can follow the step.
+    ``required``: whether K and steps have to be given. ``both``, ``newmark``: as in `OF_SOLVERS`.
     """
-    both, newmark = ("", "") if required else ("exact, newmark: ", "newmark: ")
     add = command.add_argument
-    add_stiffness_option(command, f"{both}contact stiffness; the paper uses 100 to 12000", required, follows)
-    add(
-        "--D",
-        type=measured,
-        metavar="F",
-        help=f"{both}contact damping; the paper uses 8 to 50; some laws need none: --law",
-    )
+    add_stiffness_option(command, f"{both}{_STIFFNESS}", required, newmark=newmark)
+    add("--D", type=measured, metavar="F", help=f"{both}{_DAMPING}; some laws need none: --law")
     add(
         "--steps",
         required=required,
@@ -178,7 +197,7 @@ def add_penalty_options(command: argparse.ArgumentParser, *, required: bool = Fa
 
 
 def add_stiffness_option(
-    command: argparse.ArgumentParser, text: str, required: bool = False, follows: bool = True
+    command: argparse.ArgumentParser, text: str, required: bool = False, follows: bool = True, newmark: str = ""
 ) -> None:
     """Add ``--K``, and where K can follow the step ``--stiffness-of-step`` in its place."""
     place = command.add_mutually_exclusive_group(required=required)
@@ -188,7 +207,7 @@ def add_stiffness_option(
             "--stiffness-of-step",
             type=number,
             metavar="S",
-            help="newmark: K = S m/(time step)^2 instead of --K, m the reduced mass; half the step has four times K",
+            help=f"{newmark}K = S m/(time step)^2 instead of --K, m the reduced mass; half the step has four times K",
         )
 
 
@@ -200,15 +219,14 @@ def stiffness_of(options: argparse.Namespace) -> float | None:
     return stiffness_of_step(system_of(options), eta_of(options), options.steps, scale)
 
 
-def add_law_options(command: argparse.ArgumentParser, *more: str) -> None:
-    """Add the contact law and its numbers, for :func:`law_of`; ``more``: what else ``--law`` can be."""
+def _add_law_options(command: argparse.ArgumentParser, more: tuple[str, ...], both: str) -> None:
+    """Add the contact law and its numbers, for :func:`law_of`."""
     add = command.add_argument
     add(
         "--law",
         choices=(*CONTACT_LAWS, *more),
-        help="exact, newmark: contact law (default: a spring and a damper, which may pull). Without --D those from "
-        "hunt-crossley to constant-restitution take their damper from the restitution of the system and the closing "
-        "speed, by the formula of their authors",
+        help=f"{both}{_LAW}. Without --D those from hunt-crossley to constant-restitution take their damper from the "
+        "restitution of the system and the closing speed, by the formula of their authors",
     )
     power = f"power of the penetration in the law, at least 1 (default {HERTZ:g})"
     add("--exponent", type=number, metavar="F", help=power)
@@ -216,17 +234,17 @@ def add_law_options(command: argparse.ArgumentParser, *more: str) -> None:
     add("--penetration", type=measured, metavar="F", help=deep)
 
 
-def add_integrator_options(command: argparse.ArgumentParser, *more: str) -> None:
+def add_integrator_options(command: argparse.ArgumentParser, *more: str, both: str = "", newmark: str = "") -> None:
     """Add the integrator, its numbers, the contact status and the contact law, for :func:`stepping_of`.
 
-    ``more``: what else ``--integrator`` and ``--law`` can be.
+    ``more``: what else ``--integrator`` and ``--law`` can be. ``both``, ``newmark``: as in `OF_SOLVERS`.
     """
-    add_law_options(command, *more)
+    _add_law_options(command, more, both)
     add = command.add_argument
     add(
         "--integrator",
         choices=(*INTEGRATORS, *more),
-        help="newmark: the one-step method (default newmark); hht averages the forces at both ends of a step, "
+        help=f"{newmark}the one-step method (default newmark); hht averages the forces at both ends of a step, "
         "hht-interpolated takes them at the displacement between, as OpenSees does",
     )
     for option, text in {
@@ -239,7 +257,7 @@ def add_integrator_options(command: argparse.ArgumentParser, *more: str) -> None
     add(
         "--status",
         choices=CONTACT_STATUSES,
-        help="newmark: contact status of a step from the gap at its start, iterated until it agrees with the gap at "
+        help=f"{newmark}contact status of a step from the gap at its start, iterated until it agrees with the gap at "
         f"its end, or located within the step, as --located (default {CONTACT_STATUSES[0]})",
     )
     add(
@@ -251,7 +269,7 @@ def add_integrator_options(command: argparse.ArgumentParser, *more: str) -> None
     add(
         "--initial-acceleration",
         choices=INITIAL_ACCELERATIONS,
-        help="newmark: accelerations at tau = 0 by the equations of motion, or zero, as OpenSees has them "
+        help=f"{newmark}accelerations at tau = 0 by the equations of motion, or zero, as OpenSees has them "
         f"(default {INITIAL_ACCELERATIONS[0]})",
     )
 
@@ -302,16 +320,21 @@ def method_of(options: argparse.Namespace) -> Method:
     missing = [f"--{name}" for name in needed if getattr(options, name) is None]
     if options.solver == "newmark" and getattr(options, "stiffness_of_step", None) is not None:
         missing = [name for name in missing if name != "--K"]
-    if missing:
-        raise ValueError(
-            f"the {options.solver} solver needs {', '.join(missing)}; the paper's numbers for eta 2.76: "
-            f"--K 12000 --D 18{' --steps 8000' if options.solver == 'newmark' else ''}"
-        )
+    refuse_missing(options.solver, missing)
     if options.solver == "reference":
         return reference_of(options)
     if options.solver == "exact":
         return ExactPenalty(options.K, options.D, **law_of(options))
     return stepping_of(options)
+
+
+def refuse_missing(solver: str, missing: Sequence[str]) -> None:
+    """Raise ValueError, with numbers to begin with, if options that a solver needs are missing."""
+    if missing:
+        steps = " --steps 8000" if solver == "newmark" else ""
+        raise ValueError(
+            f"the {solver} solver needs {', '.join(missing)}; the paper's numbers for eta 2.76: --K 12000 --D 18{steps}"
+        )
 
 
 def law_of(options: argparse.Namespace) -> dict[str, str | float]:
@@ -341,10 +364,10 @@ def stepping_of(options: argparse.Namespace, **numbers: float) -> Newmark | Time
         del given["integrator"]
     law, every_step = law_of(options), getattr(options, "every_step", False)
     linear = law.get("law", NEWMARK_LAWS[0]) in NEWMARK_LAWS
-    if not given and linear and (located or status == CONTACT_STATUSES[0]):
-        return Newmark(K, D, n, every_step, located, **law)
     if located and status not in (CONTACT_STATUSES[0], "located"):
         raise ValueError(f"--located is --status located, and goes with no --status {status}")
+    if not given and linear and (located or status == CONTACT_STATUSES[0]):
+        return Newmark(K, D, n, every_step, located, **law)
     status = "located" if located else status
     kind = INTEGRATORS[given.pop("integrator", NewmarkBeta.name)]
     more = {name: given.pop(name) for name in ("without_solution", "initial_acceleration") if name in given}

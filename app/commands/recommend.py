@@ -16,7 +16,7 @@ from vibroscope.app.commands.options import (
     stepping_of,
     system_of,
 )
-from vibroscope.app.commands.output import progress_line
+from vibroscope.app.commands.output import note, progress_line
 from vibroscope.app.commands.physical_units import add_units_option, settings_text, unit_names, wanted_units
 from vibroscope.app.commands.recommend_schemes import ALL, find_and_print, for_codes, is_asked
 from vibroscope.app.explorer.method_words import scheme_as_dict
@@ -69,7 +69,8 @@ def add(commands) -> None:
     add(
         "--code",
         metavar="NAME",
-        help="what this code of `vibroscope codes` has: its integrators, contact status and law; answers in its words",
+        help="search with the integrators, the contact status and the law of this code of `vibroscope codes`; the "
+        "answer has the keywords of its input",
     )
     add_joint_damping_option(command)
     add("--K", type=measured, metavar="F", help="hold K and look for the rest")
@@ -79,7 +80,11 @@ def add(commands) -> None:
     add("--steps-max", type=count, metavar="N", help="most steps per period to try (default %(default)s)")
     add_units_option(command)
     add_system_option(command)
-    add("--json", action="store_true", help="print one JSON object (a list of them for --eta-range)")
+    add(
+        "--json",
+        action="store_true",
+        help="print one JSON object (a list of them for --eta-range without --one-setting)",
+    )
     names = {"K_max": "stiffness_max", "steps_max": "steps_max"}  # option: the engine's name
     command.set_defaults(**{option: default_of(Limits, name) for option, name in names.items()})
     command.set_defaults(tolerance=default_of(recommend, "tolerance"))
@@ -102,6 +107,8 @@ def etas_of(low: float, high: float, n: int) -> list[float]:
 
 def run(options: argparse.Namespace) -> None:
     """Search and print."""
+    if options.K is not None and options.K_max != default_of(Limits, "stiffness_max"):
+        note("--K-max has no effect where --K is held")
     search = {
         "tolerance": options.tolerance,
         "reference": reference_of(options),
@@ -205,16 +212,11 @@ def _front_row(trial) -> list[float]:
 
 def as_text(found: Recommendation, units: Units | None = None) -> str:
     """A recommendation as text: the setting, its error and cost, and the front."""
-    kind = _kind_of_steps(found)
-    lines = [f"eta = {found.eta:g}, {kind}, tolerance {percent(found.tolerance)}"]
-    lines.append(f"for               {for_codes(found.scheme)}")
-    if not found.met:
-        lines.append(f"not met           {found.reason}")
+    lines = _asked_lines(found, f"eta = {found.eta:g}")
     if found.best is None:
         return "\n".join(lines)
-    k, d, n = found.best.setting
     lines += [
-        f"{'set' if found.met else 'best found':18s}K = {written(k, 6)}, D = {written(d, 6)}, {n} steps per period",
+        f"{_setting_text(found)}, {found.best.setting.steps} steps per period",
         f"error             {_beside(found, found.best.error)}; "
         f"{_beside(found, found.best.robust)} is kept to with half the step "
         "and by 9 in 10 neighbours",
@@ -233,6 +235,19 @@ def as_text(found: Recommendation, units: Units | None = None) -> str:
     return "\n".join([*lines, *_front_lines(found, units)])
 
 
+def _asked_lines(found: Recommendation | RangeRecommendation, where: str) -> list[str]:
+    """What was asked, which codes it is for, and why nothing meets the tolerance."""
+    lines = [f"{where}, {_kind_of_steps(found)}, tolerance {percent(found.tolerance)}"]
+    lines.append(f"for               {for_codes(found.scheme)}")
+    return lines if found.met else [*lines, f"not met           {found.reason}"]
+
+
+def _setting_text(found: Recommendation | RangeRecommendation) -> str:
+    """K and D of the best setting."""
+    k, d, _ = found.best.setting
+    return f"{'set' if found.met else 'best found':18s}K = {written(k, 6)}, D = {written(d, 6)}"
+
+
 def _kind_of_steps(found: Recommendation | RangeRecommendation) -> str:
     """The kind of steps that the settings were tried with, in words."""
     steps, scheme = "steps cut at contact changes" if found.located else "constant step", found.scheme
@@ -244,20 +259,15 @@ def _kind_of_steps(found: Recommendation | RangeRecommendation) -> str:
 
 def range_text(found: RangeRecommendation, units: Units | None = None) -> str:
     """One setting for a range as text: the setting, what it does at each eta, what limits it, and the front."""
-    kind = _kind_of_steps(found)
-    lines = [f"one setting for a range of eta, {kind}, tolerance {percent(found.tolerance)}"]
-    lines.append(f"for               {for_codes(found.scheme)}")
-    if not found.met:
-        lines.append(f"not met           {found.reason}")
+    lines = _asked_lines(found, "one setting for a range of eta")
     if found.left_out:
         etas = ", ".join(f"{eta:.4g}" for eta in found.left_out)
         lines.append(f"left out          eta = {etas}: the reference does not repeat itself, or nothing touches there")
     if found.best is None:
         return "\n".join(lines)
-    k, d, n = found.best.setting
+    steps = f"{found.best.setting.steps} steps per period at eta = {found.eta:g}"
     lines += [
-        f"{'set' if found.met else 'best found':18s}K = {written(k, 6)}, D = {written(d, 6)}, "
-        f"time step {written(found.time_step)} ({n} steps per period at eta = {found.eta:g})",
+        f"{_setting_text(found)}, time step {written(found.time_step)} ({steps})",
         f"limit             {found.limit}",
     ]
     if found.kind:

@@ -89,7 +89,7 @@ def _searched(options: argparse.Namespace) -> str:
     if options.law != ALL:
         return "integrator"
     if options.integrator == ALL:
-        raise ValueError(f"--integrator {ALL} and --law {ALL} are some hundred searches: give one of them a name")
+        raise ValueError(f"--integrator {ALL} with --law {ALL} is some hundred searches: name one integrator or law")
     return "law"
 
 

@@ -8,7 +8,13 @@ from collections.abc import Sequence
 
 from vibroscope import engine
 from vibroscope.app.commands.numbers import count
-from vibroscope.app.commands.options import add_integrator_options, add_solver_options, default_of, problem_of
+from vibroscope.app.commands.options import (
+    OF_SOLVERS,
+    add_integrator_options,
+    add_solver_options,
+    default_of,
+    problem_of,
+)
 from vibroscope.app.commands.physical_units import add_units_option, physical_run, settings_text, wanted_units
 from vibroscope.engine import Newmark, Response, simulate
 
@@ -27,7 +33,7 @@ def add(commands) -> None:
     )
     add_solver_options(command)
     add = command.add_argument
-    add_integrator_options(command)
+    add_integrator_options(command, **OF_SOLVERS)
     add("--periods", type=count, metavar="N", help="excitation periods to run (default %(default)s)")
     add("--keep", type=count, metavar="N", help=f"last periods to report (default {_KEEP}, or all if fewer are run)")
     add(

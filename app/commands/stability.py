@@ -20,7 +20,11 @@ pierced   deepest penetration of the reference, in units of the largest displace
 def add(commands) -> None:
     """Describe ``vibroscope stability``."""
     command = commands.add_parser(
-        "stability", allow_abbrev=False, help="run the hard cases; exit status 1 if any is not as expected"
+        "stability",
+        allow_abbrev=False,
+        help="run the hard cases; exit status 1 if any is not as expected",
+        description="Run every solver on the hard cases (grazing, chatter, stiff contacts, coarse steps, a million "
+        "periods) and print its error beside the one that is allowed.",
     )
     command.add_argument("--json", action="store_true", help="print one JSON list")
     command.set_defaults(run=run)

@@ -13,6 +13,7 @@ from vibroscope.app.commands.interrupt import watch_interrupt
 from vibroscope.app.commands.numbers import count, measured, measured_count, number, span, state_numbers, step_numbers
 from vibroscope.app.commands.options import (
     ETA,
+    OF_SOLVERS,
     SOLVER_OPTIONS,
     add_integrator_options,
     add_stiffness_option,
@@ -22,10 +23,12 @@ from vibroscope.app.commands.options import (
     law_of,
     note_unused,
     reference_of,
+    refuse_missing,
     stepping_of,
     stiffness_of,
     system_of,
 )
+from vibroscope.app.commands.output import note
 from vibroscope.engine import (
     COORDINATES,
     DIRECTIONS,
@@ -76,11 +79,11 @@ def _study(
 ) -> argparse.ArgumentParser:
     command = studies.add_parser(name, allow_abbrev=False, help=text, description=text)
     add = command.add_argument
-    add("--transient", type=count, metavar="N", help="periods before the sample (%(default)s)")
-    add("--sample", type=count, metavar="N", help="periods to describe (%(default)s)")
+    add("--transient", type=count, metavar="N", help="periods before the sample (default %(default)s)")
+    add("--sample", type=count, metavar="N", help="periods of the sample, which are described (default %(default)s)")
     add("--out", required=True, metavar="PATH", help="a folder, or a URL that fsspec knows (s3://bucket/name)")
     add("--scheduler", metavar="ADDRESS", help="run on the Dask cluster of this scheduler (extra `cluster`)")
-    add("--threads", type=int, metavar="N", help="on this machine, or for a chunk on the cluster")
+    add("--threads", type=int, metavar="N", help="solver threads on this machine, or for a chunk on the cluster")
     add("--json", action="store_true", help="print one JSON object")
     add_system_option(command)
     defaults = {name: default_of(sweep, name) for name in ("transient", "sample")}
@@ -92,11 +95,12 @@ def _add_solver(command: argparse.ArgumentParser, *, follows: bool) -> None:
     """The solver and its numbers; ``follows``: whether K can follow the step."""
     add = command.add_argument
     add("--solver", required=True, choices=tuple(SOLVER_OPTIONS), help="as in `vibroscope simulate`")
-    add_stiffness_option(command, "exact, newmark: contact stiffness", follows=follows)
+    newmark = OF_SOLVERS["newmark"]
+    add_stiffness_option(command, "exact, newmark: contact stiffness", follows=follows, newmark=newmark)
     add("--D", type=measured, metavar="F", help="exact, newmark: contact damping")
     add("--steps", type=measured_count, metavar="N", help="newmark: steps per excitation period")
     add("--located", action="store_true", help="newmark: cut the steps at each contact change")
-    add_integrator_options(command)
+    add_integrator_options(command, **OF_SOLVERS)
     usual = Reference()
     add("--joint-damping", choices=("table", "derived"), help=f"reference (default {usual.joint_damping})")
     add("--threshold", type=measured, metavar="F", help=f"reference (default {usual.threshold:g})")
@@ -129,9 +133,14 @@ def _add_plane(studies) -> None:
     add("--K", required=True, type=span, metavar="a:b:n", help="contact stiffness, n values from a to b")
     add("--D", required=True, type=span, metavar="a:b:n", help="contact damping, n values from a to b")
     add("--steps", type=measured_count, metavar="N", help="newmark: steps per excitation period")
-    add("--solver", choices=("newmark", "exact"), default="newmark", help="with or without a time step (newmark)")
+    add(
+        "--solver",
+        choices=("newmark", "exact"),
+        default="newmark",
+        help="with or without a time step (default %(default)s)",
+    )
     add("--located", action="store_true", help="newmark: cut the steps at each contact change")
-    add_integrator_options(command)
+    add_integrator_options(command, **OF_SOLVERS)
     add("--no-error", action="store_true", help="without error, its parts and the exact penalty model beside: faster")
 
 
@@ -175,30 +184,24 @@ def _add_basin(studies) -> None:
 
 
 def _add_difference(studies) -> None:
-    text = "from which share of the starts two solvers end on different motions"
-    command = studies.add_parser(
-        "basin-difference",
-        allow_abbrev=False,
-        help=text,
-        description=f"{text.capitalize()}: of two results of `vibroscope sweep basin` over the same cells.",
-    )
-    for name in ("first", "second"):
-        command.add_argument(name, metavar=name.upper(), help="a folder, or a URL that fsspec knows")
-    command.add_argument("--json", action="store_true", help="print one JSON object")
-    command.set_defaults(run=basins.difference)
+    text = "share of the starts from which two solvers end on different motions"
+    more = ", from two results of `vibroscope sweep basin` over the same cells."
+    _reader(studies, "basin-difference", basins.difference, text, more, {"first": "FIRST", "second": "SECOND"})
 
 
 def _add_check(studies) -> None:
     text = "look through a result for files that are missing, damaged or not its own"
-    command = studies.add_parser(
-        "check",
-        allow_abbrev=False,
-        help=text,
-        description=f"{text.capitalize()}: one line for each. The command that made the result computes them anew.",
-    )
-    command.add_argument("out", metavar="PATH", help="a folder, or a URL that fsspec knows")
+    more = ": one line for each. The command that made the result computes them anew."
+    _reader(studies, "check", _check, text, more, {"out": "PATH"})
+
+
+def _reader(studies, name: str, run: Callable, text: str, more: str, results: dict[str, str]) -> None:
+    """A command that reads results; ``results``: where their places are kept, and their names in the help."""
+    command = studies.add_parser(name, allow_abbrev=False, help=text, description=f"{text.capitalize()}{more}")
+    for place, metavar in results.items():
+        command.add_argument(place, metavar=metavar, help="a folder, or a URL that fsspec knows")
     command.add_argument("--json", action="store_true", help="print one JSON object")
-    command.set_defaults(run=_check)
+    command.set_defaults(run=run)
 
 
 def _check(options: argparse.Namespace) -> int:
@@ -231,7 +234,7 @@ def _start_axis(text: str) -> tuple[str, tuple]:
 def _eta(options: argparse.Namespace, **how):
     system = _system(options)
     if options.over == "eta" and options.eta is not None:
-        print("vibroscope: --eta has no effect where eta is swept", file=sys.stderr)
+        note("--eta has no effect where eta is swept")
     values = spaced(options.over, options.low, options.high, options.count, logarithmic=options.logarithmic)
     return sweep_eta(
         system,
@@ -269,10 +272,7 @@ def _method(options: argparse.Namespace) -> Method:
     values = vars(options) | ({"K": stiffness_of(options)} if options.solver == "newmark" else {})
     given = {name: options.low if name == options.over else values[name] for name in names}
     needed = [name for name in names if name != "D" or options.law not in LAWS_BY_RESTITUTION]
-    if missing := [f"--{name}" for name in needed if given[name] is None]:
-        raise ValueError(
-            f"the {options.solver} solver needs {', '.join(missing)}; the paper's numbers: --K 12000 --D 18"
-        )
+    refuse_missing(options.solver, [f"--{name}" for name in needed if given[name] is None])
     if options.solver == "exact":
         return ExactPenalty(given["K"], given["D"], **law_of(options))
     return stepping_of(options, **given)
@@ -282,6 +282,8 @@ def _plane(options: argparse.Namespace, **how):
     exact = options.solver == "exact"
     if not exact and options.steps is None:
         raise ValueError("the newmark solver needs --steps; the paper takes --steps 2000")
+    if exact and options.steps is not None:
+        note("--steps has no effect on the exact solver")
     axes = [spaced(name, *getattr(options, name), logarithmic=True) for name in ("K", "D")]
     steps = None if exact else options.steps
     more = {"parts": not options.no_error}

@@ -8,7 +8,12 @@ from vibroscope.engine import compile_kernels
 
 def add(commands) -> None:
     """Describe ``vibroscope warm``."""
-    command = commands.add_parser("warm", help="compile every kernel now, so that the first start is quick")
+    command = commands.add_parser(
+        "warm",
+        help="compile every kernel now, so that the first start is quick",
+        description="Compile every kernel that the cache folder does not have: two or three minutes the first time, "
+        "and again after an upgrade or a change of the engine.",
+    )
     command.set_defaults(run=run)
 
 

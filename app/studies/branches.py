@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 from vibroscope.app.runtime.settings import current_settings
-from vibroscope.app.runtime.workers import own_time
+from vibroscope.app.studies.time_limit import TimeLimit
 from vibroscope.engine import (
     COORDINATES,
     METHOD_NUMBERS,
@@ -158,21 +158,16 @@ def grow_branches(
         yield last
         return
     kept, found, cut, notes = (last.branches if last else ()), (), "", []
-    used, begin = 0.0, own_time()  # other studies have their turn between two branches
-
-    def ends() -> bool:
-        return cancelled() or used + own_time() - begin > SECONDS
-
+    limit = TimeLimit(SECONDS, cancelled)
     try:
-        how = {"threads": current_settings().threads, "note": notes.append, "cancelled": ends}
+        how = {"threads": current_settings().threads, "note": notes.append, "cancelled": limit.ends}
         for branch in search_branches(*question.problem, **question.search, **how):
             found = (*found, branch)
             if len(found) == MOST_BRANCHES:
                 cut = f"The search ended at {MOST_BRANCHES} branches: a narrower range shows the others."
                 break
-            used += own_time() - begin
-            yield PartialBranches(question, max(found, kept, key=len))
-            begin = own_time()
+            with limit.paused():
+                yield PartialBranches(question, max(found, kept, key=len))
     except Cancelled:
         if cancelled():
             raise

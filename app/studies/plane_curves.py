@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 from vibroscope.app.runtime.settings import current_settings
-from vibroscope.app.runtime.workers import own_time
+from vibroscope.app.studies.time_limit import TimeLimit
 from vibroscope.engine import Cancelled, ExactPenalty, PointCurve, PointCurves, System, search_branches
 
 KINDS = {"fold": "folds", "period doubling": "period doublings", "grazing": "grazing"}
@@ -100,13 +100,9 @@ def grow_curves(
         yield last
         return
     kept, found, lost, cut = (last.curves if last else ()), (), 0, ""
-    used, begin = 0.0, own_time()  # other studies have their turn between two curves
-
-    def ends() -> bool:
-        return cancelled() or used + own_time() - begin > SECONDS
-
+    limit = TimeLimit(SECONDS, cancelled)
     try:
-        for curve, share in _curves(question, ends):
+        for curve, share in _curves(question, limit.ends):
             if curve is None:
                 lost += 1
                 continue
@@ -114,9 +110,8 @@ def grow_curves(
             if len(found) == MOST_CURVES:
                 cut = f"The search ended at {MOST_CURVES} curves: a narrower range shows the others."
                 break
-            used += own_time() - begin
-            yield PartialCurves(question, max(found, kept, key=len), share)
-            begin = own_time()
+            with limit.paused():
+                yield PartialCurves(question, max(found, kept, key=len), share)
     except Cancelled:
         if cancelled():
             raise

@@ -243,7 +243,7 @@ def compare(
     eta : float
         Excitation frequency η = Ω/ω₁.
     penalty : Newmark or TimeStepping
-        With a contact law that is solved without a time step, too (``limit``).
+        Its ``limit``, the exact penalty solution, is run as well.
     reference : Reference, optional
         By default the paper's. With derived joint damping the part of the joint damping vanishes.
     periods, keep : int

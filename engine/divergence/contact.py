@@ -120,6 +120,16 @@ def damping_ratio(system: System, stiffness: float, damping: float) -> float:
 def equal_restitution_damping(system: System, stiffness: float | np.ndarray) -> float | np.ndarray:
     """Return the D with which a contact of stiffness K has the system's restitution: e(ζ) = e.
 
+    Parameters
+    ----------
+    system : System
+    stiffness : float or (n,) ndarray
+        K of the spring and damper of the paper; other laws: :func:`engine.damping_of_restitution`.
+
+    Returns
+    -------
+    float or (n,) ndarray
+
     Raises
     ------
     ValueError

@@ -7,7 +7,7 @@ in units of m₁ω₁² times the base amplitude squared. The mechanical energy 
     E_m = [ξ₁′² + ξ₁² + μ(ξ₂′² + κ²ξ₂²) + K min(g, 0)²]/2,        K = 0 for the reference,                 (49)
 
 with ξᵢ less its static equilibrium without contact in the place of ξᵢ, so that E_m includes the potential of
-constant forces; in the paper's system that is zero. Of a body and a wall the terms with μ are left out. The powers are
+constant forces; in the paper's system that is zero. For a body and a wall the terms with μ are left out. The powers are
 
 - l₁(τ) ξ₁′ + μ l₂(τ) ξ₂′ of the excitation, η² cos ητ (ξ₁′ + μξ₂′) in the paper's system,
 - 2d₁ξ₁′² + 2μd₂κξ₂′² of the dampers, or 2d₃κ₃(1 + μ)ξ′² in permanent contact,

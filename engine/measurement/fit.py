@@ -97,7 +97,7 @@ def fit(
     names : sequence of {"restitution", "d1", "d2", "d3"}, optional
         Constants to fit; by default all that the system has: a wall has neither d2 nor d3.
     method : Reference, optional
-        By default with the threshold 0, see above.
+        By default with the threshold 0, in whose limit the motion depends smoothly on e.
     cancelled : callable, optional
         Polled many times a second; when it returns true the fit is cancelled.
 

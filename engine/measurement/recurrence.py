@@ -141,8 +141,8 @@ def _residual(basis: np.ndarray, rows: np.ndarray) -> np.ndarray:
 def _own_frequency(measurement: Measurement, eta: float, period: int, periods: float) -> float:
     """Return the frequency near η whose harmonics leave least, by Gauss–Newton steps.
 
-    It differs from η by at most half a turn over the record. Of the change of the harmonics with η, only the part that
-    other amplitudes of the harmonics cannot reproduce contributes.
+    It differs from η by at most half a turn over the record. The harmonics change with η; only the part of that
+    change counts that other amplitudes of the harmonics cannot reproduce.
     """
     rows, frequency, width = measurement.displacement.T, eta, 0.5 / periods
     for _ in range(REFINEMENTS):

@@ -67,7 +67,7 @@ def attractors(
     system : System
     eta : float
         Excitation frequency η = Ω/ω₁.
-    method : Reference, ExactPenalty or Newmark
+    method : Reference, ExactPenalty, Newmark or TimeStepping
     starts : int
         Number of starts; the first is rest, the others are drawn at random.
     seed : int

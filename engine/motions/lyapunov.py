@@ -32,8 +32,8 @@ from .steady import REST
 
 BATCHES = 32
 SETTLING = 64  # periods in which a disturbance turns into the direction of fastest growth
-# Regular motions fall below this within thousands of periods, unless their tori are about to break up. Of a chaotic
-# motion eight averages would have to agree this well by chance.
+# Regular motions fall below this within thousands of periods, unless their tori are about to break up. A
+# chaotic motion falls below it only if eight averages agree this well by chance.
 REGULAR = 1e-5
 DRIFT = 5.0  # standard errors that the averages over the two halves of a run may differ by
 PERIODS_RANGE = (BATCHES * 8, 10_000_000)

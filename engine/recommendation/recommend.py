@@ -76,8 +76,8 @@ class Recommendation(Suggested):
     reason : str
         Why nothing meets the tolerance and what to do; empty if ``met``.
     kind : str
-        How the motion of ``best`` and the reference's differ in kind, in words; empty if they do not. Of the settings
-        that meet the tolerance one of the reference's kind is preferred.
+        How the motion of ``best`` and the reference's differ in kind, in words; empty if they do not. Among the
+        settings that meet the tolerance, one of the reference's kind is preferred.
     scheme : Newmark or TimeStepping
         What the settings were tried with; its own K, D and n have no effect.
     """
@@ -249,7 +249,18 @@ def design_curve(
     progress: Callable[[float], None] | None = None,
     **options,
 ) -> list[Recommendation]:
-    """Return a recommendation for each η, with the options of :func:`recommend`: how K, D and n change with η."""
+    """Return a recommendation for each η: how K, D and n change with η.
+
+    Parameters
+    ----------
+    system : System
+    etas : sequence of float
+        Excitation frequencies η = Ω/ω₁.
+    progress : callable, optional
+        Called with the fraction that is done at least, 0 to 1.
+    **options
+        Those of :func:`recommend`, whose exceptions are raised, too.
+    """
     etas = [check_eta(eta) for eta in etas]
     progress = progress or no_progress
     return [

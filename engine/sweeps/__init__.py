@@ -132,6 +132,15 @@ def sweep_eta(
     xarray.Dataset
         Dimensions (over, ``sample``); see :mod:`.sweeps.eta_study` for the variables.
 
+    Raises
+    ------
+    ValueError
+        Before any work, if a number is out of range, or there is something else at ``out``.
+    OSError
+        If ``out`` cannot be written, or no Dask scheduler answers.
+    Cancelled
+        If ``cancelled`` returned true; what is complete is kept.
+
     Examples
     --------
     >>> from vibroscope.engine import Reference, System, sweep_eta
@@ -190,6 +199,15 @@ def sweep_plane(
     xarray.Dataset
         Dimensions (``K``, ``D``); see :mod:`.sweeps.plane_study` for the variables.
 
+    Raises
+    ------
+    ValueError
+        Before any work, if a number is out of range, or there is something else at ``out``.
+    OSError
+        If ``out`` cannot be written, or no Dask scheduler answers.
+    Cancelled
+        If ``cancelled`` returned true; what is complete is kept.
+
     Examples
     --------
     >>> from vibroscope.engine import System, sweep_plane
@@ -247,6 +265,15 @@ def sweep_step(
         Dimensions (``steps``, ``scheme``), scheme 0 with the fixed and 1 with the located step; see
         :mod:`.sweeps.step_study` for the variables.
 
+    Raises
+    ------
+    ValueError
+        Before any work, if a number is out of range, or there is something else at ``out``.
+    OSError
+        If ``out`` cannot be written, or no Dask scheduler answers.
+    Cancelled
+        If ``cancelled`` returned true; what is complete is kept.
+
     Examples
     --------
     >>> from vibroscope.engine import System, sweep_step
@@ -296,6 +323,15 @@ def sweep_no_solution(
     -------
     xarray.Dataset
         Dimensions (``K``, ``steps``); see :mod:`.sweeps.no_solution_study` for the variables.
+
+    Raises
+    ------
+    ValueError
+        Before any work, if a number is out of range, or there is something else at ``out``.
+    OSError
+        If ``out`` cannot be written, or no Dask scheduler answers.
+    Cancelled
+        If ``cancelled`` returned true; what is complete is kept.
 
     Examples
     --------
@@ -352,6 +388,15 @@ def sweep_basin(
     xarray.Dataset
         Dimensions of the axes; see :mod:`.sweeps.basin_study` for the variables. `motion` numbers the motions by their
         shares.
+
+    Raises
+    ------
+    ValueError
+        Before any work, if a number is out of range, or there is something else at ``out``.
+    OSError
+        If ``out`` cannot be written, or no Dask scheduler answers.
+    Cancelled
+        If ``cancelled`` returned true; what is complete is kept.
     """
     if len(axes) != 2:
         raise ValueError(f"a plane of starts has two axes, not {len(axes)}: give two of {', '.join(AXES)}")

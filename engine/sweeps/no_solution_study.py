@@ -40,7 +40,8 @@ class NoSolutionStudy(Study):
         self._set(K=ascending_values("K", self.K), steps=ascending_values("steps", self.steps))
         if not isinstance(self.method, TimeStepping) or self.method.status != "end":
             raise ValueError(
-                "each step has one solution: give a TimeStepping that iterates the status to the end of steps"
+                "each step has one solution: give a method that takes the contact status from the end of steps, "
+                "TimeStepping with status = 'end'"
             )
 
     @property

@@ -272,7 +272,8 @@ def check_store(target: str | Path) -> tuple[list[str], bool]:
         If there is no result of a sweep at this place.
     """
     location = StoreLocation(target)
-    if location.read(GROUP) is None and location.read(manifest.STUDY) is None:
+    nowhere = location.folder is not None and not location.folder.is_dir()  # reading would make it
+    if nowhere or (location.read(GROUP) is None and location.read(manifest.STUDY) is None):
         raise ValueError(f"{target} is no result of a sweep")
     rounds = (f"round-{level}" for level in itertools.count())
     refined = itertools.takewhile(lambda group: location.read(f"{group}/{manifest.STUDY}") is not None, rounds)

@@ -182,7 +182,7 @@ def test_a_search_is_stopped_and_goes_on_and_a_failure_is_said(opened):
 
 
 @pytest.mark.filterwarnings("ignore:Consolidated metadata")
-def test_the_branches_are_listed_said_and_taken_away(opened, tmp_path):
+def test_the_branches_are_listed_said_and_taken_away(opened, tmp_path, capsys):
     tab, _ = opened("branches:on;count:12;transient:100")
     next(each for each in Asked.all if each.grow is grow_diagram).run()
     assert [figure[0] for figure in offered_figures(tab)] == ["bifurcation", "bifurcation_strip"]
@@ -205,6 +205,7 @@ def test_the_branches_are_listed_said_and_taken_away(opened, tmp_path):
     store = tmp_path / "branches_reference.zarr"
     line = next(line for line in tab.command(SETTING).splitlines() if line.startswith("vibroscope branch"))
     assert main([*line.replace(store.name, str(store)).split()[1:]]) == 0
+    assert capsys.readouterr().err == ""
     assert store.exists()
     assert [repr(float(row["eta"])) for row in points] == [repr(each.value) for each in found[0].points]
 

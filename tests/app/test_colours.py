@@ -78,6 +78,7 @@ def figures():
         for plot in plots(page):
             doc.add_root(plot)
             found[f"{key}: {plot.name}"] = plot
+    assert {name.partition(":")[0] for name in found} >= TABS.keys() - {"help", "paper"}
     return found
 
 

@@ -43,7 +43,7 @@ def test_a_study_says_why_it_has_nothing_to_show_and_computes_nothing(opened, ki
     assert tab.panel.status == {}
     tab.show(Move(3, Setting()))
     assert len(Asked.all) == 2
-    assert all(cell.object.visible for cell in tab.cells)
+    assert {cell.object.visible for cell in tab.cells} == {True}
     assert tab.panel.statements == []
 
 

@@ -82,6 +82,7 @@ def test_a_step_without_a_solution_ends_the_run_and_says_what_to_change(capsys):
         ("--integrator tr-bdf2 --rho 0", "--rho is no number of the integrator tr-bdf2: it has no numbers"),
         ("--beta 2", "beta = 2.0 is outside"),
         ("--integrator hht --status end --located", "--located is --status located, and goes with no --status end"),
+        ("--status end --located", "--located is --status located, and goes with no --status end"),
         ("--integrator central-difference --status end", "central-difference is explicit"),
         ("--status middle", "invalid choice: 'middle'"),
         ("--without-solution guess", "invalid choice: 'guess'"),

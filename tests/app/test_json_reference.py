@@ -71,6 +71,13 @@ def test_the_keys_of_studies(capsys, tmp_path):
     assert set(printed(capsys, "sweep", "check", paths[0])) == keys_of("`sweep check`")
 
 
+def test_the_keys_of_one_setting_for_a_range(capsys):
+    search = ["--eta-range", "2.7:2.76:2", "--one-setting", "--K", "200", "--D", "4", "--tolerance", "0.9"]
+    found = printed(capsys, "recommend", *search, "--steps-max", "64")
+    assert set(found) == keys_of("`recommend --one-setting`")
+    assert set(found["etas"][0]) == {"eta", "steps", "error", "robust"}
+
+
 def test_the_keys_of_hard_cases_and_claims():
     assert set(stability.as_dict(outcome(hard_cases()[0]))) == keys_of("`stability`")
     finding = Finding(True, "found", None)

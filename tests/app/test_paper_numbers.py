@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from vibroscope.app.explorer.scenes import scenes
+from vibroscope.app.paper import CLAIMS
 from vibroscope.app.paper.penalty_claims import scatter
 from vibroscope.app.paper.runs import SYSTEM, run_newmark, run_reference
 from vibroscope.engine import Reference, motion, simulate
@@ -50,6 +51,16 @@ def test_figure_9_three_contacts_the_last_long_and_one_of_56_percent():
     assert lengths[-1] > 3 * lengths[-2]
     assert motion(missed).contact_share == pytest.approx(0.56, abs=0.01)
     assert missed.section[-1, 2] == pytest.approx(1.03, abs=0.01)
+
+
+@pytest.mark.parametrize(
+    ("key", "words"), [("9A", "One period, 3 contacts"), ("9B", "One period, blurred by the time step, 1 contact")]
+)
+def test_figure_9_names_the_motions_as_explore_does(key, words):
+    """The time step locks the scatter of [B] into a cycle of eight periods."""
+    finding = CLAIMS[key].find()
+    assert finding.agrees
+    assert finding.result.startswith(f"{words} a period, ")
 
 
 def test_figure_12_contact_of_18_steps():

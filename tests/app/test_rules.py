@@ -66,11 +66,11 @@ def test_a_run_that_ends_early_fails_and_says_why():
     assert "has no solution" in found.why
 
 
-def test_what_cannot_be_compared_is_run_and_what_gives_no_number_is_said():
+def test_a_force_that_is_cut_is_compared_and_what_gives_no_number_is_said():
     method = Newmark(12000.0, 18.0, 500, law="cut")
     found = judge(rules()["lsdyna-noise"], RuleQuestion(System(), 2.76, method), **SHORT)
     assert found.motion
-    assert "not solved in closed form" in found.why or found.total >= 0
+    assert found.total > 0
     still = System(excitation=Excitation(base=0.0))
     found = judge(rules()["mathworks-penetration"], RuleQuestion(still, 2.76, PAPER.method))
     assert found.method is None

@@ -81,7 +81,9 @@ def test_nothing_else_is_served(server, path):
 
 def test_the_page_can_be_read_before_its_scripts_have_come(page):
     head, body = page.split("<body>")
-    for script in re.findall(r"<script[^>]*>", head):
+    scripts = re.findall(r"<script[^>]*>", head)
+    assert len([script for script in scripts if "src=" in script]) >= 3
+    for script in scripts:
         assert "src=" not in script or "defer" in script, "a script that is not deferred keeps the page white"
     assert "Bokeh.set_log_level" not in head or '<script type="module">' in head
     assert body.index("Loading the page") < body.index("data-root-id")

@@ -57,6 +57,15 @@ def test_a_result_is_checked_and_damage_named(tmp_path, capsys):
     assert "is no result of a sweep" in capsys.readouterr().err
 
 
+@pytest.mark.parametrize("words", [("sweep", "check"), ("branch", "--from", "1", "--to", "2", "--from-basin")])
+@pytest.mark.parametrize("name", ["nowhere.zarr", "file.txt"])
+def test_looking_for_a_result_where_there_is_none_makes_none(tmp_path, capsys, words, name):
+    (tmp_path / "file.txt").touch()
+    assert main([*words, str(tmp_path / name)]) == 2
+    assert f"{tmp_path / name} is no result of a sweep" in capsys.readouterr().err
+    assert [path.name for path in tmp_path.iterdir()] == ["file.txt"]
+
+
 @pytest.mark.parametrize("solver", [["--steps", "500"], ["--steps", "100", "--located"], ["--solver", "exact"]])
 def test_a_plane_as_the_contract_says(tmp_path, capsys, solver):
     path = str(tmp_path / "plane.zarr")

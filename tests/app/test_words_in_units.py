@@ -92,8 +92,9 @@ def test_no_sentence_keeps_a_number_without_dimension(numbers):
     runs = compute_runs(setting, cache=CACHE)
     plain = explain(runs)
     found = plain.in_units(setting.scale)
-    for text in paragraphs(describe(runs), found).values():
-        assert "ξ" not in text
-        units = re.findall(r"\b[KD] = \S+ (\S+)", text) + re.findall(r"±\S+ (\S+)", text)
-        assert all(unit.startswith(("N/mm", "N·s/mm", "mm")) for unit in units), text
+    text = " ".join(paragraphs(describe(runs), found).values())
+    assert "ξ" not in text
+    units = re.findall(r"\b[KD] = \S+ (\S+)", text) + re.findall(r"±\S+ (\S+)", text)
+    assert units
+    assert all(unit.startswith(("N/mm", "N·s/mm", "mm")) for unit in units), text
     assert replace(plain.in_units(None), details=()) == replace(plain, details=())  # these name choices

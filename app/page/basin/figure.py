@@ -5,14 +5,22 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-from bokeh.events import RangesUpdate, Tap
+from bokeh.events import Tap
 from bokeh.models import LegendItem
 from bokeh.plotting import figure
 from vibroscope.app.explorer.field_units import shown_field
 from vibroscope.app.explorer.link import LINEAR
 from vibroscope.app.explorer.state import Setting
-from vibroscope.app.page.shared.cells import add_cells, add_mark, cells_source, rounded_view, write_cells
-from vibroscope.app.page.shared.figure import divisor, empty_source, hover_tool, legend_above, make_figure, write
+from vibroscope.app.page.shared.cells import (
+    add_cells,
+    add_mark,
+    cells_figure,
+    cells_source,
+    listen,
+    rounded_view,
+    write_cells,
+)
+from vibroscope.app.page.shared.figure import divisor, empty_source, hover_tool, legend_above, write
 from vibroscope.app.page.shared.ranges import OwnedRange
 from vibroscope.app.page.shared.unit_axis import UnitAxis
 from vibroscope.app.studies.basin import PALETTE, SIDES, BasinQuestion, PartialBasin
@@ -34,24 +42,12 @@ class BasinView:
         self.sources = {side: cells_source(f"basin_{side}_cells", "motion", "period") for side in SIDES}
         self.mark = empty_source("basin_mark", "x", "y")
         self.figures = {side: self._figure(side) for side in SIDES}
-        plots = self.figures.values()
+        plots = list(self.figures.values())
         self._axes = {name: UnitAxis(self.ranges[name], name[-1], *plots) for name in self.ranges}
-        for plot in plots:
-            plot.on_event(Tap, self.on_tap)
-        # Both figures have the same ranges: the events of one are enough.
-        self.figures["reference"].on_event(RangesUpdate, lambda event: on_zoom())
+        listen(plots, self.on_tap, on_zoom)
 
     def _figure(self, side: str) -> figure:
-        plot = make_figure(
-            "Being computed …",
-            "",
-            "",
-            name=f"basin_{side}",
-            x_range=self.ranges["start_x"].range,
-            y_range=self.ranges["start_y"].range,
-            tools="pan,box_zoom,wheel_zoom,reset,save",
-        )
-        plot.xgrid.visible = plot.ygrid.visible = False
+        plot = cells_figure(f"basin_{side}", *self.ranges.values())
         cells = add_cells(plot, self.sources[side], PALETTE)
         plot.add_tools(hover_tool([cells], {"motion": "@motion", "repeats after (periods)": "@period"}))
         mark = add_mark(plot, "x", "y", self.mark)

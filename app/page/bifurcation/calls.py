@@ -47,4 +47,5 @@ def _branch_options(question: BranchQuestion) -> str:
     how, (_, eta, method) = question.search, question.problem
     options = f" --over {question.over} --from={how['low']!r} --to={how['high']!r} --max-period {how['max_period']}"
     options += f" --most-orbits {how['most_orbits']}{initial_option(how.get('initial'))}"
-    return f"{options}{method_options(method)} --eta {eta!r}"
+    given = "" if question.over == "eta" and how.get("initial") is None else f" --eta {eta!r}"
+    return f"{options}{method_options(method)}{given}"

@@ -67,9 +67,9 @@ class Bifurcation(StudyTab):
         self.branches.view.css_classes = ["cell", "wide", "branches"]
         self.view.on_motion = self.branches.tapped
         self._followed: Setting | None = None  # whose motion is followed first
-        self._page = self.lay_out(self.stretch(self.view.figure, "wide"), self.stretch(self.view.strip, "wide", "low"))
-        self._page.append(self.branches.view)
-        return self._page
+        page = self.lay_out(self.stretch(self.view.figure, "wide"), self.stretch(self.view.strip, "wide", "low"))
+        page.append(self.branches.view)
+        return page
 
     @classmethod
     def spec(cls) -> dict:
@@ -193,8 +193,7 @@ class Bifurcation(StudyTab):
         super()._write()
         if self._visible:
             self.view.fade(self.branches.view.visible)
-            classes = [each for each in self._page.css_classes if each != "listed"]
-            self._page.css_classes = [*classes, *(["listed"] if self.branches.view.visible else [])]
+            self.give_room(self.branches.view)
 
     def _start(self, setting: Setting) -> tuple[float, ...]:
         """The own start that is typed; a wall has none."""

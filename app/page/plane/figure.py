@@ -5,15 +5,23 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-from bokeh.events import RangesUpdate, Tap
+from bokeh.events import Tap
 from bokeh.models import LegendItem
 from bokeh.plotting import figure
 from vibroscope.app.explorer.field_units import shown_field
 from vibroscope.app.explorer.method_words import CUT
 from vibroscope.app.explorer.ranges import slider_range, widened
 from vibroscope.app.explorer.state import Setting
-from vibroscope.app.page.shared.cells import add_cells, add_mark, cells_source, rounded_view, write_cells
-from vibroscope.app.page.shared.figure import BLUE, INK, divisor, empty_source, legend_above, make_figure, write
+from vibroscope.app.page.shared.cells import (
+    add_cells,
+    add_mark,
+    cells_figure,
+    cells_source,
+    listen,
+    rounded_view,
+    write_cells,
+)
+from vibroscope.app.page.shared.figure import BLUE, INK, divisor, empty_source, legend_above, write
 from vibroscope.app.page.shared.ranges import OwnedRange
 from vibroscope.app.page.shared.unit_axis import UnitAxis
 from vibroscope.app.studies import cell_classes as classes
@@ -38,26 +46,13 @@ class PlaneView:
         self.mark = empty_source("plane_mark", "K", "D")
         self.curve = empty_source("plane_curve", "K", "D")
         self.figures = {side: self._figure(side) for side in SIDES}
-        plots = self.figures.values()
+        plots = list(self.figures.values())
         self._axes = {name: UnitAxis(self.ranges[name], side, *plots) for name, side in (("K", "x"), ("D", "y"))}
-        for plot in self.figures.values():
-            plot.on_event(Tap, self.on_tap)
-        # Both figures have the same ranges: the events of one are enough.
-        self.figures["penalty"].on_event(RangesUpdate, lambda event: on_zoom())
+        listen(plots, self.on_tap, on_zoom)
 
     def _figure(self, side: str) -> figure:
-        plot = make_figure(
-            "Being computed …",
-            "contact stiffness K",
-            "contact damping D",
-            name=f"plane_{side}",
-            x_axis_type="log",
-            y_axis_type="log",
-            x_range=self.ranges["K"].range,
-            y_range=self.ranges["D"].range,
-            tools="pan,box_zoom,wheel_zoom,reset,save",
-        )
-        plot.xgrid.visible = plot.ygrid.visible = False
+        labels, axes = ("contact stiffness K", "contact damping D"), {"x_axis_type": "log", "y_axis_type": "log"}
+        plot = cells_figure(f"plane_{side}", *self.ranges.values(), labels, **axes)
         add_cells(plot, self.sources[side], classes.PALETTE)
         add_cells(plot, self.veils[side], _VEIL)
         plot.scatter("K", "D", source=self.diverged[side], marker="x", size=5, line_color=INK, line_width=0.8)

@@ -48,9 +48,9 @@ class PlaneTab(StudyTab):
         self.view = PlaneView(self._set, self.refresh)
         self.curves = PlaneCurves(self.host, list(self.view.figures.values()), self._push)
         self.curves.view.css_classes = ["cell", "wide", "branches"]
-        self._page = self.lay_out(*(self.stretch(plot, "tall") for plot in self.view.figures.values()))
-        self._page.append(self.curves.view)
-        return self._page
+        page = self.lay_out(*(self.stretch(plot, "tall") for plot in self.view.figures.values()))
+        page.append(self.curves.view)
+        return page
 
     @classmethod
     def spec(cls) -> dict:
@@ -111,8 +111,7 @@ class PlaneTab(StudyTab):
             self.curves.clear(self._move.setting)
         super()._write()
         if self._visible:
-            classes = [each for each in self._page.css_classes if each != "listed"]
-            self._page.css_classes = [*classes, *(["listed"] if self.curves.view.visible else [])]
+            self.give_room(self.curves.view)
 
     def figures(self) -> list[Figure]:
         """The figures of the planes, and the table of the curves once there are any."""

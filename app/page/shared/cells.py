@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
+from bokeh.events import RangesUpdate, Tap
 from bokeh.models import ColumnDataSource, GlyphRenderer, LinearColorMapper
 from bokeh.plotting import figure
-from vibroscope.app.page.shared.figure import VERMILLION
+from vibroscope.app.page.shared.figure import VERMILLION, make_figure
+from vibroscope.app.page.shared.ranges import OwnedRange
 
 _PLACE = ("x", "y", "dw", "dh")
 
@@ -15,6 +17,20 @@ _PLACE = ("x", "y", "dw", "dh")
 def cells_source(name: str | None = None, *more: str) -> ColumnDataSource:
     """A source of one picture that is not there yet; ``more``: further numbers of each cell, for a hover."""
     return ColumnDataSource({column: [] for column in ("image", *_PLACE, *more)}, name=name)
+
+
+def cells_figure(name: str, x: OwnedRange, y: OwnedRange, labels: tuple[str, str] = ("", ""), **more) -> figure:
+    """A figure for cells, which fill it, so that it has no grid."""
+    plot = make_figure("Being computed …", *labels, name=name, x_range=x.range, y_range=y.range, **more)
+    plot.xgrid.visible = plot.ygrid.visible = False
+    return plot
+
+
+def listen(plots: Sequence[figure], on_tap: Callable[[Tap], None], on_zoom: Callable[[], None]) -> None:
+    """Call these for a tap, and for a zoom, of figures that have the same ranges."""
+    for plot in plots:
+        plot.on_event(Tap, on_tap)
+    plots[0].on_event(RangesUpdate, lambda event: on_zoom())  # the events of one are enough
 
 
 def add_cells(plot: figure, source: ColumnDataSource, palette: Sequence[str]) -> GlyphRenderer:

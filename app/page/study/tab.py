@@ -92,13 +92,19 @@ class StudyTab(Tab):
         self.cells = cells
         self.ranges = self.view.ranges
         self.muting = Muting(self.legends, [cell.object for cell in cells])
-        return pn.Column(
+        self._page = pn.Column(
             *cells,
             self.panel,
             css_classes=["studies", *classes],
             stylesheets=[style("study/studies")],
             sizing_mode="stretch_both",
         )
+        return self._page
+
+    def give_room(self, below: pn.viewable.Viewable) -> None:
+        """Lay the page out for a list below the figures, as long as that is visible."""
+        classes = [each for each in self._page.css_classes if each != "listed"]
+        self._page.css_classes = [*classes, *(["listed"] if below.visible else [])]
 
     # -- the open tab --------------------------------------------------------
 
