@@ -199,6 +199,12 @@ def test_a_reference_cannot_start_in_an_overlap():
         run(System(clearance=0.5, wall=True), 1.0, REFERENCE, initial=(2.0, 0.0, 0.0, 0.0))
 
 
+@pytest.mark.parametrize(("start", "name"), [((0.0, 0.0, 1.0, 0.0), "ξ₂ = 1"), ((0.0, 0.0, 0.0, -2.0), "ξ₂′ = -2")])
+def test_a_wall_has_no_start(start, name):
+    with pytest.raises(ValueError, match=f"initial {name}: a wall does not move"):
+        run(System(wall=True, clearance=0.5), 1.0, REFERENCE, initial=start)
+
+
 def test_a_continued_sweep_goes_on_from_a_motion_that_has_grown_beyond_any_start():
     """In one piece or in two: the border between them changes nothing."""
     system = System(clearance=1e6, d1=1e-4, d2=1e-4, excitation=Excitation(base=0.0, force1=1e6))
