@@ -133,6 +133,7 @@ EITHER = (  # the same number in two forms, of which an entry gives one
     ("damping2_ratio", "damping2_Ns_per_m"),
     ("base_amplitude_mm", "base_acceleration_m_per_s2"),
 )
+_OF_BASE = EITHER[-1]
 
 
 def system_of_physical(entry: Mapping[str, float | bool]) -> PhysicalSystem:
@@ -159,6 +160,7 @@ def system_of_physical(entry: Mapping[str, float | bool]) -> PhysicalSystem:
     wall = flag(WALL, entry.get(WALL, False))
     given = {name: value for name, value in entry.items() if name != WALL}
     _check_form(given, wall)
+    given = {name: value for name, value in given.items() if value != 0 or name not in _OF_BASE}  # 0: it stands still
     for name, value in given.items():
         given[name] = _checked(name, value, KEYS[name].allowed)
     m1 = given["mass1_kg"]
@@ -233,7 +235,7 @@ def _check_form(given: dict, wall: bool) -> None:
         names = (names,) if isinstance(names, str) else names
         if not any(name in given for name in names):
             raise ValueError(f"{' or '.join(names)} is missing: a physical entry needs it")
-    if "length_mm" in given and any(name in given for name in EITHER[-1]):
+    if "length_mm" in given and any(given.get(name) for name in _OF_BASE):
         raise ValueError("gives length_mm although the base moves: lengths are counted in its amplitude, leave it out")
 
 

@@ -169,4 +169,7 @@ def starting_checkpoint(
         raise ValueError(f"initial = {shown(initial)} is not four numbers: give ξ₁, ξ₁′, ξ₂, ξ₂′")
     for name, value in zip(("ξ₁", "ξ₁′", "ξ₂", "ξ₂′"), state, strict=True):
         require(f"initial {name}", value, -1e6, 1e6, "start within a million units of length")
+    if system.wall and any(state[2:]):
+        name, value = ("ξ₂", state[2]) if state[2] else ("ξ₂′", state[3])
+        raise ValueError(f"initial {name} = {value:g}: a wall does not move, give 0")
     return Checkpoint(system, eta, method, 0, state)

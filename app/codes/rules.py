@@ -46,6 +46,7 @@ from vibroscope.engine import (
     percent,
     repetition,
     simulate,
+    touching,
 )
 from vibroscope.engine.divergence.agreement import CLOSE
 from vibroscope.engine.divergence.contact import contact_frequency, damping_for, equal_restitution_damping
@@ -317,6 +318,9 @@ def _of_comparison(
     name = "time_step" if "steps" in rule.gives else "regularisation"
     difference = found.difference
     part = difference.parts.get(name, math.nan) if rule.gives else difference.total
+    untested = _nothing_to_test(found, name if rule.gives else "")
+    if untested:
+        return RuleOutcome(rule, method, words, difference.total, part, None, untested, count, motions)
     what = "the time step causes" if name == "time_step" else "K and D cause"
     if not rule.gives and math.isfinite(part):
         holds, why = part <= CLOSE, f"the solutions differ by {percent(part)}"
@@ -328,6 +332,15 @@ def _of_comparison(
         why = f"the solutions differ by {percent(difference.total)}; how much of it {what} is not known"
         why = f"{kinds}; {why}" if kinds else why
     return RuleOutcome(rule, method, words, difference.total, part, holds, _sentence(why), count, motions)
+
+
+def _nothing_to_test(found: Comparison, part: str) -> str:
+    """Why a motion cannot show whether a rule holds that ``part`` of the difference follows from; empty if it can."""
+    fact = touching(found.reference)
+    if found.reference_rests:
+        return f"{fact} The reference does not move, so that no relative difference exists.".strip()
+    apart = found.penalty.contact_share == found.reference.contact_share == 0.0
+    return fact if apart and part == "regularisation" else ""
 
 
 def _sentence(text: object) -> str:

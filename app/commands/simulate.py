@@ -6,6 +6,7 @@ import argparse
 import json
 from collections.abc import Sequence
 
+import numpy as np
 from vibroscope import engine
 from vibroscope.app.commands.numbers import count
 from vibroscope.app.commands.options import (
@@ -19,6 +20,7 @@ from vibroscope.app.commands.physical_units import add_units_option, physical_ru
 from vibroscope.engine import Newmark, Response, simulate
 
 _KEEP = default_of(simulate, "keep")
+STILL = 1e-9  # of the way from its start, below which a free vibration has come to rest
 
 
 def add(commands) -> None:
@@ -141,7 +143,7 @@ def as_text(response: Response, initial: Sequence[float] | None = None) -> str:
         f"impacts           {found.impacts_per_period:g} per period",
         f"contacts          {found.contacts_per_period:g} per period, {100 * found.contact_share:.2f} % of the time",
         f"section at end    xi1, xi1', xi2, xi2' = {last}",
-        f"spread of xi2     {found.spread:.3g}",
+        f"spread of xi{found.body}     {found.spread:.3g}",
     ]
     if getattr(response.method, "status", None) == "end":
         none, two = response.steps_without_solution, response.steps_with_two
@@ -150,9 +152,19 @@ def as_text(response: Response, initial: Sequence[float] | None = None) -> str:
     return "\n".join([*lines, f"result            {fact}"] if fact else lines)
 
 
+def _is_at_rest(response: Response, initial: Sequence[float] | None) -> bool:
+    """Whether a free vibration moves by less than STILL of the way from its start in the kept periods."""
+    start = np.array(response.system.rest if initial is None else initial, dtype=float)
+    end = response.section[-1]
+    moved = np.abs(response.section[:, [0, 2]] - end[[0, 2]]).max()
+    return bool(max(moved, np.abs(end[[1, 3]]).max()) <= STILL * np.abs(start - end).max())
+
+
 def _motion_text(response: Response, found: engine.Motion, initial: Sequence[float] | None) -> str:
     """The kind of motion; Newmark's section alone does not show it where the time step may have scattered it."""
     method = response.method
+    if not response.system.excitation.drives:  # T is then no time of the motion, which cannot repeat in it
+        return f"free vibration, {'come to rest' if _is_at_rest(response, initial) else 'still moving'}"
     if isinstance(method, Newmark) and found.period != 1 and response.keep >= _KEEP:
         return engine.repetition(engine.motion(response.system, response.eta, method, initial=initial))
     if not found.near_period and response.keep < 4:

@@ -15,7 +15,7 @@ from urllib.parse import parse_qsl, urlencode
 
 import numpy as np
 from vibroscope.app.explorer.errors import Refused
-from vibroscope.app.explorer.parameters import FIELDS, MAIN_FIELDS
+from vibroscope.app.explorer.parameters import FIELDS, MAIN_FIELDS, OF_BODY_2, START_FIELDS
 from vibroscope.app.explorer.reading import read_choice, read_number, read_setting
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.runtime.number_text import print_number, quote
@@ -50,6 +50,30 @@ def parse_address(query: str) -> dict[str, str]:
             raise Refused(name, f"The address gives {name} twice.")
         texts[name] = text
     return texts
+
+
+def idle_numbers(texts: Mapping[str, str], setting: Setting) -> str:
+    """A sentence on the numbers of a link that the bodies of its setting do not have; empty if there is none.
+
+    They are accepted: the page itself keeps them in its links, for when other bodies are chosen again.
+    """
+    idle = [name for name in _IDLE[setting.bodies] if name in texts]
+    if not idle:
+        return ""
+    no_effect = "it has no effect" if len(idle) == 1 else "they have no effect"
+    return f"The link gives bodies={setting.bodies} and {', '.join(idle)}: {_WHY_IDLE[setting.bodies]}, {no_effect}."
+
+
+_IDLE = {
+    "pendulums": ("mass_ratio",),
+    "two": ("kappa3",),
+    "wall": (*OF_BODY_2, "kappa3", "mass_ratio", "force2", "force2_phase", "constant2", *START_FIELDS[2:]),
+}
+_WHY_IDLE = {
+    "pendulums": "the mass ratio follows from kappa and kappa3",
+    "two": "the mass ratio is given instead",
+    "wall": "a wall has no such number",
+}
 
 
 def read_pins(text: str) -> tuple[Setting, ...]:

@@ -189,13 +189,13 @@ MAIN_FIELDS = ("eta", "K", "D", "steps")
 EXCITATION_FIELDS = tuple(_DRIVE.as_dict())
 # What each kind of system is described by, beside what drives it.
 _OF_ALL = ("d1", "restitution", "clearance")
-_OF_BODY_2 = ("kappa", "d2", "d3")
+OF_BODY_2 = ("kappa", "d2", "d3")
 DESCRIBED_BY = {
-    "pendulums": (*_OF_ALL, *_OF_BODY_2, "kappa3"),
-    "two": (*_OF_ALL, *_OF_BODY_2, "mass_ratio"),
+    "pendulums": (*_OF_ALL, *OF_BODY_2, "kappa3"),
+    "two": (*_OF_ALL, *OF_BODY_2, "mass_ratio"),
     "wall": _OF_ALL,
 }
-SYSTEM_FIELDS = ("bodies", *_OF_ALL, *_OF_BODY_2, "kappa3", "mass_ratio", *EXCITATION_FIELDS)
+SYSTEM_FIELDS = ("bodies", *_OF_ALL, *OF_BODY_2, "kappa3", "mass_ratio", *EXCITATION_FIELDS)
 START_FIELDS = ("start_xi1", "start_v1", "start_xi2", "start_v2")
 SHARES = ("d1", "d2", "d3", "restitution")  # may be given in per cent
 # What the penalty solution is computed with, beside K, D and the step.

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 from vibroscope.app.explorer.errors import Refused
-from vibroscope.app.explorer.link import View, parse_address, print_address, read_pins
+from vibroscope.app.explorer.link import View, idle_numbers, parse_address, print_address, read_pins
 from vibroscope.app.explorer.parameters import FIELDS
 from vibroscope.app.explorer.reading import read_choice, read_setting
 from vibroscope.app.explorer.scenes import opening_setting
@@ -20,13 +20,17 @@ _REST = 150  # ms without another zoom or mute before the address follows
 
 
 class Opening(NamedTuple):
-    """The content of an address: the setting, the open tab and its view, the pinned settings, the theme ("": none)."""
+    """The content of an address: the setting, the open tab and its view, the pinned settings, the theme ("": none).
+
+    ``note``: what of it has no effect, in a sentence; empty if nothing.
+    """
 
     setting: Setting
     tab: str = FIRST_TAB
     view: View = View()
     pinned: tuple[Setting, ...] = ()
     theme: str = ""
+    note: str = ""
 
 
 def read_opening(query: str) -> Opening:
@@ -40,7 +44,8 @@ def read_opening(query: str) -> Opening:
     pinned = read_pins(pin)
     # A link leaves out the defaults, but a page without any parameter opens with a scene.
     setting = read_setting(texts) if texts.keys() & set(FIELDS) or pin else opening_setting()
-    return Opening(setting, tab, view, pinned, theme and read_choice("theme", theme, THEMES))
+    theme = theme and read_choice("theme", theme, THEMES)
+    return Opening(setting, tab, view, pinned, theme, idle_numbers(texts, setting))
 
 
 class Address:

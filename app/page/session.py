@@ -54,7 +54,8 @@ class Session:
         opening, error = self._address.open(query)
         self.setting, self.pinned = opening.setting, opening.pinned
         self.controls = Controls()
-        self.header = Header([list(tab) for tab in self.tab_titles.items()], theme=opening.theme, error=error)
+        tabs = [list(tab) for tab in self.tab_titles.items()]
+        self.header = Header(tabs, theme=opening.theme, error=error, note=opening.note)
         self._take_away = TakeAway(self, self.header.send_file)
         for component in (self.controls, self.header):
             component.on_msg(lambda event: route(self, event.data))

@@ -119,6 +119,11 @@ class Comparison:
         return not self.runs.reference.system.excitation.drives
 
     @property
+    def reference_rests(self) -> bool:
+        """Whether the reference does not move in the kept periods while the penalty solution lies elsewhere."""
+        return self.parts is not None and self.parts.size == 0 and self.total == np.inf
+
+    @property
     def part_names(self) -> tuple[str, ...]:
         """The names of PARTS that a difference can have: joint damping only where the reference has one of its own."""
         run = self.runs.reference

@@ -89,11 +89,11 @@ def verdict(comparison: Comparison, *, cancelled: Callable[[], bool] | None = No
     if comparison.parts is None:
         return _of_early_end(comparison, cancelled)
     if comparison.is_free:
-        return _of_free_vibration(comparison)
+        return _of_rest(comparison) if comparison.reference_rests else _of_free_vibration(comparison)
     comparison = comparison.decided(cancelled)
     comparison.measure(cancelled)
     difference, scatter = comparison.difference, time_step_scatter(comparison.penalty)
-    if difference.total == np.inf and comparison.parts.size == 0:
+    if comparison.reference_rests:
         return _of_rest(comparison)
     if not np.isfinite(difference.total):
         return Verdict(

@@ -19,6 +19,7 @@ from vibroscope.app.explorer.link import (
 from vibroscope.app.explorer.reading import read_setting
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.page.address import THEMES, read_opening
+from vibroscope.app.page.session import Session
 from vibroscope.app.page.tab import Move
 from vibroscope.app.page.tabs import TABS
 
@@ -191,6 +192,29 @@ def test_the_first_question_of_a_study_is_that_of_the_link(opened):  # noqa: F81
     tab.show(Move(2, SETTING, fresh=True))  # a scene was chosen
     assert Asked.all[-1].question.K == (10.0, 1e5)
     assert tab.view_texts() == {"zoom": "", "choice": "quantity:error;limit:40", "mute": ""}
+
+
+@pytest.mark.parametrize(
+    ("link", "words"),
+    [
+        ("bodies=wall&kappa=2", "bodies=wall and kappa: a wall has no such number, it has no effect"),
+        ("bodies=wall&mass_ratio=3&force2=1", "and mass_ratio, force2: a wall has no such number, they have no effect"),
+        ("bodies=two&kappa3=2", "and kappa3: the mass ratio is given instead, it has no effect"),
+        ("mass_ratio=3", "bodies=pendulums and mass_ratio: the mass ratio follows from kappa and kappa3"),
+    ],
+)
+def test_a_number_of_a_link_that_the_bodies_do_not_have_is_named(link, words):
+    opening = read_opening(link)
+    assert words in opening.note
+    assert Session(link).header.note == opening.note
+
+
+def test_the_links_of_a_page_that_went_from_two_bodies_to_a_wall_keep_working():
+    setting = read_setting({"bodies": "wall"}, read_setting({"bodies": "two", "mass_ratio": "3", "clearance": "0.5"}))
+    opening = read_opening(print_address(setting))
+    assert opening.setting == setting
+    assert "mass_ratio" in opening.note
+    assert not read_opening("bodies=wall&clearance=0.5&force1=1").note
 
 
 def test_the_phase_that_the_pendulums_are_held_at_goes_into_the_link_and_comes_back():

@@ -79,6 +79,26 @@ def test_a_force_that_is_cut_is_compared_and_what_gives_no_number_is_said():
         Rule("key", "title", "magic", 1.0, "claim", "source")
 
 
+@pytest.mark.parametrize(
+    ("system", "key", "words"),
+    [
+        (System(wall=True, clearance=-60.0), "ansys-mode", "The reference does not move"),
+        (System(clearance=-0.5, excitation=Excitation(base=0.0)), "abaqus-ten", "The reference does not move"),
+        (System(wall=True, clearance=1000.0), "abaqus-ten", "Nothing touches"),
+    ],
+)
+def test_a_motion_that_cannot_show_whether_a_rule_holds_says_so(system, key, words):
+    found = judge(rules()[key], RuleQuestion(system, 1.2, Newmark(1000.0, 5.0, 500)))
+    assert found.holds is None
+    assert words in found.why
+    assert "not known" not in found.why
+
+
+def test_a_step_is_judged_where_nothing_touches():
+    apart = RuleQuestion(System(wall=True, clearance=1000.0), 1.2, Newmark(1000.0, 5.0, 500))
+    assert judge(rules()["ansys-mode"], apart).holds
+
+
 def test_the_command_prints_what_each_rule_gives(capsys):
     few = ["--periods", "20", "--K", "12000", "--D", "18", "--steps", "500", "lsdyna-noise", "ansys-mode"]
     assert main(["rules", "--eta", "2.76", *few]) == 0

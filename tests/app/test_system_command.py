@@ -144,6 +144,24 @@ def test_a_free_vibration_is_said_to_be_one(capsys, tmp_path):
     assert (status, "nothing drives the bodies" in err) == (0, True)
 
 
+@pytest.mark.parametrize(("periods", "words"), [("2050", "come to rest"), ("60", "still moving")])
+def test_a_free_vibration_repeats_in_no_period(capsys, tmp_path, periods, words):
+    path = tmp_path / "own.toml"
+    path.write_text("[system]\nwall = true\nclearance = 0.5\nd1 = 0.0033\n[excitation]\nbase = 0.0\n")
+    options = ["--eta", "1.2", "--system", str(path), "--initial=-1,0,0,0", "--periods", periods]
+    status, text, _ = run_command(capsys, "simulate", "--solver", "reference", *options)
+    assert status == 0
+    assert f"motion            free vibration, {words}\n" in text
+
+
+def test_the_spread_of_a_body_at_a_wall_is_named_after_it(capsys, tmp_path):
+    path = tmp_path / "own.toml"
+    path.write_text("[system]\nwall = true\nclearance = 0.5\n")
+    for options, body in (("--system", str(path)), "xi1"), ((), "xi2"):
+        _, text, _ = run_command(capsys, "simulate", "--solver", "reference", "--eta", "1.2", *options)
+        assert f"spread of {body}  " in text
+
+
 def test_what_never_touches_is_said(capsys, tmp_path):
     path = tmp_path / "own.toml"
     path.write_text("[system]\nclearance = 1000.0\n")

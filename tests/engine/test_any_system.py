@@ -178,11 +178,31 @@ def test_a_preload_that_never_opens_is_one_contact():
         np.testing.assert_array_equal(response.contacts, [[0.0, response.window[1]]])
 
 
+@pytest.mark.parametrize("threshold", [0.0, 0.002])
+@pytest.mark.parametrize(("eta", "phase"), [(0.5, 1.0), (1.0, 1.0), (3.0, -1000.0)])
+def test_a_force_that_just_reaches_the_preload_leaves_the_body_at_the_wall(eta, phase, threshold):
+    """Once a period the contact force is zero, where rounding decides its sign."""
+    pull = Excitation(base=0.0, force1=-1.0, force1_phase=phase)
+    held = System(wall=True, clearance=-1.0, d1=0.0, excitation=pull)
+    response = simulate(held, eta, Reference("derived", threshold=threshold), periods=400, keep=400)
+    assert response.ok, response.message
+    np.testing.assert_allclose(response.section, np.tile(held.rest, (400, 1)), rtol=0, atol=1e-12)
+    assert response.impacts.closing_speed.max(initial=0.0) < 1e-7
+    apart = 400 * response.period - np.diff(response.contacts).sum()
+    assert 0.0 <= apart < 1e-4 * response.period
+
+
 def test_a_reference_cannot_start_in_an_overlap():
     with pytest.raises(ValueError, match=r"clearance \+ ξ₂ − ξ₁ = -0\.5 is negative"):
         run(System(clearance=-0.5), 1.0, REFERENCE, initial=(0.0, 0.0, 0.0, 0.0))
     with pytest.raises(ValueError, match=r"clearance − ξ₁ = -1\.5 is negative"):
         run(System(clearance=0.5, wall=True), 1.0, REFERENCE, initial=(2.0, 0.0, 0.0, 0.0))
+
+
+@pytest.mark.parametrize(("start", "name"), [((0.0, 0.0, 1.0, 0.0), "ξ₂ = 1"), ((0.0, 0.0, 0.0, -2.0), "ξ₂′ = -2")])
+def test_a_wall_has_no_start(start, name):
+    with pytest.raises(ValueError, match=f"initial {name}: a wall does not move"):
+        run(System(wall=True, clearance=0.5), 1.0, REFERENCE, initial=start)
 
 
 def test_a_continued_sweep_goes_on_from_a_motion_that_has_grown_beyond_any_start():

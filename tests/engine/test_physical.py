@@ -42,6 +42,13 @@ def test_numbers_of_a_data_sheet():
     assert (system.wall, system.d1, system.excitation) == (True, 0.07, Excitation())
 
 
+@pytest.mark.parametrize("name", ["base_amplitude_mm", "base_acceleration_m_per_s2"])
+def test_a_base_of_amplitude_zero_stands_still(name):
+    still = {each: value for each, value in WALL.items() if not each.startswith("base")}
+    for more in {"force1_N": 3.0}, {"length_mm": 2.0}:
+        assert system_of_physical(still | more | {name: 0.0}) == system_of_physical(still | more)
+
+
 def test_a_damper_and_a_frequency_say_the_same_as_ratio_and_spring():
     k, m = 98696.0, 25.0
     other = {"frequency1_Hz": math.sqrt(k / m) / (2 * math.pi), "damping1_Ns_per_m": 2 * 0.07 * math.sqrt(k * m)}

@@ -74,6 +74,14 @@ def test_a_body_that_a_preload_holds_at_a_wall_has_no_relative_difference():
     assert np.mean(given_way) == pytest.approx(60 / 701, rel=1e-3)  # of the preload, by spring and K in series
 
 
+@pytest.mark.parametrize("system", [HELD, System(clearance=-0.5)], ids=["wall", "two"])
+def test_a_preload_without_excitation_has_no_relative_difference(system):
+    still = replace(system, excitation=Excitation(base=0.0))
+    words = verdict(compare(still, 1.3, PENALTY, periods=FREE_PERIODS, keep=FREE_PERIODS))
+    assert "not known" not in words.headline
+    assert words.headline.startswith("The bodies stay in contact all the time. The reference does not move")
+
+
 @pytest.mark.parametrize("system", [APART, System(clearance=-60.0)], ids=["apart", "joined"])
 def test_where_nothing_meets_nothing_is_said_of_rebounds(system):
     assert not [line for line in verdict(compare(system, 1.3, PENALTY)).details if "speed at which they meet" in line]

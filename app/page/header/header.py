@@ -22,7 +22,7 @@ class Header(Component):
     compiling = param.Dict(default={}, doc="How far the solvers are compiled: share and what; empty once they are")
     awaited = param.String(default="", doc="What a file that was asked for waits for; empty if none does")
     error = param.String(default="", doc="What was refused or has failed; empty if nothing")
-    note = param.String(default="", doc="What the file that was loaded leaves out, and what is taken; empty if nothing")
+    note = param.String(default="", doc="What a loaded file leaves out, or a link gives in vain; empty if nothing")
     summary = param.String(default="", doc="Summary of the figures for screen readers")
 
     _esm = script(

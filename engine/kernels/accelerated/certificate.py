@@ -149,18 +149,30 @@ def only_change(t, pressed, z, middle, beginning):
 
 
 @jit_inlined
+def ends_soon(t, pressed, z):
+    """Whether a contact at a wall ends within steps that are searched one by one, as most do: no level has to be asked.
+
+    By one entry in the midst of these, since the linear motion may lead back into contact after them.
+    """
+    if t.wall:
+        return pressed == 1 and not signed_gap_at(t, pressed, 0, z, FEW_AT_WALL // 2) > 0.0
+    return False
+
+
+@jit_inlined
 def certify_skip(p, pressed, z, signed_gap):
     """The skip from z; none where the motion is about to diverge."""
     t = p.tables
     if not abs(z[0]) + abs(z[2]) + p.steps * (abs(z[1]) + abs(z[3])) < FAR:
         return Skip(0, 0, 0, TAKE_STEP, signed_gap, signed_gap, z)
-    coarse = certified_entries(t, pressed, 2, z)
+    soon = ends_soon(t, pressed, z)
+    coarse = 0 if soon else certified_entries(t, pressed, 2, z)
     if coarse > 0:
         signed_gap = signed_gap_at(t, pressed, 2, z, coarse)
         z = apply_transition(t.matrices[pressed, 2], z, coarse, t.wall)
     if coarse == ENTRIES:
         return Skip(coarse, 0, 0, SKIP_ON, signed_gap, signed_gap, z)
-    begin, middle = z, certified_entries(t, pressed, 1, z)
+    begin, middle = z, 0 if soon else certified_entries(t, pressed, 1, z)
     if middle > 0:
         signed_gap = signed_gap_at(t, pressed, 1, z, middle)
         z = apply_transition(t.matrices[pressed, 1], z, middle, t.wall)

@@ -25,16 +25,16 @@ HIGHEST_ORDER = 5  # derivatives tried where a phase starts on the surface
 
 
 @jit_inlined
-def first_nonzero_derivative(p, z, start):
-    """Order and value of the free gap's first derivative, from order ``start`` on, that is not zero within rounding.
+def first_nonzero_derivative(p, phase, z, start):
+    """Order and value of the first derivative of what a phase watches, from ``start`` on, not zero within rounding.
 
-    Returns (HIGHEST_ORDER + 1, 0.0) if there is none. The contact force changes only derivatives of a higher order. The
-    value is a coefficient in powers of u = s/h, which has the sign of the derivative.
+    Returns (HIGHEST_ORDER + 1, 0.0) if there is none. Of the free gap the contact force changes only derivatives of a
+    higher order. The value is a coefficient in powers of u = s/h, which has the sign of the derivative.
     """
     for order in range(start, HIGHEST_ORDER + 1):
         value, scale = 0.0, 0.0
         for i in range(2 if p.wall else 0, 6):
-            term = p.flight.rows[i, POWERS + order] * z[i]
+            term = phase.rows[i, POWERS + order] * z[i]
             value += term
             scale += abs(term)
         if abs(value) > ROUNDING * scale:
@@ -65,7 +65,7 @@ def begin_contact(p, a, rate, order):
 @jit_no_alloc
 def separate_or_touch(p, a, start):
     """The phase that follows a touch without approach, the gap's derivatives below order ``start`` being zero."""
-    order, value = first_nonzero_derivative(p, linear_state(p, p.flight, a), start)
+    order, value = first_nonzero_derivative(p, p.flight, linear_state(p, p.flight, a), start)
     rate = a.rate if order == 1 else 0.0
     if value > 0.0:
         return begin_flight(a, a.v1, rate, float(order))
@@ -124,7 +124,8 @@ def resolve_flight_start(p, a):
             return begin_contact(
                 p, later_state(p, a, s, (x + p.flight.position, v, 0.0, 0.0), FLIGHT, 0.0, a.contact), 0.0, 0.0
             )
-    if a.rate <= ROUNDING * (abs(a.v1) + abs(a.x1)):
+    # a wall does not move: what rounds beside it is the way of the body to its equilibrium
+    if a.rate <= ROUNDING * (abs(p.flight.gap) if p.wall else abs(a.v1) + abs(a.x1)):
         return separate_or_touch(p, a, 2)  # rounding hides so slow a rate: higher derivatives decide
     return a
 
@@ -138,7 +139,17 @@ def can_separate(p, a):
     """
     if not p.rigid or a.mode != FLIGHT or a.order < 3.0:
         return True
-    return first_nonzero_derivative(p, linear_state(p, p.flight, a), 3)[1] >= 0.0
+    return first_nonzero_derivative(p, p.flight, linear_state(p, p.flight, a), 3)[1] >= 0.0
+
+
+@jit_no_alloc
+def remain_in_contact(p, a):
+    """The contact that goes on where its force touches zero, from bodies that cannot separate; else ``a`` as it is.
+
+    A force that touches zero may pass it by rounding, as that of a preload whose largest opening force is as large.
+    """
+    order, value = first_nonzero_derivative(p, p.contact, linear_state(p, p.contact, a), 1)
+    return begin_contact(p, a, 0.0, float(order)) if value > 0.0 else a
 
 
 @jit_inlined

@@ -14,7 +14,7 @@ from ..compile.record import no_contact, no_room, unpack_buffers
 from ..linear.first_root import first_root
 from ..linear.tables import POINTS, dot, position_at, state_after
 from ..status import FULL, OK, PAUSED, PILED_UP, UNRESOLVED
-from .events import can_separate, release, resolve_collision, resolve_flight_start
+from .events import can_separate, release, remain_in_contact, resolve_collision, resolve_flight_start
 from .output import add_impulse, record_collision, record_contact_end, write_chatter, write_output
 from .saltation import (
     carry,
@@ -129,6 +129,8 @@ def integrate(packed, state, stop, window, flat, sizes, wall, variation):
                 break
         else:
             carry_over_reset(p, variation, start, a)
+        if not can_separate(p, a):
+            a = remain_in_contact(p, a)
         if not can_separate(p, a):
             status = UNRESOLVED
             break

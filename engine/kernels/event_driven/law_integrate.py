@@ -14,8 +14,6 @@ the law pushes, as it does in the time-stepping methods. Other laws are followed
 (:mod:`.law_contact`).
 """
 
-import numpy as np
-
 from ..compile.options import jit_inlined, jit_no_alloc
 from ..compile.record import OpenContact, no_room, unpack_buffers, with_impulse
 from ..equations.contact_law import COMPRESSION, CUT, LIMITED, law_force
@@ -25,7 +23,7 @@ from ..linear.tables import POINTS, Phase, gap_at, position_at, state_after
 from ..status import FULL, OK, PAUSED, PILED_UP, UNRESOLVED
 from .events import begin_flight, first_nonzero_derivative
 from .law_contact import TABLE, extrapolate, set_start, stepped, take_step
-from .output import SLACK, append_contact, evaluate, records
+from .output import SLACK, append_contact, evaluate, first_sample, records, time_to_row, time_to_sample
 from .state import (
     COLLISION,
     CONTACT,
@@ -86,7 +84,7 @@ def resolve_law_event(p, a):
         start = 2
     if start == 0:
         return a
-    order, value = first_nonzero_derivative(p, linear_state(p, p.flight, a), start)
+    order, value = first_nonzero_derivative(p, p.flight, linear_state(p, p.flight, a), start)
     rate = a.rate if order == 1 else 0.0
     if value > 0.0:
         return begin_flight(a, a.v1, rate, float(order))
@@ -141,16 +139,14 @@ def write_law_rows(p, a, z, s, gain, window, buffers):
     """Write the section rows and samples of [a, a + s]."""
     kept_from, sampled_from = window
     k = max(a.period, kept_from + 1.0)
-    while k - kept_from <= buffers.section.shape[0] and (k - a.period) * p.period - a.tau <= s:
-        t = (k - a.period) * p.period - a.tau
+    while k - kept_from <= buffers.section.shape[0] and time_to_row(p, a, k) <= s:
+        t = time_to_row(p, a, k)
         if t >= SLACK * p.period:
             write_law_row(p, buffers.section[int(k - kept_from) - 1], law_motion(p, a, z, max(t, 0.0)))
         k += 1.0
-    m = buffers.phases.shape[0]
-    j = max(0, int(a.period - sampled_from) * m + np.searchsorted(buffers.phases, a.tau / p.period) - 1)
+    j = first_sample(p, a, sampled_from, buffers.phases)
     while j < buffers.samples.shape[0]:
-        whole, part = divmod(j, m)
-        t = (sampled_from + whole - a.period + buffers.phases[part]) * p.period - a.tau
+        t, _ = time_to_sample(p, a, j, sampled_from, buffers.phases)
         if t > s:
             return
         if t >= SLACK * p.period:

@@ -47,23 +47,41 @@ def write_output(p, phase, a, z, s, window, buffers):
         write_rows(p, phase, a, z, s, window, buffers)
 
 
+@jit_inlined
+def time_to_row(p, a, k):
+    """Time from a hybrid state to the section of period k."""
+    return (k - a.period) * p.period - a.tau
+
+
+@jit_inlined
+def first_sample(p, a, sampled_from, phases):
+    """The number of a sample that is not later than a hybrid state, or is the first of all."""
+    m = phases.shape[0]
+    return max(0, int(a.period - sampled_from) * m + np.searchsorted(phases, a.tau / p.period) - 1)
+
+
+@jit_inlined
+def time_to_sample(p, a, j, sampled_from, phases):
+    """Time from a hybrid state to sample j, and which of the instants of a period that is."""
+    whole, part = divmod(j, phases.shape[0])
+    return (sampled_from + whole - a.period + phases[part]) * p.period - a.tau, part
+
+
 @jit_no_alloc
 def write_rows(p, phase, a, z, s, window, buffers):
     """Write what :func:`write_output` is asked for."""
     kept_from, sampled_from = window
     k = max(a.period, kept_from + 1.0)
-    while k - kept_from <= buffers.section.shape[0] and (k - a.period) * p.period - a.tau <= s:
-        t = (k - a.period) * p.period - a.tau
+    while k - kept_from <= buffers.section.shape[0] and time_to_row(p, a, k) <= s:
+        t = time_to_row(p, a, k)
         if t >= SLACK * p.period:
             x1, v1, gap, rate = evaluate(p, phase, z, max(t, 0.0))
             row = buffers.section[int(k - kept_from) - 1]
             row[0], row[1], row[2], row[3] = displacements(p, x1, v1, gap, rate)
         k += 1.0
-    m = buffers.phases.shape[0]
-    j = max(0, int(a.period - sampled_from) * m + np.searchsorted(buffers.phases, a.tau / p.period) - 1)
+    j = first_sample(p, a, sampled_from, buffers.phases)
     while j < buffers.samples.shape[0]:
-        whole, part = divmod(j, m)
-        t = (sampled_from + whole - a.period + buffers.phases[part]) * p.period - a.tau
+        t, part = time_to_sample(p, a, j, sampled_from, buffers.phases)
         if t > s:
             return
         if t >= SLACK * p.period:

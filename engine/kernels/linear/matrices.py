@@ -20,15 +20,6 @@ def unit(i):
 
 
 @jit_inlined
-def short_row_image(row, a):
-    """The same without the first two rows and columns."""
-    r2, r3, r4, r5 = row[2], row[3], row[4], row[5]
-    s4 = r2 * a[2, 4] + r3 * a[3, 4] + r4 * a[4, 4] + r5 * a[5, 4]
-    s5 = r2 * a[2, 5] + r3 * a[3, 5] + r4 * a[4, 5] + r5 * a[5, 5]
-    return 0.0, 0.0, r2 * a[2, 2] + r3 * a[3, 2], r2 * a[2, 3] + r3 * a[3, 3], s4, s5
-
-
-@jit_inlined
 def row_image(row, a):
     """A row times a matrix, as six numbers.
 
@@ -51,6 +42,15 @@ def row_image(row, a):
 
 
 @jit_inlined
+def short_row_image(row, a):
+    """The same as `row_image` without the first two rows and columns."""
+    r2, r3, r4, r5 = row[2], row[3], row[4], row[5]
+    s4 = r2 * a[2, 4] + r3 * a[3, 4] + r4 * a[4, 4] + r5 * a[5, 4]
+    s5 = r2 * a[2, 5] + r3 * a[3, 5] + r4 * a[4, 5] + r5 * a[5, 5]
+    return 0.0, 0.0, r2 * a[2, 2] + r3 * a[3, 2], r2 * a[2, 3] + r3 * a[3, 3], s4, s5
+
+
+@jit_inlined
 def image(row, a, one_body):
     """A row times a matrix, as six numbers; the first two are zero with ``one_body``."""
     return short_row_image(row, a) if one_body else row_image(row, a)
@@ -66,7 +66,7 @@ def multiply(out, a, b):
 
 @jit_inlined
 def short_multiply(out, a, b):
-    """The same without the first two rows and columns, which become zero."""
+    """The same as `multiply` without the first two rows and columns, which become zero."""
     for i in range(2):
         out[i, 0], out[i, 1], out[i, 2], out[i, 3], out[i, 4], out[i, 5] = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     for i in range(2, 4):

@@ -193,6 +193,12 @@ def step(m, p1, q1, p2, q2, pressed, cosine1, cosine2):
     return a1 - m.react1 * push, a2 + m.react2 * push, push
 
 
+@jit_inlined
+def change_contact(pressed, contact, time):
+    """The other contact status, and the contact that begins with it at a time, or has ended and stays as it is."""
+    return not pressed, contact if pressed else unrecorded_contact(time)
+
+
 @jit
 def integrate(m, cosines, state, stop):
     """Integrate whole periods to the end of step ``stop`` and record nothing; returns OK or DIVERGED.
@@ -218,9 +224,7 @@ def integrate(m, cosines, state, stop):
             p1 += q1
             p2 += q2
             if (gap <= touch) != pressed:
-                pressed = not pressed
-                if pressed:
-                    contact = unrecorded_contact((done + k) * m.h)
+                pressed, contact = change_contact(pressed, contact, (done + k) * m.h)
             if not abs(gap) < LIMIT:
                 status, n = DIVERGED, k
                 break
@@ -256,9 +260,7 @@ def integrate_at_wall(m, cosines, state, stop):
                 gap = p2 + 0.25 * a2
             p2 += q2
             if (gap <= touch) != pressed:
-                pressed = not pressed
-                if pressed:
-                    contact = unrecorded_contact((done + k) * m.h)
+                pressed, contact = change_contact(pressed, contact, (done + k) * m.h)
             if not abs(gap) < LIMIT:
                 status, n = DIVERGED, k
                 break
