@@ -13,7 +13,7 @@ import numpy as np
 
 from ..drivers.law_orbit import LawOrbitEquations, equations_of
 from ..drivers.orbit import Evaluation, OrbitEquations
-from ..drivers.orbit_steps import scales_of, step_at_value, step_in_plane, tangent_of
+from ..drivers.orbit_steps import interpolated, scales_of, step_at_value, step_in_plane, tangent_of
 from .family import Family
 from .orbit import Orbit
 from .parameter_range import ParameterRange
@@ -24,6 +24,7 @@ NEXT = 1e-13  # the error that is left after a step of that length: a shorter on
 STALLED = 1e-7  # the same, where rounding prevents any smaller
 DIFFERENCE = 1e-6  # of the width of the range, of central differences in α₁
 STEEP = 0.01  # component of the tangent along α₁
+NEIGHBOURS = 2  # known points from which others are predicted
 FAR = 0.5  # of a step: a correction as long as that leads to another curve
 
 
@@ -105,19 +106,29 @@ class CurvePoint:
         """The point at a distance along the tangent, if it is known."""
         return self._around.get(s)
 
-    def predicted(self, s: float) -> np.ndarray:
-        """X at a distance along the tangent: the parabola, or cubic, through the nearest known ones.
+    @cached_property
+    def coordinate(self) -> np.ndarray:
+        """The row r with s = r·(X − X₀) for the distance s along the tangent at which :meth:`Curve.ahead` finds X."""
+        if abs(self.tangent[-1]) <= STEEP:
+            return self.tangent / self.scales
+        row = np.zeros(len(self.tangent))
+        row[-1] = 1.0 / self.along[-1]
+        return row
 
-        Interpolation by divided differences (Newton) with the tangent at 0.
+    def way_to(self, point: "CurvePoint") -> float:
+        """The distance along the tangent at which :meth:`Curve.ahead` finds another point."""
+        return float(self.coordinate @ (point.unknowns - self.unknowns))
+
+    def predicted(self, s: float) -> np.ndarray:
+        """X at a distance along the tangent: the polynomial through the nearest known points.
+
+        Interpolation by divided differences (Newton), at points whose tangent is known with that (Hermite).
         """
-        found = self.unknowns + s * self.along
-        nearest = sorted(self._around, key=lambda known: abs(known - s))[:2]
-        bends = [(self._around[known].unknowns - self.unknowns - known * self.along) / known**2 for known in nearest]
-        if bends:
-            found = found + s**2 * bends[0]
-        if len(bends) == 2:
-            found = found + s**2 * (s - nearest[0]) * (bends[1] - bends[0]) / (nearest[1] - nearest[0])
-        return found
+        nearest = sorted(self._around, key=lambda known: abs(known - s))[:NEIGHBOURS]
+        points = [self, *(self._around[known] for known in nearest)]
+        along = [point.along if "tangent" in point.__dict__ else np.full(len(self.scales), np.nan) for point in points]
+        values = np.array([point.unknowns for point in points])
+        return interpolated(np.array([0.0, *nearest]), values, np.array(along), self.coordinate, s)
 
     def predicted_slope(self, s: float) -> np.ndarray:
         """∂F/∂α₁ at a distance along the tangent: in a straight line from here to the last point whose own is known."""

@@ -89,6 +89,22 @@ def least_margin(orbit: Orbit, evaluation: Evaluation, method: Reference | Exact
     return float(_values(_conditions_of(orbit, method)[1], orbit, evaluation, method).min())
 
 
+def reasons_not_to_stick(evaluation: Evaluation, method: Reference | ExactPenalty) -> np.ndarray:
+    """Why an impact does not stick, while one of two is positive: parting speed − ε, force that parts, (m, 2)."""
+    facts = evaluation.facts[:-1]
+    return np.column_stack([facts[:, PARTING] - method.threshold, -facts[:, FORCE]])
+
+
+def impacts_that_may_stick(
+    orbit: Orbit, before: Evaluation, after: Evaluation, method: Reference | ExactPenalty
+) -> list[int]:
+    """The impacts that may stick between two neighbours though they do at neither, for another reason each."""
+    if not getattr(method, "threshold", 0.0):
+        return []
+    both = (reasons_not_to_stick(before, method) > 0) & (reasons_not_to_stick(after, method) > 0)
+    return [k for k in np.flatnonzero(~both.any(axis=1)).tolist() if orbit.kinds[k] == IMPACT]
+
+
 def _values(columns: np.ndarray, orbit: Orbit, evaluation: Evaluation, method: Reference | ExactPenalty) -> np.ndarray:
     """The values of margins, of each its event and its column: of the facts, or of one beside them."""
     facts, m = evaluation.facts, len(orbit.kinds)

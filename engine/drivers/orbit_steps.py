@@ -3,6 +3,7 @@
 from ..kernels.event_driven.orbit_steps import (
     branch_point_indicator,
     doubling_indicator,
+    interpolated,
     neimark_sacker_indicator,
     scales_of,
     step_at_value,
@@ -14,6 +15,7 @@ from ..kernels.linear.small_systems import null_vector
 __all__ = [
     "branch_point_indicator",
     "doubling_indicator",
+    "interpolated",
     "neimark_sacker_indicator",
     "null_vector",
     "scales_of",

@@ -113,6 +113,45 @@ def tangent_of(jacobian, slope, scales):
 
 
 @jit
+def interpolated(nodes, values, along, coordinate, s):
+    """The point of a curve at s: the polynomial through known points, with their tangents (Newton, Hermite).
+
+    Parameters
+    ----------
+    nodes : (k,) float64
+        s of the known points, all different.
+    values, along : (k, n) float64
+        The points, and a vector along the tangent of each; nan where that is not known.
+    coordinate : (n,) float64
+        The row that gives s: a vector along the curve is scaled so that s grows by one.
+    s : float
+    """
+    k, n = values.shape
+    places, owner, table = np.empty(2 * k), np.empty(2 * k, dtype=np.int64), np.empty((2 * k, n))
+    rates, known = np.empty((k, n)), 0
+    for i in range(k):
+        growth = 0.0
+        for j in range(n):
+            growth += coordinate[j] * along[i, j]
+        for j in range(n):
+            rates[i, j] = along[i, j] / growth
+        for _ in range(2 if np.isfinite(growth) and growth != 0.0 else 1):
+            places[known], owner[known] = nodes[i], i
+            table[known] = values[i]
+            known += 1
+    for order in range(1, known):
+        for i in range(known - 1, order - 1, -1):
+            length = places[i] - places[i - order]
+            for j in range(n):
+                table[i, j] = (table[i, j] - table[i - 1, j]) / length if length != 0.0 else rates[owner[i], j]
+    found = table[known - 1].copy()
+    for i in range(known - 2, -1, -1):
+        for j in range(n):
+            found[j] = table[i, j] + (s - places[i]) * found[j]
+    return found
+
+
+@jit
 def monodromy_of(jacobian):
     """Jacobian of the Poincaré map over the cycle, (4, 4); not finite at a grazing impact, where there is none."""
     m = jacobian.shape[0] - 4
