@@ -22,7 +22,7 @@ NEWTON_STEPS = 10
 CONVERGED = 1e-10  # scaled step of Newton's method, after which the next would be rounding
 NEXT = 1e-13  # the error that is left after a step of that length: a shorter one is not taken
 STALLED = 1e-7  # the same, where rounding prevents any smaller
-DIFFERENCE = 1e-6  # of the width of the range, of central differences in α₁
+DIFFERENCE = 1e-7  # of the width of the range, of differences in α₁
 STEEP = 0.01  # component of the tangent along α₁
 NEIGHBOURS = 2  # known points from which others are predicted
 FAR = 0.5  # of a step: a correction as long as that leads to another curve
@@ -65,8 +65,8 @@ class CurvePoint:
 
     @cached_property
     def slope(self) -> np.ndarray:
-        """See the class; made where it is asked for, since it needs the tables of two more α₁."""
-        return self._curve.slope(self.orbit, self.value)
+        """See the class; made where it is asked for, since it needs the tables of another α₁."""
+        return self._curve.slope(self.orbit, self.value, self.evaluation.residual)
 
     @cached_property
     def tangent(self) -> np.ndarray:
@@ -171,19 +171,20 @@ class Curve:
         """F, its Jacobian and the facts of an orbit at α₁."""
         return self.equations(value)(orbit.kinds, orbit.first, orbit.period, orbit.unknowns)
 
-    def slope(self, orbit: Orbit, value: float) -> np.ndarray:
-        """∂F/∂α₁ by differences of second order: central, or one-sided where α₁ is at the end of what it may be."""
-        h, equations = DIFFERENCE * self.width, self.equations(value)
-        for offsets in ((-h, h), (0.0, h, 2 * h), (0.0, -h, -2 * h)):
+    def slope(self, orbit: Orbit, value: float, residual: np.ndarray) -> np.ndarray:
+        """∂F/∂α₁ by a difference of first order, backward where α₁ is at the high end of what it may be.
+
+        It turns the tangent, and an orbit is exact whatever the tangent is.
+        """
+        equations = self.equations(value)
+        for h in (DIFFERENCE * self.width, -DIFFERENCE * self.width):
             try:
-                problems = [self.family.at(value + offset) for offset in offsets]
+                problem = self.family.at(value + h)
             except ValueError:
                 continue
-            values = equations.residuals(problems, orbit.kinds, orbit.first, orbit.period, orbit.unknowns)
-            if len(values) == 2:
-                return (values[1] - values[0]) / (2 * h)
-            return (4 * values[1] - 3 * values[0] - values[2]) / (2 * offsets[1])
-        raise ValueError(f"{self.family.over} = {value:g}: the range of what it may be is narrower than {4 * h:g}")
+            (there,) = equations.residuals([problem], orbit.kinds, orbit.first, orbit.period, orbit.unknowns)
+            return (there - residual) / h
+        raise ValueError(f"{self.family.over} = {value:g}: the range of what it may be is narrower than {abs(h):g}")
 
     def scales(self, orbit: Orbit) -> np.ndarray:
         """Units in which distances count, (5 + m,)."""
@@ -243,19 +244,18 @@ class Curve:
         """The point near a guess in a plane, row·X = target; None if Newton's method does not find it.
 
         ``towards``: as for the point. ``slope``: ∂F/∂α₁ nearby, by default that of the guess. Each step corrects it by
-        what the one before missed (Broyden 1965), since differences would need the tables of two more α₁.
+        what the one before missed (Broyden 1965), since a difference would need the tables of another α₁.
         """
-        slope = (self.slope(orbit, value) if slope is None else slope).copy()
         scales, x, before = self.scales(orbit), np.concatenate([orbit.unknowns, (value,)]), np.inf
-        step = np.zeros((len(x), 1))
+        step, found = np.zeros((len(x), 1)), Evaluation.without_facts(len(orbit.kinds))
         for _ in range(2 * NEWTON_STEPS):
-            here, there = orbit.at(x[:-1]), float(x[-1])
-            found, x = self.evaluate(here, there), x.copy()
+            value = float(x[-1])
+            self.equations(value)(orbit.kinds, orbit.first, orbit.period, x[:-1], found)
+            if before == np.inf:
+                slope = self.slope(orbit, value, found.residual) if slope is None else slope.copy()
             length = step_in_plane((found.residual, found.jacobian), scales, plane, x, slope, step)
             if not length < 1.0:
                 return None
-            if length < NEXT:
-                return CurvePoint(self, here, there, towards, found)
             if length < CONVERGED or (length >= before and before < STALLED) or _next_step(length, before, 1) < NEXT:
                 return CurvePoint(self, orbit.at(x[:-1]), float(x[-1]), towards)
             before = length

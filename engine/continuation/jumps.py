@@ -7,7 +7,7 @@ branch has the same orbits whichever way it is followed.
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from itertools import chain, pairwise
+from itertools import chain, pairwise, tee
 
 import numpy as np
 
@@ -31,9 +31,9 @@ def after_jump(curve: Curve, last: CurvePoint, margin: Margin | None) -> CurvePo
     sticking = margin and Sticking.of(curve, last, margin)
     last = point_within_cycle(curve, last)  # its state at τ = 0, from which runs begin, lies before all its events
     onwards = 1.0 if last.tangent[-1] >= 0 else -1.0
-    starts = list(_starts(curve, last, onwards, complete=margin is None))
-    found = (sticking.first_orbit(start) for start in starts if sticking is not None)
-    other = (_leading_on(curve, start, last.value, onwards) for start in starts)
+    first, second = tee(_starts(curve, last, onwards, complete=margin is None))
+    found = (sticking.first_orbit(start) for start in first if sticking is not None)
+    other = (_leading_on(curve, start, last.value, onwards) for start in second)
     return next((point for point in chain(found, other) if point is not None), None)
 
 
@@ -103,7 +103,7 @@ class Sticking:
             point = self.curve.ahead(inside, s) if s else inside
             return np.nan if point is None else self._value(point)
 
-        end = first_zero(value, 0.0, inside.way_to(outside))
+        end = first_zero(value, 0.0, inside.way_to(outside), 0.1 * INSIDE)
         point = None if end is None else self.curve.ahead(inside, (1 - INSIDE) * end)
         return point if point is not None and holds(self.curve, point) else None
 

@@ -10,7 +10,8 @@ from .margins import least_margin
 from .orbit import Orbit, within_cycle
 
 NEAR = 0.1  # of the orbit's size: an orbit farther away is another motion
-FIRST_WALK, LONGEST_WALK = 1e-7, 0.03  # scaled
+SHORTEST_WALK, FIRST_WALK, LONGEST_WALK = 1e-7, 1e-5, 0.03  # scaled
+FASTER = 4.0  # how much longer the next step of a walk is
 TURN = 0.98  # cosine between neighbouring tangents, below which a step of a walk is halved
 
 
@@ -49,10 +50,10 @@ def walk(curve: Curve, point: CurvePoint) -> Iterator[CurvePoint]:
         there = curve.ahead(point, step)
         if there is None or not there.tangent @ point.tangent >= TURN:
             step /= 2
-            if step < FIRST_WALK:
+            if step < SHORTEST_WALK:
                 return
             continue
-        way, point, step = way + step, there, 2 * step
+        way, point, step = way + step, there, FASTER * step
         yield there
 
 
