@@ -69,6 +69,11 @@ class Family:
         own = "mu" if self.over == "mass_ratio" else self.over
         return self.system.changed({own: value}), self.eta, self.method
 
+    @property
+    def changes_system(self) -> bool:
+        """Whether the number is one of the system, not η or one of the method."""
+        return self.over != "eta" and self.over not in OF_METHOD
+
     def method_at(self, value: float) -> Reference | ExactPenalty:
         """The method where the number has this value, which :meth:`at` has checked."""
         own = OF_METHOD.get(self.over)
