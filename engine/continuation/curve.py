@@ -45,6 +45,10 @@ class CurvePoint:
     Attributes
     ----------
     evaluation : Evaluation
+    unknowns : (5 + m,) ndarray
+        X.
+    scales : (5 + m,) ndarray
+        Units in which distances from the orbit count.
     slope : (4 + m,) ndarray
         ∂F/∂α₁.
     tangent : (5 + m,) ndarray
@@ -62,6 +66,8 @@ class CurvePoint:
         self._curve, self.orbit, self.value, self._towards = curve, orbit, value, towards
         self._around: dict[float, CurvePoint] = {}  # other points of its curve, by the distance along the tangent
         self.evaluation = curve.evaluate(orbit, value) if evaluation is None else evaluation
+        self.unknowns = np.concatenate([orbit.unknowns, (value,)])
+        self.scales = curve.scales(orbit)
 
     @cached_property
     def slope(self) -> np.ndarray:
@@ -80,19 +86,9 @@ class CurvePoint:
         return CurvePoint(self._curve, self.orbit, self.value, -self.tangent, self.evaluation)
 
     @cached_property
-    def unknowns(self) -> np.ndarray:
-        """X, (5 + m,)."""
-        return np.concatenate([self.orbit.unknowns, (self.value,)])
-
-    @cached_property
     def along(self) -> np.ndarray:
         """The tangent in the units of X."""
         return self.tangent * self.scales
-
-    @cached_property
-    def scales(self) -> np.ndarray:
-        """Units in which distances from the orbit count, (5 + m,)."""
-        return self._curve.scales(self.orbit)
 
     def remember(self, s: float, point: "CurvePoint") -> None:
         """Note the point of the curve at a distance along the tangent."""
@@ -183,7 +179,8 @@ class Curve:
             except ValueError:
                 continue
             (there,) = equations.residuals([problem], orbit.kinds, orbit.first, orbit.period, orbit.unknowns)
-            return (there - residual) / h
+            with np.errstate(invalid="ignore"):  # there may be no such orbit
+                return (there - residual) / h
         raise ValueError(f"{self.family.over} = {value:g}: the range of what it may be is narrower than {abs(h):g}")
 
     def scales(self, orbit: Orbit) -> np.ndarray:

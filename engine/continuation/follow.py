@@ -134,7 +134,7 @@ class Tracer:
         if halves_meet(here, there):
             if step > MEETING:
                 return step / 4
-            self._join(there.orbit.period // 2, value_of_meeting(here, there, self.doublings))
+            self._join(there.orbit.period // 2, value_of_meeting(self.curve, here, there, self.doublings))
             return step
         end = self._first_orbit_between(here, there)
         if end is not None:
@@ -306,7 +306,7 @@ class Tracer:
     def _join(self, period: int, value: float) -> None:
         """End the branch where it meets one of a shorter period."""
         self.joined = value
-        self.reason = f"joins a branch of period {period} at {self.curve.family.over} = {value:.10g}"
+        self.reason = f"joins a branch of period {period} at {self.curve.family.over} = {value:.12g}"
 
 
 def point_on_branch(curve: Curve, kind: str, point: CurvePoint, index: int) -> Point:
