@@ -23,7 +23,7 @@ CONVERGED = 1e-10  # scaled step of Newton's method, after which the next would 
 NEXT = 1e-13  # the error that is left after a step of that length: a shorter one is not taken
 STALLED = 1e-7  # the same, where rounding prevents any smaller
 DIFFERENCE = 1e-7  # of the width of the range, of differences in α₁
-STEEP = 0.01  # component of the tangent along α₁
+STEEP = 0.003  # component of the tangent along α₁
 NEIGHBOURS = 2  # known points from which others are predicted
 FAR = 0.5  # of a step: a correction as long as that leads to another curve
 
