@@ -82,4 +82,5 @@ def test_a_branch_does_not_depend_on_its_steps(first, monkeypatch):
     other = followed(0.69, 0.66, 0.69)
     assert [point.kind for point in other.points] == [point.kind for point in usual.points]
     np.testing.assert_allclose(*([point.value for point in each.points] for each in (other, usual)), rtol=0, atol=1e-12)
-    assert other.ends == usual.ends and all("leaves the range" in end for end in usual.ends)
+    assert other.ends == usual.ends
+    assert all("leaves the range" in end for end in usual.ends)
