@@ -11,11 +11,11 @@ from itertools import chain, pairwise, tee
 
 import numpy as np
 
-from ..drivers.orbit import CHATTER, FORCE, IMPACT, PARTING, STICK
+from ..drivers.orbit import CHATTER, FORCE, IMPACT, PARTING, RELEASE, STICK
 from .curve import Curve, CurvePoint
 from .margins import STICKING_BEGINS, STICKING_ENDS, Margin
-from .nearby import first_ahead, holds, orbit_near, point_within_cycle, walk
-from .orbit import orbit_of_run, within_cycle
+from .nearby import first_ahead, holds, is_near, orbit_near, point_within_cycle, walk
+from .orbit import Orbit, orbit_of_run, within_cycle
 from .roots import first_zero
 
 JUMPS = 10.0 ** np.arange(-7, -3)  # of the range, to where runs show a sequence that follows
@@ -49,6 +49,17 @@ def _starts(curve: Curve, last: CurvePoint, onwards: float, complete: bool) -> I
         seen.add(guess.kinds)
         found = (orbit_near(curve, last, guess, value, onwards) for value in (shown, *places))
         yield from (start for start in found if start is not None)
+        yield from _with_short_sticks(curve, last, guess)
+
+
+def _with_short_sticks(curve: Curve, last: CurvePoint, guess: Orbit) -> Iterator[CurvePoint]:
+    """Solutions near the last orbit in which a phase of sticking lasts as long as in a guess, at any α₁."""
+    for k in (k for k, pair in enumerate(pairwise(guess.kinds)) if pair == (STICK, RELEASE)):
+        row = np.zeros(len(guess.unknowns) + 1)
+        row[4 + k], row[5 + k] = -1.0, 1.0
+        start = curve.constrained(guess, last.value, (row, float(row[:-1] @ guess.unknowns)), row)
+        if start is not None and is_near(curve, last, start.orbit):
+            yield start
 
 
 @dataclass(frozen=True)

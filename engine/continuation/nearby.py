@@ -33,10 +33,15 @@ def holds(curve: Curve, point: CurvePoint) -> bool:
     return margin > 0 and bool((np.diff(point.orbit.instants) > 0).all())
 
 
+def is_near(curve: Curve, last: CurvePoint, orbit: Orbit) -> bool:
+    """Whether an orbit is near the last one: farther away is another motion."""
+    return bool(np.abs(orbit.unknowns[:4] - last.orbit.unknowns[:4]).max() <= NEAR * curve.scales(orbit)[0])
+
+
 def orbit_near(curve: Curve, last: CurvePoint, guess: Orbit, value: float, onwards: float) -> CurvePoint | None:
     """The orbit near a guess and near the last one, its tangent along the sign of ``onwards``."""
     orbit = curve.corrected(guess, value)
-    if orbit is None or np.abs(orbit.unknowns[:4] - last.orbit.unknowns[:4]).max() > NEAR * curve.scales(orbit)[0]:
+    if orbit is None or not is_near(curve, last, orbit):
         return None
     towards = np.zeros(len(orbit.unknowns) + 1)
     towards[-1] = onwards
