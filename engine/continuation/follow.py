@@ -20,6 +20,7 @@ from .margins import (
     CHATTER_COMPLETES,
     FOLD,
     GRAZING,
+    LATER_SUM,
     SWITCHES_LESS,
     Margin,
     impacts_that_may_stick,
@@ -278,7 +279,8 @@ class Tracer:
             self.points.append(point_within_cycle(self.curve, end))
             return True
         following, margin = beyond(self.curve, last)
-        self.mark(margin.kind, last, (following or inside) if self._is_singular(margin) else None)
+        if margin.kind != LATER_SUM:
+            self.mark(margin.kind, last, (following or inside) if self._is_singular(margin) else None)
         self._grazings = [*self._grazings, last.value] if margin.kind == GRAZING and margin.inside else []
         if self._accumulates():
             self.mark(CHATTER_COMPLETES, last)

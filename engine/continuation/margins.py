@@ -23,6 +23,7 @@ from ..drivers.orbit import (
     PART,
     PARTING,
     RELEASE,
+    ROOM,
     STICK,
     TOUCH,
     WHERE,
@@ -66,6 +67,7 @@ POINT_KINDS = (
     SWITCHES_MORE,
     SWITCHES_LESS,
 )
+LATER_SUM = "chatter summed later"  # no point of a branch: the orbit is the same
 BIFURCATIONS = (FOLD, DOUBLING, BRANCH_POINT, NEIMARK_SACKER)
 _MORE = {
     (GRAZING, True): (IMPACT,),
@@ -153,6 +155,7 @@ def _margins(kinds: tuple[int, ...], first: bool, rigid: bool, sticks: bool) -> 
             yield Margin(STICKING_ENDS, k, False), ENDS
         if kind == CHATTER:
             yield Margin(STICKING_ENDS, k, False), FORCE
+            yield Margin(LATER_SUM, k, False), ROOM
         if kind == PART:
             yield Margin(GRAZING, k, False), PARTING
         touching = kind in (STICK, CHATTER, TOUCH)

@@ -19,8 +19,8 @@ from ..drivers.orbit import IMPACT, JOINS, PART, TOUCH
 from ..methods import Reference
 from .curve import Curve, CurvePoint
 from .jumps import after_jump
-from .margins import GRAZING, OPENS, STAYS_SHUT, SWITCHES_LESS, SWITCHES_MORE, Margin, margins
-from .nearby import first_ahead, holds, orbit_near
+from .margins import GRAZING, LATER_SUM, OPENS, STAYS_SHUT, SWITCHES_LESS, SWITCHES_MORE, Margin, margins
+from .nearby import first_ahead, holds, orbit_near, point_within_cycle
 from .orbit import Orbit, least_period, touching_at_start
 from .switches import REOPENED, contact_of, flight_of, partner
 
@@ -74,6 +74,8 @@ def _neighbours(curve: Curve, last: CurvePoint, margin: Margin) -> Iterator[tupl
         n, where = len(margin.more), last.evaluation.facts[k, margin.column]
         new = _with(orbit, k, where + length * np.linspace(0.0, 1.0, n), margin.more)
         yield new, (k, k + n - 1) if n > 1 else None
+    elif margin.kind == LATER_SUM:
+        yield _summed_later(orbit, k, last.evaluation.after[k, -1], curve.family.at(last.value)[0].restitution), None
     elif margin.kind == STAYS_SHUT:
         yield _without(orbit, {k - 1, k}), None
     elif margin.kind == SWITCHES_LESS:
@@ -92,6 +94,16 @@ def _neighbours(curve: Curve, last: CurvePoint, margin: Margin) -> Iterator[tupl
             yield _closed(orbit, *flight, REOPENED[method.law]), None
     elif margin.kind == GRAZING and not rigid:
         yield _without(orbit, {k, _nearest_event(orbit, k)}), None
+
+
+def _summed_later(orbit: Orbit, k: int, end: float, restitution: float) -> Orbit:
+    """The orbit with an impact more before the chatter that event k begins and that ends at ``end``.
+
+    Its flights last as terms of a geometric series do.
+    """
+    new = _with(orbit, k, orbit.instants[[k]], (IMPACT,))
+    new.unknowns[4 + k + 1] += (1.0 - restitution) * (end - orbit.instants[k])
+    return new
 
 
 def _reopened(orbit: Orbit, k: int, reopened: tuple[int, ...]) -> tuple[Orbit, tuple[int, int]]:
@@ -153,6 +165,7 @@ def _with_short_phase(curve: Curve, last: CurvePoint, orbit: Orbit, i: int, j: i
     row = np.zeros(len(orbit.unknowns) + 1)
     row[4 + i], row[4 + j] = -1.0, 1.0
     point = curve.constrained(orbit, last.value, (row, float(orbit.instants[j] - orbit.instants[i])), row)
+    point = point and point_within_cycle(curve, point)  # a new phase may lie across its ends
     return point if point is not None and holds(curve, point) else None
 
 

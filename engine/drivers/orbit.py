@@ -25,6 +25,7 @@ from ..kernels.event_driven.orbit import (
     PARTING,
     RELAX,
     RELEASE,
+    ROOM,
     STICK,
     TOUCH,
     UNLIMIT,
@@ -60,6 +61,7 @@ __all__ = [
     "PARTING",
     "RELAX",
     "RELEASE",
+    "ROOM",
     "STICK",
     "TOUCH",
     "UNLIMIT",
@@ -83,8 +85,8 @@ class Evaluation(NamedTuple):
     residual : (4 + m,) ndarray
         y(pT) − y₀, then what is zero at each event.
     jacobian : (4 + m, 4 + m) ndarray
-    facts : (m + 1, 5) ndarray
-        Of each event, and of the end of the cycle: columns CLOSING, PARTING, FORCE, LOWEST, WHERE.
+    facts : (m + 1, FACTS) ndarray
+        Of each event, and of the end of the cycle: columns CLOSING, PARTING, FORCE, LOWEST, WHERE, ROOM.
     after : (m + 1, 5) ndarray
         State (ξ₁, ξ₁′, g, g′) right after each event and its time in excitation periods; last the end of the cycle.
     section : (p, 4) ndarray
