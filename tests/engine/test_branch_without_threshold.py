@@ -1,4 +1,4 @@
-"""Branches of the reference where chatter is summed (threshold 0), and of lasting contact that opens where a cycle ends.
+"""Branches of the reference whose chatter is summed (threshold 0), or whose contact opens where the cycle ends.
 
 Every orbit is held against the run that starts on it.
 """

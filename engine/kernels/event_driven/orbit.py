@@ -276,9 +276,9 @@ def evaluate_orbit(tables, problem, sequence, unknowns, out):
         ``residual`` (4 + m,), ``jacobian`` (4 + m, 4 + m), ``facts`` (m + 1, FACTS), ``after`` (m + 1, 5): filled, the
         first three with nan if there is no such orbit. Facts of each event: closing speed, parting speed, force of the
         joined bodies right after it, the lowest minimum of what is watched in the phase that it ends, with its
-        instant, and of a chatter the room for its sum; the last row belongs to the end of the cycle. ``after``: the state right after each event and its time
-        in periods, last that at the end. ``section`` (p, 4): the states at whole periods. ``facts`` and ``section`` are
-        left out where they have no rows.
+        instant, and of a chatter the room for its sum; the last row belongs to the end of the cycle. ``after``: the
+        state right after each event and its time in periods, last that at the end. ``section`` (p, 4): the states at
+        whole periods. ``facts`` and ``section`` are left out where they have no rows.
     """
     packed, keys = tables
     row, rigid, wall, completion = problem
