@@ -17,7 +17,7 @@ from .cells import Cells
 from .drivers import orbit_steps, settle
 from .drivers.code_cache import CompileListener, compilable_functions, complete_mark
 from .drivers.law_orbit import equations_of
-from .drivers.orbit import PART
+from .drivers.orbit import PART, numbers_of
 from .methods import ExactPenalty, Newmark, Reference, TimeStepping
 from .model import System
 from .motions.steady import steady
@@ -103,9 +103,14 @@ def _step(system: System, method: Reference | ExactPenalty) -> None:
     orbit_steps.step_at_value(found.residual, found.jacobian, scales, start.copy())
     x, slope, step = np.zeros(5), found.residual.copy(), np.zeros((5, 1))
     orbit_steps.step_in_plane((found.residual, found.jacobian), scales, (ones, 1.0), x, slope, step)
-    orbit_steps.branch_point_indicator(found.jacobian, slope, orbit_steps.tangent_of(found.jacobian, slope, scales))
+    tangent = orbit_steps.tangent_of(found.jacobian, slope, scales)
+    orbit_steps.branch_point_indicator(found.jacobian, slope, tangent)
     orbit_steps.doubling_indicator(found.jacobian)
     orbit_steps.neimark_sacker_indicator(found.jacobian)
+    orbit_steps.indicators_of(found.jacobian, slope, tangent)
+    orbit_steps.interpolated(np.zeros(1), np.array([x]), np.array([ones]), ones, 0.1)
+    orbit_steps.margin_values(found.facts, start[4:], 0.0, np.zeros((2, 1), dtype=np.int64))
+    orbit_steps.impact_that_may_stick(numbers_of((PART,)), found.facts, found.facts, 0.0, 0)
     orbit_steps.null_vector(np.eye(4, 5))
 
 

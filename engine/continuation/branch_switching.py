@@ -28,7 +28,7 @@ def other_branch(curve: Curve, kind: str, point: CurvePoint) -> CurvePoint | Non
         half = orbit.period // 2
         if kind == DOUBLING and np.abs(rows[0] - rows[half]).max() < 0.1 * step * scales[0]:
             continue  # back on the branch of half the period
-        if least_margin(start.orbit, start.evaluation, curve.family.at(start.value)[2]) > 0:
+        if least_margin(start.orbit, start.evaluation, curve.family.method_at(start.value)) > 0:
             return start
     return None
 

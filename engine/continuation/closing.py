@@ -4,11 +4,14 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from .curve import CurvePoint
+from .bifurcations import bifurcations_ahead
+from .curve import Curve, CurvePoint
+from .margins import DOUBLING, indicators
 from .orbit import Orbit
 from .seeds import SAME
 
 CLOSED = 0.05  # of a step
+CLOSE = 1e-6  # scaled: a period doubling no farther from where halves seem to meet is where they do
 
 
 def share_on_chord(point: np.ndarray, here: np.ndarray, there: np.ndarray, aside: float) -> float | None:
@@ -43,16 +46,44 @@ def halves_meet(here: CurvePoint, there: CurvePoint) -> bool:
     return difference_of_halves(here) @ difference_of_halves(there) < 0
 
 
-def value_of_meeting(here: CurvePoint, there: CurvePoint, doublings: Sequence[tuple[int, float]]) -> float:
-    """α₁ where the halves meet: the known period doubling between two orbits, or next to them.
+def value_of_meeting(
+    curve: Curve, here: CurvePoint, there: CurvePoint, doublings: Sequence[tuple[int, float]]
+) -> float:
+    """α₁ where the halves meet: the period doubling between two orbits, or next to them.
 
-    The equations are singular there; near it α₁ varies with the square of the difference of the halves.
+    The equations are singular there; near it α₁ varies with the square of the difference of the halves. So this leads
+    to a known doubling, or else to an orbit of half the period from which it is located.
     """
     one, two = (float(np.square(difference_of_halves(point)).sum()) for point in (here, there))
     share = one / (one - two) if one != two else 0.5
     value = here.value + (there.value - here.value) * min(max(share, -1.0), 2.0)
     half = here.orbit.period // 2
-    return min((known for period, known in doublings if period == half), key=lambda v: abs(v - value), default=value)
+    known = min((known for period, known in doublings if period == half), key=lambda v: abs(v - value), default=None)
+    if known is not None and abs(known - value) < CLOSE * curve.width:
+        return known
+    located = _doubling_near(curve, here.orbit, value)
+    return value if located is None else located
+
+
+def _doubling_near(curve: Curve, orbit: Orbit, value: float) -> float | None:
+    """α₁ of the period doubling of the orbit whose cycle is half of another one; None if it is not found nearby."""
+    half, m = orbit.period // 2, len(orbit.kinds) // 2
+    if len(orbit.kinds) % 2 or orbit.kinds[:m] != orbit.kinds[m:]:  # an event lies at an end of the cycle
+        return None
+    instants = 0.5 * (orbit.instants[:m] + orbit.instants[m:] - half)
+    guess = Orbit(half, orbit.kinds[:m], orbit.first, np.concatenate([orbit.unknowns[:4], instants]))
+    found = curve.corrected(guess, value)
+    if found is None:
+        return None
+    point = CurvePoint(curve, found, value)
+    for start, step in ((side, CLOSE * 4.0**k) for k in range(5) for side in (point, point.turned())):
+        ahead = curve.ahead(start, step)
+        if ahead is None:
+            continue
+        for kind, there in bifurcations_ahead(curve, start, step, indicators(start), indicators(ahead)):
+            if kind == DOUBLING:
+                return there.value
+    return None
 
 
 def difference_of_halves(point: CurvePoint) -> np.ndarray:

@@ -13,7 +13,7 @@ import numpy as np
 
 from ..drivers.law_orbit import LawOrbitEquations, equations_of
 from ..drivers.orbit import Evaluation, OrbitEquations
-from ..drivers.orbit_steps import scales_of, step_at_value, step_in_plane, tangent_of
+from ..drivers.orbit_steps import interpolated, scales_of, step_at_value, step_in_plane, tangent_of
 from .family import Family
 from .orbit import Orbit
 from .parameter_range import ParameterRange
@@ -22,8 +22,9 @@ NEWTON_STEPS = 10
 CONVERGED = 1e-10  # scaled step of Newton's method, after which the next would be rounding
 NEXT = 1e-13  # the error that is left after a step of that length: a shorter one is not taken
 STALLED = 1e-7  # the same, where rounding prevents any smaller
-DIFFERENCE = 1e-6  # of the width of the range, of central differences in α₁
-STEEP = 0.01  # component of the tangent along α₁
+DIFFERENCE = 1e-7  # of the width of the range, of differences in α₁
+STEEP = 0.003  # component of the tangent along α₁
+NEIGHBOURS = 2  # known points from which others are predicted
 FAR = 0.5  # of a step: a correction as long as that leads to another curve
 
 
@@ -44,6 +45,10 @@ class CurvePoint:
     Attributes
     ----------
     evaluation : Evaluation
+    unknowns : (5 + m,) ndarray
+        X.
+    scales : (5 + m,) ndarray
+        Units in which distances from the orbit count.
     slope : (4 + m,) ndarray
         ∂F/∂α₁.
     tangent : (5 + m,) ndarray
@@ -61,11 +66,13 @@ class CurvePoint:
         self._curve, self.orbit, self.value, self._towards = curve, orbit, value, towards
         self._around: dict[float, CurvePoint] = {}  # other points of its curve, by the distance along the tangent
         self.evaluation = curve.evaluate(orbit, value) if evaluation is None else evaluation
+        self.unknowns = np.concatenate([orbit.unknowns, (value,)])
+        self.scales = curve.scales(orbit)
 
     @cached_property
     def slope(self) -> np.ndarray:
-        """See the class; made where it is asked for, since it needs the tables of two more α₁."""
-        return self._curve.slope(self.orbit, self.value)
+        """See the class; made where it is asked for, since it needs the tables of another α₁."""
+        return self._curve.slope(self.orbit, self.value, self.evaluation.residual)
 
     @cached_property
     def tangent(self) -> np.ndarray:
@@ -79,19 +86,9 @@ class CurvePoint:
         return CurvePoint(self._curve, self.orbit, self.value, -self.tangent, self.evaluation)
 
     @cached_property
-    def unknowns(self) -> np.ndarray:
-        """X, (5 + m,)."""
-        return np.concatenate([self.orbit.unknowns, (self.value,)])
-
-    @cached_property
     def along(self) -> np.ndarray:
         """The tangent in the units of X."""
         return self.tangent * self.scales
-
-    @cached_property
-    def scales(self) -> np.ndarray:
-        """Units in which distances from the orbit count, (5 + m,)."""
-        return self._curve.scales(self.orbit)
 
     def remember(self, s: float, point: "CurvePoint") -> None:
         """Note the point of the curve at a distance along the tangent."""
@@ -105,19 +102,29 @@ class CurvePoint:
         """The point at a distance along the tangent, if it is known."""
         return self._around.get(s)
 
-    def predicted(self, s: float) -> np.ndarray:
-        """X at a distance along the tangent: the parabola, or cubic, through the nearest known ones.
+    @cached_property
+    def coordinate(self) -> np.ndarray:
+        """The row r with s = r·(X − X₀) for the distance s along the tangent at which :meth:`Curve.ahead` finds X."""
+        if abs(self.tangent[-1]) <= STEEP:
+            return self.tangent / self.scales
+        row = np.zeros(len(self.tangent))
+        row[-1] = 1.0 / self.along[-1]
+        return row
 
-        Interpolation by divided differences (Newton) with the tangent at 0.
+    def way_to(self, point: "CurvePoint") -> float:
+        """The distance along the tangent at which :meth:`Curve.ahead` finds another point."""
+        return float(self.coordinate @ (point.unknowns - self.unknowns))
+
+    def predicted(self, s: float) -> np.ndarray:
+        """X at a distance along the tangent: the polynomial through the nearest known points.
+
+        Interpolation by divided differences (Newton), at points whose tangent is known with that (Hermite).
         """
-        found = self.unknowns + s * self.along
-        nearest = sorted(self._around, key=lambda known: abs(known - s))[:2]
-        bends = [(self._around[known].unknowns - self.unknowns - known * self.along) / known**2 for known in nearest]
-        if bends:
-            found = found + s**2 * bends[0]
-        if len(bends) == 2:
-            found = found + s**2 * (s - nearest[0]) * (bends[1] - bends[0]) / (nearest[1] - nearest[0])
-        return found
+        nearest = sorted(self._around, key=lambda known: abs(known - s))[:NEIGHBOURS]
+        points = [self, *(self._around[known] for known in nearest)]
+        along = [point.along if "tangent" in point.__dict__ else np.full(len(self.scales), np.nan) for point in points]
+        values = np.array([point.unknowns for point in points])
+        return interpolated(np.array([0.0, *nearest]), values, np.array(along), self.coordinate, s)
 
     def predicted_slope(self, s: float) -> np.ndarray:
         """∂F/∂α₁ at a distance along the tangent: in a straight line from here to the last point whose own is known."""
@@ -160,19 +167,21 @@ class Curve:
         """F, its Jacobian and the facts of an orbit at α₁."""
         return self.equations(value)(orbit.kinds, orbit.first, orbit.period, orbit.unknowns)
 
-    def slope(self, orbit: Orbit, value: float) -> np.ndarray:
-        """∂F/∂α₁ by differences of second order: central, or one-sided where α₁ is at the end of what it may be."""
-        h, equations = DIFFERENCE * self.width, self.equations(value)
-        for offsets in ((-h, h), (0.0, h, 2 * h), (0.0, -h, -2 * h)):
+    def slope(self, orbit: Orbit, value: float, residual: np.ndarray) -> np.ndarray:
+        """∂F/∂α₁ by a difference of first order, backward where α₁ is at the high end of what it may be.
+
+        It turns the tangent, and an orbit is exact whatever the tangent is.
+        """
+        equations = self.equations(value)
+        for h in (DIFFERENCE * self.width, -DIFFERENCE * self.width):
             try:
-                problems = [self.family.at(value + offset) for offset in offsets]
+                problem = self.family.at(value + h)
             except ValueError:
                 continue
-            values = equations.residuals(problems, orbit.kinds, orbit.first, orbit.period, orbit.unknowns)
-            if len(values) == 2:
-                return (values[1] - values[0]) / (2 * h)
-            return (4 * values[1] - 3 * values[0] - values[2]) / (2 * offsets[1])
-        raise ValueError(f"{self.family.over} = {value:g}: the range of what it may be is narrower than {4 * h:g}")
+            (there,) = equations.residuals([problem], orbit.kinds, orbit.first, orbit.period, orbit.unknowns)
+            with np.errstate(invalid="ignore"):  # there may be no such orbit
+                return (there - residual) / h
+        raise ValueError(f"{self.family.over} = {value:g}: the range of what it may be is narrower than {abs(h):g}")
 
     def scales(self, orbit: Orbit) -> np.ndarray:
         """Units in which distances count, (5 + m,)."""
@@ -232,19 +241,18 @@ class Curve:
         """The point near a guess in a plane, row·X = target; None if Newton's method does not find it.
 
         ``towards``: as for the point. ``slope``: ∂F/∂α₁ nearby, by default that of the guess. Each step corrects it by
-        what the one before missed (Broyden 1965), since differences would need the tables of two more α₁.
+        what the one before missed (Broyden 1965), since a difference would need the tables of another α₁.
         """
-        slope = (self.slope(orbit, value) if slope is None else slope).copy()
         scales, x, before = self.scales(orbit), np.concatenate([orbit.unknowns, (value,)]), np.inf
-        step = np.zeros((len(x), 1))
+        step, found = np.zeros((len(x), 1)), Evaluation.without_facts(len(orbit.kinds))
         for _ in range(2 * NEWTON_STEPS):
-            here, there = orbit.at(x[:-1]), float(x[-1])
-            found, x = self.evaluate(here, there), x.copy()
+            value = float(x[-1])
+            self.equations(value)(orbit.kinds, orbit.first, orbit.period, x[:-1], found)
+            if before == np.inf:
+                slope = self.slope(orbit, value, found.residual) if slope is None else slope.copy()
             length = step_in_plane((found.residual, found.jacobian), scales, plane, x, slope, step)
             if not length < 1.0:
                 return None
-            if length < NEXT:
-                return CurvePoint(self, here, there, towards, found)
             if length < CONVERGED or (length >= before and before < STALLED) or _next_step(length, before, 1) < NEXT:
                 return CurvePoint(self, orbit.at(x[:-1]), float(x[-1]), towards)
             before = length

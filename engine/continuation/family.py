@@ -65,9 +65,19 @@ class Family:
                 f"D = 0: without a damper the law {law} is kelvin-voigt: follow from a D above 0, or take that"
             )
         if self.over in OF_METHOD:
-            return self.system, self.eta, replace(self.method, **{OF_METHOD[self.over]: value})
+            return self.system, self.eta, self.method_at(value)
         own = "mu" if self.over == "mass_ratio" else self.over
         return self.system.changed({own: value}), self.eta, self.method
+
+    @property
+    def changes_system(self) -> bool:
+        """Whether the number is one of the system, not η or one of the method."""
+        return self.over != "eta" and self.over not in OF_METHOD
+
+    def method_at(self, value: float) -> Reference | ExactPenalty:
+        """The method where the number has this value, which :meth:`at` has checked."""
+        own = OF_METHOD.get(self.over)
+        return replace(self.method, **{own: value}) if own else self.method
 
     @property
     def value(self) -> float:

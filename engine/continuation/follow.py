@@ -11,15 +11,28 @@ from dataclasses import replace
 import numpy as np
 
 from ..drivers.event_driven import displaced_state
+from ..methods import ExactPenalty
 from .bifurcations import bifurcations_ahead
 from .branch import Point
 from .closing import halves_meet, is_first, share_of_first, value_of_meeting
-from .curve import STEEP, Curve, CurvePoint
-from .margins import CHATTER_COMPLETES, FOLD, GRAZING, SWITCHES_LESS, indicators, least_margin
+from .curve import Curve, CurvePoint
+from .margins import (
+    CHATTER_COMPLETES,
+    FOLD,
+    GRAZING,
+    LATER_SUM,
+    SWITCHES_LESS,
+    Margin,
+    impacts_that_may_stick,
+    indicators,
+    least_margin,
+    reasons_not_to_stick,
+)
+from .nearby import point_within_cycle
 from .orbit import check_cancelled, least_period
 from .roots import first_zero
 from .seeds import SAME
-from .sequences import REPEATED, after_chatter, beyond, point_within_cycle
+from .sequences import REPEATED, after_chatter, beyond
 
 FIRST_STEP, LARGEST_STEP, SMALLEST_STEP = 0.005, 0.05, 1e-9  # scaled lengths
 TURN = 0.98  # cosine between neighbouring tangents, below which the step is halved
@@ -111,9 +124,10 @@ class Tracer:
             if there is None:
                 return step
             step = self._distance(here, there)
-        if self.least_margin(there) <= 0:
+        end = step if self.least_margin(there) <= 0 else self._hidden_end(here, there, step)
+        if end is not None:
             self.reason = ""
-            if not self._change_sequence(here, step):
+            if not self._change_sequence(here, end):
                 return step / 4
             here.forget()
             return FIRST_STEP / 10
@@ -121,31 +135,25 @@ class Tracer:
         if halves_meet(here, there):
             if step > MEETING:
                 return step / 4
-            self._join(there.orbit.period // 2, value_of_meeting(here, there, self.doublings))
+            self._join(there.orbit.period // 2, value_of_meeting(self.curve, here, there, self.doublings))
             return step
         end = self._first_orbit_between(here, there)
         if end is not None:
-            there, step = end, self._way(here, end)
+            there, step = end, here.way_to(end)
         after = self._mark_bifurcations(here, there, step)
         self.points.append(point_within_cycle(self.curve, there))
         here.forget()
         if self.points[-1] is there:
-            there.remember(self._distance(there, here), here)
+            there.remember(there.way_to(here), here)
         self._indicators = after if self.points[-1] is there else indicators(self.points[-1])
         return min(step * min(BEND / max(angle, BEND / GROWTH), GROWTH), LARGEST_STEP)
 
     def least_margin(self, point: CurvePoint) -> float:
         """The smallest margin of an orbit."""
-        return least_margin(point.orbit, point.evaluation, self.curve.family.at(point.value)[2])
+        return least_margin(point.orbit, point.evaluation, self.curve.family.method_at(point.value))
 
     def _distance(self, here: CurvePoint, there: CurvePoint) -> float:
         return float((there.unknowns - here.unknowns) / here.scales @ here.tangent)
-
-    def _way(self, here: CurvePoint, there: CurvePoint) -> float:
-        """The distance at which :meth:`.curve.Curve.ahead` finds another orbit ahead of one."""
-        if abs(here.tangent[-1]) > STEEP:
-            return (there.value - here.value) / (here.tangent[-1] * self.curve.width)
-        return self._distance(here, there)
 
     def _border_ahead(self, here: CurvePoint) -> tuple[float, float]:
         """The end of the range towards which the tangent points, and how far along it; infinite if there is none."""
@@ -222,6 +230,24 @@ class Tracer:
 
     # -- other sequences -----------------------------------------------------------------------------------------------
 
+    def _hidden_end(self, here: CurvePoint, there: CurvePoint, step: float) -> float | None:
+        """How far ahead between two orbits of the same sequence another one does not have it; None if there is none."""
+        method = self.curve.family.method_at(here.value)
+        for k in impacts_that_may_stick(here.orbit, here.evaluation, there.evaluation, method):
+
+            def surplus(s: float, k: int = k) -> float:
+                point = self.curve.ahead(here, s) if s else here
+                return np.nan if point is None else float(self._reasons_not_to_stick(point)[k] @ (1.0, -1.0))
+
+            both = first_zero(surplus, 0.0, step)
+            between = None if both is None else self.curve.ahead(here, both)
+            if between is not None and self.least_margin(between) <= 0:
+                return both
+        return None
+
+    def _reasons_not_to_stick(self, point: CurvePoint) -> np.ndarray:
+        return reasons_not_to_stick(point.evaluation, self.curve.family.method_at(point.value))
+
     def _change_sequence(self, here: CurvePoint, step: float) -> bool:
         """Locate where the sequence of events ceases to hold within a step, and go on with the one that follows.
 
@@ -245,7 +271,7 @@ class Tracer:
         inside = self.curve.ahead(here, (1 - INSIDE) * located) or last
         end, way = self._first_orbit_between(here, inside), (1 - INSIDE) * located
         if end is not None:
-            way = self._way(here, end)
+            way = here.way_to(end)
         elif self._ends_at(inside):
             end = inside
         self._mark_bifurcations(here, end or inside, way)
@@ -253,7 +279,8 @@ class Tracer:
             self.points.append(point_within_cycle(self.curve, end))
             return True
         following, margin = beyond(self.curve, last)
-        self.mark(margin.kind, last, following if margin.kind == SWITCHES_LESS else None)
+        if margin.kind != LATER_SUM:
+            self.mark(margin.kind, last, (following or inside) if self._is_singular(margin) else None)
         self._grazings = [*self._grazings, last.value] if margin.kind == GRAZING and margin.inside else []
         if self._accumulates():
             self.mark(CHATTER_COMPLETES, last)
@@ -273,10 +300,15 @@ class Tracer:
         self._indicators = indicators(self.points[-1])
         return True
 
+    def _is_singular(self, margin: Margin) -> bool:
+        """Whether a contact of the penalty, or a piece of its law, has no length at the zero of a margin."""
+        vanishes = margin.kind == GRAZING and not margin.inside
+        return margin.kind == SWITCHES_LESS or (vanishes and isinstance(self.curve.family.method, ExactPenalty))
+
     def _join(self, period: int, value: float) -> None:
         """End the branch where it meets one of a shorter period."""
         self.joined = value
-        self.reason = f"joins a branch of period {period} at {self.curve.family.over} = {value:.10g}"
+        self.reason = f"joins a branch of period {period} at {self.curve.family.over} = {value:.12g}"
 
 
 def point_on_branch(curve: Curve, kind: str, point: CurvePoint, index: int) -> Point:

@@ -18,18 +18,29 @@ from ..drivers.orbit import (
     DEPTH,
     FORCE,
     IMPACT,
-    LAW_FACTS,
     LOAD,
     LOWEST,
     PART,
     PARTING,
     RELEASE,
+    ROOM,
     STICK,
     TOUCH,
     WHERE,
     Evaluation,
+    numbers_of,
 )
-from ..drivers.orbit_steps import branch_point_indicator, doubling_indicator, neimark_sacker_indicator
+from ..drivers.orbit_steps import (
+    BEGINS,
+    ENDS,
+    LENGTH,
+    branch_point_indicator,
+    doubling_indicator,
+    impact_that_may_stick,
+    indicators_of,
+    margin_values,
+    neimark_sacker_indicator,
+)
 from ..methods import ExactPenalty, Reference
 from .curve import CurvePoint
 from .orbit import Orbit
@@ -56,6 +67,7 @@ POINT_KINDS = (
     SWITCHES_MORE,
     SWITCHES_LESS,
 )
+LATER_SUM = "chatter summed later"  # no point of a branch: the orbit is the same
 BIFURCATIONS = (FOLD, DOUBLING, BRANCH_POINT, NEIMARK_SACKER)
 _MORE = {
     (GRAZING, True): (IMPACT,),
@@ -63,7 +75,6 @@ _MORE = {
     (OPENS, True): (RELEASE, STICK),
     (OPENS, False): (PART, TOUCH),
 }  # events at the zero of a minimum, of the reference and of the exact penalty
-_BESIDE = _BEGINS, _ENDS, _LENGTH = range(LAW_FACTS, LAW_FACTS + 3)  # made of facts: for sticking, and a phase's length
 
 
 class Margin(NamedTuple):
@@ -89,15 +100,29 @@ def least_margin(orbit: Orbit, evaluation: Evaluation, method: Reference | Exact
     return float(_values(_conditions_of(orbit, method)[1], orbit, evaluation, method).min())
 
 
-def _values(columns: np.ndarray, orbit: Orbit, evaluation: Evaluation, method: Reference | ExactPenalty) -> np.ndarray:
-    """The values of margins, of each its event and its column: of the facts, or of one beside them."""
-    facts, m = evaluation.facts, len(orbit.kinds)
-    table = np.empty((m + 1, LAW_FACTS + len(_BESIDE)))
-    table[:, : facts.shape[1]] = facts
-    begins = np.maximum(facts[:, PARTING] - getattr(method, "threshold", 0.0), -facts[:, FORCE])
-    table[:, _BEGINS], table[:, _ENDS] = begins, -begins
-    table[1:m, _LENGTH] = np.diff(orbit.instants)
-    return table[columns[0], columns[1]]
+def reasons_not_to_stick(evaluation: Evaluation, method: Reference | ExactPenalty) -> np.ndarray:
+    """Why impacts do not stick, where one of two is positive: parting speed − ε, force that parts them, (m, 2)."""
+    facts = evaluation.facts[:-1]
+    return np.column_stack([facts[:, PARTING] - method.threshold, -facts[:, FORCE]])
+
+
+def impacts_that_may_stick(
+    orbit: Orbit, before: Evaluation, after: Evaluation, method: Reference | ExactPenalty
+) -> Iterator[int]:
+    """The impacts that may stick between two neighbours though they do at neither, for one reason each."""
+    k, threshold = -1, getattr(method, "threshold", 0.0)
+    while threshold > 0:
+        k = impact_that_may_stick(numbers_of(orbit.kinds), before.facts, after.facts, threshold, k + 1)
+        if k < 0:
+            return
+        yield k
+
+
+def _values(
+    conditions: np.ndarray, orbit: Orbit, evaluation: Evaluation, method: Reference | ExactPenalty
+) -> np.ndarray:
+    """The values of margins."""
+    return margin_values(evaluation.facts, orbit.instants, getattr(method, "threshold", 0.0), conditions)
 
 
 def _conditions_of(orbit: Orbit, method: Reference | ExactPenalty) -> tuple[tuple[Margin, ...], np.ndarray]:
@@ -121,15 +146,16 @@ def _margins(kinds: tuple[int, ...], first: bool, rigid: bool, sticks: bool) -> 
         within = OPENS if touching else GRAZING
         yield Margin(within, k, True, more=_MORE[within, rigid]), LOWEST
         if k and kind is not None and kinds[k - 1] == RELEASE:  # its closing speed is of second order
-            yield Margin(STAYS_SHUT, k, False), _LENGTH
+            yield Margin(STAYS_SHUT, k, False), LENGTH
         elif kind in (IMPACT, STICK, CHATTER, TOUCH):
             yield Margin(GRAZING, k, False), CLOSING
         if kind == IMPACT and sticks:
-            yield Margin(STICKING_BEGINS, k, False), _BEGINS
+            yield Margin(STICKING_BEGINS, k, False), BEGINS
         if kind == STICK:
-            yield Margin(STICKING_ENDS, k, False), _ENDS
+            yield Margin(STICKING_ENDS, k, False), ENDS
         if kind == CHATTER:
             yield Margin(STICKING_ENDS, k, False), FORCE
+            yield Margin(LATER_SUM, k, False), ROOM
         if kind == PART:
             yield Margin(GRAZING, k, False), PARTING
         touching = kind in (STICK, CHATTER, TOUCH)
@@ -171,4 +197,4 @@ def indicator(kind: str, point: CurvePoint) -> float:
 
 def indicators(point: CurvePoint) -> np.ndarray:
     """All of them, (4,)."""
-    return np.array([indicator(kind, point) for kind in BIFURCATIONS])
+    return indicators_of(point.evaluation.jacobian, point.slope, point.tangent)

@@ -81,6 +81,10 @@ class Orbit:
         """The events in words."""
         return ", ".join(self.events) or ("lasting contact" if self.first else "no contact")
 
+    def has_sequence_of(self, other: "Orbit") -> bool:
+        """Whether another orbit has the same events, in this order."""
+        return self.kinds == other.kinds and self.first == other.first
+
     def at(self, unknowns: np.ndarray) -> "Orbit":
         """The orbit with this sequence of events at other unknowns."""
         return Orbit(self.period, self.kinds, self.first, unknowns)
@@ -113,10 +117,10 @@ def within_cycle(
     them, or before them. With events beyond both ends, those beyond the second are left to another call.
     """
     m, instants, period = len(orbit.kinds), orbit.instants, orbit.period
+    if not m or (instants.min() >= 0 and instants.max() < period):
+        return orbit, 0
     early = int((instants < 0).sum())
     late = 0 if early else int((instants >= period).sum())
-    if not early and not late:
-        return orbit, 0
     turned = -early if early else late
     kinds = tuple(np.roll(orbit.kinds, turned).tolist())
     times = np.roll(instants, turned)

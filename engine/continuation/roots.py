@@ -3,11 +3,13 @@
 import math
 from collections.abc import Callable
 
-TOLERANCE = 1e-12  # of the interval
+TOLERANCE = 1e-12  # of the interval, by default
 MOST_STEPS = 200
 
 
-def first_zero(function: Callable[[float], float], low: float, high: float) -> float | None:
+def first_zero(
+    function: Callable[[float], float], low: float, high: float, tolerance: float = TOLERANCE
+) -> float | None:
     """A zero between two arguments: inverse quadratic interpolation where it is safe, else bisection.
 
     Returns None if the function has the same sign at both ends, or is not known (nan) on the way. It may be infinite.
@@ -16,7 +18,7 @@ def first_zero(function: Callable[[float], float], low: float, high: float) -> f
     fb, fa = function(b), function(a)
     if math.isnan(fa) or math.isnan(fb) or fa * fb > 0:
         return None
-    least = TOLERANCE * (high - low)
+    least = abs(tolerance * (high - low))
     share = 0.5
     for _ in range(MOST_STEPS):
         x = a + share * (b - a)

@@ -4,29 +4,27 @@
   where the gap of a flight falls to zero: the same orbit with an impact, or a contact, more. Likewise a contact of the
   penalty that opens in between. Both sequences have the orbit at this point in common.
 - *Sticking*: with the threshold ε an impact that leaves a parting speed of ε takes the whole relative velocity instead,
-  so that the motion jumps by as much. The next orbit is one with the sequence that a run from this one shows; it may
-  begin a little before or behind.
+  so that the motion jumps by as much (:mod:`.jumps`).
 
 Its own margins say which way the new curve goes.
 """
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from ..drivers.law_driven import needs_law
-from ..drivers.orbit import CHATTER, IMPACT, JOINS, PART, TOUCH
+from ..drivers.orbit import IMPACT, JOINS, PART, TOUCH
 from ..methods import Reference
 from .curve import Curve, CurvePoint
-from .margins import GRAZING, OPENS, STAYS_SHUT, SWITCHES_LESS, SWITCHES_MORE, Margin, least_margin, margins
-from .orbit import Orbit, least_period, orbit_of_run, touching_at_start, within_cycle
+from .jumps import after_jump
+from .margins import GRAZING, LATER_SUM, OPENS, STAYS_SHUT, SWITCHES_LESS, SWITCHES_MORE, Margin, margins
+from .nearby import first_ahead, holds, orbit_near, point_within_cycle
+from .orbit import Orbit, least_period, touching_at_start
 from .switches import REOPENED, contact_of, flight_of, partner
 
 STEPS = 10.0 ** np.arange(-7, -2.5, 0.5)  # scaled, along the new curve: the first that shows which way it goes
-LONG_STEPS = 10.0 ** np.arange(-7, -1.0, 0.5)  # the same after a jump
-JUMPS = 10.0 ** np.arange(-7, -3)  # of the range, to where runs show a sequence that follows
-NEAR = 0.1  # of the orbit's size: an orbit farther away is another motion
 ZERO = 1e-8  # a margin below that is zero where another one is
 REPEATED = 1e-10  # of the size: rounding; within the first step an orbit departs farther from one of a shorter period
 SHORTEST = 1e-6  # excitation periods: a new contact, or flight, of the penalty is followed from there on …
@@ -42,41 +40,26 @@ def beyond(curve: Curve, last: CurvePoint) -> tuple[CurvePoint | None, Margin]:
     that repeats itself, and is returned only if there is no other.
     """
     shorter = None
-    found = sorted(margins(last.orbit, last.evaluation, curve.family.at(last.value)[2]), key=lambda each: each.value)
+    found = sorted(
+        margins(last.orbit, last.evaluation, curve.family.method_at(last.value)), key=lambda each: each.value
+    )
     for margin in (each for each in found if each.value <= max(ZERO, found[0].value)):
         for orbit, phase in _neighbours(curve, last, margin):
             point = _with_short_phase(curve, last, orbit, *phase) if phase else _on_its_side(curve, last, orbit)
             if point is not None and least_period(point.evaluation.section, REPEATED) == orbit.period:
                 return point, margin
             shorter = shorter or (point and (point, margin))
-    return shorter or (_after_jump(curve, last), found[0])
+    return shorter or (after_jump(curve, last, found[0]), found[0])
 
 
 def after_chatter(curve: Curve, last: CurvePoint) -> CurvePoint | None:
     """The first orbit whose chatter is complete, beyond where grazings accumulate; None if none is found."""
-    return _after_jump(curve, last, complete=True)
+    return after_jump(curve, last, None)
 
 
 def on_its_sequence(curve: Curve, start: CurvePoint) -> CurvePoint | None:
     """A start that is an orbit, or else the first one along its curve: it may lie beyond the end of its sequence."""
-    return start if _holds(curve, start) else _first(curve, (start, start.turned()), LONG_STEPS)
-
-
-def point_within_cycle(curve: Curve, point: CurvePoint) -> CurvePoint:
-    """The same orbit with all its events in [0, p)."""
-    orbit, turned = within_cycle(point.orbit, point.evaluation, curve.equations(point.value))
-    if not turned:
-        return point
-    orbit = curve.corrected(orbit, point.value) or orbit  # at a grazing there is nothing to correct with
-    towards = np.concatenate([np.zeros(4), np.roll(point.tangent[4:-1], turned), point.tangent[-1:]])
-    there = CurvePoint(curve, orbit, point.value, towards)
-    both = (point.orbit.instants < 0).any() and (point.orbit.instants >= point.orbit.period).any()
-    return point_within_cycle(curve, there) if both else there
-
-
-def _holds(curve: Curve, point: CurvePoint) -> bool:
-    margin = least_margin(point.orbit, point.evaluation, curve.family.at(point.value)[2])
-    return margin > 0 and bool((np.diff(point.orbit.instants) > 0).all())
+    return start if holds(curve, start) else first_ahead(curve, (start, start.turned()))
 
 
 def _neighbours(curve: Curve, last: CurvePoint, margin: Margin) -> Iterator[tuple[Orbit, tuple[int, int] | None]]:
@@ -91,6 +74,8 @@ def _neighbours(curve: Curve, last: CurvePoint, margin: Margin) -> Iterator[tupl
         n, where = len(margin.more), last.evaluation.facts[k, margin.column]
         new = _with(orbit, k, where + length * np.linspace(0.0, 1.0, n), margin.more)
         yield new, (k, k + n - 1) if n > 1 else None
+    elif margin.kind == LATER_SUM:
+        yield _summed_later(orbit, k, last.evaluation.after[k, -1], curve.family.at(last.value)[0].restitution), None
     elif margin.kind == STAYS_SHUT:
         yield _without(orbit, {k - 1, k}), None
     elif margin.kind == SWITCHES_LESS:
@@ -109,6 +94,16 @@ def _neighbours(curve: Curve, last: CurvePoint, margin: Margin) -> Iterator[tupl
             yield _closed(orbit, *flight, REOPENED[method.law]), None
     elif margin.kind == GRAZING and not rigid:
         yield _without(orbit, {k, _nearest_event(orbit, k)}), None
+
+
+def _summed_later(orbit: Orbit, k: int, end: float, restitution: float) -> Orbit:
+    """The orbit with an impact more before the chatter that event k begins and that ends at ``end``.
+
+    Its flights last as terms of a geometric series do.
+    """
+    new = _with(orbit, k, orbit.instants[[k]], (IMPACT,))
+    new.unknowns[4 + k + 1] += (1.0 - restitution) * (end - orbit.instants[k])
+    return new
 
 
 def _reopened(orbit: Orbit, k: int, reopened: tuple[int, ...]) -> tuple[Orbit, tuple[int, int]]:
@@ -170,64 +165,21 @@ def _with_short_phase(curve: Curve, last: CurvePoint, orbit: Orbit, i: int, j: i
     row = np.zeros(len(orbit.unknowns) + 1)
     row[4 + i], row[4 + j] = -1.0, 1.0
     point = curve.constrained(orbit, last.value, (row, float(orbit.instants[j] - orbit.instants[i])), row)
-    return point if point is not None and _holds(curve, point) else None
+    point = point and point_within_cycle(curve, point)  # a new phase may lie across its ends
+    return point if point is not None and holds(curve, point) else None
 
 
 def _on_its_side(curve: Curve, last: CurvePoint, guess: Orbit) -> CurvePoint | None:
     """The first orbit near a guess at the last α₁, on the side on which its sequence holds."""
-    start = _start(curve, last, guess, last.value, last.tangent[-1])
-    return start and _first(curve, (start, start.turned()), STEPS)
+    start = orbit_near(curve, last, guess, last.value, last.tangent[-1])
+    return start and _first(curve, (start, start.turned()))
 
 
-def _start(curve: Curve, last: CurvePoint, guess: Orbit, value: float, onwards: float) -> CurvePoint | None:
-    """The orbit near a guess and near the last one, its tangent along the sign of ``onwards``."""
-    orbit = curve.corrected(guess, value)
-    if orbit is None or np.abs(orbit.unknowns[:4] - last.orbit.unknowns[:4]).max() > NEAR * curve.scales(orbit)[0]:
-        return None
-    towards = np.zeros(len(orbit.unknowns) + 1)
-    towards[-1] = onwards
-    return CurvePoint(curve, orbit, value, towards)
-
-
-def _first(
-    curve: Curve, starts: Sequence[CurvePoint], steps: np.ndarray, leads_on: Callable[[float], bool] = lambda _: True
-) -> CurvePoint | None:
-    """The first orbit ahead of one of these whose sequence holds, at a α₁ that leads on."""
-    for step in steps:
+def _first(curve: Curve, starts: Sequence[CurvePoint]) -> CurvePoint | None:
+    """The first orbit ahead of one of these whose sequence holds."""
+    for step in STEPS:
         for start in starts:
             point = curve.ahead(start, step)
-            if point is not None and leads_on(point.value) and _holds(curve, point):
+            if point is not None and holds(curve, point):
                 return point
     return None
-
-
-def _after_jump(curve: Curve, last: CurvePoint, complete: bool = False) -> CurvePoint | None:
-    """The nearest orbit with another sequence that runs from the last one show; or with a ``complete`` chatter."""
-    last = point_within_cycle(curve, last)  # its state at τ = 0, from which runs begin, lies before all its events
-    seen = {last.orbit.kinds}
-    onwards = 1.0 if last.tangent[-1] >= 0 else -1.0
-    for jump in JUMPS * curve.width:
-        for way in (onwards, -onwards):
-            value = last.value + way * jump
-            if not curve.low <= value <= curve.high:
-                continue
-            orbit = orbit_of_run(curve.family.at(value), last.evaluation.section[0], last.orbit.period)
-            if orbit is None or orbit.kinds in seen or (complete and CHATTER not in orbit.kinds):
-                continue
-            seen.add(orbit.kinds)
-            start = _start(curve, last, orbit, value, onwards)
-            found = start and _leading_on(curve, start, last.value, onwards)
-            if found is not None:
-                return found
-    return None
-
-
-def _leading_on(curve: Curve, start: CurvePoint, last: float, onwards: float) -> CurvePoint | None:
-    """The first orbit from another one on beyond the last α₁, or else away from it: between them it may lead back."""
-    jump = start.value - last
-    found = None
-    if jump * onwards < 0:
-        found = _first(curve, (start,), LONG_STEPS, lambda there: (there - last) * onwards > 0)
-    if found is None:
-        found = _first(curve, (start, start.turned()), LONG_STEPS, lambda there: not 0 <= (there - last) / jump <= 1)
-    return found

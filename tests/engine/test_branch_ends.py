@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from vibroscope.engine import ExactPenalty, Reference, System, continue_branch
+from vibroscope.engine.continuation import follow
 
 PAPER = System()
 
@@ -43,11 +44,44 @@ def test_a_start_next_to_a_grazing_is_followed_both_ways(eta, low, high, off):
 
 
 @pytest.mark.parametrize(
-    "method", [Reference(threshold=0.01), ExactPenalty(12_000.0, 18.0)], ids=["reference", "exact"]
+    ("method", "low", "high"),
+    [
+        (Reference(threshold=0.01), 1.2, 1.6),
+        (ExactPenalty(12_000.0, 18.0), 1.2, 1.6),
+        (ExactPenalty(100.0, 20.0, "cut"), 0.8, 0.95),
+    ],
+    ids=["reference", "exact", "cut"],
 )
-def test_a_branch_ends_where_that_of_half_the_period_doubles(method):
-    branch = followed(1.4, 1.2, 1.6, method, max_period=2)
-    doublings = [values(followed(eta, 1.2, 1.6, method), "period doubling") for eta in (1.25, 1.5)]
+def test_a_branch_ends_where_that_of_half_the_period_doubles(method, low, high):
+    # where neither doubling is known, since nothing of the shorter period was followed
+    width = high - low
+    branch = followed(0.5 * (low + high) if low > 1 else 0.86, low, high, method, max_period=2)
+    starts = low + 0.1 * width, high - 0.1 * width
+    doublings = [values(followed(eta, low, high, method), "period doubling") for eta in starts]
     for end in branch.ends:
         joined = float(end.removeprefix("joins a branch of period 1 at eta = "))
-        assert np.abs(np.concatenate(doublings) - joined).min() < 2e-9
+        assert np.abs(np.concatenate(doublings) - joined).min() < 1e-10 * width
+
+
+@pytest.mark.parametrize("threshold", [0.002, 0.01])
+def test_a_branch_is_the_same_from_wherever_it_begins(threshold):
+    # where an impact sticks the motion jumps, to an orbit at another η: a point lies there for each way
+    upwards, downwards = (followed(eta, 1.12, 1.17, Reference(threshold=threshold)) for eta in (1.125, 1.16))
+    for branch in (upwards, downwards):
+        assert all("leaves the range" in end for end in branch.ends)
+    for kind in ("fold", "grazing", "Neimark-Sacker"):
+        np.testing.assert_allclose(values(downwards, kind), values(upwards, kind), rtol=0, atol=1e-12)
+    sticking = [sum("sticking" in point.kind for point in branch.points) for branch in (upwards, downwards)]
+    assert sticking[0] == sticking[1] > 0
+
+
+@pytest.mark.parametrize("first", [0.001, 0.003])
+def test_a_branch_does_not_depend_on_its_steps(first, monkeypatch):
+    # between 0.6702387 and 0.6702456 an impact would stick; an orbit on either side of that shows nothing of it
+    usual = followed(0.69, 0.66, 0.69)
+    monkeypatch.setattr(follow, "FIRST_STEP", first)
+    other = followed(0.69, 0.66, 0.69)
+    assert [point.kind for point in other.points] == [point.kind for point in usual.points]
+    np.testing.assert_allclose(*([point.value for point in each.points] for each in (other, usual)), rtol=0, atol=1e-12)
+    assert other.ends == usual.ends
+    assert all("leaves the range" in end for end in usual.ends)

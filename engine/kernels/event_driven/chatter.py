@@ -54,14 +54,18 @@ def can_sum(phase, z, restitution, limit, scratch):
     The expansion is in powers of r |g‴| / (a_g²(1 − e)) and of t∞/h, with h, the spacing of the tables, a share of the
     fastest oscillation's time; both must be at most ``limit``.
     """
+    return room_for_sum(phase, z, restitution, limit, scratch) >= 0.0
+
+
+@jit_no_alloc
+def room_for_sum(phase, z, restitution, limit, scratch):
+    """By how much the two ratios of :func:`can_sum` may grow, as a share of them; at most −1 if the gap grows."""
     r = z[3]
-    if restitution >= 1.0:
-        return False
     a, j = gap_acceleration_and_jerk(phase, z, scratch)
     factor = lift(a)
     r, a, j = factor * r, factor * a, factor * j
     small = limit * (1.0 - restitution)
-    return a > 0.0 and r * abs(j) <= small * a * a and 2.0 * r <= small * a * phase.spacing
+    return min(small * a * abs(a) / (r * abs(j)), small * a * phase.spacing / (2.0 * r)) - 1.0
 
 
 @jit_no_alloc

@@ -104,11 +104,11 @@ def event_before(kinds, k):
 
 
 @jit_no_alloc
-def write_lowest(p, piece, z, length, begun, turn, row):
-    """Write the lowest minimum of each watched quantity within a piece, and when."""
+def write_lowest(p, piece, z, length, begun, turn, row, whole):
+    """Write the lowest minimum of each watched quantity within a piece, and when; ``whole``: it is the whole cycle."""
     row[LOWEST] = row[OTHER_LOWEST] = np.inf
     for j in range(p.counts[piece]):
-        lowest, where = lowest_minimum(phase_of(p, piece, j), z, length, begun, p.scratch)
+        lowest, where = lowest_minimum(phase_of(p, piece, j), z, length, begun, whole, p.scratch)
         row[LOWEST if j == 0 else OTHER_LOWEST] = lowest / unit_of_watched(p, piece, j)
         row[WHERE if j == 0 else OTHER_WHERE] = turn + where / p.period
 
@@ -130,7 +130,7 @@ def find_law_orbit(p, kinds, piece, periods, unknowns, out, d, begun):
             return False
         leave_event(phase, d, z)
         if facts.shape[0] > 0:
-            write_lowest(p, piece, z, length, k > 0, turn, facts[k])
+            write_lowest(p, piece, z, length, k > 0, turn, facts[k], m == 0)
             write_section(p, phase, z, turn, end, section)
         x1, v1, gap, rate = flow(phase, z, length, d)
         y = absolute(phase, (x1, v1, gap, rate))

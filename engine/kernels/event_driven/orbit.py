@@ -27,7 +27,7 @@ import numpy as np
 from ..compile.options import jit, jit_no_alloc
 from ..linear.cos_sin import cos_sin
 from ..linear.tables import CURVATURE, GAP
-from .chatter import sum_up
+from .chatter import room_for_sum, sum_up
 from .events import joint_force_at
 from .orbit_phase import BACKWARDS, flow, lowest_minimum, relative_state, state_later, write_section
 from .saltation import add_row, carry_over_sum, leave_event, make_variation, scale_row, shift, slope_of
@@ -39,8 +39,8 @@ IMPACT, STICK, CHATTER, RELEASE, TOUCH, PART = range(6)
 UNLOAD, LOAD, LIMIT, UNLIMIT, RELAX, DAMP = range(6, 12)  # within a contact of another law: :mod:`.law_orbit`
 JOINS = (STICK, CHATTER, TOUCH, UNLOAD, LOAD, LIMIT, UNLIMIT, RELAX, DAMP)  # events after which the bodies touch
 ORDERS = (1, 0, 0, 3, 1, 1)  # derivatives of what is watched that vanish where the phase after an event begins
-CLOSING, PARTING, FORCE, LOWEST, WHERE = range(5)  # columns of the facts of an event
-FACTS = 5
+CLOSING, PARTING, FORCE, LOWEST, WHERE, ROOM = range(6)  # columns of the facts of an event
+FACTS = 6
 DEPTH, OTHER_LOWEST, OTHER_WHERE = range(FACTS, FACTS + 3)  # further columns with another contact law
 LAW_FACTS = FACTS + 3
 
@@ -113,6 +113,15 @@ def write_facts(p, kind, y, end, row):
     row[CLOSING] = -y[3]
     row[PARTING] = y[3] if kind == PART else -p.restitution * y[3]
     row[FORCE] = joint_force_at(p, y[0], y[1] + p.mass_share * y[3], end - np.floor(end)) if p.rigid else 0.0
+    if kind == CHATTER:
+        z = relative_state(p, p.flight, parted(p, y, p.restitution), end)
+        row[ROOM] = room_for_sum(p.flight, z, p.restitution, p.completion, p.scratch)
+
+
+@jit_no_alloc
+def parted(p, y, left):
+    """The state after an impact that leaves a share of the closing speed."""
+    return y[0], y[1] + p.mass_share * (1.0 + left) * y[3], 0.0, -left * y[3]
 
 
 @jit_no_alloc
@@ -120,9 +129,8 @@ def reset(p, d, y, end, kind):
     """The state right after an event and its time in excitation periods, and δ_e with it."""
     left = p.restitution if kind in (IMPACT, CHATTER) else 0.0
     if kind in (IMPACT, STICK, CHATTER):
-        gained = p.mass_share * (1.0 + left)
-        add_row(d, 1, gained, 3)
-        y = y[0], y[1] + gained * y[3], 0.0, -left * y[3]
+        add_row(d, 1, p.mass_share * (1.0 + left), 3)
+        y = parted(p, y, left)
         scale_row(d, 3, -left)
     elif kind == RELEASE:
         y = y[0], y[1], 0.0, 0.0
@@ -190,7 +198,7 @@ def write_nan(out):
 
 @jit_no_alloc
 def find_orbit(p, kinds, touching, periods, unknowns, out, d, begun):
-    """Fill what :func:`evaluate_orbit` fills; False if a phase is too short for its tables.
+    """Fill what :func:`evaluate_orbit` fills; False if a phase is too short for its tables, or ends far from the cycle.
 
     ``d``: the variation of all unknowns, or None, with which the residual alone is filled; ``begun``: work space,
     (4 + m,).
@@ -205,7 +213,7 @@ def find_orbit(p, kinds, touching, periods, unknowns, out, d, begun):
         if length < BACKWARDS * phase.spacing:
             return False
         if facts.shape[0] > 0:
-            facts[k, LOWEST], where = lowest_minimum(phase, z, length, order > 0, p.scratch)
+            facts[k, LOWEST], where = lowest_minimum(phase, z, length, order > 0, m == 0, p.scratch)
             facts[k, WHERE] = turn + where / p.period
             write_section(p, phase, z, turn, end, section)
         if d is not None:
@@ -231,6 +239,8 @@ def find_orbit(p, kinds, touching, periods, unknowns, out, d, begun):
         if facts.shape[0] > 0:
             write_facts(p, kinds[k], y, end, facts[k])
         y, turn = reset(p, d, y, end, kinds[k])
+        if not -1.0 <= turn <= periods + 1.0:
+            return False  # the sum of a chatter that does not end
         write_after(after[k], y, turn)
         touching, order = kinds[k] in JOINS, ORDERS[kinds[k]]
     close_cycle(y, periods, unknowns, out, d)
@@ -265,10 +275,10 @@ def evaluate_orbit(tables, problem, sequence, unknowns, out):
     out : tuple
         ``residual`` (4 + m,), ``jacobian`` (4 + m, 4 + m), ``facts`` (m + 1, FACTS), ``after`` (m + 1, 5): filled, the
         first three with nan if there is no such orbit. Facts of each event: closing speed, parting speed, force of the
-        joined bodies right after it, and the lowest minimum of what is watched in the phase that it ends, with its
-        instant; the last row belongs to the end of the cycle. ``after``: the state right after each event and its time
-        in periods, last that at the end. ``section`` (p, 4): the states at whole periods. ``facts`` and ``section`` are
-        left out where they have no rows.
+        joined bodies right after it, the lowest minimum of what is watched in the phase that it ends, with its
+        instant, and of a chatter the room for its sum; the last row belongs to the end of the cycle. ``after``: the
+        state right after each event and its time in periods, last that at the end. ``section`` (p, 4): the states at
+        whole periods. ``facts`` and ``section`` are left out where they have no rows.
     """
     packed, keys = tables
     row, rigid, wall, completion = problem

@@ -8,6 +8,10 @@ import numpy as np
 
 from ..compile.options import jit
 from ..linear.small_systems import null_vector, relative_determinant, solve
+from .orbit import FORCE, IMPACT, LAW_FACTS, PARTING
+
+# what margins are made of, beside the facts of an event: for sticking, and a phase's length
+BEGINS, ENDS, LENGTH = range(LAW_FACTS, LAW_FACTS + 3)
 
 
 @jit
@@ -113,6 +117,45 @@ def tangent_of(jacobian, slope, scales):
 
 
 @jit
+def interpolated(nodes, values, along, coordinate, s):
+    """The point of a curve at s: the polynomial through known points, with their tangents (Newton, Hermite).
+
+    Parameters
+    ----------
+    nodes : (k,) float64
+        s of the known points, all different.
+    values, along : (k, n) float64
+        The points, and a vector along the tangent of each; nan where that is not known.
+    coordinate : (n,) float64
+        The row that gives s: a vector along the curve is scaled so that s grows by one.
+    s : float
+    """
+    k, n = values.shape
+    places, owner, table = np.empty(2 * k), np.empty(2 * k, dtype=np.int64), np.empty((2 * k, n))
+    rates, known = np.empty((k, n)), 0
+    for i in range(k):
+        growth = 0.0
+        for j in range(n):
+            growth += coordinate[j] * along[i, j]
+        for j in range(n):
+            rates[i, j] = along[i, j] / growth
+        for _ in range(2 if np.isfinite(growth) and growth != 0.0 else 1):
+            places[known], owner[known] = nodes[i], i
+            table[known] = values[i]
+            known += 1
+    for order in range(1, known):
+        for i in range(known - 1, order - 1, -1):
+            length = places[i] - places[i - order]
+            for j in range(n):
+                table[i, j] = (table[i, j] - table[i - 1, j]) / length if length != 0.0 else rates[owner[i], j]
+    found = table[known - 1].copy()
+    for i in range(known - 2, -1, -1):
+        for j in range(n):
+            found[j] = table[i, j] + (s - places[i]) * found[j]
+    return found
+
+
+@jit
 def monodromy_of(jacobian):
     """Jacobian of the Poincaré map over the cycle, (4, 4); not finite at a grazing impact, where there is none."""
     m = jacobian.shape[0] - 4
@@ -169,3 +212,58 @@ def neimark_sacker_indicator(jacobian):
     if jacobian.shape[0] > 4:
         events = np.sign(relative_determinant(jacobian[4:, 4:].copy()))
     return events * relative_determinant(pairs)
+
+
+@jit
+def indicators_of(jacobian, slope, tangent):
+    """What changes its sign at a fold, a period doubling, a branch point and a Neimark–Sacker point, (4,)."""
+    found = np.empty(4)
+    found[0] = tangent[tangent.shape[0] - 1]
+    found[1] = doubling_indicator(jacobian)
+    found[2] = branch_point_indicator(jacobian, slope, tangent)
+    found[3] = neimark_sacker_indicator(jacobian)
+    return found
+
+
+@jit
+def margin_values(facts, instants, threshold, conditions):
+    """The values of margins, (n,).
+
+    Parameters
+    ----------
+    facts : (m + 1, c) float64
+        Of each event of an orbit, and of the end of its cycle.
+    instants : (m,) float64
+    threshold : float
+        ε, above which an impact does not stick.
+    conditions : (2, n) int64
+        Of each margin the event and the column of the facts, or BEGINS, ENDS or LENGTH.
+    """
+    found = np.empty(conditions.shape[1])
+    for i in range(found.shape[0]):
+        k, column = conditions[0, i], conditions[1, i]
+        if column == LENGTH:
+            found[i] = instants[k] - instants[k - 1]
+        elif column in (BEGINS, ENDS):
+            begins = max(facts[k, PARTING] - threshold, -facts[k, FORCE])
+            found[i] = begins if column == BEGINS else -begins
+        else:
+            found[i] = facts[k, column]
+    return found
+
+
+@jit
+def impact_that_may_stick(kinds, before, after, threshold, begin):
+    """The first impact, from event ``begin`` on, that does not stick at either of two orbits for one reason each.
+
+    The reasons are its parting speed, above ε, and a force that does not press the bodies together; in between there
+    may be neither. −1 if there is no such impact. ``before``, ``after``: facts, (m + 1, c).
+    """
+    for k in range(begin, kinds.shape[0]):
+        if kinds[k] != IMPACT:
+            continue
+        fast = before[k, PARTING] > threshold and after[k, PARTING] > threshold
+        pulled = before[k, FORCE] < 0.0 and after[k, FORCE] < 0.0
+        if not fast and not pulled:
+            return k
+    return -1

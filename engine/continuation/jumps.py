@@ -1,0 +1,138 @@
+"""Where an impact begins or ceases to stick the motion jumps by about ε: the first orbit behind the jump.
+
+What is zero where a sequence ends, the parting speed less ε or the force that presses the bodies together, is so at an
+orbit of the sequence beyond the jump, too, at another α₁. There its curve begins, and leads to where that grows. So a
+branch has the same orbits whichever way it is followed.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import chain, pairwise, tee
+
+import numpy as np
+
+from ..drivers.orbit import CHATTER, FORCE, IMPACT, PARTING, RELEASE, STICK
+from .curve import Curve, CurvePoint
+from .margins import STICKING_BEGINS, STICKING_ENDS, Margin
+from .nearby import first_ahead, holds, is_near, orbit_near, point_within_cycle, walk
+from .orbit import Orbit, orbit_of_run, within_cycle
+from .roots import first_zero
+
+JUMPS = 10.0 ** np.arange(-7, -3)  # of the range, to where runs show a sequence that follows
+INSIDE = 1e-3  # of a step: as far from the end of its curve lies the first orbit after a jump
+
+
+def after_jump(curve: Curve, last: CurvePoint, margin: Margin | None) -> CurvePoint | None:
+    """The nearest orbit with another sequence that runs from the last one show, where a margin is zero.
+
+    Without a margin the sequence has a complete chatter. There may be no orbit with a sequence where the run shows it,
+    but on the other side of the last orbit.
+    """
+    sticking = margin and Sticking.of(curve, last, margin)
+    last = point_within_cycle(curve, last)  # its state at τ = 0, from which runs begin, lies before all its events
+    onwards = 1.0 if last.tangent[-1] >= 0 else -1.0
+    first, second = tee(_starts(curve, last, onwards, complete=margin is None))
+    found = (sticking.first_orbit(start) for start in first if sticking is not None)
+    other = (_leading_on(curve, start, last.value, onwards) for start in second)
+    return next((point for point in chain(found, other) if point is not None), None)
+
+
+def _starts(curve: Curve, last: CurvePoint, onwards: float, complete: bool) -> Iterator[CurvePoint]:
+    """Solutions near the last orbit with the sequences of events that runs from there show; ``complete``: as above."""
+    seen = {last.orbit.kinds}
+    places = [last.value + way * jump for jump in JUMPS * curve.width for way in (onwards, -onwards)]
+    places = [value for value in places if curve.low <= value <= curve.high]
+    for shown in places:
+        guess = orbit_of_run(curve.family.at(shown), last.evaluation.section[0], last.orbit.period)
+        if guess is None or guess.kinds in seen or (complete and CHATTER not in guess.kinds):
+            continue
+        seen.add(guess.kinds)
+        found = (orbit_near(curve, last, guess, value, onwards) for value in (shown, *places))
+        yield from (start for start in found if start is not None)
+        yield from _with_short_sticks(curve, last, guess)
+
+
+def _with_short_sticks(curve: Curve, last: CurvePoint, guess: Orbit) -> Iterator[CurvePoint]:
+    """Solutions near the last orbit in which a phase of sticking lasts as long as in a guess, at any α₁."""
+    for k in (k for k, pair in enumerate(pairwise(guess.kinds)) if pair == (STICK, RELEASE)):
+        row = np.zeros(len(guess.unknowns) + 1)
+        row[4 + k], row[5 + k] = -1.0, 1.0
+        start = curve.constrained(guess, last.value, (row, float(row[:-1] @ guess.unknowns)), row)
+        if start is not None and is_near(curve, last, start.orbit):
+            yield start
+
+
+@dataclass(frozen=True)
+class Sticking:
+    """Where an impact begins or ceases to stick: what is zero there, of the orbits on either side of the jump.
+
+    Attributes
+    ----------
+    curve : Curve
+    event : int
+        The impact, as it is numbered where all events lie in [0, p).
+    sticks : bool
+        Whether it sticks beyond the jump.
+    column : int
+        Of the facts: PARTING if the parting speed is ε there, FORCE if the bodies are not pressed together.
+    """
+
+    curve: Curve
+    event: int
+    sticks: bool
+    column: int
+
+    @classmethod
+    def of(cls, curve: Curve, last: CurvePoint, margin: Margin) -> "Sticking | None":
+        """That of the last orbit before the jump; None if its margin is another one."""
+        k, kinds = margin.event, last.orbit.kinds
+        if margin.kind not in (STICKING_BEGINS, STICKING_ENDS) or kinds[k] == CHATTER:
+            return None
+        parting, force = last.evaluation.facts[k, [PARTING, FORCE]]
+        column = PARTING if abs(parting - curve.family.method_at(last.value).threshold) < abs(force) else FORCE
+        _, turned = within_cycle(last.orbit, last.evaluation, curve.equations(last.value))
+        return cls(curve, (k + turned) % len(kinds), kinds[k] == IMPACT, column)
+
+    def first_orbit(self, start: CurvePoint) -> CurvePoint | None:
+        """The first orbit of a curve beyond the jump, with the tangent away from it; ``start`` is any one nearby."""
+        kind = STICK if self.sticks else IMPACT
+        ahead = next(walk(self.curve, start), None)
+        if ahead is None or start.orbit.kinds[self.event : self.event + 1] != (kind,):
+            return None
+        inwards = start if self._value(ahead) > self._value(start) else start.turned()
+        beyond_end = self._value(start) <= 0
+        way = inwards if beyond_end else inwards.turned()
+        for here, there in pairwise(chain((way,), walk(self.curve, way))):
+            if (self._value(there) <= 0) != beyond_end:
+                return self._last_before(there, here) if beyond_end else self._last_before(here.turned(), there)
+        return None
+
+    def _last_before(self, inside: CurvePoint, outside: CurvePoint) -> CurvePoint | None:
+        """The orbit right before the end of its curve, which lies between two others, with the tangent of the first."""
+
+        def value(s: float) -> float:
+            point = self.curve.ahead(inside, s) if s else inside
+            return np.nan if point is None else self._value(point)
+
+        end = first_zero(value, 0.0, inside.way_to(outside), 0.1 * INSIDE)
+        point = None if end is None else self.curve.ahead(inside, (1 - INSIDE) * end)
+        return point if point is not None and holds(self.curve, point) else None
+
+    def _value(self, point: CurvePoint) -> float:
+        """What is zero at the jump, and positive where the sequence beyond it holds."""
+        facts = point.evaluation.facts[self.event]
+        if self.column == FORCE:
+            return float(facts[FORCE] if self.sticks else -facts[FORCE])
+        slower = float(self.curve.family.method_at(point.value).threshold - facts[PARTING])
+        return slower if self.sticks else -slower
+
+
+def _leading_on(curve: Curve, start: CurvePoint, last: float, onwards: float) -> CurvePoint | None:
+    """The first orbit from another one on beyond the last α₁, or else away from it: between them it may lead back."""
+    jump = start.value - last
+    found = None
+    if jump * onwards < 0:
+        found = first_ahead(curve, (start,), lambda there: (there - last) * onwards > 0)
+    if found is None:
+        found = first_ahead(curve, (start, start.turned()), lambda there: not 0 <= (there - last) / jump <= 1)
+    return found

@@ -1,0 +1,73 @@
+"""Orbits next to a known one: near a guess, and along its curve."""
+
+from collections.abc import Callable, Iterator, Sequence
+from itertools import zip_longest
+
+import numpy as np
+
+from .curve import Curve, CurvePoint
+from .margins import least_margin
+from .orbit import Orbit, within_cycle
+
+NEAR = 0.1  # of the orbit's size: an orbit farther away is another motion
+SHORTEST_WALK, FIRST_WALK, LONGEST_WALK = 1e-7, 1e-5, 0.03  # scaled
+FASTER = 4.0  # how much longer the next step of a walk is
+TURN = 0.98  # cosine between neighbouring tangents, below which a step of a walk is halved
+
+
+def point_within_cycle(curve: Curve, point: CurvePoint) -> CurvePoint:
+    """The same orbit with all its events in [0, p)."""
+    orbit, turned = within_cycle(point.orbit, point.evaluation, curve.equations(point.value))
+    if not turned:
+        return point
+    orbit = curve.corrected(orbit, point.value) or orbit  # at a grazing there is nothing to correct with
+    towards = np.concatenate([np.zeros(4), np.roll(point.tangent[4:-1], turned), point.tangent[-1:]])
+    there = CurvePoint(curve, orbit, point.value, towards)
+    both = (point.orbit.instants < 0).any() and (point.orbit.instants >= point.orbit.period).any()
+    return point_within_cycle(curve, there) if both else there
+
+
+def holds(curve: Curve, point: CurvePoint) -> bool:
+    """Whether a solution is an orbit with its sequence of events."""
+    margin = least_margin(point.orbit, point.evaluation, curve.family.method_at(point.value))
+    return margin > 0 and bool((np.diff(point.orbit.instants) > 0).all())
+
+
+def is_near(curve: Curve, last: CurvePoint, orbit: Orbit) -> bool:
+    """Whether an orbit is near the last one: farther away is another motion."""
+    return bool(np.abs(orbit.unknowns[:4] - last.orbit.unknowns[:4]).max() <= NEAR * curve.scales(orbit)[0])
+
+
+def orbit_near(curve: Curve, last: CurvePoint, guess: Orbit, value: float, onwards: float) -> CurvePoint | None:
+    """The orbit near a guess and near the last one, its tangent along the sign of ``onwards``."""
+    orbit = curve.corrected(guess, value)
+    if orbit is None or not is_near(curve, last, orbit):
+        return None
+    towards = np.zeros(len(orbit.unknowns) + 1)
+    towards[-1] = onwards
+    return CurvePoint(curve, orbit, value, towards)
+
+
+def walk(curve: Curve, point: CurvePoint) -> Iterator[CurvePoint]:
+    """Orbits ahead of one, at distances that grow up to LONGEST_WALK, one after the other: there may be folds."""
+    way, step = 0.0, FIRST_WALK
+    while way < LONGEST_WALK:
+        there = curve.ahead(point, step)
+        if there is None or not there.tangent @ point.tangent >= TURN:
+            step /= 2
+            if step < SHORTEST_WALK:
+                return
+            continue
+        way, point, step = way + step, there, FASTER * step
+        yield there
+
+
+def first_ahead(
+    curve: Curve, starts: Sequence[CurvePoint], leads_on: Callable[[float], bool] = lambda _: True
+) -> CurvePoint | None:
+    """The first orbit ahead of one of these whose sequence holds, at an α₁ that leads on."""
+    for points in zip_longest(*(walk(curve, start) for start in starts)):
+        for point in points:
+            if point is not None and leads_on(point.value) and holds(curve, point):
+                return point
+    return None
