@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
-from vibroscope.engine import COORDINATES, Cancelled, ExactPenalty, Kind, Newmark, Reference, System, motion
+from vibroscope.engine import COORDINATES, Cancelled, Cells, ExactPenalty, Kind, Newmark, Reference, System, motion
 from vibroscope.engine.sweeps import EtaStudy
-from vibroscope.engine.sweeps.motion_kinds import CellKind, judge_cells, known_kinds
+from vibroscope.engine.sweeps.motion_kinds import CellKind, judge_cells, judge_runs, known_kinds
 
 from tests.share import every
 
@@ -88,3 +88,14 @@ def test_numbers_of_stored_kinds_stay():
     assert stored.items() <= found.items()
     assert list(found) == [str(kind) for kind in Kind]
     assert [CellKind[kind.name] for kind in Kind] == list(found.values())
+
+
+def test_a_band_about_other_points_than_those_of_the_cycle_is_undecided_in_both():
+    """One point at T/1000, three without a time step: smaller steps lead from the one motion to the other."""
+    method = Newmark(22220, 0.7267, 1000)
+    found = motion(SYSTEM, 1.08, method)
+    kinds = judge_runs(Cells(SYSTEM, [1.08], method), transient=2000, sample=50)
+    assert (found.type, found.period, found.step_noise) == ("undecided", 0, 0)
+    assert (kinds["kind"][0], kinds["kind_period"][0]) == (CellKind.UNDECIDED, 0)
+    assert "repeats itself every 3 periods: with this time step it is another motion" in found.reason
+    assert len(found.bands) == 1
