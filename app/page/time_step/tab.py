@@ -168,5 +168,15 @@ def _order(result: PartialStep, name: str, scheme: str) -> str:
         return "no order from a single number of steps"
     if order <= _SLOWEST:
         return "does not fall with n"
-    power = f"n to the power of −{order:.2f}" + (f" ± {error:.1g}" if math.isfinite(error) else "")
+    if order <= error:
+        return "rises and falls with n, so that it has no order"
+    power = f"n to the power of −{_with_error(order, error)}"
     return f"falls unevenly, about as {power}" if order <= 3 * error else f"falls as {power}"
+
+
+def _with_error(order: float, error: float) -> str:
+    """An order and its standard error, to the first digit of that, if there is one."""
+    if not error > 0:
+        return f"{order:.2f}"
+    digits = min(max(0, -math.floor(math.log10(error))), 4)
+    return f"{order:.{digits}f}" + (f" ± {error:.{digits}f}" if math.isfinite(error) else "")
