@@ -78,6 +78,7 @@ def test_a_slow_alternating_transient_is_no_cycle_of_two_periods():
         ((1.284, 0.31), "falls as n to the power of −1.3 ± 0.3"),
         ((1.284, 0.6), "falls unevenly, about as n to the power of −1.3 ± 0.6"),
         ((2.63, 5.2), "rises and falls with n, so that it has no order"),
+        ((1.99993, 0.00003), "falls as n to the power of −1.9999;"),
         ((1.5, math.nan), "falls as n to the power of −1.50"),
     ],
 )
