@@ -92,7 +92,7 @@ def kind_words(
     period : int
         ``kind_period``, or the section's where the kind is not known.
     near_period : int, optional
-        Of the section, where that is all that is known.
+        Of the section. It counts where that is all that is known, or no kind was decided.
     section : (sample, 4) ndarray, optional
         It shows how much the displacement of ``body`` scatters.
     body : int
@@ -100,7 +100,8 @@ def kind_words(
     """
     if kind == CellKind.ENDED_EARLY:
         return "ended early"
-    near = period if near_period is None else near_period
+    is_open = kind in (CellKind.UNKNOWN, CellKind.UNDECIDED)
+    near = near_period if is_open and near_period is not None else period
     amount = scatter(section, near, body) if section is not None and near else np.nan
     words = repetition_of(_kind(kind), period, near, amount, kind == CellKind.ARTEFACT, body)
     return f"{words}, its kind not decided" if kind == CellKind.UNDECIDED else words

@@ -2,9 +2,21 @@
 
 import numpy as np
 import pytest
-from vibroscope.engine import COORDINATES, Cancelled, Cells, ExactPenalty, Kind, Newmark, Reference, System, motion
+from vibroscope.engine import (
+    COORDINATES,
+    Cancelled,
+    Cells,
+    ExactPenalty,
+    Kind,
+    Newmark,
+    Reference,
+    System,
+    motion,
+    repetition,
+    simulate,
+)
 from vibroscope.engine.sweeps import EtaStudy
-from vibroscope.engine.sweeps.motion_kinds import CellKind, judge_cells, judge_runs, known_kinds
+from vibroscope.engine.sweeps.motion_kinds import CellKind, judge_cells, judge_runs, kind_words, known_kinds
 
 from tests.share import every
 
@@ -79,6 +91,17 @@ def test_motions_that_have_grown_beyond_every_start_stay_undecided_beside_others
     found = judge_cells(study, values, np.array([0, 1]))
     assert found["kind"][0] == CellKind.UNDECIDED
     assert found["kind"][1] == judge_cells(study, values, np.array([1]))["kind"][0]
+
+
+def test_an_undecided_motion_nearly_repeats_as_a_single_one_does():
+    """Without a kind the section alone says how: not at all is another statement."""
+    run = simulate(SYSTEM, 2.76, Newmark(12000, 18, 8000), periods=2050, keep=50)
+    found = motion(run)
+    assert (found.type, found.near_period) == ("undecided", 1)
+    words = kind_words(CellKind.UNDECIDED, 0, found.near_period, run.section)
+    assert words == f"{repetition(found)}, its kind not decided"
+    assert words.startswith("nearly repeats every period (±")
+    assert kind_words(CellKind.ARTEFACT, 1, 2, run.section) == kind_words(CellKind.ARTEFACT, 1, section=run.section)
 
 
 def test_numbers_of_stored_kinds_stay():

@@ -149,7 +149,11 @@ def _motion(result: PartialStep, index: int, scheme: str) -> str:
     if status != 0:
         return _ENDED.get(STATUSES[int(status)], "ended early.")
     symbol = "ξ₁" if result.question.system.wall else "ξ₂"
-    scatters = f"{symbol} scatters by {scatter:.2g} in {SAMPLE} periods" if scatter > _ROUNDING else "no scatter beyond rounding"
+    scatters = (
+        f"{symbol} scatters by {scatter:.2g} in {SAMPLE} periods"
+        if scatter > _ROUNDING
+        else "no scatter beyond rounding"
+    )
     text = f"{result.words(index, scheme)}; {scatters}; longest contact {steps:.3g} steps"
     return f"{text}; error against the reference {percent(error)}." if math.isfinite(error) else f"{text}."
 
