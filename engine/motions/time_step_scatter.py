@@ -33,6 +33,7 @@ from .section import band_width, cycle_spread
 
 FINER = (4, 16, 64)  # times as many steps per period
 FINER_LOCATED = (4,)  # located steps converge quadratically, and none of them is skipped
+CLEAR = 1.0  # spread of a cycle, in widths of a band, from which on a band about its points must show them
 SHOWN = 0.5  # of the distances between the points of a cycle; a band that does not show it has some of them by chance
 SHRUNK = 0.5  # a width in proportion to Δτ would fall to a quarter each time; chance needs some room
 TRANSIENT, KEEP = 768, 256  # periods of each run with finer steps
@@ -139,8 +140,8 @@ def period_shown(own_period: int, limit_period: int, is_band: bool) -> int:
     return min(filter(None, (own_period, limit_period)), default=0)
 
 
-def is_about_cycle(section: np.ndarray, period: int, spread: float) -> bool:
-    """Whether a band may lie about the points of a cycle: where it would show their distances, it has them.
+def is_about_cycle(section: np.ndarray, period: int, spread: float, clear: float = CLEAR) -> bool:
+    """Whether a band may lie about the points of a cycle: where it must show their distances, it has them.
 
     Parameters
     ----------
@@ -149,8 +150,10 @@ def is_about_cycle(section: np.ndarray, period: int, spread: float) -> bool:
         Of the cycle.
     spread : float
         :func:`.section.cycle_spread` of the cycle.
+    clear : float
+        See `CLEAR`.
     """
-    return spread <= band_width(section, period) or cycle_spread(section, period) > SHOWN * spread
+    return spread <= clear * band_width(section, period) or cycle_spread(section, period) > SHOWN * spread
 
 
 def has_shrunk(finer, width):

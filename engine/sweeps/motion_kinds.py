@@ -30,6 +30,7 @@ from ..motions.lyapunov import lyapunov
 from ..motions.motion import FARTHEST, classify
 from ..motions.section import band_width, cycle_spread, scatter, settled_period
 from ..motions.time_step_scatter import (
+    CLEAR,
     FINER,
     FINER_LOCATED,
     SHRUNK,
@@ -45,6 +46,9 @@ from .eta_study import COORDINATES, EtaStudy
 
 FOLLOWED = (512, 4096)  # periods with the Jacobian; the second number only if the first does not decide
 SETTLED = 256  # last periods of these that may show a cycle which the motion has settled to
+LESS_CLEAR = (
+    CLEAR / 2
+)  # a short section shows a cycle by chance: rather undecided than another kind than a single run's
 FINER_TRANSIENT = 256  # periods of a run with smaller steps before its section is taken
 
 
@@ -212,8 +216,9 @@ def _judge_newmark(cells: Cells, periods: np.ndarray, sections: np.ndarray, run,
     limit, spreads = _limit(replace(cells, method=cells.method.limit, steps=None), run, how)
     widths = _widths(sections, limit["kind_period"])
     is_band = widths > TOLERANCE * np.abs(sections).max(axis=(1, 2))
-    about = map(is_about_cycle, sections, np.maximum(limit["kind_period"], 1).tolist(), spreads.tolist())
-    shrinks = _shrinks(cells, limit, widths, is_band & np.fromiter(about, bool), how)
+    cycles = zip(sections, np.maximum(limit["kind_period"], 1).tolist(), spreads.tolist(), strict=True)
+    about = np.array([is_about_cycle(*cycle, LESS_CLEAR) for cycle in cycles], bool)
+    shrinks = _shrinks(cells, limit, widths, is_band & about, how)
     found = limit | {"kind": limit["kind"].copy(), "kind_period": limit["kind_period"].copy()}
     for i, period in enumerate(periods.tolist()):
         if shown := period_shown(period, int(limit["kind_period"][i]), bool(is_band[i])):
