@@ -149,7 +149,7 @@ class Code:
         known = {"exponent": self.exponent, "penetration": self.penetration}
         texts = {name: written(value) for name, value in known.items() if value is not None}
         own = self.integrators.get(integrator)
-        first = own if own is not None else (f"(no words for {integrator} in the table)",)
+        first = own if own is not None else (f"(its input for the integrator {integrator} is not known)",)
         return tuple(line.format_map(_Blanks(texts | dict(numbers))) for line in (*first, *self.input))
 
     def as_dict(self) -> dict[str, object]:

@@ -146,10 +146,13 @@ class PartialDiagram:
         """All coordinates of the section of a cell, (SAMPLE, 4)."""
         return np.stack([self.section(name)[index] for name in COORDINATES], axis=1)
 
-    def section_words(self, index: int) -> str:
-        """The motion of a cell by its section alone."""
+    def motion_words(self, index: int) -> str:
+        """The motion of a cell; by its section alone where it is not judged."""
         period, near = (int(self._shown[name][index]) for name in ("period", "near_period"))
-        return kind_words(CellKind.UNKNOWN, period, near, self.section_of(index), self.question.system.observed_body)
+        kind = CellKind(self.kinds["kind"][index])
+        if kind is not CellKind.UNKNOWN:
+            period = int(self.kinds["kind_period"][index])
+        return kind_words(kind, period, near, self.section_of(index), self.question.system.observed_body)
 
     def points(
         self, coordinate: str, most: int | None = MOST_POINTS, artefacts: bool | None = None

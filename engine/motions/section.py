@@ -30,6 +30,13 @@ def band_width(section: np.ndarray, period: int = 1) -> float:
     return float(np.sqrt(np.mean(np.var(points, axis=0).sum(axis=-1))))
 
 
+def cycle_spread(section: np.ndarray, period: int) -> float:
+    """Standard deviation of ξ₁ and ξ₂ together among the ``period`` points of a cycle, in base amplitudes."""
+    cycles = len(section) // period
+    points = section[len(section) - cycles * period :, [0, 2]].reshape(cycles, period, 2)
+    return float(np.sqrt(np.var(points.mean(axis=0), axis=0).sum()))
+
+
 def scatter(section: np.ndarray, period: int, body: int) -> float:
     """Standard deviation of a body's displacement about the ``period`` points of a cycle, in units of length."""
     cycles = len(section) // period

@@ -13,7 +13,8 @@ limit Δτ → 0 decides instead:
 
 A band that shrinks towards the points of the limit is an artefact of the time step. A band that keeps its width beside
 a chaotic limit is motion. A band that narrows with the same step too, as time goes on, is the rest of a transient, and
-is judged later (:func:`later_run`).
+is judged later (:func:`later_run`). A band about other points than those of the limit is another motion, and smaller
+steps say nothing of it (:func:`is_about_cycle`).
 """
 
 from collections.abc import Callable
@@ -28,10 +29,12 @@ from ..result import Record, Response
 from ..simulate import simulate
 from ..wording import counted, every
 from .description import Kind, Motion
-from .section import band_width
+from .section import band_width, cycle_spread
 
 FINER = (4, 16, 64)  # times as many steps per period
 FINER_LOCATED = (4,)  # located steps converge quadratically, and none of them is skipped
+CLEAR = 1.0  # spread of a cycle, in widths of a band, from which on a band about its points must show them
+SHOWN = 0.5  # of the distances between the points of a cycle; a band that does not show it has some of them by chance
 SHRUNK = 0.5  # a width in proportion to Δτ would fall to a quarter each time; chance needs some room
 TRANSIENT, KEEP = 768, 256  # periods of each run with finer steps
 
@@ -65,11 +68,12 @@ def judge_newmark_section(
     if shown := period_shown(own_period, limit.period, is_band):
         reason = f"the section repeats itself after {counted(shown, 'period')}"
         return SectionJudgement(Kind.PERIODIC, shown, reason, 0.0, ())
-    bands = ((run.method.steps, width), *_finer_bands(run, period, width, cancelled))
+    about_cycle = is_about_cycle(run.section, period, cycle_spread(limit.section, period))
+    finer = _finer_bands(run, period, width, cancelled) if about_cycle else ()
+    bands = ((run.method.steps, width), *finer)
     listed = ", ".join(f"{sigma:.2g} at {steps}" for steps, sigma in bands)
-    decided, period, artefact = type_of_band(
-        own_period, limit.type, limit.period, shrinks=bands[-1][1] < SHRUNK * width
-    )
+    shrinks = has_shrunk(bands[-1][1], width)
+    decided, period, artefact = type_of_band(own_period, limit.type, limit.period, shrinks)
     if artefact:
         reason = (
             f"the section is a band, but an artefact of the time step: its width shrinks with it (standard deviation "
@@ -78,6 +82,12 @@ def judge_newmark_section(
     elif own_period:
         after = counted(own_period, "period")
         reason = f"the section repeats itself after {after}; without a time step the motion is {limit.type}"
+    elif not about_cycle:
+        reason = (
+            f"the section is a band (standard deviation {listed} steps per period), but not about the points of the "
+            f"motion without a time step, which repeats itself {every(limit.period)}: with this time step it is "
+            "another motion"
+        )
     elif decided is Kind.UNDECIDED:
         reason = (
             f"the section is a band (standard deviation {listed} steps per period), and without a time step the motion "
@@ -130,6 +140,32 @@ def period_shown(own_period: int, limit_period: int, is_band: bool) -> int:
     return min(filter(None, (own_period, limit_period)), default=0)
 
 
+def is_about_cycle(section: np.ndarray, period: int, spread: float, clear: float = CLEAR) -> bool:
+    """Whether a band may lie about the points of a cycle: where it must show their distances, it has them.
+
+    Parameters
+    ----------
+    section : (n, 4) ndarray
+    period : int
+        Of the cycle.
+    spread : float
+        :func:`.section.cycle_spread` of the cycle.
+    clear : float
+        See `CLEAR`.
+    """
+    return spread <= clear * band_width(section, period) or cycle_spread(section, period) > SHOWN * spread
+
+
+def has_shrunk(finer, width):
+    """Whether the last of the bands with smaller steps is clearly narrower than that with the step itself."""
+    return finer < SHRUNK * width
+
+
+def is_narrow(finer, width):
+    """Whether a band with smaller steps is so narrow that no run with still smaller ones is needed."""
+    return finer < SHRUNK**2 * width
+
+
 def type_of_band(own_period: int, limit: Kind, limit_period: int, shrinks: bool) -> tuple[Kind, int, bool]:
     """Decide what a band in a Newmark section is.
 
@@ -173,6 +209,6 @@ def _finer_bands(run: Response, period: int, width: float, cancelled) -> list[tu
         if not finer.ok:
             break
         bands.append((steps, band_width(finer.section, period)))
-        if bands[-1][1] < SHRUNK**2 * width:
+        if is_narrow(bands[-1][1], width):
             break
     return bands

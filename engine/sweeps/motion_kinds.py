@@ -6,7 +6,8 @@ The sweep itself only shows which sections repeat themselves. The cells that do 
 - Reference and exact penalty: the largest Lyapunov exponent, over `FOLLOWED` periods.
 - Newmark: the exact penalty motion with the same K and D, and the width of the section's band with smaller steps. A
   band that shrinks towards a periodic limit is an artefact of the time step; one that keeps its width beside a chaotic
-  limit is motion. One that narrows with the same step too is the rest of a transient: the cell is judged later.
+  limit is motion. One that narrows with the same step too is the rest of a transient: the cell is judged later. One
+  that is not about the points of a periodic limit is another motion.
 
 What these runs do not decide is undecided. No module of a study imports this one, so that it does not enter the digest
 of numerical code.
@@ -27,14 +28,27 @@ from ..model import System
 from ..motions.description import Kind
 from ..motions.lyapunov import lyapunov
 from ..motions.motion import FARTHEST, classify
-from ..motions.section import band_width, scatter, settled_period
-from ..motions.time_step_scatter import FINER, FINER_LOCATED, SHRUNK, period_shown, type_of_band
+from ..motions.section import band_width, cycle_spread, scatter, settled_period
+from ..motions.time_step_scatter import (
+    CLEAR,
+    FINER,
+    FINER_LOCATED,
+    SHRUNK,
+    has_shrunk,
+    is_about_cycle,
+    is_narrow,
+    period_shown,
+    type_of_band,
+)
 from ..motions.words import repetition_of
 from .codes import MISSING, CellKind
 from .eta_study import COORDINATES, EtaStudy
 
 FOLLOWED = (512, 4096)  # periods with the Jacobian; the second number only if the first does not decide
 SETTLED = 256  # last periods of these that may show a cycle which the motion has settled to
+LESS_CLEAR = (
+    CLEAR / 2
+)  # a short section shows a cycle by chance: rather undecided than another kind than a single run's
 FINER_TRANSIENT = 256  # periods of a run with smaller steps before its section is taken
 
 
@@ -82,7 +96,7 @@ def kind_words(
     period : int
         ``kind_period``, or the section's where the kind is not known.
     near_period : int, optional
-        Of the section, where that is all that is known.
+        Of the section. It counts where that is all that is known, or no kind was decided.
     section : (sample, 4) ndarray, optional
         It shows how much the displacement of ``body`` scatters.
     body : int
@@ -90,7 +104,8 @@ def kind_words(
     """
     if kind == CellKind.ENDED_EARLY:
         return "ended early"
-    near = period if near_period is None else near_period
+    is_open = kind in (CellKind.UNKNOWN, CellKind.UNDECIDED)
+    near = near_period if is_open and near_period is not None else period
     amount = scatter(section, near, body) if section is not None and near else np.nan
     words = repetition_of(_kind(kind), period, near, amount, kind == CellKind.ARTEFACT, body)
     return f"{words}, its kind not decided" if kind == CellKind.UNDECIDED else words
@@ -190,7 +205,7 @@ def _judge(cells: Cells, period, end, sections, run: dict, how: dict) -> dict[st
     if isinstance(cells.method, STEPPING):
         judged = _judge_newmark(some, period[near], sections[near], run, how)
     else:
-        judged = _follow(some, period[near], end[near], how)
+        judged, _ = _follow(some, period[near], end[near], how)
     for name, array in judged.items():
         found[name][near] = array
     return found
@@ -198,10 +213,12 @@ def _judge(cells: Cells, period, end, sections, run: dict, how: dict) -> dict[st
 
 def _judge_newmark(cells: Cells, periods: np.ndarray, sections: np.ndarray, run, how) -> dict[str, np.ndarray]:
     """Judge cells by their limit without a time step, and by what smaller steps leave of the section's band."""
-    limit = _limit(replace(cells, method=cells.method.limit, steps=None), run, how)
+    limit, spreads = _limit(replace(cells, method=cells.method.limit, steps=None), run, how)
     widths = _widths(sections, limit["kind_period"])
     is_band = widths > TOLERANCE * np.abs(sections).max(axis=(1, 2))
-    shrinks = _shrinks(cells, limit, widths, is_band, how)
+    cycles = zip(sections, np.maximum(limit["kind_period"], 1).tolist(), spreads.tolist(), strict=True)
+    about = np.array([is_about_cycle(*cycle, LESS_CLEAR) for cycle in cycles], bool)
+    shrinks = _shrinks(cells, limit, widths, is_band & about, how)
     found = limit | {"kind": limit["kind"].copy(), "kind_period": limit["kind_period"].copy()}
     for i, period in enumerate(periods.tolist()):
         if shown := period_shown(period, int(limit["kind_period"][i]), bool(is_band[i])):
@@ -236,16 +253,23 @@ def _periods(found: CellResults) -> np.ndarray:
     return np.array([settled_period(s) if p > 1 else p for s, p in zip(found.section, found.period, strict=True)], int)
 
 
-def _limit(cells: Cells, run: dict, how: dict) -> dict[str, np.ndarray]:
-    """Kinds of the motions without a time step that begin where the cells of Newmark's method ended.
+def _limit(cells: Cells, run: dict, how: dict) -> tuple[dict[str, np.ndarray], np.ndarray]:
+    """Kinds of the motions without a time step that begin where the cells of Newmark's method ended, and their spreads.
 
-    Their samples are long enough to tell a slow transient that alternates from a cycle.
+    Their samples are long enough to tell a slow transient that alternates from a cycle. A spread is that of the points
+    of a cycle (:func:`..motions.section.cycle_spread`); 0 for other motions.
     """
     runs = run_cells(cells, **(run | {"sample": max(run["sample"], SETTLED)}), **how)
-    return _follow(cells, np.where(runs.ok, _periods(runs), 0), np.where(runs.ok[:, None], runs.end, np.nan), how)
+    start = np.where(runs.ok[:, None], runs.end, np.nan)
+    found, later = _follow(cells, np.where(runs.ok, _periods(runs), 0), start, how)
+    cycles = [later.get(i, section) for i, section in enumerate(runs.section)]
+    spreads = [cycle_spread(c, p) if p else 0.0 for c, p in zip(cycles, found["kind_period"].tolist(), strict=True)]
+    return found, np.array(spreads)
 
 
-def _follow(cells: Cells, period: np.ndarray, start: np.ndarray, how: dict) -> dict[str, np.ndarray]:
+def _follow(
+    cells: Cells, period: np.ndarray, start: np.ndarray, how: dict
+) -> tuple[dict[str, np.ndarray], dict[int, np.ndarray]]:
     """Kinds of motions in closed form: of those without a period, by their largest Lyapunov exponent.
 
     Parameters
@@ -255,7 +279,14 @@ def _follow(cells: Cells, period: np.ndarray, start: np.ndarray, how: dict) -> d
         0 if the motion does not repeat itself, as far as is known.
     start : (m, 4) ndarray
         Where each of them goes on; nan where it cannot.
+
+    Returns
+    -------
+    found : dict of str to (m,) ndarray
+    sections : dict of int to (n, 4) ndarray
+        The last points of those that were followed, by their place.
     """
+    sections = {}
     found = unknown_kinds(len(cells))
     found["kind"][:] = np.where(period > 0, CellKind.PERIODIC, CellKind.UNDECIDED)
     found["kind_period"][:] = period
@@ -268,7 +299,8 @@ def _follow(cells: Cells, period: np.ndarray, start: np.ndarray, how: dict) -> d
             if len(followed.section) < periods:  # no derivative: an impact grazes
                 return
             found["lyapunov"][i], found["lyapunov_error"][i] = followed.exponent, followed.error
-            settled, state = settled_period(followed.section[-SETTLED:]), followed.section[-1]
+            sections[i], state = followed.section[-SETTLED:], followed.section[-1]
+            settled = settled_period(sections[i])
             kind = CellKind.PERIODIC if settled else CellKind[classify(followed)[0].name]
             found["kind"][i], found["kind_period"][i] = kind, settled
             if kind is not CellKind.UNDECIDED:
@@ -276,17 +308,17 @@ def _follow(cells: Cells, period: np.ndarray, start: np.ndarray, how: dict) -> d
 
     with ThreadPoolExecutor(how["threads"]) as pool:
         list(pool.map(follow, np.flatnonzero((period == 0) & (np.abs(start) <= FARTHEST).all(axis=1))))
-    return found
+    return found, sections
 
 
-def _shrinks(cells: Cells, limit: dict[str, np.ndarray], widths: np.ndarray, is_band: np.ndarray, how) -> np.ndarray:
-    """Whether the band of each section shrinks with the step: (m,) of bool.
+def _shrinks(cells: Cells, limit: dict[str, np.ndarray], widths: np.ndarray, asked: np.ndarray, how) -> np.ndarray:
+    """Whether the band of each section that is asked for shrinks with the step: (m,) of bool.
 
     Beside a limit that does not repeat itself one smaller step suffices; towards a periodic one the step is made
-    smaller until the band has clearly shrunk.
+    smaller until the band is narrow.
     """
     shrinks = np.zeros(len(cells), bool)
-    open_cells = np.flatnonzero(is_band & (limit["kind"] != CellKind.UNDECIDED))
+    open_cells = np.flatnonzero(asked & (limit["kind"] != CellKind.UNDECIDED))
     skipping = {"every_step": False} if hasattr(cells.method, "every_step") else {}
     for factor in FINER_LOCATED if is_located(cells.method) else FINER:
         steps = factor * cells.steps_each()[open_cells]
@@ -296,9 +328,9 @@ def _shrinks(cells: Cells, limit: dict[str, np.ndarray], widths: np.ndarray, is_
         some = replace(_selected(cells, open_cells), method=replace(cells.method, **skipping), steps=steps)
         runs = run_cells(some, transient=FINER_TRANSIENT, sample=SETTLED, **how)
         finer = _widths(runs.section, limit["kind_period"][open_cells])
-        shrinks[open_cells] = runs.ok & (finer < SHRUNK * widths[open_cells])
+        shrinks[open_cells] = np.where(runs.ok, has_shrunk(finer, widths[open_cells]), shrinks[open_cells])
         periodic = limit["kind"][open_cells] == CellKind.PERIODIC
-        open_cells = open_cells[periodic & runs.ok & ~shrinks[open_cells]]
+        open_cells = open_cells[periodic & runs.ok & ~is_narrow(finer, widths[open_cells])]
     return shrinks
 
 

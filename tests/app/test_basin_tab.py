@@ -113,6 +113,8 @@ def test_the_start_counts_where_it_is_not_on_an_axis(opened):  # noqa: F811
 def test_at_a_wall_the_starts_are_those_of_body_1(opened):  # noqa: F811
     tab, _ = opened(BasinTab)
     tab.show(Move(2, Setting(bodies="wall", clearance=1.0)))
+    assert tab.panel.chosen["plane"] == "xi1-v1"  # as the list shows
+    assert tab.view_texts()["choice"] == "plane:xi1-v1"
     assert Asked.all[-1].question.axes == ("xi1", "v1")
     assert tab.panel.away == {"plane": ["xi2-v2", "v1-v2", "xi1-xi2", "phase-xi2", "phase-v2"]}
 

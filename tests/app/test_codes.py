@@ -46,7 +46,7 @@ def test_whatever_is_set_has_a_source_that_names_it(field):
 def test_what_no_source_says_is_the_default():
     empty = Code("key", "name")
     assert empty.method(1.0, 2.0, 8) == TimeStepping(1.0, 2.0, 8)
-    assert empty.lines({}, "newmark") == ("(no words for newmark in the table)",)
+    assert empty.lines({}, "newmark") == ("(its input for the integrator newmark is not known)",)
     assert Code("key", "name", law=CONTACT_LAWS[1]).method(1.0, 2.0, 8).law == CONTACT_LAWS[1]
 
 

@@ -1,5 +1,7 @@
 """What the time-step tab says and draws of scatter and error: about the cycle, and why there is no number."""
 
+import math
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -8,7 +10,8 @@ from vibroscope.app.explorer.state import Setting
 from vibroscope.app.page.time_step.figure import TimeStepView
 from vibroscope.app.page.time_step.tab import TimeStepTab, statements
 from vibroscope.app.studies import time_step
-from vibroscope.app.studies.time_step import grow_step
+from vibroscope.app.studies.time_step import PartialStep, grow_step
+from vibroscope.engine.sweeps import CellKind
 
 from .fakes import FakeHost
 
@@ -68,3 +71,27 @@ def test_a_slow_alternating_transient_is_no_cycle_of_two_periods():
     words = dict(statements(setting, result_of(setting)))
     assert words["T/500, constant step"].startswith("repeats every period, blurred by the time step;")
     assert words["T/500, step cut at contact"].startswith("repeats every period;")
+
+
+@pytest.mark.parametrize(
+    ("order", "words"),
+    [
+        ((2.0012, 0.0001), "falls as n to the power of −2.0012 ± 0.0001"),
+        ((1.284, 0.31), "falls as n to the power of −1.3 ± 0.3"),
+        ((1.284, 0.6), "falls unevenly, about as n to the power of −1.3 ± 0.6"),
+        ((2.63, 5.2), "rises and falls with n, so that it has no order"),
+        ((1.99993, 0.00003), "falls as n to the power of −1.9999;"),
+        ((1.5, math.nan), "falls as n to the power of −1.50"),
+    ],
+)
+def test_an_order_has_as_many_digits_as_its_error_and_none_below_it(monkeypatch, order, words):
+    monkeypatch.setattr(PartialStep, "order", lambda *_: order)
+    assert dict(statements(TWO, result_of(TWO)))["Scatter, observed order"].startswith(f"constant step: {words}")
+
+
+def test_a_motion_whose_kind_is_not_decided_still_nearly_repeats():
+    result = result_of(TWO)
+    index = int(np.flatnonzero(result.of_scheme("near_period", "fixed") == 2)[0])
+    values = result.values | {"period": np.zeros_like(result.values["period"])}
+    undecided = replace(result, values=values, judged={"fixed": {index: (CellKind.UNDECIDED, 0)}})
+    assert undecided.words(index, "fixed") == "nearly repeats every 2 periods, its kind not decided"

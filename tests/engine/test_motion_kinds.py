@@ -2,9 +2,21 @@
 
 import numpy as np
 import pytest
-from vibroscope.engine import COORDINATES, Cancelled, ExactPenalty, Kind, Newmark, Reference, System, motion
+from vibroscope.engine import (
+    COORDINATES,
+    Cancelled,
+    Cells,
+    ExactPenalty,
+    Kind,
+    Newmark,
+    Reference,
+    System,
+    motion,
+    repetition,
+    simulate,
+)
 from vibroscope.engine.sweeps import EtaStudy
-from vibroscope.engine.sweeps.motion_kinds import CellKind, judge_cells, known_kinds
+from vibroscope.engine.sweeps.motion_kinds import CellKind, judge_cells, judge_runs, kind_words, known_kinds
 
 from tests.share import every
 
@@ -81,6 +93,17 @@ def test_motions_that_have_grown_beyond_every_start_stay_undecided_beside_others
     assert found["kind"][1] == judge_cells(study, values, np.array([1]))["kind"][0]
 
 
+def test_an_undecided_motion_nearly_repeats_as_a_single_one_does():
+    """Without a kind the section alone says how: not at all is another statement."""
+    run = simulate(SYSTEM, 2.76, Newmark(12000, 18, 8000), periods=2050, keep=50)
+    found = motion(run)
+    assert (found.type, found.near_period) == ("undecided", 1)
+    words = kind_words(CellKind.UNDECIDED, 0, found.near_period, run.section)
+    assert words == f"{repetition(found)}, its kind not decided"
+    assert words.startswith("nearly repeats every period (±")
+    assert kind_words(CellKind.ARTEFACT, 1, 2, run.section) == kind_words(CellKind.ARTEFACT, 1, section=run.section)
+
+
 def test_numbers_of_stored_kinds_stay():
     """Stores and other people's scripts hold them."""
     stored = {"unknown": -1, "undecided": 0, "periodic": 1, "quasi-periodic": 2, "chaotic": 3, "ended-early": 4}
@@ -88,3 +111,14 @@ def test_numbers_of_stored_kinds_stay():
     assert stored.items() <= found.items()
     assert list(found) == [str(kind) for kind in Kind]
     assert [CellKind[kind.name] for kind in Kind] == list(found.values())
+
+
+def test_a_band_about_other_points_than_those_of_the_cycle_is_undecided_in_both():
+    """One point at T/1000, three without a time step: smaller steps lead from the one motion to the other."""
+    method = Newmark(22220, 0.7267, 1000)
+    found = motion(SYSTEM, 1.08, method)
+    kinds = judge_runs(Cells(SYSTEM, [1.08], method), transient=2000, sample=50)
+    assert (found.type, found.period, found.step_noise) == ("undecided", 0, 0)
+    assert (kinds["kind"][0], kinds["kind_period"][0]) == (CellKind.UNDECIDED, 0)
+    assert "repeats itself every 3 periods: with this time step it is another motion" in found.reason
+    assert len(found.bands) == 1

@@ -101,3 +101,25 @@ def test_an_impact_flashes_at_once_and_the_speed_is_the_chosen_one_and_the_link_
     assert again.page.locator(".readout").text_content() == "time 0.350 T"
     again.page.get_by_role("button", name="Play").click()
     wait_until(lambda: "phase" not in again.query(), what="no phase while the pendulums swing")
+
+
+RAW = """(places) => {
+  const { el, canvas_view } = Bokeh.index.find_one_by_id(Bokeh.documents[0].get_model_by_name("force").id);
+  const { left, top, width, height } = canvas_view.el.getBoundingClientRect();
+  const line = canvas_view.overlays_el.querySelector("[data-mark=now-force]");
+  return places.map(([type, share]) => {
+    el.dispatchEvent(new PointerEvent(type, { clientX: left + share * width, clientY: top + height / 2 }));
+    return line.dataset.x;
+  });
+}"""
+
+
+def test_a_move_is_marked_ahead_of_its_frame_and_the_last_one_of_the_frame_in_it(visit):
+    """The browser holds "pointermove" back until it begins a frame."""
+    explorer = visit()
+    early, same, skipped, last = explorer.page.evaluate(
+        RAW, [("pointerrawupdate", 0.4), ("pointermove", 0.4), ("pointerrawupdate", 0.5), ("pointermove", 0.6)]
+    )
+    assert early == same == skipped != last
+    assert abs(float(early) - 2 * 0.4) < 0.3
+    assert float(last) > float(early) + 0.2

@@ -14,6 +14,7 @@ from vibroscope.app.export.formats import Figure, Series
 from vibroscope.app.export.scripts import method_options, sweep_command, sweep_python
 from vibroscope.app.page.basin.figure import NAMES, BasinView, start_on
 from vibroscope.app.page.study.tab import StudyTab, free_obstacle
+from vibroscope.app.page.tab import Move
 from vibroscope.app.runtime.number_text import print_number
 from vibroscope.app.studies.basin import (
     AT_WALL,
@@ -79,6 +80,12 @@ class BasinTab(StudyTab):
             "numbers of the start that are not on an axis are those that are set. A start at another phase is opened "
             "with what drives the bodies ahead by as much. A zoom is computed anew.",
         }
+
+    def show(self, move: Move) -> None:
+        """See `StudyTab`; at a wall the starts are those of body 1, and what is chosen says so."""
+        if move.setting.bodies == "wall" and self.panel.chosen["plane"] not in AT_WALL:
+            self.panel.chosen = self.panel.chosen | {"plane": AT_WALL[0]}
+        super().show(move)
 
     def refresh(self) -> None:
         """See `StudyTab`; the axes reach as far as the system suggests, and those of another plane may differ."""
@@ -191,7 +198,8 @@ def _key(result: PartialBasin) -> list[list[str]]:
     """Colour, name and pattern of each motion."""
     rows = [[COLOURS[k] if k < len(COLOURS) else FURTHER, each.name, ""] for k, each in enumerate(result.motions)]
     shown = [result.image(side) for side in SIDES]
-    rows += [[SPECIAL[NO_NUMBER], "bodies would overlap", ""]] if any((s == NO_NUMBER).any() for s in shown) else []
+    inside = "body would be in the wall" if result.question.system.wall else "bodies would overlap"
+    rows += [[SPECIAL[NO_NUMBER], inside, ""]] if any((s == NO_NUMBER).any() for s in shown) else []
     return rows + ([[SPECIAL[DIVERGED], "ended early", ""]] if any((s == DIVERGED).any() for s in shown) else [])
 
 

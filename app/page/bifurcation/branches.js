@@ -35,7 +35,7 @@ export function render({ model }) {
     if ([...filter.options].map(({ value }) => value).join() !== kinds.join()) {
       const { value } = filter;
       filter.replaceChildren(...kinds.map((kind) => Object.assign(element("option", "", kind || "all kinds"), { value: kind })));
-      filter.value = kinds.includes(value) ? value : "";
+      choose(filter, kinds.includes(value) ? value : "");
     }
     show();
   };

@@ -27,6 +27,7 @@ def panel_spec() -> dict:
     return {
         "title": "Bifurcation diagram",
         "keyed": ["bifurcation_strip"],
+        "aligned": ["bifurcation", "bifurcation_strip"],
         "switches": [
             {
                 "name": "over",

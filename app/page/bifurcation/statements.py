@@ -6,7 +6,7 @@ import numpy as np
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.page.bifurcation.swept import SWEPT
 from vibroscope.app.studies.bifurcation import PartialDiagram
-from vibroscope.engine.sweeps import CellKind, kind_words
+from vibroscope.engine.sweeps import CellKind
 
 
 def statements(setting: Setting, result: PartialDiagram) -> list[list[str]]:
@@ -55,11 +55,10 @@ def _percent(share: float) -> str:
 
 def kind_text(result: PartialDiagram, index: int) -> str:
     """Kind of motion of a cell, with its evidence."""
-    kind, period = CellKind(result.kinds["kind"][index]), result.kinds["kind_period"][index]
+    kind = CellKind(result.kinds["kind"][index])
     if kind is CellKind.UNKNOWN:
-        return f"{result.section_words(index)} by its section alone (being judged)"
+        return f"{result.motion_words(index)} by its section alone (being judged)"
     exponent, error = result.kinds["lyapunov"][index], result.kinds["lyapunov_error"][index]
     is_aperiodic = np.isfinite(exponent) and kind is not CellKind.PERIODIC
-    section, body = result.section_of(index), result.question.system.observed_body
     rate = f" (Lyapunov exponent {exponent:+.2g} ± {error:.1g} per period)" if is_aperiodic else ""
-    return f"{kind_words(kind, period, section=section, body=body)}{rate}"
+    return f"{result.motion_words(index)}{rate}"

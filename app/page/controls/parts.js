@@ -141,7 +141,7 @@ function selectRow(choice, link) {
   box.append(label, select, refusal.element);
   const draw = (shown, isLatest) => {
     refusal.draw(shown, select);
-    if (isLatest) select.value = shown.texts[choice.name];
+    if (isLatest) choose(select, shown.texts[choice.name]);
   };
   return { name: choice.name, element: box, draw };
 }

@@ -61,7 +61,7 @@ function numberGroup({ title, numbers }, link) {
       chosen.delete(row.name);
       chosen.add(row.other);
       draw(last, false);
-      row.form.value = row.name;
+      choose(row.form, row.name);
       other.form.focus();
     });
   }

@@ -125,20 +125,6 @@ class Marks {
   }
 }
 
-// Gives the time figures the same margins, the widest that any of them has needed so far, so that their time axes stay
-// aligned while tick labels change.
-function alignTimeAxes() {
-  const views = TIME_FIGURES.map(viewOf);
-  const fit = () => {
-    const min_border_left = Math.ceil(Math.max(...views.map(({ frame }) => frame.bbox.left)));
-    const right = ({ frame, bbox }) => bbox.width - frame.bbox.right;
-    const min_border_right = Math.ceil(Math.max(...views.map(right)));
-    for (const { model } of views) model.setv({ min_border_left, min_border_right }, LOCAL);
-  };
-  for (const { model } of views) model.properties.inner_width.change.connect(fit);
-  fit();
-}
-
 // Calls `onTime(time)` when the pointer is over a time figure, and `onLeave()` when it leaves.
 function watchPointer(onTime, onLeave) {
   for (const name of TIME_FIGURES) {
@@ -153,7 +139,21 @@ function watchPointer(onTime, onLeave) {
       const time = view.frame.x_scale.invert(sx) / periodOf(source ? asObject(source.data) : {});
       if (time >= 0 && time <= WINDOW) onTime(time);
     };
-    for (const type of ["pointerdown", "pointermove"]) view.el.addEventListener(type, pointed); // a tap sends no move
+    // Browsers hold a move back until they begin a frame; what is done ahead of it does not delay that frame. They offer
+    // this on secure pages only, and as often as the mouse reports: the first of a frame counts here.
+    let ahead = null; // the place that was shown ahead of its frame
+    const early = (event) => {
+      if (ahead) return;
+      ahead = [event.clientX, event.clientY];
+      requestAnimationFrame(() => { ahead = null; });
+      pointed(event);
+    };
+    const moved = (event) => {
+      if (ahead?.[0] !== event.clientX || ahead[1] !== event.clientY) pointed(event);
+    };
+    view.el.addEventListener("pointerrawupdate", early);
+    view.el.addEventListener("pointermove", moved);
+    view.el.addEventListener("pointerdown", pointed); // a tap sends no move
     view.el.addEventListener("pointerleave", onLeave);
   }
 }

@@ -58,6 +58,7 @@ class Player {
   constructor(model, drawing) {
     this.model = model;
     this.drawing = drawing;
+    this.read();
     this.time = 0;
     this.playing = false;
     this.held = false; // the pointer on a figure holds the instant
@@ -78,6 +79,12 @@ class Player {
     this.element.append(this.slider, this.button, this.readout, this.speed);
   }
 
+  // Copies what each instant needs: to read a value of the model takes as long as to draw the bodies.
+  read() {
+    const { absolute, amplitude, system } = this.model;
+    this.values = { absolute, amplitude, system };
+  }
+
   // Begins when the figures are there; they come after this component.
   begin(tries = 400) {
     const source = modelOf("displacements");
@@ -86,8 +93,9 @@ class Player {
       return;
     }
     this.marks = new Marks();
-    alignTimeAxes();
+    alignFrames(TIME_FIGURES.map(viewOf));
     const changed = oncePerTask(() => {
+      this.read();
       this.drawing.draw();
       this.drawing.fit(asObject(source.data));
       this.go(this.time);
@@ -153,7 +161,7 @@ class Player {
 
   go(time) {
     this.time = time;
-    const instant = new Instant(time, this.model);
+    const instant = new Instant(time, this.values);
     if (!instant.ready) return;
     this.drawing.at(instant);
     this.slider.value = time;

@@ -233,7 +233,7 @@ def _repetition(result: PartialPlane, side: str, place: tuple[int, int]) -> str:
     source = np.unravel_index(result.source(place), result.known.shape)
     kind, of = CellKind(result.kinds["kind"][source]), int(result.kinds["kind_period"][source])
     if kind is not CellKind.UNKNOWN:
-        return kind_words(kind, of)
+        return kind_words(kind, of, near)
     return f"{kind_words(kind, period, near)} by its section alone"
 
 

@@ -63,6 +63,13 @@ function updateWhenPainted(view) {
   return view;
 }
 
+// Numbers with a power of ten have three digits after the point, also where these are zeros: 2.000e−6, 0.000e+0.
+hook("numbers", "models/formatters/basic_tick_formatter", "BasicTickFormatter", {
+  _format_with_precision: (format) => function (...given) {
+    return format.apply(this, given).map((text) => text.replace(/\.?0+e/, "e").replace(/^0e.*/, "0"));
+  },
+});
+
 // Entries of a legend mute their curves. Bokeh offers that to a pointer only; here they are switches that keys and
 // screen readers reach.
 hook("switches", "models/annotations/legend", "LegendView", {

@@ -6,7 +6,7 @@ import re
 from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
-from bokeh.models import ColumnDataSource, Glyph, GlyphRenderer, HoverTool, Legend, LegendItem, Line
+from bokeh.models import ColumnDataSource, Glyph, GlyphRenderer, HoverTool, Legend, LegendItem, Line, NoOverlap
 from bokeh.plotting import figure
 from bokeh.themes import Theme
 from vibroscope.app.explorer.field_units import unit_of
@@ -35,6 +35,8 @@ PARTS = {
 # solution. `comparison.css` has the colours, too.
 PINS = ((GREEN, "dashed"), (VIOLET, "dotdash"), (MAGENTA, "dotted"), (OCHRE, "dashdot"))
 PIN_NAMES = ("pinned", *(f"pinned{number}" for number in range(2, len(PINS) + 1)))  # in a link
+
+_APART = 4  # px between the labels of two ticks at least; where there is less room, some ticks have none
 
 CLICK = "hide"  # what a click on a legend entry does to its curves; `muting.py` keeps it
 
@@ -125,6 +127,8 @@ def apply_style(plot: figure) -> figure:
     plot.title.vertical_align = "top"
     plot.toolbar.logo = None
     plot.toolbar.autohide = True
+    for axis in plot.axis:
+        axis.major_label_policy = NoOverlap(min_distance=_APART)  # of numbers as long as −0.00025
     return plot
 
 

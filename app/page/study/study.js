@@ -22,6 +22,7 @@ export function render({ model }) {
   cueScroll(root);
   whenThere(model.spec.figures, () => {
     if (model.spec.cursor) dragged(model);
+    if (model.spec.aligned) alignFrames(model.spec.aligned.map(viewOf));
     if (matchMedia("(pointer: coarse)").matches) model.spec.figures.forEach(scrolled);
   });
   return root;
@@ -49,7 +50,7 @@ function switcher(root, { name, label, choices }, send) {
   root.append(row);
   return ({ chosen, away }) => {
     for (const option of select.options) option.hidden = option.disabled = Boolean(away[name]?.includes(option.value));
-    select.value = chosen[name];
+    choose(select, chosen[name]);
   };
 }
 

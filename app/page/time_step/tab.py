@@ -128,6 +128,7 @@ class TimeStepTab(StudyTab):
 
 
 _SLOWEST = 1 / 6  # order: by half from the fewest steps of the study to the most
+_MOST_DIGITS = 4  # after the point, of an order
 _ROUNDING = 1e-11  # of a displacement: what a motion that repeats exactly scatters by
 _ENDED = {Status.DIVERGED: "blown up.", Status.WITHOUT_SOLUTION: "stopped: a step has no solution."}
 
@@ -148,7 +149,11 @@ def _motion(result: PartialStep, index: int, scheme: str) -> str:
     if status != 0:
         return _ENDED.get(STATUSES[int(status)], "ended early.")
     symbol = "ξ₁" if result.question.system.wall else "ξ₂"
-    scatters = f"{symbol} scatters by {scatter:.2g}" if scatter > _ROUNDING else "no scatter beyond rounding"
+    scatters = (
+        f"{symbol} scatters by {scatter:.2g} in {SAMPLE} periods"
+        if scatter > _ROUNDING
+        else "no scatter beyond rounding"
+    )
     text = f"{result.words(index, scheme)}; {scatters}; longest contact {steps:.3g} steps"
     return f"{text}; error against the reference {percent(error)}." if math.isfinite(error) else f"{text}."
 
@@ -168,5 +173,15 @@ def _order(result: PartialStep, name: str, scheme: str) -> str:
         return "no order from a single number of steps"
     if order <= _SLOWEST:
         return "does not fall with n"
-    power = f"n to the power of −{order:.2f}" + (f" ± {error:.1g}" if math.isfinite(error) else "")
+    if order <= error:
+        return "rises and falls with n, so that it has no order"
+    power = f"n to the power of −{_with_error(order, error)}"
     return f"falls unevenly, about as {power}" if order <= 3 * error else f"falls as {power}"
+
+
+def _with_error(order: float, error: float) -> str:
+    """An order and its standard error, to the first digit of that; without it where there is none, or next to none."""
+    if not error > 0:
+        return f"{order:.2f}"
+    digits = max(0, -math.floor(math.log10(error)))
+    return f"{order:.{digits}f} ± {error:.{digits}f}" if digits <= _MOST_DIGITS else f"{order:.{_MOST_DIGITS}f}"

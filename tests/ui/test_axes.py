@@ -1,0 +1,62 @@
+"""Axes of the figures: labels of ticks that can be told apart, and frames below each other that share an axis."""
+
+from itertools import pairwise
+
+import pytest
+
+# A body that moves by some micrometres, in metres.
+SMALL = "?eta=1.8667&K=2000&D=4&steps=200&bodies=two&kappa=2.1&units=si&omega1=94&m1=2&amplitude=0.001&tab="
+
+# Texts that a repaint of all figures writes, with where they begin and end across, by canvas and height.
+WRITTEN = """async () => {
+  const canvases = [], rows = new Map(), { prototype } = CanvasRenderingContext2D, write = prototype.fillText;
+  prototype.fillText = function (text, x, y, ...more) {
+    const { a, b, e, f } = this.getTransform();
+    const width = this.measureText(text).width, left = e + a * x;
+    if (!canvases.includes(this.canvas)) canvases.push(this.canvas);
+    const key = `${canvases.indexOf(this.canvas)} ${Math.round(f + a * y)}`;
+    if (Math.abs(b) < 1e-6) rows.set(key, [...(rows.get(key) ?? []), [left, left + a * width, text]]);
+    write.call(this, text, x, y, ...more);
+  };
+  const figures = [...Bokeh.documents[0].all_models].filter(({ type }) => type === "Figure");
+  for (const { id } of figures) Bokeh.index.find_one_by_id(id)?.request_repaint?.();
+  await new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)));
+  prototype.fillText = write;
+  return [...rows.values()];
+}"""
+FRAME = """name => {
+  const view = Bokeh.index.find_one_by_id(Bokeh.documents[0].get_model_by_name(name).id);
+  const left = view.canvas_view.el.getBoundingClientRect().x;
+  return [view.frame.bbox.left + left, view.frame.bbox.right + left];
+}"""
+
+
+@pytest.mark.parametrize(("tab", "width"), [("basin", 1440), ("step", 390), ("explore", 390)])
+def test_labels_of_ticks_do_not_run_into_each_other(visit, tab, width):
+    explorer = visit(SMALL + tab, width, 900)
+    explorer.settle()
+    rows = explorer.page.evaluate(WRITTEN)
+    assert max(map(len, rows)) >= 3
+    for row in map(sorted, rows):
+        for (_, end, one), (begin, _, other) in pairwise(row):
+            assert begin > end, (one, other)
+
+
+def test_a_power_of_ten_has_no_zeros_that_say_nothing(visit):
+    explorer = visit()
+    formatted = explorer.page.evaluate("""() => {
+      const formatter = new (Bokeh.loader["models/formatters/basic_tick_formatter"].BasicTickFormatter)();
+      return [[-2e-6, 0, 2e-6], [1.5e-7, 2e-7]].map((ticks) => formatter.doFormat(ticks, {}));
+    }""")
+    assert formatted == [["−2e−6", "0", "2e−6"], ["1.5e−7", "2e−7"]]
+
+
+def test_the_strip_of_the_diagram_lies_below_the_values_that_it_is_of(visit):
+    explorer = visit(f"{SMALL}bifurcation&choice=count:4;transient:20")
+    page = explorer.page
+    explorer.until("Bokeh.documents[0].get_model_by_name('bifurcation_periods').data.left?.length > 0")
+    explorer.settle()
+    diagram, strip = (page.evaluate(FRAME, name) for name in ("bifurcation", "bifurcation_strip"))
+    assert diagram == pytest.approx(strip, abs=1)
+    label = page.evaluate("Bokeh.documents[0].get_model_by_name('bifurcation').left[0].axis_label")
+    assert label.endswith("/ m")
