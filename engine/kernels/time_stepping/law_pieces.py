@@ -18,14 +18,26 @@ end begins at the end of the step, and takes only what falls to zero: there it r
 import math
 
 from ..compile.options import jit_inlined, jit_no_alloc
-from ..equations.contact_law import COMPRESSION, CUT, IMPACT, JANKOWSKI, LIMITED, full_damping
-from .contact_location import ITERATIONS, PRECISION, cubic_of, has_converged, root_of_cubic, vertex_within
+from ..equations.contact_law import COMPRESSION, CUT, IMPACT, JANKOWSKI, LIMITED, full_damping, power
+from .contact_location import (
+    ITERATIONS,
+    PRECISION,
+    cubic_of,
+    has_converged,
+    motion_between,
+    next_root,
+    root_by_curvature,
+    root_of_cubic,
+    vertex_within,
+)
 from .law_step import step_of_law
 
 FREE, MAIN, OTHER, BEYOND = range(4)  # pieces: flight, that of most of a contact, and those beyond its kinks
 GAP, FIRST, SECOND = range(3)  # what may end a piece
 NOTHING = -1
 SAME = 1e-12  # causes whose instants differ by less, as a share of the time to them, end a piece together
+NEAR = 1e-12  # of a step, from which a kink is not solved for again: the motions around it are not of one parabola, …
+# … and those of laws that are not linear may change with a root of the distance
 AT_ONCE = 1e-9  # of a step: a kink that close to its beginning was just passed, or will be passed again at its end
 
 
@@ -45,7 +57,7 @@ def margin_of(m, gain, piece, which, depth, speed):
     if not depth > 0.0:
         return 0.0
     share = full_damping(min(depth / m.penetration, 1.0))
-    return side * (m.stiffness * depth**m.exponent + gain * share * speed)
+    return side * (m.stiffness * power(depth, m.exponent) + gain * share * speed)
 
 
 @jit_inlined
@@ -64,7 +76,7 @@ def margin_rate(m, gain, piece, which, z):
         return 0.0
     share = min(depth / m.penetration, 1.0)
     damper = 6.0 * share * (1.0 - share) / m.penetration * speed * speed + full_damping(share) * growth
-    rate = m.stiffness * m.exponent * depth ** (m.exponent - 1.0) * speed + gain * damper
+    rate = m.stiffness * m.exponent * power(depth, m.exponent) / depth * speed + gain * damper
     return rate if piece == MAIN else -rate
 
 
@@ -111,8 +123,11 @@ def locate_end(m, gain, piece, which, z, end, length, k, s):
     """
     low, high, theta, there, beyond, solves = 0.0, length, length, end, end, 0
     value, begun = margin(m, gain, piece, which, end), margin(m, gain, piece, which, z)
-    rates = margin_rate(m, gain, piece, which, z), margin_rate(m, gain, piece, which, end)
-    better = root_of_cubic(begun, rates[0], value, rates[1], length)
+    last, rate = value, margin_rate(m, gain, piece, which, z)
+    if which == GAP:
+        better = root_by_curvature(begun, rate, z[5] if piece == FREE else -z[5], value, length)
+    else:
+        better = root_of_cubic(begun, rate, value, margin_rate(m, gain, piece, which, end), length)
     for i in range(ITERATIONS):
         if has_ended(piece, value):
             high, beyond = theta, there
@@ -125,14 +140,19 @@ def locate_end(m, gain, piece, which, z, end, length, k, s):
             break
         if not low < better < high or i % 8 == 7:
             better = 0.5 * (low + high)
+        former, earlier, before = there, theta, value
         there = step_of_law(m, gain, piece != FREE, z, better, k, s)
-        before, passed = value, better - theta
         value = margin(m, gain, piece, which, there)
         theta, solves = better, solves + 1
-        slope = margin_rate(m, gain, piece, which, there) if i == 0 else (value - before) / passed
+        if i == 0:
+            better = next_root(begun, rate, last, length, theta, value)
+            continue
+        passed = theta - earlier
+        slope = (value - before) / passed
         better = theta - value / slope if slope < 0.0 else -length  # outside, where it does not fall
-        if has_converged(passed, better - theta, length):
-            high, beyond = theta, there
+        near = piece == FREE or (m.law <= COMPRESSION and abs(better - theta) <= NEAR * length)
+        if near and 0.0 < better < length and has_converged(passed, better - theta, length):
+            high, beyond = better, motion_between(end, length, former, earlier, there, theta, better)
             break
     if which == GAP:  # a law that pulls to the last ends with a jump, beyond which nothing acts
         beyond = beyond[0], beyond[1], beyond[2], 0.0, beyond[4], beyond[5]
