@@ -6,6 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..integrators import Integrator
+from ..kernels.accelerated.certificate import CHUNK
 from ..kernels.accelerated.located_skip import ASKED, CONTACT, MISSING, TABULATED, write_piece_matrix
 from ..kernels.accelerated.matrix_skip import FREE, LEVELS, MODES, PRESSED, PULLED, SkipTables
 from ..kernels.accelerated.step_map import ENTRIES, REACHES
@@ -112,6 +113,8 @@ class LocatedTables:
         if kinks:
             tables.sizes[mode, : len(rows)] = np.maximum(1.0, np.abs(rows[:, :4]).max(axis=1))
         levels = _fill_mode(tables, mode, piece, rows, stride, entries)
+        if mode == FREE:
+            tables.rates[:, 0], tables.rates[:, 1:] = np.eye(COLUMNS)[3], levels[0][: CHUNK - 1, 3].T
         with np.errstate(all="ignore"):
             within = levels[0][: max(stride - 1, 0)], levels[-1]
             if kinks:
@@ -172,6 +175,7 @@ def _empty_tables(watched: list[list], p: Parameters, *, located: bool = False) 
         impulses=np.zeros((modes, LEVELS, ENTRIES, COLUMNS)),
         begins=np.zeros((modes, most * located, COLUMNS)),
         dips=np.zeros((modes, most * located, COLUMNS)),
+        rates=np.zeros((COLUMNS, CHUNK * located)),
         period=2 * math.pi / p.eta,
     )
 

@@ -5,7 +5,8 @@ The modes are flight, in whole steps, and contact with steps that are halved j =
 watched is the gap at the ends of pieces. Within a piece of length s that begins with the gap g (with the sign by which
 it is positive while the mode stays) and whose ends have accelerations of mean b, a gap that comes back to its side is
 looked for where 2gb ≤ g′² and −g′ < bs (:func:`..time_stepping.contact_location.locate_change`), hence g < bs²/2. With
-the supremum of |g″| over all pieces of the table in the place of b, this *dip* is added to every bound.
+the supremum of |g″| over all pieces of the table in the place of b, this *dip* is added to every bound. A flight that
+has just begun is nearer to the surface than that, and rises: in a step at whose beginning g′ > 0 no dip is looked for.
 
 The tables of a mode are made when a run first needs them: most runs need few.
 
@@ -258,6 +259,8 @@ def integrate_law_skipping(m, skips, state, stop, most, window, buffers):
         if follows == WAIT:
             status = PAUSED
         elif follows == TAKE_PIECE:
+            if at.piece != law_pieces.FREE and skips.pieces == 0:
+                at = located_law.glide(m, at, stop, window, buffers.samples.shape[0] > 0)
             at, status = located_law.advance(m, at, window, buffers)
         s = at.located
         if status == OK and s.solves > pause and s.offset == 0.0 and s.step < stop:

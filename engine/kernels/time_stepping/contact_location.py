@@ -11,8 +11,10 @@ any length s is Newmark's: a and b at its end solve (12) there, with x = p + s²
 p = x + sv + s²a/4, q = v + sa/2, and g and u likewise.
 
 **Instant of change.** A step of length θ is itself such a step, so the gap g(θ) that it ends with is a known function.
-If the gap at the end of the step is not on the side of its beginning, a bracketed secant iteration finds the θ with
-g(θ) = 0. It begins at the zero of the cubic through the gaps and their rates at both ends. A gap that changes sides
+If the gap at the end of the step is not on the side of its beginning, secants in a bracket find the θ with g(θ) = 0.
+They begin at the zeros of two cubics, through what is known at the beginning and the gap at the end, then through the
+gap of the first step, too. Two steps are enough in most cases: the motion at the next instant follows from a parabola
+through those at the end of the step and at the last two instants, to rounding. A gap that changes sides
 twice within a step is on the same side at both ends. It shows in the motion between them, which is Newmark's own:
 constant acceleration (b₀ + b₁)/2, a parabola. Where the vertex of the parabola lies beyond the surface, the step that
 ends at the vertex decides.
@@ -28,6 +30,7 @@ from ..linear.cos_sin import cos_sin
 NEWTON = 3  # iterations for the zero of a cubic, which are cheap, and the step there is solved in any case
 PRECISION = 1e-14  # of an instant of change, as a share of its step: the rounding of the gap allows little more
 ITERATIONS = 100  # two to four are needed, half of this with bisection alone
+AWAY = 1e-3  # of a bracket that begins at a zero of the gap, which rises there: so close to that, bisection is safer
 CONVERGED = 1e-15  # of a squared step: the last change of an instant times the next one, which is then not solved for
 
 
@@ -318,7 +321,7 @@ def locate_change(m, pressed, z, end, length, k, s):
         # the step begins on the surface and does not move away from it: contact changes where it ends
         return length, end, 0
     # it falls where the contact status ends; where this begins, in the last change, the gap is zero and rises
-    low, high, theta, beyond = 0.0, reach, reach, there
+    low, high, theta, beyond, least = 0.0, reach, reach, there, 0.0 if gap > 0.0 else AWAY
     better = root_by_curvature(gap, rate, sign * z[5], sign * there[3], reach)
     for i in range(ITERATIONS):
         if (there[3] <= 0.0) == pressed:
@@ -327,7 +330,7 @@ def locate_change(m, pressed, z, end, length, k, s):
             high = theta
         if min(abs(better - theta), high - low) <= PRECISION * reach:
             break
-        if not low < better < high or i % 8 == 7:
+        if not max(low, least * high) < better < high or i % 8 == 7:
             better = 0.5 * (low + high)
         before, earlier = there, theta
         there = step_from(m, pressed, z, better, k, s)

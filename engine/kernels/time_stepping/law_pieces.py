@@ -20,6 +20,7 @@ import math
 from ..compile.options import jit_inlined, jit_no_alloc
 from ..equations.contact_law import COMPRESSION, CUT, IMPACT, JANKOWSKI, LIMITED, full_damping, power
 from .contact_location import (
+    AWAY,
     ITERATIONS,
     PRECISION,
     cubic_of,
@@ -124,6 +125,7 @@ def locate_end(m, gain, piece, which, z, end, length, k, s):
     low, high, theta, there, beyond, solves = 0.0, length, length, end, end, 0
     value, begun = margin(m, gain, piece, which, end), margin(m, gain, piece, which, z)
     last, rate = value, margin_rate(m, gain, piece, which, z)
+    least = 0.0 if begun > 0.0 else AWAY
     if which == GAP:
         better = root_by_curvature(begun, rate, z[5] if piece == FREE else -z[5], value, length)
     else:
@@ -138,7 +140,7 @@ def locate_end(m, gain, piece, which, z, end, length, k, s):
             break
         if high - low <= PRECISION * length:
             break
-        if not low < better < high or i % 8 == 7:
+        if not max(low, least * high) < better < high or i % 8 == 7:
             better = 0.5 * (low + high)
         former, earlier, before = there, theta, value
         there = step_of_law(m, gain, piece != FREE, z, better, k, s)
@@ -241,7 +243,7 @@ def locate_change(m, gain, piece, z, end, length, k, s):
         reach, motion, more = passed_by(m, gain, piece, which, z, there, theta, k, s)
         solves, left = solves + more, left - 1
         if reach > 0.0 and which == GAP and rests:
-            after = following(piece, which)
+            after = following(piece, which) if reach == theta else after
         elif reach > 0.0:
             at, motion, more = locate_end(m, gain, piece, which, z, motion, reach, k, s)
             solves += more

@@ -11,22 +11,34 @@ are those of the laws that are piecewise linear,
 
     max(0, Kδ + cv),   Kδ + min(max(cv, −Kδ), Kδ) = max(0, min(Kδ + cv, 2Kδ)),   Kδ + c max(v, 0) = max(Kδ + cv, Kδ).
 
-For the others the secants of a bracket that always holds the root find it (Illinois: Dowell & Jarratt, BIT 11 (1971)
-168), across the kinks of a law as well, to the last digits. Only the law of constant restitution does not fall
-everywhere: where a contact is about to end, it pulls by √δ or more, and the root lies beyond L(−g₀, −r₀).
+For the others Newton's method finds it. Where that does not converge, the secants of a bracket that always holds the
+root do (Illinois: Dowell & Jarratt, BIT 11 (1971) 168), across the kinks of a law as well, to the last digits. Only the
+law of constant restitution does not fall everywhere: where a contact is about to end, it pulls by √δ or more, and the
+root lies beyond L(−g₀, −r₀).
 """
 
 import math
 from typing import NamedTuple
 
 from ..compile.options import jit_inlined, jit_no_alloc
-from ..equations.contact_law import COMPRESSION, CUT, HUNT_CROSSLEY, IMPACT, LIMITED, gain_at, law_force, law_slopes
+from ..equations.contact_law import (
+    COMPRESSION,
+    CUT,
+    FLORES,
+    HUNT_CROSSLEY,
+    IMPACT,
+    LIMITED,
+    gain_at,
+    law_force,
+    law_slopes,
+)
 from .contact_location import LocatedScheme, forcing_at, with_accelerations
 
 SOLVES = 100  # secants, of which 6 to 10 are needed
 WIDENINGS = 200  # of a bracket, each twice as far
 CLOSE = 4 * 2.0**-52
 NEWTON = 6  # iterations of Newton's method, of which two are needed
+SLIGHT = 1e-6  # its step, times what of the slope is not 1, as a share of the force, after which another is rounding
 
 
 class LawScheme(NamedTuple):
@@ -85,13 +97,16 @@ def newton_root(m, gain, gap, rate, by_gap, by_rate):
         if not depth > 0.0:
             break
         by_depth, by_speed = law_slopes(m.law, m.stiffness, gain, m.exponent, m.penetration, depth, speed)
-        slope = 1.0 + (by_gap * by_depth + by_rate * by_speed)
+        by_depth, by_speed = by_gap * by_depth, by_rate * by_speed
+        slope = 1.0 + (by_depth + by_speed)
         if not slope > 0.0:
             break
         over = 1.0 / slope
         change = -value * over
         if i > 0:
             change *= 1.0 - 0.5 * (slope - before) / (push - last) * change * over
+            if m.law <= FLORES and abs(change) * (abs(by_depth) + abs(by_speed)) <= SLIGHT * abs(push):
+                return push + change  # these laws have no kink between the two
         last, before = push, slope
         push += change
     return math.nan

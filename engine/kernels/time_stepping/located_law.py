@@ -30,7 +30,7 @@ from .located import (
     points_passed,
     write_output,
 )
-from .newmark import LIMIT
+from .newmark import LIMIT, next_output
 
 
 class LawState(NamedTuple):
@@ -94,6 +94,34 @@ def advance(m, at, window, buffers):
 
 
 @jit_inlined
+def glide(m, at, stop, window, sampled):
+    """The state after the next whole steps in contact in which nothing ends, as :func:`advance` takes them.
+
+    That takes the step that follows, and those at whose end something is recorded.
+    """
+    s, g, piece = at.located, m.located, at.piece
+    _, parts = halvings_at(g, True, s.since)
+    if s.offset != 0.0 or parts > 1.0:
+        return at
+    left, k, taken = min(next_output(s.step, g.steps, window, sampled), stop) - s.step - 1, s.step % g.steps, 0
+    z, since, gain = motion_of(s), s.since, gain_of(m, s.contact)
+    push, impulse = force_of(m, gain, True, z), s.contact.impulse
+    while taken < left:
+        end = step_of_law(m, gain, True, z, g.h, k + taken, 0.0)
+        if not (stays(m, gain, piece, z, end, g.h) and abs(end[3]) < LIMIT):
+            break
+        after = force_of(m, gain, True, end)
+        since, impulse = since + g.h, impulse + 0.5 * g.h * (push + after)
+        z, push, taken = end, after, taken + 1
+    if taken == 0:
+        return at
+    x, v, a, gap, u, b = z
+    contact, solves = with_impulse(s.contact, impulse), s.solves + taken
+    s = LocatedState(x, v, a, gap, u, b, True, s.step + taken, 0.0, solves, solves, since, contact)
+    return LawState(s, piece)
+
+
+@jit_inlined
 def write_first_output(m, s, window, buffers):
     """Write the section row and the sample of the step at which a call begins, if they are asked for."""
     if s.offset == 0.0:
@@ -115,6 +143,8 @@ def integrate_located_law(m, state, stop, most, window, buffers):
     pause = at.located.solves + most
     write_first_output(m, at.located, window, buffers)
     while at.located.step < stop and status == OK:
+        if at.piece != FREE:
+            at = glide(m, at, stop, window, buffers.samples.shape[0] > 0)
         at, status = advance(m, at, window, buffers)
         s = at.located
         if status == OK and s.solves > pause and s.offset == 0.0 and s.step < stop:
