@@ -37,8 +37,10 @@ FREE, MAIN, OTHER, BEYOND = range(4)  # pieces: flight, that of most of a contac
 GAP, FIRST, SECOND = range(3)  # what may end a piece
 NOTHING = -1
 SAME = 1e-12  # causes whose instants differ by less, as a share of the time to them, end a piece together
-NEAR = 1e-12  # of a step, from which a kink is not solved for again: the motions around it are not of one parabola, …
-# … and those of laws that are not linear may change with a root of the distance
+NEAR = 1e-12  # of a step, from which a kink is not solved for again: the motions around it are not of one parabola
+# Of laws that are not linear the motion may change with a root of the distance: the last is taken after a change of …
+SETTLED = 1e-9  # … so little of a step, where the next change …
+FASTER = 1e-3  # … is this much smaller
 AT_ONCE = 1e-9  # of a step: a kink that close to its beginning was just passed, or will be passed again at its end
 
 
@@ -125,7 +127,7 @@ def locate_end(m, gain, piece, which, z, end, length, k, s):
     low, high, theta, there, beyond, solves = 0.0, length, length, end, end, 0
     value, begun = margin(m, gain, piece, which, end), margin(m, gain, piece, which, z)
     last, rate = value, margin_rate(m, gain, piece, which, z)
-    least = 0.0 if begun > 0.0 else AWAY
+    least, near = 0.0 if begun > 0.0 else AWAY, 1.0 if piece == FREE else NEAR
     if which == GAP:
         better = root_by_curvature(begun, rate, z[5] if piece == FREE else -z[5], value, length)
     else:
@@ -152,8 +154,12 @@ def locate_end(m, gain, piece, which, z, end, length, k, s):
         passed = theta - earlier
         slope = (value - before) / passed
         better = theta - value / slope if slope < 0.0 else -length  # outside, where it does not fall
-        near = piece == FREE or (m.law <= COMPRESSION and abs(better - theta) <= NEAR * length)
-        if near and 0.0 < better < length and has_converged(passed, better - theta, length):
+        change = abs(better - theta)
+        if piece != FREE and m.law > COMPRESSION:
+            if abs(passed) <= SETTLED * length and change <= FASTER * abs(passed):
+                high, beyond = theta, there
+                break
+        elif 0.0 < better < length and change <= near * length and has_converged(passed, change, length):
             high, beyond = better, motion_between(end, length, former, earlier, there, theta, better)
             break
     if which == GAP:  # a law that pulls to the last ends with a jump, beyond which nothing acts
