@@ -127,7 +127,7 @@ def locate_end(m, gain, piece, which, z, end, length, k, s):
     low, high, theta, there, beyond, solves = 0.0, length, length, end, end, 0
     value, begun = margin(m, gain, piece, which, end), margin(m, gain, piece, which, z)
     last, rate = value, margin_rate(m, gain, piece, which, z)
-    least, near = 0.0 if begun > 0.0 else AWAY, 1.0 if piece == FREE else NEAR
+    least, near = AWAY if which == GAP and not begun > 0.0 else 0.0, 1.0 if piece == FREE else NEAR
     if which == GAP:
         better = root_by_curvature(begun, rate, z[5] if piece == FREE else -z[5], value, length)
     else:
