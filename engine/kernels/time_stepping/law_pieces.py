@@ -170,7 +170,9 @@ def locate_end(m, gain, piece, which, z, end, length, k, s):
 @jit_inlined
 def lowest(value, rate, last, last_rate, length):
     """When a cubic is lowest within a step, from its values and rates at both ends; 0 if it stays positive there."""
-    if not length > 0.0 or (value + length / 3.0 * rate > 0.0 and last - length / 3.0 * last_rate > 0.0):
+    beyond = last - length / 3.0 * last_rate
+    ends = beyond > 0.0 or (last == 0.0 and last_rate == 0.0)  # … where the gap opens: not by rounding
+    if not length > 0.0 or (value + length / 3.0 * rate > 0.0 and ends):
         return 0.0  # its coefficients in Bernstein's basis are positive, as those of most steps
     square, cube = cubic_of(value, rate, last, last_rate, length)
     square, linear = 3.0 * cube, 2.0 * square  # of the derivative, over length
