@@ -108,6 +108,7 @@ def sweep_python(calls: Mapping[str, str], system: System, *names: str) -> str:
 def speed_python(asked: SpeedQuestion) -> str:
     """A script that measures cost and error as the page does."""
     start = "" if asked.initial is None else f", {asked.initial}"
+    start += "" if asked.stiffness_of_step is None else f", stiffness_of_step={asked.stiffness_of_step}"
     names = ", ".join(sorted({*names_in(asked.method), "Reference", "System"}, key=_isort_key))
     return f"""from vibroscope.app.studies.speed import SpeedQuestion, grow_speed
 from vibroscope.engine import {names}

@@ -5,6 +5,7 @@ difference of the four state components after 10 periods, and processor time per
 solution is the one that is set: its integrator, contact status and law. The error of its fixed and its located step is
 that against the exact penalty model, to which both tend as Δτ → 0. The reference and the exact penalty model have no
 time step and do not approximate one another: here they have a cost alone, and their errors stand in the shipped figure.
+Where K follows the step, each n has a K of its own, and its error is that against the exact penalty model of that K.
 
 All solvers take turns, and medians over the turns count: a machine that is slower for a while is slower for all.
 """
@@ -33,6 +34,7 @@ from vibroscope.engine import (
     is_located,
     simulate,
     stages_of,
+    stiffness_of_step,
     with_located_steps,
 )
 
@@ -52,6 +54,14 @@ class SpeedQuestion:
     method: Newmark | TimeStepping  # with steps that are not located
     reference: Reference
     initial: tuple[float, float, float, float] | None = None  # rest
+    stiffness_of_step: float | None = None  # s, where K follows the step: that of the method is K of its own n
+
+    def method_at(self, steps: int) -> Newmark | TimeStepping:
+        """The method with another n, and the K that goes with it."""
+        method = replace(self.method, steps=steps)
+        if self.stiffness_of_step is None or steps == self.method.steps:
+            return method
+        return replace(method, stiffness=stiffness_of_step(self.system, self.eta, steps, self.stiffness_of_step))
 
     @property
     def kinds(self) -> tuple[str, ...]:
@@ -118,6 +128,9 @@ class PartialSpeed:
         question = {"eta": self.question.eta, "K": method.stiffness, "D": method.damping, "steps": method.steps}
         question |= {"method": scheme_as_dict(method)}
         keys = list(self.turns)
+        if self.question.stiffness_of_step is not None:
+            of_each = [self.question.method_at(key.steps).stiffness if key.steps else method.stiffness for key in keys]
+            question |= {"stiffness_of_step": self.question.stiffness_of_step, "solver_K": of_each}
         return question | {
             "periods": PERIODS,
             "error_after_periods": CHECKED,
@@ -142,7 +155,7 @@ def solvers(question: SpeedQuestion) -> dict[SolverKey, Solve]:
         SolverKey("exact", 0): _engine_solver(question, question.method.limit),
     }
     for n in steps_around(question.method.steps):
-        method = replace(question.method, steps=n)
+        method = question.method_at(n)
         found[SolverKey("fixed", n)] = _engine_solver(question, method)
         if "plain" in question.kinds:
             found[SolverKey("plain", n)] = _plain_solver(question, method)
@@ -197,7 +210,7 @@ def grow_speed(
     if done >= ROUNDS[-1]:
         return
     by_key = solvers(question)
-    errors = _errors(by_key, cancelled) if last is None else last.errors
+    errors = _errors(question, by_key, cancelled) if last is None else last.errors
     turns = {key: () if last is None else last.turns[key] for key in by_key}
     for wanted in (count for count in ROUNDS if count > done):
         for _ in range(wanted - done):
@@ -213,13 +226,21 @@ def _timed(solve: Solve, cancelled: Callable[[], bool]) -> TimedRun:
     return solve(PERIODS, cancelled)
 
 
-def _errors(by_key: dict[SolverKey, Solve], cancelled: Callable[[], bool]) -> dict[SolverKey, float]:
+def _errors(
+    question: SpeedQuestion, by_key: dict[SolverKey, Solve], cancelled: Callable[[], bool]
+) -> dict[SolverKey, float]:
     """Largest difference from the exact penalty model after `CHECKED` periods; nan where either gave up.
 
     The plain loop takes the steps that the fixed step skips: of the same system and start, the same solution.
     """
-    exact = by_key[SolverKey("exact", 0)](CHECKED, cancelled).state
-    swept = {key: solve for key, solve in by_key.items() if key.kind in ("fixed", "located")}
-    found = {key: float(np.abs(solve(CHECKED, cancelled).state - exact).max()) for key, solve in swept.items()}
+    exact = {question.method.limit: by_key[SolverKey("exact", 0)](CHECKED, cancelled).state}
+
+    def error(key):
+        limit = question.method_at(key.steps).limit
+        if limit not in exact:
+            exact[limit] = _engine_solver(question, limit)(CHECKED, cancelled).state
+        return float(np.abs(by_key[key](CHECKED, cancelled).state - exact[limit]).max())
+
+    found = {key: error(key) for key in by_key if key.kind in ("fixed", "located")}
     found |= {key: found[SolverKey("fixed", key.steps)] for key in by_key if key.kind == "plain"}
     return {key: error if math.isfinite(error) else math.nan for key, error in found.items()}

@@ -12,8 +12,8 @@ from ..kernels.equations.motion import coefficients
 from ..kernels.equations.rates import free_rate
 from ..kernels.parameters import Parameters
 from ..kernels.status import PAUSED, STATUSES
+from ..kernels.time_stepping import law_pieces, law_step, located_law
 from ..kernels.time_stepping import located as kernel
-from ..kernels.time_stepping import located_law
 from ..kernels.time_stepping.contact_location import LocatedScheme, Stages, forcing_with
 from ..kernels.time_stepping.linear_step import COLUMNS
 from ..methods import Newmark, TimeStepping, spring_exponent
@@ -156,7 +156,7 @@ class LocatedLawDriver(LocatedDriver):
 
     def _prepare(self, p: Parameters, integrator: Integrator) -> None:
         m = self._scheme._replace(stages=stages_of(integrator, p))
-        self._law = located_law.LawScheme(m, int(p.law), p.stiffness, p.exponent, p.penetration, p.gain, p.relative)
+        self._law = law_step.LawScheme(m, int(p.law), p.stiffness, p.exponent, p.penetration, p.gain, p.relative)
         self._prepare_skips(m, p, integrator, pieces_of(self._law))
 
     def _packed_start(self, state: kernel.LocatedState, at_rest: bool) -> np.ndarray:
@@ -164,13 +164,13 @@ class LocatedLawDriver(LocatedDriver):
         z = uncompiled(kernel.motion_of)(state)
         closing = max(-state.u, 0.0) if state.g == 0.0 else 0.0  # of a contact that was open before, nothing is known
         contact = state.contact._replace(speed2=state.contact.speed1 - closing)
-        gain = uncompiled(located_law.gain_of)(m, contact)
+        gain = uncompiled(law_step.gain_of)(m, contact)
         if at_rest:
             a, b = 0.0, 0.0
         else:
             forcing = uncompiled(forcing_with)(m.located, 1.0, 0.0)
-            _, _, a, _, _, b = located_law.with_law_accelerations(m, gain, pressed, z, forcing)
-        piece = located_law.piece_at(m, gain, z) if pressed else located_law.FREE
+            _, _, a, _, _, b = law_step.with_law_accelerations(m, gain, pressed, z, forcing)
+        piece = law_pieces.piece_at(m, gain, z) if pressed else law_pieces.FREE
         return located_law.STATE.pack(located_law.LawState(state._replace(a=a, b=b, contact=contact), piece))
 
     @property

@@ -6,6 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..integrators import Integrator
+from ..kernels.accelerated.certificate import CHUNK
 from ..kernels.accelerated.located_skip import ASKED, CONTACT, MISSING, TABULATED, write_piece_matrix
 from ..kernels.accelerated.matrix_skip import FREE, LEVELS, MODES, PRESSED, PULLED, SkipTables
 from ..kernels.accelerated.step_map import ENTRIES, REACHES
@@ -13,8 +14,9 @@ from ..kernels.compile.options import uncompiled
 from ..kernels.equations.contact_law import COMPRESSION, CUT, LIMITED
 from ..kernels.equations.rates import free_rate, pressed_rate
 from ..kernels.parameters import Parameters
-from ..kernels.time_stepping import located_law
+from ..kernels.time_stepping import law_pieces
 from ..kernels.time_stepping.contact_location import LocatedScheme
+from ..kernels.time_stepping.law_step import LawScheme
 from ..kernels.time_stepping.linear_step import COLUMNS, FORCE, GAP, STATE_ROWS, LinearScheme
 from ..kernels.time_stepping.located import halvings_at
 from .step_maps import bodies_of, stage_end, start_of_step, step_maps
@@ -53,13 +55,13 @@ class Piece(NamedTuple):
     kinks: tuple = ()  # factors of δ and v of what falls below zero at its end
 
 
-def pieces_of(law: located_law.LawScheme) -> list[Piece]:
+def pieces_of(law: LawScheme) -> list[Piece]:
     """The pieces of a law that is piecewise linear; none of another one."""
-    found, margin = [], uncompiled(located_law.margin_of)
+    found, margin = [], uncompiled(law_pieces.margin_of)
     count = {CUT: 2, LIMITED: 3, COMPRESSION: 2}.get(law.law, 0)
-    for piece in range(located_law.MAIN, located_law.MAIN + count):
-        stiffness, gain = uncompiled(located_law.formula_of)(law, law.gain, piece)
-        causes = range(located_law.FIRST, located_law.FIRST + uncompiled(located_law.kinks)(law, piece))
+    for piece in range(law_pieces.MAIN, law_pieces.MAIN + count):
+        stiffness, gain = uncompiled(law_pieces.formula_of)(law, law.gain, piece)
+        causes = range(law_pieces.FIRST, law_pieces.FIRST + uncompiled(law_pieces.kinks)(law, piece))
         kinks = [[margin(law, law.gain, piece, which, *unit) for unit in ((1.0, 0.0), (0.0, 1.0))] for which in causes]
         found.append(Piece(stiffness, 0.5 * gain, tuple(map(tuple, kinks))))
     return found
@@ -111,6 +113,8 @@ class LocatedTables:
         if kinks:
             tables.sizes[mode, : len(rows)] = np.maximum(1.0, np.abs(rows[:, :4]).max(axis=1))
         levels = _fill_mode(tables, mode, piece, rows, stride, entries)
+        if mode == FREE:
+            tables.rates[:, 0], tables.rates[:, 1:] = np.eye(COLUMNS)[3], levels[0][: CHUNK - 1, 3].T
         with np.errstate(all="ignore"):
             within = levels[0][: max(stride - 1, 0)], levels[-1]
             if kinks:
@@ -171,6 +175,7 @@ def _empty_tables(watched: list[list], p: Parameters, *, located: bool = False) 
         impulses=np.zeros((modes, LEVELS, ENTRIES, COLUMNS)),
         begins=np.zeros((modes, most * located, COLUMNS)),
         dips=np.zeros((modes, most * located, COLUMNS)),
+        rates=np.zeros((COLUMNS, CHUNK * located)),
         period=2 * math.pi / p.eta,
     )
 

@@ -13,13 +13,16 @@ from vibroscope.app.explorer.state import Setting
 from vibroscope.app.explorer.suggestion import make_question
 from vibroscope.app.export.formats import as_toml, loaded_from_toml
 from vibroscope.app.export.label import setting_rows
-from vibroscope.app.export.scripts import as_command, as_python
+from vibroscope.app.export.scripts import as_command, as_python, speed_python
 from vibroscope.app.page.controls.controls import Controls
+from vibroscope.app.page.speed.tab import Speed
 from vibroscope.app.page.time_step.figure import TimeStepView
 from vibroscope.app.page.time_step.tab import TimeStepTab
-from vibroscope.app.studies import time_step
+from vibroscope.app.performance.contenders import CHECKED
+from vibroscope.app.studies import speed, time_step
+from vibroscope.app.studies.speed import SolverKey, grow_speed
 from vibroscope.app.studies.time_step import grow_step
-from vibroscope.engine import Newmark, stiffness_of_step
+from vibroscope.engine import Newmark, simulate, stiffness_of_step
 
 COARSE = Setting(eta=2.76, K=12000.0, D=18.0, steps=200)
 FOLLOWS = read_setting({"stiffness": "step"}, COARSE)
@@ -118,3 +121,27 @@ def test_another_step_is_proposed_for_the_stiffness_with_which_it_was_tried():
     assert change.keys() == {"steps", "K"}
     moved = read_setting(change, setting)
     assert (moved.K, moved.follows_step) == (setting.K, False)
+
+
+def test_speed_against_error_takes_the_stiffness_of_each_step(monkeypatch):
+    """The error of each n is that against the exact penalty model of its own K: it fades as the step."""
+    monkeypatch.setattr(speed, "ROUNDS", (1,))
+    question = Speed.question(None, FOLLOWS)
+    (result,) = grow_speed(question, None, lambda: False)
+    expected = []
+    for n in (100, 200, 800):
+        stiffness = stiffness_of_step(FOLLOWS.system, 2.76, n, 0.1)
+        located = Newmark(stiffness, 18.0, n, located=True)
+        states = [
+            simulate(FOLLOWS.system, 2.76, each, periods=CHECKED, keep=1).section[-1]
+            for each in (located, located.limit)
+        ]
+        expected.append(np.abs(np.subtract(*states)).max())
+    found = [result.errors[SolverKey("located", n)] for n in (100, 200, 800)]
+    np.testing.assert_allclose(found, expected, rtol=1e-3)  # K of the present step is rounded
+    columns = (result.data()[name] for name in ("solver", "solver_steps", "solver_K"))
+    of_each = {(kind, n): stiffness for kind, n, stiffness in zip(*columns, strict=True)}
+    assert of_each["fixed", 800] == pytest.approx(16 * FOLLOWS.K, rel=1e-5)
+    assert "K of its own" in dict(Speed(None).describe(FOLLOWS, result))["Stiffness"]
+    assert "stiffness_of_step=0.1" in speed_python(question)
+    assert Speed.question(None, COARSE).stiffness_of_step is None

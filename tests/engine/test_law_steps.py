@@ -3,6 +3,9 @@
 import numpy as np
 import pytest
 from vibroscope.engine import CONTACT_LAWS, INTEGRATORS, LAWS_BY_RESTITUTION, System, TimeStepping, simulate
+from vibroscope.engine.drivers.parameters import parameters_of
+from vibroscope.engine.kernels.equations.contact_law import law_force, law_slopes
+from vibroscope.engine.kernels.time_stepping import law_step, newmark
 
 from tests.law_numbers import law_numbers
 from tests.naive_law_stepping import LawTwin
@@ -45,3 +48,28 @@ def test_steps_without_a_solution_of_a_damper_that_jumps(law):
     np.testing.assert_allclose(run.section, twin.run(6), rtol=0, atol=1e-11)
     assert run.steps_without_solution == twin.none > 0
     assert run.steps_with_two == twin.two
+
+
+@pytest.mark.parametrize("law", CONTACT_LAWS[4:])
+def test_newton_s_method_finds_the_force_of_the_bracket(law):
+    method = TimeStepping(700.0, 4.0, 60, law=law, **law_numbers(law, 1.7 if law == "impact" else None))
+    m, found = newmark.scheme_of(parameters_of(System(), 1.3, method)), 0
+    for numbers in np.random.default_rng(11).uniform((-1, -1, 0, 0), (0, 1, 2e-3, 0.1), (200, 4)):
+        one, other = law_step.newton_root(m, 0.3, *numbers), law_step.bracketed_root(m, 0.3, *numbers)
+        if not np.isnan(one):
+            assert one == pytest.approx(other, rel=1e-14, abs=1e-15)
+            found += 1
+    assert found > 180
+
+
+@pytest.mark.parametrize("law", CONTACT_LAWS[4:])
+@pytest.mark.parametrize("exponent", [1.5, 2.2])
+def test_the_slopes_of_a_law_are_its_derivatives(law, exponent):
+    law, step = CONTACT_LAWS.index(law), 1e-6
+    for depth, speed in np.random.default_rng(12).uniform((0.05, -1.5), (2.0, 1.5), (50, 2)):
+        at = law, 7.0, 0.3, exponent, 0.8
+        by_depth, by_speed = law_slopes(*at, depth, speed)
+        expected = (law_force(*at, depth + step, speed) - law_force(*at, depth - step, speed)) / (2 * step)
+        assert by_depth == pytest.approx(expected, rel=1e-6, abs=1e-6)
+        expected = (law_force(*at, depth, speed + step) - law_force(*at, depth, speed - step)) / (2 * step)
+        assert by_speed == pytest.approx(expected, rel=1e-6, abs=1e-6)

@@ -77,7 +77,8 @@ class Speed(StudyTab):
 
     def question(self, setting: Setting) -> SpeedQuestion:
         """All that costs or errors depend on; fixed or located, both are measured."""
-        return SpeedQuestion(setting.system, setting.eta, setting.constant_step, setting.reference, setting.own_start)
+        asked = setting.system, setting.eta, setting.constant_step, setting.reference, setting.own_start
+        return SpeedQuestion(*asked, setting.step_scale if setting.follows_step else None)
 
     def table(self, name: str) -> list[Series]:
         """A row for each solver and n."""
@@ -100,7 +101,11 @@ class Speed(StudyTab):
     def describe(self, setting: Setting, result: PartialSpeed) -> list[list[str]]:
         """The measurement and the figure in words."""
         words = words_of_method(result.question.method)
-        return [*([["Penalty solution", f"{words}."]] if words else []), *statements(setting, result)]
+        lines = [["Penalty solution", f"{words}."]] if words else []
+        if (scale := result.question.stiffness_of_step) is not None:
+            text = f"K = {written(scale)} m/Δτ² follows the step: each n has a K of its own, and an exact model."
+            lines.append(["Stiffness", text])
+        return [*lines, *statements(setting, result)]
 
     def python(self, setting: Setting) -> str:
         """A script of the same measurement; it runs on another machine or at another time, so its numbers differ."""

@@ -5,12 +5,13 @@ The modes are flight, in whole steps, and contact with steps that are halved j =
 watched is the gap at the ends of pieces. Within a piece of length s that begins with the gap g (with the sign by which
 it is positive while the mode stays) and whose ends have accelerations of mean b, a gap that comes back to its side is
 looked for where 2gb ≤ g′² and −g′ < bs (:func:`..time_stepping.contact_location.locate_change`), hence g < bs²/2. With
-the supremum of |g″| over all pieces of the table in the place of b, this *dip* is added to every bound.
+the supremum of |g″| over all pieces of the table in the place of b, this *dip* is added to every bound. A flight that
+has just begun is nearer to the surface than that, and rises: in a step at whose beginning g′ > 0 no dip is looked for.
 
 The tables of a mode are made when a run first needs them: most runs need few.
 
 A flight is the same whatever the contact law is. So it is the one mode of laws whose contact is not linear. The pieces
-of a law that is piecewise linear (:mod:`..time_stepping.located_law`) are modes, too, each with the force of a spring
+of a law that is piecewise linear (:mod:`..time_stepping.law_pieces`) are modes, too, each with the force of a spring
 and a damper of its own. Watched are then the gap and the kinks that may end the piece, and these wherever a stage takes
 the force, too. Within a step of length s an end is looked for where the cubic through the values m and rates m′ at both
 ends falls below zero. It does not where its four coefficients in Bernstein's basis, m₀, m₀ + sm₀′/3, m₁ − sm₁′/3 and
@@ -29,8 +30,9 @@ from ..compile.options import jit_inlined, jit_no_alloc
 from ..compile.record import with_impulse
 from ..linear.cos_sin import cos_sin
 from ..status import OK, PAUSED
-from ..time_stepping import located_law
+from ..time_stepping import law_pieces, located_law
 from ..time_stepping.contact_location import LocatedScheme, contact_force, side, step
+from ..time_stepping.law_step import gain_of
 from ..time_stepping.linear_step import COLUMNS
 from ..time_stepping.located import (
     ROUNDING,
@@ -212,7 +214,7 @@ def integrate_skipping(m, skips, forces, state, stop, most, window, buffers):
 def scheme_of_piece(m, at):
     """The grid with the spring and the damper of a piece of a law."""
     g = m.located
-    stiffness, gain = located_law.formula_of(m, located_law.gain_of(m, at.located.contact), at.piece)
+    stiffness, gain = law_pieces.formula_of(m, gain_of(m, at.located.contact), at.piece)
     return LocatedScheme(
         g.separated,
         g.pressed,
@@ -248,8 +250,8 @@ def integrate_law_skipping(m, skips, state, stop, most, window, buffers):
     located_law.write_first_output(m, at.located, window, buffers)
     while at.located.step < stop and status == OK:
         follows = TAKE_PIECE
-        if at.piece == located_law.FREE or skips.pieces > 0:
-            kind = max(at.piece - located_law.MAIN, 0)
+        if at.piece == law_pieces.FREE or skips.pieces > 0:
+            kind = max(at.piece - law_pieces.MAIN, 0)
             s, follows = skip_pieces(scheme_of_piece(m, at), skips, at.located, kind, stop, window, buffers)
             at = located_law.LawState(s, at.piece)
         if follows == BEYOND:
@@ -257,6 +259,8 @@ def integrate_law_skipping(m, skips, state, stop, most, window, buffers):
         if follows == WAIT:
             status = PAUSED
         elif follows == TAKE_PIECE:
+            if at.piece != law_pieces.FREE and skips.pieces == 0:
+                at = located_law.glide(m, at, stop, window, buffers.samples.shape[0] > 0)
             at, status = located_law.advance(m, at, window, buffers)
         s = at.located
         if status == OK and s.solves > pause and s.offset == 0.0 and s.step < stop:

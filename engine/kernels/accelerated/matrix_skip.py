@@ -68,6 +68,7 @@ class SkipTables(NamedTuple):
     impulses: np.ndarray  # (MODES, LEVELS, ENTRIES, COLUMNS) Δτ Σλ over the steps up to each entry
     begins: np.ndarray  # (MODES, R, COLUMNS) what the rows watch, at the beginning; none where dips do not count
     dips: np.ndarray  # the same shape: how far it may fall within a step
+    rates: np.ndarray  # (COLUMNS, CHUNK) g′ of a flight at the beginning of each step; none where dips do not count
     period: float  # of the excitation
 
 
@@ -191,6 +192,17 @@ def reach_of(t, u):
 
 
 @jit_inlined
+def rising_steps(t, mode, us, noise):
+    """As :func:`find_skip`, of a flight that has just begun: steps at whose beginning the gap rises have no dip."""
+    steps = 0
+    if mode == FREE and us[0, 3] > 0.0:
+        steps = steps_above(t.rates, us[0], 0.0, steps_above(t.rows[FREE, 0, 0], us[0], noise, CHUNK))
+        carry(t, mode, 0, steps, us[0], us[2])
+        carry(t, mode, 1, 0, us[0], us[1])
+    return 0, steps
+
+
+@jit_inlined
 def find_skip(t, mode, us, touch, most):
     """Coarse and single entries of the skip from us[0]; us[1] and us[2] become u after the former and the latter.
 
@@ -205,7 +217,7 @@ def find_skip(t, mode, us, touch, most):
         if t.dips.shape[1] > 0:
             dip = bound_of(t.dips[mode, r], u)
             if not dot(t.begins[mode, r], u) > dip:
-                return 0, 0
+                return rising_steps(t, mode, us, noise)
             least[r] += dip
     coarse = coarse_entries(t, mode, u, least)
     if coarse * stride > most:

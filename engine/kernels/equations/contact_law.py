@@ -44,6 +44,7 @@ other.
 import math
 
 from ..compile.options import jit, jit_inlined, jit_no_alloc, jit_uncontracted
+from ..compile.to_power import to_power
 
 LAWS = (  # a law is given to kernels as its index in here
     *("kelvin-voigt", "cut", "limited", "compression"),
@@ -83,7 +84,13 @@ def gain_at(p, closing):
 @jit_inlined
 def power(depth, exponent):
     """δⁿ, of Hertz at a fifth of the cost of a power."""
-    return depth * math.sqrt(depth) if exponent == 1.5 else depth**exponent
+    return depth * math.sqrt(depth) if exponent == 1.5 else to_power(depth, exponent)
+
+
+@jit_inlined
+def damper_growth(depth, exponent):
+    """δ to half of n − 1, by which the damper of Eq. (20) grows."""
+    return math.sqrt(math.sqrt(depth)) if exponent == 1.5 else to_power(depth, 0.5 * (exponent - 1.0))
 
 
 @jit_inlined
@@ -115,9 +122,28 @@ def law_force(law, stiffness, gain, exponent, penetration, depth, speed):
     if law == JANKOWSKI:
         return spring + gain * math.sqrt(math.sqrt(depth)) * max(speed, 0.0)  # Eq. (19)
     if law == CONSTANT:
-        share = math.sqrt(math.sqrt(depth)) if exponent == 1.5 else depth ** (0.5 * (exponent - 1.0))
-        return spring + gain * share * speed  # Eq. (20)
+        return spring + gain * damper_growth(depth, exponent) * speed  # Eq. (20)
     return max(spring + gain * full_damping(min(depth / penetration, 1.0)) * speed, 0.0)  # Eq. (21)
+
+
+@jit_no_alloc
+def law_slopes(law, stiffness, gain, exponent, penetration, depth, speed):
+    """∂λ/∂δ and ∂λ/∂v of Eqs. (18) to (21) where δ > 0, as :func:`law_force`; at a kink that of one of its sides."""
+    spring = stiffness * power(depth, exponent)
+    growth = exponent * spring / depth
+    if law <= FLORES:
+        return growth * (1.0 + gain * speed), gain * spring
+    if law == JANKOWSKI:
+        damper = gain * math.sqrt(math.sqrt(depth)) if speed > 0.0 else 0.0
+        return growth + 0.25 * damper * speed / depth, damper
+    if law == CONSTANT:
+        damper = gain * damper_growth(depth, exponent)
+        return growth + 0.5 * (exponent - 1.0) * damper * speed / depth, damper
+    share = min(depth / penetration, 1.0)
+    damper = gain * full_damping(share)
+    if not spring + damper * speed > 0.0:
+        return 0.0, 0.0
+    return growth + 6.0 * gain * share * (1.0 - share) / penetration * speed, damper
 
 
 @jit

@@ -11,8 +11,10 @@ any length s is Newmark's: a and b at its end solve (12) there, with x = p + s²
 p = x + sv + s²a/4, q = v + sa/2, and g and u likewise.
 
 **Instant of change.** A step of length θ is itself such a step, so the gap g(θ) that it ends with is a known function.
-If the gap at the end of the step is not on the side of its beginning, a bracketed secant iteration finds the θ with
-g(θ) = 0. It begins at the zero of the cubic through the gaps and their rates at both ends. A gap that changes sides
+If the gap at the end of the step is not on the side of its beginning, secants in a bracket find the θ with g(θ) = 0.
+They begin at the zeros of two cubics, through what is known at the beginning and the gap at the end, then through the
+gap of the first step, too. Two steps are enough in most cases: the motion at the next instant follows from a parabola
+through those at the end of the step and at the last two instants, to rounding. A gap that changes sides
 twice within a step is on the same side at both ends. It shows in the motion between them, which is Newmark's own:
 constant acceleration (b₀ + b₁)/2, a parabola. Where the vertex of the parabola lies beyond the surface, the step that
 ends at the vertex decides.
@@ -28,8 +30,8 @@ from ..linear.cos_sin import cos_sin
 NEWTON = 3  # iterations for the zero of a cubic, which are cheap, and the step there is solved in any case
 PRECISION = 1e-14  # of an instant of change, as a share of its step: the rounding of the gap allows little more
 ITERATIONS = 100  # two to four are needed, half of this with bisection alone
-CONVERGED = 1e-9  # of a step: after a change as small as this, the next …
-FASTER = 1e-3  # … is not made where it is by this smaller: the secants converge, but for rounding
+AWAY = 1e-3  # of a bracket that begins at a zero of the gap, which rises there: so close to that, bisection is safer
+CONVERGED = 1e-15  # of a squared step: the last change of an instant times the next one, which is then not solved for
 
 
 class Side(NamedTuple):
@@ -153,43 +155,51 @@ def forcing_at(m, k, s):
     return forcing_with(m, cosine, sine)
 
 
-@jit_no_alloc
-def step_of_stages(m, pressed, z, s, k, offset):
-    """The motion after a step of length ``s``, the time ``offset`` after step k of a period, Eqs. (14) and (15).
+@jit_inlined
+def stage_end(m, numbers, z, former, acts, begun, s, k, offset):
+    """The motion at the end of a stage, Eqs. (14) and (15), from that at the beginning of the step.
 
-    (15) divided by the masses is (12) without contact, with λ felt by both.
+    (15) divided by the masses is (12) without contact, with λ felt by both. ``former``: the motion at the end of the
+    stage before; ``acts``: 1 where the contact force acts, else 0; ``begun``: that force at the beginning of the step.
     """
     x, v, a, g, u, b = z
-    t, e, begun, acts = m.stages, m.separated, contact_force(m, pressed, z), 1.0 if pressed else 0.0
-    v1, a1, u1, b1 = v, a, u, b  # of the stage before
-    for i in range(t.count):
-        end, d0, d1, e0, e1, beta, f0, f1, gamma, alpha_m, alpha_f = t.numbers[i]
-        by_q, by_v, now = s * s * beta, s * gamma, 1.0 - alpha_f
-        # what is known of the motion at the end
-        xk, vk = x + s * (d0 * v + d1 * v1) + s * s * (e0 * a + e1 * a1), v + s * (f0 * a + f1 * a1)
-        gk, uk = g + s * (d0 * u + d1 * u1) + s * s * (e0 * b + e1 * b1), u + s * (f0 * b + f1 * b1)
-        # what is felt of it, and by how much the unknown accelerations add to that
-        felt = now * xk + alpha_f * x, now * vk + alpha_f * v, 0.0, now * gk + alpha_f * g, now * uk + alpha_f * u, 0.0
-        felt_q, felt_v = now * by_q, 0.0 if t.explicit else now * by_v
-        if t.averaged:
-            ended, started = forcing_at(m, k, offset + s * end), forcing_at(m, k, offset)
-            forcing = now * ended[0] + alpha_f * started[0], now * ended[1] + alpha_f * started[1]
-            push = now * acts * force(m.stiffness, m.damper, gk, uk) + alpha_f * begun
-            slope = now * acts * force(m.stiffness, m.damper, by_q, by_v)
-        else:
-            forcing = forcing_at(m, k, offset + s * end * now)
-            push = acts * force(m.stiffness, m.damper, felt[3], felt[4])
-            slope = acts * force(m.stiffness, m.damper, felt_q, felt_v)
-        _, _, p, _, _, q = with_accelerations(e, felt, forcing)
-        p, q = p - t.react1 * push - alpha_m * a, q + t.inverse_mass * push - alpha_m * b
-        m11, m12 = 1.0 - alpha_m - e.ax * felt_q - e.av * felt_v, t.react1 * slope - e.ag * felt_q - e.au * felt_v
-        m21, m22 = -e.bx * felt_q - e.bv * felt_v, 1.0 - alpha_m - e.bg * felt_q - e.bu * felt_v
-        m22 -= t.inverse_mass * slope
-        over = 1.0 / (m11 * m22 - m12 * m21)
-        a1, b1 = (m22 * p - m12 * q) * over, (m11 * q - m21 * p) * over
-        v1, u1 = vk + by_v * a1, uk + by_v * b1
-        x1, g1 = xk + by_q * a1, gk + by_q * b1
-    return x1, v1, a1, g1, u1, b1
+    _, v1, a1, _, u1, b1 = former
+    t, e = m.stages, m.separated
+    end, d0, d1, e0, e1, beta, f0, f1, gamma, alpha_m, alpha_f = numbers
+    by_q, by_v, now = s * s * beta, s * gamma, 1.0 - alpha_f
+    # what is known of the motion at the end
+    xk, vk = x + s * (d0 * v + d1 * v1) + s * s * (e0 * a + e1 * a1), v + s * (f0 * a + f1 * a1)
+    gk, uk = g + s * (d0 * u + d1 * u1) + s * s * (e0 * b + e1 * b1), u + s * (f0 * b + f1 * b1)
+    # what is felt of it, and by how much the unknown accelerations add to that
+    felt = now * xk + alpha_f * x, now * vk + alpha_f * v, 0.0, now * gk + alpha_f * g, now * uk + alpha_f * u, 0.0
+    felt_q, felt_v = now * by_q, 0.0 if t.explicit else now * by_v
+    if t.averaged:
+        ended, started = forcing_at(m, k, offset + s * end), forcing_at(m, k, offset)
+        forcing = now * ended[0] + alpha_f * started[0], now * ended[1] + alpha_f * started[1]
+        push = now * acts * force(m.stiffness, m.damper, gk, uk) + alpha_f * begun
+        slope = now * acts * force(m.stiffness, m.damper, by_q, by_v)
+    else:
+        forcing = forcing_at(m, k, offset + s * end * now)
+        push = acts * force(m.stiffness, m.damper, felt[3], felt[4])
+        slope = acts * force(m.stiffness, m.damper, felt_q, felt_v)
+    _, _, p, _, _, q = with_accelerations(e, felt, forcing)
+    p, q = p - t.react1 * push - alpha_m * a, q + t.inverse_mass * push - alpha_m * b
+    m11, m12 = 1.0 - alpha_m - e.ax * felt_q - e.av * felt_v, t.react1 * slope - e.ag * felt_q - e.au * felt_v
+    m21, m22 = -e.bx * felt_q - e.bv * felt_v, 1.0 - alpha_m - e.bg * felt_q - e.bu * felt_v
+    m22 -= t.inverse_mass * slope
+    over = 1.0 / (m11 * m22 - m12 * m21)
+    a1, b1 = (m22 * p - m12 * q) * over, (m11 * q - m21 * p) * over
+    return xk + by_q * a1, vk + by_v * a1, a1, gk + by_q * b1, uk + by_v * b1, b1
+
+
+@jit_no_alloc
+def step_of_stages(m, pressed, z, s, k, offset):
+    """The motion after a step of length ``s``, the time ``offset`` after step k of a period."""
+    begun, acts = contact_force(m, pressed, z), 1.0 if pressed else 0.0
+    end = stage_end(m, m.stages.numbers[0], z, z, acts, begun, s, k, offset)
+    if m.stages.count > 1:
+        end = stage_end(m, m.stages.numbers[1], z, end, acts, begun, s, k, offset)
+    return end
 
 
 @jit_inlined
@@ -215,9 +225,8 @@ def cubic_of(value, rate, last, last_rate, length):
 
 
 @jit_inlined
-def root_of_cubic(value, rate, last, last_rate, length):
-    """Where the cubic with these values and rates at both ends of a step falls to zero, or a time outside the step."""
-    square, cube = cubic_of(value, rate, last, last_rate, length)
+def falling_root(value, rate, square, cube, length):
+    """Where a cubic with these factors over t = τ/length falls to zero, or a time outside the step."""
     at = 1.0
     for _ in range(NEWTON):
         slope = rate + at * (2.0 * square + 3.0 * cube * at)
@@ -228,9 +237,67 @@ def root_of_cubic(value, rate, last, last_rate, length):
 
 
 @jit_inlined
+def root_of_cubic(value, rate, last, last_rate, length):
+    """Where the cubic with these values and rates at both ends of a step falls to zero, or a time outside the step."""
+    square, cube = cubic_of(value, rate, last, last_rate, length)
+    return falling_root(value, rate, square, cube, length)
+
+
+@jit_inlined
+def root_by_curvature(gap, rate, curvature, last, length):
+    """The same of a gap, from its rate and its second derivative at the beginning, and from its value at both ends.
+
+    At the end of a step the derivative of the gap over the length of the step is not the rate there: it differs by
+    terms of second order, which the cubic through the rates would be wrong by.
+    """
+    square = 0.5 * curvature * length
+    return falling_root(gap, rate, square, (last - gap) / length - rate - square, length)
+
+
+@jit_inlined
+def next_root(value, rate, last, length, at, here):
+    """The zero next to ``at`` of the cubic with a value and a rate at the beginning and values ``here`` and at the end.
+
+    Beyond the step where it does not fall at ``at``.
+    """
+    left, right = 1.0 / at, 1.0 / (at - length)
+    chord, mean = (here - value) * left, (last - value) / length
+    curve = (chord - rate) * left  # divided differences: of 0, 0, at
+    cube = (curve - (mean - rate) / length) * right  # … and of the end
+    to_end = (here - last) * right
+    curve = (to_end - mean) * left  # of 0, at, the end
+    slope = to_end + (curve + cube * at) * (at - length)
+    if not slope < 0.0:
+        return -length
+    change = -here / slope
+    return at - here / (slope + (curve + cube * (2.0 * at - length)) * change)
+
+
+@jit_inlined
 def has_converged(passed, next_change, length):
-    """Whether secants have converged within a step of a length, by their last change of an instant and the next one."""
-    return abs(passed) <= CONVERGED * length and abs(next_change) <= FASTER * abs(passed)
+    """Whether secants have converged within a step of a length, by their last change of an instant and the next one.
+
+    A parabola through the motions at the end of the step and at the last two instants then gives the motion at the
+    next one (:func:`motion_between`): it is wrong by both changes times a sixth of a third derivative.
+    """
+    return abs(passed * next_change) <= CONVERGED * (length * length) and abs(next_change) <= 0.5 * abs(passed)
+
+
+@jit_inlined
+def motion_between(end, length, before, earlier, there, at, instant):
+    """The motion at an instant, on the parabola through those at ``length``, ``earlier`` and ``at``."""
+    share = (instant - at) / (earlier - at)
+    weight = share * (instant - length) / (earlier - length)  # of ``before``
+    other = (share - weight) * (earlier - at) / (length - at)  # of ``end``
+    own = 1.0 - weight - other
+    return (
+        own * there[0] + (weight * before[0] + other * end[0]),
+        own * there[1] + (weight * before[1] + other * end[1]),
+        own * there[2] + (weight * before[2] + other * end[2]),
+        own * there[3] + (weight * before[3] + other * end[3]),
+        own * there[4] + (weight * before[4] + other * end[4]),
+        own * there[5] + (weight * before[5] + other * end[5]),
+    )
 
 
 @jit_inlined
@@ -254,8 +321,8 @@ def locate_change(m, pressed, z, end, length, k, s):
         # the step begins on the surface and does not move away from it: contact changes where it ends
         return length, end, 0
     # it falls where the contact status ends; where this begins, in the last change, the gap is zero and rises
-    low, high, theta = 0.0, reach, reach
-    better = root_of_cubic(gap, rate, sign * there[3], sign * there[4], reach)
+    low, high, theta, beyond, least = 0.0, reach, reach, there, 0.0 if gap > 0.0 else AWAY
+    better = root_by_curvature(gap, rate, sign * z[5], sign * there[3], reach)
     for i in range(ITERATIONS):
         if (there[3] <= 0.0) == pressed:
             low = theta
@@ -263,15 +330,19 @@ def locate_change(m, pressed, z, end, length, k, s):
             high = theta
         if min(abs(better - theta), high - low) <= PRECISION * reach:
             break
-        if not low < better < high or i % 8 == 7:
+        if not max(low, least * high) < better < high or i % 8 == 7:
             better = 0.5 * (low + high)
-        before, passed = there[3], better - theta
+        before, earlier = there, theta
         there = step_from(m, pressed, z, better, k, s)
         theta, solves = better, solves + 1
-        # the rate: g′(θ) but for terms of second order; then the secant
-        slope = there[4] if i == 0 else (there[3] - before) / passed
+        passed = theta - earlier
+        if i == 0:
+            better = next_root(gap, rate, sign * beyond[3], reach, theta, sign * there[3])
+            continue
+        slope = (there[3] - before[3]) / passed
         better = theta - there[3] / slope if sign * slope < 0.0 else -reach
-        if has_converged(passed, better - theta, reach):
+        if 0.0 < better < reach and has_converged(passed, better - theta, reach):
+            there, theta = motion_between(beyond, reach, before, earlier, there, theta, better), better
             break
     return theta, (there[0], there[1], there[2], 0.0, there[4], there[5]), solves
 

@@ -27,7 +27,14 @@ from vibroscope.engine.drivers.skip_tables import LocatedTables, Piece
 from vibroscope.engine.drivers.step_maps import bodies_of, step_maps
 from vibroscope.engine.kernels.accelerated import located_skip
 from vibroscope.engine.kernels.accelerated.located_skip import ASKED, CONTACT, FREE
-from vibroscope.engine.kernels.time_stepping.contact_location import contact_force, step_of_stages
+from vibroscope.engine.kernels.compile.options import uncompiled
+from vibroscope.engine.kernels.time_stepping import contact_location
+from vibroscope.engine.kernels.time_stepping.contact_location import (
+    contact_force,
+    forcing_at,
+    step_of_stages,
+    with_accelerations,
+)
 from vibroscope.engine.kernels.time_stepping.located import located_scheme
 
 from tests.law_numbers import law_numbers
@@ -114,6 +121,8 @@ def test_skips_are_the_plain_loop_with_every_law(system, eta, method, monkeypatc
 WITHIN_ONE_STEP = [  # settings in which a contact that begins and ends within one step was ended where it begins
     (-0.3, 1.5017488916437565, 489.4599268299594, 33.46878220254852, 338, "compression"),
     (0.0, 1.8793099358465852, 447.89756948785134, 33.577324586432866, 336, "compression"),
+    (0.1, 3.4296659071506945, 1693.7697214447767, 34.3143359679797, 100, "cut"),
+    (-0.3, 0.5645528615324789, 349.8611687526164, 10.993387989260333, 753, "compression"),
 ]
 
 
@@ -122,9 +131,23 @@ def test_a_contact_within_one_step_does_not_end_where_it_begins(clearance, eta, 
     """Rounding shows whether it does: both ways of taking the same steps then part by tenths."""
     system = System(clearance=clearance, d1=0.05, d2=0.05)
     method = TimeStepping(stiffness, damping, steps, SemiImplicitEuler(), "located", law=law)
-    runs = [simulate(system, eta, replace(method, every_step=every), periods=3, keep=3) for every in (True, False)]
+    runs = [simulate(system, eta, replace(method, every_step=every), periods=4, keep=4) for every in (True, False)]
     assert len(runs[0].contacts) == len(runs[1].contacts)
     np.testing.assert_allclose(runs[1].section, runs[0].section, rtol=0, atol=1e-10)
+
+
+def test_a_contact_whose_end_is_looked_for_at_its_beginning_ends_where_it_ends(monkeypatch):
+    """With x + sv, v = v₀ + sa, the gap θ(v + θa) of a contact is zero twice; rounding decides its sign at one."""
+    method = TimeStepping(2500.0, 8.0, 60, SemiImplicitEuler(), "located")
+    p = parameters_of(System(), 1.08, method)
+    m = located_scheme(p)._replace(stages=stages_of(method.integrator, p))
+    z = with_accelerations(m.pressed, (0.0, 0.0, 0.0, 0.0, -1.0, 0.0), forcing_at(m, 0, 0.0))
+    for length in np.linspace(0.6, 1.0, 100) * m.h:
+        end = step_of_stages(m, True, z, length, 0, 0.0)
+        for begin in (1e-17, 1e-16, 1e-15):
+            monkeypatch.setattr(contact_location, "root_by_curvature", lambda *_, found=begin * length: found)
+            theta, *_ = uncompiled(contact_location.locate_change)(m, True, z, end, length, 0, 0.0)
+            assert theta == pytest.approx(-z[4] / z[5], rel=1e-9)
 
 
 @pytest.mark.parametrize("method", [METHODS[0], METHODS[4], METHODS[-1], OTHER_LAWS[0], OTHER_LAWS[2]], ids=repr)
