@@ -85,6 +85,21 @@ jit_inlined = functools.partial(jit_no_alloc, forceinline=True)
 jit_spliced = functools.partial(jit_no_alloc, inline="always")
 
 
+def variant(*values):
+    """Give a function that is made anew for some values a name with these in it; beneath the compiling decorator.
+
+    The name of machine code holds the name of the function, the types of its arguments, and a number of the process
+    that compiled it. Two processes give the same number to different functions; where one name stands for two of them,
+    a third process that loads both runs the first in place of the second.
+    """
+
+    def name(function):
+        function.__qualname__ += "_" + "_".join(map(str, values))
+        return function
+
+    return name
+
+
 def uncompiled(kernel):
     """The Python function of a kernel, for calls that are not worth compiling."""
     return getattr(kernel, "py_func", kernel)

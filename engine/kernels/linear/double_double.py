@@ -10,7 +10,7 @@ Plain twin: mpmath's matrix product and exponential (tests/engine/kernels/test_d
 
 import numpy as np
 
-from ..compile.options import jit, jit_inlined, jit_no_alloc
+from ..compile.options import jit, jit_inlined, jit_no_alloc, variant
 from . import matrices
 
 _SPLITTER = 134217729.0  # 2²⁷ + 1: splits a float64 into halves whose products are exact (Dekker)
@@ -49,6 +49,7 @@ def _quotient(high, low, divisor):
 def _products(begin):
     # Constant bounds let the compiler unroll the loops. Rows and columns before ``begin`` are left out.
     @jit_inlined
+    @variant(begin)
     def block(out, a, b, divisor, rows, inner, columns):
         for i in range(rows[0], rows[1]):
             for j in range(columns[0], columns[1]):
@@ -58,12 +59,14 @@ def _products(begin):
                 out[0, i, j], out[1, i, j] = _quotient(high, low, divisor)
 
     @jit_no_alloc
+    @variant(begin)
     def multiply(out, a, b, divisor):
         block(out, a, b, divisor, (begin, 4), (begin, 4), (begin, 4))
         block(out, a, b, divisor, (begin, 4), (begin, 6), (4, 6))
         block(out, a, b, divisor, (4, 6), (4, 6), (4, 6))
 
     @jit_inlined
+    @variant(begin)
     def round_block(out, a, b, rows, inner, columns):
         # the factors are known to more digits than the product needs
         for i in range(rows[0], rows[1]):
@@ -75,6 +78,7 @@ def _products(begin):
                 out[i, j] = high + low
 
     @jit_no_alloc
+    @variant(begin)
     def rounded_product(a, b, out):
         round_block(out, a, b, (begin, 4), (begin, 4), (begin, 4))
         round_block(out, a, b, (begin, 4), (begin, 6), (4, 6))

@@ -24,7 +24,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..compile.options import jit, jit_inlined, jit_no_alloc
+from ..compile.options import jit, jit_inlined, jit_no_alloc, variant
 from ..compile.packing import GIVEN, Layout
 from . import double_double
 from .matrices import image, raise_to_images, raise_within, row_times, rows_times, unit
@@ -210,6 +210,7 @@ def tabulate(generator, eta, row, h, equilibrium, one_body):
 def _product(begin, end):
     # begin and end are constants of each function, so the loop compiles to a handful of vector instructions
     @jit_inlined
+    @variant(begin, end)
     def product(phase, z, scratch):
         z0, z1, z2, z3, z4, z5 = z
         t0, t1, t2, t3, t4, t5 = (
