@@ -48,7 +48,7 @@ def multipliers(
         return np.empty(0, complex) if returned is None else eigenvalues_by_modulus(returned.jacobian)
     width = DIFFERENCE * max(np.abs(state).max(), 1e-9)
     columns = []
-    for disturbance in width * np.eye(4):
+    for disturbance in width * np.eye(4)[: 2 if system.wall else 4]:  # a wall does not move
         above, below = (
             simulate(system, eta, method, periods=period, keep=1, initial=start, cancelled=cancelled)
             for start in (state + disturbance, state - disturbance)
@@ -56,7 +56,9 @@ def multipliers(
         if not (above.ok and below.ok):
             return np.empty(0, complex)
         columns.append((above.section[-1] - below.section[-1]) / (2 * width))
-    return eigenvalues_by_modulus(np.transpose(columns))
+    jacobian = np.zeros((4, 4))
+    jacobian[:, : len(columns)] = np.transpose(columns)
+    return eigenvalues_by_modulus(jacobian)
 
 
 def eigenvalues_by_modulus(jacobian: np.ndarray) -> np.ndarray:

@@ -15,13 +15,13 @@ def pareto_front(trials: Iterable[Trial]) -> list[Trial]:
 
 
 def monotone_front(front: list[Trial], through: Trial) -> list[Trial]:
-    """Return the longest part of a front through one of its trials along which n rises and the own error falls.
+    """Return the longest part of a front through a trial along which n rises and the own error falls.
 
-    A trial that is left out had a small own error by chance, or cheaper steps (if they are located) but more of them.
+    ``through`` takes the place of a trial of the front with the same cost. A trial that is left out had a small own
+    error by chance, or cheaper steps (if they are located) but more of them.
     """
-    at = front.index(through)
-    before = [trial for trial in front[:at] if _follows(trial, through)]
-    after = [trial for trial in front[at + 1 :] if _follows(through, trial)]
+    before = [trial for trial in front if trial.cost < through.cost and _follows(trial, through)]
+    after = [trial for trial in front if trial.cost > through.cost and _follows(through, trial)]
     return [*_longest_chain(before), through, *_longest_chain(after)]
 
 

@@ -10,15 +10,6 @@ from vibroscope.app.runtime.cache import Cache
 from vibroscope.engine import Cancelled
 
 
-@pytest.fixture(scope="session", autouse=True)
-def _own_studies(tmp_path_factory):
-    """A cache without studies: one that an earlier run of the tests left there would be whole from the beginning."""
-    folder = tmp_path_factory.mktemp("cache")
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("vibroscope.engine.sweeps.cache.cache_root", lambda: folder)
-        yield
-
-
 @pytest.fixture
 def searches(monkeypatch):
     """`recommend` replaced by one that waits for its answer, at most until the test ends; what it was called with."""

@@ -3,8 +3,10 @@
 from urllib.parse import urlencode
 
 import pytest
+from bokeh.document import Document
 from hypothesis import given
 from hypothesis import strategies as st
+from panel.io.state import set_curdoc
 from vibroscope.app.explorer.errors import Refused
 from vibroscope.app.explorer.link import (
     LINEAR,
@@ -206,7 +208,8 @@ def test_the_first_question_of_a_study_is_that_of_the_link(opened):  # noqa: F81
 def test_a_number_of_a_link_that_the_bodies_do_not_have_is_named(link, words):
     opening = read_opening(link)
     assert words in opening.note
-    assert Session(link).header.note == opening.note
+    with set_curdoc(Document()):
+        assert Session(link).header.note == opening.note
 
 
 def test_the_links_of_a_page_that_went_from_two_bodies_to_a_wall_keep_working():

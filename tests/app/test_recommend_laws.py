@@ -67,7 +67,7 @@ def test_laws_are_searched_and_the_best_comes_first(capsys, monkeypatch):
 @pytest.mark.parametrize(
     ("options", "words"),
     [
-        (["--integrator", "all"], "give one of them a name"),
+        (["--integrator", "all"], "name one integrator or law"),
         (["--one-setting"], "--law all searches at one frequency"),
         (["--code", "opensees"], "leave --law out"),
         (["--exponent", "0.5"], "exponent = 0.5 is outside"),

@@ -30,6 +30,15 @@ from tests.share import every
 SYSTEM = System()
 
 
+@pytest.fixture(scope="module", autouse=True)
+def _own_studies(tmp_path_factory):
+    """A cache without studies: one that an earlier run of the tests left there would be whole from the beginning."""
+    folder = tmp_path_factory.mktemp("cache")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("vibroscope.engine.sweeps.cache.cache_root", lambda: folder)
+        yield
+
+
 def never():
     return False
 

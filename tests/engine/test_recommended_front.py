@@ -47,11 +47,11 @@ def test_a_pareto_front_holds_exactly_what_no_trial_beats(found):
     for trial in found:
         beaten = any(t.cost <= trial.cost and t.robust <= trial.robust and t != trial for t in front)
         assert beaten or trial in front
-    for through in front:
+    for through in found:  # of those that meet a tolerance, one that another one beats may have the right motion
         chain = monotone_front(front, through)
         assert through in chain
         for one, other in itertools.pairwise(chain):
             assert one.cost < other.cost
             assert one.setting.steps < other.setting.steps
             assert one.error > other.error
-            assert one.robust > other.robust
+            assert one.robust > other.robust or through not in front

@@ -131,7 +131,8 @@ def lowest_in_interval(phase, z, low, high, scratch):
 def lowest_minimum(phase, z, length, from_zero, whole, scratch):
     """The lowest minimum of the watched quantity within a phase, its ends excepted, and its time; inf if there is none.
 
-    A phase that is a ``whole`` cycle goes on where it ends, so that a minimum may lie there, too.
+    A phase that is a ``whole`` cycle goes on where it ends, so that a minimum may lie there, too; but bodies at rest
+    that just touch have a value of zero throughout.
 
     Between two of the tabulated instants there is at most one minimum, seen by their values but in the first and the
     last interval. The first interval of a phase that begins at zero (``from_zero``) may hide a rise and a dip: it is
@@ -140,7 +141,8 @@ def lowest_minimum(phase, z, length, from_zero, whole, scratch):
     lowest, where = np.inf, 0.0
     if whole:
         find_powers(phase, z, scratch)
-        lowest = scratch.products[POWERS] + phase.watched
+        value = scratch.products[POWERS] + phase.watched
+        lowest = value if value != 0.0 else np.inf
     intervals = length / phase.spacing
     high = min(1.0, intervals)
     for part in range(FINEST if from_zero else 1):
