@@ -10,7 +10,7 @@ from html import escape
 
 NOT_KNOWN = "not known"  # no sentence holds nan or inf
 MOST_DIGITS = 6  # of a share beside a limit that it hardly differs from
-MOST = 10  # a share above it is of a motion that has nothing to do with the other: how much above tells nobody anything
+MOST = 10  # a larger share is of motions that have nothing in common, whatever its size
 WRITTEN_OUT = 1e6  # counts from here on are given in millions
 
 
