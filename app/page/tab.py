@@ -44,9 +44,10 @@ class TabHost(Protocol):
     def visit(self, key: str, texts: Mapping[str, str], prepare: Callable[[Tab], None] | None = None) -> None:
         """Open another tab with some parameters set; ``prepare`` is called with it before it is shown."""
 
-    def push(self, move: int, write: Callable[[], None]) -> None:
+    def push(self, move: int, write: Callable[[], None], follow: Callable[[], None] = ...) -> None:
         """Call ``write`` when the browser is free, unless a newer push replaces it; it changes models in place.
 
+        ``follow`` is called then, too: what it changes is sent after the rest, which the browser paints meanwhile.
         Every move that a tab is shown must end in a push or in `report_error`, or the page would say "computing" for
         ever.
         """

@@ -8,8 +8,9 @@ Answers may come late and in any order. Who numbers a request, and who drops an 
    answer comes before the newer one's (`JobQueue`). So figures come in the order of the moves.
 3. Every answer goes to the loop of the session (`SessionLoop`), where alone anything is shown: a result is compared
    there with what is shown at that moment, and nothing can come between.
-4. An update that the browser has no time for is replaced by a newer one (`UpdateChannel`); each answers a move. One
-   that had to wait may come after the answer to a newer move, which failed or was refused; that one stays answered.
+4. An update that the browser has no time for is replaced by a newer one (`UpdateChannel`); each answers a move, once
+   its figures are sent. One that had to wait may come after the answer to a newer move, which failed or was refused;
+   that one stays answered.
 5. What belongs to figures, their verdict and the kinds of their motions, is asked for when these are written, and again
    if a move has stopped it whose figures then failed. It is shown only if the figures are still those of its setting
    (`Explainer`, `MotionJudge`); until then, that of the setting before is marked as pending (`Findings`).
@@ -78,6 +79,7 @@ class SessionLoop:
 class _Update(NamedTuple):
     move: int  # that the update answers
     write: Callable[[], None]
+    follow: Callable[[], None]
 
 
 class UpdateChannel:
@@ -101,9 +103,13 @@ class UpdateChannel:
         self._answered = max(self._answered, move)
         self._answer(self._answered, self.count)
 
-    def push(self, move: int, write: Callable[[], None]) -> None:
-        """Call ``write`` now if the browser is free, else as soon as it is, unless a newer update replaces this one."""
-        self._next = _Update(move, write)
+    def push(self, move: int, write: Callable[[], None], follow: Callable[[], None] = lambda: None) -> None:
+        """Call both now if the browser is free, else as soon as it is, unless a newer update replaces this one.
+
+        ``write`` changes what the browser paints, ``follow`` the words beside it. They are sent one after the other, so
+        that the browser reads and paints the figures while the words are put together.
+        """
+        self._next = _Update(move, write, follow)
         self._send_when_free()
 
     def painted(self, update: object) -> None:
@@ -122,6 +128,8 @@ class UpdateChannel:
         self._unpainted, self._sent_at = self.count, time.monotonic()
         with pn.io.hold(self._doc):
             update.write()
+        with pn.io.hold(self._doc):
+            update.follow()
             self.answer(update.move)
         self._doc.add_timeout_callback(self._send_when_free, int(1000 * _PATIENCE) + 50)
 

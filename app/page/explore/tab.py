@@ -253,7 +253,7 @@ class Explore(Tab):
 
     def _push(self, move: int, result: Result) -> None:
         if self._visible:
-            self.host.push(move, partial(self._write, result))
+            self.host.push(move, partial(self._draw, result), partial(self._say, result))
 
     def _fail(self, move: int, error: Exception) -> None:
         self.host.report_error(
@@ -266,7 +266,7 @@ class Explore(Tab):
             self._kinds = self._kinds or self._judge.follow(setting)
             self._update_findings(self._explanation or self._explainer.follow(setting))
 
-    def _write(self, result: Result) -> None:
+    def _draw(self, result: Result) -> None:
         """Change all figures in place."""
         setting, columns = result.setting, result.columns
         scene = scene_key(setting)
@@ -287,6 +287,10 @@ class Explore(Tab):
         for view in self._views:
             view.update(columns, setting, fresh=fresh)
         self.eta_map.update(setting, self._map.follow(setting), fresh=fresh)
+
+    def _say(self, result: Result) -> None:
+        """Change what stands beside the figures."""
+        setting = result.setting
         self.mechanism.follow(setting)
         self._kinds = None if result.shipped else self._judge.follow(setting)
         self._update_findings(result.shipped or self._explainer.follow(setting))
