@@ -192,6 +192,17 @@ def test_a_force_that_just_reaches_the_preload_leaves_the_body_at_the_wall(eta, 
     assert 0.0 <= apart < 1e-4 * response.period
 
 
+def test_a_joint_damping_that_the_dampers_contradict_ends_the_run_with_a_line_on_any_bodies():
+    """No joint damper, and a strong one on body 2 alone: while it is joined to body 1, it pulls."""
+    system = System.from_mass_ratio(1.0, kappa=2.0, d1=0.0, d2=0.9, d3=0.0)
+    ended = run(system, 0.7, Reference("table"), periods=40)
+    assert not ended.ok
+    assert "the joined bodies would part into each other" in ended.message
+    assert "take the derived joint damping" in ended.message
+    assert "\n" not in ended.message
+    assert run(system, 0.7, Reference("derived"), periods=40).ok
+
+
 def test_a_reference_cannot_start_in_an_overlap():
     with pytest.raises(ValueError, match=r"clearance \+ ξ₂ − ξ₁ = -0\.5 is negative"):
         run(System(clearance=-0.5), 1.0, REFERENCE, initial=(0.0, 0.0, 0.0, 0.0))
