@@ -170,12 +170,19 @@ def test_rest_is_a_static_equilibrium(system, excitation):
     assert (len(response.contacts) == 1) == (resting.static_gap <= 0)
 
 
-def test_a_preload_that_never_opens_is_one_contact():
+@pytest.mark.parametrize("periods", [3, 300])
+def test_a_preload_that_never_opens_is_one_contact_in_closed_form(periods):
+    """At a wall nothing moves; two bodies swing as one, of frequency κ₃, about where they rest."""
     for system in (System(clearance=-60.0), System(wall=True, clearance=-60.0)):
-        response = simulate(system, 1.4, Reference(), periods=300, keep=10)
+        response = simulate(system, 1.4, Reference(), periods=periods, keep=3)
         assert response.ok
         assert len(response.impacts) == 0
         np.testing.assert_array_equal(response.contacts, [[0.0, response.window[1]]])
+        from_rest = np.zeros(2)
+        if not system.wall:
+            from_rest = naive.oscillator(system.kappa3, system.d3, 1.4, 0.0, 0.0, 0.0)(response.window[1])
+        expected = np.add(system.rest, np.tile(from_rest, 2))
+        np.testing.assert_allclose(response.section[-1], expected, rtol=0, atol=1e-13 * (60 + response.window[1]))
 
 
 @pytest.mark.parametrize("threshold", [0.0, 0.002])
