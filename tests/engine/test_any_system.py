@@ -7,7 +7,18 @@ import numpy as np
 import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
-from vibroscope.engine import Cells, ExactPenalty, Excitation, Newmark, Record, Reference, System, run_cells, simulate
+from vibroscope.engine import (
+    Cells,
+    ExactPenalty,
+    Excitation,
+    Newmark,
+    Record,
+    Reference,
+    Status,
+    System,
+    run_cells,
+    simulate,
+)
 from vibroscope.engine.energy.balance import energy_balance
 from vibroscope.engine.sweeps.eta_study import EtaStudy
 
@@ -197,6 +208,15 @@ def test_a_force_that_just_reaches_the_preload_leaves_the_body_at_the_wall(eta, 
     assert response.impacts.closing_speed.max(initial=0.0) < 1e-7
     apart = 400 * response.period - np.diff(response.contacts).sum()
     assert 0.0 <= apart < 1e-4 * response.period
+
+
+def test_a_time_step_may_feed_a_free_vibration_that_dies_away_without():
+    """So that Newmark's cells that nothing drives cannot be taken to come to rest (`engine.motions.trapping`)."""
+    body = System(wall=True, d1=0.01, clearance=0.2, excitation=Excitation(base=0.0))
+    start = {"periods": 400, "initial": (-1.0, 0.5, 0.0, 0.0)}
+    assert run(body, 1.0, Newmark(12000.0, 18.0, 100), **start).status is Status.DIVERGED
+    without = run(body, 1.0, ExactPenalty(12000.0, 18.0), **start)
+    np.testing.assert_allclose(without.section[-1], body.rest, atol=1e-9)
 
 
 def test_a_joint_damping_that_the_dampers_contradict_ends_the_run_with_a_line_on_any_bodies():

@@ -62,7 +62,7 @@ def begin_later(work, plan, p, start, tau):
         write_event_state(work.state, later)
 
 
-@jit_no_alloc
+@jit
 def settle(work, plan, p, traps, signals, end):
     """Integrate ``plan.sample`` periods at a time, ``plan.transient`` at most, until a section lies in a region.
 
