@@ -132,7 +132,7 @@ class EventDriver(Driver):
             )
         if status is Status.UNRESOLVED:
             return (
-                f"in period {period} the joined pendulums would part into each other: their joint damping and the two "
+                f"in period {period} the joined bodies would part into each other: their joint damping and the two "
                 "dampers contradict each other; take the derived joint damping, or smaller damping ratios"
             )
         rigid = self._system.views.rigid

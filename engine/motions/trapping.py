@@ -15,7 +15,8 @@ balls would be far smaller: of η = 3.2, period 2, by a factor of 30. The plain 
 run itself (`tests/engine/test_basin_twin.py`).
 
 Bodies that nothing drives lose energy to their dampers until they rest, and contact adds none. Their potential energy
-is convex, so that there is one place to rest: where both have dampers, the region is the whole section.
+is convex, so that there is one place to rest: where both have dampers, the region is the whole section. Of motions by
+time steps this is not true: a step in which contact changes may create energy, and a free vibration grow without end.
 """
 
 from collections.abc import Callable

@@ -7,7 +7,18 @@ import numpy as np
 import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
-from vibroscope.engine import Cells, ExactPenalty, Excitation, Newmark, Record, Reference, System, run_cells, simulate
+from vibroscope.engine import (
+    Cells,
+    ExactPenalty,
+    Excitation,
+    Newmark,
+    Record,
+    Reference,
+    Status,
+    System,
+    run_cells,
+    simulate,
+)
 from vibroscope.engine.energy.balance import energy_balance
 from vibroscope.engine.sweeps.eta_study import EtaStudy
 
@@ -170,12 +181,19 @@ def test_rest_is_a_static_equilibrium(system, excitation):
     assert (len(response.contacts) == 1) == (resting.static_gap <= 0)
 
 
-def test_a_preload_that_never_opens_is_one_contact():
+@pytest.mark.parametrize("periods", [3, 300])
+def test_a_preload_that_never_opens_is_one_contact_in_closed_form(periods):
+    """At a wall nothing moves; two bodies swing as one, of frequency κ₃, about where they rest."""
     for system in (System(clearance=-60.0), System(wall=True, clearance=-60.0)):
-        response = simulate(system, 1.4, Reference(), periods=300, keep=10)
+        response = simulate(system, 1.4, Reference(), periods=periods, keep=3)
         assert response.ok
         assert len(response.impacts) == 0
         np.testing.assert_array_equal(response.contacts, [[0.0, response.window[1]]])
+        from_rest = np.zeros(2)
+        if not system.wall:
+            from_rest = naive.oscillator(system.kappa3, system.d3, 1.4, 0.0, 0.0, 0.0)(response.window[1])
+        expected = np.add(system.rest, np.tile(from_rest, 2))
+        np.testing.assert_allclose(response.section[-1], expected, rtol=0, atol=1e-13 * (60 + response.window[1]))
 
 
 @pytest.mark.parametrize("threshold", [0.0, 0.002])
@@ -190,6 +208,26 @@ def test_a_force_that_just_reaches_the_preload_leaves_the_body_at_the_wall(eta, 
     assert response.impacts.closing_speed.max(initial=0.0) < 1e-7
     apart = 400 * response.period - np.diff(response.contacts).sum()
     assert 0.0 <= apart < 1e-4 * response.period
+
+
+def test_a_time_step_may_feed_a_free_vibration_that_dies_away_without():
+    """So that Newmark's cells that nothing drives cannot be taken to come to rest (`engine.motions.trapping`)."""
+    body = System(wall=True, d1=0.01, clearance=0.2, excitation=Excitation(base=0.0))
+    start = {"periods": 400, "initial": (-1.0, 0.5, 0.0, 0.0)}
+    assert run(body, 1.0, Newmark(12000.0, 18.0, 100), **start).status is Status.DIVERGED
+    without = run(body, 1.0, ExactPenalty(12000.0, 18.0), **start)
+    np.testing.assert_allclose(without.section[-1], body.rest, atol=1e-9)
+
+
+def test_a_joint_damping_that_the_dampers_contradict_ends_the_run_with_a_line_on_any_bodies():
+    """No joint damper, and a strong one on body 2 alone: while it is joined to body 1, it pulls."""
+    system = System.from_mass_ratio(1.0, kappa=2.0, d1=0.0, d2=0.9, d3=0.0)
+    ended = run(system, 0.7, Reference("table"), periods=40)
+    assert not ended.ok
+    assert "the joined bodies would part into each other" in ended.message
+    assert "take the derived joint damping" in ended.message
+    assert "\n" not in ended.message
+    assert run(system, 0.7, Reference("derived"), periods=40).ok
 
 
 def test_a_reference_cannot_start_in_an_overlap():

@@ -34,7 +34,7 @@ from ..compile.packing import GIVEN, Layout
 from ..equations.motion import free_equilibrium, pressed_equilibrium
 from ..equations.rates import free_rate, pressed_rate
 from ..linear.cos_sin import cos_sin
-from ..linear.matrices import fill_powers, image, raise_to_images, raise_within, row_times
+from ..linear.matrices import fill_powers, image, raise_to_images, raise_within
 from ..parameters import FOR_CONTACT, FOR_FLIGHT, STEPS, TWO_BODIES, renew_key, unpack_parameters
 from ..time_stepping.newmark import Scheme, phased, scheme_of
 
@@ -170,11 +170,11 @@ def fill_curvature(tables, state, level, one, one_body):
     for i in range(6):
         change[i, i] -= 1.0
         bound[i] = 0.0
-    curvature = row_times(row_times(one.gap, change), change)
+    curvature = image(image(one.gap, change, one_body), change, one_body)
     entries = int(strides[level] / strides[level - 1])
     apart = math.ceil(entries * SAMPLED / REACHES[state])
     for k in range(0, entries, apart):
-        moved = row_times(curvature, below[k - 1]) if k > 0 else curvature
+        moved = image(curvature, below[k - 1], one_body) if k > 0 else curvature
         raise_to_images(bound, moved, matrices, one_body)
     raise_within(bound, change, apart * strides[level - 1], one_body)
     for i in range(6):

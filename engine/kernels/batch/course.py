@@ -7,7 +7,7 @@ import numpy as np
 from .. import section_statistics as statistics
 from ..accelerated.skip import integrate_skipping
 from ..accelerated.skip import record_open_contact as record_open_steps
-from ..compile.options import jit, jit_no_alloc
+from ..compile.options import jit_no_alloc
 from ..compile.record import unpack_buffers
 from ..event_driven import output
 from ..event_driven.integrate import MOST_PAUSES, integrate
@@ -69,7 +69,7 @@ def integrate_steps(work, plan, p, stop, log, record, signals):
     return WITHDRAWN
 
 
-@jit
+@jit_no_alloc
 def integrate_to(work, plan, p, stop, log, record, signals):
     """Integrate to the end of period ``stop``."""
     if plan.kind == SKIPPING:
@@ -102,7 +102,7 @@ def log_open_contact(work, plan, p, stop, log, record):
     log_events(work, p, log, record)
 
 
-@jit
+@jit_no_alloc
 def log_periods(work, plan, p, log, record, signals):
     """Integrate through the periods of a record and log them; returns the status."""
     flat, sizes, origin = record
@@ -117,7 +117,7 @@ def log_periods(work, plan, p, log, record, signals):
     return status
 
 
-@jit
+@jit_no_alloc
 def state_recurs(work, plan, p):
     """Whether the state is that of a cycle before; it becomes that of the cycle before."""
     if plan.kind == SKIPPING:
@@ -129,7 +129,7 @@ def state_recurs(work, plan, p):
     return same
 
 
-@jit
+@jit_no_alloc
 def pass_transient(work, plan, p, signals):
     """Integrate to the end of the transient, or until the motion has turned out to be periodic.
 
@@ -149,7 +149,7 @@ def pass_transient(work, plan, p, signals):
     return OK, done, False
 
 
-@jit
+@jit_no_alloc
 def run_cell(work, plan, p, signals):
     """Integrate one cell and log its sample; returns the status and the periods done."""
     status, done, periodic = pass_transient(work, plan, p, signals)

@@ -6,7 +6,7 @@ import numpy as np
 
 from .. import section_statistics as statistics
 from ..accelerated.step_map import set_up_skipping
-from ..compile.options import jit
+from ..compile.options import jit, jit_no_alloc
 from ..equations.coordinates import contact_coordinates
 from ..event_driven.setup import set_up_events
 from ..event_driven.state import start_state, unpack_system
@@ -122,7 +122,7 @@ def run_cells(cells, places, plan, work, results, signals, slot):
         signals[slot] += 1
 
 
-@jit
+@jit_no_alloc
 def describe_cell(work, plan, p, results, i):
     """Write the description, the section and the end of a cell from its log."""
     log = work.log

@@ -66,11 +66,9 @@ def multiply(out, a, b):
 
 @jit_inlined
 def short_multiply(out, a, b):
-    """The same as `multiply` without the first two rows and columns, which become zero."""
-    for i in range(2):
-        out[i, 0], out[i, 1], out[i, 2], out[i, 3], out[i, 4], out[i, 5] = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    """The same as `multiply` without the first two rows and columns, which stay as they are."""
     for i in range(2, 4):
-        out[i, 0], out[i, 1], out[i, 2], out[i, 3], out[i, 4], out[i, 5] = short_row_image(a[i], b)
+        _, _, out[i, 2], out[i, 3], out[i, 4], out[i, 5] = short_row_image(a[i], b)
     multiply_turn(out, a, b)
 
 
