@@ -102,8 +102,8 @@ def judge_newmark_section(
 
 
 def _period_of_band(run: Response, limit: Motion) -> int:
-    """The period about whose points the section is a band; 1, its mean, where it is shorter than the limit's cycle."""
-    return limit.period if 0 < limit.period <= min(len(run.section), KEEP) else 1
+    """The period about whose points the section is a band; 1, its mean, where it has not two cycles of the limit."""
+    return limit.period if 0 < 2 * limit.period <= min(len(run.section), KEEP) else 1
 
 
 def later_run(
@@ -140,7 +140,7 @@ def period_shown(own_period: int, limit_period: int, is_band: bool) -> int:
     return min(filter(None, (own_period, limit_period)), default=0)
 
 
-def is_about_cycle(section: np.ndarray, period: int, spread: float, clear: float = CLEAR) -> bool:
+def is_about_cycle(section: np.ndarray, period: int, spread: float) -> bool:
     """Whether a band may lie about the points of a cycle: where it must show their distances, it has them.
 
     Parameters
@@ -150,10 +150,8 @@ def is_about_cycle(section: np.ndarray, period: int, spread: float, clear: float
         Of the cycle.
     spread : float
         :func:`.section.cycle_spread` of the cycle.
-    clear : float
-        See `CLEAR`.
     """
-    return spread <= clear * band_width(section, period) or cycle_spread(section, period) > SHOWN * spread
+    return spread <= CLEAR * band_width(section, period) or cycle_spread(section, period) > SHOWN * spread
 
 
 def has_shrunk(finer, width):
