@@ -119,7 +119,7 @@ def judgements(cells, chosen=None, transient=1000):
 
 
 def limits_coexist(cells, i):
-    """Whether the scatter of a cell leads to several motions without a time step: then rounding decides which counts."""
+    """Whether the scatter of a cell leads to several motions without a time step: rounding decides which counts."""
     system, eta, method = cells.system_of(i), cells.eta[i], cells.method_of(i)
     starts = simulate(system, eta, method, periods=4050, keep=2001).section[::400]
     return len({repetition(motion(system, eta, method.limit, initial=start)) for start in starts}) > 1
