@@ -17,12 +17,13 @@ from vibroscope.engine import (
     Newmark,
     Reference,
     System,
+    compare,
     motion,
     repetition,
     run_cells,
     simulate,
 )
-from vibroscope.engine.sweeps import CellKind, EtaStudy, PlaneStudy, StepStudy, judge_runs, kind_words
+from vibroscope.engine.sweeps import CellKind, EtaStudy, PlaneStudy, StepStudy, judge_runs, kind_words, sweep_step
 
 from tests.share import every, share
 
@@ -169,6 +170,15 @@ def test_a_linear_motion_after_a_short_transient_has_the_period_of_its_excitatio
     assert run_cells(cells, transient=30, sample=50).period == 0
     kinds = judge_runs(cells, transient=30, sample=50)
     assert (kinds["kind"][0], kinds["kind_period"][0]) == (CellKind.PERIODIC, 1)
+
+
+@pytest.mark.parametrize(("eta", "steps"), every([(2.76, 2000), (2.76, 8000), (2.2, 2000), (3.25, 2000), (1.08, 500)]))
+def test_a_study_over_the_step_has_the_errors_of_single_comparisons(eta, steps):
+    """All but the first of the same periods: scatter comes in bursts, and other periods have another error."""
+    study = sweep_step(System(), eta, 12000.0, 18.0, [steps], transient=2000, sample=50)
+    found = compare(System(), eta, Newmark(12000.0, 18.0, steps))
+    errors = [float(study[f"error{part}"][0, 0]) for part in ("", "_time_step", "_regularisation")]
+    assert errors == pytest.approx([found.total, found.time_step, found.regularisation], rel=0.05)
 
 
 def test_the_tabs_say_of_a_scattered_motion_what_a_single_run_says(monkeypatch, tmp_path):
