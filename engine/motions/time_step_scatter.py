@@ -98,9 +98,11 @@ def judge_newmark_section(
             "another motion"
         )
     elif decided is Kind.UNDECIDED:
+        is_seen = limit.period <= _period_of_band(run, limit)
+        what = "more steps per period would decide" if is_seen else "too long a cycle for these periods to show it"
         reason = (
             f"the section is a band ({listed}), and without a time step the motion "
-            f"is {limit.type} ({limit.reason}): more steps per period would decide"
+            f"is {limit.type} ({limit.reason}): {what}"
         )
     else:
         reason = (
