@@ -82,7 +82,7 @@ def _entry(code: Code) -> list[str]:
         "damper": code.damper and f"from the {code.damper}",
         "start": code.initial_acceleration and f"acceleration {code.initial_acceleration}",
         "rules of thumb": ", ".join(code.rules) or "-",
-        "ours leaves out": code.leaves_out,
+        "not computed here": code.leaves_out,
     }
     lines = [f"{code.name} ({code.key})"]
     for name, text in rows.items():

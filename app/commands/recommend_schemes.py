@@ -79,8 +79,8 @@ def find_and_print(options: argparse.Namespace, search: dict, units: Units | Non
         lines.append(f"located           for {CUT}; the other rows are for {CONSTANT}")
     lines += ["", as_text(best, units)]
     if words:
-        lines += [f"{'' if i else 'in its words':18s}{line}" for i, line in enumerate(words)]
-    lines += [f"ours leaves out   {text}" for text in [_leaves_out(code)] if text]
+        lines += [f"{'' if i else 'what to set':18s}{line}" for i, line in enumerate(words)]
+    lines += [f"not computed here {text}" for text in [_leaves_out(code)] if text]
     print("\n".join(lines))
 
 

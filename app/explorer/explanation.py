@@ -185,7 +185,10 @@ def _parts_note(difference: Difference | None) -> str:
     if difference is None:
         return "No number: a run ended early."
     if not difference.parts:
-        return "Its parts are not known: they exist only where all motions compared repeat."
+        return (
+            "Its parts are not known: they exist only where all motions compared come close to repeating in the kept "
+            "periods."
+        )
     if difference.measure == "sections":
         return f"Chance explains up to {percent(difference.chance)}. The parts do not add up."
     return ""

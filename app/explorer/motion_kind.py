@@ -16,7 +16,7 @@ from vibroscope.app.explorer.explanation import sentence
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.runtime.cache import Cache
 from vibroscope.app.runtime.workers import Workers, lower_priority, own_time, pool
-from vibroscope.engine import Cancelled, Kind, Motion, motion, percent
+from vibroscope.engine import Cancelled, Kind, Motion, motion, percent, rounded
 
 SECONDS = 20.0  # for one motion
 KINDS = Cache(200)  # by what the runs depend on
@@ -104,13 +104,13 @@ def describe_kind(found: Motion) -> MotionKind:
 def _kind_of(found: Motion) -> MotionKind:
     kind = found.type
     if found.step_noise > 0:
-        widths = ", ".join(f"±{width:.2g} at T/{steps}" for steps, width in found.bands)
+        widths = ", ".join(f"±{rounded(width, 2)} at T/{steps}" for steps, width in found.bands)
         period = _period(found.period)
         return MotionKind(
             Kind.ARTEFACT,
             f"{period}, scattered by the time step",
-            f"The scatter is an artefact: it shrinks with the step ({widths}). Without a time step the motion has "
-            f"{period}.{_multiplier(found)}",
+            f"The scatter is an artefact: it shrinks with the step ({widths}, over {len(found.section)} periods). "
+            f"Without a time step the motion has {period}.{_multiplier(found)}",
         )
     if kind is Kind.PERIODIC:
         return MotionKind(kind, _period(found.period), _multiplier(found).strip())

@@ -21,7 +21,7 @@ def detail_sentences(comparison: Comparison, experiments: list[Experiment]) -> t
         parts = ", ".join(f"{difference.name(name)} {percent(value)}" for name, value in difference.parts.items())
         lines.append(f"Of the {percent(difference.total)}: {parts}; these add up at each instant, not as numbers.")
     elif difference.measure == "displacements":
-        lines.append("Not all four motions repeat, so that the difference, an average, has no parts.")
+        lines.append(_why_no_parts(comparison))
     if not touching(comparison.penalty) or not touching(comparison.reference):  # else nothing meets
         lines += [*_restitution_sentences(comparison), *duration_sentences(comparison)]
     if comparison.encounters is not None:
@@ -37,6 +37,21 @@ def detail_sentences(comparison: Comparison, experiments: list[Experiment]) -> t
         left = "; ".join(f"{_leaves(each)} {percent(each.remaining)}" for each in experiments)
         lines.append(f"If one number alone is changed: {left}.")
     return tuple(lines)
+
+
+def _why_no_parts(comparison: Comparison) -> str:
+    """Which motions the kept periods do not show to repeat: a blurred one does, over more periods."""
+    names = {
+        "penalty": "the penalty solution",
+        "exact": "the penalty solution without a time step",
+        "derived": "the reference with the joint damping of the penalty model",
+    }
+    far = [text for name, text in names.items() if not getattr(comparison.motions, name).near_period]
+    which = f"{' and '.join(far)} {'does' if len(far) == 1 else 'do'}"
+    return (
+        f"Over the {comparison.runs.penalty.keep} kept periods {which} not come close to repeating, so that the "
+        "difference, an average over them, has no parts."
+    )
 
 
 def _restitution_sentences(comparison: Comparison) -> tuple[str, ...]:

@@ -95,10 +95,9 @@ class Motion:
     rotation : float
         Rotation number of a quasi-periodic section, in turns per excitation period; nan for other motions.
     step_noise : float
-        Newmark: time-step scatter, the standard deviation of ξ₁ and ξ₂ about the points of the cycle that the time
-        step causes; 0 if there is none.
+        Newmark: ``scatter`` if the time step causes it; else 0.
     bands : tuple of (int, float)
-        Newmark: numbers of steps per period, and the standard deviation found with each.
+        Newmark: numbers of steps per period, and the scatter of the same displacement with each.
     body : int
         The body whose displacement ``spread`` and ``scatter`` are of (:attr:`System.observed_body`).
     """

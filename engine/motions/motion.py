@@ -32,7 +32,6 @@ from .description import Kind, Motion, describe
 from .floquet import lyapunov_exponent, multipliers, nearest_bifurcation
 from .lyapunov import Lyapunov, lyapunov
 from .regularity import rotation_number
-from .section import scatter
 from .steady import LONG, REST, schedule_of, steady
 from .time_step_scatter import judge_newmark_section, later_run
 
@@ -275,7 +274,7 @@ def _stepped_motion(system: System, eta, method: Newmark | TimeStepping, initial
         reason=judged.reason,
         period=judged.period,
         near_period=described.near_period if judged.type is Kind.UNDECIDED else judged.period,
-        scatter=scatter(run.section, judged.period, run.system.observed_body) if scattered else described.scatter,
+        scatter=judged.step_noise if scattered else described.scatter,
         step_noise=judged.step_noise,
         bands=judged.bands,
     )

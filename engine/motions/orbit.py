@@ -171,9 +171,11 @@ class OrbitSearch:
         for period in range(1, orbit.period):
             if orbit.period % period == 0:
                 returned = self.map(orbit.state, period)
-                if returned is not None and returned.residual <= RESIDUAL * size:
-                    once = self._newton(orbit.state, period, size)  # a residual of several cycles says less about one
-                    return once._replace(iterations=orbit.iterations + once.iterations)
+                # Near a bifurcation the point of several cycles is known less exactly than its residual says.
+                if returned is not None and returned.residual <= ON_ORBIT * size:
+                    once = self._newton(orbit.state, period, size)
+                    if once is not None:
+                        return once._replace(iterations=orbit.iterations + once.iterations)
         return orbit
 
     def _moved_to_cycle_start(self, orbit: FixedPoint, periods: int) -> FixedPoint:

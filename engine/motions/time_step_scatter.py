@@ -27,9 +27,10 @@ from ..drivers.section import TOLERANCE, period_of
 from ..methods import STEPS_RANGE, is_located
 from ..result import Record, Response
 from ..simulate import simulate
-from ..wording import counted, every
+from ..wording import counted, every, rounded
 from .description import Kind, Motion
-from .section import band_width, cycle_spread
+from .section import band_width, cycle_spread, scatter
+from .words import SYMBOLS
 
 FINER = (4, 16, 64)  # times as many steps per period
 FINER_LOCATED = (4,)  # located steps converge quadratically, and none of them is skipped
@@ -39,14 +40,22 @@ SHRUNK = 0.5  # a width in proportion to Δτ would fall to a quarter each time;
 TRANSIENT, KEEP = 768, 256  # periods of each run with finer steps
 
 
+class Band(NamedTuple):
+    """The band of a section with so many steps per period."""
+
+    steps: int
+    width: float  # :func:`.section.band_width`, by which it is judged
+    scatter: float  # of the observed body alone (:func:`.section.scatter`), which is what sentences state
+
+
 class SectionJudgement(NamedTuple):
-    """Type of a Newmark motion, and how much of the width of its section the time step causes."""
+    """Type of a Newmark motion, and how much its section scatters by the time step."""
 
     type: Kind
     period: int
     reason: str
-    step_noise: float  # width of the band if the time step causes it, else 0
-    bands: tuple[tuple[int, float], ...]  # steps per period, width of the band
+    step_noise: float  # scatter of the observed body if the time step causes it, else 0
+    bands: tuple[tuple[int, float], ...]  # steps per period, scatter of the observed body
 
 
 def judge_newmark_section(
@@ -63,47 +72,55 @@ def judge_newmark_section(
     """
     own_period = period_of(run.section)
     period = _period_of_band(run, limit)
-    width = band_width(run.section, period)
-    is_band = width > TOLERANCE * np.abs(run.section).max()
+    own = _band(run, period)
+    is_band = own.width > TOLERANCE * np.abs(run.section).max()
     if shown := period_shown(own_period, limit.period, is_band):
         reason = f"the section repeats itself after {counted(shown, 'period')}"
         return SectionJudgement(Kind.PERIODIC, shown, reason, 0.0, ())
     about_cycle = is_about_cycle(run.section, period, cycle_spread(limit.section, period))
-    finer = _finer_bands(run, period, width, cancelled) if about_cycle else ()
-    bands = ((run.method.steps, width), *finer)
-    listed = ", ".join(f"{sigma:.2g} at {steps}" for steps, sigma in bands)
-    shrinks = has_shrunk(bands[-1][1], width)
+    bands = (own, *(_finer_bands(run, period, own.width, cancelled) if about_cycle else ()))
+    widths = ", ".join(f"±{rounded(each.scatter, 2)} at T/{each.steps}" for each in bands)
+    listed = f"{widths} in {SYMBOLS[run.system.observed_body]}, over {len(run.section)} periods"
+    shrinks = has_shrunk(bands[-1].width, own.width)
     decided, period, artefact = type_of_band(own_period, limit.type, limit.period, shrinks)
     if artefact:
         reason = (
-            f"the section is a band, but an artefact of the time step: its width shrinks with it (standard deviation "
-            f"{listed} steps per period), and without a time step the motion repeats itself {every(limit.period)}"
+            f"the section is a band, but an artefact of the time step: its width shrinks with it ({listed}), and "
+            f"without a time step the motion repeats itself {every(limit.period)}"
         )
     elif own_period:
         after = counted(own_period, "period")
         reason = f"the section repeats itself after {after}; without a time step the motion is {limit.type}"
     elif not about_cycle:
         reason = (
-            f"the section is a band (standard deviation {listed} steps per period), but not about the points of the "
+            f"the section is a band ({listed}), but not about the points of the "
             f"motion without a time step, which repeats itself {every(limit.period)}: with this time step it is "
             "another motion"
         )
     elif decided is Kind.UNDECIDED:
+        is_seen = limit.period <= _period_of_band(run, limit)
+        what = "more steps per period would decide" if is_seen else "too long a cycle for these periods to show it"
         reason = (
-            f"the section is a band (standard deviation {listed} steps per period), and without a time step the motion "
-            f"is {limit.type} ({limit.reason}): more steps per period would decide"
+            f"the section is a band ({listed}), and without a time step the motion "
+            f"is {limit.type} ({limit.reason}): {what}"
         )
     else:
         reason = (
             f"without a time step the motion is {limit.type} ({limit.reason}), and the band does not shrink with the "
-            f"step (standard deviation {listed} steps per period)"
+            f"step ({listed})"
         )
-    return SectionJudgement(decided, period, reason, width if artefact else 0.0, bands)
+    shown = tuple((each.steps, each.scatter) for each in bands)
+    return SectionJudgement(decided, period, reason, own.scatter if artefact else 0.0, shown)
+
+
+def _band(run: Response, period: int) -> Band:
+    section = run.section
+    return Band(run.method.steps, band_width(section, period), scatter(section, period, run.system.observed_body))
 
 
 def _period_of_band(run: Response, limit: Motion) -> int:
-    """The period about whose points the section is a band; 1, its mean, where it is shorter than the limit's cycle."""
-    return limit.period if 0 < limit.period <= min(len(run.section), KEEP) else 1
+    """The period about whose points the section is a band; 1, its mean, where it has not two cycles of the limit."""
+    return limit.period if 0 < 2 * limit.period <= min(len(run.section), KEEP) else 1
 
 
 def later_run(
@@ -140,7 +157,7 @@ def period_shown(own_period: int, limit_period: int, is_band: bool) -> int:
     return min(filter(None, (own_period, limit_period)), default=0)
 
 
-def is_about_cycle(section: np.ndarray, period: int, spread: float, clear: float = CLEAR) -> bool:
+def is_about_cycle(section: np.ndarray, period: int, spread: float) -> bool:
     """Whether a band may lie about the points of a cycle: where it must show their distances, it has them.
 
     Parameters
@@ -150,10 +167,8 @@ def is_about_cycle(section: np.ndarray, period: int, spread: float, clear: float
         Of the cycle.
     spread : float
         :func:`.section.cycle_spread` of the cycle.
-    clear : float
-        See `CLEAR`.
     """
-    return spread <= clear * band_width(section, period) or cycle_spread(section, period) > SHOWN * spread
+    return spread <= CLEAR * band_width(section, period) or cycle_spread(section, period) > SHOWN * spread
 
 
 def has_shrunk(finer, width):
@@ -195,8 +210,8 @@ def type_of_band(own_period: int, limit: Kind, limit_period: int, shrinks: bool)
     return Kind.UNDECIDED, 0, False
 
 
-def _finer_bands(run: Response, period: int, width: float, cancelled) -> list[tuple[int, float]]:
-    """Widths of the band with more and more steps, until one is clearly smaller than ``width``."""
+def _finer_bands(run: Response, period: int, width: float, cancelled) -> list[Band]:
+    """The band with more and more steps, until its width is clearly smaller than ``width``."""
     bands = []
     for factor in FINER_LOCATED if is_located(run.method) else FINER:
         steps = factor * run.method.steps
@@ -208,7 +223,7 @@ def _finer_bands(run: Response, period: int, width: float, cancelled) -> list[tu
         finer = simulate(run.system, run.eta, method, **options)
         if not finer.ok:
             break
-        bands.append((steps, band_width(finer.section, period)))
-        if is_narrow(bands[-1][1], width):
+        bands.append(_band(finer, period))
+        if is_narrow(bands[-1].width, width):
             break
     return bands

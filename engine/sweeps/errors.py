@@ -1,12 +1,13 @@
 """The error of many penalty cells and what it is made of.
 
-On the instants of Newmark's grid, over the periods that follow a cell's sample,
+On the instants of Newmark's grid, over the periods of a cell's sample but the first,
 
     Newmark − reference(table) = [Newmark − exact penalty] + [exact penalty − reference(derived)] + [derived − table]
     error                        time step                   regularisation                         joint damping
 
 each as the root mean square of both displacements relative to that of reference(table), as in
-:mod:`..divergence.error`. The last is the same for all cells of one η.
+:mod:`..divergence.error`. Scatter comes in bursts, so that other periods, or fewer, would give another error than
+:func:`..divergence.compare.compare` does. The last is the same for all cells of one η.
 
 There is an error wherever the reference repeats itself: a cell that does not repeat is far from it at most instants,
 and the error shows it (`period` is the reason). The parts exist where exact penalty and both references repeat after as
@@ -30,7 +31,6 @@ from ..result import Cancelled, Checkpoint, Record
 from ..simulate import simulate
 
 SAMPLES = 200  # per period (see engine.divergence.grid)
-PERIODS = 12  # that are compared, or the next whole number of cycles: scatter evens out over them
 
 
 class ReferenceMotion:
@@ -118,10 +118,13 @@ class ReferenceMotion:
         if exact is not None and self.splits:
             has_parts = exact.ok & (exact.near_period == self.period)
 
+        cycles = max(1, (found.section.shape[1] - 1) // self.period)
+
         def fill(i: int) -> None:
             if cancelled is not None and cancelled():
                 raise Cancelled
-            errors[:, i] = self._split(cells.method_of(i), found.end[i], exact.end[i] if has_parts[i] else None)
+            first = found.section[i, 0], exact.section[i, 0] if has_parts[i] else None
+            errors[:, i] = self._split(cells.method_of(i), cycles, *first)
 
         with ThreadPoolExecutor(threads) as pool:
             for done, _ in enumerate(pool.map(fill, np.flatnonzero(found.ok)), start=1):
@@ -129,8 +132,10 @@ class ReferenceMotion:
                     progress(done)
         return errors
 
-    def _split(self, method: Method, state: np.ndarray, exact_state: np.ndarray | None) -> tuple[float, float, float]:
-        penalty, grid = self._sampled(method, state)
+    def _split(
+        self, method: Method, cycles: int, state: np.ndarray, exact_state: np.ndarray | None
+    ) -> tuple[float, float, float]:
+        penalty, grid = self._sampled(method, cycles, state)
         if penalty is None:
             return np.nan, np.nan, np.nan
         _, size = self.table.cycle(grid)
@@ -139,16 +144,16 @@ class ReferenceMotion:
             return total, np.nan, np.nan
         if isinstance(method, ExactPenalty):
             return total, 0.0, relative_to(rms(penalty - self._in_step(self.derived, grid, penalty)), size)
-        exact, _ = self._sampled(method.limit, exact_state, method.steps)
+        exact, _ = self._sampled(method.limit, cycles, exact_state, method.steps)
         if exact is None:
             return total, np.nan, np.nan
         exact = repeated(exact, exact.shape[1], self._lead(exact, penalty))
         derived = self._in_step(self.derived, grid, exact)
         return total, relative_to(rms(penalty - exact), size), relative_to(rms(exact - derived), size)
 
-    def _sampled(self, method: Method, state: np.ndarray, steps: int | None = None):
-        """Displacements over whole cycles from a state on, (2, periods, m), and their grid; None if the run ends."""
-        periods = self.period * -(-PERIODS // self.period)
+    def _sampled(self, method: Method, cycles: int, state: np.ndarray, steps: int | None = None):
+        """Displacements over cycles from a state on, (2, periods, m), and their grid; None if the run ends."""
+        periods = self.period * cycles
         record = Record(periods, SAMPLES, steps)
         start = Checkpoint(self.system, self.eta, method, 0, state)  # it may lie anywhere
         run = simulate(self.system, self.eta, method, periods=periods, keep=periods, initial=start, record=record)

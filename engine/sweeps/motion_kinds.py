@@ -7,7 +7,9 @@ The sweep itself only shows which sections repeat themselves. The cells that do 
 - Newmark: the exact penalty motion with the same K and D, and the width of the section's band with smaller steps. A
   band that shrinks towards a periodic limit is an artefact of the time step; one that keeps its width beside a chaotic
   limit is motion. One that narrows with the same step too is the rest of a transient: the cell is judged later. One
-  that is not about the points of a periodic limit is another motion.
+  that is not about the points of a periodic limit is another motion. All this is asked of the same periods as those of
+  a single motion (`_as_late`): the scatter may end late, and where several motions without a time step coexist, the one
+  that counts begins where the run ends.
 
 What these runs do not decide is undecided. No module of a study imports this one, so that it does not enter the digest
 of numerical code.
@@ -29,8 +31,8 @@ from ..motions.description import Kind
 from ..motions.lyapunov import lyapunov
 from ..motions.motion import FARTHEST, classify
 from ..motions.section import band_width, cycle_spread, scatter, settled_period
+from ..motions.steady import LONG, schedule_of
 from ..motions.time_step_scatter import (
-    CLEAR,
     FINER,
     FINER_LOCATED,
     SHRUNK,
@@ -42,13 +44,10 @@ from ..motions.time_step_scatter import (
 )
 from ..motions.words import repetition_of
 from .codes import MISSING, CellKind
-from .eta_study import COORDINATES, EtaStudy
+from .eta_study import EtaStudy
 
 FOLLOWED = (512, 4096)  # periods with the Jacobian; the second number only if the first does not decide
 SETTLED = 256  # last periods of these that may show a cycle which the motion has settled to
-LESS_CLEAR = (
-    CLEAR / 2
-)  # a short section shows a cycle by chance: rather undecided than another kind than a single run's
 FINER_TRANSIENT = 256  # periods of a run with smaller steps before its section is taken
 
 
@@ -129,7 +128,6 @@ def judge_cells(
     Parameters
     ----------
     study : EtaStudy
-        With all coordinates of the section.
     values : dict
         Its variables.
     chosen : (m,) ndarray of int
@@ -152,9 +150,8 @@ def judge_cells(
         If ``cancelled`` returned true.
     """
     cells = study.cells_at({name: axis[chosen] for name, axis in study.axes.items()})
-    sections = np.stack([values[name][chosen] for name in COORDINATES], axis=2)
     run = {"transient": study.transient, "sample": study.sample}
-    return _judge(cells, values["period"][chosen], values["end"][chosen], sections, run, _how(threads, cancelled))
+    return _judge(cells, values["period"][chosen], values["end"][chosen], run, _how(threads, cancelled))
 
 
 def judge_runs(
@@ -183,7 +180,7 @@ def judge_runs(
     kinds = _known_kinds(cells.method, found.status, periods)
     chosen = np.flatnonzero(kinds["kind"] == CellKind.UNKNOWN)
     if len(chosen):
-        some, own = _selected(cells, chosen), (column[chosen] for column in (periods, found.end, found.section))
+        some, own = _selected(cells, chosen), (column[chosen] for column in (periods, found.end))
         for name, array in _judge(some, *own, run, how).items():
             kinds[name][chosen] = array
     return kinds
@@ -193,8 +190,8 @@ def _how(threads: int | None, cancelled) -> dict[str, object]:
     return {"threads": thread_count(threads), "cancelled": cancelled}
 
 
-def _judge(cells: Cells, period, end, sections, run: dict, how: dict) -> dict[str, np.ndarray]:
-    """Judge cells by their runs, with sections (n, sample, 4), and by further ones that begin where these ended.
+def _judge(cells: Cells, period, end, run: dict, how: dict) -> dict[str, np.ndarray]:
+    """Judge cells by runs that begin where their own ended.
 
     No run can begin where a motion has grown beyond `FARTHEST`: it stays undecided.
     """
@@ -203,12 +200,30 @@ def _judge(cells: Cells, period, end, sections, run: dict, how: dict) -> dict[st
     near = np.flatnonzero((np.abs(end) <= FARTHEST).all(axis=1))
     some = replace(_selected(cells, near), initial=end[near])
     if isinstance(cells.method, STEPPING):
-        judged = _judge_newmark(some, period[near], sections[near], run, how)
+        chosen, *late = _as_late(some, run, how)
+        near, judged = near[chosen], _judge_newmark(*late, run, how)
     else:
         judged, _ = _follow(some, period[near], end[near], how)
     for name, array in judged.items():
         found[name][near] = array
     return found
+
+
+def _as_late(cells: Cells, run: dict, how: dict) -> tuple[np.ndarray, Cells, np.ndarray, np.ndarray]:
+    """Let cells go on to the periods that a single motion is judged by, the last `SETTLED` of `LONG`, or to later ones.
+
+    Returns
+    -------
+    chosen : (m,) ndarray of int
+        The cells that come so far.
+    cells, periods, sections
+        Theirs, as they are then.
+    """
+    missing = max(0, LONG - SETTLED - run["transient"] - run["sample"])
+    later = run_cells(cells, transient=missing, sample=SETTLED, **how)
+    chosen = np.flatnonzero(later.ok & (np.abs(later.end) <= FARTHEST).all(axis=1))
+    going_on = replace(_selected(cells, chosen), initial=later.end[chosen])
+    return chosen, going_on, _periods(later)[chosen], later.section[chosen]
 
 
 def _judge_newmark(cells: Cells, periods: np.ndarray, sections: np.ndarray, run, how) -> dict[str, np.ndarray]:
@@ -217,7 +232,7 @@ def _judge_newmark(cells: Cells, periods: np.ndarray, sections: np.ndarray, run,
     widths = _widths(sections, limit["kind_period"])
     is_band = widths > TOLERANCE * np.abs(sections).max(axis=(1, 2))
     cycles = zip(sections, np.maximum(limit["kind_period"], 1).tolist(), spreads.tolist(), strict=True)
-    about = np.array([is_about_cycle(*cycle, LESS_CLEAR) for cycle in cycles], bool)
+    about = np.array([is_about_cycle(*cycle) for cycle in cycles], bool)
     shrinks = _shrinks(cells, limit, widths, is_band & about, how)
     found = limit | {"kind": limit["kind"].copy(), "kind_period": limit["kind_period"].copy()}
     for i, period in enumerate(periods.tolist()):
@@ -259,7 +274,7 @@ def _limit(cells: Cells, run: dict, how: dict) -> tuple[dict[str, np.ndarray], n
     Their samples are long enough to tell a slow transient that alternates from a cycle. A spread is that of the points
     of a cycle (:func:`..motions.section.cycle_spread`); 0 for other motions.
     """
-    runs = run_cells(cells, **(run | {"sample": max(run["sample"], SETTLED)}), **how)
+    runs = run_cells(cells, transient=run["transient"], sample=SETTLED, **how)
     start = np.where(runs.ok[:, None], runs.end, np.nan)
     found, later = _follow(cells, np.where(runs.ok, _periods(runs), 0), start, how)
     cycles = [later.get(i, section) for i, section in enumerate(runs.section)]
@@ -286,20 +301,19 @@ def _follow(
     sections : dict of int to (n, 4) ndarray
         The last points of those that were followed, by their place.
     """
-    sections = {}
     found = unknown_kinds(len(cells))
     found["kind"][:] = np.where(period > 0, CellKind.PERIODIC, CellKind.UNDECIDED)
     found["kind_period"][:] = period
+    state, sections = _go_on(cells, period, start, found, how)
 
     def follow(i: int) -> None:
-        state = start[i]
         for periods in FOLLOWED:
-            options = {"initial": state, "periods": periods, "cancelled": how["cancelled"]}
+            options = {"initial": state[i], "periods": periods, "cancelled": how["cancelled"]}
             followed = lyapunov(cells.system_of(i), cells.eta[i], cells.method_of(i), **options)
             if len(followed.section) < periods:  # no derivative: an impact grazes
                 return
             found["lyapunov"][i], found["lyapunov_error"][i] = followed.exponent, followed.error
-            sections[i], state = followed.section[-SETTLED:], followed.section[-1]
+            sections[i], state[i] = followed.section[-SETTLED:], followed.section[-1]
             settled = settled_period(sections[i])
             kind = CellKind.PERIODIC if settled else CellKind[classify(followed)[0].name]
             found["kind"][i], found["kind_period"][i] = kind, settled
@@ -307,8 +321,38 @@ def _follow(
                 return
 
     with ThreadPoolExecutor(how["threads"]) as pool:
-        list(pool.map(follow, np.flatnonzero((period == 0) & (np.abs(start) <= FARTHEST).all(axis=1))))
+        list(pool.map(follow, _without_period(found["kind_period"], state)))
     return found, sections
+
+
+def _go_on(cells: Cells, period: np.ndarray, start: np.ndarray, found: dict, how: dict) -> tuple[np.ndarray, dict]:
+    """Let motions without a period go on as long as a single one is followed; write to ``found`` which have settled.
+
+    A chaotic transient may last thousands of periods, which take less time than a few hundred with the Jacobian.
+
+    Returns
+    -------
+    state : (m, 4) ndarray
+        Where each cell goes on from.
+    sections : dict of int to (SETTLED, 4) ndarray
+        The last points of the cells that went on, by their place.
+    """
+    state, sections = start.copy(), {}
+    places = _without_period(period, start)
+    some = replace(_selected(cells, places), initial=start[places])
+    later = run_cells(some, transient=schedule_of(cells.method).followed[0], sample=SETTLED, **how)
+    for i, ok, section, end in zip(places.tolist(), later.ok, later.section, later.end, strict=True):
+        if not ok:
+            continue
+        sections[i], state[i] = section, end
+        if settled := settled_period(section):
+            found["kind"][i], found["kind_period"][i] = CellKind.PERIODIC, settled
+    return state, sections
+
+
+def _without_period(period: np.ndarray, state: np.ndarray) -> np.ndarray:
+    """The places of cells without a period that can go on from their state."""
+    return np.flatnonzero((period == 0) & (np.abs(state) <= FARTHEST).all(axis=1))
 
 
 def _shrinks(cells: Cells, limit: dict[str, np.ndarray], widths: np.ndarray, asked: np.ndarray, how) -> np.ndarray:
@@ -343,11 +387,5 @@ def _selected(cells: Cells, chosen: np.ndarray) -> Cells:
 
 
 def _widths(sections: np.ndarray, periods: np.ndarray) -> np.ndarray:
-    """Width of the band of each section about the points of its cycle, (m,); nan for a cycle too long to see."""
-    rows = sections.shape[1]
-    return np.array(
-        [
-            band_width(section, max(int(p), 1)) if 2 * p <= rows else np.nan
-            for section, p in zip(sections, periods, strict=True)
-        ]
-    )
+    """Width of the band of each section, (m, SETTLED, 4), about the points of its cycle, or its mean: (m,)."""
+    return np.array([band_width(section, max(int(p), 1)) for section, p in zip(sections, periods, strict=True)])

@@ -117,7 +117,7 @@ class PlaneStudy(Study):
         runs = 1 + beside + ("error" in names) + ("exact_error" in names)
         passes = _Passes(progress, len(cells), runs)
         common = {"threads": threads, "cancelled": cancelled}
-        periods = {"transient": self.transient, "sample": self.sample, "coordinates": (2,)}
+        periods = {"transient": self.transient, "sample": self.sample}
 
         found = exact = run_cells(cells, **periods, **common, progress=passes.next())
         values = self._described(found)

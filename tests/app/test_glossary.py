@@ -3,8 +3,12 @@
 import json
 from collections import Counter
 
+from vibroscope.app.explorer.field_units import unit_of
 from vibroscope.app.explorer.glossary import glossary
+from vibroscope.app.explorer.state import Setting
 from vibroscope.app.page.help.tab import Help, glossary_rows
+
+from tests.served import ROOT
 
 from .fakes import FakeHost
 
@@ -15,6 +19,14 @@ def test_no_word_opens_two_entries():
     heads = [entry.head for entry in glossary()]
     assert len(set(heads)) == len(heads)
     assert all(entry.text and entry.opens for entry in glossary())
+
+
+def test_the_unit_of_the_damper_is_one():
+    """Beside the number, in Help, in the glossary and in the table of symbols."""
+    unit = unit_of("damping", Setting())
+    assert any(f"a multiple of {unit}, D = c/({unit})" in entry.text for entry in glossary() if entry.head == "D")
+    assert f"{unit} for dampings" in (ROOT / "app/page/help/help.html").read_text()
+    assert f"| 1; {unit} | `damping`" in (ROOT / "docs/theory/symbols.md").read_text()
 
 
 def test_help_shows_every_entry():

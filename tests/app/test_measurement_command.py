@@ -49,7 +49,7 @@ def test_a_fit_comes_first_and_its_system_is_compared(capsys):
     text = compare(capsys, "--measured", str(EXAMPLE), "--fit", "restitution")
     assert "restitution         0.50" in text
     assert "+- " in text
-    assert "sensor closes" in text
+    assert "contacts per period" in text
 
 
 def test_units_come_from_the_system_file(capsys, tmp_path):

@@ -1,6 +1,7 @@
 """``vibroscope motion``: its JSON and its text."""
 
 import json
+import re
 
 import pytest
 from vibroscope.app.commands.cli import main
@@ -38,6 +39,10 @@ def test_step_noise_is_named(capsys):
     assert found["step_noise"] > 0.1
     text = printed(capsys, *NEWMARK, "--steps", "2000")
     assert "an artefact of the time step" in " ".join(text.split())
+    amount, periods = re.search(r"blurred by the time step \(±([\d.]+) in ξ₂\)", text)[1], len(found["section"])
+    assert f"(±{amount} at T/2000, ±" in text  # one scatter, in the name of the motion and in its evidence
+    assert f"in ξ₂, over {periods} periods)" in " ".join(text.split())
+    assert found["step_noise"] == found["scatter"] == found["bands"][0][1]
 
 
 def test_a_run_that_blows_up_is_a_result(capsys):

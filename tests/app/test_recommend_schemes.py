@@ -167,8 +167,8 @@ def test_a_code_is_answered_in_its_words(capsys, tmp_path, monkeypatch):
     rows = [line.split() for line in out.splitlines()[2:4]]
     assert {row[0] for row in rows} == {"newmark", "hht"}
     assert {row[2 if row[0] == "hht" else 3] for row in rows} == {"end"}
-    assert "in its words      *DYNAMIC, ALPHA=" in out
-    assert "ours leaves out   The size of its increments" in out
+    assert "what to set       *DYNAMIC, ALPHA=" in out
+    assert "not computed here The size of its increments" in out
     _, text, _ = run(capsys, *asked, "--json")
     report = json.loads(text)
     best = report["found"][0]
@@ -185,7 +185,7 @@ def test_a_code_without_a_setting_says_why_and_has_no_words(monkeypatch, capsys)
     status, out, _ = run(capsys, *FEW, "--code", "opensees")
     assert status == 0
     assert "not met           why" in out
-    assert "in its words" not in out
+    assert "what to set" not in out
 
 
 @pytest.mark.parametrize(

@@ -73,7 +73,7 @@ def test_a_suggestion_of_a_code_sets_its_integrator_and_speaks_its_words(searche
     assert lines[0].startswith("HHT-α, forces averaged (α = −0.05): K = 10500, D = 15.8")
     assert any(line.startswith("Newmark (β = 0.25, γ = 0.5): K = 10500") for line in lines)
     assert "These numbers are for codes with a constant step." in lines
-    assert lines[-1].startswith("In the words of Abaqus/Standard: *DYNAMIC, ALPHA=-0.05, DIRECT; 0.001")
+    assert lines[-1].startswith("What to set in Abaqus/Standard: *DYNAMIC, ALPHA=-0.05, DIRECT; 0.001")
 
 
 @pytest.mark.parametrize("unchecked", [True, False])

@@ -1,5 +1,7 @@
 """The tab Your code: what a code sets, its input, the table of rules, and the study behind it."""
 
+import re
+
 import numpy as np
 import pytest
 from vibroscope.app.codes.catalogue import codes
@@ -24,6 +26,8 @@ from vibroscope.app.studies.your_code import (
 )
 from vibroscope.engine import TimeStepping
 
+from tests.served import ROOT
+
 from .fakes import QueueingHost, send
 
 COARSE = Setting(eta=2.76, K=12000.0, D=18.0, steps=200)
@@ -35,6 +39,15 @@ FEW = ("abaqus-ten", "mathworks-penetration")
 @pytest.fixture
 def few_rules(monkeypatch):
     monkeypatch.setattr(your_code, "rules", lambda: {key: rules()[key] for key in FEW})
+
+
+@pytest.mark.parametrize(
+    "path", ["app/page/your_code/rules.js", "app/page/explore/suggest.py", "app/commands/codes.py"]
+)
+def test_no_head_says_ours_or_in_its_words(path):
+    """A new user does not know who "we" are."""
+    text = (ROOT / path).read_text()
+    assert not re.search(r"[\"'`](What )?ours |[\"'`]In the words of|[\"'`]in its words", text, re.IGNORECASE)
 
 
 @pytest.mark.parametrize("key", codes())

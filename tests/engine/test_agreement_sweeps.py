@@ -1,6 +1,7 @@
 """Sweeps, the tabs that show them, and single runs say the same of a motion: random settings of random systems."""
 
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -16,12 +17,13 @@ from vibroscope.engine import (
     Newmark,
     Reference,
     System,
+    compare,
     motion,
     repetition,
     run_cells,
     simulate,
 )
-from vibroscope.engine.sweeps import CellKind, EtaStudy, PlaneStudy, StepStudy, judge_runs, kind_words
+from vibroscope.engine.sweeps import CellKind, EtaStudy, PlaneStudy, StepStudy, judge_runs, kind_words, sweep_step
 
 from tests.share import every, share
 
@@ -103,22 +105,61 @@ def test_studies_have_the_periods_and_the_words_of_single_runs():
 SHOWN = ("period", "near_period", "exact_period", "exact_near_period")
 
 
-@pytest.mark.parametrize("name", every(["Newmark", "reference"]))
-def test_judged_cells_never_contradict_the_judgement_of_single_motions(name):
-    """With less evidence a kind may stay undecided; one that is decided is that of `motion`, in its words."""
-    count = max(12, share(24))
-    cells = random_cells(METHODS[name], count, seed=6)
-    kinds = judge_runs(cells, transient=1000, sample=48)
-    decided, scattered = 0, 0
-    for i, (kind, period) in enumerate(zip(kinds["kind"].tolist(), kinds["kind_period"].tolist(), strict=True)):
+def judgements(cells, chosen=None, transient=1000):
+    """Number, kind and words of each cell that is decided, and the words of the single motion, without amounts."""
+    chosen = np.arange(len(cells)) if chosen is None else np.array(chosen)
+    own = {name: array if array is None else array[chosen] for name, array in numbers_of(cells).items()}
+    kinds = judge_runs(
+        replace(cells, system=[cells.system_of(i) for i in chosen], **own), transient=transient, sample=48
+    )
+    for i, kind, period in zip(chosen.tolist(), kinds["kind"].tolist(), kinds["kind_period"].tolist(), strict=True):
         found = motion(cells.system_of(i), cells.eta[i], cells.method_of(i))
         if kind in (CellKind.UNDECIDED, CellKind.ENDED_EARLY) or found.type == "undecided":
             continue
+        yield i, kind, kind_words(kind, period), re.sub(r" \(±.*\)", "", repetition(found))
+
+
+def limits_coexist(cells, i):
+    """Whether the scatter of a cell leads to several motions without a time step: rounding decides which counts."""
+    system, eta, method = cells.system_of(i), cells.eta[i], cells.method_of(i)
+    starts = simulate(system, eta, method, periods=4050, keep=2001).section[::400]
+    return len({repetition(motion(system, eta, method.limit, initial=start)) for start in starts}) > 1
+
+
+def numbers_of(cells):
+    return {name: getattr(cells, name) for name in ("eta", "stiffness", "damping", "steps")}
+
+
+@pytest.mark.parametrize("name", every(["Newmark", "reference"]))
+def test_judged_cells_never_contradict_the_judgement_of_single_motions(name):
+    """With less evidence a kind may stay undecided; one that is decided is that of `motion`, in its words."""
+    count = max(12, share(240))
+    decided, scattered = 0, 0
+    cells = random_cells(METHODS[name], count, seed=6)
+    for i, kind, said, of_single in judgements(cells):
         decided += 1
         scattered += kind == CellKind.ARTEFACT
-        assert kind_words(kind, period) == re.sub(r" \(±.*\)", "", repetition(found)), i
+        assert said == of_single or (name == "Newmark" and limits_coexist(cells, i)), i
     assert decided >= 0.7 * count
     assert scattered >= 0.2 * count or name == "reference"
+
+
+@pytest.mark.parametrize(
+    ("seed", "cell"),
+    every(
+        [
+            (107, 20),  # its scatter ends between 1,500 and 4,000 periods
+            (101, 22),  # its cycle of 128 periods is longer than the sample of the cell
+            (105, 19),  # motions of one and of two periods coexist without a time step, within its band
+            (111, 0),  # without a time step a multiplier is -0.997, so that the cycle seemed to have two periods
+        ]
+    ),
+)
+@pytest.mark.parametrize("transient", [450, 1000])
+def test_a_cell_is_judged_by_the_periods_that_a_single_motion_is_judged_by(seed, cell, transient):
+    cells = random_cells(METHODS["Newmark"], 24, seed=seed)
+    ((_, _, said, of_single),) = judgements(cells, [cell], transient)
+    assert said == of_single
 
 
 @pytest.mark.parametrize("method", [Newmark(100, 5, 200), ExactPenalty(100, 5)], ids=["Newmark", "exact"])
@@ -129,6 +170,15 @@ def test_a_linear_motion_after_a_short_transient_has_the_period_of_its_excitatio
     assert run_cells(cells, transient=30, sample=50).period == 0
     kinds = judge_runs(cells, transient=30, sample=50)
     assert (kinds["kind"][0], kinds["kind_period"][0]) == (CellKind.PERIODIC, 1)
+
+
+@pytest.mark.parametrize(("eta", "steps"), every([(2.76, 2000), (2.76, 8000), (2.2, 2000), (3.25, 2000), (1.08, 500)]))
+def test_a_study_over_the_step_has_the_errors_of_single_comparisons(eta, steps):
+    """All but the first of the same periods: scatter comes in bursts, and other periods have another error."""
+    study = sweep_step(System(), eta, 12000.0, 18.0, [steps], transient=2000, sample=50)
+    found = compare(System(), eta, Newmark(12000.0, 18.0, steps))
+    errors = [float(study[f"error{part}"][0, 0]) for part in ("", "_time_step", "_regularisation")]
+    assert errors == pytest.approx([found.total, found.time_step, found.regularisation], rel=0.05)
 
 
 def test_the_tabs_say_of_a_scattered_motion_what_a_single_run_says(monkeypatch, tmp_path):

@@ -5,13 +5,35 @@ from functools import cache
 
 import numpy as np
 import pytest
-from vibroscope.engine import Cancelled, ExactPenalty, Newmark, Reference, System, compare, motion, simulate, verdict
+from vibroscope.engine import (
+    Cancelled,
+    ExactPenalty,
+    Newmark,
+    Reference,
+    System,
+    compare,
+    motion,
+    repetition,
+    simulate,
+    verdict,
+)
 from vibroscope.engine.divergence.error import Target
 
 from tests.share import every
 
 SYSTEM = System()
 ZETA = math.log(2) / math.hypot(math.pi, math.log(2))
+
+
+def test_a_blurred_motion_is_not_said_not_to_repeat():
+    """It repeats over more periods than are kept, as its evidence shows; the sentence is of the kept ones."""
+    found = compare(SYSTEM, 2.76, Newmark(12000, 18, 500)).decided()
+    assert repetition(found.penalty).startswith("repeats every period, blurred")
+    first = verdict(found).details[0]
+    assert first == (
+        "Over the 50 kept periods the penalty solution does not come close to repeating, so that the difference, an "
+        "average over them, has no parts."
+    )
 
 
 @cache

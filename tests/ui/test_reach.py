@@ -43,6 +43,32 @@ def test_every_stop_of_the_keyboard_has_a_name(visit):
     assert "Phase plot, body 1, displacement ξ₁ / base amplitude, velocity ξ₁′ / (Aω₁)" in names
 
 
+NAMED = """() => {
+  let named = 0;
+  const walk = root => root.querySelectorAll("*").forEach(node => {
+    if (node.getAttribute("role") === "figure" && node.getAttribute("aria-label")) named += 1;
+    if (node.shadowRoot) walk(node.shadowRoot);
+  });
+  walk(document.body);
+  return named;
+}"""
+
+
+def test_figures_get_their_names_however_late_they_come(visit):
+    """On a loaded machine Bokeh takes long, and a figure is not laid out when it is named."""
+    explorer = visit("?tab=step")
+    wait_until(lambda: explorer.page.evaluate(NAMED) == 4, what="the names of the open tab")
+    explorer.page.evaluate("""() => {
+      const wait = window.setTimeout;
+      window.setTimeout = (act, time, ...rest) => wait(act, time / 50, ...rest);  // as if 50 times as long went by
+      Object.defineProperty(Bokeh.documents[0], "is_idle", { get: () => false, configurable: true });
+    }""")
+    explorer.open_tab("Explore")
+    explorer.page.wait_for_timeout(3000)
+    explorer.page.evaluate("delete Bokeh.documents[0].is_idle")
+    wait_until(lambda: explorer.page.evaluate(NAMED) == 10, what="names of all figures, hidden ones too")
+
+
 def test_on_a_phone_legends_are_for_fingers_and_the_question_mark_is_help(visit):
     explorer = visit(width=390, height=844, has_touch=True, is_mobile=True)
     entries = explorer.page.get_by_role("switch")

@@ -80,7 +80,7 @@ def test_what_a_code_has_is_offered_once_it_is_chosen(visit):
         explorer.page.get_by_label(f"Keep the present {name}").check()
     explorer.page.get_by_role("button", name="Suggest K").click()
     explorer.page.locator(".suggest[data-phase=done]").wait_for(timeout=60_000)
-    assert "In the words of Abaqus/Standard: *DYNAMIC" in explorer.page.locator(".suggest .found").text_content()
+    assert "What to set in Abaqus/Standard: *DYNAMIC" in explorer.page.locator(".suggest .found").text_content()
 
 
 def test_a_file_is_taken_whole_or_not_at_all(visit):

@@ -159,7 +159,7 @@ class Suggester:
         if self._searched_code and found.best:
             setting, code = self._setting, self._searched_code
             words = code.words_for(setting.system, setting.eta, found.method, setting.scale)
-            content["lines"] = [*content["lines"], f"In the words of {code.name}: {'; '.join(words)}"]
+            content["lines"] = [*content["lines"], f"What to set in {code.name}: {'; '.join(words)}"]
         self._show(phase="done", **content)
         return content
 

@@ -33,17 +33,18 @@ function markMain() {
   if (area) area.tabIndex = 0;
 }
 
-// A figure of a tab that has just been opened is in the document some time before it is on the page.
-function fitFigures(tries = 100) {
+// A figure of a tab that has just been opened is in the document some time before it is on the page, on a loaded
+// machine a long time.
+function fitFigures() {
   const fitted = allFigures().map(fitFigure);
-  if (!fitted.every(Boolean) && tries > 0) setTimeout(fitFigures, 50, tries - 1);
+  if (!fitted.every(Boolean)) setTimeout(fitFigures, 50);
 }
 
 // Calls `act` when the figures are drawn and `root` is in the page; either may be first.
-function whenDrawn(root, act, wait = 0, tries = 200) {
+function whenDrawn(root, act, wait = 0) {
   setTimeout(() => {
     if (root.isConnected && window.Bokeh?.documents[0]?.is_idle) act();
-    else if (tries > 0) whenDrawn(root, act, 50, tries - 1);
+    else whenDrawn(root, act, 50);
   }, wait);
 }
 

@@ -111,10 +111,10 @@ function fitFigure(figure) {
   let due = false;
   const fit = () => {
     due = false;
+    nameFigure(view);
     if (view.bbox.width < 2 || !view.el.isConnected) return; // in a hidden tab
     fitLegend(view);
     fitTexts(view);
-    nameFigure(view);
   };
   const later = () => {
     if (!due) requestAnimationFrame(fit);

@@ -57,8 +57,8 @@ function drawOwn(box, code) {
   }
   const details = element("details");
   details.append(element("summary", "", "Sources"), sources);
-  box.replaceChildren(element("h2", "", `In the words of ${code.name}`), words,
-    element("h2", "", "What ours leaves out"), element("p", "", code.leaves_out), details);
+  box.replaceChildren(element("h2", "", `What to set in ${code.name}`), words,
+    element("h2", "", "What Vibroscope does not compute"), element("p", "", code.leaves_out), details);
 }
 
 function linked(text, url) {
