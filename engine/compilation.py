@@ -16,8 +16,8 @@ from .batch import run_cells
 from .cells import Cells
 from .drivers import orbit_steps, settle
 from .drivers.code_cache import CompileListener, compilable_functions, complete_mark
-from .drivers.law_orbit import equations_of
 from .drivers.orbit import PART, numbers_of
+from .drivers.orbit_equations import Followed, equations_of
 from .methods import ExactPenalty, Newmark, Reference, TimeStepping
 from .model import System
 from .motions.steady import steady
@@ -93,7 +93,7 @@ def _settle(cells: Cells) -> None:
     settle.settle(cells.method, cells.parameters(), *start, traps, periods=2, stride=1, threads=1)
 
 
-def _step(system: System, method: Reference | ExactPenalty) -> None:
+def _step(system: System, method: Followed) -> None:
     """Take a step of Newton's method to an orbit, and find what a branch needs at one."""
     equations, start, ones = equations_of(system, 1.08, method), np.zeros(4), np.ones(5)
     found = equations((), False, 1, start)
@@ -122,6 +122,6 @@ def calls(system: System) -> Iterator[tuple[str, Callable[[], object]]]:
     for name in _BATCHES:
         cells = Cells(system, [1.08], _RUNS[name])
         yield f"{name}, for studies", lambda cells=cells: run_cells(cells, transient=1, sample=2)
-    for method in (_RUNS["reference"],) if system.wall else (_RUNS["reference"], _RUNS["other contact laws"]):
-        yield "branches", lambda method=method: _step(system, method)
+    for name in ("reference",) if system.wall else ("reference", "other contact laws", "Newmark, located"):
+        yield "branches", lambda method=_RUNS[name]: _step(system, method)
     yield "basins of attraction", lambda: _settle(Cells(system, [1.08], Reference()))

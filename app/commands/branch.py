@@ -8,7 +8,7 @@ from vibroscope.app.commands.basin_seeds import read_basin
 from vibroscope.app.commands.interrupt import watch_interrupt
 from vibroscope.app.commands.kept_branches import KeptBranches
 from vibroscope.app.commands.numbers import count, measured
-from vibroscope.app.commands.options import NEEDED, add_closed_form_options, default_of, problem_of
+from vibroscope.app.commands.options import NEEDED, add_branch_options, default_of, problem_of
 from vibroscope.app.commands.output import note, progress_line
 from vibroscope.engine import (
     PARAMETERS,
@@ -32,14 +32,16 @@ def add(commands) -> None:
         "branch",
         allow_abbrev=False,
         help="follow periodic motions, stable and unstable, over a number, and locate their bifurcations",
-        description="Follow every branch of periodic motions of the reference or the exact penalty solution through a "
-        "range of one number, from all motions that coexist at some of its values, and locate folds, period "
-        "doublings, Neimark-Sacker points, branch points, grazing, and where sticking begins or ends, to 1e-10 of "
-        "the range.",
+        description="Follow every branch of periodic motions of the reference, the exact penalty solution or Newmark's "
+        "method with located steps through a range of one number, from all motions that coexist at some of its values, "
+        "and locate folds, period doublings, Neimark-Sacker points, branch points, grazing, and where sticking begins "
+        "or ends, to 1e-10 of the range. Newmark's method with whole steps has no branches: its map over a period "
+        "jumps where a contact passes a step. With located steps that map has kinks, so that at a point a multiplier "
+        "may pass 1 or -1 without taking that value.",
         epilog="Ctrl-C ends the search; what was found is printed. With --out each branch is kept once it is followed: "
         "after a stop or a kill the same command reads what is kept, and goes on from there.",
     )
-    add_closed_form_options(command)
+    add_branch_options(command)
     add = command.add_argument
     add("--over", choices=PARAMETERS, default="eta", help="the number that varies (default eta)")
     add("--from", dest="low", type=measured, required=True, metavar="F", help="its smallest value")

@@ -5,7 +5,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import fields, replace
 from inspect import signature
 
-from vibroscope.app.commands.numbers import measured, measured_count, number, state_numbers
+from vibroscope.app.commands.numbers import count, measured, measured_count, number, state_numbers
 from vibroscope.app.commands.output import note
 from vibroscope.engine import (
     CONTACT_LAWS,
@@ -133,18 +133,21 @@ def add_solver_options(command: argparse.ArgumentParser) -> None:
     _add_reference_options(command)
 
 
-def add_closed_form_options(command: argparse.ArgumentParser) -> None:
-    """Add the problem, a solver in closed form and the initial state, for :func:`problem_of`."""
+def add_branch_options(command: argparse.ArgumentParser) -> None:
+    """Add the problem, a solver whose orbits have equations and the initial state, for :func:`problem_of`."""
     add = command.add_argument
     add(
         "--solver",
         default="reference",
-        choices=("reference", "exact"),
-        help="semi-analytical reference, or penalty model without a time step (default %(default)s)",
+        choices=tuple(SOLVER_OPTIONS),
+        help="semi-analytical reference; penalty model without a time step, or by Newmark's method with --located "
+        "(default %(default)s)",
     )
     add("--eta", **ETA)
-    add("--K", type=measured, metavar="F", help=f"exact: {_STIFFNESS}")
-    add("--D", type=measured, metavar="F", help=f"exact: {_DAMPING}")
+    add("--K", type=measured, metavar="F", help=f"exact, newmark: {_STIFFNESS}")
+    add("--D", type=measured, metavar="F", help=f"exact, newmark: {_DAMPING}")
+    add("--steps", type=count, metavar="N", help="newmark: steps per excitation period, the time step is T/N")
+    add("--located", action="store_true", help="newmark: cut each step at a contact change; branches need it")
     add("--law", choices=PIECEWISE_LINEAR, help=f"exact: {_LAW}; those that are linear by pieces")
     _add_reference_options(command)
 

@@ -11,8 +11,8 @@ from functools import cached_property
 
 import numpy as np
 
-from ..drivers.law_orbit import LawOrbitEquations, equations_of
-from ..drivers.orbit import Evaluation, OrbitEquations
+from ..drivers.orbit import Evaluation
+from ..drivers.orbit_equations import Equations, equations_of
 from ..drivers.orbit_steps import interpolated, scales_of, step_at_value, step_in_plane, tangent_of
 from .family import Family
 from .orbit import Orbit
@@ -118,8 +118,11 @@ class CurvePoint:
     def predicted(self, s: float) -> np.ndarray:
         """X at a distance along the tangent: the polynomial through the nearest known points.
 
-        Interpolation by divided differences (Newton), at points whose tangent is known with that (Hermite).
+        Interpolation by divided differences (Newton), at points whose tangent is known with that (Hermite). Kinks and
+        jumps between near points would grow in these: a curve that has some is predicted by its tangent.
         """
+        if self._curve.family.jumps:
+            return self.unknowns + s * self.along
         nearest = sorted(self._around, key=lambda known: abs(known - s))[:NEIGHBOURS]
         points = [self, *(self._around[known] for known in nearest)]
         along = [point.along if "tangent" in point.__dict__ else np.full(len(self.scales), np.nan) for point in points]
@@ -129,7 +132,7 @@ class CurvePoint:
     def predicted_slope(self, s: float) -> np.ndarray:
         """∂F/∂α₁ at a distance along the tangent: in a straight line from here to the last point whose own is known."""
         for distance, point in reversed(self._around.items()):
-            if "slope" in point.__dict__:
+            if not self._curve.family.jumps and "slope" in point.__dict__:
                 return self.slope + s / distance * (point.slope - self.slope)
         return self.slope
 
@@ -151,9 +154,9 @@ class Curve:
 
     def __init__(self, family: Family, span: ParameterRange) -> None:
         self.family, self.low, self.high, self.width = family, span.low, span.high, span.width
-        self._known: dict[float, OrbitEquations | LawOrbitEquations] = {}
+        self._known: dict[float, Equations] = {}
 
-    def equations(self, value: float) -> OrbitEquations | LawOrbitEquations:
+    def equations(self, value: float) -> Equations:
         """The equations at α₁; the last ones are kept."""
         found = self._known.get(value)
         if found is None:

@@ -4,8 +4,9 @@ from dataclasses import dataclass, replace
 
 from ..arguments import shown
 from ..drivers.law_driven import by_steps
+from ..drivers.orbit_equations import Followed
 from ..law_table import PIECEWISE_LINEAR
-from ..methods import METHOD_NUMBERS, ExactPenalty, Reference
+from ..methods import METHOD_NUMBERS, NEWMARK_LAWS, ExactPenalty, Newmark, Reference
 from ..model import System, check_eta
 
 OF_METHOD = {"K": METHOD_NUMBERS["K"], "D": METHOD_NUMBERS["D"], "threshold": "threshold"}
@@ -18,25 +19,30 @@ PARAMETERS = ("eta", *OF_METHOD, *OF_SYSTEM, "mass_ratio")
 
 @dataclass(frozen=True)
 class Family:
-    """A system, an η and a method in closed form, with the number ``over`` free.
+    """A system, an η and a method whose orbits have equations, with the number ``over`` free.
 
     Raises
     ------
     ValueError
-        If there is no such number, the method does not have it, or has no closed form.
+        If there is no such number, the method does not have it, or its orbits have no equations.
     """
 
     over: str
     system: System
     eta: float
-    method: Reference | ExactPenalty
+    method: Followed
 
     def __post_init__(self) -> None:
         if self.over not in PARAMETERS:
             names = ", ".join(PARAMETERS)
             raise ValueError(f"over = {shown(self.over)} is no number to follow a motion over: give one of {names}")
-        if not isinstance(self.method, Reference | ExactPenalty):
-            raise ValueError(f"{self.method} has a time step: branches need a closed form, Reference or ExactPenalty")
+        if not isinstance(self.method, Followed):
+            raise ValueError(
+                f"{self.method} has a time step: branches need a closed form, Reference or ExactPenalty, or Newmark's "
+                "method with located=True"
+            )
+        if isinstance(self.method, Newmark):
+            _check_located(self.method)
         if by_steps(self.method):
             laws = ", ".join(PIECEWISE_LINEAR)
             raise ValueError(
@@ -49,7 +55,7 @@ class Family:
             raise ValueError("the exact method has no impact law and so no restitution: follow the motion over D")
         check_eta(self.eta)
 
-    def at(self, value: float) -> tuple[System, float, Reference | ExactPenalty]:
+    def at(self, value: float) -> tuple[System, float, Followed]:
         """The problem where the number has this value.
 
         Raises
@@ -70,11 +76,25 @@ class Family:
         return self.system.changed({own: value}), self.eta, self.method
 
     @property
+    def jumps(self) -> bool:
+        """Whether the equations of a sequence of events may jump (:mod:`..kernels.located_orbit`)."""
+        return isinstance(self.method, Newmark)
+
+    @property
+    def searched(self) -> Reference | ExactPenalty:
+        """The method whose runs show where motions are: the own one, or what Newmark's method tends to."""
+        return self.method.limit if self.jumps else self.method
+
+    def searched_at(self, value: float) -> tuple[System, float, Reference | ExactPenalty]:
+        """The problem of those runs where the number has this value."""
+        return replace(self, method=self.searched).at(value)
+
+    @property
     def changes_system(self) -> bool:
         """Whether the number is one of the system, not η or one of the method."""
         return self.over != "eta" and self.over not in OF_METHOD
 
-    def method_at(self, value: float) -> Reference | ExactPenalty:
+    def method_at(self, value: float) -> Followed:
         """The method where the number has this value, which :meth:`at` has checked."""
         own = OF_METHOD.get(self.over)
         return replace(self.method, **{own: value}) if own else self.method
@@ -87,3 +107,18 @@ class Family:
         if self.over in OF_METHOD:
             return getattr(self.method, OF_METHOD[self.over])
         return getattr(self.system.excitation if hasattr(self.system.excitation, self.over) else self.system, self.over)
+
+
+def _check_located(method: Newmark) -> None:
+    """Raise ValueError unless the map over a period is continuous in the state."""
+    if not method.located:
+        raise ValueError(
+            "Newmark's method with whole steps has no branches: contact begins and ends with a step, so that its map "
+            "over a period jumps wherever a contact passes one, and no orbit can be followed across. Give located=True "
+            "(--located), which cuts the step there, or ExactPenalty (--solver exact), what it tends to"
+        )
+    if method.law != NEWMARK_LAWS[0]:
+        raise ValueError(
+            f"branches of Newmark's method are followed with the law {NEWMARK_LAWS[0]}, not with {method.law}: "
+            "give ExactPenalty (--solver exact) with that law"
+        )

@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 
 from ..arguments import checked
-from ..methods import ExactPenalty, Reference
+from ..methods import ExactPenalty, Newmark, Reference
 from ..model import System
 from ..result import Cancelled
 from .branch import Branch
@@ -18,7 +18,7 @@ from .search_limits import SearchLimits
 def continue_branch(
     system: System,
     eta: float,
-    method: Reference | ExactPenalty,
+    method: Reference | ExactPenalty | Newmark,
     *,
     over: str = "eta",
     low: float,
@@ -36,8 +36,10 @@ def continue_branch(
     system : System
     eta : float
         Excitation frequency η = Ω/ω₁.
-    method : Reference or ExactPenalty
-        With a piecewise linear law: "kelvin-voigt", "cut", "limited" or "compression".
+    method : Reference, ExactPenalty or Newmark
+        The exact penalty with a piecewise linear law: "kelvin-voigt", "cut", "limited" or "compression". Newmark's
+        method with ``located=True`` and the law "kelvin-voigt"; motions to follow are looked for by runs of the exact
+        penalty, which it tends to.
     over : str
         The number that varies: "eta", "K", "D", "threshold", or a number of the system or its excitation. Where the
         motion starts it has the value that the other arguments give it.
@@ -89,7 +91,7 @@ def continue_branch(
 def search_branches(
     system: System,
     eta: float,
-    method: Reference | ExactPenalty,
+    method: Reference | ExactPenalty | Newmark,
     *,
     over: str = "eta",
     low: float,
@@ -143,7 +145,9 @@ def search_branches(
     yield from search.all(initial, note or (lambda _: None))
 
 
-def find_branches(system: System, eta: float, method: Reference | ExactPenalty, **search: object) -> tuple[Branch, ...]:
+def find_branches(
+    system: System, eta: float, method: Reference | ExactPenalty | Newmark, **search: object
+) -> tuple[Branch, ...]:
     """Follow every branch of periodic motions through a range of one number.
 
     Parameters

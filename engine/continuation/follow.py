@@ -11,7 +11,7 @@ from dataclasses import replace
 import numpy as np
 
 from ..drivers.event_driven import displaced_state
-from ..methods import ExactPenalty
+from ..methods import Reference
 from .bifurcations import bifurcations_ahead
 from .branch import Point
 from .closing import halves_meet, is_first, share_of_first, value_of_meeting
@@ -44,6 +44,7 @@ ACCUMULATED = (
     1e-8  # of the range: SERIES grazings of new impacts, ever closer, within that are the first of infinitely many
 )
 SERIES = 6
+JUMPS = 10.0 ** np.arange(-8, -1.9, 0.5)  # scaled steps that are tried where the equations of a sequence jump
 INSIDE = 1e-6  # of a step: as far from the end of a sequence lies the last orbit that is kept
 
 
@@ -108,9 +109,14 @@ class Tracer:
             return step
         step = min(step, way)  # beyond there may be no such system
         there = self.curve.ahead(here, step) if step < way else self._at_border(here, way, border)
+        jumped = False
         while there is None or not there.tangent @ here.tangent >= TURN:
             step /= 2
             if step < SMALLEST_STEP:
+                there = self._across_jump(here)
+                if there is not None:
+                    step, jumped = here.way_to(there), True
+                    break
                 where = f"{self.curve.family.over} = {here.value:.10g}"
                 self.reason = f"the step shrinks to nothing at {where}: no orbit is found ahead"
                 return step
@@ -127,7 +133,7 @@ class Tracer:
         end = step if self.least_margin(there) <= 0 else self._hidden_end(here, there, step)
         if end is not None:
             self.reason = ""
-            if not self._change_sequence(here, end):
+            if not self._change_sequence(here, end, jumped):
                 return step / 4
             here.forget()
             return FIRST_STEP / 10
@@ -143,10 +149,15 @@ class Tracer:
         after = self._mark_bifurcations(here, there, step)
         self.points.append(point_within_cycle(self.curve, there))
         here.forget()
-        if self.points[-1] is there:
+        if self.points[-1] is there and not jumped:
             there.remember(there.way_to(here), here)
         self._indicators = after if self.points[-1] is there else indicators(self.points[-1])
         return min(step * min(BEND / max(angle, BEND / GROWTH), GROWTH), LARGEST_STEP)
+
+    def _across_jump(self, here: CurvePoint) -> CurvePoint | None:
+        """The next orbit beyond a jump of the equations right ahead of one; None if there is none."""
+        found = (self.curve.ahead(here, step) for step in (JUMPS if self.curve.family.jumps else ()))
+        return next((there for there in found if there is not None and there.tangent @ here.tangent >= TURN), None)
 
     def least_margin(self, point: CurvePoint) -> float:
         """The smallest margin of an orbit."""
@@ -221,6 +232,12 @@ class Tracer:
             noted = replace(noted, multipliers=regular.evaluation.multipliers)
         self.marks.append((noted, point))
 
+    def _has_mark(self, kind: str, point: CurvePoint) -> bool:
+        """Whether the sequence of an orbit has ended there before: across jumps a branch may circle without closing."""
+        near = ACCUMULATED * self.curve.width
+        marks = (mark for mark, _ in self.marks if mark.kind == kind and mark.events == point.orbit.events)
+        return any(abs(mark.value - point.value) < near for mark in marks)
+
     def _accumulates(self) -> bool:
         """Whether grazing follows grazing, each with one more impact, ever closer: a chatter completes."""
         if len(self._grazings) < SERIES:
@@ -248,10 +265,11 @@ class Tracer:
     def _reasons_not_to_stick(self, point: CurvePoint) -> np.ndarray:
         return reasons_not_to_stick(point.evaluation, self.curve.family.method_at(point.value))
 
-    def _change_sequence(self, here: CurvePoint, step: float) -> bool:
+    def _change_sequence(self, here: CurvePoint, step: float, jumped: bool) -> bool:
         """Locate where the sequence of events ceases to hold within a step, and go on with the one that follows.
 
-        False if the place is not found, since orbits on the way are missing: a shorter step may find it.
+        False if the place is not found, since orbits on the way are missing: a shorter step may find it. ``jumped``:
+        none can, since the equations jump right ahead of the first orbit, where the place then is.
         """
 
         def smallest(s: float) -> float:
@@ -260,6 +278,8 @@ class Tracer:
 
         located = first_zero(smallest, 0.0, step)
         last = None if located is None else self.curve.ahead(here, located)
+        if last is None and jumped:
+            located, last = 0.0, here
         if last is None and step > SMALLEST_STEP:
             return False
         if last is None:
@@ -268,7 +288,7 @@ class Tracer:
             return True
         # on its own side of the end, where it is an orbit beyond rounding: at the end itself a new phase is of length
         # zero, which makes the equations singular although nothing bifurcates
-        inside = self.curve.ahead(here, (1 - INSIDE) * located) or last
+        inside = (self.curve.ahead(here, (1 - INSIDE) * located) if located else None) or last
         end, way = self._first_orbit_between(here, inside), (1 - INSIDE) * located
         if end is not None:
             way = here.way_to(end)
@@ -279,6 +299,10 @@ class Tracer:
             self.points.append(point_within_cycle(self.curve, end))
             return True
         following, margin = beyond(self.curve, last)
+        if self.curve.family.jumps and self._has_mark(margin.kind, last):
+            self.points.append(point_within_cycle(self.curve, inside))
+            self.reason = f"comes back to the {margin.kind} at {self.curve.family.over} = {last.value:.10g}"
+            return True
         if margin.kind != LATER_SUM:
             self.mark(margin.kind, last, (following or inside) if self._is_singular(margin) else None)
         self._grazings = [*self._grazings, last.value] if margin.kind == GRAZING and margin.inside else []
@@ -303,7 +327,7 @@ class Tracer:
     def _is_singular(self, margin: Margin) -> bool:
         """Whether a contact of the penalty, or a piece of its law, has no length at the zero of a margin."""
         vanishes = margin.kind == GRAZING and not margin.inside
-        return margin.kind == SWITCHES_LESS or (vanishes and isinstance(self.curve.family.method, ExactPenalty))
+        return margin.kind == SWITCHES_LESS or (vanishes and not isinstance(self.curve.family.method, Reference))
 
     def _join(self, period: int, value: float) -> None:
         """End the branch where it meets one of a shorter period."""

@@ -30,6 +30,7 @@ from ..drivers.orbit import (
     Evaluation,
     numbers_of,
 )
+from ..drivers.orbit_equations import Followed
 from ..drivers.orbit_steps import (
     BEGINS,
     ENDS,
@@ -41,7 +42,7 @@ from ..drivers.orbit_steps import (
     margin_values,
     neimark_sacker_indicator,
 )
-from ..methods import ExactPenalty, Reference
+from ..methods import Reference
 from .curve import CurvePoint
 from .orbit import Orbit
 from .switches import CONTACT, switches_within
@@ -88,27 +89,25 @@ class Margin(NamedTuple):
     more: tuple[int, ...] = ()  # the events that follow each other at its zero
 
 
-def margins(orbit: Orbit, evaluation: Evaluation, method: Reference | ExactPenalty) -> list[Margin]:
+def margins(orbit: Orbit, evaluation: Evaluation, method: Followed) -> list[Margin]:
     """All margins of an orbit, in a fixed order for each sequence of events."""
     conditions, columns = _conditions_of(orbit, method)
     values = _values(columns, orbit, evaluation, method).tolist()
     return [margin._replace(value=value) for margin, value in zip(conditions, values, strict=True)]
 
 
-def least_margin(orbit: Orbit, evaluation: Evaluation, method: Reference | ExactPenalty) -> float:
+def least_margin(orbit: Orbit, evaluation: Evaluation, method: Followed) -> float:
     """The smallest margin of an orbit."""
     return float(_values(_conditions_of(orbit, method)[1], orbit, evaluation, method).min())
 
 
-def reasons_not_to_stick(evaluation: Evaluation, method: Reference | ExactPenalty) -> np.ndarray:
+def reasons_not_to_stick(evaluation: Evaluation, method: Followed) -> np.ndarray:
     """Why impacts do not stick, where one of two is positive: parting speed − ε, force that parts them, (m, 2)."""
     facts = evaluation.facts[:-1]
     return np.column_stack([facts[:, PARTING] - method.threshold, -facts[:, FORCE]])
 
 
-def impacts_that_may_stick(
-    orbit: Orbit, before: Evaluation, after: Evaluation, method: Reference | ExactPenalty
-) -> Iterator[int]:
+def impacts_that_may_stick(orbit: Orbit, before: Evaluation, after: Evaluation, method: Followed) -> Iterator[int]:
     """The impacts that may stick between two neighbours though they do at neither, for one reason each."""
     k, threshold = -1, getattr(method, "threshold", 0.0)
     while threshold > 0:
@@ -118,14 +117,12 @@ def impacts_that_may_stick(
         yield k
 
 
-def _values(
-    conditions: np.ndarray, orbit: Orbit, evaluation: Evaluation, method: Reference | ExactPenalty
-) -> np.ndarray:
+def _values(conditions: np.ndarray, orbit: Orbit, evaluation: Evaluation, method: Followed) -> np.ndarray:
     """The values of margins."""
     return margin_values(evaluation.facts, orbit.instants, getattr(method, "threshold", 0.0), conditions)
 
 
-def _conditions_of(orbit: Orbit, method: Reference | ExactPenalty) -> tuple[tuple[Margin, ...], np.ndarray]:
+def _conditions_of(orbit: Orbit, method: Followed) -> tuple[tuple[Margin, ...], np.ndarray]:
     law = method.law if needs_law(method) else None
     rigid = isinstance(method, Reference)
     return _conditions(orbit.kinds, orbit.first, rigid, rigid and method.threshold > 0, law)

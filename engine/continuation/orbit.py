@@ -4,6 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ..drivers.event_driven import displaced_state
 from ..drivers.law_driven import needs_law
 from ..drivers.law_orbit import LawOrbitEquations
 from ..drivers.orbit import (
@@ -21,13 +22,14 @@ from ..drivers.orbit import (
     UNLIMIT,
     UNLOAD,
     Evaluation,
-    OrbitEquations,
 )
-from ..methods import Reference
+from ..drivers.orbit_equations import Equations
+from ..methods import Newmark, Reference
 from ..motions.poincare_map import PoincareMap
 from ..result import Cancelled, Checkpoint
 from ..simulate import simulate
 
+ROUNDING = 1e-12  # excitation periods, of the instants of a run
 NAMES = {
     IMPACT: "impact",
     STICK: "stick",
@@ -108,9 +110,7 @@ def touching_at_start(kinds: tuple[int, ...], default: bool) -> bool:
     return kinds[-1] in JOINS if kinds else default
 
 
-def within_cycle(
-    orbit: Orbit, evaluation: Evaluation, equations: OrbitEquations | LawOrbitEquations
-) -> tuple[Orbit, int]:
+def within_cycle(orbit: Orbit, evaluation: Evaluation, equations: Equations) -> tuple[Orbit, int]:
     """The same orbit with all events in [0, p), and by how many places they are turned.
 
     Events that have passed an end of the cycle are counted at the other end; the state at τ = 0 then is that after
@@ -138,8 +138,10 @@ def orbit_of_run(problem: tuple, y: np.ndarray, period: int) -> Orbit | None:
     if needs_law(method):
         events = LawOrbitEquations(*problem).events(y, period)
         return None if events is None else _orbit(y, period, events, y[2] < 0.0)
-    poincare = PoincareMap(system, eta, method, None)
-    start = Checkpoint(system, eta, method, 0, tuple(poincare.start(y).tolist()))
+    if isinstance(method, Newmark):
+        start = displaced_state(system, y)
+    else:
+        start = Checkpoint(system, eta, method, 0, tuple(PoincareMap(*problem, None).start(y).tolist()))
     run = simulate(system, eta, method, periods=period, keep=period, initial=start)
     if not run.ok:
         return None
@@ -157,12 +159,12 @@ def _orbit(y: np.ndarray, period: int, events: list[tuple[float, int]], touching
 
 
 def _contacts(run, cycle: float, period: int) -> list[tuple[float, int]]:
-    """Beginnings and ends of contacts of the exact penalty within the cycle."""
+    """Beginnings and ends of contacts of the penalty within the cycle; one that is open at its end ends there."""
     events = []
     for begin, end in run.contacts / cycle:
         if begin > 0.0:
             events.append((begin, TOUCH))
-        if end < period:
+        if end < period - ROUNDING:
             events.append((end, PART))
     return sorted(events)
 

@@ -4,8 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..drivers.law_orbit import LawOrbitEquations, equations_of
-from ..drivers.orbit import WHERE, Evaluation, OrbitEquations
+from ..drivers.orbit import WHERE, Evaluation
+from ..drivers.orbit_equations import Equations, equations_of
 from ..methods import Reference
 from .family import Family
 from .margins import Margin, margins
@@ -34,7 +34,7 @@ class Plane:
 
     def __init__(self, over: Family, along: Family, axes: tuple[ParameterRange, ParameterRange]) -> None:
         self.over, self.along, self.axes = over, along, axes
-        self._known: dict[tuple[float, float], OrbitEquations | LawOrbitEquations] = {}
+        self._known: dict[tuple[float, float], Equations] = {}
 
     @property
     def rigid(self) -> bool:
@@ -51,7 +51,7 @@ class Plane:
         system, eta, method = self.along.at(along)
         return Family(self.over.over, system, eta, method).at(value)
 
-    def equations(self, shares: np.ndarray) -> OrbitEquations | LawOrbitEquations:
+    def equations(self, shares: np.ndarray) -> Equations:
         """The equations at shares of the ranges; raises ValueError where a number is out of its range."""
         key = float(shares[0]), float(shares[1])
         found = self._known.get(key)

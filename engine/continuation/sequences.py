@@ -28,6 +28,7 @@ STEPS = 10.0 ** np.arange(-7, -2.5, 0.5)  # scaled, along the new curve: the fir
 ZERO = 1e-8  # a margin below that is zero where another one is
 REPEATED = 1e-10  # of the size: rounding; within the first step an orbit departs farther from one of a shorter period
 SHORTEST = 1e-6  # excitation periods: a new contact, or flight, of the penalty is followed from there on …
+LONGER = 10.0, 100.0, 1000.0  # than these
 SHORTEST_PIECE = 1e-4  # … a new piece of a contact law …
 SHORTEST_FLIGHT = 3e-3  # … and a new flight of the reference, whose gap is of third order in its length
 
@@ -43,13 +44,19 @@ def beyond(curve: Curve, last: CurvePoint) -> tuple[CurvePoint | None, Margin]:
     found = sorted(
         margins(last.orbit, last.evaluation, curve.family.method_at(last.value)), key=lambda each: each.value
     )
-    for margin in (each for each in found if each.value <= max(ZERO, found[0].value)):
+    crossed = [each for each in found if each.value <= max(ZERO, found[0].value)]
+    for margin in crossed:
         for orbit, phase in _neighbours(curve, last, margin):
             point = _with_short_phase(curve, last, orbit, *phase) if phase else _on_its_side(curve, last, orbit)
             if point is not None and least_period(point.evaluation.section, REPEATED) == orbit.period:
                 return point, margin
             shorter = shorter or (point and (point, margin))
-    return shorter or (after_jump(curve, last, found[0]), found[0])
+    if shorter:
+        return shorter
+    following = after_jump(curve, last, found[0])
+    if following is None and curve.family.jumps:
+        following = next(_with_longer_phases(curve, last, crossed), None)
+    return following, found[0]
 
 
 def after_chatter(curve: Curve, last: CurvePoint) -> CurvePoint | None:
@@ -167,6 +174,18 @@ def _with_short_phase(curve: Curve, last: CurvePoint, orbit: Orbit, i: int, j: i
     point = curve.constrained(orbit, last.value, (row, float(orbit.instants[j] - orbit.instants[i])), row)
     point = point and point_within_cycle(curve, point)  # a new phase may lie across its ends
     return point if point is not None and holds(curve, point) else None
+
+
+def _with_longer_phases(curve: Curve, last: CurvePoint, crossed: Sequence[Margin]) -> Iterator[CurvePoint]:
+    """Orbits whose new phase is longer: where the equations jump at a grazing, the shortest may be none of an orbit."""
+    for longer in LONGER:
+        for orbit, phase in (each for margin in crossed for each in _neighbours(curve, last, margin)):
+            if phase:
+                i, j = phase
+                orbit.unknowns[4 + j] += (longer - 1.0) * (orbit.instants[j] - orbit.instants[i])
+                point = _with_short_phase(curve, last, orbit, i, j)
+                if point is not None:
+                    yield point
 
 
 def _on_its_side(curve: Curve, last: CurvePoint, guess: Orbit) -> CurvePoint | None:

@@ -10,25 +10,14 @@ from ..kernels.event_driven import law_integrate as loop
 from ..kernels.event_driven import law_orbit as kernel
 from ..kernels.event_driven.orbit import DAMP, LAW_FACTS, LIMIT, LOAD, PART, RELAX, TOUCH, UNLIMIT, UNLOAD
 from ..kernels.event_driven.state import in_periods, linear_state, start_state
-from ..methods import ExactPenalty, Reference
+from ..methods import ExactPenalty
 from ..model import System
-from .law_driven import needs_law, set_up_law
-from .orbit import Evaluation, OrbitEquations, numbers_of
+from .law_driven import set_up_law
+from .orbit import Evaluation, numbers_of
 
 IN_FLIGHT, IN_OVERLAP, IN_PUSH, IN_EXTRA = kernel.IN_FLIGHT, kernel.IN_OVERLAP, kernel.IN_PUSH, kernel.IN_EXTRA
 MOST_BLOCKS = 200_000  # of a run whose events are listed
 MOST_TABLES = 64  # of equations of one family that are kept: 20 kB each
-
-
-def equations_of(
-    system: System,
-    eta: float,
-    method: Reference | ExactPenalty,
-    like: "OrbitEquations | LawOrbitEquations | None" = None,
-) -> "OrbitEquations | LawOrbitEquations":
-    """The equations of the orbits of a system, η and method; ``like``: others of the same family."""
-    kind = LawOrbitEquations if needs_law(method) else OrbitEquations
-    return kind(system, eta, method, like)
 
 
 def piece_after(law: str, kind: int) -> int:

@@ -12,6 +12,7 @@ from vibroscope.engine import (
     Newmark,
     Reference,
     System,
+    TimeStepping,
     branches_dataset,
     continue_branch,
     continue_point,
@@ -148,7 +149,9 @@ def test_the_points_of_both_solvers_come_together_as_the_contact_stiffens():
 @pytest.mark.parametrize(
     ("change", "said"),
     [
-        ({"method": Newmark(12_000.0, 18.0, 2000)}, "has a time step"),
+        ({"method": Newmark(12_000.0, 18.0, 2000)}, "whole steps has no branches"),
+        ({"method": Newmark(12_000.0, 18.0, 2000, located=True, law="cut")}, "not with cut"),
+        ({"method": TimeStepping(12_000.0, 18.0, 2000, status="located")}, "has a time step"),
         ({"method": ExactPenalty(12_000.0, 18.0, "hunt-crossley")}, "kelvin-voigt"),
         ({"over": "steps"}, "give one of eta, K, D"),
         ({"over": "K"}, "reference method has no K"),

@@ -9,7 +9,7 @@ from vibroscope.engine import ExactPenalty, Excitation, System, continue_branch,
 from vibroscope.engine.continuation.orbit import KINDS
 from vibroscope.engine.drivers import law_driven
 from vibroscope.engine.drivers.law_driven import LawFlow
-from vibroscope.engine.drivers.law_orbit import equations_of
+from vibroscope.engine.drivers.orbit_equations import equations_of
 from vibroscope.engine.kernels.linear.tables import tabulate
 from vibroscope.engine.motions.poincare_map import PoincareMap
 
