@@ -254,7 +254,7 @@ def test_no_update_is_large_and_what_is_hidden_costs_nothing(counted, visit, tab
 
 
 def test_the_key_has_the_colours_of_the_cells_in_the_dark_too(visit):
-    explorer = visit("?tab=plane&choice=colour:error&theme=dark")
+    explorer = visit("?tab=plane&choice=quantity:error&theme=dark")
     wait_until(lambda: "no number" in panel(explorer).locator(".key").text_content(), what="the key")
     palette = explorer.page.evaluate("""() => [...Bokeh.documents[0].all_models]
       .find(model => model.type === "LinearColorMapper" && model.palette.length > 9).palette""")
