@@ -82,6 +82,7 @@ class Overlay:
         self._placed: tuple[object, Placed] = None, NOWHERE
         self._fit_job: MeasuredJob | None = None
         self._fit: dict = _IDLE
+        self._fitted: Fit | None = None
 
     # -- the session's setting ---------------------------------------------------------
 
@@ -209,7 +210,7 @@ class Overlay:
             self._fit_job = None
             failed = isinstance(found, Exception)
             self._fit = {"phase": "failed", "error": _sentence(found)} if failed else {"phase": "done"}
-            self._fit |= {} if failed else fit_content(found)
+            self._fitted = None if failed else found
             self._show()
         elif job is self._job:
             failed = isinstance(found, Exception)
@@ -237,7 +238,7 @@ class Overlay:
     def _end_fit(self) -> None:
         if self._fit_job is not None:
             self._fit_job.cancel()
-        self._fit_job, self._fit = None, _IDLE
+        self._fit_job, self._fit, self._fitted = None, _IDLE, None
 
     # -- to the browser ----------------------------------------------------------------
 
@@ -254,7 +255,7 @@ class Overlay:
             rows=[[plain_symbols(cell) for cell in row] for row in comparison_rows(comparison, scale)],
             eta=(eta := own_eta(comparison)),
             offer=words_of_change({"eta": eta}, self._setting) if eta else "",
-            fit=self._fit,
+            fit=self._fit | (fit_content(self._fitted, scale) if self._fitted is not None else {}),
         )
 
     def _write(self, **content) -> None:
