@@ -9,7 +9,7 @@ import pytest
 from bokeh.colors import named
 from bokeh.document import Document
 from bokeh.models import Plot
-from vibroscope.app.page.bifurcation.figure import legend
+from vibroscope.app.page.bifurcation.figure import legend as strip_key
 from vibroscope.app.page.paper.figures import KINDS, draw
 from vibroscope.app.page.shared.figure import PINS, THEME
 from vibroscope.app.page.tabs import TABS
@@ -172,6 +172,6 @@ def test_classes_of_cells_are_told_apart_by_colour_blind_readers_too(cells, them
 
 
 def test_stretches_of_the_strip_differ_in_colour_or_pattern_for_colour_blind_readers_too():
-    for (one, a, pattern), (other, b, hatch) in itertools.combinations(legend(), 2):
+    for (one, a, pattern), (other, b, hatch) in itertools.combinations(strip_key(), 2):
         for seen in SEEN if pattern == hatch else ():  # these colours are the same in both themes
             assert distance(one, other, seen) >= LEAST_OF_CELLS, (a, b, seen)

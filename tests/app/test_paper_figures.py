@@ -19,7 +19,9 @@ PICTURES = {
     "two solutions": lambda: PhasePlots({"reference": run(Reference()), "penalty": run(Newmark(12000, 18, 2000))}),
     "impacts": lambda: TimeHistory(run(Reference())),
     "contacts": lambda: TimeHistory(run(Newmark(12000, 18, 2000))),
-    "cells": lambda: CellMap(np.geomspace(1, 8, 4), np.geomspace(1, 4, 3), np.arange(12).reshape(3, 4) % 3, NAMES, (2, 2)),
+    "cells": lambda: CellMap(
+        np.geomspace(1, 8, 4), np.geomspace(1, 4, 3), np.arange(12).reshape(3, 4) % 3, NAMES, (2, 2)
+    ),
 }
 
 

@@ -259,8 +259,12 @@ def test_the_key_has_the_colours_of_the_cells_in_the_dark_too(visit):
     mapper = "[...Bokeh.documents[0].all_models].find(model => model.type === 'LinearColorMapper')"
     explorer.until(f"!!{mapper}")
     palette = explorer.page.evaluate(f"{mapper}.palette")
-    shown = panel(explorer).locator(".key .patch:not(.cross, .veil)").evaluate_all("""all => all
+    shown = (
+        panel(explorer)
+        .locator(".key .patch:not(.cross, .veil)")
+        .evaluate_all("""all => all
       .map(patch => getComputedStyle(patch).backgroundColor.match(/\\d+/g))
       .map(parts => "#" + parts.map(part => Number(part).toString(16).padStart(2, "0")).join("").toUpperCase())""")
+    )
     assert len(shown) == 7
     assert set(shown) <= set(palette)
