@@ -34,7 +34,8 @@ from vibroscope.engine import (
 LARGEST_FILE = 2 * 2**20  # bytes that the page takes, some 50,000 samples; the command line takes more
 _MOST_POINTS = 300  # drawn; more would hide the curves
 _SLOPE = 1 / 50  # of an excitation period: the time over which a velocity of the measurement is a mean
-FITTED_LABELS = {name: Explorer.param[name].label for name in FITTED}  # as the page names them
+# Symbol and name of each constant, as the page shows them.
+FITTED_NAMES = {name: (Explorer.param[name].label, Explorer.param[name].doc) for name in FITTED}
 
 
 class MeasuredFile:
@@ -158,7 +159,10 @@ def fit_remarks(fitted: Fit, scale: Units | None = None) -> list[str]:
 
 def fit_content(fitted: Fit, scale: Units | None = None) -> dict:
     """The content of the page for a fit: ``rows``, ``remarks``, and ``use``: the constants as texts that can be set."""
-    rows = [[FITTED_LABELS.get(name, name), text.replace("+-", "±")] for name, text in fit_rows(fitted, scale)]
+    rows = [
+        [FITTED_NAMES[name][0] if name in FITTED_NAMES else name, text.replace("+-", "±")]
+        for name, text in fit_rows(fitted, scale)
+    ]
     use = {name: print_number(float(f"{value:.6g}")) for name, value in fitted.values.items()}
     return {"rows": rows, "remarks": [f"Note: {remark}." for remark in fit_remarks(fitted, scale)], "use": use}
 

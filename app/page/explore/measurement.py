@@ -12,7 +12,7 @@ import param
 from bokeh.models import LegendItem, Scatter
 from vibroscope.app.explorer.errors import error_text
 from vibroscope.app.explorer.measured import (
-    FITTED_LABELS,
+    FITTED_NAMES,
     LARGEST_FILE,
     NOWHERE,
     MeasuredFile,
@@ -53,7 +53,7 @@ class MeasurementButton(Component):
 class MeasurementPanel(Component):
     """Verdict, numbers and fit; sends ``{"fit": names}``, ``{"cancel": true}`` and ``{"remove": true}``."""
 
-    names = param.Dict(default=FITTED_LABELS, constant=True, doc="Labels of the constants that can be fitted")
+    names = param.Dict(default=FITTED_NAMES, constant=True, doc="Symbol and name of each constant that can be fitted")
     content = param.Dict(default=_IDLE, doc="phase: idle, reading, failed or done; see `Overlay._content`")
 
     _esm = script("shared/dom", "explore/measurement")
