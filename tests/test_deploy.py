@@ -132,6 +132,7 @@ def test_every_image_that_others_make_is_checked(compose):
     assert {begun for begun, _ in stages} - {name for _, name in stages} == {"${BASE}"}
     found = {f"{each.tag}@{each.digest}".rstrip("@") for each in images.images()}
     assert found == foreign | {base}
+    assert [problem for each in images.images() if (problem := each.unpinned())] == []
 
 
 def test_the_proxy_is_of_a_stable_branch():

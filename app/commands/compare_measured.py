@@ -6,7 +6,7 @@ import math
 
 from vibroscope.app.commands.options import reference_of, stepping_of, system_of, units_of
 from vibroscope.app.commands.physical_units import wanted_units
-from vibroscope.app.explorer.measured import comparison_rows, fit_rows, headline, measured_words
+from vibroscope.app.explorer.measured import comparison_rows, fit_remarks, fit_rows, headline, measured_words
 from vibroscope.engine import (
     FITTED,
     Fit,
@@ -126,8 +126,8 @@ def as_text(comparison: MeasuredComparison, fitted: Fit | None = None, scale: Un
     """The comparison as text, times and lengths in these units."""
     lines = [
         headline(comparison, scale),
-        *(_columns(row) for row in (fit_rows(fitted) if fitted else ())),
-        *(f"note: {remark}" for remark in (fitted.remarks if fitted else ())),
+        *(_columns(row) for row in (fit_rows(fitted, scale) if fitted else ())),
+        *(f"note: {remark}" for remark in (fit_remarks(fitted, scale) if fitted else ())),
         *(_columns(row) for row in comparison_rows(comparison, scale)),
     ]
     return "\n".join([*lines, measured_words(comparison, scale)])

@@ -34,7 +34,8 @@ from vibroscope.engine import (
 LARGEST_FILE = 2 * 2**20  # bytes that the page takes, some 50,000 samples; the command line takes more
 _MOST_POINTS = 300  # drawn; more would hide the curves
 _SLOPE = 1 / 50  # of an excitation period: the time over which a velocity of the measurement is a mean
-FITTED_LABELS = {name: Explorer.param[name].label for name in FITTED}  # as the page names them
+# Symbol and name of each constant, as the page shows them.
+FITTED_NAMES = {name: (Explorer.param[name].label, Explorer.param[name].doc) for name in FITTED}
 
 
 class MeasuredFile:
@@ -111,7 +112,7 @@ def comparison_rows(comparison: MeasuredComparison, scale: Units | None = None) 
     solved = comparison.reference, comparison.penalty
 
     def shown(quantity: str, value: float, digits: int) -> str:
-        return written(value, digits) if scale is None else scale.text(quantity, value, digits)
+        return _shown(quantity, value, digits, scale)
 
     def both(text: Callable) -> list[str]:
         return ["-" if each.alignment is None else text(each.alignment) for each in solved]
@@ -134,23 +135,36 @@ def comparison_rows(comparison: MeasuredComparison, scale: Units | None = None) 
     ]
 
 
-def fit_rows(fitted: Fit) -> list[list[str]]:
-    """Each fitted constant with its standard error, and the residual."""
+def _shown(quantity: str, value: float, digits: int, scale: Units | None) -> str:
+    return written(value, digits) if scale is None else scale.text(quantity, value, digits)
+
+
+def fit_rows(fitted: Fit, scale: Units | None = None) -> list[list[str]]:
+    """Each fitted constant with its standard error, and the residual beside the measurement's own noise."""
     rows = []
     for name, value in fitted.values.items():
         error = fitted.errors[name]
         accuracy = f" +- {error:.2g}" if math.isfinite(error) else ", not shown by the motion"
         rows.append([name, f"{value:.6g}{accuracy}"])
     agreeing = f"{fitted.agreeing} of {fitted.starts} starts agree"
-    rows.append(["residual", f"{fitted.deviation:.3g}, noise {fitted.noise:.3g}; {agreeing}"])
+    residual, noise = (_shown("displacement", value, 3, scale) for value in (fitted.deviation, fitted.noise))
+    rows.append(["residual", f"{residual}, noise {noise}; {agreeing}"])
     return rows
 
 
-def fit_content(fitted: Fit) -> dict:
+def fit_remarks(fitted: Fit, scale: Units | None = None) -> list[str]:
+    """What to know of the constants before they are used."""
+    return [in_units(remark, scale) for remark in fitted.remarks]
+
+
+def fit_content(fitted: Fit, scale: Units | None = None) -> dict:
     """The content of the page for a fit: ``rows``, ``remarks``, and ``use``: the constants as texts that can be set."""
-    rows = [[FITTED_LABELS.get(name, name), text.replace("+-", "±")] for name, text in fit_rows(fitted)]
+    rows = [
+        [FITTED_NAMES[name][0] if name in FITTED_NAMES else name, text.replace("+-", "±")]
+        for name, text in fit_rows(fitted, scale)
+    ]
     use = {name: print_number(float(f"{value:.6g}")) for name, value in fitted.values.items()}
-    return {"rows": rows, "remarks": [f"Note: {remark}." for remark in fitted.remarks], "use": use}
+    return {"rows": rows, "remarks": [f"Note: {remark}." for remark in fit_remarks(fitted, scale)], "use": use}
 
 
 def own_eta(comparison: MeasuredComparison) -> str:

@@ -35,6 +35,8 @@ _RULES = tuple(
         (r"ξ₂ by ±", "x₂ by ±", "displacement"),
         (r"±(?=[0-9.e+-]+ (?:in ξ[₁₂]|at T/))", "±", "displacement"),
         (r"(?<=lasts )τ = ", "", "time"),
+        (r"the residual \(", "the residual (", "displacement"),
+        (r"own noise \(", "own noise (", "displacement"),
     )
 )
 _POWER = re.compile(r"(?<![\w.])[0-9]+(?:\.[0-9]+)?e[+-]?[0-9]+")

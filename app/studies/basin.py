@@ -38,7 +38,7 @@ PLANES = {  # of starts, by their name in a link
 }
 AT_WALL = ("xi1-v1", "phase-xi1", "phase-v1")  # those there
 # None of them has a counterpart in `theme.js`: the key has the same in light and dark.
-COLOURS = ("#88CCEE", "#E69F00", "#117733", "#CC6677", "#F0E442", "#882255", "#332288", "#44AA99")
+COLOURS = ("#88CCEE", "#E69F00", "#117733", "#CC6677", "#F0E442", "#661100", "#332288", "#44AA99")
 FURTHER = "#4D4D4D"  # motions beyond these
 PALETTE = [*SPECIAL, *COLOURS, FURTHER]
 _FIRST = len(SPECIAL)

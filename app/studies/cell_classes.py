@@ -27,7 +27,7 @@ PERIODS = (
     ("3", "#E69F00"),
     ("4", "#CC79A7"),
     ("5 to 8", "#F0E442"),
-    ("above 8", "#882255"),
+    ("above 8", "#661100"),
 )
 PERIOD_EDGES = (1, 2, 3, 4, 5, 9)
 
@@ -115,7 +115,7 @@ def legend(name: str, limit: float | None = None) -> list[list[str]]:
     """Colour, name and pattern of each class, for the key beside the figures."""
     rows = [[colour, text, ""] for text, colour in COLOURINGS[name].classes]
     missing = {"error": "no number", "near_period": "being judged", "without_solution": "no time step"}
-    rows += [[SPECIAL[NO_NUMBER], missing[name], ""]] if name in missing else []
+    rows += [[SPECIAL[NO_NUMBER], missing[name], "missing"]] if name in missing else []
     rows += [[SPECIAL[DIVERGED], "blown up", "cross"]]
     rows += [[VEIL, f"fewer than {limit:g} steps in contact", "veil"]] if limit is not None else []
     return rows

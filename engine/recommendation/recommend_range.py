@@ -28,6 +28,7 @@ from .step_search import StepSearch
 from .trials import NewmarkSetting, Trial, Trials, with_setting
 
 MOST_ETAS = 50
+OTHERWISE = 2.0  # times the error: further off, the motion without a time step is another one
 # Of the progress, before each search and after the last. There are three at most: after each but the last, an η between
 # the others that misses the tolerance joins them.
 _SHARES = (0.05, 0.6, 0.8, 0.95)
@@ -276,16 +277,18 @@ class _RangeSearch:
         return list(self._pool.map(serve, parts))
 
     def _limit(self, worst: Served, parts: Sequence[Trials], best: Trial) -> str:
-        """Say at which η the error is largest, and what makes most of it."""
+        """Say at which η the robust error is largest, and what makes most of it."""
         method = with_setting(self.scheme, best.setting._replace(steps=worst.steps))
         error, robust = (percent(value, self.tolerance) for value in (worst.error, worst.robust))
         where = f"the range is limited at eta = {worst.eta:.6g}: an error of {error} there"
-        if worst.error <= self.tolerance < worst.robust:
+        if robust != error:
             where += f", {robust} with half the step or numbers nearby"
         part = next(part for part in parts if part.eta == worst.eta)
         left = error_without_time_step(part.target, method, self._cancelled)
         if math.isnan(left):  # the contact law is not solved without a time step
             return where
+        if left > OTHERWISE * worst.error:
+            return f"{where}, which has no parts: without a time step the motion is another one, {percent(left)} off"
         compared = compare(self.system, worst.eta, method, reference=self.reference, cancelled=self._cancelled)
         difference = compared.difference if compared.parts is not None else None
         if difference is not None and difference.parts:

@@ -1,4 +1,4 @@
-"""Figures can be read: curves that share one, also by colour-blind readers; what stands on their background."""
+"""Figures can be read: curves and cells, also by colour-blind readers; what stands on their background."""
 
 import itertools
 import re
@@ -9,14 +9,19 @@ import pytest
 from bokeh.colors import named
 from bokeh.document import Document
 from bokeh.models import Plot
+from vibroscope.app.page.bifurcation.figure import legend as strip_key
+from vibroscope.app.page.paper.figures import KINDS, draw
 from vibroscope.app.page.shared.figure import PINS, THEME
 from vibroscope.app.page.tabs import TABS
+from vibroscope.app.studies import basin, cell_classes
 
 from .fakes import FakeHost
+from .test_paper_figures import PICTURES
 
 THEME_JS = Path(__file__).parents[2] / "app/page/shared/theme.js"
 DARK = dict(re.findall(r'"(#\w{6})": "(#\w{6})"', THEME_JS.read_text()))
 LEAST_DISTANCE = 20  # in CIELAB between two curves that differ in colour alone; about 2 is just noticeable side by side
+LEAST_OF_CELLS = 7  # between two classes of cells, whose areas touch
 LEAST_WIDTH = 2  # pixels by which curves differ that differ by their width alone
 TEXT, GRAPHICS = 4.5, 3.0  # contrasts that WCAG 2.1 asks for (1.4.3, 1.4.11)
 
@@ -66,19 +71,19 @@ def in_theme(colour, theme):
 
 @pytest.fixture(scope="module")
 def figures():
-    """Every figure of every tab, with all pins."""
-    found = {}
+    """Every figure of every tab, with all pins; the Paper's with curves: cells have a test of their own."""
+    found = {f"paper: {name}": draw(make(), name) for name, make in PICTURES.items() if name != "cells"}
     for key, kind in TABS.items():
         tab = kind(FakeHost())
         page = tab.build()
         if key == "explore":
             for view in (tab.phase, tab.displacement, tab.force):
                 view.pinned.update([{}] * len(PINS))
-        doc = Document(theme=THEME)
-        for plot in plots(page):
-            doc.add_root(plot)
-            found[f"{key}: {plot.name}"] = plot
-    assert {name.partition(":")[0] for name in found} >= TABS.keys() - {"help", "paper"}
+        found |= {f"{key}: {plot.name}": plot for plot in plots(page)}
+    doc = Document(theme=THEME)
+    for plot in found.values():
+        doc.add_root(plot)
+    assert {name.partition(":")[0] for name in found} == TABS.keys() - {"help"}
     return found
 
 
@@ -146,3 +151,27 @@ def test_text_axes_and_curves_stand_out_from_their_background(figures, theme):
 def test_every_colour_of_the_figures_has_a_counterpart_in_the_dark():
     assert len(set(DARK.values())) == len(DARK)  # so that the way back is known
     assert {"#FFFFFF", "#22303C"} <= DARK.keys()
+
+
+PERIODS = [colour for _, colour in cell_classes.PERIODS]
+CELLS = {
+    "periods": [*cell_classes.SPECIAL[1:], *PERIODS],
+    "graded": [*cell_classes.SPECIAL[1:], *(colour for _, colour in cell_classes.COLOURINGS["contact"].classes)],
+    "basins": [*cell_classes.SPECIAL[1:], *basin.COLOURS, basin.FURTHER],
+    "paper": KINDS,
+}
+
+
+@pytest.mark.parametrize("theme", ["light", "dark"])
+@pytest.mark.parametrize("cells", CELLS)
+def test_classes_of_cells_are_told_apart_by_colour_blind_readers_too(cells, theme):
+    for pair in itertools.combinations(CELLS[cells], 2):
+        for seen in SEEN:
+            found = distance(*(in_theme(each, theme) for each in pair), seen)
+            assert found >= LEAST_OF_CELLS, (*pair, seen, found)
+
+
+def test_stretches_of_the_strip_differ_in_colour_or_pattern_for_colour_blind_readers_too():
+    for (one, a, pattern), (other, b, hatch) in itertools.combinations(strip_key(), 2):
+        for seen in SEEN if pattern == hatch else ():  # these colours are the same in both themes
+            assert distance(one, other, seen) >= LEAST_OF_CELLS, (a, b, seen)

@@ -1,5 +1,7 @@
 """A measurement on the page: its upload, its errors, its verdict and fit, and where its points lie."""
 
+import re
+
 import numpy as np
 import pytest
 from vibroscope.app.explorer.compute import compute_runs
@@ -123,6 +125,12 @@ def test_a_fit_finds_the_constants_and_offers_them(overlay):
     assert float(found["use"]["restitution"]) == pytest.approx(0.5, abs=0.01)
     assert found["rows"][0][0] == "e"
     assert "±" in found["rows"][0][1]
+    plain = re.match(r"(\S+), noise (\S+);", found["rows"][-1][1])
+    overlay.follow(SETTING._replace(units="mm-t-s"))
+    physical = re.match(r"(\S+) mm, noise (\S+) mm;", overlay.panel.content["fit"]["rows"][-1][1])
+    for one, other in zip(plain.groups(), physical.groups(), strict=True):
+        assert float(other) == pytest.approx(SETTING.amplitude * float(one), rel=0.01)
+    overlay.follow(SETTING)
     overlay.follow(SETTING._replace(restitution=float(found["use"]["restitution"])))  # it is used
     assert overlay.panel.content["fit"] == {"phase": "idle"}
 

@@ -49,7 +49,7 @@ def test_a_count_has_the_colour_of_its_class_and_the_side_without_a_step_none(sm
         assert classes.PALETTE[index] == quantity.classes[sum(count >= edge for edge in quantity.edges)][1]
     exact = classes.class_image(small, "exact", "without_solution")
     assert set(np.unique(exact)) <= {classes.NO_NUMBER, classes.DIVERGED}
-    assert [classes.SPECIAL[classes.NO_NUMBER], "no time step", ""] in classes.legend("without_solution")
+    assert [classes.SPECIAL[classes.NO_NUMBER], "no time step", "missing"] in classes.legend("without_solution")
 
 
 def test_the_statements_say_how_many_steps_of_the_cell_and_in_how_many_cells(small):

@@ -98,3 +98,11 @@ def test_no_sentence_keeps_a_number_without_dimension(numbers):
     assert units
     assert all(unit.startswith(("N/mm", "N·s/mm", "mm")) for unit in units), text
     assert replace(plain.in_units(None), details=()) == replace(plain, details=())  # these name choices
+
+
+def test_a_fit_that_is_not_right_says_so_in_the_units_of_the_page():
+    scale = Setting(units="mm-t-s", amplitude=2.0).scale
+    remark = "the residual (0.5) is larger than the measurement's own noise (0.02): the reference moves otherwise"
+    assert in_units(remark, scale).startswith(
+        "the residual (1 mm) is larger than the measurement's own noise (0.04 mm):"
+    )

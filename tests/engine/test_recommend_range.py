@@ -65,6 +65,22 @@ def test_the_limit_names_the_worst_eta_and_its_largest_part(found):
         assert f"most of it by {name}: {percent(left)} are left" in found.limit
 
 
+def test_an_error_has_no_parts_where_the_motion_without_a_time_step_is_another_one():
+    """An analyst's bodies of 2 kg and 1.2 kg, 15 and 32 Hz, at 26.25 and 30 Hz."""
+    system = System.from_mass_ratio(0.6, kappa=32 / 15, d1=0.01, d2=0.01, restitution=0.7)
+    held = {"stiffness": 2260.0, "damping": 3.29}
+    found = recommend_range(system, [1.75, 2.0], tolerance=0.08, reference=Reference("derived"), **held)
+    (worst,) = (served for served in found.served if served.robust == found.best.robust)
+    assert "the largest part" not in found.limit
+    assert "most of it" not in found.limit
+    error, robust = (percent(value, 0.08) for value in (worst.error, worst.robust))
+    assert f"an error of {error} there, {robust} with half the step or numbers nearby" in found.limit
+    exact = simulate(system, worst.eta, ExactPenalty(*held.values()), record=Record(50, 500))
+    left = Target.find(system, worst.eta, Reference("derived")).error(exact)
+    assert left > 5 * worst.error
+    assert found.limit.endswith(f"without a time step the motion is another one, {percent(left)} off")
+
+
 def test_a_range_needs_at_least_as_many_steps_as_its_worst_eta(found):
     worst = max(found.served, key=lambda served: served.robust).eta
     alone = recommend(SYSTEM, worst, **QUICK).best.setting.steps * worst / found.eta

@@ -36,6 +36,20 @@ def test_on_a_phone_nothing_overflows_and_everything_is_there(visit):
     explorer.moved(lambda: explorer.scene("C"))
 
 
+def test_on_a_phone_the_verdict_on_a_system_of_ones_own_is_where_it_is_for_a_scene(visit):
+    own = "bodies=two&clearance=0.5&joint_damping=derived&start_xi2=1"
+    place = "line => line.getBoundingClientRect().top + scrollY"
+    tops = []
+    for query in ("", f"?{own}", f"?{own}&units=si"):
+        explorer = visit(query, width=390, height=844, has_touch=True)
+        tops.append(explorer.page.locator(".line.verdict").evaluate(place))
+    assert max(tops) - min(tops) < 150  # px: a line for each slider that has a unit
+    heads = explorer.page.locator("details.more > summary")
+    assert heads.all_text_contents() == ["System: two bodies", "Start: own", "Solver: own"]
+    heads.first.click()
+    assert explorer.typed("mass1_kg").is_visible()
+
+
 def test_on_a_desktop_everything_is_in_view_without_scrolling(visit):
     explorer = visit()
     boxes = {name: explorer.figure(name)["box"] for name in FIGURES}

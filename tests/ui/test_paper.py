@@ -39,3 +39,13 @@ def test_a_claim_opens_where_it_can_be_tried(visit):
     explorer.page.locator("[role=tab][aria-selected=true]:text-is('K–D plane')").wait_for()
     wait_until(lambda: "K=12000&D=18&steps=2000&tab=plane" in explorer.query(), 60, what="the plane in the address")
     explorer.open_tab("Help")  # or the plane would be computed on while the next test runs
+
+
+def test_a_chosen_theme_stays_when_claims_are_checked_and_their_figures_have_it(visit):
+    """Chosen by the link against what the system prefers."""
+    explorer = visit("?tab=paper&theme=dark", width=800, height=700)
+    wait_until(lambda: checked(explorer) >= 2, 60, "the claims in view")
+    explorer.settle()
+    dark = "Bokeh.documents[0].get_model_by_name('paper4A')?.background_fill_color.toUpperCase() === '#171E26'"
+    explorer.until(dark)
+    assert explorer.page.evaluate("document.documentElement.dataset.theme") == "dark"

@@ -55,6 +55,7 @@ CUT = """() => {
     if (["BUTTON", "INPUT", "SELECT", "PROGRESS", "svg"].includes(node.tagName)) {
       check(node.getBoundingClientRect(), parentOf(node), `${nameOf(node)} ${node.textContent.slice(0, 20)}`);
     }
+    if (node.type === "text" && node.scrollWidth > node.clientWidth + 1) cut.push(`${node.id} ${node.value}`);
     if (node.tagName === "SELECT") {
       const chosen = node.selectedOptions[0]?.textContent ?? "";
       pen.font = getComputedStyle(node).font;
@@ -107,6 +108,7 @@ CUT = """() => {
 
 # Open states beside the tabs as they are at first: a query, and what has come once the state is complete.
 _POINT = "eta=1.42&K=12000&D=18&steps=200"
+_LONG = "eta=1.86666666666667&K=1234.56789012345&bodies=two&d1=0.0123456789012345&threshold=1.23456789012345e-05"
 _PINS = ";".join(f"eta=1.3%26K={K}%26D=18%26steps=200" for K in (2500, 300, 100))
 _SWEEP = "zoom=eta:1.3,1.5&choice=branches:both;count:60;transient:200"
 STATES = {
@@ -114,6 +116,7 @@ STATES = {
     "branches": (f"?tab=bifurcation&{_POINT}&{_SWEEP}", ".branches-list[data-running=false] .points [data-kind]"),
     "code": (f"?tab=code&{_POINT}&choice=code:calculix", "section.study[data-share='1']"),
     "units": (f"?{_POINT}&units=si&omega1=100", ".lines[data-pending=false]"),
+    "long numbers": (f"?{_LONG}", ".lines[data-pending=false]"),
 }
 OF_STATES = ((720, 450), (768, 1024), (1024, 768), (1440, 900), (390, 844))
 

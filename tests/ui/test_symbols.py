@@ -3,6 +3,7 @@
 import re
 
 from .explorer import wait_until
+from .test_measurement import DROP, EXAMPLE
 
 # Texts of labels, heads and keys that are seen; and by figure, the labels of its axes and the entries of its legend.
 TEXTS = """() => {
@@ -88,6 +89,14 @@ def test_every_symbol_of_the_branches_has_its_name(visit):
         rows.first.wait_for(timeout=90_000)
         assert "largest multiplier" in explorer.page.evaluate(TEXTS)[0]
         wait_until(lambda explorer=explorer: not nameless(explorer), what=f"a name beside each symbol: {units}")
+
+
+def test_the_constants_of_a_fit_have_their_names(visit):
+    explorer = visit("?eta=2.76&K=12000&D=18&steps=8000")
+    explorer.page.evaluate(DROP, ["own.csv", EXAMPLE.read_text(encoding="utf-8")])
+    explorer.page.locator(".measurement-card[data-phase=done]").wait_for()
+    assert "Fit to the measurement" in explorer.page.evaluate(TEXTS)[0]
+    assert nameless(explorer) == []
 
 
 def test_every_symbol_has_its_name_and_unit_beside_it(visit):

@@ -170,6 +170,19 @@ def test_the_drawing_of_the_bodies_is_taken_as_any_picture(visit, bodies):
     assert explorer.error() == ""
 
 
+def test_a_field_without_a_number_shows_what_that_means(visit):
+    explorer = visit()
+    explorer.page.get_by_text("Take away", exact=True).click()
+    room = """fields => fields.filter(field => field.placeholder && !field.value).map(field => {
+      const pen = document.createElement("canvas").getContext("2d"), style = getComputedStyle(field), SPIN = 18;
+      pen.font = style.font;
+      return field.clientWidth - 2 * parseFloat(style.paddingLeft) - SPIN - pen.measureText(field.placeholder).width;
+    })"""
+    left = explorer.page.locator(".sizes input").evaluate_all(room)
+    assert len(left) == 2
+    assert min(left) >= 0
+
+
 def test_the_menu_follows_the_tab(visit):
     explorer = visit()
     assert "Contact force" in menu(explorer)

@@ -199,8 +199,8 @@ def _key(result: PartialBasin) -> list[list[str]]:
     rows = [[COLOURS[k] if k < len(COLOURS) else FURTHER, each.name, ""] for k, each in enumerate(result.motions)]
     shown = [result.image(side) for side in SIDES]
     inside = "body would be in the wall" if result.question.system.wall else "bodies would overlap"
-    rows += [[SPECIAL[NO_NUMBER], inside, ""]] if any((s == NO_NUMBER).any() for s in shown) else []
-    return rows + ([[SPECIAL[DIVERGED], "ended early", ""]] if any((s == DIVERGED).any() for s in shown) else [])
+    rows += [[SPECIAL[NO_NUMBER], inside, "missing"]] if any((s == NO_NUMBER).any() for s in shown) else []
+    return rows + ([[SPECIAL[DIVERGED], "ended early", "paper"]] if any((s == DIVERGED).any() for s in shown) else [])
 
 
 def statements(setting: Setting, result: PartialBasin) -> list[list[str]]:

@@ -167,6 +167,8 @@ function afterPaint(done) {
   else requestAnimationFrame(done);
 }
 
+const SHORT = 8; // digits that each field has room for
+
 // The field of a typed value, with the reason if it was refused.
 function typedField(number, link, place) {
   const typed = input("text", `vibroscope-${number.name}-typed`, `${number.label}: ${number.hint}, typed`);
@@ -180,19 +182,23 @@ function typedField(number, link, place) {
   let accepted = ""; // in the numbers of the model
   let field = { text: "", factor: 1 }; // the same as it is shown
   let typing = false; // an answer must not change what is being typed
+  const fill = (text) => {
+    typed.value = text;
+    typed.style.minWidth = text.length > SHORT ? `calc(${text.length}ch + 16px)` : ""; // or its exponent could be hidden
+  };
   typed.addEventListener("input", () => { typing = true; });
   typed.addEventListener("change", () => {
     typing = false;
     link.set({ [number.name]: { typed: typed.value.trim() } }); // the server reads separators and units
   });
   typed.addEventListener("blur", () => {
-    if (typing) typed.value = field.text; // the text equals the one before, since there was no change event
+    if (typing) fill(field.text); // the text equals the one before, since there was no change event
     typing = false;
   });
   typed.addEventListener("keydown", (event) => {
     if (event.key !== "Escape") return;
     typing = false;
-    typed.value = field.text;
+    fill(field.text);
     link.set({ [number.name]: accepted });
   });
   place.append(refusal);
@@ -209,11 +215,11 @@ function typedField(number, link, place) {
     else typed.removeAttribute("aria-describedby");
     refusal.hidden = !refused;
     refusal.textContent = refused ? `${shown.refused.text} Escape brings back ${field.text}.` : "";
-    if (isLatest && !refused && !typing) typed.value = field.text;
+    if (isLatest && !refused && !typing) fill(field.text);
   };
   // A number of the model as the field shows it, until the server has answered.
   const preview = (text) => (field.factor === 1 ? text : String(Number((field.factor * Number(text)).toPrecision(6))));
-  return { typed, unit, draw, preview };
+  return { typed, unit, draw, preview, fill };
 }
 
 function sliderRow(slider, link) {
@@ -241,7 +247,7 @@ function sliderRow(slider, link) {
   note.prepend(noteText);
   range.addEventListener("input", () => {
     const text = scale.text(Number(range.value));
-    field.typed.value = field.preview(text);
+    field.fill(field.preview(text));
     range.setAttribute("aria-valuetext", `${symbol.textContent} ${field.typed.value} ${field.unit.textContent}`.trim());
     link.set({ [slider.name]: text });
   });

@@ -1,13 +1,17 @@
 // The parts of the panel around the sliders: scenes, actions, system and solver, switches, key. Each has an element, and
 // a function that draws the accepted values.
 
+const NARROW = matchMedia("(max-width: 1000px)");
+
+// Numbers of one's own are shown, but not where they would push the figures some screens down; a refusal always is.
+const opensItself = (own, refused) => refused || (own && !NARROW.matches);
+
 // A box that is folded where the page is narrow, and always open elsewhere.
 function foldedIfNarrow(title, ...content) {
   const box = element("details", "narrow-fold");
   box.append(element("summary", "", title), ...content);
-  const narrow = matchMedia("(max-width: 1000px)");
-  const fold = () => { box.open = !narrow.matches; };
-  narrow.addEventListener("change", fold);
+  const fold = () => { box.open = !NARROW.matches; };
+  NARROW.addEventListener("change", fold);
   fold();
   return box;
 }
@@ -86,7 +90,7 @@ function startDetails(spec, link) {
     head.textContent = `Start: ${own ? "own" : "rest"}`;
     head.title = `Both runs start from ${own ? "an own start" : "rest"}`;
     rest.disabled = !own;
-    if ((own && !was) || names.includes(shown.refused.name)) box.open = true;
+    if (opensItself(own && !was, names.includes(shown.refused.name))) box.open = true;
   };
   return { element: box, parts: [...parts, { draw }] };
 }
@@ -104,7 +108,7 @@ function ownRow(number, link) {
 // The solver: folded, since it is seldom changed; open if one number is not the default, or is refused.
 function solverDetails(spec, link) {
   const box = element("details", "more solver");
-  box.append(element("summary", "", "Solver"));
+  const head = element("summary");
   const grid = element("div", "numbers");
   const parts = spec.solverNumbers.map((number) => numberRow(number, link));
   const selects = spec.solverSelects.map((choice) => selectRow(choice, link));
@@ -113,13 +117,14 @@ function solverDetails(spec, link) {
   const switches = spec.solverSwitches.map((choice) => switchRow(choice, link));
   const [integrator, ...others] = selects.map((part) => part.element);
   grid.append(integrator, ...own.map((part) => part.element), ...others, ...ofLaw.map((part) => part.element), ...parts.map((part) => part.element));
-  box.append(grid, ...switches.map((part) => part.element));
+  box.append(head, grid, ...switches.map((part) => part.element));
   const given = [...spec.solverNumbers, ...spec.solverSelects, ...spec.integratorNumbers, ...spec.lawNumbers, ...spec.solverSwitches];
   const names = given.map((part) => part.name);
   let opened = false;
   const draw = (shown) => {
-    const changed = !opened && names.some((name) => shown.texts[name] !== spec.defaults[name]);
-    if (changed || names.includes(shown.refused.name)) box.open = opened = true;
+    const changed = names.some((name) => shown.texts[name] !== spec.defaults[name]);
+    setText(head, changed ? "Solver: own" : "Solver");
+    if (opensItself(changed && !opened, names.includes(shown.refused.name))) box.open = opened = true;
     for (const { name, element } of switches) {
       if (name === "without_solution") element.hidden = shown.texts.status !== "end";
       if (name === "damper") element.hidden = !spec.dampedByRestitution.includes(shown.texts.law);

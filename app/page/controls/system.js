@@ -26,7 +26,7 @@ function systemDetails(spec, link, model) {
     elsewhere.hidden = !away;
     elsewhere.textContent = away ? shown.refused.text : "";
     const own = !known && ["bodies", ...names].some((name) => name in spec.defaults && shown.texts[name] !== spec.defaults[name]);
-    if (names.includes(shown.refused.name) || away || own) box.open = true;
+    if (opensItself(own, away || names.includes(shown.refused.name))) box.open = true;
     if (known === model.system) return;
     known = model.system;
     picture.follow(known);

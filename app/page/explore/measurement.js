@@ -57,11 +57,11 @@ function fitBox(model) {
   const box = element("fieldset", "fit");
   box.append(element("legend", "", "Fit to the measurement"));
   const choices = element("div", "choices");
-  const boxes = Object.entries(model.names).map(([name, symbol]) => {
+  const boxes = Object.entries(model.names).map(([name, [symbol, words]]) => {
     const label = element("label");
     const check = element("input");
     Object.assign(check, { type: "checkbox", checked: true, value: name });
-    label.append(check, symbol);
+    label.append(check, `${symbol} ${words}`);
     choices.append(label);
     return check;
   });

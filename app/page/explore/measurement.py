@@ -12,7 +12,7 @@ import param
 from bokeh.models import LegendItem, Scatter
 from vibroscope.app.explorer.errors import error_text
 from vibroscope.app.explorer.measured import (
-    FITTED_LABELS,
+    FITTED_NAMES,
     LARGEST_FILE,
     NOWHERE,
     MeasuredFile,
@@ -53,7 +53,7 @@ class MeasurementButton(Component):
 class MeasurementPanel(Component):
     """Verdict, numbers and fit; sends ``{"fit": names}``, ``{"cancel": true}`` and ``{"remove": true}``."""
 
-    names = param.Dict(default=FITTED_LABELS, constant=True, doc="Labels of the constants that can be fitted")
+    names = param.Dict(default=FITTED_NAMES, constant=True, doc="Symbol and name of each constant that can be fitted")
     content = param.Dict(default=_IDLE, doc="phase: idle, reading, failed or done; see `Overlay._content`")
 
     _esm = script("shared/dom", "explore/measurement")
@@ -82,6 +82,7 @@ class Overlay:
         self._placed: tuple[object, Placed] = None, NOWHERE
         self._fit_job: MeasuredJob | None = None
         self._fit: dict = _IDLE
+        self._fitted: Fit | None = None
 
     # -- the session's setting ---------------------------------------------------------
 
@@ -209,7 +210,7 @@ class Overlay:
             self._fit_job = None
             failed = isinstance(found, Exception)
             self._fit = {"phase": "failed", "error": _sentence(found)} if failed else {"phase": "done"}
-            self._fit |= {} if failed else fit_content(found)
+            self._fitted = None if failed else found
             self._show()
         elif job is self._job:
             failed = isinstance(found, Exception)
@@ -237,7 +238,7 @@ class Overlay:
     def _end_fit(self) -> None:
         if self._fit_job is not None:
             self._fit_job.cancel()
-        self._fit_job, self._fit = None, _IDLE
+        self._fit_job, self._fit, self._fitted = None, _IDLE, None
 
     # -- to the browser ----------------------------------------------------------------
 
@@ -254,7 +255,7 @@ class Overlay:
             rows=[[plain_symbols(cell) for cell in row] for row in comparison_rows(comparison, scale)],
             eta=(eta := own_eta(comparison)),
             offer=words_of_change({"eta": eta}, self._setting) if eta else "",
-            fit=self._fit,
+            fit=self._fit | (fit_content(self._fitted, scale) if self._fitted is not None else {}),
         )
 
     def _write(self, **content) -> None:

@@ -6,7 +6,7 @@ const STEPS = [
     words: "Two parts of a machine touch. The code that simulates them asks for a contact stiffness K, a contact damping D "
       + "and a time step. No theory supplies the three, and whatever is set, the code shows a motion." },
   { where: ".displacement", title: "A motion that looks right", scene: "9B",
-    words: "The thin line is what such a code shows with the numbers at the left: smooth, steady, plausible. The wide line "
+    words: "The thin line is what such a code shows with the numbers that are set: smooth, steady, plausible. The wide line "
       + "is the exact motion of the same two bodies. Only the comparison shows that the thin one is wrong." },
   { where: ".findings", title: "How wrong, and why",
     words: "How far the two are apart, which of the three numbers causes it, and what to change first." },

@@ -33,8 +33,7 @@ export function render({ model }) {
     why.textContent = model.found.why ?? "";
     why.hidden = !why.textContent;
     root.setAttribute("aria-busy", String(!known && !error && !cancelled));
-    // The figure has come as well; it is drawn in light colours.
-    if (known) whenIdle(darken);
+    if (known) emit("figures-changed"); // with the finding comes its figure
   };
   model.on("found", draw);
   draw();

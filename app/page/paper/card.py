@@ -27,7 +27,7 @@ class ClaimCard(Component):
     claim = param.Dict(default={}, doc="name, place, text, scene; tab that the button opens and its title")
     found = param.Dict(default={}, doc="verdict, found, why; or error; or cancelled; empty until it is known")
 
-    _esm = script("shared/dom", "shared/theme", "paper/card")
+    _esm = script("shared/dom", "paper/card")
     _stylesheets = [style("paper/card")]  # noqa: RUF012 - Panel reads it from the class
 
     def __init__(self, claim: dict, on_view: Callable[[], None], on_cancel: Callable[[], None]) -> None:

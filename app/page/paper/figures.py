@@ -21,7 +21,7 @@ _DOTS = {
     "penalty": {"marker": "diamond", "line_color": VERMILLION, "fill_color": None},
 }
 _DASHES = ("dashed", "solid")  # pendulums 1 and 2
-_KINDS = [VERMILLION, "#C6CDD4", BLUE]  # wrong, in between, right
+KINDS = [VERMILLION, "#C6CDD4", BLUE]  # wrong, in between, right
 _SHADES = ["#FFFFFF00", *(f"{BLUE}{alpha:02X}" for alpha in range(1, 256))]
 _TICKS = [digit * 10**power for power in range(6) for digit in (1, 2, 5)]  # of a logarithmic axis
 _PIXELS = (640, 260)
@@ -47,7 +47,7 @@ def _(picture: PhasePlots, name: str) -> figure:
         label = f"pendulum {n + 1}" if alone else f"{solver}, pendulum 2"
         plot.line(*orbit, **look, legend_label=label)
         points = run.section[:, 2 * n : 2 * n + 2].astype(np.float32).T
-        plot.scatter(*points, size=6, **_DOTS[solver])
+        plot.scatter(*points, size=6, **_DOTS[solver], legend_label=label)
     return _with_legend(plot)
 
 
@@ -109,11 +109,12 @@ def _(picture: CellMap, name: str) -> figure:
     x, y = _edges(picture.stiffness), _edges(picture.damping)
     axes = {"x_axis_type": "log", "y_axis_type": "log", "x_range": Range1d(*x), "y_range": Range1d(*y)}
     plot = make_figure("", "contact stiffness K / k₁", "contact damping D / (2m₁ω₁)", **_OPTIONS, name=name, **axes)
-    _add_image(plot, picture.kind, x, y, LinearColorMapper(palette=_KINDS, low=-0.5, high=2.5))
-    for kind, colour in zip(picture.names, _KINDS, strict=True):
-        plot.scatter(
-            [np.nan], [np.nan], marker="square", size=9, line_color=colour, fill_color=colour, legend_label=kind
-        )
+    for number, (kind, colour) in enumerate(zip(picture.names, KINDS, strict=True)):
+        # The square is for the legend, in which an image draws nothing. An image for each kind, which its entry hides.
+        look = {"marker": "square", "size": 9, "line_color": colour, "fill_color": colour}
+        plot.scatter([np.nan], [np.nan], **look, legend_label=kind)
+        mapper = LinearColorMapper(palette=["#FFFFFF00", colour], low=0, high=1)
+        _add_image(plot, picture.kind == number, x, y, mapper, legend_label=kind)
     for axis in plot.axis:
         axis.ticker = _TICKS
         axis.formatter = BasicTickFormatter(use_scientific=False)
@@ -149,11 +150,11 @@ def _(picture: Diagram, name: str) -> figure:
     return plot
 
 
-def _add_image(plot: figure, cells: np.ndarray, x: tuple, y: tuple, colours: LinearColorMapper) -> None:
+def _add_image(plot: figure, cells: np.ndarray, x: tuple, y: tuple, colours: LinearColorMapper, **more) -> None:
     """Fill the frame with an image."""
     plot.grid.visible = False
     place = {"x": x[0], "y": y[0], "dw": x[1] - x[0], "dh": y[1] - y[0]}
-    plot.image([cells.astype(np.uint8)], **place, color_mapper=colours)
+    plot.image([cells.astype(np.uint8)], **place, color_mapper=colours, **more)
 
 
 def _empty_figure(name: str, x: str, y: str, xs: Iterable[np.ndarray], ys: Iterable[np.ndarray]) -> figure:
