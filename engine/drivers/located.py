@@ -14,7 +14,7 @@ from ..kernels.parameters import Parameters
 from ..kernels.status import PAUSED, STATUSES
 from ..kernels.time_stepping import law_pieces, law_step, located_law
 from ..kernels.time_stepping import located as kernel
-from ..kernels.time_stepping.contact_location import LocatedScheme, Stages, forcing_with
+from ..kernels.time_stepping.contact_location import SCHEME, LocatedScheme, Stages, forcing_with
 from ..kernels.time_stepping.linear_step import COLUMNS
 from ..methods import Newmark, TimeStepping, spring_exponent
 from ..result import Checkpoint, Cost, Status
@@ -65,7 +65,7 @@ class LocatedDriver(SteppingDriver):
 
     def _prepare(self, p: Parameters, integrator: Integrator) -> None:
         """Make what the kernel needs beside the scheme."""
-        self._forces = self.forces_of_steps()
+        self._packed, self._forces = SCHEME.pack(self._scheme), self.forces_of_steps()
         self._prepare_skips(self._scheme, p, integrator, [Piece(p.stiffness, p.damping)])
 
     def _prepare_skips(self, m: LocatedScheme, p: Parameters, integrator: Integrator, pieces: list[Piece]) -> None:
@@ -105,15 +105,15 @@ class LocatedDriver(SteppingDriver):
     def _call(self, last: int, most: int, buffers: PackedBuffers) -> int:
         if self._tables is None:
             return self._take_every_step(last, most, buffers)
-        return self._skip(self._state, last, most, self._window, buffers.views)
+        return self._skip(self._state, last, most, self._window, buffers.flat, buffers.sizes)
 
     def _skip(self, *arrays) -> int:
         """Integrate with skips."""
-        return located_skip.integrate_skipping(self._scheme, self._skips, self._forces, *arrays)
+        return located_skip.integrate_skipping(self._packed, self._skips, self._forces, *arrays)
 
     def _take_every_step(self, last: int, most: int, buffers: PackedBuffers) -> int:
-        arrays = self._forces, self._state, last, most, self._window, buffers.views
-        return kernel.integrate_located(self._scheme, *arrays)
+        arrays = self._forces, self._state, last, most, self._window, buffers.flat, buffers.sizes
+        return kernel.integrate_located(self._packed, *arrays)
 
     def integrate(self, stop: int, buffers: PackedBuffers) -> tuple[Status, bool]:
         code = self._call(stop * self._method.steps, self.solves_per_call, buffers)
@@ -157,6 +157,7 @@ class LocatedLawDriver(LocatedDriver):
     def _prepare(self, p: Parameters, integrator: Integrator) -> None:
         m = self._scheme._replace(stages=stages_of(integrator, p))
         self._law = law_step.LawScheme(m, int(p.law), p.stiffness, p.exponent, p.penetration, p.gain, p.relative)
+        self._packed = law_step.LAW_SCHEME.pack(self._law)
         self._prepare_skips(m, p, integrator, pieces_of(self._law))
 
     def _packed_start(self, state: kernel.LocatedState, at_rest: bool) -> np.ndarray:
@@ -182,10 +183,11 @@ class LocatedLawDriver(LocatedDriver):
         return located_law.integrate_located_law if self._tables is None else located_skip.integrate_law_skipping
 
     def _skip(self, *arrays) -> int:
-        return located_skip.integrate_law_skipping(self._law, self._skips, *arrays)
+        return located_skip.integrate_law_skipping(self._packed, self._skips, *arrays)
 
     def _take_every_step(self, last: int, most: int, buffers: PackedBuffers) -> int:
-        return located_law.integrate_located_law(self._law, self._state, last, most, self._window, buffers.views)
+        arrays = self._state, last, most, self._window, buffers.flat, buffers.sizes
+        return located_law.integrate_located_law(self._packed, *arrays)
 
 
 def located_driver(method: Newmark | TimeStepping) -> type[LocatedDriver]:

@@ -27,12 +27,12 @@ from typing import NamedTuple
 import numpy as np
 
 from ..compile.options import jit_inlined, jit_no_alloc
-from ..compile.record import with_impulse
+from ..compile.record import unpack_buffers, with_impulse
 from ..linear.cos_sin import cos_sin
 from ..status import OK, PAUSED
 from ..time_stepping import law_pieces, located_law
-from ..time_stepping.contact_location import LocatedScheme, contact_force, side, step
-from ..time_stepping.law_step import gain_of
+from ..time_stepping.contact_location import LocatedScheme, contact_force, side, step, unpack_scheme
+from ..time_stepping.law_step import gain_of, unpack_law
 from ..time_stepping.linear_step import COLUMNS
 from ..time_stepping.located import (
     ROUNDING,
@@ -175,14 +175,14 @@ def skip_pieces(m, skips, s, kind, stop, window, buffers):
 
 
 @jit_no_alloc
-def integrate_skipping(m, skips, forces, state, stop, most, window, buffers):
+def integrate_skipping(packed, skips, forces, state, stop, most, window, flat, sizes):
     """Integrate to the end of step ``stop`` of the grid as :func:`..time_stepping.located.integrate_located` does.
 
     A skip that reaches beyond is not made, as in :func:`.matrix_skip.integrate_skipping`.
 
     Parameters
     ----------
-    m, forces, state, stop, most, window, buffers
+    packed, forces, state, stop, most, window, flat, sizes
         As there.
     skips : LocatedSkips
 
@@ -191,7 +191,7 @@ def integrate_skipping(m, skips, forces, state, stop, most, window, buffers):
     int
         As there; PAUSED, too, for want of tables: those of which ``skips.tables.counts`` is ASKED.
     """
-    s, status = unpack_state(state), OK
+    m, buffers, s, status = unpack_scheme(packed), unpack_buffers(flat, sizes), unpack_state(state), OK
     pause = s.solves + most
     if s.offset == 0.0:
         z = motion_of(s)
@@ -234,18 +234,19 @@ def scheme_of_piece(m, at):
 
 
 @jit_no_alloc
-def integrate_law_skipping(m, skips, state, stop, most, window, buffers):
+def integrate_law_skipping(packed, skips, state, stop, most, window, flat, sizes):
     """The same with any contact law, as :func:`..time_stepping.located_law.integrate_located_law` does.
 
     Flights are skipped, and the pieces of a law that is piecewise linear; else every piece in contact is solved for.
 
     Parameters
     ----------
-    m : LawScheme
+    packed : (LAW_SCHEME.size,) float64
+        A :class:`..time_stepping.law_step.LawScheme`.
     state : (STATE.size,) float64
         A :class:`..time_stepping.located_law.LawState`, changed in place.
     """
-    at, status = located_law.unpack_state(state), OK
+    m, buffers, at, status = unpack_law(packed), unpack_buffers(flat, sizes), located_law.unpack_state(state), OK
     pause = at.located.solves + most
     located_law.write_first_output(m, at.located, window, buffers)
     while at.located.step < stop and status == OK:
