@@ -4,7 +4,6 @@ import numpy as np
 
 from ..integrators import Integrator, NewmarkBeta
 from ..kernels.accelerated import located_skip
-from ..kernels.accelerated.matrix_skip import LEAST
 from ..kernels.compile.options import uncompiled
 from ..kernels.compile.record import Buffers, PackedBuffers
 from ..kernels.equations.contact_law import CONSTANT, KELVIN_VOIGT, LAWS
@@ -15,7 +14,6 @@ from ..kernels.status import PAUSED, STATUSES
 from ..kernels.time_stepping import law_pieces, law_step, located_law
 from ..kernels.time_stepping import located as kernel
 from ..kernels.time_stepping.contact_location import SCHEME, LocatedScheme, Stages, forcing_with
-from ..kernels.time_stepping.linear_step import COLUMNS
 from ..methods import Newmark, TimeStepping, spring_exponent
 from ..result import Checkpoint, Cost, Status
 from .newmark import has_strides
@@ -71,10 +69,7 @@ class LocatedDriver(SteppingDriver):
     def _prepare_skips(self, m: LocatedScheme, p: Parameters, integrator: Integrator, pieces: list[Piece]) -> None:
         """Make what skips need, where steps can be skipped; ``pieces``: those of a contact that can be skipped."""
         if self._can_skip(p):
-            angle, work = self.angles_of_steps()[:-1], np.zeros((LEAST + 1, COLUMNS))
             self._tables = LocatedTables(m, p, integrator, pieces)
-            angles = np.array([np.cos(angle), np.sin(angle)])
-            self._skips = located_skip.LocatedSkips(self._tables.arrays, len(pieces), p.free_position, angles, work)
 
     def _packed_start(self, state: kernel.LocatedState, at_rest: bool) -> np.ndarray:
         """The discrete solution at τ = 0; ``at_rest``: without acceleration."""
@@ -109,7 +104,7 @@ class LocatedDriver(SteppingDriver):
 
     def _skip(self, *arrays) -> int:
         """Integrate with skips."""
-        return located_skip.integrate_skipping(self._packed, self._skips, self._forces, *arrays)
+        return located_skip.integrate_skipping(self._packed, *self._tables.packed, self._forces, *arrays)
 
     def _take_every_step(self, last: int, most: int, buffers: PackedBuffers) -> int:
         arrays = self._forces, self._state, last, most, self._window, buffers.flat, buffers.sizes
@@ -183,7 +178,7 @@ class LocatedLawDriver(LocatedDriver):
         return located_law.integrate_located_law if self._tables is None else located_skip.integrate_law_skipping
 
     def _skip(self, *arrays) -> int:
-        return located_skip.integrate_law_skipping(self._packed, self._skips, *arrays)
+        return located_skip.integrate_law_skipping(self._packed, *self._tables.packed, *arrays)
 
     def _take_every_step(self, last: int, most: int, buffers: PackedBuffers) -> int:
         arrays = self._state, last, most, self._window, buffers.flat, buffers.sizes

@@ -26,7 +26,7 @@ from vibroscope.engine.drivers.parameters import parameters_of
 from vibroscope.engine.drivers.skip_tables import LocatedTables, Piece
 from vibroscope.engine.drivers.step_maps import bodies_of, step_maps
 from vibroscope.engine.kernels.accelerated import located_skip
-from vibroscope.engine.kernels.accelerated.located_skip import ASKED, CONTACT, FREE
+from vibroscope.engine.kernels.accelerated.located_skip import ASKED, CONTACT, FREE, MISSING
 from vibroscope.engine.kernels.compile.options import uncompiled
 from vibroscope.engine.kernels.time_stepping import contact_location
 from vibroscope.engine.kernels.time_stepping.contact_location import (
@@ -106,9 +106,9 @@ def test_skips_are_the_plain_loop_with_every_law(system, eta, method, monkeypatc
     one = simulate(system, eta, replace(method, every_step=True), **options)
     watched, skipping = [], located_skip.integrate_law_skipping
 
-    def seen(m, skips, *arguments):
-        watched.append(skips.tables.counts)
-        return skipping(m, skips, *arguments)
+    def seen(packed, tables, whole, *arguments):
+        watched.append(uncompiled(located_skip.unpack_skips)(tables, whole).tables.counts)
+        return skipping(packed, tables, whole, *arguments)
 
     monkeypatch.setattr(located_skip, "integrate_law_skipping", seen)
     other = simulate(system, eta, method, **options)
@@ -185,7 +185,7 @@ def test_no_gap_dips_within_a_piece_by_more_than_its_bound(halvings):
         FREE if halvings is None else CONTACT + halvings,
     )
     tables, length = made.arrays, m.h / 2 ** (halvings or 0)
-    tables.counts[mode] = ASKED
+    tables.counts[FREE], tables.counts[mode] = MISSING, ASKED
     made.make_asked()
     assert tables.counts[mode] == 1
     assert (np.delete(tables.counts, mode) < 0).all()
