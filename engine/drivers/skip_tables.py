@@ -101,7 +101,8 @@ class LocatedTables:
         skips.angles[:] = np.cos(angle), np.sin(angle)
         self.arrays = skips.tables
         self.arrays.counts[:] = MISSING
-        self.arrays.counts[FREE] = ASKED  # hardly a run does without flights
+        begun = CONTACT + len(pieces) * halvings  # the mode in which a contact begins, if that is skipped
+        self.arrays.counts[[mode for mode in (FREE, begun) if mode < modes]] = ASKED  # hardly a run does without them
 
     def make_asked(self) -> None:
         """Make the tables that the kernel has asked for."""
@@ -118,8 +119,10 @@ class LocatedTables:
         if law:
             p = p._replace(stiffness=law.stiffness, damping=law.damping)
         piece, entries, stride = self._piece_matrix(p, law is not None, h), ENTRIES, _stride(p, law is not None, h)
-        if halvings > 0 and stride > 1:  # no more pieces follow each other, Eq. (13)
-            entries = min(ENTRIES, int(2.0 / m.step_per_age / stride) + 1)
+        if halvings > 0 and stride > 1:
+            most = 2.0 / m.step_per_age  # no more pieces follow each other, Eq. (13); both levels are searched alike
+            stride = min(stride, math.ceil(math.sqrt(most)))
+            entries = min(ENTRIES, int(most / stride) + 1)
         gap, kinks = (-1.0, 0.0) if law is None else (1.0, 0.0), law.kinks if law else ()
         begins = np.concatenate(
             [_rows_of([gap], 0), *(_rows_of(kinks, 0) + side * h / 3 * _rows_of(kinks, 1) for side in (-1, 1) if kinks)]
