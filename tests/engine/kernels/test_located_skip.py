@@ -185,7 +185,8 @@ def test_no_gap_dips_within_a_piece_by_more_than_its_bound(halvings):
         FREE if halvings is None else CONTACT + halvings,
     )
     tables, length = made.arrays, m.h / 2 ** (halvings or 0)
-    tables.counts[FREE], tables.counts[mode] = MISSING, ASKED
+    tables.counts[:] = MISSING
+    tables.counts[mode] = ASKED
     made.make_asked()
     assert tables.counts[mode] == 1
     assert (np.delete(tables.counts, mode) < 0).all()
