@@ -9,7 +9,7 @@ import numpy as np
 from vibroscope.app.export.decks import DeckProblem, deck
 from vibroscope.engine import CONTACT_LAWS, System, TimeStepping, simulate
 from vibroscope.engine.drivers.time_stepping import linear_scheme, parameters_of_steps
-from vibroscope.engine.kernels.time_stepping.linear_step import FORCE, STATE_ROWS, WORK, take_step
+from vibroscope.engine.kernels.time_stepping.linear_step import FORCE, STATE_ROWS, WORK, LinearScheme, take_step
 
 from tools.other_codes import AGREE, CASES, PERIODS, STEPS, distance, run_opensees
 
@@ -46,8 +46,7 @@ class Growth(NamedTuple):
 
 def growth(problem: DeckProblem, states: np.ndarray) -> Growth:
     """Ours beside their states, (steps + 1, 6), step by step."""
-    bare = linear_scheme(parameters_of_steps(problem.system, problem.eta, problem.method), problem.method)
-    after, random = partial(step_of, bare, problem.method.steps), np.random.default_rng(1)
+    after, random = partial(step_of, scheme_of(problem), problem.method.steps), np.random.default_rng(1)
     own = max(distance(after(state, k), states[k + 1]) for k, state in enumerate(states[:-1]))
     state = moved = states[0]
     for k in range(len(states) - 1):
@@ -56,7 +55,12 @@ def growth(problem: DeckProblem, states: np.ndarray) -> Growth:
     return Growth(len(states) - 1, own, distance(state, moved))
 
 
-def step_of(scheme, steps: int, state: np.ndarray, k: int) -> np.ndarray:
+def scheme_of(problem: DeckProblem) -> LinearScheme:
+    """What our steps are made of."""
+    return linear_scheme(parameters_of_steps(problem.system, problem.eta, problem.method), problem.method)
+
+
+def step_of(scheme: LinearScheme, steps: int, state: np.ndarray, k: int) -> np.ndarray:
     """The end of our step k from a state of bodies that touch at rest."""
     x, *ends = np.zeros((3, WORK))
     ends, angle = np.array(ends), 2.0 * math.pi * k / steps
