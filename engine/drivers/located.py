@@ -100,11 +100,12 @@ class LocatedDriver(SteppingDriver):
     def _call(self, last: int, most: int, buffers: PackedBuffers) -> int:
         if self._tables is None:
             return self._take_every_step(last, most, buffers)
-        return self._skip(self._state, last, most, self._window, buffers.flat, buffers.sizes)
+        return self._skip(last, most, buffers)
 
-    def _skip(self, *arrays) -> int:
+    def _skip(self, last: int, most: int, buffers: PackedBuffers) -> int:
         """Integrate with skips."""
-        return located_skip.integrate_skipping(self._packed, *self._tables.packed, self._forces, *arrays)
+        arrays = self._forces, self._state, last, most, self._window, buffers.flat, buffers.sizes
+        return located_skip.integrate_skipping(self._packed, *self._tables.packed, *arrays)
 
     def _take_every_step(self, last: int, most: int, buffers: PackedBuffers) -> int:
         arrays = self._forces, self._state, last, most, self._window, buffers.flat, buffers.sizes
@@ -152,7 +153,6 @@ class LocatedLawDriver(LocatedDriver):
     def _prepare(self, p: Parameters, integrator: Integrator) -> None:
         m = self._scheme._replace(stages=stages_of(integrator, p))
         self._law = law_step.LawScheme(m, int(p.law), p.stiffness, p.exponent, p.penetration, p.gain, p.relative)
-        self._packed = law_step.LAW_SCHEME.pack(self._law)
         self._prepare_skips(m, p, integrator, pieces_of(self._law))
 
     def _packed_start(self, state: kernel.LocatedState, at_rest: bool) -> np.ndarray:
@@ -177,12 +177,12 @@ class LocatedLawDriver(LocatedDriver):
     def _kernel(self):
         return located_law.integrate_located_law if self._tables is None else located_skip.integrate_law_skipping
 
-    def _skip(self, *arrays) -> int:
-        return located_skip.integrate_law_skipping(self._packed, *self._tables.packed, *arrays)
+    def _skip(self, last: int, most: int, buffers: PackedBuffers) -> int:
+        arrays = self._state, last, most, self._window, buffers.views
+        return located_skip.integrate_law_skipping(self._law, self._tables.skips, *arrays)
 
     def _take_every_step(self, last: int, most: int, buffers: PackedBuffers) -> int:
-        arrays = self._state, last, most, self._window, buffers.flat, buffers.sizes
-        return located_law.integrate_located_law(self._packed, *arrays)
+        return located_law.integrate_located_law(self._law, self._state, last, most, self._window, buffers.views)
 
 
 def located_driver(method: Newmark | TimeStepping) -> type[LocatedDriver]:

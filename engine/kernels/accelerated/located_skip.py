@@ -32,7 +32,7 @@ from ..linear.cos_sin import cos_sin
 from ..status import OK, PAUSED
 from ..time_stepping import law_pieces, located_law
 from ..time_stepping.contact_location import LocatedScheme, contact_force, side, step, unpack_scheme
-from ..time_stepping.law_step import gain_of, unpack_law
+from ..time_stepping.law_step import gain_of
 from ..time_stepping.linear_step import COLUMNS
 from ..time_stepping.located import (
     ROUNDING,
@@ -278,19 +278,17 @@ def scheme_of_piece(m, at):
 
 
 @jit_no_alloc
-def integrate_law_skipping(packed, tables, whole, state, stop, most, window, flat, sizes):
+def integrate_law_skipping(m, skips, state, stop, most, window, buffers):
     """The same with any contact law, as :func:`..time_stepping.located_law.integrate_located_law` does.
 
     Flights are skipped, and the pieces of a law that is piecewise linear; else every piece in contact is solved for.
 
     Parameters
     ----------
-    packed : (LAW_SCHEME.size,) float64
-        A :class:`..time_stepping.law_step.LawScheme`.
+    m : LawScheme
     state : (STATE.size,) float64
         A :class:`..time_stepping.located_law.LawState`, changed in place.
     """
-    m, skips, buffers = unpack_law(packed), unpack_skips(tables, whole), unpack_buffers(flat, sizes)
     at, status = located_law.unpack_state(state), OK
     pause = at.located.solves + most
     located_law.write_first_output(m, at.located, window, buffers)

@@ -21,7 +21,6 @@ import math
 from typing import NamedTuple
 
 from ..compile.options import jit_inlined, jit_no_alloc
-from ..compile.packing import Layout
 from ..equations.contact_law import (
     COMPRESSION,
     CUT,
@@ -33,7 +32,7 @@ from ..equations.contact_law import (
     law_force,
     law_slopes,
 )
-from .contact_location import SCHEME, LocatedScheme, forcing_at, with_accelerations
+from .contact_location import LocatedScheme, forcing_at, with_accelerations
 
 SOLVES = 100  # secants, of which 6 to 10 are needed
 WIDENINGS = 200  # of a bracket, each twice as far
@@ -52,10 +51,6 @@ class LawScheme(NamedTuple):
     penetration: float
     gain: float  # as in :class:`..parameters.Parameters`
     relative: float
-
-
-LAW_SCHEME = Layout(LawScheme, located=SCHEME)
-unpack_law = LAW_SCHEME.unpack
 
 
 @jit_inlined

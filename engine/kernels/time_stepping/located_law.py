@@ -15,11 +15,11 @@ from typing import NamedTuple
 
 from ..compile.options import jit_inlined, jit_no_alloc
 from ..compile.packing import Layout
-from ..compile.record import OpenContact, no_contact, no_room, unpack_buffers, with_impulse
+from ..compile.record import OpenContact, no_contact, no_room, with_impulse
 from ..status import DIVERGED, OK, PAUSED, UNRESOLVED
 from .contact_location import forcing_at
 from .law_pieces import FREE, locate_change, piece_at, stays
-from .law_step import force_of, gain_of, step_of_law, unpack_law, with_law_accelerations
+from .law_step import force_of, gain_of, step_of_law, with_law_accelerations
 from .located import (
     SOLVES_PER_STEP,
     LocatedState,
@@ -130,17 +130,16 @@ def write_first_output(m, s, window, buffers):
 
 
 @jit_no_alloc
-def integrate_located_law(packed, state, stop, most, window, flat, sizes):
+def integrate_located_law(m, state, stop, most, window, buffers):
     """Integrate to the end of step ``stop`` of the grid, as :func:`.located.integrate_located` does.
 
     Parameters
     ----------
-    packed : (LAW_SCHEME.size,) float64
-        A :class:`.law_step.LawScheme`.
+    m : LawScheme
     state : (STATE.size,) float64
         A :class:`LawState`, changed in place.
     """
-    m, buffers, at, status = unpack_law(packed), unpack_buffers(flat, sizes), unpack_state(state), OK
+    at, status = unpack_state(state), OK
     pause = at.located.solves + most
     write_first_output(m, at.located, window, buffers)
     while at.located.step < stop and status == OK:
