@@ -24,7 +24,7 @@ help:
 	@echo "make gallery    write reports of all scenes and published systems into build/gallery, to open without a server"
 	@echo "make dist       build wheel and source archive into dist/, the documentation in them"
 	@echo "make bench      measure costs and errors"
-	@echo "make codes      run OpenSees and CalculiX beside ours where they are installed, and write the table"
+	@echo "make codes      run OpenSees, CalculiX and MuJoCo beside ours where they are installed, and write the table"
 	@echo "make lint       check style and who may import whom"
 	@echo "make snapshots  renew the pictures and data the tests compare with"
 	@echo "make diagram    renew the results in assets/ that the page opens with"

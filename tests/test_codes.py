@@ -11,8 +11,9 @@ from vibroscope.app.commands.cli import main
 from vibroscope.app.export.decks import DeckProblem, deck
 from vibroscope.engine import NewmarkBeta, System, TimeStepping, Units, simulate
 
+from tools import mujoco_code
 from tools.codes import PAGE, opensees_cells, table
-from tools.hertz_codes import MATERIALS
+from tools.hertz_codes import MATERIALS, law_problems, scheme_of, step_of
 from tools.other_codes import (
     CASES,
     INTEGRATORS,
@@ -49,8 +50,11 @@ def calculix():
 
 
 def test_the_page_has_a_row_for_each_run_and_explains_it():
-    assert re.search(r"Written by `make codes` on \d\d \w+ 20\d\d, with OpenSeesPy [\d.]+ and CalculiX [\d.]+; ", TEXT)
-    found = [row for row in ROWS if row[3] in {f"T/{n}" for n in STEPS}]
+    versions = r"OpenSeesPy [\d.]+, CalculiX [\d.]+, MuJoCo [\d.]+; "
+    assert re.search(rf"Written by `make codes` on \d\d \w+ 20\d\d, with {versions}", TEXT)
+    mujoco = [row for row in ROWS if row[4].endswith(" in contact")]
+    assert len(mujoco) == len(mujoco_code.CASES) * len(mujoco_code.STEPS)
+    found = [row for row in ROWS if row[3] in {f"T/{n}" for n in STEPS} and row not in mujoco]
     assert len(found) == len(CASES) * len(STEPS) * len(INTEGRATORS) + 5
     assert all(EXPLAINED.match(row[-1]) for row in found)
     of_laws = [row for row in ROWS if row[4] in {f"T/{n}" for n in STEPS}]
@@ -62,7 +66,7 @@ def test_the_page_has_a_row_for_each_run_and_explains_it():
 @pytest.mark.usefixtures("opensees")
 @pytest.mark.parametrize("place", [3, 6, 8])  # a step without a solution; after some periods; two solutions
 def test_the_page_has_what_opensees_does(place, tmp_path):
-    if f"OpenSeesPy {version('openseespy')} " not in TEXT:
+    if f"OpenSeesPy {version('openseespy')}," not in TEXT:
         pytest.skip("the page is of another version of OpenSeesPy: make codes")
     row = compare_opensees(problems()[place], tmp_path)
     assert row.cause != "unexplained"
@@ -98,6 +102,15 @@ def test_calculix_gives_our_displacements(damping, tmp_path):
     assert difference < 1e-6  # of its seven digits
 
 
+def test_mujoco_does_what_its_documentation_says():
+    if mujoco_code.mujoco_version() is None:
+        pytest.skip("mujoco cannot be imported: make codes installs it")
+    found = mujoco_code.compare_mujoco(2.76, 12000.0, 18.0, 2000)
+    assert found.contact > 1000
+    assert found.own < 1e-12
+    assert found.apart > 1e-3  # which that explains
+
+
 def test_a_difference_is_explained_by_what_is_found_alone():
     problem = problems()[0]
 
@@ -118,6 +131,11 @@ def test_a_difference_is_explained_by_what_is_found_alone():
     assert cause(None, None, 1e-3) == "unexplained"
     assert cause(1200, 1200, np.nan) == "both stop in step 1200 (period 3)"
     assert cause(1200, None, np.nan) == "unexplained"
+    assert cause(None, 1200, np.nan, followed=1e-3) == "unexplained"
+    ours_stops = (
+        "1e-12 in a step grows to 1e-06, in ours alone to 1e-06; our state has no solution of step 1200 (period 3)"
+    )
+    assert cause(None, 1200, np.nan, followed=1e-6) == ours_stops
     assert cause(1200, 1200, np.nan, stops=False) == "unexplained"
     assert cause(None, None, 1e-9, own=1e-3) == "unexplained"
     assert cause(None, None, 0.5, other=[7]).startswith("of two solutions of step 7 (period 1)")
@@ -137,3 +155,13 @@ def test_our_steps_are_those_of_the_engine():
     walk = steps.walk(np.array(states), None)
     assert walk.own == 0.0
     assert walk.followed == 0.0
+
+
+def test_our_steps_with_a_law_of_hertz_are_those_of_the_engine():
+    problem = law_problems()[1]
+    scheme, steps, state = scheme_of(problem), problem.method.steps, np.zeros(6)
+    for k in range(2 * steps):
+        state = step_of(scheme, steps, state, k)
+    run = simulate(problem.system, problem.eta, problem.method, periods=2, keep=1)
+    assert len(run.contacts) > 0
+    assert state[[0, 2, 1, 3]] == pytest.approx(run.section[-1], abs=1e-10)

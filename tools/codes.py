@@ -3,8 +3,8 @@
     make codes                                           # runs all and writes docs/validation/codes.md
     .venv/bin/python -m tools.codes                      # runs all, prints the page
 
-OpenSees is run where openseespy can be imported (group `codes` of pyproject.toml), CalculiX where there is a command
-ccx (Debian: calculix-ccx). A code that is not there is left out, with the reason.
+OpenSees and MuJoCo are run where openseespy and mujoco can be imported (group `codes` of pyproject.toml), CalculiX
+where there is a command ccx (Debian: calculix-ccx). A code that is not there is left out, with the reason.
 """
 
 import argparse
@@ -17,7 +17,9 @@ from pathlib import Path
 
 from vibroscope.app.export.decks import DeckProblem
 
-from tools.hertz_codes import is_offered, law_cells, law_problems
+from tools.hertz_codes import compare_law, is_offered, law_cells, law_problems
+from tools.mujoco_code import CASES, IMPEDANCE, PERIODS, compare_mujoco, mujoco_version
+from tools.mujoco_code import STEPS as MUJOCO_STEPS
 from tools.other_codes import (
     STEPS,
     TOLERANCE,
@@ -42,8 +44,8 @@ _PAGE = """\
 
 Written by `make codes` on {date}, with {codes}; {machine}, Python {python}.
 
-Both run the deck that `vibroscope export` writes: the paper's pendulums, a spring and a damper as contact, from rest.
-Displacements are in base amplitudes.
+OpenSees and CalculiX run the deck that `vibroscope export` writes: the paper's pendulums, a spring and a damper as
+contact, from rest. Displacements are in base amplitudes.
 
 ## OpenSees
 
@@ -57,16 +59,16 @@ Displacements are in base amplitudes.
 
 {calculix}
 
+## MuJoCo
+
+{mujoco}
+
 ## Not run
 
 Abaqus and Ansys need licences, and no tool for Modelica is at hand: their decks are written from the manuals, and tests
 check their text alone.
 
-**MuJoCo** 4.0.0 imports, and has no deck: its contact is a law of accelerations. With `solref="-k -b"` that of the gap
-tends to −kg − bg′, blended by the impedance `solimp` with that without contact, and the force does not pull. A body
-of mass 1 on a slide, k = 12000 and ζ = 0.3, rebounds from a plane with 0.4508 of its speed at Δt = 1e-5, 0.4490 at 1e-4
-and 0.4315 at 1e-3; spring and damper cut at zero give 0.4510. Chrono could not be had: the wheel `pychrono` is another
-package, of decorators.
+Chrono could not be had: the wheel `pychrono` is another package, of decorators.
 """
 
 _OPENSEES = """\
@@ -113,15 +115,33 @@ default, and by {tight} with 1e-8.
 ("solution seems to diverge"), where its iterations have converged. Shorter steps get over it."""
 
 
+_MUJOCO = """\
+The same pendulums with springs, dampers and loads as applied forces, so that the contact alone is MuJoCo's, in steps of
+semi-implicit Euler. There is no deck, since this contact is a law of accelerations. With `solref="-k -b"` and a
+constant impedance d in `solimp` its force is, by its documentation,
+
+    λ = max(0, (−kg/d − bg′/d − a₀) d/A),    A = 1/m₁ + 1/m₂,
+
+a₀ being the acceleration of the gap without contact. Here d = {impedance}, the largest that MuJoCo takes, k = KAd and
+b = 2DAd. Ours is spring and damper cut at zero, with the contact status from the start of the step (`cut`, `start`,
+`semi-implicit-euler`), for {periods} periods.
+
+{table}
+
+In all steps MuJoCo's is that of the formula to {own}. What differs from spring and damper is a₀: springs and loads do
+not act on the gap while the bodies touch. With shorter steps this remains."""
+
+
 _HERTZ = """\
 Newmark's method, the damper by the formula of each law with e = 0.5, ten periods.
 
 {table}
 
-`JankowskiImpact` agrees as long as the motion lets two runs agree at all. `Hertzdamp` takes the closing speed at the
-end of its first step in contact, ours that at touch. Its damper is set to zero where a trial of an iteration opens the
-gap, and stays so for the rest of the contact, which goes on. Such trials are frequent, since the tangents of both
-materials have the wrong sign in their source (`trialTangent = -n*...`)."""
+In all {steps} steps of its runs `JankowskiImpact` gives the step that ours gives from the same state, to {own}: what
+stays of its iterations. The motion makes more of that, and of the same in ours, from period to period. `Hertzdamp`
+takes the closing speed at the end of its first step in contact, ours that at touch. Its damper is set to zero where a
+trial of an iteration opens the gap, and stays so for the rest of the contact, which goes on. Such trials are frequent,
+since the tangents of both materials have the wrong sign in their source (`trialTangent = -n*...`)."""
 
 
 def main() -> None:
@@ -129,19 +149,20 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--write", action="store_true", help=f"write {PAGE.relative_to(ROOT)}")
     options = parser.parse_args()
-    versions = {"OpenSeesPy": opensees_version(), "CalculiX": calculix_version()}
+    versions = {"OpenSeesPy": opensees_version(), "CalculiX": calculix_version(), "MuJoCo": mujoco_version()}
     missing = [name for name, found in versions.items() if found is None]
     if missing and options.write:
         sys.exit(f"{' and '.join(missing)} cannot be run here: the page is not written")
     with tempfile.TemporaryDirectory() as folder:
         text = _PAGE.format(
             date=datetime.now(UTC).strftime("%d %B %Y"),
-            codes=" and ".join(f"{name} {found}" for name, found in versions.items() if found),
+            codes=", ".join(f"{name} {found}" for name, found in versions.items() if found),
             machine=f"{platform.system()} {platform.machine()}",
             python=platform.python_version(),
             opensees=opensees_text(Path(folder)) if versions["OpenSeesPy"] else "Cannot be imported here.",
             hertz=hertz_text(Path(folder)) if versions["OpenSeesPy"] else "Not run here.",
             calculix=calculix_text(Path(folder)) if versions["CalculiX"] else "There is no command ccx here.",
+            mujoco=mujoco_text() if versions["MuJoCo"] else "Cannot be imported here.",
         )
     print(text, end="")
     if options.write:
@@ -188,8 +209,13 @@ def hertz_text(folder: Path) -> str:
     """The part of the page on laws that are not linear in contact."""
     if not is_offered():
         return "Not compared: this version has not these laws."
-    cells = [law_cells(problem, folder) for problem in law_problems()]
-    return _HERTZ.format(table=table(("η", "K", "law", "material", "steps", "OpenSees beside ours"), cells))
+    rows = [compare_law(problem, folder) for problem in law_problems()]
+    walked = [row.growth for row in rows if row.growth]
+    return _HERTZ.format(
+        table=table(("η", "K", "law", "material", "steps", "OpenSees beside ours"), map(law_cells, rows)),
+        steps=f"{sum(each.steps for each in walked):,}",
+        own=f"{max(each.own for each in walked):.0e}",
+    )
 
 
 def calculix_text(folder: Path) -> str:
@@ -210,6 +236,26 @@ def calculix_text(folder: Path) -> str:
     }
     found = {name: f"{compare_calculix(two, folder, change)[1]:.0e}" for name, change in changes.items()}
     return _CALCULIX.format(**found, table=table(("η", "K", "D", "steps", "integrator", "CalculiX beside ours"), cells))
+
+
+def mujoco_text() -> str:
+    """The part of the page on MuJoCo."""
+    found = [(case, n, compare_mujoco(*case, n)) for case in CASES for n in MUJOCO_STEPS]
+    cells = (
+        [
+            *(f"{number:g}" for number in case),
+            f"T/{n}",
+            f"{run.contact:,} in contact",
+            f"{run.apart:.0e} apart; a₀ up to {100.0 * run.missing:.1f} % of what spring and damper accelerate",
+        ]
+        for case, n, run in found
+    )
+    return _MUJOCO.format(
+        impedance=IMPEDANCE,
+        periods=PERIODS,
+        table=table(("η", "K", "D", "step", "steps", "MuJoCo beside ours"), cells),
+        own=f"{max(run.own for _, _, run in found):.0e}",
+    )
 
 
 def table(head, rows) -> str:

@@ -192,6 +192,9 @@ class Row(NamedTuple):
             return f"{found}; from there on {self.grown(walk.followed)}; its state has no solution of {stop}"
         if self.theirs is self.ours is None:
             return self.grown(self.difference)
+        grown = self.grown(walk.followed)
+        if self.theirs is None and grown != "unexplained":
+            return f"{grown}; our state has no solution of {self.place(self.ours)}"
         return "unexplained"
 
     def place(self, step: int) -> str:

@@ -4,7 +4,6 @@ import numpy as np
 
 from ..integrators import Integrator, NewmarkBeta
 from ..kernels.accelerated import located_skip
-from ..kernels.accelerated.matrix_skip import LEAST
 from ..kernels.compile.options import uncompiled
 from ..kernels.compile.record import Buffers, PackedBuffers
 from ..kernels.equations.contact_law import CONSTANT, KELVIN_VOIGT, LAWS
@@ -14,8 +13,7 @@ from ..kernels.parameters import Parameters
 from ..kernels.status import PAUSED, STATUSES
 from ..kernels.time_stepping import law_pieces, law_step, located_law
 from ..kernels.time_stepping import located as kernel
-from ..kernels.time_stepping.contact_location import LocatedScheme, Stages, forcing_with
-from ..kernels.time_stepping.linear_step import COLUMNS
+from ..kernels.time_stepping.contact_location import SCHEME, LocatedScheme, Stages, forcing_with
 from ..methods import Newmark, TimeStepping, spring_exponent
 from ..result import Checkpoint, Cost, Status
 from .newmark import has_strides
@@ -65,16 +63,13 @@ class LocatedDriver(SteppingDriver):
 
     def _prepare(self, p: Parameters, integrator: Integrator) -> None:
         """Make what the kernel needs beside the scheme."""
-        self._forces = self.forces_of_steps()
+        self._packed, self._forces = SCHEME.pack(self._scheme), self.forces_of_steps()
         self._prepare_skips(self._scheme, p, integrator, [Piece(p.stiffness, p.damping)])
 
     def _prepare_skips(self, m: LocatedScheme, p: Parameters, integrator: Integrator, pieces: list[Piece]) -> None:
         """Make what skips need, where steps can be skipped; ``pieces``: those of a contact that can be skipped."""
         if self._can_skip(p):
-            angle, work = self.angles_of_steps()[:-1], np.zeros((LEAST + 1, COLUMNS))
             self._tables = LocatedTables(m, p, integrator, pieces)
-            angles = np.array([np.cos(angle), np.sin(angle)])
-            self._skips = located_skip.LocatedSkips(self._tables.arrays, len(pieces), p.free_position, angles, work)
 
     def _packed_start(self, state: kernel.LocatedState, at_rest: bool) -> np.ndarray:
         """The discrete solution at τ = 0; ``at_rest``: without acceleration."""
@@ -105,15 +100,16 @@ class LocatedDriver(SteppingDriver):
     def _call(self, last: int, most: int, buffers: PackedBuffers) -> int:
         if self._tables is None:
             return self._take_every_step(last, most, buffers)
-        return self._skip(self._state, last, most, self._window, buffers.views)
+        return self._skip(last, most, buffers)
 
-    def _skip(self, *arrays) -> int:
+    def _skip(self, last: int, most: int, buffers: PackedBuffers) -> int:
         """Integrate with skips."""
-        return located_skip.integrate_skipping(self._scheme, self._skips, self._forces, *arrays)
+        arrays = self._forces, self._state, last, most, self._window, buffers.flat, buffers.sizes
+        return located_skip.integrate_skipping(self._packed, *self._tables.packed, *arrays)
 
     def _take_every_step(self, last: int, most: int, buffers: PackedBuffers) -> int:
-        arrays = self._forces, self._state, last, most, self._window, buffers.views
-        return kernel.integrate_located(self._scheme, *arrays)
+        arrays = self._forces, self._state, last, most, self._window, buffers.flat, buffers.sizes
+        return kernel.integrate_located(self._packed, *arrays)
 
     def integrate(self, stop: int, buffers: PackedBuffers) -> tuple[Status, bool]:
         code = self._call(stop * self._method.steps, self.solves_per_call, buffers)
@@ -181,8 +177,9 @@ class LocatedLawDriver(LocatedDriver):
     def _kernel(self):
         return located_law.integrate_located_law if self._tables is None else located_skip.integrate_law_skipping
 
-    def _skip(self, *arrays) -> int:
-        return located_skip.integrate_law_skipping(self._law, self._skips, *arrays)
+    def _skip(self, last: int, most: int, buffers: PackedBuffers) -> int:
+        arrays = self._state, last, most, self._window, buffers.views
+        return located_skip.integrate_law_skipping(self._law, self._tables.skips, *arrays)
 
     def _take_every_step(self, last: int, most: int, buffers: PackedBuffers) -> int:
         return located_law.integrate_located_law(self._law, self._state, last, most, self._window, buffers.views)

@@ -111,7 +111,7 @@ def test_location_alone_is_not_enough():
     for chosen in (m, coarse):
         state = kernel.STATE.pack(start(chosen, (0.0, 0.0, 0.0, 0.0)))
         window = (periods * n, periods * n, n)
-        kernel.integrate_located(chosen, forces, state, periods * n, 10**9, window, nothing.views)
+        kernel.integrate_located(location.SCHEME.pack(chosen), forces, state, periods * n, 10**9, window, *nothing[:2])
         s = kernel.STATE.read(state)
         ends.append(np.abs(np.array([s.x, s.v, s.x + s.g, s.v + s.u]) - truth.states(case)[periods]).max())
     assert ends[1] > 100 * ends[0]

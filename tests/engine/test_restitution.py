@@ -20,7 +20,7 @@ from vibroscope.engine import (
 from vibroscope.engine.law_table import RATIO_LAWS
 
 from tests.law_numbers import law_numbers
-from tests.naive_laws import force
+from tests.naive_laws import force, gain_of
 
 K, MASS = 900.0, 0.7
 EXTRA = {law: law_numbers(law, {"impact": 2.2, "constant-restitution": 2.2}.get(law)) for law in CONTACT_LAWS}
@@ -51,6 +51,20 @@ def test_it_is_what_an_integration_gives(law, closing):
     assert found == pytest.approx(by_integration(method, gain, closing), rel=1e-8)
     again = damping_of_restitution(law, found, K, mass=MASS, closing_speed=closing, **EXTRA[law])
     assert again == pytest.approx(damping, rel=1e-6)
+
+
+@pytest.mark.parametrize("exponent", [1.0, 1.5, 3.0])
+@pytest.mark.parametrize("promised", [0.2, 0.9])
+def test_constant_restitution_gives_what_its_formula_promises_at_any_exponent(promised, exponent):
+    """Its damper by its formula, an integration with it, and both ways between damping and restitution."""
+    law, closing = "constant-restitution", 1.3
+    method, system = ExactPenalty(K, None, law, exponent=exponent), System(wall=True, restitution=promised)
+    gain = gain_of(method, promised, MASS, closing)
+    assert by_integration(method, gain, closing) == pytest.approx(promised, rel=1e-9)
+    numbers = {"mass": MASS, "exponent": exponent}
+    assert restitution_of_damping(law, gain / 2, K, **numbers) == pytest.approx(promised, rel=1e-12)
+    assert damping_of_restitution(law, promised, K, **numbers) == pytest.approx(gain / 2, rel=1e-12)
+    assert effective_restitution(system, method, closing) == pytest.approx(promised, rel=1e-12)
 
 
 def test_limited_damper_in_closed_form():

@@ -26,12 +26,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..compile.options import jit_inlined, jit_no_alloc
-from ..compile.record import with_impulse
+from ..compile.options import jit_inlined, jit_no_alloc, jit_spliced
+from ..compile.record import unpack_buffers, with_impulse
 from ..linear.cos_sin import cos_sin
 from ..status import OK, PAUSED
 from ..time_stepping import law_pieces, located_law
-from ..time_stepping.contact_location import LocatedScheme, contact_force, side, step
+from ..time_stepping.contact_location import LocatedScheme, contact_force, side, step, unpack_scheme
 from ..time_stepping.law_step import gain_of
 from ..time_stepping.linear_step import COLUMNS
 from ..time_stepping.located import (
@@ -46,7 +46,7 @@ from ..time_stepping.located import (
     write_state,
 )
 from ..time_stepping.newmark import next_output
-from .matrix_skip import ENTRIES, UNLIMITED, SkipTables, find_skip, impulse_of, write_u_at
+from .matrix_skip import CHUNK, ENTRIES, LEAST, LEVELS, UNLIMITED, SkipTables, find_skip, impulse_of, write_u_at
 
 FREE, CONTACT = range(2)  # modes; CONTACT + pieces·j + i: in piece i of a contact, with steps halved j times
 TABULATED = 30  # halvings: with more, all pieces are solved
@@ -73,6 +73,48 @@ class LocatedSkips(NamedTuple):
     rest: float  # ξ₁ at the static equilibrium of the separated bodies
     angles: np.ndarray  # cos ητ and sin ητ at the steps of a period, (2, n)
     us: np.ndarray  # work space, (LEAST + 1, COLUMNS)
+
+
+def size_of_skips(modes, most, steps):
+    """Numbers of a run's :class:`LocatedSkips` in its packed array; ``most``: watched rows of a mode."""
+    tables = modes * LEVELS * ENTRIES * COLUMNS * (most + COLUMNS + 1) + CHUNK * COLUMNS
+    small = modes * most * (COLUMNS * (LEVELS + 3) + 1)
+    return tables + small + 2 * steps + (LEAST + 1) * COLUMNS + 2
+
+
+@jit_spliced
+def unpack_skips(packed, whole):
+    """The :class:`LocatedSkips` as views of packed arrays, since a call from Python takes time for each argument.
+
+    ``packed``: float64, as many as :func:`size_of_skips` says; ``whole``: int64: modes, watched rows, pieces, steps per
+    period, then ``counts`` and ``strides`` of the tables.
+    """
+    modes, most, pieces, steps = whole[0], whole[1], whole[2], whole[3]
+    a = modes * most * LEVELS * COLUMNS * ENTRIES
+    b = a + modes * LEVELS * ENTRIES * COLUMNS * COLUMNS
+    c = b + modes * LEVELS * ENTRIES * COLUMNS
+    d = c + COLUMNS * CHUNK
+    e = d + modes * most * LEVELS * COLUMNS
+    f, each = e + modes * most, modes * most * COLUMNS
+    g, h, i = f + each, f + 2 * each, f + 3 * each
+    j = i + 2 * steps
+    k = j + (LEAST + 1) * COLUMNS
+    tables = SkipTables(
+        packed[:a].reshape((modes, most, LEVELS, COLUMNS, ENTRIES)),
+        packed[d:e].reshape((modes, most, LEVELS, COLUMNS)),
+        packed[f:g].reshape((modes, most, COLUMNS)),
+        packed[e:f].reshape((modes, most)),
+        whole[4 : 4 + modes],
+        whole[4 + modes :],
+        packed[a:b].reshape((modes, LEVELS, ENTRIES, COLUMNS, COLUMNS)),
+        packed[b:c].reshape((modes, LEVELS, ENTRIES, COLUMNS)),
+        packed[g:h].reshape((modes, most, COLUMNS)),
+        packed[h:i].reshape((modes, most, COLUMNS)),
+        packed[c:d].reshape((COLUMNS, CHUNK)),
+        packed[k],
+    )
+    us = packed[j:k].reshape((LEAST + 1, COLUMNS))
+    return LocatedSkips(tables, pieces, packed[k + 1], packed[i:j].reshape((2, steps)), us)
 
 
 @jit_inlined
@@ -175,22 +217,24 @@ def skip_pieces(m, skips, s, kind, stop, window, buffers):
 
 
 @jit_no_alloc
-def integrate_skipping(m, skips, forces, state, stop, most, window, buffers):
+def integrate_skipping(packed, tables, whole, forces, state, stop, most, window, flat, sizes):
     """Integrate to the end of step ``stop`` of the grid as :func:`..time_stepping.located.integrate_located` does.
 
     A skip that reaches beyond is not made, as in :func:`.matrix_skip.integrate_skipping`.
 
     Parameters
     ----------
-    m, forces, state, stop, most, window, buffers
+    packed, forces, state, stop, most, window, flat, sizes
         As there.
-    skips : LocatedSkips
+    tables, whole
+        A packed :class:`LocatedSkips`.
 
     Returns
     -------
     int
-        As there; PAUSED, too, for want of tables: those of which ``skips.tables.counts`` is ASKED.
+        As there; PAUSED, too, for want of tables: those of which ``counts`` is ASKED.
     """
+    m, skips, buffers = unpack_scheme(packed), unpack_skips(tables, whole), unpack_buffers(flat, sizes)
     s, status = unpack_state(state), OK
     pause = s.solves + most
     if s.offset == 0.0:

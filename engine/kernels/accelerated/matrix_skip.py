@@ -192,13 +192,11 @@ def reach_of(t, u):
 
 
 @jit_inlined
-def rising_steps(t, mode, us, noise):
-    """As :func:`find_skip`, of a flight that has just begun: steps at whose beginning the gap rises have no dip."""
-    steps = 0
-    if mode == FREE and us[0, 3] > 0.0:
-        steps = steps_above(t.rates, us[0], 0.0, steps_above(t.rows[FREE, 0, 0], us[0], noise, CHUNK))
-        carry(t, mode, 0, steps, us[0], us[2])
-        carry(t, mode, 1, 0, us[0], us[1])
+def rising_steps(t, us, noise):
+    """As :func:`find_skip`, of a flight whose first step ends within the dip: those at whose beginning it rises."""
+    steps = steps_above(t.rates, us[0], 0.0, steps_above(t.rows[FREE, 0, 0], us[0], noise, CHUNK))
+    carry(t, FREE, 0, steps, us[0], us[2])
+    carry(t, FREE, 1, 0, us[0], us[1])
     return 0, steps
 
 
@@ -208,7 +206,7 @@ def find_skip(t, mode, us, touch, most):
 
     ``touch``: ξ₂ − ξ₁ where the bodies touch, by which rounding is judged; ``most``: steps that the mode may last.
     """
-    u, least, stride = us[0], us[LEAST], t.strides[mode]
+    u, least, stride, rises = us[0], us[LEAST], t.strides[mode], False
     if not reach_of(t, u) < FAR:
         return 0, 0
     noise = CERTAIN * (abs(u[0]) + abs(u[1]) + abs(touch))
@@ -217,8 +215,12 @@ def find_skip(t, mode, us, touch, most):
         if t.dips.shape[1] > 0:
             dip = bound_of(t.dips[mode, r], u)
             if not dot(t.begins[mode, r], u) > dip:
-                return rising_steps(t, mode, us, noise)
+                rises = mode == FREE and u[3] > 0.0
+                if not rises:
+                    return 0, 0
             least[r] += dip
+    if rises and not dot(t.firsts[FREE, 0, 0], u) > least[0]:
+        return rising_steps(t, us, noise)
     coarse = coarse_entries(t, mode, u, least)
     if coarse * stride > most:
         coarse = most // stride

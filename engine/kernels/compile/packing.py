@@ -26,17 +26,30 @@ def aligned_zeros(size: int) -> np.ndarray:
     return wider[begin : begin + size]
 
 
+def _nested_reading(shape: tuple[int, ...], at: int) -> str:
+    """The text of a nested tuple of numbers that lie one after the other."""
+    if not shape:
+        return f"packed[{at}]"
+    parts = (_nested_reading(shape[1:], at + i * math.prod(shape[1:])) for i in range(shape[0]))
+    return f"({', '.join(parts)},)"
+
+
+def _subscripts(shape: tuple[int, ...]) -> list[str]:
+    """The texts of the subscripts of all numbers of a nested tuple, in their order."""
+    return ["".join(f"[{i}]" for i in each) for each in np.ndindex(shape)]
+
+
 class Layout:
     """Where the fields of a NamedTuple lie in a packed array, and the compiled functions that read and write them.
 
     Parameters
     ----------
     kind : type
-        A NamedTuple. Fields annotated float, int or bool take one number each; ``np.ndarray`` as many as its shape
-        says; a nested NamedTuple what its own layout says.
+        A NamedTuple. Fields annotated float, int or bool take one number each; ``np.ndarray`` and ``tuple``, nested if
+        it has more dimensions, as many as its shape says; a nested NamedTuple what its own layout says.
     **fields : tuple of int, Layout or GIVEN
-        The shape of each array and the layout of each nested NamedTuple, by name; GIVEN for what is not packed. Its
-        type is that of the argument, so that the compiler may know what it is.
+        The shape of each array or tuple and the layout of each nested NamedTuple, by name; GIVEN for what is not
+        packed. Its type is that of the argument, so that the compiler may know what it is.
 
     Attributes
     ----------
@@ -99,6 +112,8 @@ class Layout:
             return field._reading(at)
         if field is GIVEN:
             return name
+        if self.kind.__annotations__[name] is tuple:
+            return _nested_reading(field, at)
         if field is not None:
             return f"packed[{at}:{end}]" + (f".reshape({field})" if len(field) > 1 else "")
         conversion = {bool: "packed[{}] > 0.0", int: "int(packed[{}])"}
@@ -117,6 +132,8 @@ class Layout:
             return field._writing(value, at)
         if field is GIVEN:
             return []
+        if self.kind.__annotations__[name] is tuple:
+            return [f"packed[{at + i}] = {value}{each}" for i, each in enumerate(_subscripts(field))]
         if field is not None:
             return [f"packed[{at}:{end}] = {value}.ravel()" if len(field) > 1 else f"packed[{at}:{end}] = {value}"]
         return [f"packed[{at}] = {value}"]

@@ -24,6 +24,7 @@ import math
 from typing import NamedTuple
 
 from ..compile.options import jit, jit_inlined, jit_no_alloc
+from ..compile.packing import Layout
 from ..equations.contact_law import force
 from ..linear.cos_sin import cos_sin
 
@@ -80,6 +81,11 @@ class LocatedScheme(NamedTuple):
     shortest_step: float  # Δτ T_c/T_f, the step with which a contact begins (see located.py)
     step_per_age: float  # 2Δτ/T_f, by how much the next ones grow with the time since then
     stages: Stages
+
+
+STAGES = Layout(Stages, numbers=(2, NUMBERS))
+SCHEME = Layout(LocatedScheme, separated=Layout(Side), pressed=Layout(Side), forcing=(2, 3), stages=STAGES)
+unpack_scheme = SCHEME.unpack
 
 
 @jit

@@ -27,7 +27,7 @@ from typing import NamedTuple
 
 from ..compile.options import jit, jit_inlined, jit_no_alloc
 from ..compile.packing import Layout
-from ..compile.record import OpenContact, no_contact, no_room, record_contact, with_impulse
+from ..compile.record import OpenContact, no_contact, no_room, record_contact, unpack_buffers, with_impulse
 from ..equations.contact_law import contact_rate, force
 from ..equations.coordinates import contact_coordinates, displacements
 from ..equations.motion import (
@@ -51,6 +51,7 @@ from .contact_location import (
     step,
     step_alone,
     step_from,
+    unpack_scheme,
     with_accelerations,
 )
 from .newmark import LIMIT, next_output
@@ -294,12 +295,13 @@ def glide_at_wall(m, forces, s, stop, window, sampled):
 
 
 @jit_no_alloc
-def integrate_located(m, forces, state, stop, most, window, buffers):
+def integrate_located(packed, forces, state, stop, most, window, flat, sizes):
     """Integrate to the end of step ``stop`` of the grid.
 
     Parameters
     ----------
-    m : LocatedScheme
+    packed : (SCHEME.size,) float64
+        A :class:`.contact_location.LocatedScheme`.
     forces : (n + 1, 2) float64
         f₁ and f at the steps of one period.
     state : (STATE.size,) float64
@@ -310,8 +312,8 @@ def integrate_located(m, forces, state, stop, most, window, buffers):
     window : (3,) int64
         The step at which the kept periods begin, the step at which sampling begins, and the steps from sample to
         sample, counted anew in each period.
-    buffers : Buffers
-        Without rows for sections and contacts outside the kept periods.
+    flat, sizes
+        Packed record buffers, without rows for sections and contacts outside the kept periods.
 
     Returns
     -------
@@ -319,7 +321,7 @@ def integrate_located(m, forces, state, stop, most, window, buffers):
         OK; PAUSED (call again), after ``most`` solves or for want of room; DIVERGED; UNRESOLVED if a step took more
         than SOLVES_PER_STEP solves.
     """
-    s, status = unpack_state(state), OK
+    m, buffers, s, status = unpack_scheme(packed), unpack_buffers(flat, sizes), unpack_state(state), OK
     pause = s.solves + most
     if s.offset == 0.0:
         z = motion_of(s)

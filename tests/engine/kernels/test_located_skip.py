@@ -26,7 +26,8 @@ from vibroscope.engine.drivers.parameters import parameters_of
 from vibroscope.engine.drivers.skip_tables import LocatedTables, Piece
 from vibroscope.engine.drivers.step_maps import bodies_of, step_maps
 from vibroscope.engine.kernels.accelerated import located_skip
-from vibroscope.engine.kernels.accelerated.located_skip import ASKED, CONTACT, FREE
+from vibroscope.engine.kernels.accelerated.located_skip import ASKED, CONTACT, FREE, MISSING
+from vibroscope.engine.kernels.accelerated.matrix_skip import LEAST, UNLIMITED, find_skip
 from vibroscope.engine.kernels.compile.options import uncompiled
 from vibroscope.engine.kernels.time_stepping import contact_location
 from vibroscope.engine.kernels.time_stepping.contact_location import (
@@ -174,6 +175,20 @@ def test_located_steps_have_the_order_of_the_integrator(integrator, order):
     assert math.log(errors[0] / errors[1], 4) == pytest.approx(order, abs=0.2)
 
 
+def test_a_flight_that_rises_from_the_surface_is_skipped_at_once():
+    """No dip is looked for in its first step, and those that follow begin beyond what a gap can fall within a step."""
+    method = Newmark(2500.0, 8.0, 1000, located=True)
+    p = parameters_of(System(), 1.08, method)
+    made = LocatedTables(located_scheme(p), p, NewmarkBeta(), [Piece(2500.0, 8.0)])
+    made.make_asked()
+    tables, us = made.arrays, np.zeros((LEAST + 1, 10))
+    us[0] = 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 1.0
+    coarse, fine = find_skip(tables, FREE, us, 0.0, UNLIMITED)
+    gaps = tables.rows[FREE, 0, 0].T @ us[0]
+    assert coarse * tables.strides[FREE] + fine > len(gaps)
+    assert (gaps > 0).all()
+
+
 @pytest.mark.parametrize("halvings", [None, 0, 2, 5], ids=["flight", "contact", "quarters", "shortest"])
 def test_no_gap_dips_within_a_piece_by_more_than_its_bound(halvings):
     """The largest |g″| over all pieces of both levels, formed piece by piece."""
@@ -185,6 +200,7 @@ def test_no_gap_dips_within_a_piece_by_more_than_its_bound(halvings):
         FREE if halvings is None else CONTACT + halvings,
     )
     tables, length = made.arrays, m.h / 2 ** (halvings or 0)
+    tables.counts[:] = MISSING
     tables.counts[mode] = ASKED
     made.make_asked()
     assert tables.counts[mode] == 1

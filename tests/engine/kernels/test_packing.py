@@ -11,6 +11,7 @@ class Inner(NamedTuple):
     number: float
     row: np.ndarray
     matrix: np.ndarray
+    pairs: tuple
 
 
 class Outer(NamedTuple):
@@ -20,8 +21,9 @@ class Outer(NamedTuple):
     last: float
 
 
-LAYOUT = Layout(Outer, inner=Layout(Inner, row=(3,), matrix=(2, 4)))
-VALUE = Outer(True, 7, Inner(0.5, np.arange(3.0), np.arange(8.0).reshape(2, 4)), -1.5)
+LAYOUT = Layout(Outer, inner=Layout(Inner, row=(3,), matrix=(2, 4), pairs=(3, 2)))
+PAIRS = (1.0, 2.0), (3.0, 4.0), (5.0, 6.0)
+VALUE = Outer(True, 7, Inner(0.5, np.arange(3.0), np.arange(8.0).reshape(2, 4), PAIRS), -1.5)
 unpack, write = LAYOUT.unpack, LAYOUT.write
 write_some = LAYOUT.writer("count", "inner")
 
@@ -37,10 +39,11 @@ def copy_and_change(packed, other):
 def test_what_is_packed_is_read_again():
     packed = LAYOUT.pack(VALUE)
     found = LAYOUT.read(packed)
-    assert packed.size == LAYOUT.size == 1 + 1 + (1 + 3 + 8) + 1
+    assert packed.size == LAYOUT.size == 1 + 1 + (1 + 3 + 8 + 6) + 1
     assert (bool(found.flag), found.count, found.inner.number, found.last) == (True, 7, 0.5, -1.5)
     np.testing.assert_array_equal(found.inner.row, VALUE.inner.row)
     np.testing.assert_array_equal(found.inner.matrix, VALUE.inner.matrix)
+    assert found.inner.pairs == PAIRS
 
 
 def test_compiled_functions_read_and_write_the_same():
