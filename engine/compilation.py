@@ -14,6 +14,8 @@ import numpy as np
 
 from .batch import run_cells
 from .cells import Cells
+from .divergence.compare import compare
+from .divergence.verdict import verdict
 from .drivers import orbit_steps, settle
 from .drivers.code_cache import CompileListener, compilable_functions, complete_mark
 from .drivers.orbit import PART, numbers_of
@@ -33,28 +35,35 @@ class CompileProgress(NamedTuple):
         0 to 1; of the functions that may have to be compiled.
     what : str
         Which solver is being compiled.
+    opens : bool
+        Whether all is compiled by which the explorer shows and explains the motions that it opens with: two bodies,
+        Newmark's method with constant steps.
     """
 
     share: float
     what: str
+    opens: bool = False
 
 
 _NEWMARK = Newmark(2500.0, 8.0, 2000)
-_RUNS = {  # what is called, by what it solves; the solvers that the explorer opens with come first
+_RUNS = {  # what is called, by what it solves
     "reference": Reference(),
     "Newmark": _NEWMARK,
     "exact penalty": ExactPenalty(2500.0, 8.0),
+    "other contact laws": ExactPenalty(2500.0, 8.0, "cut"),
     "Newmark, located": replace(_NEWMARK, located=True),
     "Newmark, every step": replace(_NEWMARK, every_step=True),
     "Newmark, located, every step": replace(_NEWMARK, located=True, every_step=True),
     "other integrators": TimeStepping(2500.0, 8.0, 2000),
     "other integrators, every step": TimeStepping(2500.0, 8.0, 2000, every_step=True),
-    "other contact laws": ExactPenalty(2500.0, 8.0, "cut"),
     "other contact laws, located": TimeStepping(2500.0, 8.0, 2000, status="located", law="cut"),
     "other contact laws, located, every step": TimeStepping(
         2500.0, 8.0, 2000, status="located", law="cut", every_step=True
     ),
 }
+_EXPLAINED = "differences"  # the last that the explorer opens with: runs and their parts, as it explains them
+_OPENING = ("reference", "Newmark", "exact penalty", "other contact laws", "Newmark, located", _EXPLAINED)
+_SCENES = (1.08, 100.0, 50.0), (1.08, 2500.0, 8.0), (1.70, 12000.0, 18.0), (2.76, 12000.0, 18.0)  # η, K and D
 _SYSTEMS = System(), System(wall=True)  # each with machine code of its own
 _AT_WALL = ("reference", "Newmark", "Newmark, every step")  # which have kernels of their own for a wall
 _BATCHES = ("reference", "Newmark", "exact penalty")
@@ -67,21 +76,21 @@ def is_compiled() -> bool:
 
 def compile_kernels(progress: Callable[[CompileProgress], None] | None = None) -> None:
     """Compile every kernel, or load it from the cache; ``progress`` is called whenever a function is ready."""
-    functions, ready, solver = compilable_functions(), set(), ""
+    functions, ready, solver, opens = compilable_functions(), set(), "", False
 
     def count(function: str | None) -> None:
         ready.update(functions & {function})
         if progress is not None:
-            progress(CompileProgress(len(ready) / len(functions), solver))
+            progress(CompileProgress(len(ready) / len(functions), solver, opens))
 
     with CompileListener(count):
         for system in _SYSTEMS:
             for name, call in calls(system):
-                solver = f"{name}, at a wall" if system.wall else name
+                solver, opens = f"{name}, at a wall" if system.wall else name, opens or name not in _OPENING
                 count(None)
                 call()
     if progress is not None:
-        progress(CompileProgress(1.0, solver))
+        progress(CompileProgress(1.0, solver, True))
     mark = complete_mark()
     if mark.parent.exists():
         mark.touch()
@@ -116,8 +125,11 @@ def _step(system: System, method: Followed) -> None:
 
 def calls(system: System) -> Iterator[tuple[str, Callable[[], object]]]:
     """Yield what is solved, in words, and a call that loads its kernels for this kind of system."""
-    for name in _AT_WALL if system.wall else _RUNS:
-        yield name, lambda method=_RUNS[name]: simulate(system, 1.08, method, periods=2, keep=1)
+    for name in _AT_WALL if system.wall else (*_OPENING, *(name for name in _RUNS if name not in _OPENING)):
+        if name == _EXPLAINED:
+            yield name, lambda: [verdict(compare(system, eta, Newmark(*contact, 2000))) for eta, *contact in _SCENES]
+        else:
+            yield name, lambda method=_RUNS[name]: simulate(system, 1.08, method, periods=2, keep=1)
     yield "steady motions", lambda: steady(system, 1.08, Reference())
     for name in _BATCHES:
         cells = Cells(system, [1.08], _RUNS[name])

@@ -10,6 +10,7 @@ import logging
 import threading
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -162,10 +163,15 @@ def _tail(trajectory: Trajectory, intervals: int, stride: int) -> Trajectory:
     )
 
 
+def opens_with(setting: Setting) -> bool:
+    """Whether the solvers of a setting are those that the explorer opens with, which are compiled first."""
+    return setting.bodies == "two" and isinstance(setting.penalty, Newmark)
+
+
 def warm() -> None:
     """Cache the runs of the opening scene before the first visitor comes; compile the kernels if that is not done."""
     compilation.start()
-    compilation.when_done(lambda: workers().submit(compute_runs, opening_setting()))
+    compilation.when_done(lambda: workers().submit(compute_runs, opening_setting()), opening=True)
 
 
 # ---- the requests of one session ------------------------------------------------------------------------------------
@@ -219,7 +225,8 @@ class JobQueue:
             if self._busy or self._closed:
                 return
             self._busy = True
-        compilation.when_done(lambda: self._pool.submit(self._work, session=self._session))
+        act = partial(self._pool.submit, self._work, session=self._session)
+        compilation.when_done(act, opening=opens_with(setting))
 
     def drop_waiting(self) -> None:
         """Drop the job that waits; one that runs goes on."""

@@ -1,7 +1,8 @@
 """The kernels are compiled while the server already answers: in a process of its own, so that the page stays quick.
 
-Numba holds the interpreter's lock while it compiles, for two or three minutes in all. What needs a kernel waits until
-all are compiled (`Compilation.when_done`) and then loads the machine code from the cache.
+Numba holds the interpreter's lock while it compiles, for some minutes in all. What needs a kernel waits until all are
+compiled (`Compilation.when_done`) and then loads the machine code from the cache; what needs only those that the
+explorer opens with, which come first, waits for them alone.
 """
 
 from __future__ import annotations
@@ -38,6 +39,7 @@ class Compilation:
         self._lock = threading.Lock()
         self._watchers: list[Watcher] = []
         self._waiting: list[Callable[[], None]] = []
+        self._opening: list[Callable[[], None]] = []  # what waits for less
         self._process: subprocess.Popen | None = None
 
     def start(self) -> None:
@@ -49,11 +51,14 @@ class Compilation:
         self.thread = threading.Thread(target=self._run, name="compilation", daemon=True)
         self.thread.start()
 
-    def when_done(self, act: Callable[[], None]) -> None:
-        """Call ``act`` when the kernels are compiled: now if they are, else later in another thread."""
+    def when_done(self, act: Callable[[], None], *, opening: bool = False) -> None:
+        """Call ``act`` when the kernels are compiled: now if they are, else later in another thread.
+
+        ``opening``: when those are compiled that the explorer opens with (`CompileProgress.opens`).
+        """
         with self._lock:
-            if self.progress is not None:
-                self._waiting.append(act)
+            if self.progress is not None and not (opening and self.progress.opens):
+                (self._opening if opening else self._waiting).append(act)
                 return
         act()
 
@@ -66,7 +71,7 @@ class Compilation:
     def stop(self) -> None:
         """The server stops: compile no further, and call nobody any more."""
         with self._lock:
-            self._watchers, self._waiting = [], []
+            self._watchers, self._waiting, self._opening = [], [], []
             if self._process is not None:
                 self._process.terminate()
 
@@ -83,7 +88,7 @@ class Compilation:
         """All is compiled that will be: call who waits and who watches."""
         with self._lock:
             self.progress = None
-            waiting, self._waiting = self._waiting, []
+            waiting, self._waiting, self._opening = [*self._opening, *self._waiting], [], []
             watchers, self._watchers = self._watchers, []
         for act in waiting:
             act()
@@ -104,7 +109,11 @@ class Compilation:
     def _report(self, progress: CompileProgress) -> None:
         with self._lock:
             self.progress = progress
-            watchers = list(self._watchers)
+            watchers, opening = list(self._watchers), []
+            if progress.opens:
+                opening, self._opening = self._opening, []
+        for act in opening:
+            act()
         for watcher in watchers:
             watcher(progress)
 

@@ -21,7 +21,7 @@ from .skip_tables import LocatedTables, Piece, pieces_of
 from .stepping import SteppingDriver
 from .time_stepping import parameters_of_steps
 
-MANY_STEPS = 1000  # per period: with fewer steps of Newmark's method, tables take longer than the steps that they save
+MANY_STEPS = 200  # per period: with fewer, tables take longer than the steps that they save a run of 2,000 periods
 
 
 def stages_of(integrator: Integrator, p: Parameters) -> Stages:
