@@ -16,11 +16,14 @@ from .bifurcations import bifurcations_ahead
 from .branch import Point
 from .closing import halves_meet, is_first, share_of_first, value_of_meeting
 from .curve import Curve, CurvePoint
+from .known_branches import KnownBranches
 from .margins import (
     CHATTER_COMPLETES,
     FOLD,
     GRAZING,
     LATER_SUM,
+    STICKING_BEGINS,
+    STICKING_ENDS,
     SWITCHES_LESS,
     Margin,
     impacts_that_may_stick,
@@ -44,6 +47,7 @@ ACCUMULATED = (
     1e-8  # of the range: SERIES grazings of new impacts, ever closer, within that are the first of infinitely many
 )
 SERIES = 6
+OTHER_END = {STICKING_BEGINS: STICKING_ENDS, STICKING_ENDS: STICKING_BEGINS}  # of a jump: its kind as a point
 INSIDE = 1e-6  # of a step: as far from the end of a sequence lies the last orbit that is kept
 
 
@@ -278,7 +282,7 @@ class Tracer:
         if end is not None:
             self.points.append(point_within_cycle(self.curve, end))
             return True
-        following, margin = beyond(self.curve, last)
+        following, margin, arrival = beyond(self.curve, last)
         if margin.kind != LATER_SUM:
             self.mark(margin.kind, last, (following or inside) if self._is_singular(margin) else None)
         self._grazings = [*self._grazings, last.value] if margin.kind == GRAZING and margin.inside else []
@@ -296,9 +300,22 @@ class Tracer:
             self._join(shortest, last.value)
             return True
         self._ends_at(following)
+        if margin.kind in OTHER_END and self._has_passed(following):
+            where = f"{self.curve.family.over} = {last.value:.10g}"
+            self.reason = f"{margin.kind} at {where}: the orbits that go on from there are those of the branch before"
+            return True
+        if arrival is not None:
+            self.mark(OTHER_END[margin.kind], arrival)
         self.points.append(point_within_cycle(self.curve, following))
         self._indicators = indicators(self.points[-1])
         return True
+
+    def _has_passed(self, following: CurvePoint) -> bool:
+        """Whether an orbit beyond a jump lies on the branch already: two sequences may end where a third one begins."""
+        passed = KnownBranches(self.curve)
+        passed.add(self)
+        ahead = self.curve.ahead(following, FIRST_STEP / 10)
+        return any(passed.have(point.orbit, point.value) for point in (following, ahead) if point is not None)
 
     def _is_singular(self, margin: Margin) -> bool:
         """Whether a contact of the penalty, or a piece of its law, has no length at the zero of a margin."""

@@ -2,42 +2,48 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
+from itertools import pairwise
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from .curve import Curve, CurvePoint
+from .margins import STICKING_BEGINS, STICKING_ENDS
 from .orbit import Orbit
 from .seeds import SAME
+
+if TYPE_CHECKING:
+    from .follow import Tracer
+    from .journal import Trace
 
 WALK = 8  # steps from an orbit to one between it and its neighbour on the branch
 
 
 class KnownBranches:
-    """The orbits that were followed, trace by trace."""
+    """The orbits that were followed, piece by piece: the motion jumps where an impact begins or ceases to stick."""
 
     def __init__(self, curve: Curve) -> None:
-        self.curve = curve
-        self._traces: list[tuple[Sequence[CurvePoint], np.ndarray]] = []
+        self.curve, self.traces = curve, 0
+        self._pieces: list[tuple[Sequence[CurvePoint], np.ndarray]] = []
 
-    def add(self, points: Sequence[CurvePoint]) -> None:
-        """Add the orbits of a trace, in their order along it."""
-        self._traces.append((points, np.array([point.value for point in points])))
-
-    @property
-    def traces(self) -> int:
-        """How many traces there are."""
-        return len(self._traces)
+    def add(self, trace: "Tracer | Trace") -> None:
+        """Add the orbits of a trace, in their order along it; between both ends of a jump there are none."""
+        self.traces += 1
+        jumps = {point.index + 1 for point, _ in trace.marks if point.kind in (STICKING_BEGINS, STICKING_ENDS)}
+        for first, last in pairwise((0, *sorted(jumps), len(trace.points))):
+            points = trace.points[first:last]
+            self._pieces.append((points, np.array([point.value for point in points])))
 
     @property
     def orbits(self) -> int:
         """How many orbits there are on all of them."""
-        return sum(len(points) for points, _ in self._traces)
+        return sum(len(points) for points, _ in self._pieces)
 
     def have(self, orbit: Orbit, value: float) -> bool:
         """Whether an orbit lies on one of them."""
         rows = self.curve.evaluate(orbit, value).section
         size = max(np.abs(rows).max(), 1e-9)
-        for points, values in self._traces:
+        for points, values in self._pieces:
             for k in np.flatnonzero((values[:-1] - value) * (values[1:] - value) <= 0):
                 a, b = points[k], points[k + 1]
                 if a.orbit.period == orbit.period and self._is_between(a, b, rows, value, SAME * size):

@@ -13,6 +13,8 @@ from pathlib import Path
 
 import numpy as np
 
+from ..drivers.event_driven import check_apart
+from ..methods import Reference
 from ..result import Cancelled
 from ..simulate import starting_checkpoint
 from .branch import Branch
@@ -88,7 +90,7 @@ class BranchSearch:
             if self._is_spent():
                 note(f"the search ended after {MOST_IN_ALL:,} orbits and may have missed branches: narrow the range")
                 return
-        if not self._known.traces:
+        if not self._known.orbits:
             note(self.finder.why_none())
 
     def _is_spent(self) -> bool:
@@ -99,12 +101,14 @@ class BranchSearch:
         """The motion at a state, or that a run from there settles to."""
         value = self.family.value
         if initial is not None:
-            starting_checkpoint(initial, *self.family.at(value))  # refuses what is no state
+            start = starting_checkpoint(initial, *self.family.at(value))  # refuses what is no state
+            if isinstance(self.family.method, Reference):
+                check_apart(start)
         if initial is not None and self.span.low <= value <= self.span.high:
             try:
                 yield value, self.finder.near(value, initial) or self.finder.settled(value, initial)
             except ValueError as error:
-                note(f"from the initial state {error}")
+                note(f"the motion from the initial state is not followed: {error}")
 
     def _stoppable(self, branch: Branch) -> Iterator[Branch]:
         """Yield a branch; raise Cancelled if the search was cancelled while it was followed."""
@@ -155,7 +159,7 @@ class BranchSearch:
                 self._journal.write(number, start, trace)
         if trace.joined is not None:
             self._joined.append(trace.joined)
-        self._known.add(trace.points)
+        self._known.add(trace)
         self._doublings += [(point.period, point.value) for point, _ in trace.marks if point.kind == DOUBLING]
         for point, orbit in trace.marks:
             doubles = point.kind == DOUBLING and 2 * point.period <= self.limits.max_period

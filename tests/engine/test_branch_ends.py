@@ -25,6 +25,25 @@ def test_a_branch_goes_on_where_events_lie_beyond_the_end_of_the_cycle():
     np.testing.assert_allclose(values(branch, "sticking ends")[0], 0.72589586923, atol=1e-10)
 
 
+@pytest.mark.parametrize(
+    ("system", "method", "starts"),
+    [
+        (PAPER, Reference(threshold=0.0005), (2.0, 0.9)),
+        (PAPER, Reference(), (2.0, 0.9)),
+        (PAPER.changed({"restitution": 0.7}), Reference(), (2.0, 0.55)),
+    ],
+    ids=["0.0005", "0.002", "e 0.7"],
+)
+def test_a_branch_has_the_same_points_whichever_way_it_jumps(system, method, starts):
+    """With ε = 0.0005 two sequences end at 1.13214 where a third one begins; from above it went back the way it came."""
+    one, other = (continue_branch(system, eta, method, low=0.5, high=2.0, max_period=1) for eta in starts)
+    assert all("leaves the range" in end for end in one.ends + other.ends)
+    kinds = {point.kind for point in one.points} - {"Neimark-Sacker"}
+    assert {"sticking begins", "sticking ends"} <= kinds
+    for kind in kinds:
+        np.testing.assert_allclose(values(one, kind), values(other, kind), atol=1e-10)
+
+
 @pytest.mark.parametrize("high", [0.72, 0.75, 0.8])
 def test_a_flight_is_followed_until_it_is_too_short_for_differences(high):
     # it lasts 4e-6 periods at its end, and the gap is of third order in that
