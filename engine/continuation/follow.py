@@ -69,6 +69,8 @@ class Tracer:
         Accepted orbits.
     marks : list of (Point, CurvePoint)
         Points of the branch, and the orbits there.
+    length : float
+        Scaled, of the branch so far.
     reason : str
         Why the branch ends.
     joined : float or None
@@ -85,6 +87,7 @@ class Tracer:
         self.curve, self.doublings, self.cancelled = curve, doublings, cancelled
         self.points = [start]
         self.marks: list[tuple[Point, CurvePoint]] = []
+        self.length = 0.0
         self.reason = ""
         self.joined: float | None = None
         self._grazings: list[float] = []  # since the last other change of the sequence
@@ -134,6 +137,7 @@ class Tracer:
             if not self._change_sequence(here, end):
                 return step / 4
             here.forget()
+            self.length += end
             return FIRST_STEP / 10
         angle = np.sqrt(max(2.0 - 2.0 * float(there.tangent @ here.tangent), 0.0))
         if halves_meet(here, there):
@@ -146,6 +150,7 @@ class Tracer:
             there, step = end, here.way_to(end)
         after = self._mark_bifurcations(here, there, step)
         self.points.append(point_within_cycle(self.curve, there))
+        self.length += step
         here.forget()
         if self.points[-1] is there:
             there.remember(there.way_to(here), here)
@@ -300,7 +305,7 @@ class Tracer:
             self._join(shortest, last.value)
             return True
         self._ends_at(following)
-        if margin.kind in OTHER_END and self._has_passed(following):
+        if (margin.kind in OTHER_END or following.orbit.period > 1) and self._has_passed(following):
             where = f"{self.curve.family.over} = {last.value:.10g}"
             self.reason = f"{margin.kind} at {where}: the orbits that go on from there are those of the branch before"
             return True
@@ -311,11 +316,15 @@ class Tracer:
         return True
 
     def _has_passed(self, following: CurvePoint) -> bool:
-        """Whether an orbit beyond a jump lies on the branch already: two sequences may end where a third one begins."""
+        """Whether the orbits beyond the end of a sequence lie on the branch already.
+
+        Of three sequences that end at a jump two may go on as the third. Where the branch meets one of a shorter period,
+        more than two sequences end, and those of the same orbits some cycles later are among them.
+        """
         passed = KnownBranches(self.curve)
         passed.add(self)
         ahead = self.curve.ahead(following, FIRST_STEP / 10)
-        return any(passed.have(point.orbit, point.value) for point in (following, ahead) if point is not None)
+        return ahead is not None and passed.have(ahead.orbit, ahead.value)
 
     def _is_singular(self, margin: Margin) -> bool:
         """Whether a contact of the penalty, or a piece of its law, has no length at the zero of a margin."""

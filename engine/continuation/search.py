@@ -37,7 +37,7 @@ STARTS = 6  # at each, the first of them rest
 FINE_SEEDS = 500  # values at which they are looked for then, from one start
 MOST_IN_ALL = 100_000  # orbits on all branches together, after which the search ends: some minutes
 STOPPED = "stopped"  # the end of a branch that was being followed when the search was cancelled
-LONGEST_UNSTABLE = 300  # orbits, of a motion of more than one period
+LONGEST_UNSTABLE = 8.0  # scaled length of the part of a branch, of more than one period, on which no motion is stable
 EVERY = 10  # orbits: how often a branch is compared with those found before
 
 
@@ -170,7 +170,7 @@ class BranchSearch:
 
     def _followed(self, start: CurvePoint) -> Tracer:
         tracer = Tracer(self.curve, start, self._doublings, self.cancelled)
-        since = 0  # the last orbit that was stable
+        since = 0.0  # the length up to the last orbit that was stable
         try:
             for count, _ in enumerate(tracer.run(self.limits.most_orbits), start=1):
                 here = tracer.points[-1]
@@ -180,9 +180,10 @@ class BranchSearch:
                 if self.limits.unstable or here.orbit.period == 1:
                     continue
                 stable = np.abs(here.evaluation.multipliers).max() < 1 + STABLE
-                since = count if stable else since
-                if count - since >= LONGEST_UNSTABLE:
-                    tracer.reason = f"unstable over {LONGEST_UNSTABLE} orbits: ask for unstable motions to go on"
+                since = tracer.length if stable else since
+                if tracer.length - since >= LONGEST_UNSTABLE:
+                    where = f"{self.family.over} = {here.value:.10g}"
+                    tracer.reason = f"given up at {where}, unstable for long: ask for unstable motions to go on"
                     break
         except Cancelled:
             tracer.reason = STOPPED
