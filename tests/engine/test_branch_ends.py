@@ -2,8 +2,10 @@
 
 import numpy as np
 import pytest
-from vibroscope.engine import ExactPenalty, Reference, System, continue_branch
+from vibroscope.engine import ExactPenalty, Reference, System, continue_branch, find_branches
 from vibroscope.engine.continuation import follow
+
+from tests.few_seeds import few_seeds
 
 PAPER = System()
 
@@ -42,6 +44,23 @@ def test_a_branch_has_the_same_points_whichever_way_it_jumps(system, method, sta
     assert {"sticking begins", "sticking ends"} <= kinds
     for kind in kinds:
         np.testing.assert_allclose(values(one, kind), values(other, kind), atol=1e-10)
+
+
+def test_a_branch_ends_at_a_doubling_though_an_impact_lies_at_the_end_of_the_cycle():
+    """The velocities of both halves then differ by that impact; it went on as the same orbits, half a cycle later."""
+    branch = followed(0.858974358974, 0.84, 0.86, max_period=2)
+    joined = [end for end in branch.ends if "joins a branch of period 1" in end]
+    np.testing.assert_allclose([float(end.split("=")[1]) for end in joined], 0.842448978561, atol=1e-9)
+
+
+def test_a_branch_that_meets_a_shorter_period_does_not_go_round():
+    """At 1.668124 that of period 8 goes on as its own orbits four periods later: 130 times, until it was given up."""
+    with few_seeds():
+        branches = find_branches(PAPER, 1.75, Reference(), low=1.6, high=1.85, max_period=8)
+    (eight,) = (branch for branch in branches if branch.period == 8)
+    assert eight.ends[1].startswith("grazing at eta = 1.668124229: the orbits that go on")
+    (double,) = (point for point in eight.points if point.kind == "period doubling")
+    np.testing.assert_allclose(double.value, 1.708006884, atol=1e-9)
 
 
 @pytest.mark.parametrize("high", [0.72, 0.75, 0.8])
