@@ -332,8 +332,10 @@ class Tracer:
         return margin.kind == SWITCHES_LESS or (vanishes and isinstance(self.curve.family.method, ExactPenalty))
 
     def _join(self, period: int, value: float) -> None:
-        """End the branch where it meets one of a shorter period."""
+        """End the branch where it meets one of a shorter period; α₁ turns there, which is no fold."""
         self.joined = value
+        near = 1e-9 * self.curve.width
+        self.marks = [each for each in self.marks if each[0].kind != FOLD or abs(each[0].value - value) > near]
         self.reason = f"joins a branch of period {period} at {self.curve.family.over} = {value:.12g}"
 
 

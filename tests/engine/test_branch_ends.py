@@ -46,11 +46,16 @@ def test_a_branch_has_the_same_points_whichever_way_it_jumps(system, method, sta
         np.testing.assert_allclose(values(one, kind), values(other, kind), atol=1e-10)
 
 
-def test_a_branch_ends_at_a_doubling_though_an_impact_lies_at_the_end_of_the_cycle():
+@pytest.mark.parametrize("phase", [0, 1])
+def test_a_branch_ends_at_a_doubling_though_an_impact_lies_at_the_end_of_the_cycle(phase):
     """The velocities of both halves then differ by that impact; it went on as the same orbits, half a cycle later."""
-    branch = followed(0.858974358974, 0.84, 0.86, max_period=2)
-    joined = [end for end in branch.ends if "joins a branch of period 1" in end]
-    np.testing.assert_allclose([float(end.split("=")[1]) for end in joined], 0.842448978561, atol=1e-9)
+    eta = 0.858974358974
+    begun = followed(eta, 0.5, 4.0, max_period=2)
+    start = begun.sections[int(np.argmin(np.abs(begun.values - eta)))][phase]
+    begun = followed(eta, 0.5, 4.0, max_period=2, initial=tuple(start))
+    joined = sorted(float(end.removeprefix("joins a branch of period 1 at eta = ")) for end in begun.ends)
+    np.testing.assert_allclose(joined, [0.842448978561, 0.864758334378], atol=1e-9)
+    assert np.abs(np.subtract.outer(values(begun, "fold"), joined)).min(initial=1.0) > 1e-9
 
 
 def test_a_branch_that_meets_a_shorter_period_does_not_go_round():
