@@ -305,7 +305,8 @@ class Tracer:
             self._join(shortest, last.value)
             return True
         self._ends_at(following)
-        if (margin.kind in OTHER_END or following.orbit.period > 1) and self._has_passed(following):
+        meets_shorter = least_period(last.evaluation.section, SAME) < last.orbit.period
+        if (margin.kind in OTHER_END or meets_shorter) and self._has_passed(following):
             where = f"{self.curve.family.over} = {last.value:.10g}"
             self.reason = f"{margin.kind} at {where}: the orbits that go on from there are those of the branch before"
             return True

@@ -156,10 +156,10 @@ class Sticking:
 
 def _leading_on(curve: Curve, start: CurvePoint, last: float, onwards: float) -> CurvePoint | None:
     """The first orbit from another one on beyond the last α₁, or else away from it: between them it may lead back."""
-    jump = start.value - last
+    low, high = sorted((start.value, last))
     found = None
-    if jump * onwards < 0:
+    if (start.value - last) * onwards < 0:
         found = first_ahead(curve, (start,), lambda there: (there - last) * onwards > 0)
     if found is None:
-        found = first_ahead(curve, (start, start.turned()), lambda there: not 0 <= (there - last) / jump <= 1)
+        found = first_ahead(curve, (start, start.turned()), lambda there: not low <= there <= high)
     return found

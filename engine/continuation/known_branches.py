@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from .curve import Curve, CurvePoint
-from .margins import STICKING_BEGINS, STICKING_ENDS
+from .margins import STICKING_BEGINS, STICKING_ENDS, least_margin
 from .orbit import Orbit
 from .seeds import SAME
 
@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from .follow import Tracer
     from .journal import Trace
 
+ROUNDING = 1e-12  # of a margin
 WALK = 8  # steps from an orbit to one between it and its neighbour on the branch
 
 
@@ -65,5 +66,10 @@ class KnownBranches:
             for there in np.linspace(begin, value, steps + 1)[1:]:
                 known = known and self.curve.corrected(known, float(there))
             if known is not None and (np.abs(rows - known.unknowns[:4]).max(axis=1) < same).any():
-                return True
+                if self._is_orbit(known, value):
+                    return True
         return False
+
+    def _is_orbit(self, known: Orbit, value: float) -> bool:
+        """Whether a solution on the curve of a branch is an orbit: next to a grazing others are as close."""
+        return least_margin(known, self.curve.evaluate(known, value), self.curve.family.method_at(value)) > -ROUNDING

@@ -46,6 +46,12 @@ def test_a_branch_has_the_same_points_whichever_way_it_jumps(system, method, sta
         np.testing.assert_allclose(values(one, kind), values(other, kind), atol=1e-10)
 
 
+def test_a_jump_may_lead_to_an_orbit_at_the_same_value():
+    system = System(wall=True, d1=0.041394931778305444, restitution=0.39242713049940436)
+    branch = continue_branch(system, 3.0205232624032, Reference(threshold=0.01), low=2.4, high=3.8, max_period=4)
+    assert "sticking begins" in {point.kind for point in branch.points}
+
+
 @pytest.mark.parametrize("phase", [0, 1])
 def test_a_branch_ends_at_a_doubling_though_an_impact_lies_at_the_end_of_the_cycle(phase):
     """The velocities of both halves then differ by that impact; it went on as the same orbits, half a cycle later."""
