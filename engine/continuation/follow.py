@@ -319,8 +319,8 @@ class Tracer:
     def _has_passed(self, following: CurvePoint) -> bool:
         """Whether the orbits beyond the end of a sequence lie on the branch already.
 
-        Of three sequences that end at a jump two may go on as the third. Where the branch meets one of a shorter period,
-        more than two sequences end, and those of the same orbits some cycles later are among them.
+        Of three sequences that end at a jump two may go on as the third. Where the branch meets one of a shorter
+        period, more than two sequences end, and those of the same orbits some cycles later are among them.
         """
         passed = KnownBranches(self.curve)
         passed.add(self)

@@ -22,9 +22,7 @@ JUMPS = 10.0 ** np.arange(-7, -3)  # of the range, to where runs show a sequence
 INSIDE = 1e-3  # of a step: as far from the end of its curve lies the first orbit after a jump
 
 
-def after_jump(
-    curve: Curve, last: CurvePoint, margin: Margin | None
-) -> tuple[CurvePoint | None, CurvePoint | None]:
+def after_jump(curve: Curve, last: CurvePoint, margin: Margin | None) -> tuple[CurvePoint | None, CurvePoint | None]:
     """The nearest orbit with another sequence that runs from the last one show, where a margin is zero.
 
     Without a margin the sequence has a complete chatter. There may be no orbit with a sequence where the run shows it,
@@ -59,8 +57,9 @@ def _starts(curve: Curve, last: CurvePoint, onwards: float, complete: bool) -> I
         found = (orbit_near(curve, last, guess, value, onwards) for value in (shown, *places))
         yield from (start for start in found if start is not None)
         sticks = [k for k, pair in enumerate(pairwise(guess.kinds)) if pair == (STICK, RELEASE)]
-        differs = next((k for k, pair in enumerate(zip(guess.kinds, last.orbit.kinds)) if pair[0] != pair[1]), 0)
-        for k in {differs, *sticks}:
+        pairs = zip(guess.kinds, last.orbit.kinds, strict=False)
+        differs = next((k for k, (kind, before) in enumerate(pairs) if kind != before), 0)
+        for k in sorted({differs, *sticks}):
             yield from _with_phase_of(curve, last, guess, k)
         for k in sticks:
             yield from _with_phase_of(curve, last, _parting(guess, k), k - 1)
@@ -143,7 +142,9 @@ class Sticking:
 
         end = first_zero(value, 0.0, inside.way_to(outside))
         point = None if end is None else self.curve.ahead(inside, (1 - INSIDE) * end)
-        return (point, self.curve.ahead(inside, end)) if point is not None and holds(self.curve, point) else (None, None)
+        if point is None or not holds(self.curve, point):
+            return None, None
+        return point, self.curve.ahead(inside, end)
 
     def _value(self, point: CurvePoint) -> float:
         """What is zero at the jump, and positive where the sequence beyond it holds."""

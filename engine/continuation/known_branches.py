@@ -65,9 +65,9 @@ class KnownBranches:
         for known, begin, steps in guesses:
             for there in np.linspace(begin, value, steps + 1)[1:]:
                 known = known and self.curve.corrected(known, float(there))
-            if known is not None and (np.abs(rows - known.unknowns[:4]).max(axis=1) < same).any():
-                if self._is_orbit(known, value):
-                    return True
+            near = known is not None and (np.abs(rows - known.unknowns[:4]).max(axis=1) < same).any()
+            if near and self._is_orbit(known, value):
+                return True
         return False
 
     def _is_orbit(self, known: Orbit, value: float) -> bool:

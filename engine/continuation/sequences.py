@@ -35,9 +35,10 @@ SHORTEST_FLIGHT = 3e-3  # … and a new flight of the reference, whose gap is of
 def beyond(curve: Curve, last: CurvePoint) -> tuple[CurvePoint | None, Margin, CurvePoint | None]:
     """The first orbit with the sequence that follows where margins of the last one are zero, and the margin it crosses.
 
-    None if no orbit is found. Where the motion jumps, also the end of the curve from which that orbit comes. Its tangent points away from the last orbit. Where an impact grazes the flight before it
-    may do so, too, so that several margins are zero at once. So they are where the orbit meets one of a shorter period:
-    that repeats itself, and is returned only if there is no other.
+    None if no orbit is found. Where the motion jumps, also the end of the curve from which that orbit comes. Its
+    tangent points away from the last orbit. Where an impact grazes the flight before it may do so, too, so that several
+    margins are zero at once. So they are where the orbit meets one of a shorter period: that repeats itself, and is
+    returned only if there is no other.
     """
     shorter = None
     found = sorted(

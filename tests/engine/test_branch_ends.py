@@ -37,7 +37,7 @@ def test_a_branch_goes_on_where_events_lie_beyond_the_end_of_the_cycle():
     ids=["0.0005", "0.002", "e 0.7"],
 )
 def test_a_branch_has_the_same_points_whichever_way_it_jumps(system, method, starts):
-    """With ε = 0.0005 two sequences end at 1.13214 where a third one begins; from above it went back the way it came."""
+    """With ε = 0.0005 two sequences end at 1.13214 where a third begins; from above it went back the way it came."""
     one, other = (continue_branch(system, eta, method, low=0.5, high=2.0, max_period=1) for eta in starts)
     assert all("leaves the range" in end for end in one.ends + other.ends)
     kinds = {point.kind for point in one.points} - {"Neimark-Sacker"}

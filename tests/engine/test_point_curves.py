@@ -2,7 +2,15 @@
 
 import numpy as np
 import pytest
-from vibroscope.engine import ExactPenalty, PointCurves, Reference, System, continue_branch, continue_point, find_branches
+from vibroscope.engine import (
+    ExactPenalty,
+    PointCurves,
+    Reference,
+    System,
+    continue_branch,
+    continue_point,
+    find_branches,
+)
 
 PAPER, EXACT = System(), ExactPenalty(12_000.0, 18.0)
 CLOSE = 1e-8
@@ -45,7 +53,7 @@ def test_two_folds_meet_in_a_cusp_and_lie_on_one_curve():
 
 @pytest.mark.parametrize("damping", [8.0, 8.4])
 def test_a_fold_of_twice_the_period_ends_at_a_doubling(damping):
-    """Where the doubling changes its side; the equations of the fold are singular there, and beyond the doublings solve them."""
+    """Where the doubling changes its side: equations of a fold are singular there, and doublings solve them."""
     method, span = ExactPenalty(300.0, damping), {"over": "K", "low": 200.0, "high": 400.0}
     branches = find_branches(PAPER, 2.0, method, **span, max_period=2)
     fold = next(point for branch in branches for point in branch.points if point.kind == "fold")
