@@ -46,6 +46,16 @@ def test_a_branch_has_the_same_points_whichever_way_it_jumps(system, method, sta
         np.testing.assert_allclose(values(one, kind), values(other, kind), atol=1e-10)
 
 
+def test_a_contact_begins_shortly_before_the_end_of_the_cycle():
+    """The gap is smallest 0.02 periods before it, in the last whole interval of the tables of a flight."""
+    system = System(
+        kappa=2.2908712827715254, d1=0.12369545684173879, d2=0.042931821766504036, clearance=0.44926696652842224
+    )
+    method = ExactPenalty(2213.2531679076756, 39.313372664295684)
+    branch = continue_branch(system, 3.323706177366, method, low=2.658965, high=4.154633, max_period=2)
+    assert np.abs(values(branch, "grazing") - 3.62331294321).min() < 1e-9
+
+
 def test_a_jump_may_lead_to_an_orbit_at_the_same_value():
     system = System(wall=True, d1=0.041394931778305444, restitution=0.39242713049940436)
     branch = continue_branch(system, 3.0205232624032, Reference(threshold=0.01), low=2.4, high=3.8, max_period=4)
