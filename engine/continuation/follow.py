@@ -287,6 +287,7 @@ class Tracer:
         if end is not None:
             self.points.append(point_within_cycle(self.curve, end))
             return True
+        self.points.append(point_within_cycle(self.curve, inside))
         following, margin, arrival = beyond(self.curve, last)
         if margin.kind != LATER_SUM:
             self.mark(margin.kind, last, (following or inside) if self._is_singular(margin) else None)
@@ -295,7 +296,6 @@ class Tracer:
             self.mark(CHATTER_COMPLETES, last)
             self._grazings = []
             following = after_chatter(self.curve, last)
-        self.points.append(point_within_cycle(self.curve, inside))
         if following is None:
             where = f"{self.curve.family.over} = {last.value:.10g}"
             self.reason = f"{margin.kind} at {where}: no orbit with another sequence of events goes on from there"

@@ -9,6 +9,7 @@ import numpy as np
 
 from .curve import Curve, CurvePoint
 from .margins import STICKING_BEGINS, STICKING_ENDS, least_margin
+from .nearby import point_within_cycle
 from .orbit import Orbit
 from .seeds import SAME
 
@@ -65,11 +66,16 @@ class KnownBranches:
         for known, begin, steps in guesses:
             for there in np.linspace(begin, value, steps + 1)[1:]:
                 known = known and self.curve.corrected(known, float(there))
-            near = known is not None and (np.abs(rows - known.unknowns[:4]).max(axis=1) < same).any()
-            if near and self._is_orbit(known, value):
+            if known is not None and self._is_orbit_through(known, value, rows, same):
                 return True
         return False
 
-    def _is_orbit(self, known: Orbit, value: float) -> bool:
-        """Whether a solution on the curve of a branch is an orbit: next to a grazing others are as close."""
-        return least_margin(known, self.curve.evaluate(known, value), self.curve.family.method_at(value)) > -ROUNDING
+    def _is_orbit_through(self, known: Orbit, value: float, rows: np.ndarray, same: float) -> bool:
+        """Whether a solution on the curve of a branch is an orbit with this section; next to a grazing it may be none.
+
+        On the way to it events may have passed the ends of the cycle.
+        """
+        there = point_within_cycle(self.curve, CurvePoint(self.curve, known, value))
+        near = (np.abs(rows - there.orbit.unknowns[:4]).max(axis=1) < same).any()
+        method = self.curve.family.method_at(value)
+        return bool(near) and least_margin(there.orbit, there.evaluation, method) > -ROUNDING

@@ -147,6 +147,11 @@ def test_a_cancelled_branch_is_kept_as_far_as_it_goes():
     assert len(branch.values) > 5
 
 
+def test_no_orbit_of_a_branch_that_jumps_is_followed_again():
+    (branch,) = find_branches(PAPER, 1.0, Reference(), low=0.9, high=1.1, max_period=1)
+    assert "sticking begins" in {point.kind for point in branch.points}
+
+
 def test_the_motion_of_a_start_is_followed_first():
     other, usual = (
         next(search_branches(PAPER, 3.2, Reference(), low=3.19, high=3.21, initial=initial))
