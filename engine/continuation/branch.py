@@ -16,7 +16,7 @@ class Point:
     kind : str
         "fold", "period doubling", "Neimark-Sacker", "branch point", "grazing", "sticking begins", "sticking ends",
         "contact opens", "contact no longer opens", "chatter completes", "damper switches more" or "damper switches
-        less".
+        less". Where an impact begins or ceases to stick the motion jumps, and both ends of the jump are points.
     value : float
         The number over which the branch is followed, to 1e-10 of its range.
     period : int

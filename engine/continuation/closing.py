@@ -87,6 +87,6 @@ def _doubling_near(curve: Curve, orbit: Orbit, value: float) -> float | None:
 
 
 def difference_of_halves(point: CurvePoint) -> np.ndarray:
-    """The state half a cycle later less the state at τ = 0, (4,)."""
-    rows = point.evaluation.section
+    """ξ₁ and g half a cycle later less those at τ = 0, (2,): an impact there leaves them as they are."""
+    rows = point.evaluation.section[:, [0, 2]]
     return rows[len(rows) // 2] - rows[0]

@@ -16,11 +16,14 @@ from .bifurcations import bifurcations_ahead
 from .branch import Point
 from .closing import halves_meet, is_first, share_of_first, value_of_meeting
 from .curve import Curve, CurvePoint
+from .known_branches import KnownBranches
 from .margins import (
     CHATTER_COMPLETES,
     FOLD,
     GRAZING,
     LATER_SUM,
+    STICKING_BEGINS,
+    STICKING_ENDS,
     SWITCHES_LESS,
     Margin,
     impacts_that_may_stick,
@@ -45,6 +48,7 @@ ACCUMULATED = (
 )
 SERIES = 6
 JUMPS = 10.0 ** np.arange(-8, -1.9, 0.5)  # scaled steps that are tried where the equations of a sequence jump
+OTHER_END = {STICKING_BEGINS: STICKING_ENDS, STICKING_ENDS: STICKING_BEGINS}  # of a jump: its kind as a point
 INSIDE = 1e-6  # of a step: as far from the end of a sequence lies the last orbit that is kept
 
 
@@ -66,6 +70,8 @@ class Tracer:
         Accepted orbits.
     marks : list of (Point, CurvePoint)
         Points of the branch, and the orbits there.
+    length : float
+        Scaled, of the branch so far.
     reason : str
         Why the branch ends.
     joined : float or None
@@ -82,6 +88,7 @@ class Tracer:
         self.curve, self.doublings, self.cancelled = curve, doublings, cancelled
         self.points = [start]
         self.marks: list[tuple[Point, CurvePoint]] = []
+        self.length = 0.0
         self.reason = ""
         self.joined: float | None = None
         self._grazings: list[float] = []  # since the last other change of the sequence
@@ -136,6 +143,7 @@ class Tracer:
             if not self._change_sequence(here, end, jumped):
                 return step / 4
             here.forget()
+            self.length += end
             return FIRST_STEP / 10
         angle = np.sqrt(max(2.0 - 2.0 * float(there.tangent @ here.tangent), 0.0))
         if halves_meet(here, there):
@@ -148,6 +156,7 @@ class Tracer:
             there, step = end, here.way_to(end)
         after = self._mark_bifurcations(here, there, step)
         self.points.append(point_within_cycle(self.curve, there))
+        self.length += step
         here.forget()
         if self.points[-1] is there and not jumped:
             there.remember(there.way_to(here), here)
@@ -298,9 +307,9 @@ class Tracer:
         if end is not None:
             self.points.append(point_within_cycle(self.curve, end))
             return True
-        following, margin = beyond(self.curve, last)
+        self.points.append(point_within_cycle(self.curve, inside))
+        following, margin, arrival = beyond(self.curve, last)
         if self.curve.family.jumps and self._has_mark(margin.kind, last):
-            self.points.append(point_within_cycle(self.curve, inside))
             self.reason = f"comes back to the {margin.kind} at {self.curve.family.over} = {last.value:.10g}"
             return True
         if margin.kind != LATER_SUM:
@@ -310,7 +319,6 @@ class Tracer:
             self.mark(CHATTER_COMPLETES, last)
             self._grazings = []
             following = after_chatter(self.curve, last)
-        self.points.append(point_within_cycle(self.curve, inside))
         if following is None:
             where = f"{self.curve.family.over} = {last.value:.10g}"
             self.reason = f"{margin.kind} at {where}: no orbit with another sequence of events goes on from there"
@@ -320,9 +328,27 @@ class Tracer:
             self._join(shortest, last.value)
             return True
         self._ends_at(following)
+        meets_shorter = least_period(last.evaluation.section, SAME) < last.orbit.period
+        if (margin.kind in OTHER_END or meets_shorter) and self._has_passed(following):
+            where = f"{self.curve.family.over} = {last.value:.10g}"
+            self.reason = f"{margin.kind} at {where}: the orbits that go on from there are those of the branch before"
+            return True
+        if arrival is not None:
+            self.mark(OTHER_END[margin.kind], arrival)
         self.points.append(point_within_cycle(self.curve, following))
         self._indicators = indicators(self.points[-1])
         return True
+
+    def _has_passed(self, following: CurvePoint) -> bool:
+        """Whether the orbits beyond the end of a sequence lie on the branch already.
+
+        Of three sequences that end at a jump two may go on as the third. Where the branch meets one of a shorter
+        period, more than two sequences end, and those of the same orbits some cycles later are among them.
+        """
+        passed = KnownBranches(self.curve)
+        passed.add(self)
+        ahead = self.curve.ahead(following, FIRST_STEP / 10)
+        return ahead is not None and passed.have(ahead.orbit, ahead.value)
 
     def _is_singular(self, margin: Margin) -> bool:
         """Whether a contact of the penalty, or a piece of its law, has no length at the zero of a margin."""
@@ -330,8 +356,10 @@ class Tracer:
         return margin.kind == SWITCHES_LESS or (vanishes and not isinstance(self.curve.family.method, Reference))
 
     def _join(self, period: int, value: float) -> None:
-        """End the branch where it meets one of a shorter period."""
+        """End the branch where it meets one of a shorter period; α₁ turns there, which is no fold."""
         self.joined = value
+        near = 1e-9 * self.curve.width
+        self.marks = [each for each in self.marks if each[0].kind != FOLD or abs(each[0].value - value) > near]
         self.reason = f"joins a branch of period {period} at {self.curve.family.over} = {value:.12g}"
 
 

@@ -2,11 +2,11 @@
 
 What is zero where a sequence ends, the parting speed less ε or the force that presses the bodies together, is so at an
 orbit of the sequence beyond the jump, too, at another α₁. There its curve begins, and leads to where that grows. So a
-branch has the same orbits whichever way it is followed.
+branch has the same orbits and points whichever way it is followed: a jump has two ends, and both are points.
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import chain, pairwise, tee
 
 import numpy as np
@@ -22,19 +22,26 @@ JUMPS = 10.0 ** np.arange(-7, -3)  # of the range, to where runs show a sequence
 INSIDE = 1e-3  # of a step: as far from the end of its curve lies the first orbit after a jump
 
 
-def after_jump(curve: Curve, last: CurvePoint, margin: Margin | None) -> CurvePoint | None:
+def after_jump(curve: Curve, last: CurvePoint, margin: Margin | None) -> tuple[CurvePoint | None, CurvePoint | None]:
     """The nearest orbit with another sequence that runs from the last one show, where a margin is zero.
 
     Without a margin the sequence has a complete chatter. There may be no orbit with a sequence where the run shows it,
     but on the other side of the last orbit.
+
+    Returns
+    -------
+    CurvePoint or None
+        The first orbit beyond the jump, its tangent away from there.
+    CurvePoint or None
+        The end of its curve from which it comes; None if it is not known.
     """
     sticking = margin and Sticking.of(curve, last, margin)
     last = point_within_cycle(curve, last)  # its state at τ = 0, from which runs begin, lies before all its events
     onwards = 1.0 if last.tangent[-1] >= 0 else -1.0
     first, second = tee(_starts(curve, last, onwards, complete=margin is None))
     found = (sticking.first_orbit(start) for start in first if sticking is not None)
-    other = (_leading_on(curve, start, last.value, onwards) for start in second)
-    return next((point for point in chain(found, other) if point is not None), None)
+    other = ((_leading_on(curve, start, last.value, onwards), None) for start in second)
+    return next((both for both in chain(found, other) if both[0] is not None), (None, None))
 
 
 def _starts(curve: Curve, last: CurvePoint, onwards: float, complete: bool) -> Iterator[CurvePoint]:
@@ -49,17 +56,30 @@ def _starts(curve: Curve, last: CurvePoint, onwards: float, complete: bool) -> I
         seen.add(guess.kinds)
         found = (orbit_near(curve, last, guess, value, onwards) for value in (shown, *places))
         yield from (start for start in found if start is not None)
-        yield from _with_short_sticks(curve, last, guess)
+        sticks = [k for k, pair in enumerate(pairwise(guess.kinds)) if pair == (STICK, RELEASE)]
+        pairs = zip(guess.kinds, last.orbit.kinds, strict=False)
+        differs = next((k for k, (kind, before) in enumerate(pairs) if kind != before), 0)
+        for k in sorted({differs, *sticks}):
+            yield from _with_phase_of(curve, last, guess, k)
+        for k in sticks:
+            yield from _with_phase_of(curve, last, _parting(guess, k), k - 1)
 
 
-def _with_short_sticks(curve: Curve, last: CurvePoint, guess: Orbit) -> Iterator[CurvePoint]:
-    """Solutions near the last orbit in which a phase of sticking lasts as long as in a guess, at any α₁."""
-    for k in (k for k, pair in enumerate(pairwise(guess.kinds)) if pair == (STICK, RELEASE)):
-        row = np.zeros(len(guess.unknowns) + 1)
-        row[4 + k], row[5 + k] = -1.0, 1.0
-        start = curve.constrained(guess, last.value, (row, float(row[:-1] @ guess.unknowns)), row)
-        if start is not None and is_near(curve, last, start.orbit):
-            yield start
+def _with_phase_of(curve: Curve, last: CurvePoint, guess: Orbit, k: int) -> Iterator[CurvePoint]:
+    """The solution near the last orbit in which the phase after event k lasts as long as in a guess, at any α₁."""
+    if not 0 <= k < len(guess.kinds) - 1:
+        return
+    row = np.zeros(len(guess.unknowns) + 1)
+    row[4 + k], row[5 + k] = -1.0, 1.0
+    start = curve.constrained(guess, last.value, (row, float(row[:-1] @ guess.unknowns)), row)
+    if start is not None and is_near(curve, last, start.orbit):
+        yield start
+
+
+def _parting(orbit: Orbit, k: int) -> Orbit:
+    """The orbit whose impact k parts instead of sticking until a release: beyond a jump it may not be pressed."""
+    kinds = (*orbit.kinds[:k], IMPACT, *orbit.kinds[k + 2 :])
+    return replace(orbit, kinds=kinds, unknowns=np.delete(orbit.unknowns, 5 + k))
 
 
 @dataclass(frozen=True)
@@ -93,30 +113,38 @@ class Sticking:
         _, turned = within_cycle(last.orbit, last.evaluation, curve.equations(last.value))
         return cls(curve, (k + turned) % len(kinds), kinds[k] == IMPACT, column)
 
-    def first_orbit(self, start: CurvePoint) -> CurvePoint | None:
-        """The first orbit of a curve beyond the jump, with the tangent away from it; ``start`` is any one nearby."""
+    def first_orbit(self, start: CurvePoint) -> tuple[CurvePoint | None, CurvePoint | None]:
+        """The first orbit of a curve beyond the jump, with the tangent away from it, and the end of that curve.
+
+        ``start`` is any orbit nearby.
+        """
         kind = STICK if self.sticks else IMPACT
         ahead = next(walk(self.curve, start), None)
         if ahead is None or start.orbit.kinds[self.event : self.event + 1] != (kind,):
-            return None
+            return None, None
         inwards = start if self._value(ahead) > self._value(start) else start.turned()
         beyond_end = self._value(start) <= 0
         way = inwards if beyond_end else inwards.turned()
         for here, there in pairwise(chain((way,), walk(self.curve, way))):
             if (self._value(there) <= 0) != beyond_end:
                 return self._last_before(there, here) if beyond_end else self._last_before(here.turned(), there)
-        return None
+        return None, None
 
-    def _last_before(self, inside: CurvePoint, outside: CurvePoint) -> CurvePoint | None:
-        """The orbit right before the end of its curve, which lies between two others, with the tangent of the first."""
+    def _last_before(self, inside: CurvePoint, outside: CurvePoint) -> tuple[CurvePoint | None, CurvePoint | None]:
+        """The orbit right before the end of its curve, which lies between two others, and that end.
+
+        With the tangent of the first.
+        """
 
         def value(s: float) -> float:
             point = self.curve.ahead(inside, s) if s else inside
             return np.nan if point is None else self._value(point)
 
-        end = first_zero(value, 0.0, inside.way_to(outside), 0.1 * INSIDE)
+        end = first_zero(value, 0.0, inside.way_to(outside))
         point = None if end is None else self.curve.ahead(inside, (1 - INSIDE) * end)
-        return point if point is not None and holds(self.curve, point) else None
+        if point is None or not holds(self.curve, point):
+            return None, None
+        return point, self.curve.ahead(inside, end)
 
     def _value(self, point: CurvePoint) -> float:
         """What is zero at the jump, and positive where the sequence beyond it holds."""
@@ -129,10 +157,10 @@ class Sticking:
 
 def _leading_on(curve: Curve, start: CurvePoint, last: float, onwards: float) -> CurvePoint | None:
     """The first orbit from another one on beyond the last α₁, or else away from it: between them it may lead back."""
-    jump = start.value - last
+    low, high = sorted((start.value, last))
     found = None
-    if jump * onwards < 0:
+    if (start.value - last) * onwards < 0:
         found = first_ahead(curve, (start,), lambda there: (there - last) * onwards > 0)
     if found is None:
-        found = first_ahead(curve, (start, start.turned()), lambda there: not 0 <= (there - last) / jump <= 1)
+        found = first_ahead(curve, (start, start.turned()), lambda there: not low <= there <= high)
     return found

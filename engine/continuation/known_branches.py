@@ -2,42 +2,50 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
+from itertools import pairwise
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from .curve import Curve, CurvePoint
+from .margins import STICKING_BEGINS, STICKING_ENDS, least_margin
+from .nearby import point_within_cycle
 from .orbit import Orbit
 from .seeds import SAME
 
+if TYPE_CHECKING:
+    from .follow import Tracer
+    from .journal import Trace
+
+ROUNDING = 1e-12  # of a margin
 WALK = 8  # steps from an orbit to one between it and its neighbour on the branch
 
 
 class KnownBranches:
-    """The orbits that were followed, trace by trace."""
+    """The orbits that were followed, piece by piece: the motion jumps where an impact begins or ceases to stick."""
 
     def __init__(self, curve: Curve) -> None:
-        self.curve = curve
-        self._traces: list[tuple[Sequence[CurvePoint], np.ndarray]] = []
+        self.curve, self.traces = curve, 0
+        self._pieces: list[tuple[Sequence[CurvePoint], np.ndarray]] = []
 
-    def add(self, points: Sequence[CurvePoint]) -> None:
-        """Add the orbits of a trace, in their order along it."""
-        self._traces.append((points, np.array([point.value for point in points])))
-
-    @property
-    def traces(self) -> int:
-        """How many traces there are."""
-        return len(self._traces)
+    def add(self, trace: "Tracer | Trace") -> None:
+        """Add the orbits of a trace, in their order along it; between both ends of a jump there are none."""
+        self.traces += 1
+        jumps = {point.index + 1 for point, _ in trace.marks if point.kind in (STICKING_BEGINS, STICKING_ENDS)}
+        for first, last in pairwise((0, *sorted(jumps), len(trace.points))):
+            points = trace.points[first:last]
+            self._pieces.append((points, np.array([point.value for point in points])))
 
     @property
     def orbits(self) -> int:
         """How many orbits there are on all of them."""
-        return sum(len(points) for points, _ in self._traces)
+        return sum(len(points) for points, _ in self._pieces)
 
     def have(self, orbit: Orbit, value: float) -> bool:
         """Whether an orbit lies on one of them."""
         rows = self.curve.evaluate(orbit, value).section
         size = max(np.abs(rows).max(), 1e-9)
-        for points, values in self._traces:
+        for points, values in self._pieces:
             for k in np.flatnonzero((values[:-1] - value) * (values[1:] - value) <= 0):
                 a, b = points[k], points[k + 1]
                 if a.orbit.period == orbit.period and self._is_between(a, b, rows, value, SAME * size):
@@ -58,6 +66,16 @@ class KnownBranches:
         for known, begin, steps in guesses:
             for there in np.linspace(begin, value, steps + 1)[1:]:
                 known = known and self.curve.corrected(known, float(there))
-            if known is not None and (np.abs(rows - known.unknowns[:4]).max(axis=1) < same).any():
+            if known is not None and self._is_orbit_through(known, value, rows, same):
                 return True
         return False
+
+    def _is_orbit_through(self, known: Orbit, value: float, rows: np.ndarray, same: float) -> bool:
+        """Whether a solution on the curve of a branch is an orbit with this section; next to a grazing it may be none.
+
+        On the way to it events may have passed the ends of the cycle.
+        """
+        there = point_within_cycle(self.curve, CurvePoint(self.curve, known, value))
+        near = (np.abs(rows - there.orbit.unknowns[:4]).max(axis=1) < same).any()
+        method = self.curve.family.method_at(value)
+        return bool(near) and least_margin(there.orbit, there.evaluation, method) > -ROUNDING

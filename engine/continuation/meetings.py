@@ -103,15 +103,19 @@ class Meetings:
         return self._plane.at(without(place.orbit, self._touch), place.shares)
 
     def _test(self, key: Key, place: Place) -> float:
+        """The number of a key; nan where a contact has no length."""
         kind, bare = key
-        if kind == CUSP:
-            return self._equations.condition.curvature(self._plane, place, self._equations.scales)
         there = self._bare(place) if bare else place
         if kind == NEIMARK_SACKER:
             return indicator(kind, there)
-        orbit = there.orbit
-        matrix, _ = regular(kind, there, np.ones(len(orbit.unknowns)), short_pairs(orbit))
-        with np.errstate(all="ignore"):  # a contact of no length
+        try:
+            if kind == CUSP:
+                return self._equations.condition.curvature(self._plane, place, self._equations.scales)
+            orbit = there.orbit
+            matrix, _ = regular(kind, there, np.ones(len(orbit.unknowns)), short_pairs(orbit))
+        except ValueError:
+            return np.nan
+        with np.errstate(all="ignore"):  # infinite multipliers
             return float(np.linalg.det(matrix / np.linalg.norm(matrix, axis=1, keepdims=True)))
 
 

@@ -116,7 +116,8 @@ def regular(kind: str, place: Place, scales: np.ndarray, short: list[tuple[int, 
     """The matrix that is singular at a fold or a doubling, and at no grazing, in a basis; and that basis, (n, n) each.
 
     As a contact of the penalty shrinks to nothing, its length no longer counts in the equations: their derivative in it
-    falls with it. The basis takes middle and squared length of a short contact for the instants of its two ends.
+    falls with it. The basis takes middle and squared length of a short contact for the instants of its two ends. Raises
+    ValueError where there is no length.
     """
     matrix = place.evaluation.jacobian * scales
     basis = np.eye(len(scales))
@@ -124,6 +125,8 @@ def regular(kind: str, place: Place, scales: np.ndarray, short: list[tuple[int, 
         matrix[range(4), range(4)] += 2.0 * scales[:4]
     for first, last in short:
         length = place.orbit.instants[last] - place.orbit.instants[first]
+        if not length:
+            raise ValueError("a contact has no length")
         both = [4 + first, 4 + last]
         basis[np.ix_(both, both)] = [[1.0, -1.0 / length], [1.0, 1.0 / length]]
     return matrix @ basis, basis

@@ -6,12 +6,12 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from ..drivers.orbit_steps import null_vector
-from .closing import share_on_chord
-from .margins import Margin
+from .closing import difference_of_halves, share_on_chord
+from .margins import DOUBLING, FOLD, Margin
 from .meetings import Meetings
 from .orbit import check_cancelled, within_cycle
 from .plane import Place, Plane
-from .point_equations import Condition, Equations
+from .point_equations import Condition, Equations, gradient_of, moved
 
 FIRST_STEP, LARGEST_STEP, SMALLEST_STEP = 0.005, 0.02, 1e-7  # scaled lengths
 ROUGH_STEP = 1e-5  # scaled: where a longer one leads out of the sequence, a shorter one may find its end
@@ -19,6 +19,9 @@ FAR = 0.1  # of a step: a correction as long as that leads to another curve, or 
 ROUNDING = 1e-9
 SAME = 1e-6  # of the ranges: points closer than that are the same
 CLOSED = 0.01  # of a step
+MEETS = 0.75  # of the difference of the halves of a cycle: a step to a smaller one may lead to where it is zero
+PARTS = (0.85, 0.7, 0.55, 0.4)  # of that difference: from places with these both numbers are extrapolated …
+EXTRAPOLATED = 1e-7  # … if the last of them changes the shares by less
 MOST_POINTS = 2000
 CLOSES = "the curve closes in itself"
 
@@ -108,6 +111,9 @@ class PointTrace:
             if step < SMALLEST_STEP:
                 self.reason = f"no orbit is found beyond {self._words(here)}"
                 return step
+        if self._halves_meet(here, found) and (doubling := self._doubling_ahead(here, tangent)) is not None:
+            self._end_at_doubling(doubling)
+            return step
         scales, end = self.equations.scales, found
         length = float(tangent @ (found.scaled(scales) - here.scaled(scales)))
 
@@ -222,6 +228,48 @@ class PointTrace:
         self._note([(margin.kind, place)])
         self.reason = f"{margin.kind} at {self._words(place)}: the sequence of events changes"
 
+    def _halves_meet(self, here: Place, found: Place) -> bool:
+        """Whether both halves of the cycle become the same between two places, or maybe ahead of them."""
+        if self.kind != FOLD or here.orbit.period % 2:
+            return False
+        before = difference_of_halves(here)
+        return difference_of_halves(found) @ before < MEETS * (before @ before)
+
+    def _doubling_ahead(self, here: Place, tangent: np.ndarray) -> np.ndarray | None:
+        """The shares of both numbers where the halves of the cycle become the same; None if it is not found.
+
+        There a fold of 2p periods ends at a doubling of p, from which orbits of 2p begin in either direction on its two
+        sides. The equations are singular there, as doublings solve them, too. On the curve both numbers are even in the
+        difference of the halves, so that they are extrapolated in its square from orbits with a given difference.
+        """
+        before = difference_of_halves(here)
+        size = np.linalg.norm(before)
+
+        def difference(place: Place) -> float:
+            return float(difference_of_halves(place) @ before) / size
+
+        row = gradient_of(difference, self.plane, here, self.equations.scales)
+        squares, shares = [size**2], [here.shares]
+        for part in PARTS:
+            along = -(1.0 - part) * size / float(row @ tangent)
+            guess = moved(self.plane, here, self.equations.scales, along * tangent)
+            found = self.equations.solved(guess, row, lambda there, part=part: difference(there) - part * size)
+            if found is None:
+                return None
+            squares.append((part * size) ** 2)
+            shares.append(found.shares)
+        ends = extrapolated(np.array(squares), np.array(shares))
+        return ends[-1] if np.abs(ends[-1] - ends[-2]).max() < EXTRAPOLATED else None
+
+    def _end_at_doubling(self, shares: np.ndarray) -> None:
+        """End where the curve meets that of the doublings of half the period."""
+        value, along = self.plane.values(shares)
+        over, second = self.plane.axes
+        self.values.append((value, along))
+        self.meetings.append((DOUBLING, value, along))
+        where = f"{over.name} = {value:.8g}, {second.name} = {along:.8g}"
+        self.reason = f"{DOUBLING} at {where}: both halves of the cycle become the same"
+
     def _returned(self) -> bool:
         """Whether the curve is back where it began."""
         if len(self._places) < 10:
@@ -238,6 +286,15 @@ class PointTrace:
         value, along = self.plane.values(place.shares)
         over, second = self.plane.axes
         return f"{over.name} = {value:.8g}, {second.name} = {along:.8g}"
+
+
+def extrapolated(squares: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """Values (n, 2) at arguments (n,), extrapolated to zero by the polynomials through the first 1 … n (Neville)."""
+    values = values.copy()
+    for k in range(1, len(values)):
+        near, far = squares[k:, None], squares[:-k, None]
+        values[k:] = (far * values[k:] - near * values[k - 1 : -1]) / (far - near)
+    return values
 
 
 def between(plane: Plane, here: Place, there: Place, part: float) -> Place | None:

@@ -13,6 +13,8 @@ from pathlib import Path
 
 import numpy as np
 
+from ..drivers.event_driven import check_apart
+from ..methods import Reference
 from ..result import Cancelled
 from ..simulate import starting_checkpoint
 from .branch import Branch
@@ -35,7 +37,7 @@ STARTS = 6  # at each, the first of them rest
 FINE_SEEDS = 500  # values at which they are looked for then, from one start
 MOST_IN_ALL = 100_000  # orbits on all branches together, after which the search ends: some minutes
 STOPPED = "stopped"  # the end of a branch that was being followed when the search was cancelled
-LONGEST_UNSTABLE = 300  # orbits, of a motion of more than one period
+LONGEST_UNSTABLE = 8.0  # scaled length of the part of a branch, of more than one period, on which no motion is stable
 EVERY = 10  # orbits: how often a branch is compared with those found before
 
 
@@ -88,7 +90,7 @@ class BranchSearch:
             if self._is_spent():
                 note(f"the search ended after {MOST_IN_ALL:,} orbits and may have missed branches: narrow the range")
                 return
-        if not self._known.traces:
+        if not self._known.orbits:
             note(self.finder.why_none())
 
     def _is_spent(self) -> bool:
@@ -99,12 +101,14 @@ class BranchSearch:
         """The motion at a state, or that a run from there settles to."""
         value = self.family.value
         if initial is not None:
-            starting_checkpoint(initial, *self.family.at(value))  # refuses what is no state
+            start = starting_checkpoint(initial, *self.family.at(value))  # refuses what is no state
+            if isinstance(self.family.method, Reference):
+                check_apart(start)
         if initial is not None and self.span.low <= value <= self.span.high:
             try:
                 yield value, self.finder.near(value, initial) or self.finder.settled(value, initial)
             except ValueError as error:
-                note(f"from the initial state {error}")
+                note(f"the motion from the initial state is not followed: {error}")
 
     def _stoppable(self, branch: Branch) -> Iterator[Branch]:
         """Yield a branch; raise Cancelled if the search was cancelled while it was followed."""
@@ -155,7 +159,7 @@ class BranchSearch:
                 self._journal.write(number, start, trace)
         if trace.joined is not None:
             self._joined.append(trace.joined)
-        self._known.add(trace.points)
+        self._known.add(trace)
         self._doublings += [(point.period, point.value) for point, _ in trace.marks if point.kind == DOUBLING]
         for point, orbit in trace.marks:
             doubles = point.kind == DOUBLING and 2 * point.period <= self.limits.max_period
@@ -166,7 +170,7 @@ class BranchSearch:
 
     def _followed(self, start: CurvePoint) -> Tracer:
         tracer = Tracer(self.curve, start, self._doublings, self.cancelled)
-        since = 0  # the last orbit that was stable
+        since = 0.0  # the length up to the last orbit that was stable
         try:
             for count, _ in enumerate(tracer.run(self.limits.most_orbits), start=1):
                 here = tracer.points[-1]
@@ -176,9 +180,10 @@ class BranchSearch:
                 if self.limits.unstable or here.orbit.period == 1:
                     continue
                 stable = np.abs(here.evaluation.multipliers).max() < 1 + STABLE
-                since = count if stable else since
-                if count - since >= LONGEST_UNSTABLE:
-                    tracer.reason = f"unstable over {LONGEST_UNSTABLE} orbits: ask for unstable motions to go on"
+                since = tracer.length if stable else since
+                if tracer.length - since >= LONGEST_UNSTABLE:
+                    where = f"{self.family.over} = {here.value:.10g}"
+                    tracer.reason = f"given up at {where}, unstable for long: ask for unstable motions to go on"
                     break
         except Cancelled:
             tracer.reason = STOPPED

@@ -33,12 +33,13 @@ SHORTEST_PIECE = 1e-4  # … a new piece of a contact law …
 SHORTEST_FLIGHT = 3e-3  # … and a new flight of the reference, whose gap is of third order in its length
 
 
-def beyond(curve: Curve, last: CurvePoint) -> tuple[CurvePoint | None, Margin]:
+def beyond(curve: Curve, last: CurvePoint) -> tuple[CurvePoint | None, Margin, CurvePoint | None]:
     """The first orbit with the sequence that follows where margins of the last one are zero, and the margin it crosses.
 
-    None if no orbit is found. Its tangent points away from the last orbit. Where an impact grazes the flight before it
-    may do so, too, so that several margins are zero at once. So they are where the orbit meets one of a shorter period:
-    that repeats itself, and is returned only if there is no other.
+    None if no orbit is found. Where the motion jumps, also the end of the curve from which that orbit comes. Its
+    tangent points away from the last orbit. Where an impact grazes the flight before it may do so, too, so that several
+    margins are zero at once. So they are where the orbit meets one of a shorter period: that repeats itself, and is
+    returned only if there is no other.
     """
     shorter = None
     found = sorted(
@@ -49,19 +50,19 @@ def beyond(curve: Curve, last: CurvePoint) -> tuple[CurvePoint | None, Margin]:
         for orbit, phase in _neighbours(curve, last, margin):
             point = _with_short_phase(curve, last, orbit, *phase) if phase else _on_its_side(curve, last, orbit)
             if point is not None and least_period(point.evaluation.section, REPEATED) == orbit.period:
-                return point, margin
-            shorter = shorter or (point and (point, margin))
-    if shorter:
+                return point, margin, None
+            shorter = shorter or (point and (point, margin, None))
+    if shorter is not None:
         return shorter
-    following = after_jump(curve, last, found[0])
-    if following is None and curve.family.jumps:
-        following = next(_with_longer_phases(curve, last, crossed), None)
-    return following, found[0]
+    point, end = after_jump(curve, last, found[0])
+    if point is None and curve.family.jumps:
+        point = next(_with_longer_phases(curve, last, crossed), None)
+    return point, found[0], end
 
 
 def after_chatter(curve: Curve, last: CurvePoint) -> CurvePoint | None:
     """The first orbit whose chatter is complete, beyond where grazings accumulate; None if none is found."""
-    return after_jump(curve, last, None)
+    return after_jump(curve, last, None)[0]
 
 
 def on_its_sequence(curve: Curve, start: CurvePoint) -> CurvePoint | None:

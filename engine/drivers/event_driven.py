@@ -216,11 +216,18 @@ def packed_start(system: EventDrivenSystem, start: Checkpoint) -> np.ndarray:
     """
     if len(start.state) > 4:
         return np.array(start.state)
-    rigid, overlap = system.views.rigid, start.system.overlap_of(start.state)
-    if rigid and overlap > 0:
-        raise ValueError(overlap_message(start.system, -overlap))
+    rigid = system.views.rigid
+    if rigid:
+        check_apart(start)
     x1, v1, gap, rate = uncompiled(contact_coordinates)(start.system, *start.state)  # no arrays: a call takes longer
     return start_at(system, (x1, v1, max(gap, 0.0) if rigid else gap, rate))
+
+
+def check_apart(start: Checkpoint) -> None:
+    """Check a start of the reference; raises ValueError if the bodies penetrate each other."""
+    overlap = start.system.overlap_of(start.state)
+    if overlap > 0:
+        raise ValueError(overlap_message(start.system, -overlap))
 
 
 def overlap_message(system: System, gap: float) -> str:

@@ -2,8 +2,10 @@
 
 import numpy as np
 import pytest
-from vibroscope.engine import ExactPenalty, Reference, System, continue_branch
+from vibroscope.engine import ExactPenalty, Reference, System, continue_branch, find_branches
 from vibroscope.engine.continuation import follow
+
+from tests.few_seeds import few_seeds
 
 PAPER = System()
 
@@ -23,6 +25,63 @@ def test_a_branch_goes_on_where_events_lie_beyond_the_end_of_the_cycle():
     branch = followed(0.75, 0.715, 0.76)
     assert all("leaves the range" in end for end in branch.ends)
     np.testing.assert_allclose(values(branch, "sticking ends")[0], 0.72589586923, atol=1e-10)
+
+
+@pytest.mark.parametrize(
+    ("system", "method", "starts"),
+    [
+        (PAPER, Reference(threshold=0.0005), (2.0, 0.9)),
+        (PAPER, Reference(), (2.0, 0.9)),
+        (PAPER.changed({"restitution": 0.7}), Reference(), (2.0, 0.55)),
+    ],
+    ids=["0.0005", "0.002", "e 0.7"],
+)
+def test_a_branch_has_the_same_points_whichever_way_it_jumps(system, method, starts):
+    """With ε = 0.0005 two sequences end at 1.13214 where a third begins; from above it went back the way it came."""
+    one, other = (continue_branch(system, eta, method, low=0.5, high=2.0, max_period=1) for eta in starts)
+    assert all("leaves the range" in end for end in one.ends + other.ends)
+    kinds = {point.kind for point in one.points} - {"Neimark-Sacker"}
+    assert {"sticking begins", "sticking ends"} <= kinds
+    for kind in kinds:
+        np.testing.assert_allclose(values(one, kind), values(other, kind), atol=1e-10)
+
+
+def test_a_contact_begins_shortly_before_the_end_of_the_cycle():
+    """The gap is smallest 0.02 periods before it, in the last whole interval of the tables of a flight."""
+    system = System(
+        kappa=2.2908712827715254, d1=0.12369545684173879, d2=0.042931821766504036, clearance=0.44926696652842224
+    )
+    method = ExactPenalty(2213.2531679076756, 39.313372664295684)
+    branch = continue_branch(system, 3.323706177366, method, low=2.658965, high=4.154633, max_period=2)
+    assert np.abs(values(branch, "grazing") - 3.62331294321).min() < 1e-9
+
+
+def test_a_jump_may_lead_to_an_orbit_at_the_same_value():
+    system = System(wall=True, d1=0.041394931778305444, restitution=0.39242713049940436)
+    branch = continue_branch(system, 3.0205232624032, Reference(threshold=0.01), low=2.4, high=3.8, max_period=4)
+    assert "sticking begins" in {point.kind for point in branch.points}
+
+
+@pytest.mark.parametrize("phase", [0, 1])
+def test_a_branch_ends_at_a_doubling_though_an_impact_lies_at_the_end_of_the_cycle(phase):
+    """The velocities of both halves then differ by that impact; it went on as the same orbits, half a cycle later."""
+    eta = 0.858974358974
+    begun = followed(eta, 0.5, 4.0, max_period=2)
+    start = begun.sections[int(np.argmin(np.abs(begun.values - eta)))][phase]
+    begun = followed(eta, 0.5, 4.0, max_period=2, initial=tuple(start))
+    joined = sorted(float(end.removeprefix("joins a branch of period 1 at eta = ")) for end in begun.ends)
+    np.testing.assert_allclose(joined, [0.842448978561, 0.864758334378], atol=1e-9)
+    assert np.abs(np.subtract.outer(values(begun, "fold"), joined)).min(initial=1.0) > 1e-9
+
+
+def test_a_branch_that_meets_a_shorter_period_does_not_go_round():
+    """At 1.668124 that of period 8 goes on as its own orbits four periods later: 130 times, until it was given up."""
+    with few_seeds():
+        branches = find_branches(PAPER, 1.75, Reference(), low=1.6, high=1.85, max_period=8)
+    (eight,) = (branch for branch in branches if branch.period == 8)
+    assert eight.ends[1].startswith("grazing at eta = 1.668124229: the orbits that go on")
+    (double,) = (point for point in eight.points if point.kind == "period doubling")
+    np.testing.assert_allclose(double.value, 1.708006884, atol=1e-9)
 
 
 @pytest.mark.parametrize("high", [0.72, 0.75, 0.8])

@@ -147,6 +147,11 @@ def test_a_cancelled_branch_is_kept_as_far_as_it_goes():
     assert len(branch.values) > 5
 
 
+def test_no_orbit_of_a_branch_that_jumps_is_followed_again():
+    (branch,) = find_branches(PAPER, 1.0, Reference(), low=0.9, high=1.1, max_period=1)
+    assert "sticking begins" in {point.kind for point in branch.points}
+
+
 def test_the_motion_of_a_start_is_followed_first():
     other, usual = (
         next(search_branches(PAPER, 3.2, Reference(), low=3.19, high=3.21, initial=initial))
@@ -160,9 +165,13 @@ def test_what_is_not_found_is_said_with_its_reason():
     how = {"low": 3.365, "high": 3.3651, "max_period": 1, "initial": PAPER.rest, "note": notes.append}
     with few_seeds():
         find_branches(PAPER, 3.365, Reference(), **how)
-    assert notes[0].startswith("from the initial state there is no periodic motion to follow")
-    with pytest.raises(ValueError, match="four numbers"):
-        find_branches(PAPER, 3.365, Reference(), **(how | {"initial": (1.0, 2.0)}))
+    assert notes[0].startswith("the motion from the initial state is not followed: there is no periodic motion")
+
+
+@pytest.mark.parametrize(("initial", "words"), [((1.0, 2.0), "four numbers"), ((5.0, 0.0, 0.0, 0.0), "initial gap")])
+def test_a_search_refuses_an_initial_state_that_is_none(initial, words):
+    with pytest.raises(ValueError, match=words):
+        find_branches(PAPER, 2.76, Reference(), low=2.75, high=2.8, max_period=1, initial=initial)
 
 
 @pytest.fixture(scope="module")

@@ -2,7 +2,15 @@
 
 import numpy as np
 import pytest
-from vibroscope.engine import ExactPenalty, PointCurves, Reference, System, continue_branch, continue_point
+from vibroscope.engine import (
+    ExactPenalty,
+    PointCurves,
+    Reference,
+    System,
+    continue_branch,
+    continue_point,
+    find_branches,
+)
 
 PAPER, EXACT = System(), ExactPenalty(12_000.0, 18.0)
 CLOSE = 1e-8
@@ -41,6 +49,20 @@ def test_two_folds_meet_in_a_cusp_and_lie_on_one_curve():
     (again,) = met(continue_point(PAPER, 1.3, softer, folds[1], **reach), "cusp")
     assert np.abs(again / cusp - 1).max() < CLOSE
     assert together.follow(folds[1]) is None
+
+
+@pytest.mark.parametrize("damping", [8.0, 8.4])
+def test_a_fold_of_twice_the_period_ends_at_a_doubling(damping):
+    """Where the doubling changes its side: equations of a fold are singular there, and doublings solve them."""
+    method, span = ExactPenalty(300.0, damping), {"over": "K", "low": 200.0, "high": 400.0}
+    branches = find_branches(PAPER, 2.0, method, **span, max_period=2)
+    fold = next(point for branch in branches for point in branch.points if point.kind == "fold")
+    curve = continue_point(PAPER, 2.0, method, fold, **span, along="D", along_low=2.0, along_high=8.5)
+    assert curve.ends[0].startswith("period doubling at K = 246.81825")
+    ((K, D),) = met(curve, "period doubling")
+    single = continue_branch(PAPER, 2.0, ExactPenalty(K, D), over="K", low=240.0, high=250.0, max_period=1)
+    assert min(abs(point.value / K - 1) for point in single.points if point.kind == "period doubling") < CLOSE
+    np.testing.assert_allclose(D, 7.66419232, rtol=CLOSE)  # extrapolated from four curves that begin elsewhere
 
 
 def test_a_curve_reaches_the_border_of_the_range():

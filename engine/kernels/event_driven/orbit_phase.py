@@ -171,4 +171,8 @@ def lowest_minimum(phase, z, length, from_zero, whole, scratch):
                             lowest, where = least, first + u
             before, here = here, value
         start = state_after(phase, start, POINTS)
+    if last > 1 and before >= here and here < lowest + abs(lowest):  # no value behind the last one shows a rise
+        least, u = lowest_in_interval(phase, advanced(phase, z, last - 1, None), 0.0, 1.0, scratch)
+        if least < lowest:
+            lowest, where = least, last - 1 + u
     return lowest, where * phase.spacing
