@@ -23,9 +23,10 @@ class FakeHost:
         self.doc, self.pinned, self.code = doc, pinned, ""
         self.moves, self.errors, self.settings, self.visits, self.summary = [], [], [], [], ""
 
-    def push(self, move, write):
+    def push(self, move, write, follow=lambda: None):
         self.moves.append(move)
         write()
+        follow()
 
     def call_later(self, callback):
         callback()

@@ -11,6 +11,7 @@ import threading
 import pytest
 from vibroscope.app.commands.output import compilation_text, show_compilation
 from vibroscope.app.explorer import diagrams
+from vibroscope.app.explorer.compute import opens_with
 from vibroscope.app.explorer.scenes import opening_setting
 from vibroscope.app.page.explore import tab as explore
 from vibroscope.app.page.tab import Move
@@ -22,6 +23,7 @@ from vibroscope.engine import compilation as engine
 from .fakes import Document, FakeHost
 
 HALF, ALL = CompileProgress(0.5, "reference"), CompileProgress(1.0, "Newmark")
+OPENS = CompileProgress(0.6, "Newmark, every step", True)
 
 
 def printing(*progress, then=""):
@@ -60,6 +62,38 @@ def test_everything_waits_until_all_is_compiled_and_hears_how_far_it_is(nothing_
     assert done == [None]
     compilation.when_done(lambda: done.append("at once"))
     assert done == [None, "at once"]
+
+
+def test_what_the_explorer_opens_with_waits_for_its_own_solvers_alone(nothing_compiled, tmp_path):
+    gate, done, ready = tmp_path / "gate", [], threading.Event()
+    os.mkfifo(gate)
+    compilation = Compilation(printing(HALF, OPENS, then=f"open({str(gate)!r})"))
+    compilation.start()
+    compilation.when_done(lambda: done.append("all"))
+    compilation.when_done(ready.set, opening=True)
+    assert ready.wait(20)
+    assert (done, compilation.progress) == ([], OPENS)
+    compilation.when_done(lambda: done.append("a later move"), opening=True)
+    assert done == ["a later move"]
+    gate.open("w").close()  # lets the process end
+    ended(compilation)
+    assert done == ["a later move", "all"]
+
+
+def test_a_move_waits_for_the_solvers_of_its_setting():
+    assert opens_with(opening_setting())
+    for other in ({"bodies": "wall"}, {"integrator": "hht"}, {"law": "cut"}, {"status": "end"}):
+        assert not opens_with(opening_setting()._replace(**other))
+
+
+def test_what_the_explorer_opens_with_is_compiled_first_whole_comparisons_last(monkeypatch, tmp_path):
+    heard, real = [], engine.calls
+    monkeypatch.setattr(engine, "complete_mark", lambda: tmp_path / "none" / "mark")
+    monkeypatch.setattr(engine, "calls", lambda system: ((name, lambda: None) for name, _ in real(system)))
+    engine.compile_kernels(heard.append)
+    opening = [progress.what for progress in heard if not progress.opens]
+    assert opening[-1] == "differences"
+    assert [progress.opens for progress in heard] == sorted(progress.opens for progress in heard)
 
 
 def test_nothing_is_started_where_all_is_compiled(monkeypatch):
@@ -110,8 +144,8 @@ def test_the_shipped_result_is_shown_marked_and_then_replaced(monkeypatch):
     shown = threading.Event()
 
     class Host(FakeHost):
-        def push(self, move, write):
-            super().push(move, write)
+        def push(self, move, *parts):
+            super().push(move, *parts)
             if not tab.findings.content["shipped"]:
                 shown.set()
 

@@ -107,20 +107,26 @@ function question(model) {
 
 // ---- errors, and the summary for screen readers ---------------------------------------------------------------------
 
-// On a first start the solvers are compiled, which takes two or three minutes; until then moves wait.
+// On a first start the solvers are compiled, which takes some minutes. Moves wait until those of their setting are ready.
+const COMPILING = {
+  false: "First start: the solvers are being compiled for this machine. Until then the page shows what was shipped with it; "
+    + "the figures follow your moves as soon as those of this page are ready.",
+  true: "First start: Explore follows your moves now. The solvers of the other tabs, and what is set under System and Solver, "
+    + "are still being compiled for this machine.",
+};
+
 function compilationLine(model) {
   const line = element("div", "compiling");
   const text = element("p");
   const bar = element("progress");
   bar.setAttribute("aria-label", "Solvers compiled");
   text.setAttribute("role", "status");
-  text.textContent = "First start: the solvers are being compiled for this machine. Until then the page shows what "
-    + "was shipped with it; the figures follow your moves as soon as this is done.";
   line.append(text, bar, element("span", "what"));
   const draw = () => {
-    const { share, what } = model.compiling;
+    const { share, what, opens } = model.compiling;
     line.hidden = share === undefined;
     if (line.hidden) return;
+    setText(text, COMPILING[opens]);
     bar.value = share;
     line.lastChild.textContent = what;
   };

@@ -19,7 +19,7 @@ class Header(Component):
     tab = param.String(doc="Key of the open tab")
     theme = param.String(default="", doc="Light or dark, if the link says so")
     offers = param.List(default=[], doc="Name and title of each figure; whether a picture and a table are offered")
-    compiling = param.Dict(default={}, doc="How far the solvers are compiled: share and what; empty once they are")
+    compiling = param.Dict(default={}, doc="How far the solvers are compiled (`CompileProgress`); empty once they are")
     awaited = param.String(default="", doc="What a file that was asked for waits for; empty if none does")
     error = param.String(default="", doc="What was refused or has failed; empty if nothing")
     note = param.String(default="", doc="What a loaded file leaves out, or a link gives in vain; empty if nothing")
