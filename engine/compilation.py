@@ -62,7 +62,16 @@ _RUNS = {  # what is called, by what it solves
     ),
 }
 _EXPLAINED = "differences"  # the last that the explorer opens with: runs and their parts, as it explains them
-_OPENING = ("reference", "Newmark", "exact penalty", "other contact laws", "Newmark, located", _EXPLAINED)
+_OPENING = (
+    "reference",
+    "Newmark",
+    "Newmark, every step",  # of few steps all are taken
+    "exact penalty",
+    "other contact laws",
+    "Newmark, located",
+    "other integrators",  # which a verdict tries
+    _EXPLAINED,
+)
 _SCENES = (1.08, 100.0, 50.0), (1.08, 2500.0, 8.0), (1.70, 12000.0, 18.0), (2.76, 12000.0, 18.0)  # η, K and D
 _SYSTEMS = System(), System(wall=True)  # each with machine code of its own
 _AT_WALL = ("reference", "Newmark", "Newmark, every step")  # which have kernels of their own for a wall

@@ -25,7 +25,7 @@ STALLED = 1e-7  # the same, where rounding prevents any smaller
 DIFFERENCE = 1e-7  # of the width of the range, of differences in α₁
 STEEP = 0.003  # component of the tangent along α₁
 NEIGHBOURS = 2  # known points from which others are predicted
-FAR = 0.5  # of a step: a correction as long as that leads to another curve
+FAR = 0.25  # of a step: a correction as long as that leads to another curve, or back along the same one
 
 
 class CurvePoint:

@@ -41,6 +41,7 @@ FIRST_STEP, LARGEST_STEP, SMALLEST_STEP = 0.005, 0.05, 1e-9  # scaled lengths
 TURN = 0.98  # cosine between neighbouring tangents, below which the step is halved
 BEND = 0.12  # angle between neighbouring tangents to which steps are fitted …
 GROWTH = 8.0  # … but no step is longer than so many of the one before
+VANISHING = 1e-7, 3e-8  # a step and a margin below which a phase vanishes here: rounding hides the margin's zero
 MEETING = 2e-4  # longest step over which the value of a meeting is interpolated
 MOST_ORBITS = 5000
 ACCUMULATED = (
@@ -115,6 +116,9 @@ class Tracer:
             self.reason = f"{self.curve.family.over} leaves the range at {border:g}"
             return step
         step = min(step, way)  # beyond there may be no such system
+        if step < VANISHING[0] and self.least_margin(here) < VANISHING[1] and self._change_sequence(here, 0.0, True):
+            self.length += step
+            return FIRST_STEP / 10
         there = self.curve.ahead(here, step) if step < way else self._at_border(here, way, border)
         jumped = False
         while there is None or not there.tangent @ here.tangent >= TURN:
@@ -278,7 +282,7 @@ class Tracer:
         """Locate where the sequence of events ceases to hold within a step, and go on with the one that follows.
 
         False if the place is not found, since orbits on the way are missing: a shorter step may find it. ``jumped``:
-        none can, since the equations jump right ahead of the first orbit, where the place then is.
+        none can, since the equations jump right ahead of the first orbit, or have no digit left; there the place is.
         """
 
         def smallest(s: float) -> float:
@@ -307,7 +311,8 @@ class Tracer:
         if end is not None:
             self.points.append(point_within_cycle(self.curve, end))
             return True
-        self.points.append(point_within_cycle(self.curve, inside))
+        if inside is not here:
+            self.points.append(point_within_cycle(self.curve, inside))
         following, margin, arrival = beyond(self.curve, last)
         if self.curve.family.jumps and self._has_mark(margin.kind, last):
             self.reason = f"comes back to the {margin.kind} at {self.curve.family.over} = {last.value:.10g}"

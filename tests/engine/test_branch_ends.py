@@ -46,6 +46,23 @@ def test_a_branch_has_the_same_points_whichever_way_it_jumps(system, method, sta
         np.testing.assert_allclose(values(one, kind), values(other, kind), atol=1e-10)
 
 
+@pytest.mark.parametrize("low", [0.5, 0.7])
+def test_a_branch_does_not_step_to_another_leg_of_its_own(low):
+    """At η = 0.74817, τ = 0 lies in a contact, and the branch passes nearly the same states again."""
+    branch = followed(2.0, low, 2.0, ExactPenalty(12000.0, 18.0))
+    assert all("leaves the range" in end for end in branch.ends)
+    assert branch.values.min() == low
+
+
+def test_a_contact_may_vanish_where_steps_see_no_more_than_rounding():
+    """With these ranges a step ends 3e-7 before the grazing of a contact, of which the length is then all rounding."""
+    branches = [followed(2.0, 0.5, high, ExactPenalty(12000.0, 18.0)) for high in (2.0, 4.0)]
+    for branch in branches:
+        assert all("leaves the range" in end for end in branch.ends)
+        assert (np.diff(branch.values) != 0).all()
+        assert np.abs(values(branch, "grazing") - 0.59586534664).min() < 1e-10
+
+
 def test_a_contact_begins_shortly_before_the_end_of_the_cycle():
     """The gap is smallest 0.02 periods before it, in the last whole interval of the tables of a flight."""
     system = System(

@@ -28,6 +28,17 @@ def branch_of(system, eta, method, over, low, high):
     return continue_branch(system, eta, method, over=over, low=low, high=high, max_period=2)
 
 
+def is_smooth(problem, start, period):
+    """Whether differences to either side agree: near a kink of the map, `multipliers` takes the mean of both."""
+
+    def end(state):
+        return simulate(*problem, periods=period, keep=1, initial=state).section[-1]
+
+    moves, here = 1e-5 * max(np.abs(start).max(), 1e-3) * np.eye(4)[: 2 if problem[0].wall else 4], end(start)
+    ahead, behind = (np.array([end(start + side * move) - here for move in moves]) for side in (1.0, -1.0))
+    return np.abs(ahead + behind).max() < 1e-3 * np.abs(ahead).max()
+
+
 @pytest.mark.parametrize(
     ("system", "eta", "method", "over", "low", "high"),
     [
@@ -42,16 +53,19 @@ def test_orbits_return_in_runs_and_have_the_multipliers_of_the_steps(system, eta
     branch = branch_of(system, eta, method, over, low, high)
     assert branch.values.min() == low
     assert branch.values.max() == high
+    compared = 0
     for k in range(0, len(branch.values), max(1, len(branch.values) // 12)):
         problem, states = at(branch, system, eta, method, k), branch.sections[k]
         start = states[0]
         run = simulate(*problem, periods=branch.period, keep=1, initial=start)
         size = np.abs(start).max()
         assert np.abs(run.section[-1] - start).max() < 1e-9 * size * max(1.0, np.abs(branch.multipliers[k]).max())
-        if k % 3 == 0:
+        if k % 3 == 0 and is_smooth(problem, start, branch.period):
             found = multipliers(*problem, start, branch.period)
             own = branch.multipliers[k]
             assert max(np.abs(found - each).min() for each in own) < 1e-4 * max(1.0, np.abs(own).max())
+            compared += 1
+    assert compared >= 2
 
 
 @pytest.mark.parametrize(
