@@ -350,10 +350,12 @@ class Tracer:
         Of three sequences that end at a jump two may go on as the third. Where the branch meets one of a shorter
         period, more than two sequences end, and those of the same orbits some cycles later are among them.
         """
+        ahead, values = self.curve.ahead(following, FIRST_STEP / 10), [point.value for point in self.points]
+        if ahead is None or not min(values) <= ahead.value <= max(values):
+            return False
         passed = KnownBranches(self.curve)
         passed.add(self)
-        ahead = self.curve.ahead(following, FIRST_STEP / 10)
-        return ahead is not None and passed.have(ahead.orbit, ahead.value)
+        return passed.have(ahead.orbit, ahead.value)
 
     def _is_singular(self, margin: Margin) -> bool:
         """Whether a contact of the penalty, or a piece of its law, has no length at the zero of a margin."""

@@ -140,7 +140,7 @@ class Sticking:
             point = self.curve.ahead(inside, s) if s else inside
             return np.nan if point is None else self._value(point)
 
-        end = first_zero(value, 0.0, inside.way_to(outside))
+        end = first_zero(value, 0.0, inside.way_to(outside), 1e-9)
         point = None if end is None else self.curve.ahead(inside, (1 - INSIDE) * end)
         if point is None or not holds(self.curve, point):
             return None, None
