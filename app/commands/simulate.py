@@ -143,7 +143,7 @@ def as_text(response: Response, initial: Sequence[float] | None = None) -> str:
         f"impacts           {found.impacts_per_period:g} per period",
         f"contacts          {found.contacts_per_period:g} per period, {100 * found.contact_share:.2f} % of the time",
         f"section at end    xi1, xi1', xi2, xi2' = {last}",
-        f"spread of xi{found.body}     {found.spread:.3g}, the standard deviation over the {response.keep} kept periods",
+        f"spread of xi{found.body}     {found.spread:.3g}, standard deviation over the {response.keep} kept periods",
     ]
     if getattr(response.method, "status", None) == "end":
         none, two = response.steps_without_solution, response.steps_with_two
