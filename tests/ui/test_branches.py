@@ -45,7 +45,7 @@ def test_a_key_opens_a_motion_and_the_way_back_leads_to_the_branches(visit):
     explorer.settle()
     assert "the reference repeats every period, unstable" in line.text_content()
     assert explorer.source("phase_closed")["x1"]
-    assert "start_xi1" in explorer.address()
+    wait_until(lambda: "start_xi1" in explorer.address(), 10, "the start of the motion, which follows its figures")
     assert float(explorer.address()["eta"]) == pytest.approx(1.42, abs=0.01)
     page.evaluate(AXE)
     assert serious(page) == []
@@ -67,6 +67,7 @@ def test_a_click_on_a_branch_opens_it_and_beside_it_sets_the_number(visit):
     explorer.page.locator("section.opened").wait_for()
     explorer.settle()
     assert "unstable" in explorer.page.locator("section.opened").text_content()
+    wait_until(lambda: "start_xi1" in explorer.address(), 10, "the start of the motion, which follows its figures")
     opened = explorer.address()["eta"]
     explorer.open_tab("Bifurcation")
     found(explorer)
