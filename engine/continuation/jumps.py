@@ -19,6 +19,7 @@ from .orbit import Orbit, orbit_of_run, within_cycle
 from .roots import first_zero
 
 JUMPS = 10.0 ** np.arange(-7, -3)  # of the range, to where runs show a sequence that follows
+LOCATED = 1e-9  # of a step: as well is the end of a jump located
 INSIDE = 1e-3  # of a step: as far from the end of its curve lies the first orbit after a jump
 
 
@@ -140,7 +141,7 @@ class Sticking:
             point = self.curve.ahead(inside, s) if s else inside
             return np.nan if point is None else self._value(point)
 
-        end = first_zero(value, 0.0, inside.way_to(outside), 1e-9)
+        end = first_zero(value, 0.0, inside.way_to(outside), LOCATED)
         point = None if end is None else self.curve.ahead(inside, (1 - INSIDE) * end)
         if point is None or not holds(self.curve, point):
             return None, None
