@@ -19,7 +19,7 @@ from vibroscope.app.explorer.state import Setting, is_driven
 from vibroscope.app.runtime import logs, metrics
 from vibroscope.app.runtime.cache import Cache
 from vibroscope.app.runtime.compilation import compilation
-from vibroscope.app.runtime.workers import Workers, give_way, own_time, workers
+from vibroscope.app.runtime.workers import Workers, ahead_of_jobs, give_way, own_time, stand_aside, workers
 from vibroscope.engine import (
     FREE_PERIODS,
     Cancelled,
@@ -191,7 +191,7 @@ class JobQueue:
     solve : callable
         ``solve(setting, cancelled=...)``.
     pool : Workers or None
-        Threads to use; None: those that compute figures.
+        Threads to use; jobs of theirs rest while figures are on their way. None: those that compute figures.
     what, measure
         Name in the log, metric of the duration.
     """
@@ -209,6 +209,7 @@ class JobQueue:
         self._deliver = deliver
         self._solve = solve
         self._pool = pool or workers()
+        self._for_figures = pool is None
         self._grace = grace
         self._what, self._measure = what, measure
         self._lock = threading.Lock()
@@ -250,7 +251,7 @@ class JobQueue:
         with self._lock:
             job, self._waiting = self._waiting, None
         if job is not None:
-            with logs.in_session(self._session):
+            with logs.in_session(self._session), ahead_of_jobs() if self._for_figures else contextlib.nullcontext():
                 self._run(*job)
         with self._lock:
             self._busy = again = self._waiting is not None
@@ -262,6 +263,8 @@ class JobQueue:
         begin, of_cancelled = own_time(), self._cancelled
 
         def cancelled() -> bool:
+            if not self._for_figures:
+                stand_aside()
             give_way()
             return self._cancelled != of_cancelled or self._is_overtaken(begin + self._grace)
 

@@ -118,8 +118,15 @@ def describe(runs: RunPair) -> Description:
     return Description(_describe_run(runs.reference, scale), _describe_run(runs.penalty, scale), _cost(runs))
 
 
-def explain(runs: RunPair, cancelled: Callable[[], bool] | None = None) -> Explanation:
-    """Explain the difference of both runs; raises `engine.Cancelled` if ``cancelled()``."""
+def explain(
+    runs: RunPair,
+    cancelled: Callable[[], bool] | None = None,
+    on_judged: Callable[[str, Motion], None] = lambda name, found: None,
+) -> Explanation:
+    """Explain the difference of both runs; raises `engine.Cancelled` if ``cancelled()``.
+
+    ``on_judged`` gets "reference" or "penalty" and its motion where the explanation needs the evidence for its kind.
+    """
     setting = runs.setting
     try:
         comparison = compare(
@@ -138,6 +145,10 @@ def explain(runs: RunPair, cancelled: Callable[[], bool] | None = None) -> Expla
         found = verdict(comparison, cancelled=cancelled)
     except ValueError as error:
         found = _without_verdict(comparison, error)
+    for name in ("reference", "penalty"):
+        judged = getattr(found, name)
+        if judged is not None and judged is not getattr(comparison, name):
+            on_judged(name, judged)
     difference = comparison.difference if comparison.parts and math.isfinite(comparison.difference.total) else None
     in_step = ("total", *PARTS) if comparison.pointwise else ()
     change, limit = _takeable(_change_texts(found.change, setting), setting)

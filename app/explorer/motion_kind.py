@@ -66,6 +66,11 @@ def judge_motions(setting: Setting, cancelled: Callable[[], bool]) -> Kinds:
     return {name: KINDS.get(key) or _judge(key, cancelled) for name, key in _keys(setting).items()}
 
 
+def keep_kind(setting: Setting, name: str, found: Motion) -> None:
+    """Keep the kind of a motion of "reference" or "penalty" that was judged for another purpose."""
+    KINDS.put(_keys(setting)[name], describe_kind(found))
+
+
 def with_kinds(texts: dict[str, str], kinds: Kinds | None) -> dict[str, str]:
     """The paragraphs of an explanation with the kinds of both motions, as far as they are known."""
     added = {

@@ -32,6 +32,7 @@ import panel as pn
 from bokeh.document import Document
 from vibroscope.app.explorer.compute import RunPair
 from vibroscope.app.runtime import logs
+from vibroscope.app.runtime.workers import ahead_of_jobs
 
 # If the browser has not answered for so long (seconds), the next update is sent all the same.
 _PATIENCE = 1.0
@@ -70,7 +71,7 @@ class SessionLoop:
 
     def _call_when_open(self, callback: Callable[[], None]) -> None:
         if self._open:
-            with logs.in_session(self._session):
+            with logs.in_session(self._session), ahead_of_jobs():
                 callback()
         else:
             self._waiting.append(callback)

@@ -3,7 +3,7 @@
 Sessions take turns. The next job of a pool is one of the session that has had least of its threads lately, whatever
 came first, and a long job that calls `give_way` now and then lets such jobs run at once, and rests while they run in
 other threads. So a session pays for its expensive jobs with its own waiting time. Jobs in the background rest, too,
-while a page is built (`ahead_of_jobs`).
+while a page is built or figures are on their way (`ahead_of_jobs`).
 
 Every pool is created here, so that a server that stops knows which jobs are still running.
 """
@@ -280,11 +280,11 @@ def workers() -> Workers:
 
 
 def background_worker() -> Workers:
-    """Return a pool of two threads for explanations, so that many of them never delay another session's figures.
+    """Return a thread for explanations: beside two of them figures would have a third of the interpreter's lock.
 
-    Two, since one that takes seconds must not keep all other sessions waiting.
+    One that takes seconds keeps no other session waiting, since it gives way.
     """
-    return pool("patient", 2)
+    return pool("patient", 1, lower_priority)
 
 
 def jobs() -> int:

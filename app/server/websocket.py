@@ -17,10 +17,11 @@ from bokeh.server.session import ServerSession
 from bokeh.server.views.ws import WSHandler
 from bokeh.util.token import get_session_id
 from tornado.ioloop import IOLoop, PeriodicCallback
-from tornado.websocket import WebSocketClosedError
+from tornado.websocket import WebSocketClosedError, WebSocketHandler
 from vibroscope.app.compat import stop_compressing, stream_of
 from vibroscope.app.runtime import logs, metrics
 from vibroscope.app.runtime.limits import TokenBucket
+from vibroscope.app.runtime.workers import ahead_of_jobs
 from vibroscope.app.server.building import pull
 from vibroscope.app.server.hosts import is_allowed_origin, log_refused
 from vibroscope.app.server.protocol import PageProtocol
@@ -185,7 +186,8 @@ class SessionSocket(WSHandler):
         if pull:  # takes as long as building a part of the page
             async with self.application.settings["admission"].openings.turn(self.request.remote_ip or ""):
                 return await answer(message, self.connection, _handlers[message.msgtype])
-        return await answer(message, self.connection, _handlers[message.msgtype])
+        with ahead_of_jobs():
+            return await answer(message, self.connection, _handlers[message.msgtype])
 
     def _filter(self, message: Message) -> bool:
         """Remove the events that are not allowed; return whether any are left."""
@@ -195,6 +197,14 @@ class SessionSocket(WSHandler):
             logs.event("refused", logging.WARNING, what="message", dropped=dropped, passed=len(valid))
         message.content = {"events": valid}
         return bool(valid)
+
+    async def write_message(self, message: bytes | str, binary: bool = False, locked: bool = True) -> None:
+        """Write a frame at once: `Stream` waits for nobody.
+
+        Bokeh waits a turn of the loop for each frame of a message. Figures that were ready in one of these turns found
+        the message unfinished, and Panel looked again 10 ms later.
+        """
+        WebSocketHandler.write_message(self, message, binary)
 
     def ping(self, data: str | bytes = b"") -> None:
         """Ping the browser, unless the connection is about to end.

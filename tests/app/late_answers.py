@@ -5,6 +5,7 @@ held, and in its solver, until the test lets it go on.
 """
 
 import threading
+from types import SimpleNamespace
 from unittest.mock import MagicMock
 
 from bokeh.document import Document
@@ -112,10 +113,10 @@ class World(Document):
             put(module, "JobQueue", Queue)
             put(module, threads, lambda: self)
         put(explainer, "EXPLANATIONS", Cache(2))
-        put(explainer, "jobs", lambda: 0)  # no explanation waits for curves
         put(explainer, "compute_runs", lambda setting, _: RunPair(setting, None, None))
-        put(explainer, "explain", lambda runs, cancelled: self._solve("verdict", runs.setting, cancelled))
+        put(explainer, "explain", lambda runs, cancelled, _: self._solve("verdict", runs.setting, cancelled))
         put(motion_judge, "judge_motions", lambda setting, cancelled: self._solve("kinds", setting, cancelled))
+        put(motion_judge, "background_worker", lambda: SimpleNamespace(jobs=0))
         put(motion_judge, "known_kinds", lambda setting: self.known.get(setting.eta))
 
     def _solve_runs(self, setting, cancelled):

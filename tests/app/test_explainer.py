@@ -29,7 +29,7 @@ def explained(monkeypatch):
     """Stands for the engine: the explanation of SLOW never ends by itself."""
     seen = []
 
-    def explain(runs, cancelled):
+    def explain(runs, cancelled, _):
         seen.append(runs)
         while runs is SLOW:
             if cancelled():

@@ -1,11 +1,14 @@
 """Kinds of motion on the page: of the setting that is shown, and of the cells of a bifurcation diagram."""
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
 from vibroscope.app.explorer import motion_kind
-from vibroscope.app.explorer.motion_kind import describe_kind, judge_motions, known_kinds, with_kinds
+from vibroscope.app.explorer.compute import compute_runs
+from vibroscope.app.explorer.explanation import explain
+from vibroscope.app.explorer.motion_kind import describe_kind, judge_motions, keep_kind, known_kinds, with_kinds
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.page.bifurcation.figure import BifurcationView, legend
 from vibroscope.app.page.bifurcation.statements import statements
@@ -106,3 +109,10 @@ def test_an_artefact_is_drawn_otherwise_than_chaos(scattered_diagram):
     key = {text: colour for colour, text, _ in legend()}
     assert key["artefact of the time step"] == looks["step artefact"][0]
     assert key["chaotic"] == looks["chaotic"][0]
+
+
+def test_a_kind_that_the_explanation_needs_is_judged_once(monkeypatch):
+    explain(compute_runs(SCATTERED), on_judged=partial(keep_kind, SCATTERED))
+    kept = motion_kind.KINDS.get(motion_kind._keys(SCATTERED)["penalty"])
+    monkeypatch.setattr(motion_kind, "KINDS", Cache(20))
+    assert kept == judge_motions(SCATTERED, never)["penalty"]

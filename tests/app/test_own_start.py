@@ -64,7 +64,7 @@ def test_explanation_and_kinds_speak_of_the_motions_that_are_shown(runs):
 def test_an_explanation_is_that_of_its_start(monkeypatch):
     monkeypatch.setattr(explainer, "EXPLANATIONS", Cache(2))
     monkeypatch.setattr(explainer, "compute_runs", lambda setting, _: setting)
-    monkeypatch.setattr(explainer, "explain", lambda runs, _: runs.initial)
+    monkeypatch.setattr(explainer, "explain", lambda runs, *_: runs.initial)
     explained = Queue()
     explainer.explanation_queue(lambda *found: explained.put(found)).submit(0, OWN)
     assert explained.get(timeout=20) == (0, (OWN, START))

@@ -2,8 +2,26 @@
 
 import asyncio
 
+from tornado.locks import Lock
+from vibroscope.app.server.protocol import PageProtocol
+from vibroscope.app.server.websocket import SessionSocket
+
 from tests.browserless import Client
 from tests.served import served
+
+
+class Connection:
+    """Takes frames, as Tornado does."""
+
+    def __init__(self):
+        self.frames = []
+
+    def is_closing(self):
+        return False
+
+    def write_message(self, message, binary=False):
+        self.frames.append(message)
+        return asyncio.ensure_future(asyncio.sleep(0))
 
 
 def changes(message):
@@ -27,3 +45,17 @@ def test_figures_are_sent_before_the_words_are_put_together(tmp_path):
     assert not {"shown", "content"} & set().union(*figures)
     assert {"shown", "content"} <= answer
     assert not {"data", "start"} & answer
+
+
+def test_figures_that_are_ready_while_an_answer_is_written_are_sent_at_once():
+    """Panel looks at the lock of a message that is being written, and tries again 10 ms later."""
+
+    async def message_and_lock():
+        socket = SessionSocket.__new__(SessionSocket)
+        socket.write_lock, socket.ws_connection = Lock(), Connection()
+        sending = asyncio.ensure_future(PageProtocol(lambda _: None).create("OK", "1").send(socket))
+        await asyncio.sleep(0)  # one turn of the loop, in which figures may come
+        return socket.ws_connection.frames, socket.write_lock._block._value, await sending
+
+    frames, free, _ = asyncio.run(message_and_lock())
+    assert (len(frames), free) == (3, 1)

@@ -2,21 +2,20 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable
 from functools import partial
 
 from vibroscope.app.explorer.compute import JobQueue, compute_runs
 from vibroscope.app.explorer.errors import error_text
 from vibroscope.app.explorer.explanation import Explanation, explain
+from vibroscope.app.explorer.motion_kind import keep_kind
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.page.tab import TabHost
 from vibroscope.app.runtime import metrics
 from vibroscope.app.runtime.cache import Cache
-from vibroscope.app.runtime.workers import background_worker, jobs
+from vibroscope.app.runtime.workers import background_worker
 
 _REST = 150  # ms without a new result before the difference is explained: while a slider moves, the curves come first
-_PATIENCE, _POLL = 0.5, 0.01  # s that an explanation waits for the computation of curves; s between two checks
 EXPLANATIONS = Cache(200)
 
 
@@ -91,20 +90,6 @@ def _key(setting: Setting) -> object:
 def _explain(setting: Setting, cancelled: Callable[[], bool] | None = None) -> tuple[Setting, Explanation]:
     explanation = EXPLANATIONS.get(_key(setting))
     if explanation is None:
-        waiting = _waiting_for_curves(cancelled)
-        waiting()
-        explanation = explain(compute_runs(setting, waiting), waiting)
+        explanation = explain(compute_runs(setting, cancelled), cancelled, partial(keep_kind, setting))
         EXPLANATIONS.put(_key(setting), explanation)
     return setting, explanation
-
-
-def _waiting_for_curves(cancelled: Callable[[], bool] | None) -> Callable[[], bool]:
-    """A ``cancelled`` that waits while curves are computed, up to `_PATIENCE` in all."""
-    end = time.monotonic() + _PATIENCE
-
-    def check() -> bool:
-        while jobs() and time.monotonic() < end:
-            time.sleep(_POLL)
-        return cancelled is not None and cancelled()
-
-    return check

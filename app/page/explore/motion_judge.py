@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable
 from functools import partial
 
@@ -10,8 +11,10 @@ from vibroscope.app.explorer.motion_kind import Kinds, judge_motions, kind_threa
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.page.tab import TabHost
 from vibroscope.app.runtime import metrics
+from vibroscope.app.runtime.workers import background_worker
 
-_REST = 400  # ms without a new result: curves and explanation come first
+_REST = 400  # ms without a new result: curves and explanation come first, those of other sessions for some seconds
+_PATIENCE = 3.0  # s
 
 
 class MotionJudge:
@@ -35,7 +38,7 @@ class MotionJudge:
         self._setting = setting
         kinds = known_kinds(setting)
         if kinds is None:
-            self.host.doc.add_timeout_callback(partial(self._request, setting), _REST)
+            self._request_later(setting, time.monotonic() + _PATIENCE)
         return kinds
 
     def cancel(self) -> None:
@@ -47,8 +50,15 @@ class MotionJudge:
         """The session has ended."""
         self._queue.close()
 
-    def _request(self, setting: Setting) -> None:
-        if setting is self._setting:
+    def _request_later(self, setting: Setting, latest: float) -> None:
+        self.host.doc.add_timeout_callback(partial(self._request, setting, latest), _REST)
+
+    def _request(self, setting: Setting, latest: float) -> None:
+        if setting is not self._setting:
+            return
+        if background_worker().jobs and time.monotonic() < latest:
+            self._request_later(setting, latest)
+        else:
             self._queue.submit(0, setting)
 
     def _judge(self, setting: Setting, cancelled: Callable[[], bool]) -> tuple[Setting, Kinds]:
