@@ -143,7 +143,6 @@ def as_text(response: Response, initial: Sequence[float] | None = None) -> str:
         f"impacts           {found.impacts_per_period:g} per period",
         f"contacts          {found.contacts_per_period:g} per period, {100 * found.contact_share:.2f} % of the time",
         f"section at end    xi1, xi1', xi2, xi2' = {last}",
-        f"spread of xi{found.body}     {found.spread:.3g}, standard deviation over the {response.keep} kept periods",
     ]
     if getattr(response.method, "status", None) == "end":
         none, two = response.steps_without_solution, response.steps_with_two
@@ -161,7 +160,7 @@ def _is_at_rest(response: Response, initial: Sequence[float] | None) -> bool:
 
 
 def _motion_text(response: Response, found: engine.Motion, initial: Sequence[float] | None) -> str:
-    """The kind of motion; Newmark's section alone does not show it where the time step may have scattered it."""
+    """The kind of motion; Newmark's section alone does not show it where the time step may have blurred it."""
     method = response.method
     if not response.system.excitation.drives:  # T is then no time of the motion, which cannot repeat in it
         return f"free vibration, {'come to rest' if _is_at_rest(response, initial) else 'still moving'}"
