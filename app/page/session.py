@@ -34,7 +34,9 @@ from vibroscope.app.page.updates import SessionLoop, UpdateChannel
 from vibroscope.app.runtime.compilation import compilation
 from vibroscope.engine import CompileProgress
 
-_OWN_SETTING = "No scene, but a setting of your own: the findings say whether its motion is real, and what to change first."
+_OWN_SETTING = (
+    "No scene, but a setting of your own: the findings say whether its motion is real, and what to change first."
+)
 
 
 class Session:

@@ -218,7 +218,9 @@ class _RangeSearch:
         trials = RangeTrials(self.parts, self._pool)
         most = math.floor(self.limits.steps_max * self.parts[0].eta / trials.eta)
         contact = ContactSearch(trials, self.system, self.limits, self.tolerance)
-        search = StepSearch(contact, self.tolerance, max(most, STEPS_MAX_RANGE[0]), progress, lambda front: partial(front, trials.eta))
+        search = StepSearch(
+            contact, self.tolerance, max(most, STEPS_MAX_RANGE[0]), progress, lambda front: partial(front, trials.eta)
+        )
         search.run()
         self._trials_of_range, self._front = trials, search.front()
         return search.met

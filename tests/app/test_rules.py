@@ -68,7 +68,9 @@ def test_a_run_that_ends_early_fails_and_says_why():
 
 def test_a_step_that_is_too_long_tests_no_stiffness_and_no_damping():
     explicit = TimeStepping(12000.0, 18.0, 100, CentralDifference())
-    found = {key: judge(rules()[key], RuleQuestion(System(), 2.76, explicit)) for key in ("lsdyna-noise", "radioss-step")}
+    found = {
+        key: judge(rules()[key], RuleQuestion(System(), 2.76, explicit)) for key in ("lsdyna-noise", "radioss-step")
+    }
     assert all("blew up" in each.why for each in found.values())
     assert found["lsdyna-noise"].holds is None
     assert found["radioss-step"].holds is False  # it gives the step

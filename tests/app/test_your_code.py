@@ -131,7 +131,9 @@ def test_the_rows_of_the_table_hold_numbers_words_and_pictures():
     assert all(-0.2 * HEIGHT <= y <= 1.2 * HEIGHT for y in numbers[1::2])
     ended = judged(False, "ended early", "step 4 (period 1) has no solution: with contact it ends open.").outcome
     assert brief_why(ended) == "step 4 (period 1) has no solution."
-    why = "It blew up: at step 3; take more steps: the method is unstable in contact with fewer than 9 steps per period."
+    why = (
+        "It blew up: at step 3; take more steps: the method is unstable in contact with fewer than 9 steps per period."
+    )
     limit = judged(False, "ended early", why).outcome
     assert brief_why(limit) == "It blew up: the method is unstable in contact with fewer than 9 steps per period."
 

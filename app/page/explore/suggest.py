@@ -13,10 +13,10 @@ from vibroscope.app.explorer.state import Setting
 from vibroscope.app.explorer.suggestion import (
     Found,
     Search,
+    SoFar,
     default_limits,
     make_question,
     offered_tolerance,
-    SoFar,
     partial_content,
     suggestion_content,
 )
