@@ -27,7 +27,7 @@ def test_the_first_screen_states_the_question_and_shows_a_scene_that_answers_it(
     assert "period" in explorer.page.locator(".line.reference .kind").text_content()
     explorer.moved(lambda: explorer.type("K", "9000"))
     caption = explorer.page.locator(".question .caption")
-    wait_until(lambda: "own setting" in caption.text_content(), what="another caption: this is no scene")
+    wait_until(lambda: "setting of your own" in caption.text_content(), what="another caption: this is no scene")
     explorer.open_tab("Bifurcation")
     wait_until(lambda: caption.text_content() == "", what="no caption: no motions are shown")
     assert caption.bounding_box() is None or caption.bounding_box()["height"] == 0  # and no empty band
