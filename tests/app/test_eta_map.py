@@ -84,11 +84,11 @@ def test_marks_beside_the_frame_are_not_drawn_over_the_labels_of_its_ticks(explo
     load_diagram("table").result()
     view = explore(Setting()).eta_map
     view.figure.x_range.update(start=1.1, end=2.0)
-    view._zoom(None)
+    view.zoom()
     shown = [label.text for label in view.figure.select(type=Label) if label.visible]
     assert shown == ["[B]"]
     view.figure.x_range.update(start=0.5, end=4.0)
-    view._zoom(None)
+    view.zoom()
     assert scenes_shown(explore(Setting())) == {True}
 
 

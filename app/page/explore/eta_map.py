@@ -66,7 +66,7 @@ class EtaMapView:
         self._frequency = UnitAxis(self.ranges["eta"], "x", self.figure)
         self._marks = self._add_marks()
         self.figure.on_event(Tap, self._tap)
-        self.figure.on_event(RangesUpdate, self._zoom)
+        self.figure.on_event(RangesUpdate, self.zoom)
         self.figure.on_change("inner_width", self._resize)
         self.figure.on_change("inner_height", self._resize)
 
@@ -208,7 +208,8 @@ class EtaMapView:
             self._drawn = None
             self._draw()
 
-    def _zoom(self, event: RangesUpdate) -> None:
+    def zoom(self, event: RangesUpdate | None = None) -> None:
+        """Draw what is in view, since the ranges have moved."""
         if self._shown is not None:
             self._draw()
 
