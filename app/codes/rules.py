@@ -37,6 +37,7 @@ from vibroscope.engine import (
     Newmark,
     Reference,
     Response,
+    Status,
     System,
     TimeStepping,
     compare,
@@ -310,7 +311,8 @@ def _of_comparison(
     count = getattr(penalty, "steps_without_solution", 0)
     if found.parts is None:
         ended = penalty if not penalty.ok else found.runs.reference
-        known = False if ended is penalty else None
+        by_step = penalty.status is Status.DIVERGED and rule.gives and "steps" not in rule.gives
+        known = False if ended is penalty and not by_step else None  # a step that is too long tests no K and no D
         return RuleOutcome(rule, method, ENDED, math.nan, math.nan, known, _sentence(ended.message), count)
     found = found.decided(cancelled)
     motions = {"reference": found.reference, "penalty": found.penalty}

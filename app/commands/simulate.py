@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import json
 from collections.abc import Sequence
+from contextlib import suppress
 
 import numpy as np
 from vibroscope import engine
@@ -17,7 +18,7 @@ from vibroscope.app.commands.options import (
     problem_of,
 )
 from vibroscope.app.commands.physical_units import add_units_option, physical_run, settings_text, wanted_units
-from vibroscope.engine import Newmark, Response, simulate
+from vibroscope.engine import Newmark, Response, TimeStepping, simulate
 
 _KEEP = default_of(simulate, "keep")
 STILL = 1e-9  # of the way from its start, below which a free vibration has come to rest
@@ -143,7 +144,6 @@ def as_text(response: Response, initial: Sequence[float] | None = None) -> str:
         f"impacts           {found.impacts_per_period:g} per period",
         f"contacts          {found.contacts_per_period:g} per period, {100 * found.contact_share:.2f} % of the time",
         f"section at end    xi1, xi1', xi2, xi2' = {last}",
-        f"spread of xi{found.body}     {found.spread:.3g}, standard deviation over the {response.keep} kept periods",
     ]
     if getattr(response.method, "status", None) == "end":
         none, two = response.steps_without_solution, response.steps_with_two
@@ -161,12 +161,13 @@ def _is_at_rest(response: Response, initial: Sequence[float] | None) -> bool:
 
 
 def _motion_text(response: Response, found: engine.Motion, initial: Sequence[float] | None) -> str:
-    """The kind of motion; Newmark's section alone does not show it where the time step may have scattered it."""
+    """The kind of motion; the section alone does not show it where a time step may have blurred it."""
     method = response.method
     if not response.system.excitation.drives:  # T is then no time of the motion, which cannot repeat in it
         return f"free vibration, {'come to rest' if _is_at_rest(response, initial) else 'still moving'}"
-    if isinstance(method, Newmark) and found.period != 1 and response.keep >= _KEEP:
-        return engine.repetition(engine.motion(response.system, response.eta, method, initial=initial))
+    if isinstance(method, Newmark | TimeStepping) and found.period != 1 and response.keep >= _KEEP:
+        with suppress(ValueError):  # the engine does not judge such a motion
+            return engine.repetition(engine.motion(response.system, response.eta, method, initial=initial))
     if not found.near_period and response.keep < 4:
         return f"{response.keep} kept periods are too few to show a cycle"
     return f"{engine.repetition(found)}{'' if found.near_period else f' within {response.keep // 2} periods'}"

@@ -1,4 +1,4 @@
-"""Kind of motion of each run: periodic, quasi-periodic, chaotic, or scattered by the time step. No panel import.
+"""Kind of motion of each run: periodic, quasi-periodic, chaotic, or blurred by the time step. No panel import.
 
 `engine.motion` decides it by further runs, which take from some tenths of a second to some seconds. So the kind comes
 after the curves and after the explanation, in a thread of low priority, and is given up after `SECONDS`.
@@ -113,8 +113,8 @@ def _kind_of(found: Motion) -> MotionKind:
         period = _period(found.period)
         return MotionKind(
             Kind.ARTEFACT,
-            f"{period}, scattered by the time step",
-            f"The scatter is an artefact: it shrinks with the step ({widths}, over {len(found.section)} periods). "
+            f"{period}, blurred by the time step",
+            f"The blur is an artefact: it shrinks with the step ({widths}, over {len(found.section)} periods). "
             f"Without a time step the motion has {period}.{_multiplier(found)}",
         )
     if kind is Kind.PERIODIC:
@@ -124,7 +124,7 @@ def _kind_of(found: Motion) -> MotionKind:
             kind,
             _NAMES[kind],
             f"Neighbouring motions separate by a factor of {math.exp(found.lyapunov):.3g} each period "
-            f"({_exponent(found)}); this is motion, not scatter.",
+            f"({_exponent(found)}); this is motion, not blur by the time step.",
         )
     if kind is Kind.QUASI_PERIODIC:
         return MotionKind(

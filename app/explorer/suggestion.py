@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
-from functools import partial
 from typing import NamedTuple
 
 from vibroscope.app.explorer.errors import Refused
@@ -38,6 +38,7 @@ from vibroscope.engine import (
     written,
 )
 from vibroscope.engine.recommendation.limits import STEPS_MAX_RANGE, STIFFNESS_MAX_RANGE
+from vibroscope.engine.recommendation.trials import Trial
 
 _THREADS = 2  # searches that run at the same time, of all sessions
 _PERCENT = (0.01, 100.0)  # range of a tolerance
@@ -73,6 +74,14 @@ class Question(NamedTuple):
         etas = self.etas if len(self.etas) > 1 else (setting.eta,)
         asked = self._replace(system=setting.system, etas=etas, reference=setting.reference)
         return asked if self.schemes else asked._replace(located=setting.located == "yes", scheme=_scheme(setting))
+
+
+class SoFar(NamedTuple):
+    """What a search has found before its end: settings that no other one beats, cheapest first."""
+
+    tolerance: float
+    front: list[Trial]
+    eta: float = math.nan  # of a range: at which the steps per period of the settings count
 
 
 @dataclass(frozen=True)
@@ -177,18 +186,18 @@ def search_threads() -> Workers:
 
 
 class Search(Job):
-    """One search; a worker thread calls ``on_progress(search, share, front)``, then ``on_result(search, result)``."""
+    """One search; a worker thread calls ``on_progress(search, share, so_far)``, then ``on_result(search, result)``."""
 
     def __init__(
         self,
         question: Question,
-        on_progress: Callable[[Search, float, list], None],
+        on_progress: Callable[[Search, float, SoFar], None],
         on_result: Callable[[Search, Found | Exception], None],
     ) -> None:
         super().__init__(question)
         self._on_progress = on_progress
         self._on_result = on_result
-        self._front: list = []
+        self._so_far = SoFar(question.tolerance, [])
         self._begin(search_threads())
 
     def _answer(self) -> Iterator[None]:
@@ -206,24 +215,24 @@ class Search(Job):
         system, etas, schemes = (asked.pop(name) for name in ("system", "etas", "schemes"))
         how = {
             "threads": current_settings().threads,
-            "progress": lambda share: self._on_progress(self, share, self._front),
+            "progress": lambda share: self._on_progress(self, share, self._so_far),
             "cancelled": self._poll,
         }
         if schemes:
             del asked["scheme"], asked["located"]
             best, *others = recommend_schemes(system, etas[0], schemes, **asked, **how)
             return OfSchemes(**vars(best), others=tuple(others))
-        find, eta = (partial(recommend, partial=self._keep), etas[0]) if len(etas) == 1 else (recommend_range, etas)
-        return find(system, eta, **asked, **how)
+        find, eta = (recommend, etas[0]) if len(etas) == 1 else (recommend_range, etas)
+        return find(system, eta, **asked, **how, partial=self._keep)
 
-    def _keep(self, front: list) -> None:
-        self._front = front
+    def _keep(self, *found: list[Trial] | float) -> None:
+        self._so_far = SoFar(self.question.tolerance, *found)
 
 
-def trial_texts(trial, found: Found, setting: Setting) -> dict[str, str]:
+def trial_texts(trial: Trial, found: Found | SoFar, setting: Setting) -> dict[str, str]:
     """K, D and n of a trial as texts for the controls; one Δτ for a range gives n at the η of the setting."""
     K, D, steps = trial.setting
-    if isinstance(found, RangeRecommendation):
+    if _is_of_range(found):
         steps = steps_at(setting.eta, found.eta, steps)
     own = {"located": "no", **scheme_texts(found.scheme)} if isinstance(found, OfSchemes) else {}
     return own | {"K": print_number(K), "D": print_number(D), "steps": print_number(steps)}
@@ -253,27 +262,35 @@ def suggestion_content(found: Found, setting: Setting) -> dict:
     }
 
 
-def partial_content(question: Question, front: list, setting: Setting) -> dict:
+def partial_content(so_far: SoFar, setting: Setting) -> dict:
     """The content of the page while a search goes on: ``lines``, ``tolerance``, ``front`` of `suggestion_content`."""
+    tolerance, front, eta = so_far
     if not front:
         return {}
-    met = next((trial for trial in front if trial.robust <= question.tolerance), None)
+    met = next((trial for trial in front if trial.robust <= tolerance), None)
+    at = f" at η = {eta:.6g} and more below" if _is_of_range(so_far) else ""
     end = "; fewer steps may do." if met else "."
-    line = f"So far: {_trial_words(met or front[-1], question.tolerance)}{end}"
+    line = f"So far: {_trial_words(met or front[-1], tolerance, at)}{end}"
     return {
         "lines": [in_units(line, setting.scale)],
-        "tolerance": question.tolerance,
+        "tolerance": tolerance,
         "use": {},
-        "front": [_point(trial, question, setting) for trial in _thin_front(front, met)],
+        "front": [_point(trial, so_far, setting) for trial in _thin_front(front, met)],
     }
 
 
-def _trial_words(trial, tolerance: float) -> str:
+def _is_of_range(found: Found | SoFar) -> bool:
+    """Whether one setting is for a range, so that the steps per period of its trials are those at ``found.eta``."""
+    return isinstance(found, RangeRecommendation) or (isinstance(found, SoFar) and not math.isnan(found.eta))
+
+
+def _trial_words(trial: Trial, tolerance: float, at: str = "") -> str:
     (stiffness, damping, steps), error = trial.setting, percent(trial.error, beside=tolerance)
-    return f"K = {print_number(stiffness)}, D = {print_number(damping)}, T/Δτ = {steps:,} steps a period: error {error}"
+    numbers = f"K = {print_number(stiffness)}, D = {print_number(damping)}, T/Δτ = {steps:,} steps a period"
+    return f"{numbers}{at}: error {error}"
 
 
-def _point(trial, found: Found | Question, setting: Setting) -> list:
+def _point(trial: Trial, found: Found | SoFar, setting: Setting) -> list:
     texts = trial_texts(trial, found, setting)
     words = words_of_change({name: texts[name] for name in "KD"}, setting)
     return [trial.setting.steps, trial.error, texts, percent(trial.error, beside=found.tolerance), words]

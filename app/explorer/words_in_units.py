@@ -24,8 +24,6 @@ _RULES = tuple(
         (r"(?<!\w)K = ", "K = ", "stiffness"),
         (r"(?<!\w)K ≈ ", "K ≈ ", "stiffness"),
         (r"(?<!\w)D ≈ ", "2D ≈ ", "damping"),
-        (r"ξ₁ scatters by ", "x₁ scatters by ", "displacement"),
-        (r"ξ₂ scatters by ", "x₂ scatters by ", "displacement"),
         (r"(?<!\w)K up to ", "K up to ", "stiffness"),
         (r"(?<=K is to blame: )up to ", "up to ", "stiffness"),
         (r"(?<!\w)D = ", "2D = ", "damping"),
@@ -47,7 +45,7 @@ _CHOICES = re.compile(
     r"('?[a-z2]+(?:-[a-z2]+)*'?(?: or '[a-z]+')*)"
 )
 _CUTTING = {"yes": "cutting the step where contact changes", "no": "steps of one length"}
-_DIGITS = {"displacement": 3}  # of scatter, which the engine writes with two; of others four
+_DIGITS = {"displacement": 3}  # of a blur, which the engine writes with two; of others four
 
 
 def in_units(text: str, scale: Units | None) -> str:

@@ -27,7 +27,7 @@ _AXES = {  # name of a column without its unit: label of an axis
     "2D": "contact damper 2D",
     "n": "steps per period T/Δτ",
     "steps": "steps per period T/Δτ",
-    "scatter": "scatter about the cycle (standard deviation)",
+    "scatter": "blur about the cycle (standard deviation)",
     "error": "error",
     "error_time_step": "error by the time step",
     "us_per_period": "processor time per period / µs",

@@ -34,6 +34,10 @@ from vibroscope.app.page.updates import SessionLoop, UpdateChannel
 from vibroscope.app.runtime.compilation import compilation
 from vibroscope.engine import CompileProgress
 
+_OWN_SETTING = (
+    "No scene, but a setting of your own: the findings say whether its motion is real, and what to change first."
+)
+
 
 class Session:
     """Holds the setting of one session; for its tabs it is the `app.page.tab.TabHost`."""
@@ -230,7 +234,8 @@ class Session:
         """Tell the browser the accepted setting, and that ``move`` is dealt with."""
         self.update_offers()
         scene = scenes().get(scene_key(self.setting)) or shelf().get(shelf_key(self.setting))
-        self.header.caption = scene.caption if scene and TABS[self.header.tab].motions else ""
+        caption = scene.caption if scene else _OWN_SETTING
+        self.header.caption = caption if TABS[self.header.tab].motions else ""
         self.controls.show_setting(
             self.setting,
             move=move,

@@ -88,7 +88,7 @@ def _check_kind(scene: Scene) -> tuple[Finding, bool]:
         f"K = {scene.K:g}, D = {scene.D:g}: {cycle_text(found.period)}, ξ₂ spreads by {found.spread:.3f} "
         f"({percent(share)} of the section's size). Without a time step: {cycle_text(limit.period)}."
     )
-    noise = " So the scatter is the time step's alone." if limit.period == 1 and share > VISIBLE_SCATTER else ""
+    noise = " So the blur is the time step's alone." if limit.period == 1 and share > VISIBLE_SCATTER else ""
     return Finding(False, text, _both_plots(scene, run), _LOST + noise), share <= VISIBLE_SCATTER
 
 
@@ -126,8 +126,8 @@ def _check_disturbed(scene: Scene) -> Finding:
     found = motion(run)
     return Finding(
         found.period == 0 and limit.period == 1,
-        f"{cycle_text(found.period).capitalize()}; ξ₂ scatters by {found.spread:.4f} over the paper's 50 periods "
-        f"and by {scatter(scene):.4f} over {_LONG:,}. Without a time step: {cycle_text(limit.period)}.",
+        f"{cycle_text(found.period).capitalize()}; the time step blurs ξ₂ by ±{found.spread:.4f} over the paper's 50 "
+        f"periods and by ±{scatter(scene):.4f} over {_LONG:,}. Without a time step: {cycle_text(limit.period)}.",
         _both_plots(scene, run),
         "Each contact change is missed by a part of a step. That disturbs a motion of one period; it makes no "
         "quasi-periodic one.",
@@ -135,21 +135,21 @@ def _check_disturbed(scene: Scene) -> Finding:
 
 
 def _check_settled(scene: Scene) -> Finding:
-    """Figure 14 [D]: whether the scatter is gone, and its order in the time step."""
+    """Figure 14 [D]: whether the blur is gone, and its order in the time step."""
     run = run_newmark(scene)
     found = motion(run)
     here, finer = scatter(scene), scatter(scene, steps=_FINE * scene.steps)
     order = np.log(here / finer) / np.log(_FINE) if finer > 0 else np.inf
     located = scatter(scene, steps=_COARSE, located=True)
     reason = (
-        f"The scatter falls as n^−{order:.1f} and is never gone, since a fixed step misses each contact change by a "
+        f"The blur falls as n^−{order:.1f} and is never gone, since a fixed step misses each contact change by a "
         f"part of itself; T/{scene.steps} only hides it in the line of a phase plot. Steps cut at the contact changes "
         f"leave {located:.1g} with T/{_COARSE}."
     )
     return Finding(
         found.period == 1,
-        f"{cycle_text(found.period).capitalize()}; ξ₂ scatters by {found.spread:.4f} over the paper's 50 periods, "
-        f"by {here:.4f} over {_LONG:,}, and by {finer:.4f} with T/{_FINE * scene.steps}.",
+        f"{cycle_text(found.period).capitalize()}; the time step blurs ξ₂ by ±{found.spread:.4f} over the paper's 50 "
+        f"periods, by ±{here:.4f} over {_LONG:,}, and by ±{finer:.4f} with T/{_FINE * scene.steps}.",
         _both_plots(scene, run),
         reason if found.period == 0 else "",
     )

@@ -76,10 +76,10 @@ def _check_regions(scene: Scene) -> Finding:
         f"{percent(shares['stepped'])} with T/{scene.steps}. The least D that does it rises from {least[0]:.2g} at "
         f"K = {plane.stiffness[0]:.0f} to {least[1]:.2g} at K = {plane.stiffness[-1]:.0f}.",
         CellMap(
-            plane.stiffness, plane.damping, kind, ("bifurcated", "scattered by the step", "one period"), _point(scene)
+            plane.stiffness, plane.damping, kind, ("bifurcated", "blurred by the step", "one period"), _point(scene)
         ),
         f"Two regions, as in the paper, but for {percent(scattered.mean())} of the cells: there the motion has one "
-        f"period, and T/{scene.steps} scatters it by more than {percent(VISIBLE_SCATTER)} of its size. {_OTHERS}",
+        f"period, and T/{scene.steps} blurs it by more than {percent(VISIBLE_SCATTER)} of its size. {_OTHERS}",
     )
 
 
@@ -101,7 +101,7 @@ def _check_sudden_region(scene: Scene) -> Finding:
         f"K ≥ {softest:.0f}. K = {scene.K:g}, D = {scene.D:g} is among them, with {plane.steps[row, column]:.0f} "
         "steps.",
         CellMap(plane.stiffness, plane.damping, kind, ("bifurcated", "longer contact", "sudden impact"), _point(scene)),
-        f"Judged by the motion without a time step. Were scatter by T/{scene.steps} forbidden as well, {both.sum()} "
+        f"Judged by the motion without a time step. Were a blur by T/{scene.steps} forbidden as well, {both.sum()} "
         f"cells would be left, and the recommended set {here} one of them. {_OTHERS}",
     )
 

@@ -63,7 +63,7 @@ def _graded(*names: str) -> tuple[tuple[str, str], ...]:
 
 COLOURINGS = {
     "period": Colouring("period", PERIOD_EDGES, PERIODS, lambda plane, side: plane.shown(side, "period")),
-    "near_period": Colouring("period without scatter", PERIOD_EDGES, PERIODS, PartialPlane.true_period),
+    "near_period": Colouring("period without blur", PERIOD_EDGES, PERIODS, PartialPlane.true_period),
     "contact": Colouring(
         "longest contact (steps)",
         (10, 30, 100, 300, 1000),

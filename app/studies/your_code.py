@@ -113,8 +113,17 @@ def _solvable(setting: Setting, cancelled: Callable[[], bool]) -> str:
     how = run_length(setting.system) | {"initial": setting.initial, "cancelled": cancelled}
     run = simulate(setting.system, setting.eta, replace(method, without_solution="stop"), **how)
     if not run.ok:
-        return sentence(run.message)
+        return _first_without_solution(run.message, method.without_solution)
     return f"Every step of {run.periods:,} periods has a solution."
+
+
+_HANDLED = {"keep": "the status of the step before is kept", "halve": "such steps are halved"}
+
+
+def _first_without_solution(message: str, handled: str) -> str:
+    """Where and why a step has no solution; what to do where that stops the run, else what becomes of such steps."""
+    where, then, _ = message.partition("; ")
+    return sentence(f"{where}; {_HANDLED[handled]}" if then and handled in _HANDLED else message)
 
 
 def _judge(rule: Rule, setting: Setting, cancelled: Callable[[], bool]) -> Judged:

@@ -1,4 +1,4 @@
-"""Three scattered sections: two motions that are irregular themselves, and one that a time step scatters."""
+"""Three sections with a cloud of points: two motions that are irregular themselves, and one that a time step blurs."""
 
 import matplotlib.pyplot as plt
 from style import PENALTY, REFERENCE

@@ -122,6 +122,7 @@ def recommend_range(
     reference: Reference | None = None,
     threads: int | None = None,
     progress: Callable[[float], None] | None = None,
+    partial: Callable[[list[Trial], float], None] | None = None,
     cancelled: Callable[[], bool] | None = None,
     **limits: float | None,
 ) -> RangeRecommendation:
@@ -134,6 +135,8 @@ def recommend_range(
         Excitation frequencies at which settings are tried, at least two.
     tolerance, located, scheme, reference, threads, progress, cancelled, **limits
         As for :func:`.recommend.recommend`; ``steps_max`` holds for the lowest η, where a period has the most steps.
+    partial : callable, optional
+        As there, with the η at which the steps per period of the front count: the highest that has an error.
 
     Returns
     -------
@@ -158,7 +161,7 @@ def recommend_range(
         "tolerance": check_tolerance(tolerance),
         "located": is_located(scheme),
     }
-    limited, progress = Limits(**limits), progress or no_progress
+    limited, progress, partial = Limits(**limits), progress or no_progress, partial or no_partial
     with ThreadPoolExecutor(thread_count(threads)) as pool:
         search = _RangeSearch(asked, scheme, limited, pool, cancelled)
         search.add(etas)
@@ -179,13 +182,17 @@ def recommend_range(
                 scheme=scheme,
             )
         for begin, end in pairwise(_SHARES):
-            met = search.run(lambda done, b=begin, e=end: progress(b + done * (e - b)))
+            met = search.run(lambda done, b=begin, e=end: progress(b + done * (e - b)), partial)
             if not met or not (missed := search.missed_between(met[0])):
                 break
             search.add(missed)
         found = search.result(met)
     progress(1.0)
     return found
+
+
+def no_partial(front: list[Trial], eta: float) -> None:
+    """Ignore what is found so far."""
 
 
 class _RangeSearch:
@@ -206,12 +213,14 @@ class _RangeSearch:
         """Try settings at these η, too, where the reference repeats itself."""
         self.parts = sorted([*self.parts, *self._trials(etas)], key=lambda part: part.eta)
 
-    def run(self, progress: Callable[[float], None]) -> list[Trial]:
+    def run(self, progress: Callable[[float], None], partial: Callable[[list[Trial], float], None]) -> list[Trial]:
         """Search; return the settings that meet the tolerance at all η, cheapest first."""
         trials = RangeTrials(self.parts, self._pool)
         most = math.floor(self.limits.steps_max * self.parts[0].eta / trials.eta)
         contact = ContactSearch(trials, self.system, self.limits, self.tolerance)
-        search = StepSearch(contact, self.tolerance, max(most, STEPS_MAX_RANGE[0]), progress, no_progress)
+        search = StepSearch(
+            contact, self.tolerance, max(most, STEPS_MAX_RANGE[0]), progress, lambda front: partial(front, trials.eta)
+        )
         search.run()
         self._trials_of_range, self._front = trials, search.front()
         return search.met

@@ -15,7 +15,7 @@ def searches(monkeypatch):
     """`recommend` replaced by one that waits for its answer, at most until the test ends; what it was called with."""
     calls, ended = queue.Queue(), threading.Event()
 
-    def recommend(system, eta, *, cancelled, progress, **asked):
+    def recommend(system, eta, *, cancelled, progress, **asked):  # of one eta, or of a range
         answer = queue.Queue()
         calls.put((eta, asked, progress, answer, cancelled))
         while not (cancelled() or ended.is_set()):
@@ -24,6 +24,7 @@ def searches(monkeypatch):
         raise Cancelled
 
     monkeypatch.setattr(suggestion, "recommend", recommend)
+    monkeypatch.setattr(suggestion, "recommend_range", recommend)
     monkeypatch.setattr(suggestion, "CACHE", Cache(2))
     yield calls
     ended.set()

@@ -1,6 +1,7 @@
 """``vibroscope simulate`` and the command line as a whole: JSON, text, notes, bad input, the installed command."""
 
 import json
+import re
 import signal
 import socket
 import subprocess
@@ -158,6 +159,18 @@ def test_options_of_the_other_solver_are_noted(capsys):
     status, _, err = run(capsys, "--solver", "reference", "--eta", "2.76", "--K", "5", "--periods", "3")
     assert status == 0
     assert err == "vibroscope: --K has no effect on the reference solver\n"
+
+
+def test_a_motion_has_one_description_and_one_width(capsys):
+    """Its name has ± over 256 periods; no other width of the kept periods stands beside it."""
+    question = ("--solver", "newmark", "--eta", "2.76", "--K", "12000", "--D", "18", "--steps", "2000")
+    hht = (*question, "--integrator", "hht", "--alpha", "-0.1", "--status", "end", "--without-solution", "halve")
+    for asked in (question, hht):
+        _, text, _ = run_command(capsys, "simulate", *asked)
+        words = re.search(r"motion +(repeats every period, blurred by the time step \(±[\d.]+ in ξ₂\))", text)[1]
+        assert words in run_command(capsys, "motion", *asked)[1]
+        assert "spread" not in text
+        assert text.count("±") == 1
 
 
 @pytest.mark.parametrize("arguments", [[], ["--help"], ["simulate", "--help"], ["serve", "--help"]])

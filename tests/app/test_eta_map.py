@@ -80,6 +80,18 @@ def test_the_map_of_another_system_is_computed_for_it(explore):
     np.testing.assert_array_equal(tab.data()["diagram"]["eta"], shipped["eta"])
 
 
+def test_marks_beside_the_frame_are_not_drawn_over_the_labels_of_its_ticks(explore):
+    load_diagram("table").result()
+    view = explore(Setting()).eta_map
+    view.figure.x_range.update(start=1.1, end=2.0)
+    view.zoom()
+    shown = [label.text for label in view.figure.select(type=Label) if label.visible]
+    assert shown == ["[B]"]
+    view.figure.x_range.update(start=0.5, end=4.0)
+    view.zoom()
+    assert scenes_shown(explore(Setting())) == {True}
+
+
 @pytest.mark.parametrize("change", [{"threshold": 0.01}, {"joint_damping": "derived"}])
 def test_a_map_is_that_of_the_solver(explore, change):
     tab, setting = explore(Setting()), Setting()._replace(**change)

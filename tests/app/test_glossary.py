@@ -3,6 +3,7 @@
 import json
 from collections import Counter
 
+import pytest
 from vibroscope.app.explorer.field_units import unit_of
 from vibroscope.app.explorer.glossary import glossary
 from vibroscope.app.explorer.state import Setting
@@ -36,3 +37,19 @@ def test_help_shows_every_entry():
     assert text.count('<th scope="row">') == len(glossary()) > 20
     first = glossary()[0]
     assert json.loads(json.dumps(glossary()))[0] == [first.head, first.text, list(first.opens), first.read]
+
+
+@pytest.mark.parametrize(
+    "path",
+    [
+        "assets/glossary.toml",
+        "assets/scenes.toml",
+        "app/page/help/help.html",
+        "app/page/header/exercises.js",
+        "app/page/header/tour.js",
+        "README.md",
+    ],
+)
+def test_what_the_time_step_makes_of_a_section_has_one_word(path):
+    """It is blurred; "scatter" is the name of a column and of a number in Python alone."""
+    assert "scatter" not in (ROOT / path).read_text(encoding="utf-8").lower()

@@ -35,12 +35,12 @@ def test_scatter_of_the_step_is_named_an_artefact_and_judged_once():
     kinds = judge_motions(SCATTERED, never)
     assert kinds["reference"].kind == "periodic"
     assert kinds["penalty"].kind is Kind.ARTEFACT
-    assert kinds["penalty"].name == "period 1, scattered by the time step"
+    assert kinds["penalty"].name == "period 1, blurred by the time step"
     for text in ("artefact", "T/2000", "T/8000", "largest Floquet multiplier"):
         assert text in kinds["penalty"].evidence
     assert known_kinds(SCATTERED) == kinds
     texts = with_kinds({"Penalty": "One period."}, kinds)
-    assert texts["Penalty"].startswith("One period. Period 1, scattered by the time step. The scatter is")
+    assert texts["Penalty"].startswith("One period. Period 1, blurred by the time step. The blur is")
 
 
 @pytest.mark.parametrize(("made", "words"), [(0.5, "creates 25 %"), (-0.02, "removes 1 %"), (0.001, ""), (np.nan, "")])
@@ -85,7 +85,7 @@ def test_a_diagram_is_judged_after_it_is_complete_and_goes_on_where_it_was(scatt
     assert (kinds == CellKind.ARTEFACT).sum() >= 3
     assert CellKind.UNKNOWN not in kinds
     assert "aperiodic, being judged" in statements(SCATTERED, first)[-1][1]
-    assert "periodic but scattered by the time step" in statements(SCATTERED, whole)[-1][1]
+    assert "periodic but blurred by the time step" in statements(SCATTERED, whole)[-1][1]
     resumed = list(grow_diagram(whole.question, whole, never))
     assert len(resumed) == 1  # nothing is judged again
     np.testing.assert_array_equal(resumed[0].kinds["kind"], kinds)

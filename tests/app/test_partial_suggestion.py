@@ -35,6 +35,21 @@ def test_what_is_found_so_far_is_shown_in_the_units_of_the_page(searches):
     assert "So far" not in suggester.view.content["lines"][0]
 
 
+def test_a_range_shows_what_is_found_so_far_with_the_steps_at_the_present_frequency(searches):
+    host = QueueingHost()
+    suggester = Suggester(host)
+    suggester.follow(SETTING._replace(eta=1.5))
+    send(suggester.view, {"suggest": {"tolerance": "5", "from": "1.5", "to": "3.1"}})
+    _, asked, progress, _, _ = searches.get(timeout=5)
+    asked["partial"]([WORSE, TRIAL], 3.0)  # at 3.1 there is no error
+    progress(0.4)
+    host.catch_up()
+    content = suggester.view.content
+    assert content["phase"] == "running"
+    assert "T/Δτ = 5,793 steps a period at η = 3 and more below: error 4.9 %; fewer" in content["lines"][0]
+    assert [texts["steps"] for _, _, texts, *_ in content["front"]] == ["1000", "11586"]
+
+
 @pytest.mark.parametrize("moved", [{"K": 77.0}, {"D": 7.0}, {"steps": 700}])
 def test_a_result_is_offered_and_not_set_where_the_sliders_were_moved_meanwhile(searches, moved):
     host = QueueingHost()

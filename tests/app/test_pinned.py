@@ -147,6 +147,12 @@ def test_the_table_has_the_numbers_of_the_explanation():
     assert (pin["explained"], pin["texts"]["K"], pin["other"]) == (False, "100", "e = 0.6")
     assert table.table["error total"][0] == found.parts["total"]
     assert math.isnan(table.table["error total"][1])
+    assert list(table.parts) == list(found.parts)
+    derived = compute_runs(SETTING._replace(joint_damping="derived"))
+    table.show(prepare(derived), explain(derived), [(pinned, None)])
+    assert "joint_damping" not in table.parts  # no row has this part: no empty column
+    assert "error joint_damping" not in table.table
+    table.show(prepare(runs), found, [(pinned, None)])
     physical = compute_runs(SETTING._replace(units="si", omega1=10.0, m1=2.0))
     table.show(prepare(physical), found, [(pinned.drawn_like(physical.setting), None)])
     assert table.rows[1]["numbers"][1] == ["K", "penalty stiffness, N/m", "20000"]

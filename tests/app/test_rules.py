@@ -6,7 +6,7 @@ import math
 import pytest
 from vibroscope.app.codes.rules import Rule, RuleQuestion, judge, rules
 from vibroscope.app.commands.cli import main
-from vibroscope.engine import Excitation, Newmark, System, TimeStepping, compare, simulate
+from vibroscope.engine import CentralDifference, Excitation, Newmark, System, TimeStepping, compare, simulate
 from vibroscope.engine.divergence.agreement import CLOSE
 
 PAPER = RuleQuestion(System(), 2.76, Newmark(12000.0, 18.0, 2000))
@@ -64,6 +64,16 @@ def test_a_run_that_ends_early_fails_and_says_why():
     found = judge(rule, RuleQuestion(System(), 2.76, stops), **SHORT)
     assert (found.holds, found.without_solution) == (False, 1)
     assert "has no solution" in found.why
+
+
+def test_a_step_that_is_too_long_tests_no_stiffness_and_no_damping():
+    explicit = TimeStepping(12000.0, 18.0, 100, CentralDifference())
+    found = {
+        key: judge(rules()[key], RuleQuestion(System(), 2.76, explicit)) for key in ("lsdyna-noise", "radioss-step")
+    }
+    assert all("blew up" in each.why for each in found.values())
+    assert found["lsdyna-noise"].holds is None
+    assert found["radioss-step"].holds is False  # it gives the step
 
 
 def test_a_force_that_is_cut_is_compared_and_what_gives_no_number_is_said():

@@ -1,4 +1,4 @@
-"""What the time-step tab says and draws of scatter and error: about the cycle, and why there is no number."""
+"""What the time-step tab says and draws of blur and error: about the cycle, and why there is no number."""
 
 import math
 from dataclasses import replace
@@ -27,7 +27,7 @@ def result_of(setting: Setting) -> time_step.PartialStep:
 
 
 @pytest.mark.parametrize("scheme", ["fixed", "located"])
-def test_scatter_is_about_the_points_of_the_cycle(scheme):
+def test_blur_is_about_the_points_of_the_cycle(scheme):
     """With 500 steps, not even nearly two periods, about the two points of exact penalty."""
     result = result_of(TWO)
     section = result.of_scheme("xi2_section", scheme)
@@ -37,11 +37,11 @@ def test_scatter_is_about_the_points_of_the_cycle(scheme):
     assert result.of_scheme("near_period", "fixed")[0] == 0
 
 
-def test_a_cycle_of_two_periods_that_repeats_exactly_has_no_scatter():
+def test_a_cycle_of_two_periods_that_repeats_exactly_has_no_blur():
     lines = dict(statements(TWO, result_of(TWO)))
-    assert "repeats every 2 periods; no scatter beyond rounding" in lines["T/2000, step cut at contact"]
-    assert "step cut at contact: none beyond rounding" in lines["Scatter, observed order"]
-    assert "constant step: falls as n to the power of −" in lines["Scatter, observed order"]
+    assert "repeats every 2 periods; no blur beyond rounding" in lines["T/2000, step cut at contact"]
+    assert "step cut at contact: none beyond rounding" in lines["Blur, observed order"]
+    assert "constant step: falls as n to the power of −" in lines["Blur, observed order"]
 
 
 def test_where_motions_do_not_keep_step_words_and_figure_say_why_there_is_no_number():
@@ -49,7 +49,7 @@ def test_where_motions_do_not_keep_step_words_and_figure_say_why_there_is_no_num
     said = dict(statements(APART, result))
     why = "no number, since the motions do not keep step"
     assert said["Error by the time step, observed order"].count(why) == 2
-    assert "constant step: does not fall with n" in said["Scatter, observed order"]
+    assert "constant step: does not fall with n" in said["Blur, observed order"]
     view.update(APART, result)
     assert view.curves["error_time_step"].title.text == f"Error by the time step alone: {why}"
     view.update(TWO, result_of(TWO))
@@ -62,14 +62,14 @@ def test_runs_that_blew_up_have_no_order_for_another_reason():
     for scheme in result.schemes:
         result.values["status"][:, time_step.SCHEMES[scheme]] = 1
         result.values["scatter"][:, time_step.SCHEMES[scheme]] = np.nan
-    assert dict(statements(setting, result))["Scatter, observed order"].count("no run came to its end") == 2
+    assert dict(statements(setting, result))["Blur, observed order"].count("no run came to its end") == 2
 
 
 def test_a_slow_alternating_transient_is_no_cycle_of_two_periods():
     """A multiplier of exact penalty is −0.99684: after 2,000 periods its points still alternate by 9e-5."""
     setting = Setting(eta=2.76, K=115.0, D=4.762, steps=500)
     words = dict(statements(setting, result_of(setting)))
-    assert words["T/500, constant step"].startswith("repeats every period, blurred by the time step;")
+    assert words["T/500, constant step"].startswith("repeats every period, blurred by the time step: ξ₂ by ±")
     assert words["T/500, step cut at contact"].startswith("repeats every period;")
 
 
@@ -86,7 +86,7 @@ def test_a_slow_alternating_transient_is_no_cycle_of_two_periods():
 )
 def test_an_order_has_as_many_digits_as_its_error_and_none_below_it(monkeypatch, order, words):
     monkeypatch.setattr(PartialStep, "order", lambda *_: order)
-    assert dict(statements(TWO, result_of(TWO)))["Scatter, observed order"].startswith(f"constant step: {words}")
+    assert dict(statements(TWO, result_of(TWO)))["Blur, observed order"].startswith(f"constant step: {words}")
 
 
 def test_a_motion_whose_kind_is_not_decided_still_nearly_repeats():

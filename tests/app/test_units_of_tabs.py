@@ -110,12 +110,12 @@ def test_a_diagram_over_any_number_has_units(choice):
 def judged(method):
     why = "Nearly repeats every period (±0.04 in ξ₂)."
     rule = rules()["abaqus-ten"] if method is None else AS_SET
-    return Judged(RuleOutcome(rule, method, "ξ₂ scatters by 0.04", 0.1, 0.1, None, why), np.empty((2, 0)))
+    return Judged(RuleOutcome(rule, method, "blurred: ξ₂ by ±0.04", 0.1, 0.1, None, why), np.empty((2, 0)))
 
 
 def test_rules_have_units_in_the_page_and_in_files_also_without_a_number():
     rows = rows_of([judged(SETTING.penalty), judged(None)], np.empty((2, 0)), [], PHYSICAL)["rows"]
-    assert all("±0.1 mm in x₂" in row["why"] and row["motion"] == "x₂ scatters by 0.1 mm" for row in rows)
+    assert all("±0.1 mm in x₂" in row["why"] and row["motion"] == "blurred: x₂ by ±0.1 mm" for row in rows)
     check_words(" ".join(rows[0]["numbers"]))
     tab = TABS["code"](QueueingHost())
     tab.build()

@@ -80,7 +80,7 @@ def test_a_step_study_shows_the_body(monkeypatch):
     section = result.section(0, "fixed")["xi1"]
     assert result.of_scheme("spread", "fixed")[0] == pytest.approx(section.std(), rel=1e-9)
     assert section.std() > 1e-3
-    assert "; ξ₁ scatters by " in statements(WALL, result)[0][1]
+    assert "ξ₁ by ±" in statements(WALL, result)[0][1]
     columns = Series("orbit", result.orbit(0, "fixed")), Series("section", result.section(0, "fixed"))
     script = plot_script("step", columns, {"title": "", "description": ""})
     assert "axes.plot(table['xi1'], table['v1']" in script

@@ -27,7 +27,7 @@ SCALE = Units(20.0, 3.0, 2.5, "mm-t-s")
         ("From K = 100 to 1e+05", "From K = 120 to 120000 N/mm"),
         ("From D = 8 to 10", "From 2D = 0.96 to 1.2 N·s/mm"),
         ("cell at K ≈ 100, D ≈ 8", "cell at K ≈ 120 N/mm, 2D ≈ 0.96 N·s/mm"),
-        ("its section alone; ξ₂ scatters by 0.04; longest", "its section alone; x₂ scatters by 0.1 mm; longest"),
+        ("blurred by the time step: ξ₂ by ±0.04 over", "blurred by the time step: x₂ by ±0.1 mm over"),
         ("each point (ξ₂ by ±0.04).", "each point (x₂ by ±0.1 mm)."),
         ("blurred by the time step (±0.04 in ξ₂)", "blurred by the time step (±0.1 mm in x₂)"),
         ("it shrinks (±0.04 at T/2000, ±0.02 at T/4000)", "it shrinks (±0.1 mm at T/2000, ±0.05 mm at T/4000)"),

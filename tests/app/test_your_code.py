@@ -131,6 +131,34 @@ def test_the_rows_of_the_table_hold_numbers_words_and_pictures():
     assert all(-0.2 * HEIGHT <= y <= 1.2 * HEIGHT for y in numbers[1::2])
     ended = judged(False, "ended early", "step 4 (period 1) has no solution: with contact it ends open.").outcome
     assert brief_why(ended) == "step 4 (period 1) has no solution."
+    why = (
+        "It blew up: at step 3; take more steps: the method is unstable in contact with fewer than 9 steps per period."
+    )
+    limit = judged(False, "ended early", why).outcome
+    assert brief_why(limit) == "It blew up: the method is unstable in contact with fewer than 9 steps per period."
+
+
+@pytest.mark.parametrize(
+    ("handled", "end"),
+    [("halve", "; such steps are halved."), ("keep", "; the status of the step before is kept."), ("stop", "'halve'.")],
+)
+def test_a_step_without_a_solution_is_said_with_what_becomes_of_it(few_rules, handled, end):
+    """Not with the advice to do what is done already."""
+    question = question_of(ITERATED._replace(without_solution=handled))
+    found = next(each.solvable for each in grow_code(question, None, lambda: False) if each.solvable)
+    assert "has no solution: with contact it ends open" in found
+    assert found.endswith(end)
+
+
+def test_the_input_says_that_it_has_no_dimension_until_there_are_units(few_rules):
+    tab = YourCode(QueueingHost())
+    tab.build()
+    tab.panel.chosen = {"code": "calculix"}
+    tab.draw(ITERATED, None)
+    assert "2D" in tab.rules.code["units"]
+    tab.draw(ITERATED._replace(units="si"), None)
+    assert tab.rules.code["units"] == ""
+    tab.close()
 
 
 def test_the_tab_sets_a_code_and_a_rule_and_says_what_is_other(few_rules):

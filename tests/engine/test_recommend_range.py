@@ -25,9 +25,13 @@ SYSTEM = System()
 QUICK = {"tolerance": 0.2, "steps_max": 2048}
 
 
+FRONTS = []  # so far, with the η at which their steps count
+
+
 @pytest.fixture(scope="module")
 def found():
-    return recommend_range(SYSTEM, [2.7, 2.76], **QUICK)
+    FRONTS.clear()
+    return recommend_range(SYSTEM, [2.7, 2.76], **QUICK, partial=lambda *so_far: FRONTS.append(so_far))
 
 
 def test_a_comparison_finds_the_tolerance_met_at_every_eta_of_the_range(found):
@@ -85,6 +89,14 @@ def test_a_range_needs_at_least_as_many_steps_as_its_worst_eta(found):
     worst = max(found.served, key=lambda served: served.robust).eta
     alone = recommend(SYSTEM, worst, **QUICK).best.setting.steps * worst / found.eta
     assert found.best.setting.steps > 0.8 * alone  # the search finds n to some per cent
+
+
+def test_what_is_found_so_far_is_given_from_the_first_number_of_steps_on(found):
+    fronts, etas = zip(*FRONTS, strict=True)
+    assert set(etas) == {found.eta}
+    assert len(fronts[0]) == 1
+    assert len(fronts) >= 8
+    assert found.best.setting in [trial.setting for trial in fronts[-1]]
 
 
 def test_what_is_held_is_kept():

@@ -51,6 +51,35 @@ def test_a_power_of_ten_has_no_zeros_that_say_nothing(visit):
     assert formatted == [["−2e−6", "0", "2e−6"], ["1.5e−7", "2e−7"]]
 
 
+# What a repaint of all figures writes, where it ends across, and the width of its canvas.
+ENDS = """async () => {
+  const found = [], { prototype } = CanvasRenderingContext2D, write = prototype.fillText;
+  prototype.fillText = function (text, x, y, ...more) {
+    const { a, b, e } = this.getTransform();
+    const shift = { right: 1, end: 1, center: 0.5 }[this.textAlign] ?? 0;
+    const width = a * this.measureText(text).width, left = e + a * x - shift * width;
+    if (Math.abs(b) < 1e-6) found.push([text, left, left + width, this.canvas.width]);
+    write.call(this, text, x, y, ...more);
+  };
+  const figures = [...Bokeh.documents[0].all_models].filter(({ type }) => type === "Figure");
+  for (const { id } of figures) Bokeh.index.find_one_by_id(id)?.request_repaint?.();
+  await new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)));
+  prototype.fillText = write;
+  return found;
+}"""
+
+
+@pytest.mark.parametrize(("eta", "drawn"), [("0.55", True), ("3.95", True), ("3.95&zoom=eta:1,2", False)])
+def test_the_words_at_the_line_stay_in_the_figure(visit, eta, drawn):
+    explorer = visit(f"?tab=bifurcation&eta={eta}&K=2500&D=8&steps=200&choice=count:4;transient:20", 390, 844)
+    explorer.settle()
+    words = [ends for text, *ends in explorer.page.evaluate(ENDS) if text.startswith("η = ")]
+    assert bool(words) == drawn
+    for left, right, width in words:
+        assert left >= 0
+        assert right <= width
+
+
 def test_the_strip_of_the_diagram_lies_below_the_values_that_it_is_of(visit):
     explorer = visit(f"{SMALL}bifurcation&choice=count:4;transient:20")
     page = explorer.page

@@ -26,9 +26,11 @@ def test_the_first_screen_states_the_question_and_shows_a_scene_that_answers_it(
     assert width < 700 or explorer.page.locator(".cell.findings").get_attribute("data-more") is None  # and all below it
     assert "period" in explorer.page.locator(".line.reference .kind").text_content()
     explorer.moved(lambda: explorer.type("K", "9000"))
-    wait_until(
-        lambda: explorer.page.locator(".question .caption").text_content() == "", what="no caption: this is no scene"
-    )
+    caption = explorer.page.locator(".question .caption")
+    wait_until(lambda: "setting of your own" in caption.text_content(), what="another caption: this is no scene")
+    explorer.open_tab("Bifurcation")
+    wait_until(lambda: caption.text_content() == "", what="no caption: no motions are shown")
+    assert caption.bounding_box() is None or caption.bounding_box()["height"] == 0  # and no empty band
 
 
 def test_the_tour_goes_from_the_problem_to_a_suggestion_that_is_applied(visit):

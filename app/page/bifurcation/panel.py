@@ -51,7 +51,7 @@ def panel_spec() -> dict:
             ),
         ],
         "hint": "Drag the line, click, or use the slider to set the swept number. A zoom is computed anew at its "
-        "own range. Hollow points are scatter that the time step causes. In grey, once computed: the other "
+        "own range. Hollow points are a periodic motion that the time step blurs. In grey, once computed: the other "
         "direction (motions coexist where they differ), or the reference. Branches are solid where they are "
         "stable, dashed where they are not; a click on one opens that motion in Explore.",
         "cursor": {

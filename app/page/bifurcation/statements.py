@@ -23,7 +23,7 @@ def statements(setting: Setting, result: PartialDiagram) -> list[list[str]]:
 
 
 _SHARES = {  # a kind of motion as the statement names it
-    CellKind.ARTEFACT: "periodic but scattered by the time step",
+    CellKind.ARTEFACT: "periodic but blurred by the time step",
     CellKind.QUASI_PERIODIC: "quasi-periodic",
     CellKind.CHAOTIC: "chaotic",
     CellKind.UNDECIDED: "aperiodic, kind not decided",

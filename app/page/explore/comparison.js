@@ -5,8 +5,8 @@ export function render({ model }) {
   root.setAttribute("aria-label", "Comparison of the pinned settings");
   const table = element("table");
   root.append(table);
-  const parts = Object.entries(model.parts);
   const draw = () => {
+    const parts = Object.entries(model.parts);
     const heads = [["", ""], ...model.rows[0]?.numbers ?? [], ["penalty motion", ""], ...parts.map(([, label]) => [label, ""]), ["", ""]];
     const head = element("tr");
     head.append(...heads.map(([text, name]) => {
@@ -53,8 +53,8 @@ function errors({ explained, shown, measure, headline }, parts) {
     return [cell];
   }
   return parts.map(([part, label]) => {
-    const cell = number(part, label, shown[part] ?? "");
-    cell.title = measure;
+    const cell = number(part, label, shown[part] ?? "–");
+    cell.title = part in shown ? measure : "this difference has no such part";
     return cell;
   });
 }

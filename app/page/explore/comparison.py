@@ -23,7 +23,7 @@ _OTHER_FIELDS = [name for name in FIELDS if name not in (*MAIN_FIELDS, *DRAWING_
 class PinComparison(Component):
     """A row for each setting; without a pin there are none."""
 
-    parts = param.Dict(default={part: name_of_part(part) for part in PARTS}, constant=True, doc="Heads of the errors")
+    parts = param.Dict(default={}, doc="Heads of the errors: those that a row has, or all until they are known")
     rows = param.List(default=[], doc="See `_row`; the first is the present setting, the others are in their order")
 
     _esm = script("shared/dom", "explore/comparison")
@@ -47,7 +47,9 @@ class PinComparison(Component):
                 for setting, (_, result) in zip(shown, pinned, strict=True)
             ]
         if rows != self.rows:
-            self.param.update(rows=rows, visible=bool(rows))
+            has = {part for row in rows for part in row["errors"]} or PARTS  # a column has a number at least
+            parts = {part: name_of_part(part) for part in PARTS if part in has}
+            self.param.update(rows=rows, parts=parts, visible=bool(rows))
 
     @property
     def table(self) -> dict[str, list]:

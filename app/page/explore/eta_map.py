@@ -66,13 +66,14 @@ class EtaMapView:
         self._frequency = UnitAxis(self.ranges["eta"], "x", self.figure)
         self._marks = self._add_marks()
         self.figure.on_event(Tap, self._tap)
-        self.figure.on_event(RangesUpdate, self._zoom)
+        self.figure.on_event(RangesUpdate, self.zoom)
         self.figure.on_change("inner_width", self._resize)
         self.figure.on_change("inner_height", self._resize)
 
     def _add_marks(self) -> list:
         plot = self.figure
-        self._scenes: list[Span | Label] = []  # the paper's η, which mean nothing for another system
+        self._has_scenes = True  # the paper's η mean nothing for another system
+        self._scenes: list[Span | Label] = []
         for scene in scenes().values():
             if scene.group == "motion":
                 self._scenes += [
@@ -111,8 +112,8 @@ class EtaMapView:
     def update(self, setting: Setting, points: MapPoints, *, fresh: bool) -> None:
         """Move the cursor; draw the picture again if another one is wanted."""
         self.cursor.location = setting.eta
-        for mark in self._scenes:
-            mark.visible = setting.system == System()
+        self._has_scenes = setting.system == System()
+        self._show_scenes()
         wanted = setting.coordinate, unit_factor("displacement", setting)
         other_quantity, self._shown = self._shown != wanted, wanted
         if other_quantity:
@@ -137,6 +138,13 @@ class EtaMapView:
         if fit:
             self.ranges["section"].follow([self._values], fresh=True)
         self._draw()
+
+    def _show_scenes(self) -> None:
+        """Show the marks in view: beside the frame they would stand on the labels of the ticks."""
+        low, high = self.ranges["eta"].ends
+        for mark in self._scenes:
+            at = mark.x if isinstance(mark, Label) else mark.location
+            mark.visible = self._has_scenes and low <= at <= high
 
     def _label(self, setting: Setting) -> None:
         for mark in self._marks:
@@ -172,6 +180,7 @@ class EtaMapView:
         if wanted == self._drawn:
             return
         self._drawn = wanted
+        self._show_scenes()
         x, y = self._view
         picture = raster(self._points.eta, self._values, x, y, *self._pixels())
         self.picture.data = {
@@ -199,7 +208,8 @@ class EtaMapView:
             self._drawn = None
             self._draw()
 
-    def _zoom(self, event: RangesUpdate) -> None:
+    def zoom(self, event: RangesUpdate | None = None) -> None:
+        """Draw what is in view, since the ranges have moved."""
         if self._shown is not None:
             self._draw()
 

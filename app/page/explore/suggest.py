@@ -13,6 +13,7 @@ from vibroscope.app.explorer.state import Setting
 from vibroscope.app.explorer.suggestion import (
     Found,
     Search,
+    SoFar,
     default_limits,
     make_question,
     offered_tolerance,
@@ -127,16 +128,16 @@ class Suggester:
         elif "cancel" in message:
             self.cancel()
 
-    def _on_progress(self, search: Search, share: float, front: list) -> None:
+    def _on_progress(self, search: Search, share: float, so_far: SoFar) -> None:
         """Hand the progress to the session's loop; runs in a worker thread."""
-        self.host.call_later(partial(self._show_progress, search, share, front))
+        self.host.call_later(partial(self._show_progress, search, share, so_far))
 
     def _on_result(self, search: Search, found: Found | Exception) -> None:
         """Hand the result to the session's loop; runs in a worker thread."""
         self.host.call_later(partial(self._show_result, search, found))
 
-    def _show_progress(self, search: Search, share: float, front: list) -> None:
-        found = partial_content(search.question, front, self._setting)
+    def _show_progress(self, search: Search, share: float, so_far: SoFar) -> None:
+        found = partial_content(so_far, self._setting)
         self._show_of(search, phase="running", share=round(share, 2), **found)
 
     def _show_result(self, search: Search, found: Found | Exception) -> None:

@@ -6,8 +6,8 @@ const EXERCISES = [
     reason: "A soft contact lets the bodies sink into each other, and the motion is another one. Stiff enough, K no longer matters: "
       + "what is left comes from elsewhere, and the bars say from where." },
   { title: "A smaller step", scene: "14A", change: { steps: "8000" },
-    question: "The marks of the penalty model scatter. The time step becomes a quarter of what it is. What becomes of the difference?",
-    reason: "A constant step finds each contact late by a part of a step, differently each time. That scatter is no motion "
+    question: "The marks of the penalty model lie in a cloud: it is blurred. The time step becomes a quarter of what it is. What becomes of the difference?",
+    reason: "A constant step finds each contact late by a part of a step, differently each time. That blur is no motion "
       + "of the model, and goes with the step." },
   { title: "Stiffer is better?", scene: "10B", start: { steps: "500" }, change: { K: "50000", D: "45" },
     question: "A step of T/500. The contact becomes 25 times stiffer, with a damper to match. What becomes of the difference?",

@@ -13,7 +13,8 @@ class Header(Component):
 
     question = param.String(default=QUESTION, constant=True, doc="What the page answers")
     caption = param.String(
-        default="", doc="What to see in the motions of a scene; empty where no scene or no motion is shown"
+        default="",
+        doc="What to see in the motions of a scene, or of a setting of one's own; empty where none are shown",
     )
     tabs = param.List(doc="Key and title of each tab")
     tab = param.String(doc="Key of the open tab")

@@ -255,7 +255,7 @@ def _whole(result: PartialPlane) -> str:
 
 
 def _without_scatter(result: PartialPlane) -> str:
-    """How many cells have period one but for the scatter of the step, once that is known."""
+    """How many cells have period one but for the blur by the step, once that is known."""
     if not result.question.judged or result.share < 1:
         return ""
-    return f" ({100 * (result.kinds['kind_period'] == 1).mean():.0f} % without its scatter)"
+    return f" ({100 * (result.kinds['kind_period'] == 1).mean():.0f} % without its blur)"

@@ -194,6 +194,18 @@ function dragged(model) {
     const factor = asObject(extra_x_ranges).units.end / x_range.end;
     return `${shown} = ${Number((location * factor).toPrecision(5))} ${unit.replace(/[()]/g, "")}`;
   };
+  // The words stand on the side of the line where there is room, and not at all where the line is out of view.
+  const placeWords = () => {
+    const { left, right } = view.frame.bbox;
+    const x = view.frame.x_scale.compute(span.location);
+    const turned = x > (left + right) / 2;
+    label?.setv({ visible: x >= left && x <= right, text_align: turned ? "right" : "left", x_offset: turned ? -6 : 6 }, LOCAL);
+  };
+  const { x_range } = view.model;
+  for (const property of [span.properties.location, x_range.properties.start, x_range.properties.end]) {
+    property.change.connect(placeWords);
+  }
+  placeWords();
   const moveTo = (value) => {
     const { low, high, symbol, parts } = swept();
     const location = Math.round(Math.min(Math.max(value, low), high) * parts) / parts;

@@ -1,4 +1,4 @@
-"""The time step: phase plots with it fixed and located, and how scatter and error fade with more steps."""
+"""The time step: phase plots with it fixed and located, and how blur and error fade with more steps."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _COLOURS = {"fixed": VERMILLION, "located": GREEN}
 _MARKERS = {"fixed": "diamond", "located": "circle"}
 # Figures and axes are named in links. Of each: variable, title, label.
 _SIZES = {
-    "spread": ("scatter", "Scatter about the cycle (drawn down to 10⁻¹⁰ A)", "standard deviation of ξ₂"),
+    "spread": ("scatter", "Blur about the cycle (drawn down to 10⁻¹⁰ A)", "standard deviation of ξ₂"),
     "error_time_step": (
         "error_time_step",
         "Error by the time step alone",

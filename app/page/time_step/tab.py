@@ -43,7 +43,7 @@ class TimeStepTab(StudyTab):
             )
             for scheme in SCHEMES
         ),
-        Figure("step_spread", "Scatter over n", "Scatter about the cycle over the steps per period."),
+        Figure("step_spread", "Blur over n", "Blur about the cycle over the steps per period."),
         Figure("step_error_time_step", "Error over n", "Error by the time step alone over the steps per period."),
     )
     axes = {"xi2": LINEAR, "v2": LINEAR, "n": LOGARITHMIC, "spread": LOGARITHMIC, "error_time_step": LOGARITHMIC}  # noqa: RUF012 - read only
@@ -84,7 +84,7 @@ class TimeStepTab(StudyTab):
         self.view.update(setting, result)
 
     def describe(self, setting: Setting, result: PartialStep) -> list[list[str]]:
-        """The study, the n that is shown, and how scatter and error fade, in words."""
+        """The study, the n that is shown, and how blur and error fade, in words."""
         words = words_of_method(result.question.method)
         lines = [["Penalty solution", f"{words}."]] if words else []
         if (scale := result.question.stiffness_of_step) is not None:
@@ -129,16 +129,16 @@ class TimeStepTab(StudyTab):
 
 _SLOWEST = 1 / 6  # order: by half from the fewest steps of the study to the most
 _MOST_DIGITS = 4  # after the point, of an order
-_ROUNDING = 1e-11  # of a displacement: what a motion that repeats exactly scatters by
+_ROUNDING = 1e-11  # of a displacement: the width of a motion that repeats exactly
 _ENDED = {Status.DIVERGED: "blown up.", Status.WITHOUT_SOLUTION: "stopped: a step has no solution."}
 
 
 def statements(setting: Setting, result: PartialStep) -> list[list[str]]:
-    """Head and text: the n that is shown, and how scatter and error fade."""
+    """Head and text: the n that is shown, and how blur and error fade."""
     index = result.nearest(setting.steps)
     n = f"T/{result.steps[index]:.0f}"
     lines = [[f"{n}, {STEP_NAMES[scheme]}", _motion(result, index, scheme)] for scheme in result.schemes]
-    for name, head in (("scatter", "Scatter"), ("error_time_step", "Error by the time step")):
+    for name, head in (("scatter", "Blur"), ("error_time_step", "Error by the time step")):
         lines.append([f"{head}, observed order", _orders(result, name)])
     return lines
 
@@ -148,13 +148,11 @@ def _motion(result: PartialStep, index: int, scheme: str) -> str:
     status, scatter, steps, error = (result.of_scheme(name, scheme)[index] for name in names)
     if status != 0:
         return _ENDED.get(STATUSES[int(status)], "ended early.")
-    symbol = "ξ₁" if result.question.system.wall else "ξ₂"
-    scatters = (
-        f"{symbol} scatters by {scatter:.2g} in {SAMPLE} periods"
-        if scatter > _ROUNDING
-        else "no scatter beyond rounding"
-    )
-    text = f"{result.words(index, scheme)}; {scatters}; longest contact {steps:.3g} steps"
+    words, symbol = result.words(index, scheme), "ξ₁" if result.question.system.wall else "ξ₂"
+    amount = f"{symbol} by ±{scatter:.2g}"
+    blur = f": {amount}" if "blurred" in words else f"; {amount} about the cycle"
+    blur = f"{blur} over {SAMPLE} periods" if scatter > _ROUNDING else "; no blur beyond rounding"
+    text = f"{words}{blur}; longest contact {steps:.3g} steps"
     return f"{text}; error against the reference {percent(error)}." if math.isfinite(error) else f"{text}."
 
 

@@ -57,7 +57,9 @@ function drawOwn(box, code) {
   }
   const details = element("details");
   details.append(element("summary", "", "Sources"), sources);
-  box.replaceChildren(element("h2", "", `What to set in ${code.name}`), words,
+  const units = element("p", "units", code.units);
+  units.hidden = !code.units;
+  box.replaceChildren(element("h2", "", `What to set in ${code.name}`), words, units,
     element("h2", "", "What Vibroscope does not compute"), element("p", "", code.leaves_out), details);
 }
 

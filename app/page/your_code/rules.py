@@ -23,7 +23,9 @@ _EDGE = 0.06  # of it that stays empty on each side
 class RulesTable(Component):
     """Sends ``{"set": key}``; draws ``code``, ``rows`` and ``reference``."""
 
-    code = param.Dict(default={}, doc="name, lines, leaves_out, sources of the code that is chosen; empty if none is")
+    code = param.Dict(
+        default={}, doc="name, units, lines, leaves_out, sources of the code that is chosen; empty if none is"
+    )
     reference = param.String(default="", doc="phase plot of the reference as an SVG path")
     rows = param.List(default=[], doc="the setting, then the rules that are judged: see `rows_of`")
 
@@ -95,8 +97,12 @@ def _measure(setting: Setting, name: str, value: float) -> str:
 
 
 def brief_why(found: RuleOutcome) -> str:
-    """Why a rule holds or fails; of a run that ended early what happened, without what to change."""
-    return f"{found.why.partition(': ')[0].rstrip('.')}." if found.motion == ENDED else found.why
+    """Why a rule holds or fails; of a run that ended early what happened and the limit, without what to change."""
+    if found.motion != ENDED:
+        return found.why
+    what, *others = found.why.rstrip(".").split(": ")
+    limit = [each for each in others[-1:] if each.startswith("the method ")]
+    return f"{': '.join([what, *limit])}."
 
 
 def _span(orbits: Sequence[np.ndarray], reference: np.ndarray) -> np.ndarray:

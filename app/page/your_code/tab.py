@@ -31,6 +31,7 @@ from vibroscope.app.studies.your_code import (
 from vibroscope.engine import counted
 
 _SENTENCES = ("motion", "why")  # of a rule
+_WITHOUT_UNITS = "Without dimension; the damper of the force is 2D. Choose units under “Units” for those of your model."
 NONE = "none"  # no code is chosen: the page's own choice of integrator, status and law
 _NEWMARK = "Newmark (β = 0.25, γ = 0.5); contact status from the start of the step; contact law Kelvin–Voigt"
 
@@ -116,6 +117,7 @@ class YourCode(StudyTab):
         if code is not None:
             own = {
                 "name": code.name,
+                "units": "" if setting.scale else _WITHOUT_UNITS,
                 "lines": list(code_lines(code, setting)),
                 "leaves_out": code.leaves_out,
                 "sources": [vars(source) for source in code.sources],
