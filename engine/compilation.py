@@ -74,7 +74,13 @@ _OPENING = (
 )
 _SCENES = (1.08, 100.0, 50.0), (1.08, 2500.0, 8.0), (1.70, 12000.0, 18.0), (2.76, 12000.0, 18.0)  # η, K and D
 _SYSTEMS = System(), System(wall=True)  # each with machine code of its own
-_AT_WALL = ("reference", "Newmark", "Newmark, every step")  # which have kernels of their own for a wall
+_AT_WALL = (  # which have kernels of their own for a wall
+    "reference",
+    "Newmark",
+    "Newmark, every step",
+    "Newmark, located",
+    "other contact laws, located",
+)
 _BATCHES = ("reference", "Newmark", "exact penalty")
 
 

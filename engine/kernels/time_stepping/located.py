@@ -49,12 +49,12 @@ from .contact_location import (
     side,
     side_of,
     step,
-    step_alone,
     step_from,
     unpack_scheme,
     with_accelerations,
 )
 from .newmark import LIMIT, next_output
+from .wall_step import step_alone
 
 MOST_HALVINGS = 60  # of a step of the grid
 ROUNDING = 1e-6  # of a piece, and of its longest length: a contact from a step of the grid on has whole ratios, which …
