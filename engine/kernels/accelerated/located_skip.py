@@ -8,7 +8,8 @@ looked for where 2gb ≤ g′² and −g′ < bs (:func:`..time_stepping.contact
 the supremum of |g″| over all pieces of the table in the place of b, this *dip* is added to every bound. A flight that
 has just begun is nearer to the surface than that, and rises: in a step at whose beginning g′ > 0 no dip is looked for.
 
-The tables of a mode are made when a run first needs them: most runs need few.
+The tables of a mode are made when a run first needs them: most runs need few. At a wall u has six numbers, since λ at
+the beginning of a piece follows from g and g′.
 
 A flight is the same whatever the contact law is. So it is the one mode of laws whose contact is not linear. The pieces
 of a law that is piecewise linear (:mod:`..time_stepping.law_pieces`) are modes, too, each with the force of a spring
