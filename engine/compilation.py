@@ -3,7 +3,7 @@
 A kernel is compiled when it is first called, once for each processor and each version of the sources; the machine code
 is kept in the cache folder. All of them together take three to five minutes, most of it in a few kernels, into
 which everything is inlined that they call. So progress is counted in compiled functions, not in kernels. The loops over
-a motion are compiled a second time for a wall, which takes a twentieth of the time and is not counted again.
+a motion are compiled a second time for a wall, which takes a part of the time and is not counted again.
 """
 
 from collections.abc import Callable, Iterator
