@@ -3,7 +3,7 @@
 A kernel is compiled when it is first called, once for each processor and each version of the sources; the machine code
 is kept in the cache folder. All of them together take three to five minutes, most of it in a few kernels, into
 which everything is inlined that they call. So progress is counted in compiled functions, not in kernels. The loops over
-a motion are compiled a second time for a wall, which takes a twentieth of the time and is not counted again.
+a motion are compiled a second time for a wall, which takes a part of the time and is not counted again.
 """
 
 from collections.abc import Callable, Iterator
@@ -74,7 +74,13 @@ _OPENING = (
 )
 _SCENES = (1.08, 100.0, 50.0), (1.08, 2500.0, 8.0), (1.70, 12000.0, 18.0), (2.76, 12000.0, 18.0)  # η, K and D
 _SYSTEMS = System(), System(wall=True)  # each with machine code of its own
-_AT_WALL = ("reference", "Newmark", "Newmark, every step")  # which have kernels of their own for a wall
+_AT_WALL = (  # which have kernels of their own for a wall
+    "reference",
+    "Newmark",
+    "Newmark, every step",
+    "Newmark, located",
+    "other contact laws, located",
+)
 _BATCHES = ("reference", "Newmark", "exact penalty")
 
 

@@ -16,13 +16,13 @@ from ..kernels.accelerated.located_skip import (
     unpack_skips,
     write_piece_matrix,
 )
-from ..kernels.accelerated.matrix_skip import FREE, LEVELS, MODES, PRESSED, PULLED, SkipTables
+from ..kernels.accelerated.matrix_skip import FREE, LEVELS, MODES, PRESSED, PULLED, SkipTables, columns_of
 from ..kernels.accelerated.step_map import ENTRIES, REACHES
 from ..kernels.compile.options import uncompiled
 from ..kernels.compile.packing import aligned_zeros
 from ..kernels.equations.contact_law import COMPRESSION, CUT, LIMITED
 from ..kernels.equations.rates import free_rate, pressed_rate
-from ..kernels.parameters import Parameters
+from ..kernels.parameters import AT_WALL, TWO_BODIES, Parameters
 from ..kernels.time_stepping import law_pieces
 from ..kernels.time_stepping.contact_location import LocatedScheme
 from ..kernels.time_stepping.law_step import LawScheme
@@ -33,6 +33,7 @@ from .step_maps import bodies_of, stage_end, start_of_step, step_maps
 LONGEST = ENTRIES  # stride: every step is then one entry of each level away
 BLOCK = 16  # rows of a product: so small that BLAS does not wake other threads for it, which would take longer
 DEEPEST = 4 / 27  # of t(1 − t)² between 0 and 1
+ALONE = [1, 3, 5, 7, 8, 9]  # of u, what is left at a wall
 SAME = 1e-12  # rows that differ from a multiple of another by less, as a share of their size, are not watched
 
 
@@ -93,14 +94,16 @@ class LocatedTables:
 
     def __init__(self, m: LocatedScheme, p: Parameters, integrator: Integrator, pieces: list[Piece]):
         self._scheme, self._parameters, self._integrator, self._pieces = m, p, integrator, pieces
+        self._wall = AT_WALL if m.wall else TWO_BODIES
         halvings, _ = uncompiled(halvings_at)(m, True, 0.0)
         modes = CONTACT + len(pieces) * (1 + min(halvings, TABULATED))
         most = 1 + max((len(piece.kinks) for piece in pieces), default=0) * self._takes_of_force()
-        self.packed = aligned_zeros(size_of_skips(modes, most, m.steps)), np.zeros(4 + 2 * modes, dtype=np.int64)
+        size = size_of_skips(modes, most, m.steps, columns_of(self._wall))
+        self.packed = aligned_zeros(size), np.zeros(4 + 2 * modes, dtype=np.int64)
         floats, whole = self.packed
         numbers = 2 * math.pi / p.eta, float(p.free_position)
         whole[:4], floats[-2:] = (modes, most, len(pieces), m.steps), numbers
-        skips, angle = uncompiled(unpack_skips)(*self.packed), 2 * math.pi * np.arange(m.steps) / m.steps
+        skips, angle = uncompiled(unpack_skips)(*self.packed, self._wall), 2 * math.pi * np.arange(m.steps) / m.steps
         skips.angles[:] = np.cos(angle), np.sin(angle)
         self.arrays = skips.tables._replace(period=numbers[0])
         self.skips = skips._replace(tables=self.arrays, pieces=len(pieces), rest=numbers[1])
@@ -122,7 +125,8 @@ class LocatedTables:
         p = self._parameters
         if law:
             p = p._replace(stiffness=law.stiffness, damping=law.damping)
-        piece, entries, stride = self._piece_matrix(p, law is not None, h), ENTRIES, _stride(p, law is not None, h)
+        basis, unit = self._basis(law), np.eye(COLUMNS)
+        piece, entries, stride = self._piece_matrix(p, law, h), ENTRIES, _stride(p, law is not None, h)
         if halvings > 0 and stride > 1:
             most = 2.0 / m.step_per_age  # no more pieces follow each other, Eq. (13); both levels are searched alike
             stride = min(stride, math.ceil(math.sqrt(most)))
@@ -131,27 +135,39 @@ class LocatedTables:
         begins = np.concatenate(
             [_rows_of([gap], 0), *(_rows_of(kinks, 0) + side * h / 3 * _rows_of(kinks, 1) for side in (-1, 1) if kinks)]
         )
-        rows = np.concatenate([begins @ piece, *self._felt(p, law, h)])
+        begins = begins @ basis
+        rows = np.concatenate([begins @ piece, *(rows @ basis for rows in self._felt(p, law, h))])
         tables.counts[mode], tables.begins[mode, : len(rows), -1] = len(rows), 1.0  # where a stage takes the force: one
         tables.begins[mode, : len(begins)] = begins
         tables.sizes[mode, : len(rows)] = 1.0
         if kinks:
-            tables.sizes[mode, : len(rows)] = np.maximum(1.0, np.abs(rows[:, :4]).max(axis=1))
+            of_motion = 2 if self._wall else 4  # displacements and velocities
+            tables.sizes[mode, : len(rows)] = np.maximum(1.0, np.abs(rows[:, :of_motion]).max(axis=1))
         levels = _fill_mode(tables, mode, piece, rows, stride, entries)
         if mode == FREE:
-            tables.rates[:, 0], tables.rates[:, 1:] = np.eye(COLUMNS)[3], levels[0][: CHUNK - 1, 3].T
+            rate = unit[3] @ basis
+            tables.rates[:, 0], tables.rates[:, 1:] = rate, (rate @ levels[0][: CHUNK - 1]).T
         with np.errstate(all="ignore"):
             within = levels[0][: max(stride - 1, 0)], levels[-1]
             if kinks:
-                mean = begins[:1] @ (piece - np.eye(COLUMNS)) / h
-                rates = _rows_of([gap], 1)
+                mean = begins[:1] @ (piece - np.eye(len(piece))) / h
+                rates = _rows_of([gap], 1) @ basis
                 bound = _supremum(rates - mean, *within) + _supremum(rates @ piece - mean, *within)
                 tables.dips[mode, :1] = bound * (h * DEEPEST)
             else:  # |g″| at ends of pieces
-                tables.dips[mode, :1] = _supremum(np.eye(COLUMNS)[5:6], *within) * (h**2 / 2)
+                tables.dips[mode, :1] = _supremum(unit[5:6] @ basis, *within) * (h**2 / 2)
         if law:
-            force = _rows_of([(law.stiffness, 2.0 * law.damping)], 0)[0]
-            _fill_impulses(tables, mode, 0.5 * h * force @ (np.eye(COLUMNS) + piece), levels)
+            force = _rows_of([(law.stiffness, 2.0 * law.damping)], 0)[0] @ basis
+            _fill_impulses(tables, mode, 0.5 * h * force @ (np.eye(len(piece)) + piece), levels)
+
+    def _basis(self, law: Piece | None) -> np.ndarray:
+        """What the numbers of u are of those that the kernel has, (COLUMNS, n): at a wall λ follows from g and g′."""
+        if not self._wall:
+            return np.eye(COLUMNS)
+        basis = np.eye(COLUMNS)[:, ALONE]
+        if law:
+            basis[6] = _rows_of([(law.stiffness, 2.0 * law.damping)], 0)[0, ALONE]
+        return basis
 
     def _takes_of_force(self) -> int:
         """Of each kink, how many rows are watched: two for steps, and where stages take the force elsewhere."""
@@ -169,13 +185,15 @@ class LocatedTables:
             found.append(np.array([-by_depth * gap - by_speed * rate for by_depth, by_speed in law.kinks]))
         return [rows[:, :COLUMNS] @ x_of_u for rows in found]
 
-    def _piece_matrix(self, p: Parameters, pressed: bool, h: float) -> np.ndarray:
+    def _piece_matrix(self, p: Parameters, law: Piece | None, h: float) -> np.ndarray:
         """Φ of a piece of length h."""
-        m = self._scheme
+        m, pressed = self._scheme, law is not None
         if m.stages.count > 0:
-            return _step_matrix(step_maps(bodies_of(p), self._integrator, h), int(pressed), p.eta * h, -p.free_gap)
-        matrix = np.empty((COLUMNS, COLUMNS))
-        write_piece_matrix(m, pressed, h, p.free_position, matrix)
+            maps = step_maps(bodies_of(p), self._integrator, h)
+            step = _step_matrix(maps, int(pressed), p.eta * h, -p.free_gap)
+            return step[ALONE] @ self._basis(law) if self._wall else step
+        matrix = np.empty(2 * (columns_of(self._wall),))
+        write_piece_matrix(m, pressed, h, p.free_position, matrix, self._wall)
         return matrix
 
 
@@ -202,6 +220,7 @@ def _empty_tables(watched: list[list], eta: float) -> SkipTables:
         dips=np.zeros((modes, 0, COLUMNS)),
         rates=np.zeros((COLUMNS, 0)),
         period=2 * math.pi / eta,
+        wall=TWO_BODIES,
     )
 
 
@@ -301,7 +320,7 @@ def _fill_mode(
         if stride > 1:
             tables.strides[mode] = stride
             levels.append(_powers(levels[0][stride - 1], entries))
-            change = step - np.eye(COLUMNS)
+            change = step - np.eye(len(step))
             supremum = _supremum(rows @ change @ change, levels[0][: stride - 1], levels[1][:-1])
             tables.bounds[mode, : len(rows)] = supremum * (stride**2 / 8)
         for level, powers in enumerate(levels):
@@ -317,10 +336,11 @@ def _supremum(rows: np.ndarray, inner: np.ndarray, outer: np.ndarray) -> np.ndar
     """Largest |element| of the rows and of their products with matrices of ``inner``, of ``outer`` and of both."""
     begun = np.concatenate([rows[None], rows @ inner])
     largest = np.abs(begun).max(axis=0)
-    side_by_side = outer.transpose(1, 0, 2).reshape(COLUMNS, -1)  # one product of matrices instead of many
+    columns = outer.shape[-1]
+    side_by_side = outer.transpose(1, 0, 2).reshape(columns, -1)  # one product of matrices instead of many
     for r in range(largest.shape[0]):
         for i in range(0, len(begun), BLOCK):
-            images = np.abs(begun[i : i + BLOCK, r] @ side_by_side).max(axis=0).reshape(-1, COLUMNS)
+            images = np.abs(begun[i : i + BLOCK, r] @ side_by_side).max(axis=0).reshape(-1, columns)
             np.maximum(largest[r], images.max(axis=0), out=largest[r])
     return largest
 

@@ -46,7 +46,7 @@ class Lyapunov:
     Attributes
     ----------
     exponent : float
-        Λ per excitation period.
+        Λ per excitation period; −∞ where nothing is left of a disturbance, as of a body that sticks to a wall.
     error : float
         Standard error of Λ.
     drift : float
@@ -135,10 +135,13 @@ def lyapunov(
     growth, section = np.empty(periods), np.empty((periods, 4))
     for n in range(-SETTLING, periods):
         found = poincare.step_along(y, v)
-        length = 0.0 if found is None else float(np.linalg.norm(found[1]))
-        if not 0.0 < length < np.inf:
+        length = np.nan if found is None else float(np.linalg.norm(found[1]))
+        if not 0.0 <= length < np.inf:
             return Lyapunov(np.nan, np.nan, np.nan, np.nan, poincare.displacements(section[: max(n, 0)]))
-        y, v = found[0], found[1] / length
+        if length == 0.0 and n >= 0:
+            section[n] = found[0]
+            return Lyapunov(-np.inf, 0.0, 0.0, 0.0, poincare.displacements(section[: n + 1]))
+        y, v = found[0], found[1] / length if length > 0.0 else np.full(4, 0.5)
         if n >= 0:
             growth[n], section[n] = np.log(length), y
     return average_growth(growth, poincare.displacements(section))

@@ -125,7 +125,7 @@ def _linear_part(system: System) -> np.ndarray:
 
 
 def _factor_of_region(poincare: PoincareMap, orbit: FixedPoint, rigid: bool, size: float) -> np.ndarray | None:
-    """F/r around a point of a cycle; None if the cycle is not stable or r is not above rounding."""
+    """F/r around a point of a cycle; None if it is not stable, r is not above rounding, or a wall holds the body."""
     jacobian = orbit.returned.jacobian
     largest = np.abs(np.linalg.eigvals(jacobian)).max()
     if not largest < 1 - 1e-9:
@@ -136,6 +136,8 @@ def _factor_of_region(poincare: PoincareMap, orbit: FixedPoint, rigid: bool, siz
     free = np.array([True, True, not joined, not joined])
     if poincare.mechanics.wall:
         free[:2] = False
+    if not free.any():
+        return None
     units = _directions(factor, free)
     radius = size / np.abs(units).max()
     for _ in range(RADII):

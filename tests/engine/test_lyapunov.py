@@ -102,3 +102,17 @@ def test_unsuitable_methods_and_periods_are_refused():
         lyapunov(SYSTEM, 1.70, Reference(), periods=3)
     with pytest.raises(Cancelled):
         lyapunov(SYSTEM, 1.70, Reference(), cancelled=lambda: True)
+
+
+HELD = System(wall=True, clearance=-60.0)  # a preload that never opens
+STICKS = System(wall=True, d1=0.05, restitution=0.3, clearance=-0.4)  # in each period
+
+
+@pytest.mark.parametrize(("system", "eta"), [(HELD, 1.3), (STICKS, 0.7)], ids=["held", "sticks"])
+def test_a_body_that_sticks_to_a_wall_forgets_every_disturbance(system, eta):
+    state = simulate(system, eta, Reference(), periods=200, keep=1).section[-1]
+    found = lyapunov(system, eta, Reference(), initial=state, periods=256)
+    assert (found.exponent, found.error, found.sign, found.is_chaotic) == (-np.inf, 0.0, -1, False)
+    starts = state, state - np.array([1e-3, 0.0, 0.0, 0.0])
+    one, other = (simulate(system, eta, Reference(), periods=4, keep=1, initial=start).section for start in starts)
+    np.testing.assert_allclose(one, other, rtol=0, atol=1e-9)

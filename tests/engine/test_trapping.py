@@ -1,5 +1,6 @@
 """Trapping regions: whatever starts in one comes to the cycle."""
 
+import warnings
 from dataclasses import replace
 
 import numpy as np
@@ -122,3 +123,10 @@ def test_a_cell_ends_at_the_first_section_in_a_region():
     short = settle(method, cells.parameters(), start[None], np.zeros(1), traps, periods=first, stride=7, threads=1)
     assert (short.periods[0], short.trap[0]) == (first, NO_TRAP)
     np.testing.assert_allclose(short.end[0], section[first - 1], rtol=0, atol=1e-9)
+
+
+def test_a_body_that_a_wall_holds_has_no_region_to_look_for():
+    system, method = System(wall=True, d1=0.05, clearance=-60.0), Reference()
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")  # of a division by the size of no deviation
+        assert trapping_regions(system, 1.3, method, steady(system, 1.3, method)) == []

@@ -16,7 +16,7 @@ from ..compile.options import jit_inlined
 from ..linear.first_root import parabola_zero
 from ..linear.tables import apply_transition, dot
 from ..time_stepping.newmark import LIMIT
-from .step_map import ENTRIES
+from .step_map import ENTRIES, FEW_AT_WALL
 
 FAR = 1e-3 * LIMIT  # beyond it no step is skipped
 
@@ -26,7 +26,7 @@ SKIP_ON, TAKE_STEP, CHANGE = range(3)
 CERTAIN = 2.0**-40  # a gap beyond this share of the displacements has a sign that rounding cannot change
 CHUNK = 32  # entries that are examined together
 _NONE = np.int32(CHUNK)
-FEW, FEW_AT_WALL = CHUNK, 2 * CHUNK  # steps that are searched one by one: a level saves no time there
+FEW = CHUNK  # steps of two bodies that are searched one by one: a level saves no time there
 
 
 class Skip(NamedTuple):
@@ -149,13 +149,13 @@ def only_change(t, pressed, z, middle, beginning):
 
 
 @jit_inlined
-def ends_soon(t, pressed, z):
+def ends_soon(p, pressed, z):
     """Whether a contact at a wall ends within steps that are searched one by one, as most do: no level has to be asked.
 
-    By one entry in the midst of these, since the linear motion may lead back into contact after them.
+    By the entry in the midst of the half cycle that follows the contact, since after that the linear motion leads back.
     """
-    if t.wall:
-        return pressed == 1 and not signed_gap_at(t, pressed, 0, z, FEW_AT_WALL // 2) > 0.0
+    if p.tables.wall:
+        return pressed == 1 and not signed_gap_at(p.tables, pressed, 0, z, p.midst) > 0.0
     return False
 
 
@@ -165,7 +165,7 @@ def certify_skip(p, pressed, z, signed_gap):
     t = p.tables
     if not abs(z[0]) + abs(z[2]) + p.steps * (abs(z[1]) + abs(z[3])) < FAR:
         return Skip(0, 0, 0, TAKE_STEP, signed_gap, signed_gap, z)
-    soon = ends_soon(t, pressed, z)
+    soon = ends_soon(p, pressed, z)
     coarse = 0 if soon else certified_entries(t, pressed, 2, z)
     if coarse > 0:
         signed_gap = signed_gap_at(t, pressed, 2, z, coarse)

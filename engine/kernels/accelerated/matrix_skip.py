@@ -24,6 +24,11 @@ the ends without contact are watched alone.
 Single steps are skipped by the sign of the rows. A skip ends before the first step of which a row is not positive, or
 so near to zero that rounding could change its sign; the plain loop's own step follows.
 
+At a wall ξ₁ with its derivatives is zero. Where λ follows from g and g′, too (:mod:`.located_skip`), six numbers are
+left,
+
+    u = (g, g′, g″, cos ητ₀, sin ητ₀, 1).
+
 Plain twin: :func:`..time_stepping.linear_step.integrate_linear` (tests/engine/kernels/test_matrix_skip.py).
 """
 
@@ -52,11 +57,12 @@ MODES, LEVELS = 3, 2
 WORK_ROWS = 10  # of the work space: three for a step, five u, one of least values, and one y
 LEAST = 5  # row of the work space of a skip: what each watched row must exceed
 UNLIMITED = 1 << 62
+ALONE = 6  # numbers of u at a wall
 WORTHWHILE = 2 * CHUNK  # steps that a skip by the coarser level has at least
 
 
 class SkipTables(NamedTuple):
-    """What many steps of each mode do; R is the largest number of watched rows."""
+    """What many steps of each mode do; R is the largest number of watched rows. At a wall COLUMNS stands for ALONE."""
 
     rows: np.ndarray  # (MODES, R, LEVELS, COLUMNS, ENTRIES) watched rows after 1 … ENTRIES strides
     firsts: np.ndarray  # (MODES, R, LEVELS, COLUMNS) the same after one stride
@@ -70,6 +76,7 @@ class SkipTables(NamedTuple):
     dips: np.ndarray  # the same shape: how far it may fall within a step
     rates: np.ndarray  # (COLUMNS, CHUNK) g′ of a flight at the beginning of each step; none where dips do not count
     period: float  # of the excitation
+    wall: tuple | None  # AT_WALL where u has ALONE numbers, else TWO_BODIES (see ..parameters)
 
 
 @jit_inlined
@@ -97,17 +104,23 @@ def write_state(m, u, y):
 
 
 @jit_inlined
-def dot(row, u):
+def columns_of(wall):
+    """Numbers of u."""
+    return ALONE if wall else COLUMNS
+
+
+@jit_inlined
+def dot(row, u, wall):
     """A row, or a column of a table, times u."""
     value = 0.0
-    for i in range(COLUMNS):
+    for i in range(columns_of(wall)):
         value += row[i] * u[i]
     return value
 
 
 @jit_no_alloc
-def steps_above(rows, u, bound, most):
-    """Entries, at most so many, before the first whose row times u does not exceed the bound."""
+def steps_above_of_two(rows, u, bound, most):
+    """As :func:`steps_above`, of two bodies."""
     u0, u1, u2, u3, u4, u5, u6, u7, u8, u9 = u[0], u[1], u[2], u[3], u[4], u[5], u[6], u[7], u[8], u[9]
     for begin in range(0, most, CHUNK):
         end, first = begin + CHUNK, CHUNK
@@ -123,11 +136,36 @@ def steps_above(rows, u, bound, most):
     return most
 
 
+@jit_no_alloc
+def steps_above_at_wall(rows, u, bound, most):
+    """As :func:`steps_above`, of one body at a wall."""
+    u0, u1, u2, u3, u4, u5 = u[0], u[1], u[2], u[3], u[4], u[5]
+    for begin in range(0, most, CHUNK):
+        end, first = begin + CHUNK, np.int32(CHUNK)
+        r0, r1, r2 = rows[0, begin:end], rows[1, begin:end], rows[2, begin:end]
+        r3, r4, r5 = rows[3, begin:end], rows[4, begin:end], rows[5, begin:end]
+        # without a branch, and with indices of half the size: fewer vector instructions
+        for j in range(CHUNK):
+            value = (r0[j] * u0 + r1[j] * u1) + (r2[j] * u2 + r3[j] * u3) + (r4[j] * u4 + r5[j] * u5)
+            first = min(first, np.int32(CHUNK) if value > bound else np.int32(j))
+        if first < CHUNK:
+            return min(most, begin + int(first))
+    return most
+
+
 @jit_inlined
-def bound_of(row, u):
+def steps_above(rows, u, bound, most, wall):
+    """Entries, at most so many, before the first whose row times u does not exceed the bound."""
+    if wall:
+        return steps_above_at_wall(rows, u, bound, most)
+    return steps_above_of_two(rows, u, bound, most)
+
+
+@jit_inlined
+def bound_of(row, u, wall):
     """A row of bounds times |u|."""
     value = 0.0
-    for i in range(COLUMNS):
+    for i in range(columns_of(wall)):
         value += row[i] * abs(u[i])
     return value
 
@@ -139,13 +177,13 @@ def coarse_entries(t, mode, u, least):
     if stride == 0:
         return 0
     for r in range(t.counts[mode]):
-        bound = bound_of(t.bounds[mode, r], u)
+        bound = bound_of(t.bounds[mode, r], u, t.wall)
         # a row that is small at the next step and grows to v at the first entry: the chord lies above its share of v,
         # and the row at most 4 times this share of the bound below the chord
-        near, first = dot(t.firsts[mode, r, 0], u), dot(t.firsts[mode, r, 1], u)
+        near, first = dot(t.firsts[mode, r, 0], u, t.wall), dot(t.firsts[mode, r, 1], u, t.wall)
         if not (near > bound + least[r] or (near > least[r] and first > 4.0 * bound + least[r])):
             return 0
-        entries = steps_above(t.rows[mode, r, 1], u, bound + least[r], entries)
+        entries = steps_above(t.rows[mode, r, 1], u, bound + least[r], entries, t.wall)
         if entries * stride < WORTHWHILE:
             return 0
     return entries
@@ -155,11 +193,11 @@ def coarse_entries(t, mode, u, least):
 def single_entries(t, mode, u, least):
     """Single steps before the first that may leave the mode."""
     for r in range(t.counts[mode]):
-        if not dot(t.firsts[mode, r, 0], u) > least[r]:
+        if not dot(t.firsts[mode, r, 0], u, t.wall) > least[r]:
             return 0
     entries = ENTRIES
     for r in range(t.counts[mode]):
-        entries = steps_above(t.rows[mode, r, 0], u, least[r], entries)
+        entries = steps_above(t.rows[mode, r, 0], u, least[r], entries, t.wall)
     return entries
 
 
@@ -175,26 +213,54 @@ def apply(columns, u, out):
     out[5], out[6], out[7], out[8], out[9] = v5, v6, v7, v8, v9
 
 
+@jit_no_alloc
+def apply_at_wall(columns, u, out):
+    """The same at a wall."""
+    v0, v1, v2, v3, v4, v5 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    for j in range(ALONE):
+        c, x = columns[j], u[j]
+        v0, v1, v2 = v0 + c[0] * x, v1 + c[1] * x, v2 + c[2] * x
+        v3, v4, v5 = v3 + c[3] * x, v4 + c[4] * x, v5 + c[5] * x
+    out[0], out[1], out[2], out[3], out[4], out[5] = v0, v1, v2, v3, v4, v5
+
+
 @jit_inlined
 def carry(t, mode, level, entries, u, out):
     """Write u after so many entries of a level."""
-    if entries > 0:
-        apply(t.columns[mode, level, entries - 1], u, out)
-    else:
-        for i in range(COLUMNS):
+    if entries == 0:
+        for i in range(columns_of(t.wall)):
             out[i] = u[i]
+    elif t.wall:
+        apply_at_wall(t.columns[mode, level, entries - 1], u, out)
+    else:
+        apply(t.columns[mode, level, entries - 1], u, out)
 
 
 @jit_inlined
 def reach_of(t, u):
     """How far the motion may go within a period."""
+    if t.wall:
+        return abs(u[0]) + t.period * abs(u[1])
     return abs(u[0]) + abs(u[1]) + t.period * (abs(u[2]) + abs(u[3]))
+
+
+@jit_inlined
+def extent_of(t, u):
+    """Sum of the displacements, by which rounding is judged."""
+    return abs(u[0]) if t.wall else abs(u[0]) + abs(u[1])
+
+
+@jit_inlined
+def gap_rate_of(t, u):
+    """g′."""
+    return u[1] if t.wall else u[3]
 
 
 @jit_inlined
 def rising_steps(t, us, noise):
     """As :func:`find_skip`, of a flight whose first step ends within the dip: those at whose beginning it rises."""
-    steps = steps_above(t.rates, us[0], 0.0, steps_above(t.rows[FREE, 0, 0], us[0], noise, CHUNK))
+    positive = steps_above(t.rows[FREE, 0, 0], us[0], noise, CHUNK, t.wall)
+    steps = steps_above(t.rates, us[0], 0.0, positive, t.wall)
     carry(t, FREE, 0, steps, us[0], us[2])
     carry(t, FREE, 1, 0, us[0], us[1])
     return 0, steps
@@ -209,17 +275,17 @@ def find_skip(t, mode, us, touch, most):
     u, least, stride, rises = us[0], us[LEAST], t.strides[mode], False
     if not reach_of(t, u) < FAR:
         return 0, 0
-    noise = CERTAIN * (abs(u[0]) + abs(u[1]) + abs(touch))
+    noise = CERTAIN * (extent_of(t, u) + abs(touch))
     for r in range(t.counts[mode]):
         least[r] = noise * t.sizes[mode, r]
         if t.dips.shape[1] > 0:
-            dip = bound_of(t.dips[mode, r], u)
-            if not dot(t.begins[mode, r], u) > dip:
-                rises = mode == FREE and u[3] > 0.0
+            dip = bound_of(t.dips[mode, r], u, t.wall)
+            if not dot(t.begins[mode, r], u, t.wall) > dip:
+                rises = mode == FREE and gap_rate_of(t, u) > 0.0
                 if not rises:
                     return 0, 0
             least[r] += dip
-    if rises and not dot(t.firsts[FREE, 0, 0], u) > least[0]:
+    if rises and not dot(t.firsts[FREE, 0, 0], u, t.wall) > least[0]:
         return rising_steps(t, us, noise)
     coarse = coarse_entries(t, mode, u, least)
     if coarse * stride > most:
@@ -233,8 +299,8 @@ def find_skip(t, mode, us, touch, most):
 @jit_inlined
 def impulse_of(t, mode, coarse, fine, us):
     """Δτ Σλ over the steps of a skip."""
-    total = dot(t.impulses[mode, 1, coarse - 1], us[0]) if coarse > 0 else 0.0
-    return total + (dot(t.impulses[mode, 0, fine - 1], us[1]) if fine > 0 else 0.0)
+    total = dot(t.impulses[mode, 1, coarse - 1], us[0], t.wall) if coarse > 0 else 0.0
+    return total + (dot(t.impulses[mode, 0, fine - 1], us[1], t.wall) if fine > 0 else 0.0)
 
 
 @jit_inlined

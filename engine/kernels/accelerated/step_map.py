@@ -31,7 +31,8 @@ import numpy as np
 
 from ..compile.options import jit, jit_inlined, jit_no_alloc
 from ..compile.packing import GIVEN, Layout
-from ..equations.motion import free_equilibrium, pressed_equilibrium
+from ..equations.contact_law import contact_rate
+from ..equations.motion import coefficients, free_equilibrium, pressed_equilibrium
 from ..equations.rates import free_rate, pressed_rate
 from ..linear.cos_sin import cos_sin
 from ..linear.matrices import fill_powers, image, raise_to_images, raise_within
@@ -43,6 +44,7 @@ LEVELS = 3
 ENTRIES = 128  # of a level
 REACHES = 0.15, 1.0  # |ν| times the longest stride, free and pressed: bounds are tight enough for most flights …
 SAMPLED = 0.25  # … if suprema are taken over steps no further apart than this
+FEW_AT_WALL = 64  # steps that are searched one by one at a wall: a level saves no time there
 TURNS = 4096  # its square is more than the steps of a period can be
 LONGEST = ENTRIES * ENTRIES // 2  # longest stride: every step is then one entry of each level away
 
@@ -77,6 +79,7 @@ class SkippingScheme(NamedTuple):
     tables: StepTables
     steps: int  # n
     shift: int  # of tables.turns
+    midst: int  # steps after the beginning of a contact in the midst of the cycle's other half, at most FEW_AT_WALL
     scheme: Scheme
 
 
@@ -95,7 +98,7 @@ TABLES = Layout(
 )
 SKIPPING = Layout(SkippingScheme, tables=TABLES, scheme=Layout(Scheme))
 unpack_skipping = SKIPPING.unpack
-_write_numbers = SKIPPING.writer("steps", "shift", "scheme")
+_write_numbers = SKIPPING.writer("steps", "shift", "midst", "scheme")
 
 
 @jit
@@ -233,6 +236,13 @@ def turn_after(turns, shift, k):
 
 
 @jit
+def steps_to_midst(p, h):
+    """Steps, at most FEW_AT_WALL, of three quarters of a cycle of the contact mode: most contacts last two quarters."""
+    rate = contact_rate(p.stiffness, p.damping, coefficients(p).inverse_mass)
+    return int(max(1.0, min(FEW_AT_WALL, 1.5 * math.pi / (rate * h))))
+
+
+@jit
 def set_up_skipping(packed, keys, row):
     """Write the :class:`SkippingScheme` of a run into its packed array.
 
@@ -246,7 +256,7 @@ def set_up_skipping(packed, keys, row):
     p, tables = unpack_parameters(row), unpack_skipping(packed, TWO_BODIES).tables
     m, rates, counts = scheme_of(p), (free_rate(p), pressed_rate(p)), (FOR_FLIGHT, FOR_CONTACT)
     shift = math.ceil(0.5 * math.log2(p.steps))
-    _write_numbers(packed, p.steps, shift, m)
+    _write_numbers(packed, p.steps, shift, steps_to_midst(p, m.h), m)
     if p.wall > 0.0 and keys[FREE, STEPS] != p.steps:
         fill_turns(tables.turns, p.steps, shift)
     for state in range(2):  # a literal 0 or 1 would be compiled twice

@@ -27,6 +27,7 @@ from ..compile.options import jit, jit_inlined, jit_no_alloc
 from ..compile.packing import Layout
 from ..equations.contact_law import force
 from ..linear.cos_sin import cos_sin
+from .wall_step import change_at_wall, step_alone
 
 NEWTON = 3  # iterations for the zero of a cubic, which are cheap, and the step there is solved in any case
 PRECISION = 1e-14  # of an instant of change, as a share of its step: the rounding of the gap allows little more
@@ -117,16 +118,6 @@ def with_accelerations(e, z, forcing):
     a = e.ax * x + (e.av * v + (e.ag * g + (e.au * u + forcing[0])))
     b = e.bx * x + (e.bv * v + (e.bg * g + (e.bu * u + forcing[1])))
     return x, v, a, g, u, b
-
-
-@jit_inlined
-def step_alone(e, g, u, b, s, force):
-    """The gap with velocity and acceleration after a step of length ``s`` at a wall; ``force``: f at its end."""
-    half, quarter = 0.5 * s, 0.25 * s * s
-    pg, qg = g + s * u + quarter * b, u + half * b
-    over = 1.0 / (1.0 - half * e.bu - quarter * e.bg)  # long known: a division of the sum would be waited for
-    b = (e.bg * pg + (e.bu * qg + force)) * over
-    return pg + quarter * b, qg + half * b, b
 
 
 @jit_inlined
@@ -326,6 +317,10 @@ def locate_change(m, pressed, z, end, length, k, s):
     elif gap <= 0.0 and rate <= 0.0:
         # the step begins on the surface and does not move away from it: contact changes where it ends
         return length, end, 0
+    if m.wall and m.stages.count == 0:
+        theta, motion = change_at_wall(m, side(m, pressed), pressed, z, there, reach, k, s)
+        if theta > 0.0:
+            return theta, (z[0], z[1], z[2], 0.0, motion[1], motion[2]), solves + 1
     # it falls where the contact status ends; where this begins, in the last change, the gap is zero and rises
     low, high, theta, beyond, least = 0.0, reach, reach, there, 0.0 if gap > 0.0 else AWAY
     better = root_by_curvature(gap, rate, sign * z[5], sign * there[3], reach)

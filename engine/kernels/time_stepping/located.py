@@ -18,8 +18,8 @@ of which the last piece did not end at a point. All other pieces with one j are 
 (:mod:`..accelerated.located_skip`).
 
 Every step is then proportional to Δτ, and the method is of second order throughout. With N = T_f/Δτ an impact costs N/2
-to N solves and some four to locate each change, a contact of duration t > T_c/2 costs up to twice N/2 (1 + ln(2t/T_c)),
-however stiff it is. (In an FE code a step of another length costs another factorisation too.)
+to N solves and some four to locate each change (two at a wall), a contact of duration t > T_c/2 costs up to twice
+N/2 (1 + ln(2t/T_c)), however stiff it is. (In an FE code a step of another length costs another factorisation too.)
 """
 
 import math
@@ -49,12 +49,12 @@ from .contact_location import (
     side,
     side_of,
     step,
-    step_alone,
     step_from,
     unpack_scheme,
     with_accelerations,
 )
 from .newmark import LIMIT, next_output
+from .wall_step import step_alone
 
 MOST_HALVINGS = 60  # of a step of the grid
 ROUNDING = 1e-6  # of a piece, and of its longest length: a contact from a step of the grid on has whole ratios, which …
