@@ -18,6 +18,7 @@ from .divergence.compare import compare
 from .divergence.verdict import verdict
 from .drivers import orbit_steps, settle
 from .drivers.code_cache import CompileListener, compilable_functions, complete_mark
+from .drivers.event_driven import hybrid_state
 from .drivers.orbit import PART, numbers_of
 from .drivers.orbit_equations import Followed, equations_of
 from .methods import ExactPenalty, Newmark, Reference, TimeStepping
@@ -120,11 +121,13 @@ def _settle(cells: Cells) -> None:
 def _step(system: System, method: Followed) -> None:
     """Take a step of Newton's method to an orbit, and find what a branch needs at one."""
     equations, start, ones = equations_of(system, 1.08, method), np.zeros(4), np.ones(5)
+    if isinstance(method, Reference):
+        hybrid_state(system, 1.08, method, start)
     found = equations((), False, 1, start)
-    equations.residuals([(system, 1.08, method)], (), False, 1, start)
+    equations.slope((system, 1.08, method), 1e-7, (), False, 1, start, found.residual)
     equations.state_later(PART, start, 0.0, 0.1)
+    equations.solve((), False, 1, start.copy(), 1.0)
     scales = orbit_steps.scales_of(start, 1.0)
-    orbit_steps.step_at_value(found.residual, found.jacobian, scales, start.copy())
     x, slope, step = np.zeros(5), found.residual.copy(), np.zeros((5, 1))
     orbit_steps.step_in_plane((found.residual, found.jacobian), scales, (ones, 1.0), x, slope, step)
     tangent = orbit_steps.tangent_of(found.jacobian, slope, scales)
@@ -133,6 +136,7 @@ def _step(system: System, method: Followed) -> None:
     orbit_steps.neimark_sacker_indicator(found.jacobian)
     orbit_steps.indicators_of(found.jacobian, slope, tangent)
     orbit_steps.interpolated(np.zeros(1), np.array([x]), np.array([ones]), ones, 0.1)
+    orbit_steps.least_of_margins(found.facts, start[4:], 0.0, np.zeros((2, 1), dtype=np.int64))
     orbit_steps.margin_values(found.facts, start[4:], 0.0, np.zeros((2, 1), dtype=np.int64))
     orbit_steps.impact_that_may_stick(numbers_of((PART,)), found.facts, found.facts, 0.0, 0)
     orbit_steps.null_vector(np.eye(4, 5))

@@ -22,7 +22,7 @@ def bifurcations_ahead(
     ``before`` and ``after``: the indicators, (4,), at both ends.
     """
     found = []
-    for k in np.flatnonzero(before * after < 0):
+    for k in (before * after < 0).nonzero()[0]:
         kind = BIFURCATIONS[k]
         located = first_zero(lambda s, kind=kind: _indicator(curve, here, s, kind), 0.0, step)
         point = None if located is None else _orbit_ahead(curve, here, located)
@@ -46,12 +46,12 @@ def _orbit_ahead(curve: Curve, here: CurvePoint, s: float) -> CurvePoint | None:
 def _is_bifurcation(kind: str, point: CurvePoint, unlike: float) -> bool:
     """Whether a change of sign is what it seems to be; ``unlike``: how far a multiplier may be off, of the largest."""
     if kind == NEIMARK_SACKER:
-        values = point.evaluation.multipliers
+        values = point.multipliers
         return bool((np.abs(values.imag[np.abs(np.abs(values) - 1) < REAL]) > REAL).any())
     if not np.isfinite(point.extended).all():
         return False
     if kind in MULTIPLIERS:
-        values = point.evaluation.multipliers
+        values = point.multipliers
         off = np.abs(values - MULTIPLIERS[kind]).min()
         return not off >= unlike * np.abs(values[0])  # infinite at a grazing impact, where there are no others
     if kind == BRANCH_POINT:

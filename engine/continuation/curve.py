@@ -13,15 +13,12 @@ import numpy as np
 
 from ..drivers.orbit import Evaluation
 from ..drivers.orbit_equations import Equations, equations_of
-from ..drivers.orbit_steps import interpolated, scales_of, step_at_value, step_in_plane, tangent_of
+from ..drivers.orbit_steps import CONVERGED, NEWTON_STEPS, STALLED, interpolated, scales_of, step_in_plane, tangent_of
 from .family import Family
 from .orbit import Orbit
 from .parameter_range import ParameterRange
 
-NEWTON_STEPS = 10
-CONVERGED = 1e-10  # scaled step of Newton's method, after which the next would be rounding
-NEXT = 1e-13  # the error that is left after a step of that length: a shorter one is not taken
-STALLED = 1e-7  # the same, where rounding prevents any smaller
+NEXT = 1e-13  # the error that is left after a scaled step of that length: a shorter one is not taken
 DIFFERENCE = 1e-7  # of the width of the range, of differences in α₁
 STEEP = 0.003  # component of the tangent along α₁
 NEIGHBOURS = 2  # known points from which others are predicted
@@ -67,7 +64,11 @@ class CurvePoint:
         self._around: dict[float, CurvePoint] = {}  # other points of its curve, by the distance along the tangent
         self.evaluation = curve.evaluate(orbit, value) if evaluation is None else evaluation
         self.unknowns = np.concatenate([orbit.unknowns, (value,)])
-        self.scales = curve.scales(orbit)
+
+    @cached_property
+    def scales(self) -> np.ndarray:
+        """See the class."""
+        return self._curve.scales(self.orbit)
 
     @cached_property
     def slope(self) -> np.ndarray:
@@ -84,6 +85,11 @@ class CurvePoint:
     def turned(self) -> "CurvePoint":
         """The same point with the opposite tangent."""
         return CurvePoint(self._curve, self.orbit, self.value, -self.tangent, self.evaluation)
+
+    @cached_property
+    def multipliers(self) -> np.ndarray:
+        """Floquet multipliers of the orbit, (4,), largest first."""
+        return self.evaluation.multipliers
 
     @cached_property
     def along(self) -> np.ndarray:
@@ -123,11 +129,15 @@ class CurvePoint:
         """
         if self._curve.family.jumps:
             return self.unknowns + s * self.along
-        nearest = sorted(self._around, key=lambda known: abs(known - s))[:NEIGHBOURS]
-        points = [self, *(self._around[known] for known in nearest)]
-        along = [point.along if "tangent" in point.__dict__ else np.full(len(self.scales), np.nan) for point in points]
-        values = np.array([point.unknowns for point in points])
-        return interpolated(np.array([0.0, *nearest]), values, np.array(along), self.coordinate, s)
+        nearest = list(self._around)
+        if len(nearest) > 1:
+            nearest = sorted(nearest, key=lambda known: abs(known - s))[:NEIGHBOURS]
+        points = [self, *[self._around[known] for known in nearest]]
+        values, along = np.empty((2, len(points), len(self.unknowns)))
+        for k, point in enumerate(points):
+            values[k] = point.unknowns
+            along[k] = point.along if "tangent" in point.__dict__ else np.nan
+        return interpolated(np.array([0.0, *nearest]), values, along, self.coordinate, s)
 
     def predicted_slope(self, s: float) -> np.ndarray:
         """∂F/∂α₁ at a distance along the tangent: in a straight line from here to the last point whose own is known."""
@@ -181,9 +191,7 @@ class Curve:
                 problem = self.family.at(value + h)
             except ValueError:
                 continue
-            (there,) = equations.residuals([problem], orbit.kinds, orbit.first, orbit.period, orbit.unknowns)
-            with np.errstate(invalid="ignore"):  # there may be no such orbit
-                return (there - residual) / h
+            return equations.slope(problem, h, orbit.kinds, orbit.first, orbit.period, orbit.unknowns, residual)
         raise ValueError(f"{self.family.over} = {value:g}: the range of what it may be is narrower than {abs(h):g}")
 
     def scales(self, orbit: Orbit) -> np.ndarray:
@@ -192,17 +200,14 @@ class Curve:
 
     def corrected(self, orbit: Orbit, value: float) -> Orbit | None:
         """The orbit at this α₁ near a guess; None if Newton's method does not find it."""
-        equations, scales = self.equations(value), self.scales(orbit)
-        unknowns, before, out = orbit.unknowns.copy(), np.inf, Evaluation.without_facts(len(orbit.kinds))
-        for _ in range(NEWTON_STEPS):
-            found = equations(orbit.kinds, orbit.first, orbit.period, unknowns, out)
-            length = step_at_value(found.residual, found.jacobian, scales, unknowns)
-            if not length < 1e3 or (length >= before and length > STALLED):
-                return None
-            if length < CONVERGED or length >= before or _next_step(length, before, 2) < CONVERGED:
-                return orbit.at(unknowns)
-            before = length
-        return orbit.at(unknowns) if before < STALLED else None
+        point = self.solved(orbit, value)
+        return point and point.orbit
+
+    def solved(self, orbit: Orbit, value: float, towards: np.ndarray | None = None) -> CurvePoint | None:
+        """The point at this α₁ near a guess, or None if Newton's method finds none; ``towards``: as for the point."""
+        unknowns = orbit.unknowns.copy()
+        found = self.equations(value).solve(orbit.kinds, orbit.first, orbit.period, unknowns, self.width)
+        return found and CurvePoint(self, orbit.at(unknowns), value, towards, found)
 
     def ahead(self, point: CurvePoint, s: float) -> CurvePoint | None:
         """The point at the distance s along the tangent of another one; None if there is none.
@@ -216,8 +221,7 @@ class Curve:
         orbit, towards = point.orbit.at(predicted[:-1]), point.tangent
         try:
             if abs(towards[-1]) > STEEP:
-                orbit = self.corrected(orbit, float(guess[-1]))
-                found = orbit and CurvePoint(self, orbit, float(guess[-1]), towards)
+                found = self.solved(orbit, float(guess[-1]), towards)
             else:
                 row = towards / point.scales
                 found = self.constrained(
@@ -256,18 +260,11 @@ class Curve:
             length = step_in_plane((found.residual, found.jacobian), scales, plane, x, slope, step)
             if not length < 1.0:
                 return None
-            if length < CONVERGED or (length >= before and before < STALLED) or _next_step(length, before, 1) < NEXT:
+            following = length * length / before if before < np.inf else np.inf  # by a corrected slope the ratio stays
+            if length < CONVERGED or (length >= before and before < STALLED) or following < NEXT:
                 return CurvePoint(self, orbit.at(x[:-1]), float(x[-1]), towards)
             before = length
         return None
-
-
-def _next_step(length: float, before: float, power: int) -> float:
-    """About how long the next step is by the ratio of the last two: its square in Newton's method; inf after the first.
-
-    With a corrected slope, power 1, the ratio only does not grow.
-    """
-    return length * (length / before) ** power if before < np.inf else np.inf
 
 
 def null_vectors(matrix: np.ndarray) -> np.ndarray:

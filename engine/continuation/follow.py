@@ -242,7 +242,7 @@ class Tracer:
         point = point_within_cycle(self.curve, point)
         noted = point_on_branch(self.curve, kind, point, len(self.points) - 1)
         if regular is not None:
-            noted = replace(noted, multipliers=regular.evaluation.multipliers)
+            noted = replace(noted, multipliers=regular.multipliers)
         self.marks.append((noted, point))
 
     def _has_mark(self, kind: str, point: CurvePoint) -> bool:
@@ -355,7 +355,7 @@ class Tracer:
             return False
         passed = KnownBranches(self.curve)
         passed.add(self)
-        return passed.have(ahead.orbit, ahead.value)
+        return passed.have_point(ahead)
 
     def _is_singular(self, margin: Margin) -> bool:
         """Whether a contact of the penalty, or a piece of its law, has no length at the zero of a margin."""
@@ -377,7 +377,7 @@ def point_on_branch(curve: Curve, kind: str, point: CurvePoint, index: int) -> P
         kind=kind,
         value=point.value,
         period=point.orbit.period,
-        multipliers=point.evaluation.multipliers,
+        multipliers=point.multipliers,
         state=displaced_state(system, point.evaluation.section[0]),
         events=point.orbit.events,
         instants=point.orbit.instants,

@@ -43,7 +43,11 @@ class KnownBranches:
 
     def have(self, orbit: Orbit, value: float) -> bool:
         """Whether an orbit lies on one of them."""
-        rows = self.curve.evaluate(orbit, value).section
+        return self.have_point(CurvePoint(self.curve, orbit, value))
+
+    def have_point(self, point: CurvePoint) -> bool:
+        """Whether an orbit that is a point of a curve lies on one of them."""
+        orbit, value, rows = point.orbit, point.value, point.evaluation.section
         size = max(np.abs(rows).max(), 1e-9)
         for points, values in self._pieces:
             for k in np.flatnonzero((values[:-1] - value) * (values[1:] - value) <= 0):

@@ -39,6 +39,7 @@ from ..drivers.orbit_steps import (
     doubling_indicator,
     impact_that_may_stick,
     indicators_of,
+    least_of_margins,
     margin_values,
     neimark_sacker_indicator,
 )
@@ -92,13 +93,13 @@ class Margin(NamedTuple):
 def margins(orbit: Orbit, evaluation: Evaluation, method: Followed) -> list[Margin]:
     """All margins of an orbit, in a fixed order for each sequence of events."""
     conditions, columns = _conditions_of(orbit, method)
-    values = _values(columns, orbit, evaluation, method).tolist()
+    values = margin_values(*_of_values(columns, orbit, evaluation, method)).tolist()
     return [margin._replace(value=value) for margin, value in zip(conditions, values, strict=True)]
 
 
 def least_margin(orbit: Orbit, evaluation: Evaluation, method: Followed) -> float:
     """The smallest margin of an orbit."""
-    return float(_values(_conditions_of(orbit, method)[1], orbit, evaluation, method).min())
+    return least_of_margins(*_of_values(_conditions_of(orbit, method)[1], orbit, evaluation, method))
 
 
 def reasons_not_to_stick(evaluation: Evaluation, method: Followed) -> np.ndarray:
@@ -117,9 +118,9 @@ def impacts_that_may_stick(orbit: Orbit, before: Evaluation, after: Evaluation, 
         yield k
 
 
-def _values(conditions: np.ndarray, orbit: Orbit, evaluation: Evaluation, method: Followed) -> np.ndarray:
-    """The values of margins."""
-    return margin_values(evaluation.facts, orbit.instants, getattr(method, "threshold", 0.0), conditions)
+def _of_values(conditions: np.ndarray, orbit: Orbit, evaluation: Evaluation, method: Followed) -> tuple:
+    """What the values of margins are made of."""
+    return evaluation.facts, orbit.instants, float(getattr(method, "threshold", 0.0)), conditions
 
 
 def _conditions_of(orbit: Orbit, method: Followed) -> tuple[tuple[Margin, ...], np.ndarray]:

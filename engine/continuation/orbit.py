@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..drivers.event_driven import displaced_state
+from ..drivers.event_driven import displaced_state, hybrid_state
 from ..drivers.law_driven import needs_law
 from ..drivers.law_orbit import LawOrbitEquations
 from ..drivers.orbit import (
@@ -25,7 +25,6 @@ from ..drivers.orbit import (
 )
 from ..drivers.orbit_equations import Equations
 from ..methods import Newmark, Reference
-from ..motions.poincare_map import PoincareMap
 from ..result import Cancelled, Checkpoint
 from ..simulate import simulate
 
@@ -117,7 +116,8 @@ def within_cycle(orbit: Orbit, evaluation: Evaluation, equations: Equations) -> 
     them, or before them. With events beyond both ends, those beyond the second are left to another call.
     """
     m, instants, period = len(orbit.kinds), orbit.instants, orbit.period
-    if not m or (instants.min() >= 0 and instants.max() < period):
+    times = instants.tolist()
+    if not m or (min(times) >= 0 and max(times) < period):
         return orbit, 0
     early = int((instants < 0).sum())
     late = 0 if early else int((instants >= period).sum())
@@ -141,7 +141,7 @@ def orbit_of_run(problem: tuple, y: np.ndarray, period: int) -> Orbit | None:
     if isinstance(method, Newmark):
         start = displaced_state(system, y)
     else:
-        start = Checkpoint(system, eta, method, 0, tuple(PoincareMap(*problem, None).start(y).tolist()))
+        start = Checkpoint(system, eta, method, 0, tuple(hybrid_state(*problem, y).tolist()))
     run = simulate(system, eta, method, periods=period, keep=period, initial=start)
     if not run.ok:
         return None

@@ -137,7 +137,7 @@ class BranchSearch:
             if any(abs(point.value - value) < 1e-7 * self.span.width for value in self._joined):
                 continue
             start = other_branch(self.curve, kind, point)
-            if start is not None and not self._known.have(start.orbit, start.value):
+            if start is not None and not self._known.have_point(start):
                 yield from self._stoppable(branch_of_traces(self.family, self._traced(start), None, kind))
 
     def follow(self, orbit: Orbit, value: float) -> Branch:
@@ -174,12 +174,12 @@ class BranchSearch:
         try:
             for count, _ in enumerate(tracer.run(self.limits.most_orbits), start=1):
                 here = tracer.points[-1]
-                if count % EVERY == 0 and self._known.have(here.orbit, here.value):
+                if count % EVERY == 0 and self._known.have_point(here):
                     tracer.reason = f"meets a branch found before at {self.family.over} = {here.value:.10g}"
                     break
                 if self.limits.unstable or here.orbit.period == 1:
                     continue
-                stable = np.abs(here.evaluation.multipliers).max() < 1 + STABLE
+                stable = np.abs(here.multipliers).max() < 1 + STABLE
                 since = tracer.length if stable else since
                 if tracer.length - since >= LONGEST_UNSTABLE:
                     where = f"{self.family.over} = {here.value:.10g}"

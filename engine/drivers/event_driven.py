@@ -11,7 +11,7 @@ from ..kernels.equations.coordinates import contact_coordinates, displacements
 from ..kernels.event_driven import integrate as kernel
 from ..kernels.event_driven.output import record_open_contact
 from ..kernels.event_driven.saltation import make_variation
-from ..kernels.event_driven.setup import full_pressed_generators, set_up_events, watched_in_contact
+from ..kernels.event_driven.setup import full_pressed_generators, set_up_events, watched_in_contact, write_laws
 from ..kernels.event_driven.state import (
     STATE,
     SYSTEM,
@@ -157,6 +157,15 @@ def start_at(system: EventDrivenSystem, y: Sequence[float]) -> np.ndarray:
     """The packed hybrid state at τ = 0 with y = (ξ₁, ξ₁′, g, g′)."""
     state = STATE.zeros()
     write_start(system.packed, state, system.views.wall, *map(float, y))
+    return state
+
+
+def hybrid_state(system: System, eta: float, method: Reference | ExactPenalty, y: Sequence[float]) -> np.ndarray:
+    """The same without the tables of a run, of which a start needs none; a penetration of the reference is left out."""
+    packed, state, rigid = SYSTEM.zeros(), STATE.zeros(), isinstance(method, Reference)
+    write_laws(packed, parameters_of(system, eta, method), rigid, False, COMPLETION)
+    x1, v1, gap, rate = map(float, y)
+    write_start(packed, state, wall_of(system), x1, v1, max(gap, 0.0) if rigid else gap, rate)
     return state
 
 

@@ -14,6 +14,7 @@ from ..methods import ExactPenalty
 from ..model import System
 from .law_driven import set_up_law
 from .orbit import Evaluation, numbers_of
+from .orbit_newton import solve_stepwise
 
 IN_FLIGHT, IN_OVERLAP, IN_PUSH, IN_EXTRA = kernel.IN_FLIGHT, kernel.IN_OVERLAP, kernel.IN_PUSH, kernel.IN_EXTRA
 MOST_BLOCKS = 200_000  # of a run whose events are listed
@@ -55,20 +56,28 @@ class LawOrbitEquations:
         kernel.evaluate_law_orbit(self._system, numbers_of(tuple(kinds)), piece, float(period), unknowns, tuple(found))
         return found
 
-    def residuals(
+    def solve(
+        self, kinds: Sequence[int], first: bool, period: int, unknowns: np.ndarray, width: float
+    ) -> Evaluation | None:
+        """As :meth:`.orbit.OrbitEquations.solve`."""
+        return solve_stepwise(self, (kinds, first, period), unknowns, width)
+
+    def slope(
         self,
-        problems: Sequence[tuple[System, float, ExactPenalty]],
+        problem: tuple[System, float, ExactPenalty],
+        h: float,
         kinds: Sequence[int],
         first: bool,
         period: int,
         unknowns: np.ndarray,
+        residual: np.ndarray,
     ) -> np.ndarray:
-        """As :meth:`.orbit.OrbitEquations.residuals`."""
-        found = []
-        for each in problems:
-            out = Evaluation.without_facts(len(kinds))
-            found.append(LawOrbitEquations(*each, like=self)(kinds, first, period, unknowns, out).residual)
-        return np.array(found)
+        """As :meth:`.orbit.OrbitEquations.slope`."""
+        there = LawOrbitEquations(*problem, like=self)(
+            kinds, first, period, unknowns, Evaluation.without_facts(len(kinds))
+        )
+        with np.errstate(invalid="ignore"):  # there may be no such orbit
+            return (there.residual - residual) / h
 
     def state_later(self, kind: int, state: np.ndarray, turn: float, length: float) -> np.ndarray:
         """As :meth:`.orbit.OrbitEquations.state_later`."""

@@ -10,6 +10,7 @@ from ..kernels.time_stepping.located import located_scheme
 from ..methods import Newmark
 from ..model import System
 from .orbit import Evaluation, numbers_of
+from .orbit_newton import solve_stepwise
 from .time_stepping import parameters_of_steps
 
 
@@ -36,20 +37,26 @@ class LocatedOrbitEquations:
         kernel.evaluate_located_orbit(self._scheme, *sequence, unknowns, tuple(found))
         return found
 
-    def residuals(
+    def solve(
+        self, kinds: Sequence[int], first: bool, period: int, unknowns: np.ndarray, width: float
+    ) -> Evaluation | None:
+        """As :meth:`.orbit.OrbitEquations.solve`."""
+        return solve_stepwise(self, (kinds, first, period), unknowns, width)
+
+    def slope(
         self,
-        problems: Sequence[tuple[System, float, Newmark]],
+        problem: tuple[System, float, Newmark],
+        h: float,
         kinds: Sequence[int],
         first: bool,
         period: int,
         unknowns: np.ndarray,
+        residual: np.ndarray,
     ) -> np.ndarray:
-        """As :meth:`.orbit.OrbitEquations.residuals`."""
-        out = (Evaluation.without_facts(len(kinds)) for _ in problems)
-        found = (LocatedOrbitEquations(*each) for each in problems)
-        return np.array(
-            [each(kinds, first, period, unknowns, room).residual for each, room in zip(found, out, strict=True)]
-        )
+        """As :meth:`.orbit.OrbitEquations.slope`."""
+        there = LocatedOrbitEquations(*problem)(kinds, first, period, unknowns, Evaluation.without_facts(len(kinds)))
+        with np.errstate(invalid="ignore"):  # there may be no such orbit
+            return (there.residual - residual) / h
 
     def state_later(self, kind: int, state: np.ndarray, turn: float, length: float) -> np.ndarray:
         """As :meth:`.orbit.OrbitEquations.state_later`."""

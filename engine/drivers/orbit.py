@@ -32,9 +32,10 @@ from ..kernels.event_driven.orbit import (
     UNLOAD,
     WHERE,
     evaluate_orbit,
-    orbit_residuals,
+    orbit_slope,
     orbit_state_later,
 )
+from ..kernels.event_driven.orbit_newton import solve_orbit
 from ..kernels.event_driven.orbit_steps import monodromy_of
 from ..kernels.event_driven.state import SYSTEM
 from ..kernels.parameters import ETA, no_keys
@@ -128,10 +129,12 @@ def multipliers_of(evaluations: Sequence[Evaluation]) -> np.ndarray:
     All together: LAPACK takes less time for such a matrix than a call does.
     """
     matrices = np.array([each.monodromy for each in evaluations])
-    finite = np.abs(matrices).max(axis=(1, 2)) < INFINITE
-    values = np.linalg.eigvals(np.where(finite[:, None, None], matrices, 0.0)).astype(complex)
-    values = np.take_along_axis(values, np.argsort(-np.abs(values), axis=1, kind="stable"), axis=1)
-    values[~finite] = np.inf, np.nan, np.nan, np.nan
+    infinite = ~(np.abs(matrices).max(axis=(1, 2)) < INFINITE)
+    matrices[infinite] = 0.0
+    values = np.linalg.eigvals(matrices).astype(complex)
+    order = (-np.abs(values)).argsort(axis=1, kind="stable")
+    values = values[np.arange(len(values))[:, None], order]
+    values[infinite] = np.inf, np.nan, np.nan, np.nan
     return values
 
 
@@ -199,20 +202,50 @@ class OrbitEquations:
         )
         return found
 
-    def residuals(
+    def solve(
+        self, kinds: Sequence[int], first: bool, period: int, unknowns: np.ndarray, width: float
+    ) -> Evaluation | None:
+        """The equations at the orbit near a guess; None if Newton's method does not find it.
+
+        Parameters
+        ----------
+        kinds, first, period
+            As above.
+        unknowns : (4 + m,) ndarray
+            Of a guess; moved to the orbit in place.
+        width : float
+            The unit of α₁.
+        """
+        found = Evaluation.zeros(len(kinds), period, FACTS)
+        sequence = numbers_of(tuple(kinds)), first, float(period)
+        return found if solve_orbit(self._tables, self._problem, sequence, unknowns, width, tuple(found)) else None
+
+    def slope(
         self,
-        problems: Sequence[tuple[System, float, Reference | ExactPenalty]],
+        problem: tuple[System, float, Reference | ExactPenalty],
+        h: float,
         kinds: Sequence[int],
         first: bool,
         period: int,
         unknowns: np.ndarray,
+        residual: np.ndarray,
     ) -> np.ndarray:
-        """The residuals of the same unknowns in several problems of this kind, (k, 4 + m), to be differentiated."""
-        rows, sequence = (
-            np.array([self._row_of(*each) for each in problems]),
-            (numbers_of(tuple(kinds)), first, float(period)),
+        """∂F/∂α₁ by a difference, (4 + m,).
+
+        Parameters
+        ----------
+        problem : tuple
+            System, η and method where α₁ is greater by ``h``.
+        h : float
+        kinds, first, period, unknowns
+            As above.
+        residual : (4 + m,) ndarray
+            F of this problem.
+        """
+        sequence = numbers_of(tuple(kinds)), first, float(period)
+        return orbit_slope(
+            self._tables_beside, self._row_of(*problem), self._problem, sequence, unknowns, residual, float(h)
         )
-        return orbit_residuals(self._tables_beside, rows, self._problem, sequence, unknowns)
 
     def state_later(self, kind: int, state: np.ndarray, turn: float, length: float) -> np.ndarray:
         """The state (ξ₁, ξ₁′, g, g′) a number of excitation periods after another one, without an event on the way.

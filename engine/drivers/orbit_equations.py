@@ -13,6 +13,8 @@ Followed = Reference | ExactPenalty | Newmark  # methods whose orbits have equat
 
 def equations_of(system: System, eta: float, method: Followed, like: Equations | None = None) -> Equations:
     """The equations of the orbits of a system, η and method; ``like``: others of the same family."""
+    if type(like) is OrbitEquations:
+        return OrbitEquations(system, eta, method, like)
     if isinstance(method, Newmark):
         return LocatedOrbitEquations(system, eta, method)
     kind = LawOrbitEquations if needs_law(method) else OrbitEquations

@@ -284,32 +284,32 @@ def evaluate_orbit(tables, problem, sequence, unknowns, out):
     row, rigid, wall, completion = problem
     kinds, first, periods = sequence
     n = unknowns.shape[0]
-    set_up_flow(packed, keys, row, rigid, touches(kinds, first), completion)
+    set_up_flow(packed, keys, row, rigid, touches(kinds, first), completion, True)
     p, d = unpack_system(packed, wall), make_variation(n)
     if not are_within(unknowns, periods) or not find_orbit(p, kinds, first, periods, unknowns, out, d, np.zeros(n)):
         write_nan(out)
 
 
 @jit
-def orbit_residuals(tables, rows, problem, sequence, unknowns):
-    """The residuals of the same unknowns for several rows of parameters, (k, 4 + m): for differences of these.
+def orbit_slope(tables, row, problem, sequence, unknowns, residual, h):
+    """∂F/∂α₁, (4 + m,), by a difference; ``residual``: F without it, ``row``: the parameters with α₁ greater by h.
 
-    The other arguments are those of :func:`evaluate_orbit`.
+    The other arguments are those of :func:`evaluate_orbit`, but for the tables: their transitions are not exact, since
+    a difference errs more.
     """
     packed, keys = tables
     _, rigid, wall, completion = problem
     kinds, first, periods = sequence
-    m, touching = kinds.shape[0], touches(kinds, first)
+    m = kinds.shape[0]
     n = 4 + m
-    out = np.zeros(n), np.zeros((n, n)), np.zeros((0, FACTS)), np.zeros((m + 1, 5)), np.zeros((0, 4))
-    found, begun = np.empty((rows.shape[0], n)), np.zeros(n)
-    for i in range(rows.shape[0]):
-        set_up_flow(packed, keys, rows[i], rigid, touching, completion)
-        p = unpack_system(packed, wall)
-        if not are_within(unknowns, periods) or not find_orbit(p, kinds, first, periods, unknowns, out, None, begun):
-            write_nan(out)
-        found[i] = out[0]
-    return found
+    there = np.zeros(n), np.zeros((n, n)), np.zeros((0, FACTS)), np.zeros((m + 1, 5)), np.zeros((0, 4))
+    set_up_flow(packed, keys, row, rigid, touches(kinds, first), completion, False)
+    p = unpack_system(packed, wall)
+    if not are_within(unknowns, periods) or not find_orbit(
+        p, kinds, first, periods, unknowns, there, None, np.zeros(n)
+    ):
+        write_nan(there)
+    return (there[0] - residual) / h
 
 
 @jit
@@ -317,6 +317,6 @@ def orbit_state_later(tables, problem, touching, y, turn, length):
     """(ξ₁, ξ₁′, g, g′) a number of excitation periods after y, which belongs to a time in them; without an event."""
     packed, keys = tables
     row, rigid, wall, completion = problem
-    set_up_flow(packed, keys, row, rigid, touching, completion)
+    set_up_flow(packed, keys, row, rigid, touching, completion, True)
     p = unpack_system(packed, wall)
     return state_later(p, p.contact if touching else p.flight, y, turn, length * p.period)

@@ -119,6 +119,12 @@ def minimum_between(powers, low, high):
 def lowest_in_interval(phase, z, low, high, scratch):
     """The minimum of the watched quantity between two shares of the interval that begins at z, and where; else inf."""
     find_powers(phase, z, scratch)
+    return lowest_of_powers(phase, low, high, scratch)
+
+
+@jit_no_alloc
+def lowest_of_powers(phase, low, high, scratch):
+    """The same, where the powers of that interval are known."""
     powers = scratch.products[POWERS:POSITION]
     u = minimum_between(powers, low, high)
     if u < 0.0:
@@ -139,15 +145,15 @@ def lowest_minimum(phase, z, length, from_zero, whole, scratch):
     divided ever finer towards its beginning.
     """
     lowest, where = np.inf, 0.0
+    find_powers(phase, z, scratch)
     if whole:
-        find_powers(phase, z, scratch)
         value = scratch.products[POWERS] + phase.watched
         lowest = value if value != 0.0 else np.inf
     intervals = length / phase.spacing
     high = min(1.0, intervals)
     for part in range(FINEST if from_zero else 1):
         low = 0.5 * high if from_zero and part < FINEST - 1 else 0.0
-        value, u = lowest_in_interval(phase, z, low, high, scratch)
+        value, u = lowest_of_powers(phase, low, high, scratch)
         if value < lowest:
             lowest, where = value, u
         high = low

@@ -13,6 +13,12 @@ from .orbit import FORCE, IMPACT, LAW_FACTS, PARTING
 # what margins are made of, beside the facts of an event: for sticking, and a phase's length
 BEGINS, ENDS, LENGTH = range(LAW_FACTS, LAW_FACTS + 3)
 
+NEWTON_STEPS = 10  # to an orbit at given parameters
+CONVERGED = 1e-10  # scaled step of Newton's method, after which the next would be rounding
+STALLED = 1e-7  # the same, where rounding prevents any smaller
+ASTRAY = 1e3  # scaled step of Newton's method, after which there is no orbit nearby
+GO_ON, FOUND, LOST = range(3)  # what a step of Newton's method says
+
 
 @jit
 def scales_of(unknowns, width):
@@ -45,6 +51,19 @@ def step_at_value(residual, jacobian, scales, unknowns):
         for j in range(n):
             matrix[i, j] = jacobian[i, j] * scales[j]
     return take_step(matrix, step, scales, unknowns)
+
+
+@jit
+def outcome_of_step(length, before):
+    """GO_ON, FOUND or LOST after a step of Newton's method and the one before it, by their largest scaled components.
+
+    The next step would be about as long as the ratio of these two, squared, is a share of the last; ``before`` is
+    infinite at the first one.
+    """
+    if not length < ASTRAY or (length >= before and length > STALLED):
+        return LOST
+    following = length * (length / before) ** 2 if before < np.inf else np.inf
+    return FOUND if length < CONVERGED or length >= before or following < CONVERGED else GO_ON
 
 
 @jit
@@ -250,6 +269,12 @@ def margin_values(facts, instants, threshold, conditions):
         else:
             found[i] = facts[k, column]
     return found
+
+
+@jit
+def least_of_margins(facts, instants, threshold, conditions):
+    """The smallest of :func:`margin_values`; nan if one of them is."""
+    return margin_values(facts, instants, threshold, conditions).min()
 
 
 @jit

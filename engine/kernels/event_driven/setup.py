@@ -175,10 +175,10 @@ def set_up_events(packed, keys, row, rigid, circle, completion):
 
 
 @jit
-def set_up_flow(packed, keys, row, rigid, touching, completion):
+def set_up_flow(packed, keys, row, rigid, touching, completion, exact):
     """The same for motions whose events are given; tables of contact only if the bodies are ``touching`` at some time.
 
-    The tables are those of :func:`..linear.tables.tabulate_flow`.
+    The tables are those of :func:`..linear.tables.tabulate_flow`, ``exact`` or not.
     """
     p = unpack_parameters(row)
     wall = p.wall > 0.0
@@ -187,8 +187,9 @@ def set_up_flow(packed, keys, row, rigid, touching, completion):
     if renew_key(keys[0], row, FOR_FLIGHT):
         position, gap = free_equilibrium(p)
         generator, h = separated_generator(p), REACH / free_rate(p)
-        _write_flight(packed, tabulate_flow(old.flight, generator, p.eta, unit(2), h, (position, gap, gap), wall))
+        rest = position, gap, gap
+        _write_flight(packed, tabulate_flow(old.flight, generator, p.eta, unit(2), h, rest, wall, exact))
     if touching and renew_key(keys[1], row, FOR_CONTACT):
         generator, fastest = contact_generator(p, rigid)
         watched, h, rest = watched_in_contact(p, rigid), REACH / fastest, contact_equilibrium(p, rigid)
-        _write_contact(packed, tabulate_flow(old.contact, generator, p.eta, watched, h, rest, wall))
+        _write_contact(packed, tabulate_flow(old.contact, generator, p.eta, watched, h, rest, wall, exact))

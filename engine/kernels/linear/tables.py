@@ -27,7 +27,7 @@ import numpy as np
 from ..compile.options import jit, jit_inlined, jit_no_alloc, variant
 from ..compile.packing import GIVEN, Layout
 from . import double_double
-from .matrices import image, raise_to_images, raise_within, row_times, rows_times, unit
+from .matrices import image, multiply, raise_to_images, raise_within, row_times, rows_times, unit
 
 POINTS = 64
 TERMS = 12
@@ -134,21 +134,25 @@ def transitions_of(a, eta, h, one_body):
 
 
 @jit
-def tabulate_flow(old, generator, eta, row, h, equilibrium, one_body):
+def tabulate_flow(old, generator, eta, row, h, equilibrium, one_body, exact):
     """Those tables of :func:`tabulate` that motions with given events need, in a fraction of the time.
 
     Of the transitions those over 1, 2, 4 … POINTS intervals; the values of f to fewer digits; no bounds. They are
-    written in the place of those of an ``old`` phase.
+    written in the place of those of an ``old`` phase. Transitions that are not ``exact`` lack the last two digits.
     """
     a, rows, transitions = full_generator(generator, eta), old.rows, old.transitions
-    step, square = double_double.quick_exponential(a, h, TERMS, _EXACT, one_body), np.zeros((2, 6, 6))
+    step = double_double.quick_exponential(a, h, TERMS, _EXACT if exact else 0, one_body)
+    square = np.zeros((2, 6, 6))
     j = 1
     while j <= POINTS:
         write_turn(transitions[j - 1], j * h * eta)
         for i in range(4):
             for k in range(6):
                 transitions[j - 1, i, k] = step[0, i, k]
-        double_double.multiply(square, step, step, 1.0, one_body)
+        if exact:
+            double_double.multiply(square, step, step, 1.0, one_body)
+        else:
+            multiply(square[0], step[0], step[0])
         step, square, j = square, step, 2 * j
     fill_polynomial(rows, POWERS, row, a, h, one_body)
     if not one_body:

@@ -1,0 +1,46 @@
+"""Newton's method to an orbit in one call equals its plain twin, and ∂F/∂α₁ the difference of two evaluations."""
+
+import numpy as np
+import pytest
+from vibroscope.engine import ExactPenalty, Reference, System
+from vibroscope.engine.continuation.curve import DIFFERENCE, Curve
+from vibroscope.engine.continuation.family import Family
+from vibroscope.engine.continuation.parameter_range import ParameterRange
+from vibroscope.engine.continuation.seeds import OrbitFinder
+from vibroscope.engine.drivers.orbit_newton import solve_stepwise
+
+EXACT = ExactPenalty(12_000.0, 18.0)
+CASES = [(Reference(), 1.08), (Reference(), 2.76), (EXACT, 2.76), (Reference(threshold=0.0), 1.08)]
+
+
+def orbit_at(method, eta):
+    """The equations at η, their curve, and the orbit that a run from rest settles to."""
+    family = Family("eta", System(), eta, method)
+    curve = Curve(family, ParameterRange.of(family, 0.5, 4.0))
+    return curve, OrbitFinder(curve, 1, None, None).settled(eta, None)
+
+
+@pytest.mark.parametrize(("method", "eta"), CASES)
+@pytest.mark.parametrize("off", [1e-9, 1e-4, 0.3])  # within rounding of the orbit, near it, and where none is found
+def test_an_orbit_is_found_in_one_call_as_step_by_step(method, eta, off):
+    curve, orbit = orbit_at(method, eta)
+    scales = curve.scales(orbit)
+    guess = orbit.unknowns + off * scales[:-1] * np.random.default_rng(3).uniform(-1, 1, len(orbit.unknowns))
+    sequence, ends = (orbit.kinds, orbit.first, orbit.period), (guess.copy(), guess.copy())
+    found = curve.equations(eta).solve(*sequence, ends[0], curve.width)
+    plain = solve_stepwise(curve.equations(eta), sequence, ends[1], curve.width)
+    assert (found is None) == (plain is None)
+    assert found is not None or off == 0.3
+    if found is not None:
+        np.testing.assert_array_equal(*ends)
+        for one, other in zip(found, plain, strict=True):
+            np.testing.assert_array_equal(one, other)
+        assert np.abs(found.residual).max() < 1e-9 * scales[0]
+
+
+@pytest.mark.parametrize(("method", "eta"), CASES)
+def test_the_slope_is_the_difference_of_two_evaluations(method, eta):
+    curve, orbit = orbit_at(method, eta)
+    h, here = DIFFERENCE * curve.width, curve.evaluate(orbit, eta).residual
+    expected = (curve.evaluate(orbit, eta + h).residual - here) / h
+    np.testing.assert_allclose(curve.slope(orbit, eta, here), expected, rtol=0, atol=1e-6 * np.abs(expected).max())
