@@ -11,6 +11,7 @@ from functools import cached_property
 
 import numpy as np
 
+from ..drivers.law_driven import needs_law
 from ..drivers.orbit import Evaluation
 from ..drivers.orbit_equations import Equations, equations_of
 from ..drivers.orbit_steps import interpolated, scales_of, step_at_value, step_in_plane, tangent_of
@@ -20,6 +21,8 @@ from .parameter_range import ParameterRange
 
 NEWTON_STEPS = 10
 CONVERGED = 1e-10  # scaled step of Newton's method, after which the next would be rounding
+ROUGH = 1e-11  # a larger residual is not rounding
+NONE = 1e-10  # with a larger one the step is rounding only because the equations nearly have a solution there
 NEXT = 1e-13  # the error that is left after a step of that length: a shorter one is not taken
 STALLED = 1e-7  # the same, where rounding prevents any smaller
 DIFFERENCE = 1e-7  # of the width of the range, of differences in α₁
@@ -154,6 +157,7 @@ class Curve:
 
     def __init__(self, family: Family, span: ParameterRange) -> None:
         self.family, self.low, self.high, self.width = family, span.low, span.high, span.width
+        self._rough = np.inf if needs_law(family.method) else ROUGH  # with a law short phases divide what is rounding
         self._known: dict[float, Equations] = {}
 
     def equations(self, value: float) -> Equations:
@@ -227,6 +231,11 @@ class Curve:
             return None
         if found is None:
             return None
+        if np.abs(found.evaluation.residual).max() > self._rough:  # the last steps shrank less than foreseen
+            orbit = self.corrected(found.orbit, found.value)
+            found = orbit and CurvePoint(self, orbit, found.value, towards)
+            if found is None or np.abs(found.evaluation.residual).max() > NONE:
+                return None
         off = (found.unknowns - guess) / point.scales
         if not math.sqrt(off @ off) <= FAR * abs(s) + 1e3 * CONVERGED:
             return None
