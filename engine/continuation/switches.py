@@ -22,7 +22,6 @@ from ..drivers.orbit import (
 )
 from .orbit import Orbit
 
-ROUNDING = 1e-6  # excitation periods
 CONTACT = {
     "cut": (TOUCH, UNLOAD, PART),
     "limited": (TOUCH, UNLIMIT, UNLOAD, PART),
@@ -97,8 +96,9 @@ def flight_vanishes(orbit: Orbit, k: int, law: str | None) -> bool:
 
 
 def _length(orbit: Orbit, first: int, last: int) -> float:
+    """From one event to a later one, across the end of the cycle if that has the smaller number."""
     length = orbit.instants[last] - orbit.instants[first]
-    return float((length + ROUNDING) % orbit.period - ROUNDING)  # at its end a phase may be negative
+    return float(length if last > first else length + orbit.period)
 
 
 def _run(orbit: Orbit, k: int, begin: int, end: int) -> tuple[list[int], float]:

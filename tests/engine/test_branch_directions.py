@@ -6,6 +6,7 @@ from vibroscope.engine import ExactPenalty, Reference, System, continue_branch
 
 PAPER = System()
 APART = System(kappa=2.9404343900423333, d1=0.1140122947473728, d2=0.15188223037346046, clearance=0.595553776474898)
+ONCE = System(kappa=2.1120967991005033, d1=0.07111855688136534, d2=0.06151875683751801, clearance=0.7591608559375049)
 BRANCHES = {
     "reference": (PAPER, Reference(), (0.55, 0.95)),
     "restitution 0.3": (PAPER.changed({"restitution": 0.3}), Reference(threshold=0.005), (0.55, 0.95)),
@@ -51,6 +52,18 @@ def test_a_contact_of_the_penalty_opens_on_one_side_of_a_point():
         assert abs(before - after) == 1
         fewer = min(before, after)
         assert fewer > 0
+
+
+def test_where_the_only_contact_vanishes_is_a_grazing_from_both_sides():
+    """Both events of the cycle are then at one instant, and the flight lasts the rest of it."""
+    eta, method = 3.2011815257076757, ExactPenalty(1536.3857681554166, 35.57573958655012)
+    limits = {"low": 2.5609452205661407, "high": 4.001476907134594, "max_period": 4}
+    branch = continue_branch(ONCE, eta, method, **limits)
+    k = 1 + len(branch.values) // 8
+    again = continue_branch(ONCE, float(branch.values[k]), method, initial=tuple(branch.sections[k][0]), **limits)
+    for each in (branch, again):
+        found = [point.value for point in each.points if point.kind == "grazing"]
+        assert np.abs(np.subtract(found, 3.084367183848851)).min() < 1e-10
 
 
 def _sequences_at(branch, point):
