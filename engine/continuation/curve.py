@@ -21,8 +21,7 @@ from .parameter_range import ParameterRange
 
 NEWTON_STEPS = 10
 CONVERGED = 1e-10  # scaled step of Newton's method, after which the next would be rounding
-ROUGH = 1e-11  # a larger residual is not rounding
-NONE = 1e-10  # with a larger one the step is rounding only because the equations nearly have a solution there
+ROUGH = 1e-11  # a larger residual is no rounding: it may be that the equations only nearly have a solution there
 NEXT = 1e-13  # the error that is left after a step of that length: a shorter one is not taken
 STALLED = 1e-7  # the same, where rounding prevents any smaller
 DIFFERENCE = 1e-7  # of the width of the range, of differences in α₁
@@ -234,7 +233,7 @@ class Curve:
         if np.abs(found.evaluation.residual).max() > self._rough:  # the last steps shrank less than foreseen
             orbit = self.corrected(found.orbit, found.value)
             found = orbit and CurvePoint(self, orbit, found.value, towards)
-            if found is None or np.abs(found.evaluation.residual).max() > NONE:
+            if found is None or np.abs(found.evaluation.residual).max() > ROUGH:
                 return None
         off = (found.unknowns - guess) / point.scales
         if not math.sqrt(off @ off) <= FAR * abs(s) + 1e3 * CONVERGED:
