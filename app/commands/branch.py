@@ -21,7 +21,13 @@ from vibroscope.engine import (
     search_branches,
 )
 
-FOLLOWED = ("period doubling", "fold", "Neimark-Sacker", "grazing")  # kinds of points along a second number
+FOLLOWED = (
+    "period doubling",
+    "fold",
+    "Neimark-Sacker",
+    "grazing",
+    "contact opens",
+)  # kinds of points along a second number
 _LONGEST, _MOST_ORBITS = (default_of(search_branches, name) for name in ("max_period", "most_orbits"))
 _SHOWN = "  {:<24} {:<18} {:<10} {}"
 

@@ -14,7 +14,12 @@ from vibroscope.app.runtime.settings import current_settings
 from vibroscope.app.studies.time_limit import TimeLimit
 from vibroscope.engine import Cancelled, ExactPenalty, PointCurve, PointCurves, System, search_branches
 
-KINDS = {"fold": "folds", "period doubling": "period doublings", "grazing": "grazing"}
+KINDS = {
+    "fold": "folds",
+    "period doubling": "period doublings",
+    "grazing": "grazing",
+    "contact opens": "contacts that open",
+}
 ROWS = 3  # values of D at which branches are followed
 SEARCH = {"max_period": 2, "most_orbits": 300}
 SECONDS = 120.0  # of one search, without what others had meanwhile

@@ -15,8 +15,9 @@ class Point:
     ----------
     kind : str
         "fold", "period doubling", "Neimark-Sacker", "branch point", "grazing", "sticking begins", "sticking ends",
-        "contact opens", "contact no longer opens", "chatter completes", "damper switches more" or "damper switches
-        less". Where an impact begins or ceases to stick the motion jumps, and both ends of the jump are points.
+        "contact opens", "chatter completes" or "damper switches". A point has the same kind from both sides: where a
+        contact opens there is a flight more on one of them. Where an impact begins or ceases to stick the motion jumps,
+        and both ends of the jump are points.
     value : float
         The number over which the branch is followed, to 1e-10 of its range.
     period : int

@@ -17,6 +17,8 @@ CLOSE = 1e-6  # scaled: a period doubling no farther from where halves seem to m
 def share_on_chord(point: np.ndarray, here: np.ndarray, there: np.ndarray, aside: float) -> float | None:
     """The share of the way between two neighbours at which a point lies; None if it lies more than ``aside`` off."""
     along, off = there - here, point - here
+    if not along.any():
+        return None
     share = float(off @ along / (along @ along))
     return share if np.linalg.norm(off - share * along) < aside * np.linalg.norm(along) else None
 

@@ -11,6 +11,7 @@ from functools import cached_property
 
 import numpy as np
 
+from ..drivers.law_driven import needs_law
 from ..drivers.orbit import Evaluation
 from ..drivers.orbit_equations import Equations, equations_of
 from ..drivers.orbit_steps import CONVERGED, NEWTON_STEPS, STALLED, interpolated, scales_of, step_in_plane, tangent_of
@@ -18,6 +19,7 @@ from .family import Family
 from .orbit import Orbit
 from .parameter_range import ParameterRange
 
+ROUGH = 1e-11  # a larger residual is no rounding: it may be that the equations only nearly have a solution there
 NEXT = 1e-13  # the error that is left after a scaled step of that length: a shorter one is not taken
 DIFFERENCE = 1e-7  # of the width of the range, of differences in α₁
 STEEP = 0.003  # component of the tangent along α₁
@@ -164,6 +166,7 @@ class Curve:
 
     def __init__(self, family: Family, span: ParameterRange) -> None:
         self.family, self.low, self.high, self.width = family, span.low, span.high, span.width
+        self._rough = np.inf if needs_law(family.method) else ROUGH  # with a law short phases divide what is rounding
         self._known: dict[float, Equations] = {}
 
     def equations(self, value: float) -> Equations:
@@ -231,6 +234,11 @@ class Curve:
             return None
         if found is None:
             return None
+        if np.abs(found.evaluation.residual).max() > self._rough:  # the last steps shrank less than foreseen
+            orbit = self.corrected(found.orbit, found.value)
+            found = orbit and CurvePoint(self, orbit, found.value, towards)
+            if found is None or np.abs(found.evaluation.residual).max() > ROUGH:
+                return None
         off = (found.unknowns - guess) / point.scales
         if not math.sqrt(off @ off) <= FAR * abs(s) + 1e3 * CONVERGED:
             return None

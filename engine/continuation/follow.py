@@ -11,6 +11,7 @@ from dataclasses import replace
 import numpy as np
 
 from ..drivers.event_driven import displaced_state
+from ..drivers.orbit import CHATTER
 from ..methods import Reference
 from .bifurcations import bifurcations_ahead
 from .branch import Point
@@ -18,10 +19,12 @@ from .closing import halves_meet, is_first, share_of_first, value_of_meeting
 from .curve import Curve, CurvePoint
 from .known_branches import KnownBranches
 from .margins import (
+    BIFURCATIONS,
     CHATTER_COMPLETES,
     FOLD,
     GRAZING,
     LATER_SUM,
+    OPENS,
     STICKING_BEGINS,
     STICKING_ENDS,
     SWITCHES_LESS,
@@ -35,19 +38,21 @@ from .nearby import point_within_cycle
 from .orbit import check_cancelled, least_period
 from .roots import first_zero
 from .seeds import SAME
-from .sequences import REPEATED, after_chatter, beyond
+from .sequences import REPEATED, after_chatter, beyond, where_contact_opens
 
 FIRST_STEP, LARGEST_STEP, SMALLEST_STEP = 0.005, 0.05, 1e-9  # scaled lengths
 TURN = 0.98  # cosine between neighbouring tangents, below which the step is halved
 BEND = 0.12  # angle between neighbouring tangents to which steps are fitted …
 GROWTH = 8.0  # … but no step is longer than so many of the one before
 VANISHING = 1e-7, 3e-8  # a step and a margin below which a phase vanishes here: rounding hides the margin's zero
+ROUNDED = 1e-7  # excitation periods: so close together impacts are mostly rounding
 MEETING = 2e-4  # longest step over which the value of a meeting is interpolated
 MOST_ORBITS = 5000
 ACCUMULATED = (
-    1e-8  # of the range: SERIES grazings of new impacts, ever closer, within that are the first of infinitely many
+    1e-8  # of the range: SERIES grazings of new impacts, ever closer, are the first of infinitely many within it
 )
 SERIES = 6
+MOST_SHORT = 200  # orbits, from where a new flight is long enough to be an orbit beyond rounding, back to its beginning
 JUMPS = 10.0 ** np.arange(-8, -1.9, 0.5)  # scaled steps that are tried where the equations of a sequence jump
 OTHER_END = {STICKING_BEGINS: STICKING_ENDS, STICKING_ENDS: STICKING_BEGINS}  # of a jump: its kind as a point
 INSIDE = 1e-6  # of a step: as far from the end of a sequence lies the last orbit that is kept
@@ -129,7 +134,9 @@ class Tracer:
                     step, jumped = here.way_to(there), True
                     break
                 where = f"{self.curve.family.over} = {here.value:.10g}"
-                self.reason = f"the step shrinks to nothing at {where}: no orbit is found ahead"
+                chatters = CHATTER in here.orbit.kinds and np.diff(here.orbit.instants).min() < ROUNDED
+                why = "the impacts of a chatter lie too close together" if chatters else "no orbit is found ahead"
+                self.reason = f"the step shrinks to nothing at {where}: {why}"
                 return step
             there = self.curve.ahead(here, step)
         outside = not self.curve.low < there.value < self.curve.high
@@ -251,12 +258,18 @@ class Tracer:
         marks = (mark for mark, _ in self.marks if mark.kind == kind and mark.events == point.orbit.events)
         return any(abs(mark.value - point.value) < near for mark in marks)
 
-    def _accumulates(self) -> bool:
-        """Whether grazing follows grazing, each with one more impact, ever closer: a chatter completes."""
+    def _limit_of_grazings(self) -> float | None:
+        """Where a chatter completes, if grazing follows grazing, each with one more impact, ever closer; else None.
+
+        Their distances tend to a geometric series: what is left of it follows from the last two (Aitken).
+        """
         if len(self._grazings) < SERIES:
-            return False
-        distances = np.abs(np.diff(self._grazings[-SERIES:]))
-        return bool((np.diff(distances) < 0).all() and distances.sum() < ACCUMULATED * self.curve.width)
+            return None
+        steps = np.diff(self._grazings[-SERIES:])
+        if not (np.diff(np.abs(steps)) < 0).all():
+            return None
+        left = steps[-1] ** 2 / (steps[-2] - steps[-1])
+        return float(self._grazings[-1] + left) if abs(left) < ACCUMULATED * self.curve.width else None
 
     # -- other sequences -----------------------------------------------------------------------------------------------
 
@@ -313,20 +326,33 @@ class Tracer:
             return True
         if inside is not here:
             self.points.append(point_within_cycle(self.curve, inside))
-        following, margin, arrival = beyond(self.curve, last)
-        if self.curve.family.jumps and self._has_mark(margin.kind, last):
-            self.reason = f"comes back to the {margin.kind} at {self.curve.family.over} = {last.value:.10g}"
+        following, margin, arrival, by_run = beyond(self.curve, last)
+        kind, where = (
+            margin.point_at(last.orbit, self.curve.family.method),
+            f"{self.curve.family.over} = {last.value:.10g}",
+        )
+        if self.curve.family.jumps and self._has_mark(kind, last):
+            self.reason = f"comes back to the {kind} at {where}"
             return True
+        more = 0 if following is None else len(following.orbit.kinds) - len(last.orbit.kinds)
+        flight = kind == OPENS and isinstance(self.curve.family.method, Reference)  # begins where more > 0, or vanishes
         if margin.kind != LATER_SUM:
-            self.mark(margin.kind, last, (following or inside) if self._is_singular(margin) else None)
+            at = (flight and more < 0 and where_contact_opens(self.curve, following)) or last
+            self.mark(kind, at, (following or inside) if self._is_singular(margin) else None)
         self._grazings = [*self._grazings, last.value] if margin.kind == GRAZING and margin.inside else []
-        if self._accumulates():
+        limit = self._limit_of_grazings()
+        if limit is not None:
             self.mark(CHATTER_COMPLETES, last)
+            self.marks[-1] = replace(self.marks[-1][0], value=limit), last
             self._grazings = []
-            following = after_chatter(self.curve, last)
+            kind, following = CHATTER_COMPLETES, after_chatter(self.curve, last)
+            if following is not None and self._has_passed(following, following):
+                self.reason = (
+                    f"{kind} at {where}, where grazings accumulate: beyond are only the orbits of the branch before"
+                )
+                return True
         if following is None:
-            where = f"{self.curve.family.over} = {last.value:.10g}"
-            self.reason = f"{margin.kind} at {where}: no orbit with another sequence of events goes on from there"
+            self.reason = f"{kind} at {where}: no orbit with another sequence of events goes on from there"
             return True
         shortest = least_period(following.evaluation.section, REPEATED)
         if shortest < following.orbit.period:
@@ -334,23 +360,40 @@ class Tracer:
             return True
         self._ends_at(following)
         meets_shorter = least_period(last.evaluation.section, SAME) < last.orbit.period
-        if (margin.kind in OTHER_END or meets_shorter) and self._has_passed(following):
-            where = f"{self.curve.family.over} = {last.value:.10g}"
-            self.reason = f"{margin.kind} at {where}: the orbits that go on from there are those of the branch before"
+        if (by_run or meets_shorter) and self._has_passed(following):
+            self.reason = f"{kind} at {where}: the orbits that go on from there are those of the branch before"
             return True
         if arrival is not None:
             self.mark(OTHER_END[margin.kind], arrival)
+        if flight and more > 0:
+            self._pass_short_flight(following)
         self.points.append(point_within_cycle(self.curve, following))
         self._indicators = indicators(self.points[-1])
         return True
 
-    def _has_passed(self, following: CurvePoint) -> bool:
-        """Whether the orbits beyond the end of a sequence lie on the branch already.
+    def _pass_short_flight(self, following: CurvePoint) -> None:
+        """Add the orbits with a shorter flight than in the first one found, and their points: as met the other way."""
+        back = Tracer(self.curve, following.turned(), (), self.cancelled)
+        events = len(following.orbit.kinds)
+        for _ in back.run(MOST_SHORT):
+            if len(back.points[-1].orbit.kinds) != events:
+                break
+        n = sum(len(point.orbit.kinds) == events for point in back.points) - 1
+        marks = [(replace(mark, index=len(self.points) + n - 1 - mark.index), at) for mark, at in back.marks]
+        self.marks += [
+            each for each in reversed(marks) if len(each[0].events) == events and each[0].kind in BIFURCATIONS
+        ]
+        self.points += back.points[n:0:-1]
+        self.length += back.length
+
+    def _has_passed(self, following: CurvePoint, ahead: CurvePoint | None = None) -> bool:
+        """Whether the orbits beyond the end of a sequence lie on the branch already; ``ahead``: one of them.
 
         Of three sequences that end at a jump two may go on as the third. Where the branch meets one of a shorter
         period, more than two sequences end, and those of the same orbits some cycles later are among them.
         """
-        ahead, values = self.curve.ahead(following, FIRST_STEP / 10), [point.value for point in self.points]
+        ahead = ahead or self.curve.ahead(following, FIRST_STEP / 10)
+        values = [point.value for point in self.points]
         if ahead is None or not min(values) <= ahead.value <= max(values):
             return False
         passed = KnownBranches(self.curve)

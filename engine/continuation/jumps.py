@@ -5,21 +5,22 @@ orbit of the sequence beyond the jump, too, at another α₁. There its curve be
 branch has the same orbits and points whichever way it is followed: a jump has two ends, and both are points.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import chain, pairwise, tee
 
 import numpy as np
 
-from ..drivers.orbit import CHATTER, FORCE, IMPACT, PARTING, RELEASE, STICK
+from ..drivers.orbit import CHATTER, FORCE, IMPACT, JOINS, PARTING, RELEASE, STICK
 from .curve import Curve, CurvePoint
 from .margins import STICKING_BEGINS, STICKING_ENDS, Margin
 from .nearby import first_ahead, holds, is_near, orbit_near, point_within_cycle, walk
-from .orbit import Orbit, orbit_of_run, within_cycle
+from .orbit import Orbit, orbit_of_run, touching_at_start, within_cycle
 from .roots import first_zero
 
 JUMPS = 10.0 ** np.arange(-7, -3)  # of the range, to where runs show a sequence that follows
 LOCATED = 1e-9  # of a step: as well is the end of a jump located
+SPLICED = 3  # events of a run, from the first that differs on, with which the last orbit may go on
 INSIDE = 1e-3  # of a step: as far from the end of its curve lies the first orbit after a jump
 
 
@@ -47,16 +48,21 @@ def after_jump(curve: Curve, last: CurvePoint, margin: Margin | None) -> tuple[C
 
 def _starts(curve: Curve, last: CurvePoint, onwards: float, complete: bool) -> Iterator[CurvePoint]:
     """Solutions near the last orbit with the sequences of events that runs from there show; ``complete``: as above."""
-    seen = {last.orbit.kinds}
+    seen, runs = {last.orbit.kinds}, []
     places = [last.value + way * jump for jump in JUMPS * curve.width for way in (onwards, -onwards)]
     places = [value for value in places if curve.low <= value <= curve.high]
+
+    def near(guess: Orbit, values: Sequence[float]) -> Iterator[CurvePoint]:
+        seen.add(guess.kinds)
+        found = (orbit_near(curve, last, guess, value, onwards) for value in values)
+        return (start for start in found if start is not None)
+
     for shown in places:
         guess = orbit_of_run(curve.family.at(shown), last.evaluation.section[0], last.orbit.period)
         if guess is None or guess.kinds in seen or (complete and CHATTER not in guess.kinds):
             continue
-        seen.add(guess.kinds)
-        found = (orbit_near(curve, last, guess, value, onwards) for value in (shown, *places))
-        yield from (start for start in found if start is not None)
+        runs.append((shown, guess))
+        yield from near(guess, (shown, *places))
         sticks = [k for k, pair in enumerate(pairwise(guess.kinds)) if pair == (STICK, RELEASE)]
         pairs = zip(guess.kinds, last.orbit.kinds, strict=False)
         differs = next((k for k, (kind, before) in enumerate(pairs) if kind != before), 0)
@@ -64,6 +70,33 @@ def _starts(curve: Curve, last: CurvePoint, onwards: float, complete: bool) -> I
             yield from _with_phase_of(curve, last, guess, k)
         for k in sticks:
             yield from _with_phase_of(curve, last, _parting(guess, k), k - 1)
+    for shown, run in runs:
+        for guess in (*_spliced(last.orbit, run), *_second_cycle(curve, run, shown)):
+            if guess.kinds not in seen and not complete:
+                yield from near(guess, places)
+
+
+def _second_cycle(curve: Curve, run: Orbit, value: float) -> Iterator[Orbit]:
+    """What the cycle after that of a run suggests: in the first, the last orbit may still have had to come to rest."""
+    end = curve.evaluate(run, value).after[-1, :4]
+    guess = orbit_of_run(curve.family.at(value), end, run.period)
+    if guess is not None:
+        yield guess
+
+
+def _spliced(last: Orbit, run: Orbit) -> Iterator[Orbit]:
+    """The last orbit with the first events of a run that it does not have; the run is still far from its own orbit."""
+    pairs = enumerate(zip(run.kinds, last.kinds, strict=False))
+    differs = next((k for k, (kind, before) in pairs if kind != before), len(run.kinds))
+    for k in range(differs + 1, min(differs + SPLICED, len(run.kinds)) + 1):
+        later = int((last.instants <= run.instants[k - 1]).sum())
+        while last.kinds[later : later + 1] == (RELEASE,) and run.kinds[k - 1] not in JOINS:
+            later += 1
+        kinds = run.kinds[:k] + last.kinds[later:]
+        instants = np.concatenate([run.instants[:k], last.instants[later:]])
+        yield Orbit(
+            last.period, kinds, touching_at_start(kinds, last.first), np.concatenate([run.unknowns[:4], instants])
+        )
 
 
 def _with_phase_of(curve: Curve, last: CurvePoint, guess: Orbit, k: int) -> Iterator[CurvePoint]:

@@ -46,15 +46,15 @@ from ..drivers.orbit_steps import (
 from ..methods import Reference
 from .curve import CurvePoint
 from .orbit import Orbit
-from .switches import CONTACT, switches_within
+from .switches import CONTACT, flight_vanishes, switches_within
 
 # kinds of points, in the order of their numbers in stores
 FOLD, DOUBLING, NEIMARK_SACKER, BRANCH_POINT = "fold", "period doubling", "Neimark-Sacker", "branch point"
 GRAZING = "grazing"
 STICKING_BEGINS, STICKING_ENDS = "sticking begins", "sticking ends"
 CHATTER_COMPLETES = "chatter completes"
-OPENS, STAYS_SHUT = "contact opens", "contact no longer opens"
-SWITCHES_MORE, SWITCHES_LESS = "damper switches more", "damper switches less"  # of a contact law
+OPENS = "contact opens"
+SWITCHES = "damper switches"  # of a contact law, once more on one side of the point
 POINT_KINDS = (
     FOLD,
     DOUBLING,
@@ -64,12 +64,11 @@ POINT_KINDS = (
     STICKING_BEGINS,
     STICKING_ENDS,
     OPENS,
-    STAYS_SHUT,
     CHATTER_COMPLETES,
-    SWITCHES_MORE,
-    SWITCHES_LESS,
+    SWITCHES,
 )
 LATER_SUM = "chatter summed later"  # no point of a branch: the orbit is the same
+STAYS_SHUT, SWITCHES_LESS = "contact no longer opens", "damper switches less"  # the same points from the other side
 BIFURCATIONS = (FOLD, DOUBLING, BRANCH_POINT, NEIMARK_SACKER)
 _MORE = {
     (GRAZING, True): (IMPACT,),
@@ -88,6 +87,19 @@ class Margin(NamedTuple):
     value: float = np.nan
     column: int = WHERE  # of the facts: when, within the phase
     more: tuple[int, ...] = ()  # the events that follow each other at its zero
+
+    def point_at(self, orbit: Orbit, method: Followed) -> str:
+        """The kind of the point at its zero, with the orbit there: the same from both sides.
+
+        On one side there is a phase more, a contact or a flight, or a piece of a contact law. From there the point is
+        where that has no length, from the other side where a minimum is zero.
+        """
+        if self.kind == SWITCHES_LESS:
+            return SWITCHES
+        grazes = self.kind == GRAZING and not self.inside and not isinstance(method, Reference)
+        law = method.law if needs_law(method) else None
+        opens = self.kind == STAYS_SHUT or (grazes and flight_vanishes(orbit, self.event, law))
+        return OPENS if opens else self.kind
 
 
 def margins(orbit: Orbit, evaluation: Evaluation, method: Followed) -> list[Margin]:
@@ -168,7 +180,7 @@ def _law_margins(kinds: tuple[int, ...], first: bool, law: str) -> Iterator[tupl
             yield Margin(GRAZING, k, True, more=CONTACT[law]), LOWEST
         else:
             for lowest, column, more in switches_within(law, began if m else None):
-                yield Margin(SWITCHES_MORE, k, True, column=column, more=more), lowest
+                yield Margin(SWITCHES, k, True, column=column, more=more), lowest
         if kind in (TOUCH, PART):
             yield Margin(GRAZING, k, False), CLOSING
         elif kind is not None:

@@ -15,7 +15,7 @@ from ..methods import ExactPenalty, Newmark, Reference
 from ..model import System
 from .branch import Point
 from .family import Family
-from .margins import BIFURCATIONS, BRANCH_POINT, GRAZING
+from .margins import BIFURCATIONS, BRANCH_POINT, GRAZING, OPENS
 from .orbit import KINDS, Orbit, touching_at_start
 from .parameter_range import ParameterRange
 from .plane import Place, Plane
@@ -23,7 +23,7 @@ from .point_equations import Condition, Equations
 from .point_trace import CLOSES, SAME, PointTrace
 from .touches import touched
 
-FOLLOWED = tuple(kind for kind in (*BIFURCATIONS, GRAZING) if kind != BRANCH_POINT)
+FOLLOWED = tuple(kind for kind in (*BIFURCATIONS, GRAZING, OPENS) if kind != BRANCH_POINT)
 
 
 @dataclass(frozen=True)
@@ -147,8 +147,9 @@ class PointCurves:
 
         None if the point lies on a curve that was followed before.
         """
-        if point.kind not in FOLLOWED:
-            raise ValueError(f"points of the kind {point.kind!r} are not followed: give one of {', '.join(FOLLOWED)}")
+        followed = FOLLOWED[:-1] if self._plane.rigid else FOLLOWED  # the reference's contact opens at a force of zero
+        if point.kind not in followed:
+            raise ValueError(f"points of the kind {point.kind!r} are not followed: give one of {', '.join(followed)}")
         over, along = self._plane.axes
         start = self._plane.along.value if start is None else start
         shares = np.array([over.share(point.value), along.share(start)])
@@ -184,9 +185,9 @@ def _begun(plane: Plane, point: Point, shares: np.ndarray) -> tuple[Equations, P
     """
     for orbit in _orbits_of(plane, point, shares):
         place = plane.at(orbit, shares)
-        choices = touched(plane, place) if point.kind == GRAZING else [(orbit, None)]
-        for guess, touch in choices:
-            equations = Equations(plane, Condition(point.kind, touch), guess)
+        grazes = point.kind in (GRAZING, OPENS)
+        for guess, touch in touched(plane, place) if grazes else [(orbit, None)]:
+            equations = Equations(plane, Condition(GRAZING if grazes else point.kind, touch), guess)
             row = np.zeros(len(equations.scales) + 2)
             row[-1] = 1.0
             found = equations.solved(plane.at(guess, shares), row, lambda there: there.shares[1] - shares[1])

@@ -225,8 +225,9 @@ class PointTrace:
     def _end_of_sequence(self, place: Place, margin: Margin) -> None:
         """End at the point where a margin is zero."""
         self.values.append(self.plane.values(place.shares))
-        self._note([(margin.kind, place)])
-        self.reason = f"{margin.kind} at {self._words(place)}: the sequence of events changes"
+        kind = margin.point_at(place.orbit, self.plane.over.method)
+        self._note([(kind, place)])
+        self.reason = f"{kind} at {self._words(place)}: the sequence of events changes"
 
     def _halves_meet(self, here: Place, found: Place) -> bool:
         """Whether both halves of the cycle become the same between two places, or maybe ahead of them."""

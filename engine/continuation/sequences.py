@@ -19,10 +19,11 @@ from ..drivers.orbit import IMPACT, JOINS, PART, TOUCH
 from ..methods import Reference
 from .curve import Curve, CurvePoint
 from .jumps import after_jump
-from .margins import GRAZING, LATER_SUM, OPENS, STAYS_SHUT, SWITCHES_LESS, SWITCHES_MORE, Margin, margins
+from .margins import GRAZING, LATER_SUM, OPENS, STAYS_SHUT, SWITCHES, SWITCHES_LESS, Margin, margins
 from .nearby import first_ahead, holds, orbit_near, point_within_cycle
 from .orbit import Orbit, least_period, touching_at_start
-from .switches import REOPENED, contact_of, flight_of, partner
+from .roots import first_zero
+from .switches import REOPENED, contact_of, flight_of, flight_vanishes, partner, short_phase
 
 STEPS = 10.0 ** np.arange(-7, -2.5, 0.5)  # scaled, along the new curve: the first that shows which way it goes
 ZERO = 1e-8  # a margin below that is zero where another one is
@@ -33,13 +34,14 @@ SHORTEST_PIECE = 1e-4  # … a new piece of a contact law …
 SHORTEST_FLIGHT = 3e-3  # … and a new flight of the reference, whose gap is of third order in its length
 
 
-def beyond(curve: Curve, last: CurvePoint) -> tuple[CurvePoint | None, Margin, CurvePoint | None]:
+def beyond(curve: Curve, last: CurvePoint) -> tuple[CurvePoint | None, Margin, CurvePoint | None, bool]:
     """The first orbit with the sequence that follows where margins of the last one are zero, and the margin it crosses.
 
-    None if no orbit is found. Where the motion jumps, also the end of the curve from which that orbit comes. Its
-    tangent points away from the last orbit. Where an impact grazes the flight before it may do so, too, so that several
-    margins are zero at once. So they are where the orbit meets one of a shorter period: that repeats itself, and is
-    returned only if there is no other.
+    None if no orbit is found. Where the motion jumps, also the end of the curve from which that orbit comes; and
+    whether runs have led to it, which may show orbits of the branch before. Its tangent points away from the last one.
+
+    Where an impact grazes the flight before it may do so, too, so that several margins are zero at once. So they are
+    where the orbit meets one of a shorter period: that repeats itself, and is returned only if there is no other.
     """
     shorter = None
     found = sorted(
@@ -50,19 +52,39 @@ def beyond(curve: Curve, last: CurvePoint) -> tuple[CurvePoint | None, Margin, C
         for orbit, phase in _neighbours(curve, last, margin):
             point = _with_short_phase(curve, last, orbit, *phase) if phase else _on_its_side(curve, last, orbit)
             if point is not None and least_period(point.evaluation.section, REPEATED) == orbit.period:
-                return point, margin, None
-            shorter = shorter or (point and (point, margin, None))
+                return point, margin, None, False
+            shorter = shorter or (point and (point, margin, None, False))
     if shorter is not None:
         return shorter
     point, end = after_jump(curve, last, found[0])
     if point is None and curve.family.jumps:
-        point = next(_with_longer_phases(curve, last, crossed), None)
-    return point, found[0], end
+        return next(_with_longer_phases(curve, last, crossed), None), found[0], end, False
+    return point, found[0], end, True
 
 
 def after_chatter(curve: Curve, last: CurvePoint) -> CurvePoint | None:
     """The first orbit whose chatter is complete, beyond where grazings accumulate; None if none is found."""
     return after_jump(curve, last, None)[0]
+
+
+def where_contact_opens(curve: Curve, following: CurvePoint) -> CurvePoint | None:
+    """The orbit of the reference at which a flight has no length, from the first one beyond that has no such flight.
+
+    The force of the contact is smallest there, and zero. With the flight it is lost in rounding how short that is. None
+    if it is not found.
+    """
+    back = following.turned()
+
+    def forces(s: float) -> np.ndarray:
+        point = curve.ahead(back, s) if s else back
+        if point is None:
+            return np.full(1, np.nan)
+        found = margins(point.orbit, point.evaluation, curve.family.method_at(point.value))
+        return np.array([each.value for each in found if each.kind == OPENS])
+
+    reach = next((s for s in STEPS if forces(s).min(initial=np.inf) < 0), None)
+    located = None if reach is None else first_zero(lambda s: float(forces(s).min()), 0.0, reach)
+    return None if located is None else curve.ahead(back, located)
 
 
 def on_its_sequence(curve: Curve, start: CurvePoint) -> CurvePoint | None:
@@ -75,7 +97,7 @@ def _neighbours(curve: Curve, last: CurvePoint, margin: Margin) -> Iterator[tupl
     orbit, k, method = last.orbit, margin.event, curve.family.method
     rigid = isinstance(method, Reference)
     if margin.inside:
-        if margin.kind == SWITCHES_MORE:
+        if margin.kind == SWITCHES:
             length = SHORTEST_PIECE
         else:
             length = SHORTEST_FLIGHT if rigid and margin.kind == OPENS else SHORTEST
@@ -95,13 +117,12 @@ def _neighbours(curve: Curve, last: CurvePoint, margin: Margin) -> Iterator[tupl
     elif margin.kind == GRAZING and orbit.kinds[k] == IMPACT:
         yield _without(orbit, {k}), None
     elif margin.kind == GRAZING and needs_law(method):
-        (contact, lasts), (flight, apart) = contact_of(orbit, k), flight_of(orbit, k)
-        if lasts < apart:
-            yield _without(orbit, {*contact}, touching=False), None
+        if flight_vanishes(orbit, k, method.law):
+            yield _closed(orbit, *flight_of(orbit, k)[0], REOPENED[method.law]), None
         else:
-            yield _closed(orbit, *flight, REOPENED[method.law]), None
+            yield _without(orbit, {*contact_of(orbit, k)[0]}, touching=False), None
     elif margin.kind == GRAZING and not rigid:
-        yield _without(orbit, {k, _nearest_event(orbit, k)}), None
+        yield _without(orbit, {*short_phase(orbit, k)[:2]}), None
 
 
 def _summed_later(orbit: Orbit, k: int, end: float, restitution: float) -> Orbit:
@@ -139,16 +160,6 @@ def _closed(orbit: Orbit, part: int, touch: int, reopened: tuple[int, ...]) -> O
     there = replace(orbit, kinds=tuple(kinds))
     there = there if len(reopened) > 1 else _without(there, {touch})
     return replace(there, first=touching_at_start(there.kinds, True))
-
-
-def _nearest_event(orbit: Orbit, k: int) -> int:
-    """The event, before or after another one in the cycle, that is closer in time."""
-    m = len(orbit.kinds)
-    after, before = (k + 1) % m, (k - 1) % m
-    instants, period = orbit.instants, orbit.period
-    return min(
-        (after, before), key=lambda j: min((instants[j] - instants[k]) % period, (instants[k] - instants[j]) % period)
-    )
 
 
 def _with(orbit: Orbit, k: int, instants: np.ndarray, kinds: tuple[int, ...]) -> Orbit:

@@ -22,7 +22,6 @@ from ..drivers.orbit import (
 )
 from .orbit import Orbit
 
-ROUNDING = 1e-6  # excitation periods
 CONTACT = {
     "cut": (TOUCH, UNLOAD, PART),
     "limited": (TOUCH, UNLIMIT, UNLOAD, PART),
@@ -81,10 +80,30 @@ def flight_of(orbit: Orbit, k: int) -> tuple[list[int], float]:
     return _run(orbit, k, PART, TOUCH)
 
 
+def short_phase(orbit: Orbit, k: int) -> tuple[int, int, float]:
+    """Event k and its neighbour that is nearer in time, in their order, and how long the phase between them lasts."""
+    m = len(orbit.kinds)
+    before, after = (k - 1) % m, (k + 1) % m
+    ahead, behind = _length(orbit, k, after), _length(orbit, before, k)
+    return (k, after, ahead) if abs(ahead) <= abs(behind) else (before, k, behind)
+
+
+def flight_vanishes(orbit: Orbit, k: int, law: str | None) -> bool:
+    """Whether a flight of the penalty has no length where event k grazes, and not a contact; ``law``: of its own."""
+    if law is None:
+        return orbit.kinds[short_phase(orbit, k)[0]] == PART
+    return flight_of(orbit, k)[1] <= contact_of(orbit, k)[1]
+
+
+def _length(orbit: Orbit, first: int, last: int) -> float:
+    """From one event to a later one, across the end of the cycle if that has the smaller number."""
+    length = orbit.instants[last] - orbit.instants[first]
+    return float(length if last > first else length + orbit.period)
+
+
 def _run(orbit: Orbit, k: int, begin: int, end: int) -> tuple[list[int], float]:
     kinds, m = orbit.kinds, len(orbit.kinds)
     first = next(j % m for j in range(k, k - m - 1, -1) if kinds[j % m] == begin)
     last = next(j for j in range(first, first + m + 1) if kinds[j % m] == end)
     events = [j % m for j in range(first, last + 1)]
-    length = orbit.instants[events[-1]] - orbit.instants[first]
-    return events, float((length + ROUNDING) % orbit.period - ROUNDING)  # at its end a phase may be negative
+    return events, _length(orbit, events[0], events[-1])

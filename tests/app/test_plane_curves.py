@@ -90,7 +90,7 @@ def test_curves_are_drawn_over_both_planes_and_listed(shown):
     np.testing.assert_array_equal(made.lines["fold"].data["K"][:3], [3000, 5000, 9000])
     for plot in plots:
         items = {item.label.value: item.visible for item in plot.legend[0].items}
-        assert items == {"folds": True, "period doublings": False, "grazing": True}
+        assert items == {"folds": True, "period doublings": False, "grazing": True, "contacts that open": False}
     assert made.meetings.data["other"] == ["cusp"]
     first = made.view.points["rows"][0]
     assert [cell["text"] for cell in first["cells"]] == ["fold", "1", "3000 to 9000", "17 to 20", "cusp"]
@@ -128,7 +128,7 @@ def test_the_script_finds_the_same_curves_and_the_commands_are_those_of_the_rows
     Job.last.deliver(Job.last, PartialCurves(QUESTION, CURVES, 1.0))
     assert f"CurvesQuestion(system, 2.78, {QUESTION.K!r}, {QUESTION.D!r})" in made.python()
     lines = made.command().splitlines()
-    assert len([line for line in lines if line.startswith("vibroscope branch")]) == 9
+    assert len([line for line in lines if line.startswith("vibroscope branch")]) == 12
     assert made.words() == [["Curves of bifurcations", "2 curves: 1 of folds, 1 of grazing."]]
 
 

@@ -25,10 +25,8 @@ MARKS = {
     "sticking begins": ("square", "□"),
     "sticking ends": ("square_x", "⊠"),
     "contact opens": ("x", "×"),
-    "contact no longer opens": ("circle_x", "⊗"),
     "chatter completes": ("square_cross", "⊞"),
-    "damper switches more": ("inverted_triangle", "▽"),
-    "damper switches less": ("triangle_dot", "△"),
+    "damper switches": ("inverted_triangle", "▽"),
 }
 _LOOKS = {
     "reference": {"line_color": BLUE, "line_width": 2.4},

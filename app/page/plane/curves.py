@@ -24,6 +24,7 @@ _LOOKS = {
     "fold": {"line_color": INK, "line_width": 2.2, "line_dash": "solid"},
     "period doubling": {"line_color": MAGENTA, "line_width": 2.2, "line_dash": [8, 3]},
     "grazing": {"line_color": VERMILLION, "line_width": 1.6, "line_dash": [2, 2]},
+    "contact opens": {"line_color": VERMILLION, "line_width": 1.6, "line_dash": [7, 2, 2, 2]},
 }
 _COLUMNS = ("K", "D", "kind", "period")
 _MEETING_COLUMNS = ("K", "D", "kind", "other")
