@@ -17,7 +17,8 @@ from ..kernels.time_stepping.contact_location import SCHEME, LocatedScheme, Stag
 from ..methods import Newmark, TimeStepping, spring_exponent
 from ..result import Checkpoint, Cost, Status
 from .newmark import has_strides
-from .skip_tables import LocatedTables, Piece, pieces_of
+from .skip_tables import LocatedTables
+from .step_modes import Piece, pieces_of
 from .stepping import SteppingDriver
 from .time_stepping import parameters_of_steps
 

@@ -1,4 +1,4 @@
-"""Skips of pieces of steps whose changes of contact are located within them, by the tables of :mod:`.matrix_skip`.
+"""Skips of pieces of steps whose changes of contact are located within them, by tables (:mod:`.skip_search`).
 
 The modes are flight, in whole steps, and contact with steps that are halved j = 0, 1, … times (Eq. (13) of
 :mod:`..time_stepping.located`); of one mode all pieces from one point of its sub-grid to the next are alike. What is
@@ -46,9 +46,23 @@ from ..time_stepping.located import (
     write_state,
 )
 from ..time_stepping.newmark import next_output
-from .matrix_skip import CHUNK, ENTRIES, LEAST, LEVELS, UNLIMITED, SkipTables, find_skip, impulse_of, write_u_at
+from .skip_search import (
+    CHUNK,
+    CHUNKS,
+    ENTRIES,
+    FIRSTS,
+    FREE,
+    LEAST,
+    LEVELS,
+    RISING,
+    UNLIMITED,
+    SkipTables,
+    find_skip,
+    impulse_of,
+    write_u_at,
+)
 
-FREE, CONTACT = range(2)  # modes; CONTACT + pieces·j + i: in piece i of a contact, with steps halved j times
+CONTACT = FREE + 1  # modes: FREE; CONTACT + pieces·j + i: in piece i of a contact, with steps halved j times
 TABULATED = 30  # halvings: with more, all pieces are solved
 MISSING, ASKED = -1, -2  # in the place of a number of watched rows: tables that have not been made, and shall be
 
@@ -77,8 +91,8 @@ class LocatedSkips(NamedTuple):
 
 def size_of_skips(modes, most, steps):
     """Numbers of a run's :class:`LocatedSkips` in its packed array; ``most``: watched rows of a mode."""
-    tables = modes * LEVELS * ENTRIES * COLUMNS * (most + COLUMNS + 1) + CHUNK * COLUMNS
-    small = modes * most * (COLUMNS * (LEVELS + 3) + 1)
+    tables = modes * LEVELS * ENTRIES * COLUMNS * (most + COLUMNS + 1) + RISING * CHUNK * COLUMNS
+    small = modes * most * (COLUMNS * (FIRSTS + 3) + 1)
     return tables + small + 2 * steps + (LEAST + 1) * COLUMNS + 2
 
 
@@ -93,24 +107,27 @@ def unpack_skips(packed, whole):
     a = modes * most * LEVELS * COLUMNS * ENTRIES
     b = a + modes * LEVELS * ENTRIES * COLUMNS * COLUMNS
     c = b + modes * LEVELS * ENTRIES * COLUMNS
-    d = c + COLUMNS * CHUNK
-    e = d + modes * most * LEVELS * COLUMNS
+    d = c + RISING * COLUMNS * CHUNK
+    e = d + modes * most * FIRSTS * COLUMNS
     f, each = e + modes * most, modes * most * COLUMNS
     g, h, i = f + each, f + 2 * each, f + 3 * each
     j = i + 2 * steps
     k = j + (LEAST + 1) * COLUMNS
     tables = SkipTables(
-        packed[:a].reshape((modes, most, LEVELS, COLUMNS, ENTRIES)),
-        packed[d:e].reshape((modes, most, LEVELS, COLUMNS)),
+        packed[:a].reshape((modes, most, LEVELS, CHUNKS, COLUMNS, CHUNK)),
+        packed[d:e].reshape((modes, most, FIRSTS, COLUMNS)),
         packed[f:g].reshape((modes, most, COLUMNS)),
         packed[e:f].reshape((modes, most)),
         whole[4 : 4 + modes],
+        whole[4 : 4 + modes],  # all rows decide
+        whole[4 : 4 + modes],
+        whole[4 : 4 + modes],  # not needed
         whole[4 + modes :],
         packed[a:b].reshape((modes, LEVELS, ENTRIES, COLUMNS, COLUMNS)),
         packed[b:c].reshape((modes, LEVELS, ENTRIES, COLUMNS)),
         packed[g:h].reshape((modes, most, COLUMNS)),
         packed[h:i].reshape((modes, most, COLUMNS)),
-        packed[c:d].reshape((COLUMNS, CHUNK)),
+        packed[c:d].reshape((RISING, COLUMNS, CHUNK)),
         packed[k],
     )
     us = packed[j:k].reshape((LEAST + 1, COLUMNS))
