@@ -15,6 +15,7 @@ from vibroscope.engine.law_table import numbers_of
 
 SCENES = {"A": (1.08, 2500.0, 8.0), "B": (1.70, 12000.0, 18.0), "C": (2.76, 12000.0, 18.0), "D": (3.25, 12000.0, 18.0)}
 TURNS = 4
+PERIODS = 2000, 100  # of a run with skips, as many as runs have by default, and of the plain loop
 PENETRATION = 1e-3  # of the law "impact"
 LAWS = CONTACT_LAWS[:2]  # with every integrator; the others with Newmark's method
 
@@ -58,7 +59,7 @@ def main(asked):
         for name in scenes:
             eta, *contact = SCENES[name]
             for what, method, plain in methods_of(*contact, steps):
-                skipped, taken = microseconds(eta, (method, plain), (200, 20))
+                skipped, taken = microseconds(eta, (method, plain), PERIODS)
                 print(f"[{name}]   {steps:6}  {what:44}{skipped:9.2f}{taken:10.1f}{taken / skipped:7.1f}", flush=True)
 
 

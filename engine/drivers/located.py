@@ -19,7 +19,8 @@ from ..result import Checkpoint, Cost, Status
 from .base import is_first_use
 from .newmark import has_strides
 from .parameters import wall_of
-from .skip_tables import LocatedTables, Piece, pieces_of
+from .skip_tables import LocatedTables
+from .step_modes import Piece, pieces_of
 from .stepping import SteppingDriver
 from .time_stepping import parameters_of_steps
 

@@ -1,12 +1,11 @@
 """Tables by which one-step methods skip steps (:mod:`..kernels.accelerated.matrix_skip`), made of their step maps."""
 
 import math
-from typing import NamedTuple
+from itertools import combinations
 
 import numpy as np
 
 from ..integrators import Integrator
-from ..kernels.accelerated.certificate import CHUNK
 from ..kernels.accelerated.located_skip import (
     ASKED,
     CONTACT,
@@ -16,19 +15,29 @@ from ..kernels.accelerated.located_skip import (
     unpack_skips,
     write_piece_matrix,
 )
-from ..kernels.accelerated.matrix_skip import FREE, LEVELS, MODES, PRESSED, PULLED, SkipTables, columns_of
-from ..kernels.accelerated.step_map import ENTRIES, REACHES
+from ..kernels.accelerated.skip_search import (
+    AT_WORTH,
+    CHUNK,
+    CHUNKS,
+    FIRSTS,
+    FREE,
+    IN_MIDST,
+    LEVELS,
+    RISING,
+    WORTHWHILE,
+    SkipTables,
+    columns_of,
+)
+from ..kernels.accelerated.step_map import ENTRIES, PRESSED, REACHES
 from ..kernels.compile.options import uncompiled
 from ..kernels.compile.packing import aligned_zeros
-from ..kernels.equations.contact_law import COMPRESSION, CUT, LIMITED
 from ..kernels.equations.rates import free_rate, pressed_rate
 from ..kernels.parameters import AT_WALL, TWO_BODIES, Parameters
-from ..kernels.time_stepping import law_pieces
 from ..kernels.time_stepping.contact_location import LocatedScheme
-from ..kernels.time_stepping.law_step import LawScheme
-from ..kernels.time_stepping.linear_step import COLUMNS, FORCE, GAP, STATE_ROWS, LinearScheme
+from ..kernels.time_stepping.linear_step import COLUMNS, FORCE, STATE_ROWS, LinearScheme
 from ..kernels.time_stepping.located import halvings_at
-from .step_maps import bodies_of, stage_end, start_of_step, step_maps
+from .step_maps import BETWEEN, bodies_of, stage_end, start_of_step, step_maps
+from .step_modes import Mode, Piece, end_of_step, modes_of
 
 LONGEST = ENTRIES  # stride: every step is then one entry of each level away
 BLOCK = 16  # rows of a product: so small that BLAS does not wake other threads for it, which would take longer
@@ -39,42 +48,20 @@ SAME = 1e-12  # rows that differ from a multiple of another by less, as a share 
 
 def skip_tables(m: LinearScheme, p: Parameters) -> SkipTables:
     """The tables of all modes, with the steps of size Δτ of a scheme."""
-    maps, touch = _maps_of_statuses(m), m.system.touch
-    watched = [_watched_rows(maps, m, mode) for mode in range(MODES)]
-    tables = _empty_tables(watched, p.eta)
-    for mode in range(MODES):
-        if watched[mode]:
-            rows, status = np.array(watched[mode]), int(mode == PRESSED)
-            # a gap may be a small difference of rows; a force is as large as its displacements make it
-            tables.sizes[mode, : len(rows)] = np.maximum(1.0, np.abs(rows[:, :2]).max(axis=1))
-            x_of_u, _ = _relative_basis(touch)
-            step, stride = _step_matrix(maps, status, m.turn, touch), _stride(p, status == 1, m.system.h)
-            levels = _fill_mode(tables, mode, step, rows @ x_of_u, stride)
-            if status:
-                forces = [pair[1][FORCE] for pair in _stages(maps, 1)]
-                row = m.system.h * sum(weight * force for weight, force in zip(m.weights, forces, strict=False))
-                _fill_impulses(tables, mode, row @ x_of_u, levels)
+    modes, (x_of_u, _) = modes_of(m), _relative_basis(m.system.touch)
+    begin = BETWEEN @ np.eye(2, COLUMNS) - m.system.touch * np.eye(COLUMNS)[-1]
+    watched = [_distinct(mode, -begin if mode.pressed else begin) for mode in modes]
+    tables = _empty_tables([rows for rows, *_ in watched], p.eta)
+    for i, (mode, (rows, deciding, sought)) in enumerate(zip(modes, watched, strict=True)):
+        # a gap may be a small difference of rows; a force is as large as its displacements make it
+        tables.sizes[i, : len(rows)] = np.maximum(1.0, np.abs(rows[:, :2]).max(axis=1))
+        tables.deciding[i], tables.sought[i], tables.statuses[i] = deciding, sought, mode.status
+        felt = p if mode.force is None else p._replace(stiffness=mode.force.stiffness, damping=mode.force.damping)
+        stride = _stride(felt, mode.force is not None, m.system.h)
+        levels = _fill_mode(tables, i, _step_matrix(mode.end, m.turn, m.system.touch), rows @ x_of_u, stride)
+        if mode.force is not None:
+            _fill_impulses(tables, i, m.system.h * mode.mean_force @ x_of_u, levels)
     return tables
-
-
-class Piece(NamedTuple):
-    """A part of a contact in which λ = Kδ + 2Dv."""
-
-    stiffness: float
-    damping: float
-    kinks: tuple = ()  # factors of δ and v of what falls below zero at its end
-
-
-def pieces_of(law: LawScheme) -> list[Piece]:
-    """The pieces of a law that is piecewise linear; none of another one."""
-    found, margin = [], uncompiled(law_pieces.margin_of)
-    count = {CUT: 2, LIMITED: 3, COMPRESSION: 2}.get(law.law, 0)
-    for piece in range(law_pieces.MAIN, law_pieces.MAIN + count):
-        stiffness, gain = uncompiled(law_pieces.formula_of)(law, law.gain, piece)
-        causes = range(law_pieces.FIRST, law_pieces.FIRST + uncompiled(law_pieces.kinks)(law, piece))
-        kinks = [[margin(law, law.gain, piece, which, *unit) for unit in ((1.0, 0.0), (0.0, 1.0))] for which in causes]
-        found.append(Piece(stiffness, 0.5 * gain, tuple(map(tuple, kinks))))
-    return found
 
 
 class LocatedTables:
@@ -146,7 +133,8 @@ class LocatedTables:
         levels = _fill_mode(tables, mode, piece, rows, stride, entries)
         if mode == FREE:
             rate = unit[3] @ basis
-            tables.rates[:, 0], tables.rates[:, 1:] = rate, (rate @ levels[0][: CHUNK - 1]).T
+            rates = np.vstack([rate, rate @ levels[0][: RISING * CHUNK - 1]])
+            tables.rates[:] = rates.reshape(RISING, CHUNK, -1).transpose(0, 2, 1)
         with np.errstate(all="ignore"):
             within = levels[0][: max(stride - 1, 0)], levels[-1]
             if kinks:
@@ -189,8 +177,8 @@ class LocatedTables:
         """Φ of a piece of length h."""
         m, pressed = self._scheme, law is not None
         if m.stages.count > 0:
-            maps = step_maps(bodies_of(p), self._integrator, h)
-            step = _step_matrix(maps, int(pressed), p.eta * h, -p.free_gap)
+            end = end_of_step(step_maps(bodies_of(p), self._integrator, h), int(pressed))
+            step = _step_matrix(end, p.eta * h, -p.free_gap)
             return step[ALONE] @ self._basis(law) if self._wall else step
         matrix = np.empty(2 * (columns_of(self._wall),))
         write_piece_matrix(m, pressed, h, p.free_position, matrix, self._wall)
@@ -205,72 +193,51 @@ def _rows_of(factors: list[tuple[float, float]], order: int) -> np.ndarray:
     )
 
 
-def _empty_tables(watched: list[list], eta: float) -> SkipTables:
+def _empty_tables(watched: list[np.ndarray], eta: float) -> SkipTables:
     modes, most = len(watched), max(len(rows) for rows in watched)
     return SkipTables(
-        rows=np.zeros((modes, most, LEVELS, COLUMNS, ENTRIES)),
-        firsts=np.zeros((modes, most, LEVELS, COLUMNS)),
+        rows=np.zeros((modes, most, LEVELS, CHUNKS, COLUMNS, CHUNK)),
+        firsts=np.zeros((modes, most, FIRSTS, COLUMNS)),
         bounds=np.zeros((modes, most, COLUMNS)),
         sizes=np.zeros((modes, most)),
         counts=np.array([len(rows) for rows in watched]),
+        deciding=np.zeros(modes, dtype=np.int64),
+        sought=np.zeros(modes, dtype=np.int64),
+        statuses=np.zeros(modes, dtype=np.int64),
         strides=np.zeros(modes, dtype=np.int64),
         columns=np.zeros((modes, LEVELS, ENTRIES, COLUMNS, COLUMNS)),
         impulses=np.zeros((modes, LEVELS, ENTRIES, COLUMNS)),
         begins=np.zeros((modes, 0, COLUMNS)),
         dips=np.zeros((modes, 0, COLUMNS)),
-        rates=np.zeros((COLUMNS, 0)),
+        rates=np.zeros((0, COLUMNS, CHUNK)),
         period=2 * math.pi / eta,
         wall=TWO_BODIES,
     )
 
 
-def _maps_of_statuses(m: LinearScheme) -> np.ndarray:
-    """The matrices of a step with each status (:func:`.step_maps.step_maps`); those of other laws without contact."""
-    maps = m.maps[0]
-    if m.system.law <= CUT:
-        return maps
-    flight = maps[:, : STATE_ROWS + 1, :COLUMNS]
-    return flight[[0, 0, 1, 1, 1, 1] if len(flight) > 1 else [0, 0]]
+def _distinct(mode: Mode, begin: np.ndarray) -> tuple[np.ndarray, int, int]:
+    """The rows of a mode that no others imply, how many of them decide, and how many of these are sought through.
+
+    ``begin``: the gap at the beginning of a step, which the end of the one before has said to be positive.
+    """
+    sought, others = [], []
+    for row in mode.deciding:
+        if not _is_implied(row, sought + others):
+            (others if _is_implied(row, [mode.gap, begin]) and not _is_implied(row, [mode.gap]) else sought).append(row)
+    deciding = sought + others
+    rows = deciding if _is_implied(mode.gap, sought) else [*deciding, mode.gap]
+    return np.array(rows), len(deciding), len(sought)
 
 
-def _stages(maps: np.ndarray, status: int) -> list[tuple[np.ndarray, np.ndarray]]:
-    """The ends of each stage without and with contact, if all stages before have this status."""
-    pairs = [(maps[0], maps[1])]
-    if len(maps) > 2:
-        pairs.append((maps[2 + 2 * status], maps[3 + 2 * status]))
-    return pairs
-
-
-def _watched_rows(maps: np.ndarray, m: LinearScheme, mode: int) -> list[np.ndarray]:
-    """Rows, to be multiplied by x before the step, that are positive while the mode stays; none without such a mode."""
-    status, cut = int(mode == PRESSED), m.system.law == CUT
-    if (mode == PULLED and not cut) or (mode == PRESSED and m.system.law > CUT):
-        return []
-    pairs, side = _stages(maps, status), 1.0 if mode == FREE else -1.0
-    end = pairs[-1][status]
-    rows = [side * (end[1] - end[0] - m.system.touch * np.eye(COLUMNS)[-1])]
-    for i, pair in enumerate(pairs):
-        if m.at_end:  # either status wants that of the mode
-            if mode != PULLED:
-                rows += [side * end[GAP] for end in pair]
-            if mode != FREE and cut:
-                rows += [-side * end[FORCE] if mode == PRESSED else side * end[FORCE] for end in pair]
-            continue
-        if i + 1 < len(pairs):  # the status from the start of the next stage
-            rows.append(side * pair[status][GAP])
-        if mode != FREE and cut:
-            rows.append(pair[1][FORCE] if mode == PRESSED else -pair[1][FORCE])
-    return _distinct(rows)
-
-
-def _distinct(rows: list[np.ndarray]) -> list[np.ndarray]:
-    """The rows but for multiples: those of an earlier one have its sign, as the forces without and with contact."""
-    found = []
-    for row in rows:
-        own = row / np.abs(row).max()
-        if not any(np.abs(own - other / np.abs(other).max()).max() <= SAME for other in found):
-            found.append(row)
-    return found
+def _is_implied(row: np.ndarray, others: list[np.ndarray]) -> bool:
+    """Whether a row is a sum of positive multiples of at most two others."""
+    row = row / np.abs(row).max()
+    scaled = [other / np.abs(other).max() for other in others]
+    for some in [*((one,) for one in scaled), *combinations(scaled, 2)]:
+        factors, *_ = np.linalg.lstsq(np.transpose(some), row)
+        if factors.min() > 0.0 and np.abs(factors @ some - row).max() <= SAME:
+            return True
+    return False
 
 
 def _relative_basis(touch: float) -> tuple[np.ndarray, np.ndarray]:
@@ -284,11 +251,10 @@ def _relative_basis(touch: float) -> tuple[np.ndarray, np.ndarray]:
     return x_of_u, u_of_x
 
 
-def _step_matrix(maps: np.ndarray, status: int, turn: float, touch: float) -> np.ndarray:
-    """Φ of a step over which the phase of the excitation grows by ``turn``."""
+def _step_matrix(end: np.ndarray, turn: float, touch: float) -> np.ndarray:
+    """Φ of a step from its end as rows of x; the phase of the excitation grows by ``turn``."""
     matrix, (x_of_u, u_of_x) = np.eye(COLUMNS), _relative_basis(touch)
-    matrix[:STATE_ROWS] = _stages(maps, status)[-1][status][:STATE_ROWS]
-    matrix[FORCE] *= status
+    matrix[:STATE_ROWS] = end[:STATE_ROWS]
     c, s = math.cos(turn), math.sin(turn)
     matrix[-3:-1, -3:-1] = [[c, -s], [s, c]]
     return u_of_x @ matrix @ x_of_u
@@ -326,9 +292,14 @@ def _fill_mode(
         for level, powers in enumerate(levels):
             tables.columns[mode, level, : len(powers)] = powers.transpose(0, 2, 1)
             first = rows if level == 0 else rows @ levels[0][stride - 2]
+            after = np.zeros((ENTRIES, *rows.shape))
+            after[0], after[1 : len(powers)] = first, first @ powers[:-1]
             tables.firsts[mode, : len(rows), level] = first
-            after = np.concatenate([first[None], first @ powers[:-1]])
-            tables.rows[mode, : len(rows), level, :, : len(powers)] = after.transpose(1, 2, 0)
+            chunks = after.reshape(CHUNKS, CHUNK, *rows.shape)
+            tables.rows[mode, : len(rows), level] = chunks.transpose(2, 0, 3, 1)
+            if level > 0:
+                worth = math.ceil(WORTHWHILE / stride)
+                tables.firsts[mode, : len(rows), [IN_MIDST, AT_WORTH]] = after[[max(worth // 2, 1) - 1, worth - 1]]
     return levels
 
 

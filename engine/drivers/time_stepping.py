@@ -4,7 +4,7 @@ import numpy as np
 
 from ..kernels.accelerated import matrix_skip
 from ..kernels.compile.options import uncompiled
-from ..kernels.compile.record import Buffers, PackedBuffers, no_contact
+from ..kernels.compile.record import Buffers, PackedBuffers, make_buffers, no_contact
 from ..kernels.equations.contact_law import CONSTANT, CUT, KELVIN_VOIGT, gain_at, law_force
 from ..kernels.equations.coordinates import contact_coordinates
 from ..kernels.equations.motion import accelerations, coefficients
@@ -16,6 +16,7 @@ from ..kernels.time_stepping.newmark import contact_force, end_contact, scheme_o
 from ..methods import WITHOUT_SOLUTION, TimeStepping
 from ..model import System
 from ..result import Checkpoint, Status
+from .base import CAPACITY
 from .newmark import has_strides
 from .parameters import parameters_of
 from .skip_tables import skip_tables
@@ -145,14 +146,19 @@ class TimeSteppingDriver(SteppingDriver):
         return f"the method is unstable {where[found[-1]]} with fewer than {high} steps per period"
 
     def record_open_contact(self, buffers: Buffers) -> None:
-        last = self._steps_done()
-        if not self._now.pressed or last <= self._window[0]:
+        now, last, kept_from = self._now, self._steps_done(), int(self._window[0])
+        if last <= kept_from or not (now.pressed or now.step < last):
             return
-        arrays = self._angles, self._state, self._work, last, self._window, self._no_buffers.views
-        kernel.integrate_linear(self._scheme, *arrays)  # what a skip has left
+        spare = make_buffers(len(buffers.section), buffers.phases, 0, CAPACITY)  # the rows are written already
+        for stop, views in ((kept_from, self._no_buffers.views), (last, spare.views)):  # what a skip has left
+            arrays = self._angles, self._state, self._work, stop, self._window, views
+            while kernel.integrate_linear(self._scheme, *arrays) == FULL:
+                self._collect(views)
         y, now = kernel.STATE.read(self._state)
-        motion = uncompiled(kernel.motion_of)(self._scheme, y)
-        end_contact(self._scheme.system, now.contact, now.step, motion, buffers)
+        if now.pressed:
+            motion = uncompiled(kernel.motion_of)(self._scheme, y)
+            end_contact(self._scheme.system, now.contact, now.step, motion, spare.views)
+        self._collect(spare.views)
 
     def results(self) -> dict:
         now = self._now

@@ -167,8 +167,11 @@ def test_numerical_damping_is_to_blame_where_the_undamped_step_leaves_less():
     experiments = run_experiments(compared)
     best = best_experiment(compared, experiments, 0.0)
     assert best.changed == "integrator"
-    left = compare(SYSTEM, 2.76, TimeStepping(12000, 16.1, 1000), **SHORT).total
-    assert best.remaining == pytest.approx(left, rel=0.05)
+    # the step scatters the section, so rounding changes by a tenth what is left; K that differ as little say how much
+    stiffnesses = 12000 * (1 + 1e-10 * np.arange(8))
+    left = [compare(SYSTEM, 2.76, TimeStepping(k, 16.1, 1000), **SHORT).total for k in stiffnesses]
+    assert 0.95 * min(left) < best.remaining < 1.05 * max(left)
+    assert max(left) < 0.5 * compared.total
     sentence, change = blame_sentence(compared, experiments, best)
     assert sentence.startswith("The numerical damping of newmark ")
     assert change == {"integrator": "newmark", "beta": 0.25, "gamma": 0.5}

@@ -1,4 +1,4 @@
-"""Skips of pieces of steps whose changes of contact are located within them, by the tables of :mod:`.matrix_skip`.
+"""Skips of pieces of steps whose changes of contact are located within them, by tables (:mod:`.skip_search`).
 
 The modes are flight, in whole steps, and contact with steps that are halved j = 0, 1, … times (Eq. (13) of
 :mod:`..time_stepping.located`); of one mode all pieces from one point of its sub-grid to the next are alike. What is
@@ -47,11 +47,15 @@ from ..time_stepping.located import (
     write_state,
 )
 from ..time_stepping.newmark import next_output
-from .matrix_skip import (
+from .skip_search import (
     CHUNK,
+    CHUNKS,
     ENTRIES,
+    FIRSTS,
+    FREE,
     LEAST,
     LEVELS,
+    RISING,
     UNLIMITED,
     SkipTables,
     columns_of,
@@ -60,7 +64,7 @@ from .matrix_skip import (
     write_u_at,
 )
 
-FREE, CONTACT = range(2)  # modes; CONTACT + pieces·j + i: in piece i of a contact, with steps halved j times
+CONTACT = FREE + 1  # modes: FREE; CONTACT + pieces·j + i: in piece i of a contact, with steps halved j times
 TABULATED = 30  # halvings: with more, all pieces are solved
 MISSING, ASKED = -1, -2  # in the place of a number of watched rows: tables that have not been made, and shall be
 
@@ -89,8 +93,8 @@ class LocatedSkips(NamedTuple):
 
 def size_of_skips(modes, most, steps, columns):
     """Numbers of a run's :class:`LocatedSkips` in its packed array; ``most``: watched rows; ``columns``: of u."""
-    tables = modes * LEVELS * ENTRIES * columns * (most + columns + 1) + CHUNK * columns
-    small = modes * most * (columns * (LEVELS + 3) + 1)
+    tables = modes * LEVELS * ENTRIES * columns * (most + columns + 1) + RISING * CHUNK * columns
+    small = modes * most * (columns * (FIRSTS + 3) + 1)
     return tables + small + 2 * steps + (LEAST + 1) * COLUMNS + 2
 
 
@@ -105,24 +109,27 @@ def unpack_skips(packed, whole, wall):
     a = modes * most * LEVELS * columns * ENTRIES
     b = a + modes * LEVELS * ENTRIES * columns * columns
     c = b + modes * LEVELS * ENTRIES * columns
-    d = c + columns * CHUNK
-    e = d + modes * most * LEVELS * columns
+    d = c + RISING * columns * CHUNK
+    e = d + modes * most * FIRSTS * columns
     f, each = e + modes * most, modes * most * columns
     g, h, i = f + each, f + 2 * each, f + 3 * each
     j = i + 2 * steps
     k = j + (LEAST + 1) * COLUMNS
     tables = SkipTables(
-        packed[:a].reshape((modes, most, LEVELS, columns, ENTRIES)),
-        packed[d:e].reshape((modes, most, LEVELS, columns)),
+        packed[:a].reshape((modes, most, LEVELS, CHUNKS, columns, CHUNK)),
+        packed[d:e].reshape((modes, most, FIRSTS, columns)),
         packed[f:g].reshape((modes, most, columns)),
         packed[e:f].reshape((modes, most)),
         whole[4 : 4 + modes],
+        whole[4 : 4 + modes],  # all rows decide
+        whole[4 : 4 + modes],
+        whole[4 : 4 + modes],  # not needed
         whole[4 + modes :],
         packed[a:b].reshape((modes, LEVELS, ENTRIES, columns, columns)),
         packed[b:c].reshape((modes, LEVELS, ENTRIES, columns)),
         packed[g:h].reshape((modes, most, columns)),
         packed[h:i].reshape((modes, most, columns)),
-        packed[c:d].reshape((columns, CHUNK)),
+        packed[c:d].reshape((RISING, columns, CHUNK)),
         packed[k],
         wall,
     )

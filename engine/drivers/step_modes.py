@@ -1,0 +1,131 @@
+"""The modes of a one-step method (:mod:`..kernels.accelerated.matrix_skip`): its steps while nothing changes.
+
+All quantities are rows of factors of x before the step (:mod:`.step_maps`).
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ..kernels.compile.options import uncompiled
+from ..kernels.equations.contact_law import COMPRESSION, CUT, KELVIN_VOIGT, LIMITED
+from ..kernels.time_stepping import law_pieces
+from ..kernels.time_stepping.law_step import LawScheme, linear_root
+from ..kernels.time_stepping.linear_step import BEFORE, COLUMNS, FORCE, GAP, OWN, RATE, LinearScheme
+from ..kernels.time_stepping.newmark import Scheme
+
+
+class Piece(NamedTuple):
+    """A part of a contact in which λ = Kδ + 2Dv."""
+
+    stiffness: float
+    damping: float
+    kinks: tuple = ()  # factors of δ and v of what falls below zero at its end
+
+
+def pieces_of(law: LawScheme | Scheme) -> list[Piece]:
+    """The pieces of a law that is piecewise linear; none of another one."""
+    found, margin = [], uncompiled(law_pieces.margin_of)
+    count = {CUT: 2, LIMITED: 3, COMPRESSION: 2}.get(law.law, 0)
+    for piece in range(law_pieces.MAIN, law_pieces.MAIN + count):
+        stiffness, gain = uncompiled(law_pieces.formula_of)(law, law.gain, piece)
+        causes = range(law_pieces.FIRST, law_pieces.FIRST + uncompiled(law_pieces.kinks)(law, piece))
+        kinks = [[margin(law, law.gain, piece, which, *unit) for unit in ((1.0, 0.0), (0.0, 1.0))] for which in causes]
+        found.append(Piece(stiffness, 0.5 * gain, tuple(map(tuple, kinks))))
+    return found
+
+
+class Mode(NamedTuple):
+    """Steps that are alike."""
+
+    end: np.ndarray  # (STATE_ROWS + 1, COLUMNS) the end of a step
+    pressed: bool  # whether the gap is closed
+    status: int  # that of its stages
+    deciding: list[np.ndarray]  # what is positive where a step belongs to the mode
+    gap: np.ndarray  # the gap at the end, with the sign by which it is positive while contact does not change
+    force: Piece | None = None  # spring and damper that act
+    mean_force: np.ndarray | None = None  # λ over the step
+
+
+def modes_of(m: LinearScheme) -> list[Mode]:
+    """The modes of steps of size Δτ: flight, then those in contact in the order in which they mostly follow."""
+    law = m.system.law
+    if law <= CUT:
+        found = [_mode_of_statuses(m, False, 0), _mode_of_statuses(m, True, 1)]
+        return found if law == KELVIN_VOIGT else [*found, _mode_of_statuses(m, True, 0)]
+    pieces = pieces_of(m.system)
+    if law == LIMITED:
+        pieces[:2] = pieces[1::-1]  # where the bodies touch, the damper is at its limit
+    return [_mode_of_piece(m, None), *(_mode_of_piece(m, piece) for piece in pieces)]
+
+
+def end_of_step(maps: np.ndarray, status: int) -> np.ndarray:
+    """The end of a step all stages of which have a status; ``maps``: :func:`.step_maps.step_maps`."""
+    end = _stages(maps, status)[-1][status].copy()
+    end[FORCE] *= status
+    return end
+
+
+def _stages(maps: np.ndarray, status: int) -> list[tuple[np.ndarray, np.ndarray]]:
+    """The ends of each stage without and with contact, if all stages before have this status."""
+    pairs = [(maps[0], maps[1])]
+    if len(maps) > 2:
+        pairs.append((maps[2 + 2 * status], maps[3 + 2 * status]))
+    return pairs
+
+
+def _gap_at_end(m: LinearScheme, end: np.ndarray) -> np.ndarray:
+    """The gap at the end of a step; where a law takes it, it is another one with some methods."""
+    return end[1] - end[0] - m.system.touch * np.eye(COLUMNS)[-1]
+
+
+def _mode_of_statuses(m: LinearScheme, pressed: bool, status: int) -> Mode:
+    """A mode of spring and damper, which with the law that is cut act in a contact where they push."""
+    maps, side, deciding = m.maps[0], -1.0 if pressed else 1.0, []
+    cut, acts, pairs = m.system.law == CUT, 1.0 if status else -1.0, _stages(m.maps[0], status)
+    for i, (without, with_force) in enumerate(pairs):
+        if m.at_end:  # either status wants that of the mode; a force that pushes makes the gap larger
+            ends = ((without, with_force)[status],) if cut else (without, with_force)
+            deciding += [side * end[GAP] for end in ends]
+            deciding += [acts * with_force[FORCE]] if pressed and cut else []
+            continue
+        if i + 1 < len(pairs):  # the status from the start of the next stage
+            deciding.append(side * (without, with_force)[status][GAP])
+        if pressed and cut:
+            deciding.append(acts * with_force[FORCE])
+    end = end_of_step(maps, status)
+    mode = Mode(end, pressed, status, deciding, side * _gap_at_end(m, end))
+    if not status:
+        return mode
+    mean = sum(weight * pair[1][FORCE] for weight, pair in zip(m.weights, pairs, strict=False))
+    return mode._replace(force=Piece(m.system.stiffness, m.system.damper), mean_force=mean)
+
+
+def _mode_of_piece(m: LinearScheme, piece: Piece | None) -> Mode:
+    """The mode of a piece of another law, or its flight; ``m.maps`` are those of a step without contact."""
+    maps, deciding, push, forces = m.maps[0], [], np.zeros(COLUMNS), []
+    for i, stage in enumerate(maps):
+        free = stage[:, :COLUMNS] + np.outer(stage[:, BEFORE], push)
+        slopes = stage[:, OWN]
+        free[FORCE], push = 0.0, np.zeros(COLUMNS)
+        if piece:
+            gain = 2.0 * piece.damping
+            push = uncompiled(linear_root)(piece.stiffness, gain, free[GAP], free[RATE], slopes[GAP], slopes[RATE])
+        end = free + np.outer(slopes, push)
+        end[FORCE] = push
+        forces.append(push)
+        side = -1.0 if piece else 1.0
+        if piece:
+            deciding += [-by_depth * end[GAP] - by_speed * end[RATE] for by_depth, by_speed in piece.kinks]
+        if m.at_end or i + 1 < len(maps):  # where it is closed with these forces, it is without them, too
+            deciding.append(side * end[GAP])
+        elif piece and piece.stiffness > m.system.stiffness:  # the damper at its limit pushes where the spring does
+            deciding.append(-end[GAP])
+    gap = side * _gap_at_end(m, end)
+    if m.system.relative != 0.0:  # the closing speed is that before the plain step which begins a contact
+        deciding.append(gap)
+    mode = Mode(end[: GAP + 1], piece is not None, int(piece is not None), deciding, gap)
+    if not piece or piece.stiffness == 0.0:
+        return mode
+    mean = sum(weight * force for weight, force in zip(m.weights, forces, strict=False))
+    return mode._replace(force=piece, mean_force=mean)

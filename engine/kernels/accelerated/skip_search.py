@@ -1,0 +1,320 @@
+"""How many steps keep a mode, by tables of what many of them do (:mod:`.matrix_skip`, :mod:`.located_skip`).
+
+The values of a row w at the ends of the next steps, or of every s-th of them, are the rows w Φʲ⁻¹ times one u. Where
+the second differences of single steps, rows w(Φ − 1)²Φʲ⁻², are at most B, a row lies between two entries of the coarser
+level no more than b = B s²/8 below its chord: where it exceeds b at both, the mode stays between them
+(:mod:`.step_map`, with the same condition for the first interval). B is the supremum over all steps of the level, each
+of which is formed when the tables are made (:mod:`engine.drivers.skip_tables`).
+
+Single steps are skipped by the sign of the rows. A skip ends before the first step of which a row is not positive, or
+so near to zero that rounding could change its sign.
+
+At a wall ξ₁ with its derivatives is zero. Where λ follows from g and g′, too (:mod:`.located_skip`), six numbers of u
+are left,
+
+    u = (g, g′, g″, cos ητ₀, sin ητ₀, 1).
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ..compile.options import jit_inlined, jit_no_alloc
+from ..time_stepping.linear_step import COLUMNS
+from .certificate import CERTAIN, FAR
+from .step_map import ENTRIES
+
+FREE = 0  # the mode without contact
+CHUNK = 16  # entries that are examined together: most contacts last as long
+LEVELS, CHUNKS = 2, ENTRIES // CHUNK
+RISING = 2  # chunks of steps for which it is known whether a flight rises
+AFTER_STEP, AFTER_STRIDE, IN_MIDST, AT_WORTH = range(4)  # rows of ``SkipTables.firsts``
+FIRSTS = AT_WORTH + 1
+LEAST = 5  # row of the work space of a skip: what each watched row must exceed
+UNLIMITED = 1 << 62
+ALONE = 6  # numbers of u at a wall
+WORTHWHILE = 64  # steps that a skip by the coarser level has at least
+NOT_YET = -1  # entries of the coarser level that pays some steps later
+
+
+class SkipTables(NamedTuple):
+    """What many steps of each mode do; M modes, R the most watched rows of one. At a wall COLUMNS stands for ALONE."""
+
+    rows: np.ndarray  # (M, R, LEVELS, CHUNKS, COLUMNS, CHUNK) watched rows after 1 … ENTRIES strides
+    firsts: np.ndarray  # (M, R, FIRSTS, COLUMNS) … after a step, a stride, half of WORTHWHILE steps, and as many
+    bounds: np.ndarray  # (M, R, COLUMNS) b between entries of the coarser level
+    sizes: np.ndarray  # (M, R) of a row, in units of a displacement
+    counts: np.ndarray  # (M,) int64 watched rows; 0 where no step is skipped
+    deciding: np.ndarray  # (M,) int64 those of them by which a step belongs to the mode; one more: the gap at its end
+    sought: np.ndarray  # (M,) int64 those of these that the gaps at both ends of a step do not imply
+    statuses: np.ndarray  # (M,) int64 of the steps, 1 where a force acts
+    strides: np.ndarray  # (M,) int64 steps from entry to entry of the coarser level, 0 if there is none
+    columns: np.ndarray  # (M, LEVELS, ENTRIES, COLUMNS, COLUMNS) those of Φ, Φ², … and Φˢ, Φ²ˢ, …
+    impulses: np.ndarray  # (M, LEVELS, ENTRIES, COLUMNS) Δτ Σλ over the steps up to each entry
+    begins: np.ndarray  # (M, R, COLUMNS) what the rows watch, at the beginning; none where dips do not count
+    dips: np.ndarray  # the same shape: how far it may fall within a step
+    rates: np.ndarray  # (RISING, COLUMNS, CHUNK) g′ of a flight at the beginning of each step; none without dips
+    period: float  # of the excitation
+    wall: tuple | None  # AT_WALL where u has ALONE numbers, else TWO_BODIES (see ..parameters)
+
+
+@jit_inlined
+def columns_of(wall):
+    """Numbers of u."""
+    return ALONE if wall else COLUMNS
+
+
+@jit_inlined
+def dot(row, u, wall):
+    """A row, or a column of a table, times u."""
+    value = 0.0
+    for i in range(columns_of(wall)):
+        value += row[i] * u[i]
+    return value
+
+
+@jit_inlined
+def value_of(row, u, wall):
+    """The same, by a shorter chain of sums."""
+    if wall:
+        return (row[0] * u[0] + row[1] * u[1]) + (row[2] * u[2] + row[3] * u[3]) + (row[4] * u[4] + row[5] * u[5])
+    value = (row[0] * u[0] + row[1] * u[1] + row[2] * u[2]) + (row[3] * u[3] + row[4] * u[4] + row[5] * u[5])
+    return value + ((row[6] * u[6] + row[7] * u[7]) + (row[8] * u[8] + row[9] * u[9]))
+
+
+@jit_no_alloc
+def steps_above_of_two(rows, u, bound, most):
+    """As :func:`steps_above`, of two bodies."""
+    u0, u1, u2, u3, u4, u5, u6, u7, u8, u9 = u[0], u[1], u[2], u[3], u[4], u[5], u[6], u[7], u[8], u[9]
+    none = np.int32(CHUNK)  # indices of half the size: fewer vector instructions
+    for c in range((most + CHUNK - 1) // CHUNK):
+        r, first = rows[c], none
+        for j in range(CHUNK):  # without a branch: vector instructions
+            value = (r[0, j] * u0 + r[1, j] * u1 + r[2, j] * u2) + (r[3, j] * u3 + r[4, j] * u4 + r[5, j] * u5)
+            value += (r[6, j] * u6 + r[7, j] * u7) + (r[8, j] * u8 + r[9, j] * u9)
+            first = min(first, none if value > bound else np.int32(j))
+        if first < none:
+            return min(most, c * CHUNK + int(first))
+    return most
+
+
+@jit_no_alloc
+def steps_above_at_wall(rows, u, bound, most):
+    """As :func:`steps_above`, of one body at a wall."""
+    u0, u1, u2, u3, u4, u5 = u[0], u[1], u[2], u[3], u[4], u[5]
+    none = np.int32(CHUNK)
+    for c in range((most + CHUNK - 1) // CHUNK):
+        r, first = rows[c], none
+        for j in range(CHUNK):
+            value = (r[0, j] * u0 + r[1, j] * u1) + (r[2, j] * u2 + r[3, j] * u3) + (r[4, j] * u4 + r[5, j] * u5)
+            first = min(first, none if value > bound else np.int32(j))
+        if first < none:
+            return min(most, c * CHUNK + int(first))
+    return most
+
+
+@jit_inlined
+def steps_above(rows, u, bound, most, wall):
+    """Entries, at most so many, before the first whose row times u does not exceed the bound."""
+    if wall:
+        return steps_above_at_wall(rows, u, bound, most)
+    return steps_above_of_two(rows, u, bound, most)
+
+
+@jit_inlined
+def bound_of(row, u, wall):
+    """A row of bounds times |u|."""
+    value = 0.0
+    for i in range(columns_of(wall)):
+        value += row[i] * abs(u[i])
+    return value
+
+
+@jit_inlined
+def is_implied(t, mode, r):
+    """Whether a row is positive where the gaps at both ends of a step are: only a step with another gap asks for it."""
+    return t.sought[mode] <= r < t.deciding[mode]
+
+
+@jit_inlined
+def coarse_entries(t, mode, u, least):
+    """Entries of the coarser level in which the mode certainly stays; 0 where single steps do as well, or NOT_YET."""
+    stride, entries = t.strides[mode], ENTRIES
+    if stride == 0:
+        return 0
+    for r in range(t.counts[mode]):  # most contacts end sooner than the level is worth its search
+        if is_implied(t, mode, r):
+            continue
+        midst = value_of(t.firsts[mode, r, IN_MIDST], u, t.wall)
+        if not min(midst, value_of(t.firsts[mode, r, AT_WORTH], u, t.wall)) > least[r]:
+            return 0
+    for r in range(t.counts[mode]):
+        if is_implied(t, mode, r):
+            continue
+        bound = bound_of(t.bounds[mode, r], u, t.wall)
+        # a row that is small at the next step and grows to v at the first entry: the chord lies above its share of v,
+        # and the row at most 4 times this share of the bound below the chord
+        near, first = dot(t.firsts[mode, r, AFTER_STEP], u, t.wall), dot(t.firsts[mode, r, AFTER_STRIDE], u, t.wall)
+        if not (near > bound + least[r] or (near > least[r] and first > 4.0 * bound + least[r])):
+            return NOT_YET
+        entries = steps_above(t.rows[mode, r, 1], u, bound + least[r], entries, t.wall)
+        if entries * stride < WORTHWHILE:
+            return 0
+    return entries
+
+
+@jit_inlined
+def steps_of_rows(t, mode, count, u, least, entries):
+    """Single steps, at most so many, before one at which one of the first watched rows, ``count``, is not positive."""
+    for r in range(count):
+        entries = steps_above(t.rows[mode, r, 0], u, least[r], entries, t.wall)
+    return entries
+
+
+@jit_inlined
+def first_step_stays(t, mode, count, u, least):
+    """Whether these rows are positive for the next step."""
+    stays = True
+    for r in range(count):
+        stays = stays and value_of(t.firsts[mode, r, AFTER_STEP], u, t.wall) > least[r]
+    return stays
+
+
+@jit_no_alloc
+def apply(columns, u, out):
+    """Write the product of a matrix, given by its columns, and u."""
+    v0, v1, v2, v3, v4, v5, v6, v7, v8, v9 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    for j in range(COLUMNS):
+        c, x = columns[j], u[j]
+        v0, v1, v2, v3, v4 = v0 + c[0] * x, v1 + c[1] * x, v2 + c[2] * x, v3 + c[3] * x, v4 + c[4] * x
+        v5, v6, v7, v8, v9 = v5 + c[5] * x, v6 + c[6] * x, v7 + c[7] * x, v8 + c[8] * x, v9 + c[9] * x
+    out[0], out[1], out[2], out[3], out[4] = v0, v1, v2, v3, v4
+    out[5], out[6], out[7], out[8], out[9] = v5, v6, v7, v8, v9
+
+
+@jit_no_alloc
+def apply_at_wall(columns, u, out):
+    """The same at a wall."""
+    v0, v1, v2, v3, v4, v5 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    for j in range(ALONE):
+        c, x = columns[j], u[j]
+        v0, v1, v2 = v0 + c[0] * x, v1 + c[1] * x, v2 + c[2] * x
+        v3, v4, v5 = v3 + c[3] * x, v4 + c[4] * x, v5 + c[5] * x
+    out[0], out[1], out[2], out[3], out[4], out[5] = v0, v1, v2, v3, v4, v5
+
+
+@jit_inlined
+def carry(t, mode, level, entries, u, out):
+    """Write u after so many entries of a level."""
+    if entries == 0:
+        for i in range(columns_of(t.wall)):
+            out[i] = u[i]
+    elif t.wall:
+        apply_at_wall(t.columns[mode, level, entries - 1], u, out)
+    else:
+        apply(t.columns[mode, level, entries - 1], u, out)
+
+
+@jit_inlined
+def reach_of(t, u):
+    """How far the motion may go within a period."""
+    if t.wall:
+        return abs(u[0]) + t.period * abs(u[1])
+    return abs(u[0]) + abs(u[1]) + t.period * (abs(u[2]) + abs(u[3]))
+
+
+@jit_inlined
+def extent_of(t, u):
+    """Sum of the displacements, by which rounding is judged."""
+    return abs(u[0]) if t.wall else abs(u[0]) + abs(u[1])
+
+
+@jit_inlined
+def gap_rate_of(t, u):
+    """g′."""
+    return u[1] if t.wall else u[3]
+
+
+@jit_inlined
+def rising_steps(t, us, noise):
+    """As :func:`find_skip`, of a flight whose first step ends within the dip: those at whose beginning it rises."""
+    positive = steps_above(t.rows[FREE, 0, 0], us[0], noise, RISING * CHUNK, t.wall)
+    steps = steps_above(t.rates, us[0], 0.0, positive, t.wall)
+    carry(t, FREE, 0, steps, us[0], us[2])
+    carry(t, FREE, 1, 0, us[0], us[1])
+    return 0, steps
+
+
+@jit_inlined
+def find_skip(t, mode, us, touch, most):
+    """Coarse and single entries of the skip from us[0]; us[1] and us[2] become u after the former and the latter.
+
+    ``touch``: ξ₂ − ξ₁ where the bodies touch, by which rounding is judged; ``most``: steps that the mode may last.
+    """
+    u, least, stride, rises = us[0], us[LEAST], t.strides[mode], False
+    if not reach_of(t, u) < FAR:
+        return 0, 0
+    noise = CERTAIN * (extent_of(t, u) + abs(touch))
+    for r in range(t.counts[mode]):
+        dip = bound_of(t.dips[mode, r], u, t.wall)
+        if not dot(t.begins[mode, r], u, t.wall) > dip:
+            rises = mode == FREE and gap_rate_of(t, u) > 0.0
+            if not rises:
+                return 0, 0
+        least[r] = noise * t.sizes[mode, r] + dip
+    if rises and not dot(t.firsts[FREE, 0, AFTER_STEP], u, t.wall) > least[0]:
+        return rising_steps(t, us, noise)
+    coarse = max(coarse_entries(t, mode, u, least), 0)
+    if coarse * stride > most:
+        coarse = most // stride
+    carry(t, mode, 1, coarse, u, us[1])
+    fine, count = 0, t.counts[mode]
+    if coarse < ENTRIES and first_step_stays(t, mode, count, us[1], least):
+        fine = min(steps_of_rows(t, mode, count, us[1], least, ENTRIES), most - coarse * stride)
+    carry(t, mode, 0, fine, us[1], us[2])
+    return (coarse, fine) if reach_of(t, us[2]) < FAR else (0, 0)
+
+
+@jit_inlined
+def find_steps(t, mode, us, touch):
+    """As :func:`find_skip`, of steps without dips; and whether the gap is on the other side after the last of them."""
+    u, least = us[0], us[LEAST]
+    deciding = t.deciding[mode]
+    noise = CERTAIN * (extent_of(t, u) + abs(touch))
+    for r in range(t.counts[mode]):
+        least[r] = noise * t.sizes[mode, r]
+    if not (reach_of(t, u) < FAR and first_step_stays(t, mode, deciding, u, least)):
+        return 0, 0, False
+    coarse, fine, turns, most = coarse_entries(t, mode, u, least), 0, False, ENTRIES
+    if coarse == NOT_YET:
+        coarse, most = 0, CHUNK
+    carry(t, mode, 1, coarse, u, us[1])
+    if coarse < ENTRIES and (coarse == 0 or first_step_stays(t, mode, deciding, us[1], least)):
+        fine = steps_of_rows(t, mode, t.sought[mode], us[1], least, most)
+        if deciding < t.counts[mode]:
+            gaps, within = t.rows[mode, deciding, 0], fine
+            fine = steps_above(gaps, us[1], least[deciding], within, t.wall)
+            # the step at whose end the gap is on the other side is of this mode, too
+            if fine < within:
+                turns = dot(gaps[fine // CHUNK, :, fine % CHUNK], us[1], t.wall) < -least[deciding]
+                for r in range(t.sought[mode], deciding):
+                    row = t.rows[mode, r, 0, fine // CHUNK, :, fine % CHUNK]
+                    turns = turns and dot(row, us[1], t.wall) > least[r]
+                fine += int(turns)
+    carry(t, mode, 0, fine, us[1], us[2])
+    return (coarse, fine, turns) if reach_of(t, us[2]) < FAR else (0, 0, False)
+
+
+@jit_inlined
+def impulse_of(t, mode, coarse, fine, us):
+    """Δτ Σλ over the steps of a skip."""
+    total = dot(t.impulses[mode, 1, coarse - 1], us[0], t.wall) if coarse > 0 else 0.0
+    return total + (dot(t.impulses[mode, 0, fine - 1], us[1], t.wall) if fine > 0 else 0.0)
+
+
+@jit_inlined
+def write_u_at(t, mode, steps, coarse, us):
+    """Write u after so many steps of a skip to us[4]."""
+    entries = min(steps // t.strides[mode], coarse) if coarse > 0 else 0
+    carry(t, mode, 1, entries, us[0], us[3])
+    carry(t, mode, 0, steps - entries * t.strides[mode], us[3], us[4])
