@@ -1,7 +1,6 @@
 """Kinds of motion on the page: of the setting that is shown, and of the cells of a bifurcation diagram."""
 
 from dataclasses import replace
-from functools import partial
 
 import numpy as np
 import pytest
@@ -112,7 +111,15 @@ def test_an_artefact_is_drawn_otherwise_than_chaos(scattered_diagram):
 
 
 def test_a_kind_that_the_explanation_needs_is_judged_once(monkeypatch):
-    explain(compute_runs(SCATTERED), on_judged=partial(keep_kind, SCATTERED))
-    kept = motion_kind.KINDS.get(motion_kind._keys(SCATTERED)["penalty"])
+    judged = []
+    explain(compute_runs(SCATTERED), on_judged=lambda *found: judged.append(found))
+    ((name, found),) = judged
+    assert name == "penalty"
+    expected = judge_motions(SCATTERED, never)
+    assert describe_kind(found) == expected[name]
     monkeypatch.setattr(motion_kind, "KINDS", Cache(20))
-    assert kept == judge_motions(SCATTERED, never)["penalty"]
+    keep_kind(SCATTERED, name, found)
+    monkeypatch.setattr(
+        motion_kind, "motion", lambda *problem, **_: motion(*problem) if problem[2] == Reference() else None
+    )
+    assert judge_motions(SCATTERED, never) == expected

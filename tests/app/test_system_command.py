@@ -154,14 +154,6 @@ def test_a_free_vibration_repeats_in_no_period(capsys, tmp_path, periods, words)
     assert f"motion            free vibration, {words}\n" in text
 
 
-def test_the_spread_of_a_body_at_a_wall_is_named_after_it(capsys, tmp_path):
-    path = tmp_path / "own.toml"
-    path.write_text("[system]\nwall = true\nclearance = 0.5\n")
-    for options, body in (("--system", str(path)), "xi1"), ((), "xi2"):
-        _, text, _ = run_command(capsys, "simulate", "--solver", "reference", "--eta", "1.2", *options)
-        assert f"spread of {body}  " in text
-
-
 def test_what_never_touches_is_said(capsys, tmp_path):
     path = tmp_path / "own.toml"
     path.write_text("[system]\nclearance = 1000.0\n")

@@ -96,7 +96,8 @@ def test_pieces_at_a_wall_are_those_of_mirrored_bodies(steps, clearance):
     options = {"periods": 4, "keep": 4, "record": record}
     one = simulate(wall, 1.08, Newmark(2500.0, 8.0, steps, located=True), **options)
     two = simulate(both, 1.08, Newmark(1250.0, 4.0, steps, located=True), **options)
-    assert abs(one.cost.steps - two.cost.steps) <= 0.02 * two.cost.steps  # rounding decides the iterations of a change
+    # a change of contact takes fewer at a wall, where it is nearly the zero of a parabola; else rounding decides
+    assert 0.95 * two.cost.steps - 3 * len(two.contacts) <= one.cost.steps <= 1.02 * two.cost.steps
     assert len(one.impacts) == len(two.impacts) > 3
     np.testing.assert_allclose(one.contacts, two.contacts, atol=1e-8)
     np.testing.assert_allclose(one.impacts.impulse, two.impacts.impulse, rtol=1e-6)

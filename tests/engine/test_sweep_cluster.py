@@ -67,8 +67,8 @@ def test_basins_are_the_same(cluster):
 
 
 def test_steps_without_a_solution_are_the_same(cluster):
-    problem = System(), 2.76, np.geomspace(500, 20_000, 5), 18, [100, 200, 400]
-    how = {"transient": 20, "sample": 10}
+    problem = System(), 2.76, np.geomspace(500, 20_000, 5), 18, [50, 200, 400]
+    how = {"transient": 4, "sample": 4}
     here = sweep_no_solution(*problem, **how)
     there = sweep_no_solution(*problem, **how, scheduler=cluster[0], cells_per_chunk=4)
     assert here["steps_without_solution"].any()
