@@ -326,14 +326,20 @@ class Tracer:
             return True
         if inside is not here:
             self.points.append(point_within_cycle(self.curve, inside))
+        self._go_beyond(last, inside)
+        return True
+
+    def _go_beyond(self, last: CurvePoint, inside: CurvePoint) -> None:
+        """Go on with the sequence of events that follows, or say why none does.
+
+        ``last``: the orbit at which the one before ceases to hold; ``inside``: one right before it.
+        """
         following, margin, arrival, by_run = beyond(self.curve, last)
-        kind, where = (
-            margin.point_at(last.orbit, self.curve.family.method),
-            f"{self.curve.family.over} = {last.value:.10g}",
-        )
+        kind = margin.point_at(last.orbit, self.curve.family.method)
+        where = f"{self.curve.family.over} = {last.value:.10g}"
         if self.curve.family.jumps and self._has_mark(kind, last):
             self.reason = f"comes back to the {kind} at {where}"
-            return True
+            return
         more = 0 if following is None else len(following.orbit.kinds) - len(last.orbit.kinds)
         flight = kind == OPENS and isinstance(self.curve.family.method, Reference)  # begins where more > 0, or vanishes
         if margin.kind != LATER_SUM:
@@ -350,26 +356,25 @@ class Tracer:
                 self.reason = (
                     f"{kind} at {where}, where grazings accumulate: beyond are only the orbits of the branch before"
                 )
-                return True
+                return
         if following is None:
             self.reason = f"{kind} at {where}: no orbit with another sequence of events goes on from there"
-            return True
+            return
         shortest = least_period(following.evaluation.section, REPEATED)
         if shortest < following.orbit.period:
             self._join(shortest, last.value)
-            return True
+            return
         self._ends_at(following)
         meets_shorter = least_period(last.evaluation.section, SAME) < last.orbit.period
         if (by_run or meets_shorter) and self._has_passed(following):
             self.reason = f"{kind} at {where}: the orbits that go on from there are those of the branch before"
-            return True
+            return
         if arrival is not None:
             self.mark(OTHER_END[margin.kind], arrival)
         if flight and more > 0:
             self._pass_short_flight(following)
         self.points.append(point_within_cycle(self.curve, following))
         self._indicators = indicators(self.points[-1])
-        return True
 
     def _pass_short_flight(self, following: CurvePoint) -> None:
         """Add the orbits with a shorter flight than in the first one found, and their points: as met the other way."""

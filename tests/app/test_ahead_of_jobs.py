@@ -4,6 +4,9 @@ import threading
 import time
 
 import pytest
+from vibroscope.app.explorer import compute
+from vibroscope.app.explorer.compute import JobQueue
+from vibroscope.app.explorer.state import Setting
 from vibroscope.app.runtime import workers
 from vibroscope.app.runtime.workers import Workers, ahead_of_jobs, give_way, own_time, stand_aside
 
@@ -69,3 +72,27 @@ def test_a_figure_that_is_solved_waits_for_no_page(pool):
 
     with ahead_of_jobs():
         assert pool.submit(solved).result(5) < workers.LONGEST_REST / 2
+
+
+def test_an_explanation_rests_while_figures_are_solved(pool, monkeypatch):
+    order, solving = [], threading.Event()
+
+    def solve(setting, cancelled):
+        solving.set()
+        time.sleep(0.4)
+        order.append("figures")
+        return setting
+
+    def explain(setting, cancelled):
+        solving.wait(5)
+        cancelled()
+        order.append("explanation")
+        return setting
+
+    with Workers("figures", 1) as figures:
+        monkeypatch.setattr(compute, "workers", lambda: figures)
+        ended = threading.Event()
+        JobQueue(lambda *_: ended.set(), solve=explain, pool=pool).submit(0, Setting())
+        JobQueue(lambda *_: None, solve=solve).submit(0, Setting())
+        assert ended.wait(10)
+    assert order == ["figures", "explanation"]
