@@ -161,6 +161,11 @@ class System:
         k, k3 = self.kappa, self.kappa3
         return (k3 - 1) * (k3 + 1) / ((k - k3) * (k + k3))
 
+    @property
+    def stiffer_spring(self) -> float:
+        """The stiffer one of both bodies' springs, in units of k₁."""
+        return 1.0 if self.wall else max(1.0, self.mass_ratio * self.kappa**2)
+
     @cached_property
     def mass_share(self) -> float:
         """μ/(1 + μ), the reduced mass of the two bodies in units of m₁; 1 for a wall."""

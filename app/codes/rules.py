@@ -28,7 +28,6 @@ from functools import cache
 from types import MappingProxyType
 
 from vibroscope.app.codes.catalogue import table
-from vibroscope.app.explorer.ranges import stiffer_spring
 from vibroscope.engine import (
     FREE_PERIODS,
     METHOD_NUMBERS,
@@ -104,7 +103,7 @@ def _nodal_step(asked: RuleQuestion, number: float) -> Numbers:
 
 
 def _times_spring(asked: RuleQuestion, number: float) -> Numbers:
-    return {"stiffness": number * stiffer_spring(asked.system)}
+    return {"stiffness": number * asked.system.stiffer_spring}
 
 
 def _penetration(asked: RuleQuestion, number: float) -> Numbers:

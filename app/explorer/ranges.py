@@ -49,18 +49,13 @@ def _has_papers_bodies(system: System) -> bool:
     return (system.kappa, system.mass_ratio) == (_PAPER.kappa, _PAPER.mass_ratio)
 
 
-def stiffer_spring(system: System) -> float:
-    """The stiffer one of both springs, in units of k₁."""
-    return 1.0 if system.wall else max(1.0, system.mass_ratio * system.kappa**2)
-
-
 def _eta_range(system: System) -> Range:
     lower, upper = min(system.frequencies), max(system.frequencies)
     return _ETA_BELOW * lower, max(_ETA_ABOVE * upper, _ETA_LEAST * lower)
 
 
 def _stiffness_range(system: System) -> Range:
-    spring = stiffer_spring(system)
+    spring = system.stiffer_spring
     return tuple(times * spring for times in _STIFFNESS)
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 
 from ..motions.description import Motion
-from ..motions.words import difference_in_kind
+from ..motions.words import UNBROKEN, difference_in_kind
 from ..wording import counted, percent
 from .compare import Comparison
 
@@ -63,4 +63,6 @@ def _impacts_clause(reference: Motion, penalty: Motion) -> str:
     impacts, contacts = reference.impacts_per_period, penalty.impacts_per_period
     if abs(impacts - contacts) <= max(IMPACTS, IMPACTS * impacts):
         return ""
-    return f", with {counted(contacts, 'contact')} a period for {counted(impacts, 'impact')}"
+    lasting = penalty.contact_share >= 1.0 - UNBROKEN
+    held = "always in contact" if lasting else f"with {counted(contacts, 'contact')} a period"
+    return f", {held} for {counted(impacts, 'impact')}"

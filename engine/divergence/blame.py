@@ -1,152 +1,108 @@
-"""The number to blame for a difference, and the one to change first, in words."""
+"""Which number is to blame for a difference: one definition, applied to what the search over each number found.
 
-import numpy as np
+Let T be the difference, L the least that any change leaves, and L(x) what the best change of one number or choice x
+leaves, by the median of its neighbourhood (:mod:`.alone`). What chance explains counts as left in any case. Then
 
-from ..drivers.step_maps import damps
-from ..methods import Newmark, status_of
-from ..wording import percent
-from .agreement import SAME, is_visible
+- x is *to blame* if it removes three quarters of what can be removed, L(x) ≤ T − ¾(T − L), and no other leaves less
+  than two thirds of what x leaves. All x of which this holds are named: one alone, or each of two or more.
+- Another law is named only where no number does as well. Status and integrator are what a time step consists of. They
+  are named in place of the steps where they do as well.
+- The joint damping is named only where its part is the largest of all, and larger than chance.
+- If nothing does so alone, and K with D at equal restitution, or both with a step that resolves the contact, leave
+  less, these are named *together*.
+- Otherwise nothing is to blame: nothing removes HELPS of the difference, or what is left is more than APART.
+"""
+
+from dataclasses import dataclass
+
+from ..methods import ExactPenalty
+from .agreement import SAME
+from .alone import Alone, Change, enough_steps, search_together
 from .compare import Comparison
-from .difference import Difference
-from .experiments import HELPS, NEARLY, Experiment, enough_for, equal_damping, round_to_three_digits
+from .conditions import conditions
+from .encounters import mean_closing_speed
+from .remaining import Remaining
 
-PART_OF = {"steps": "time_step", "K": "regularisation", "D": "regularisation", "joint damping": "joint_damping"}
-PART_OF |= {"status": "time_step", "integrator": "time_step", "law": "regularisation"}
-_OF_STEPS = "status", "integrator"  # what a time step consists of
-_NAMES = {"steps": "The time step", "joint damping": "The joint damping", "law": "The damper's jump at touch"}
-_STATUSES = {"located": "steps cut where contact changes", "end": "that at the end", "start": "that at the start"}
+REMOVED = 0.75  # share of what can be removed that a number to blame removes
+EQUAL = 1.2  # times the least: a number that leaves no more is to blame as well, whatever it removes
+TIE = 1.5  # times the least: the same of a number that removes as much as that
+HELPS = 0.25  # share of the difference that must be removed for anything to be to blame
+APART = 0.85  # of the reference: motions that are left so far apart have nothing in common
+NEARLY = 1.3  # times as much may be left with a status, integrator or number of steps that stands for no step at all
+OF_STEPS = ("status", "integrator")
 
 
-def best_experiment(comparison: Comparison, experiments: list[Experiment], scatter: float) -> Experiment | None:
-    """Return the experiment that leaves least of the difference, None if none helps.
+@dataclass(frozen=True)
+class Blame:
+    """The numbers or choices to blame.
 
-    If the time step scatters the section, the experiment without a time step is preferred: with such a step, what
-    other values of K and D leave is partly chance, and the section stays blurred. A difference so small that the curves
-    coincide has no cure; then it is the experiment on its largest part.
+    Attributes
+    ----------
+    changes : tuple of Change
+        One for each that is to blame, each alone; the one to try first comes first. Empty if nothing is.
+    together : Change or None
+        Several numbers that have to be changed together, if none is to blame alone.
+    least : float
+        What is left at best, of all that was tried.
+    more_steps : Change or None
+        Where the time step, its status or integrator is to blame: a number of steps that does nearly as well.
     """
+
+    changes: tuple[Change, ...] = ()
+    together: Change | None = None
+    least: float = 0.0
+    more_steps: Change | None = None
+
+
+def find_blame(comparison: Comparison, found: Alone, remaining: Remaining) -> Blame:
+    """Return what is to blame, by some more runs where no number does alone."""
     difference = comparison.difference
-    if difference.total <= difference.chance:
-        return None
-    if difference.total <= SAME:
-        return next((each for each in experiments if PART_OF[each.changed] == difference.largest), None)
-    helpful = [each for each in experiments if each.remaining <= HELPS * difference.total]
-    without_step = [each for each in helpful if each.changed == "steps"]
-    best = helpful[0] if helpful else None
-    if without_step and is_visible(scatter, comparison) and without_step[0].remaining <= NEARLY * best.remaining:
-        best = without_step[0]
-    return _narrowed(best, helpful)
+    total, chance = difference.total, difference.chance
+    changes = [each for each in found.changes if each.changed != "joint damping" or _counts(comparison)]
+    alone = max(min((each.robust for each in changes), default=total), chance)
+    least, together = alone, None
+    if alone > (1.0 - REMOVED) * total:
+        together = min(search_together(comparison, remaining), key=lambda each: each.robust, default=None)
+        least = max(min(alone, together.robust if together else total), chance)
+    if total <= max(SAME, chance) or least > (1.0 - HELPS) * total:
+        return Blame(least=min(least, total))
+    enough = total - REMOVED * (total - least)
+    if alone <= min(enough, APART):
+        enough = max(EQUAL * alone, min(TIE * alone, enough))
+        named = [each for each in changes if max(each.robust, chance) <= enough]
+        return _of_numbers(comparison, _narrowed(named), remaining, least)
+    return Blame(together=together if together and together.robust <= APART else None, least=least)
 
 
-def _narrowed(best: Experiment | None, helpful: list[Experiment]) -> Experiment | None:
-    """Return the choice within the time step that does nearly as much as all else, if no time step at all is best."""
-    if best is None or best.changed != "steps":
-        return best
-    enough = enough_for(helpful[0].remaining)
-    return next((each for each in helpful if each.changed in _OF_STEPS and each.remaining <= enough), best)
+def _of_numbers(comparison: Comparison, named: list[Change], remaining: Remaining, least: float) -> Blame:
+    """Name changes, those after which the contact holds first; a step with a number of steps that does."""
+    steps = next((each for each in named if each.changed in ("steps", *OF_STEPS)), None)
+    more = None
+    if steps is not None and (steps.changed != "steps" or isinstance(steps.method, ExactPenalty)):
+        more = enough_steps(comparison, remaining, max(NEARLY * steps.robust, SAME, comparison.difference.chance))
+    if more is not None and steps.changed == "steps":
+        named = [more if each is steps else each for each in named]
+    run, speed = comparison.runs.penalty, mean_closing_speed(comparison.runs.reference)
+
+    def fails(change: Change) -> bool:
+        return change.method is not None and not conditions(run.system, run.eta, change.method, speed).hold
+
+    return Blame(tuple(sorted(named, key=lambda each: (fails(each), each.robust))), None, least, more)
 
 
-def blame_sentence(comparison: Comparison, experiments: list[Experiment], best: Experiment | None) -> tuple[str, dict]:
-    """Return what is to blame and what to change first, as a sentence and as numbers."""
-    difference = comparison.difference
-    if difference.total <= difference.chance:
-        return "Nothing is to blame.", {}
-    if difference.total <= SAME:
-        return _largest_sentence(difference), {}
-    if best is None:
-        least = f" (at best {percent(experiments[0].remaining)} is left)" if experiments else ""
-        return f"No single number is to blame{least}: change K, D and the step together.", {}
-    sentences = {
-        "steps": _time_step_sentence,
-        "joint damping": _joint_damping_sentence,
-        "K": _stiffness_sentence,
-        "D": _damping_sentence,
-        "status": _status_sentence,
-        "integrator": _integrator_sentence,
-        "law": _law_sentence,
-    }
-    name = blamed(comparison, best.changed)
-    rest, change = sentences[best.changed](comparison, best)
-    tried = next((each for each in experiments if each.changed == "steps" and each.method is not None), None)
-    if tried is not None and best is not tried and PART_OF[best.changed] == PART_OF["steps"]:
-        rest = rest.removesuffix(".") + _and_more_steps(tried)
-    return f"{name} {_role(difference, best)}: {rest}", change
+def _counts(comparison: Comparison) -> bool:
+    """Whether the part of the joint damping is the largest, and no chance."""
+    parts = comparison.difference.parts
+    return comparison.difference.largest == "joint_damping" and parts["joint_damping"] > comparison.difference.chance
 
 
-def blamed(comparison: Comparison, changed: str) -> str:
-    """Return the words for a number or a choice as the beginning of a sentence."""
-    method = comparison.runs.penalty.method
-    if changed == "status":
-        return f"The contact status at the {status_of(method)} of the step"
-    if changed == "integrator":
-        of = method.integrator
-        return f"The numerical damping of {of.name}" if damps(of) else f"The integrator {of.name}"
-    return _NAMES.get(changed, changed)
-
-
-def _status_sentence(comparison: Comparison, best: Experiment) -> tuple[str, dict]:
-    status = status_of(best.method)
-    change = {"located": True} if isinstance(best.method, Newmark) else {"status": status}
-    return f"{_STATUSES[status]} would leave {percent(best.remaining)}.", change
-
-
-def _and_more_steps(tried: Experiment) -> str:
-    """The difference that more steps leave, for codes that cannot cut a step; the end of a sentence."""
-    many = f"{tried.method.steps:,} steps a period"
-    return (
-        f", {many} {percent(tried.remaining)}." if tried.enough else f"; even {many} leave {percent(tried.remaining)}."
-    )
-
-
-def _integrator_sentence(comparison: Comparison, best: Experiment) -> tuple[str, dict]:
-    new = best.method.integrator
-    change = {"integrator": new.name, "beta": new.beta, "gamma": new.gamma}
-    return f"Newmark's ¼ and ½, which damp nothing, leave {percent(best.remaining)}.", change
-
-
-def _law_sentence(comparison: Comparison, best: Experiment) -> tuple[str, dict]:
-    law = best.method.law
-    return f"the law {law}, which has none, leaves {percent(best.remaining)}.", {"law": law}
-
-
-def _largest_sentence(difference: Difference) -> str:
-    if not difference.largest:
-        return "So little needs no change."
-    return f"Its largest part is that of {_part_text(difference)}."
-
-
-def _role(difference: Difference, best: Experiment) -> str:
-    """Whether the number is to blame, or helps although another part is larger: parts can cancel each other."""
-    if not difference.parts or PART_OF[best.changed] == difference.largest:
-        return "is to blame"
-    return f"counts most, although the part of {_part_text(difference)} is larger"
-
-
-def _part_text(difference: Difference) -> str:
-    return f"{difference.name(difference.largest)} ({percent(difference.parts[difference.largest])})"
-
-
-def _time_step_sentence(comparison: Comparison, best: Experiment) -> tuple[str, dict]:
-    left = percent(best.remaining)
-    if best.method is None:
-        return f"without it {left} would be left.", {}
-    return f"{best.method.steps:,} steps a period leave {left}.", {"steps": best.method.steps}
-
-
-def _joint_damping_sentence(comparison: Comparison, best: Experiment) -> tuple[str, dict]:
-    left = percent(best.remaining)
-    return f"without it {left} would be left; the penalty model lacks it, so no K, D or time step mends it.", {}
-
-
-def _stiffness_sentence(comparison: Comparison, best: Experiment) -> tuple[str, dict]:
-    old, new = comparison.runs.penalty.method, best.method
-    along = "" if new.damping == old.damping else f" with D = {new.damping:g}"
-    text = f"K = {new.stiffness:g}{along} leaves {percent(best.remaining)}."
-    return text, {"K": new.stiffness} | ({"D": new.damping} if along else {})
-
-
-def _damping_sentence(comparison: Comparison, best: Experiment) -> tuple[str, dict]:
-    value = best.method.damping
-    equal = equal_damping(comparison, best.method)
-    right = np.isfinite(equal) and value == round_to_three_digits(equal)
-    why = ", which restores the right rebound," if right else ""
-    return f"D = {value:g}{why} leaves {percent(best.remaining)}.", {"D": value}
+def _narrowed(named: list[Change]) -> list[Change]:
+    """The changes with one of the time step: the choice within it that does nearly as well, or else the steps."""
+    numbers = [each for each in named if each.changed != "law"]
+    named = numbers or named  # another law is named only where no number does as well
+    of_steps = [each for each in named if each.changed in ("steps", *OF_STEPS)]
+    if not of_steps:
+        return named
+    enough = max(NEARLY * min(each.robust for each in of_steps), SAME)
+    choice = next((each for each in of_steps if each.changed in OF_STEPS and each.robust <= enough), of_steps[0])
+    return [each for each in named if each is choice or each not in of_steps]

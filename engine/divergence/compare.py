@@ -8,10 +8,11 @@ from html import escape
 import numpy as np
 
 from ..datasets import comparison_dataset
+from ..drivers.section import period_of
 from ..methods import STEPPING, Newmark, Reference, TimeStepping
 from ..model import System
 from ..motions.description import Motion, describe
-from ..motions.motion import motion
+from ..motions.motion import FARTHEST, motion
 from ..motions.poincare_map import without_penetration
 from ..motions.steady import REST
 from ..result import Checkpoint, Record, Response
@@ -24,7 +25,10 @@ from .parts import PARTS, DifferenceSeries, PerSolution, difference_series
 from .regularisation import Regularisation, split_regularisation
 from .statistics import Statistics, statistics
 from .time_step import TimeStepParts, split_time_step
+from .window import SECTION, change_of, settled_length
 
+# What a motion with evidence takes from the kept periods, so that everything that is counted is counted in them.
+COUNTS = ("impacts_per_period", "contacts_per_period", "contact_share", "permanent_per_period", "permanent_share")
 FREE_PERIODS = 2  # that are compared where nothing drives the bodies: a free vibration decays
 
 
@@ -37,12 +41,13 @@ class Comparison:
     Attributes
     ----------
     runs : PerSolution of Response
-        Newmark, exact penalty, reference with derived joint damping, reference.
+        Newmark, exact penalty, reference with derived joint damping, reference; all of the same periods, in which the
+        reference and Newmark are settled as far as is known (:mod:`.window`).
     motions : PerSolution of Motion
         Descriptions of their kept periods.
     reference, penalty : Motion
         The reference's motion and Newmark's; of the kept periods, or after :meth:`decided` or :meth:`with_evidence`
-        with evidence. Whatever says what the motions are takes these.
+        with evidence, but with the counts of the kept periods. Whatever says what the motions are takes these.
     pointwise : bool
         Whether all four motions repeat themselves, Newmark's but for scatter. Only then do they stay in phase with each
         other, so that a difference at each instant is meaningful; otherwise ``statistics`` is. It is meaningful for a
@@ -59,6 +64,8 @@ class Comparison:
         Of one period of the series.
     initial : (4,) tuple of float
         ξ₁, ξ₁′, ξ₂, ξ₂′ at τ = 0, where all runs begin.
+    asked : int
+        Periods that were asked for: ``runs`` have more if the motions were not settled by then.
     """
 
     runs: PerSolution[Response]
@@ -75,6 +82,7 @@ class Comparison:
     encounters: Encounters | None
     grid: Record
     initial: tuple[float, ...]
+    asked: int
 
     def __repr__(self) -> str:
         run = self.runs.penalty
@@ -96,7 +104,7 @@ class Comparison:
 
     @cached_property
     def statistics(self) -> Statistics | None:
-        """Differences of the sections over another 1,000 periods; None if ``pointwise``, or without ``parts``."""
+        """Differences of the sections over SECTION periods; None if ``pointwise``, or without ``parts``."""
         return self._measured(None)
 
     def measure(self, cancelled: Callable[[], bool] | None = None) -> None:
@@ -117,6 +125,14 @@ class Comparison:
     def is_free(self) -> bool:
         """Whether nothing drives the bodies, so that the motions are free vibrations from their start."""
         return not self.runs.reference.system.excitation.drives
+
+    @property
+    def changing(self) -> dict[str, float]:
+        """How far the section of the "reference" or "penalty" still moves, relative to its size, if it does."""
+        if self.is_free or not all(run.ok and run.keep >= SECTION for run in self.runs):
+            return {}
+        moves = {name: change_of(getattr(self.runs, name).section[:, [0, 2]]) for name in ("reference", "penalty")}
+        return {name: moved for name, moved in moves.items() if moved}
 
     @property
     def reference_rests(self) -> bool:
@@ -169,16 +185,25 @@ class Comparison:
             return self
         unclear = [name for name in plain if not plain[name] and getattr(self, name) is getattr(described, name)]
         runs = {name: getattr(self.runs, name) for name in unclear}
-        return self._with(**{name: self._judge(run, cancelled) for name, run in runs.items() if run.ok})
+        return self._with(**self._judged(runs, cancelled))
+
+    def _judged(self, runs: dict[str, Response], cancelled) -> dict[str, Motion]:
+        """The motions of those runs that reached their ends, with evidence."""
+        described = self.motions._asdict()
+        return {name: self._judge(run, described[name], cancelled) for name, run in runs.items() if run.ok}
 
     @property
     def start(self) -> tuple[float, ...] | None:
         """The argument ``initial`` of a further run: None for rest, which may lie where no other start may."""
         return None if self.initial == self.runs.reference.system.rest else self.initial
 
-    def _judge(self, run: Response, cancelled) -> Motion:
-        """Return the motion of a run with its evidence."""
-        return motion(run.system, run.eta, run.method, initial=self.start, cancelled=cancelled)
+    def _judge(self, run: Response, described: Motion, cancelled) -> Motion:
+        """Return the motion that a run has settled to with its evidence; its counts stay those of the kept periods."""
+        state = run.section[-1]
+        settled = bool(np.abs(state).max() <= FARTHEST)
+        start = tuple(without_penetration(run.system, state)) if settled else self.start
+        judged = motion(run.system, run.eta, run.method, initial=start, cancelled=cancelled)
+        return replace(judged, **{name: getattr(described, name) for name in COUNTS})
 
     def _with(self, **motions: Motion) -> "Comparison":
         """The comparison with other descriptions of its motions; the results for the difference stay."""
@@ -197,9 +222,8 @@ class Comparison:
         Cancelled
             If ``cancelled`` returned true.
         """
-        return self._with(
-            reference=self._judge(self.runs.reference, cancelled), penalty=self._judge(self.runs.penalty, cancelled)
-        )
+        runs = {name: getattr(self.runs, name) for name in ("reference", "penalty")}
+        return self._with(**self._judged(runs, cancelled))
 
     def split(self, cancelled: Callable[[], bool] | None = None) -> Regularisation:
         """Split the regularisation into its own parts, by two more runs of the reference.
@@ -252,7 +276,8 @@ def compare(
     reference : Reference, optional
         By default the paper's. With derived joint damping the part of the joint damping vanishes.
     periods, keep : int
-        Excitation periods to run, and the last of them to compare.
+        Excitation periods to run at least, and the last of them to compare. Where the solutions are not settled by
+        then, more are run, and SECTION of them are compared if the reference does not repeat itself (:mod:`.window`).
     initial : (4,) sequence
         ξ₁, ξ₁′, ξ₂, ξ₂′ at τ = 0, by default rest.
     responses : iterable of Response
@@ -282,9 +307,9 @@ def compare(
     if not isinstance(penalty, STEPPING):
         raise ValueError(f"{penalty} has no time step: compare Newmark, whose limit it is")
     reference = reference or Reference()
-    options = {"periods": periods, "keep": keep, "initial": initial, "cancelled": cancelled}
-    runs = _four_runs(system, eta, penalty, reference, responses, options)
-    motions = PerSolution(*(describe(run) for run in runs))
+    runs = _settled_runs(system, eta, penalty, reference, responses, (periods, keep, initial, cancelled))
+    late = 0 if runs.reference.ok and period_of(runs.reference.section) > keep // 2 else None  # to be in step with
+    motions = PerSolution(*(describe(run, late if run is runs.reference else None) for run in runs))
     # a reference that repeats itself only nearly has no time step that scatters it: nothing stays in phase with it
     pointwise = bool(motions.reference.period) and all(described.near_period for described in motions)
     if not system.excitation.drives:
@@ -306,19 +331,15 @@ def compare(
         encounters=encounters,
         grid=Record(1, per_period, penalty.steps),
         initial=system.rest if initial is None else tuple(map(float, initial)),
+        asked=periods,
     )
 
 
-def _four_runs(system, eta, penalty, reference, responses, options) -> PerSolution[Response]:
-    """Return the four runs, with ``options`` of `simulate`; those that exist already are not simulated again."""
-    periods, keep = options["periods"], options["keep"]
-    methods = PerSolution(
-        penalty,
-        penalty.limit,
-        replace(reference, joint_damping="derived"),
-        reference,
-    )
-    known = {response.method: response for response in responses}
+def _settled_runs(system, eta, penalty, reference, responses, options) -> PerSolution[Response]:
+    """Return the four runs, until they are settled; those that exist are not repeated."""
+    periods, keep, initial, cancelled = options
+    methods = PerSolution(penalty, penalty.limit, replace(reference, joint_damping="derived"), reference)
+    known = {(response.method, periods, keep): response for response in responses}
     for response in known.values():
         asked = (system, eta, periods, keep)
         if response.method not in methods or (response.system, response.eta, response.periods, response.keep) != asked:
@@ -326,10 +347,16 @@ def _four_runs(system, eta, penalty, reference, responses, options) -> PerSoluti
                 f"a response of {response.method} at eta = {response.eta:g} over {response.periods} periods, "
                 f"{response.keep} kept, is none of the four that are compared: {', '.join(map(str, methods))}"
             )
-    for method in methods:
-        if method not in known:
-            known[method] = simulate(system, eta, method, **options)
-    return PerSolution(*(known[method] for method in methods))
+
+    def run(name: str, *length: int) -> Response:
+        key = (getattr(methods, name), *length)
+        if key not in known:
+            kept = {"periods": length[0], "keep": length[1], "initial": initial, "cancelled": cancelled}
+            known[key] = simulate(system, eta, key[0], **kept)
+        return known[key]
+
+    length = settled_length(run, periods, keep) if system.excitation.drives else (periods, keep)
+    return PerSolution(*(run(name, *length) for name in PerSolution._fields))
 
 
 def error_from_penalty_state(comparison: Comparison, cancelled: Callable[[], bool] | None = None) -> float:

@@ -4,18 +4,19 @@ import math
 
 import numpy as np
 
-from ..methods import CONTACT_LAWS, is_located
+from ..methods import CONTACT_LAWS
 from ..motions.words import touching
-from ..restitution import effective_restitution
 from ..wording import percent, rounded
+from .alone import Alone
 from .compare import Comparison
-from .contact import contact_frequency, damping_ratio, restitution_of
-from .encounters import delivered_restitution, mean_closing_speed
-from .experiments import Experiment, equal_damping
+from .conditions import Conditions, equal_damping, equal_stiffness
+from .contact import contact_frequency, damping_ratio
+from .encounters import mean_closing_speed
+from .sentences import value_text
 
 
-def detail_sentences(comparison: Comparison, experiments: list[Experiment]) -> tuple[str, ...]:
-    """Return the numbers behind the headline of a verdict as sentences."""
+def detail_sentences(comparison: Comparison, found: Alone | None, contact: Conditions) -> tuple[str, ...]:
+    """Return the numbers behind the headline of a verdict as sentences; without a search if there was none."""
     difference, lines = comparison.difference, []
     if comparison.pointwise:
         parts = ", ".join(f"{difference.name(name)} {percent(value)}" for name, value in difference.parts.items())
@@ -23,7 +24,7 @@ def detail_sentences(comparison: Comparison, experiments: list[Experiment]) -> t
     elif difference.measure == "displacements":
         lines.append(_why_no_parts(comparison))
     if not touching(comparison.penalty) or not touching(comparison.reference):  # else nothing meets
-        lines += [*_restitution_sentences(comparison), *duration_sentences(comparison)]
+        lines += [*_restitution_sentences(comparison, contact), *duration_sentences(comparison)]
     if comparison.encounters is not None:
         matches = comparison.encounters
         late = "" if np.isnan(matches.phase_error) else f", {percent(matches.phase_error)} of a period apart"
@@ -33,9 +34,17 @@ def detail_sentences(comparison: Comparison, experiments: list[Experiment]) -> t
         )
     shares = [percent(motion.contact_share) for motion in (comparison.reference, comparison.penalty)]
     lines.append(f"Contact takes {shares[0]} of the time in the reference, {shares[1]} in the penalty solution.")
-    if experiments:
-        left = "; ".join(f"{_leaves(each)} {percent(each.remaining)}" for each in experiments)
-        lines.append(f"If one number alone is changed: {left}.")
+    if found is not None and found.changes:
+        left = "; ".join(
+            f"{value_text(each)} {percent(each.left)}" for each in found.changes if each.left < found.total
+        )
+        lines.append(f"What is left at best if one number alone is changed: {left or percent(found.total)}.")
+    run = comparison.runs.penalty
+    if run.periods > comparison.asked:
+        lines.append(
+            f"All this is of the last {run.keep:,} of {run.periods:,} periods: after {comparison.asked:,} the motions "
+            "had not settled."
+        )
     return tuple(lines)
 
 
@@ -54,26 +63,26 @@ def _why_no_parts(comparison: Comparison) -> str:
     )
 
 
-def _restitution_sentences(comparison: Comparison) -> tuple[str, ...]:
-    """Return how fast the bodies part, measured or as a contact alone has it; nothing if nothing collides."""
+def _restitution_sentences(comparison: Comparison, contact: Conditions) -> tuple[str, ...]:
+    """Return how fast the bodies part, measured or as a contact alone has it, and what would give e."""
     run = comparison.runs.penalty
-    method, system, bounce = run.method, run.system, delivered_restitution(run)
+    method, system, speed = run.method, run.system, mean_closing_speed(comparison.runs.reference)
+    if math.isnan(contact.given):
+        return ()
+    who = "In a contact of this K and D alone the bodies part" if math.isnan(contact.measured) else "The bodies part"
+    of_ratio = ""
+    if method.law == CONTACT_LAWS[0]:
+        of_ratio = (
+            f" (damping ratio of the contact ζ = {rounded(damping_ratio(system, method.stiffness, method.damping), 2)})"
+        )
     asked = f"the restitution e asks for {rounded(system.restitution, 2)}"
-    equal = equal_damping(comparison, method)
     if method.damping is None:
         asked += f", from which the law {method.law} takes its damper"
-    elif np.isfinite(equal):
-        asked += f", which D = {equal:.3g} would give"
-    if method.law == CONTACT_LAWS[0]:
-        ratio = damping_ratio(system, method.stiffness, method.damping)
-        bounce = restitution_of(ratio) if np.isnan(bounce) else bounce
-        asked += f" (damping ratio of the contact ζ = {rounded(ratio, 2)})"
-    elif np.isnan(bounce):
-        speed = mean_closing_speed(comparison.runs.reference)
-        if np.isnan(speed):
-            return ()
-        bounce = effective_restitution(system, method, speed)
-    return (f"The bodies part with {rounded(bounce, 2)} of the speed at which they meet; {asked}.",)
+    ways = {"D": equal_damping(system, method, speed), "K": equal_stiffness(system, method, speed)}
+    known = [f"{name} = {value:.3g}" for name, value in ways.items() if math.isfinite(value)]
+    if known:
+        asked += f", which {' or '.join(known)} alone would give"
+    return (f"{who} with {rounded(contact.given, 2)} of the speed at which they meet{of_ratio}; {asked}.",)
 
 
 def duration_sentences(comparison: Comparison) -> tuple[str, ...]:
@@ -86,21 +95,4 @@ def duration_sentences(comparison: Comparison) -> tuple[str, ...]:
         return ()
     duration = math.pi / (contact_frequency(run.system, run.method.stiffness) * math.sqrt((1 - ratio) * (1 + ratio)))
     steps = duration * run.eta * run.method.steps / (2 * math.pi)
-    return (f"A contact of this K and D lasts τ = {duration:.4g}: {rounded(steps, 2)} steps.",)
-
-
-def _leaves(experiment: Experiment) -> str:
-    if experiment.method is not None and experiment.changed == "steps":
-        return f"{experiment.method.steps:,} steps leave"
-    return f"{_name(experiment)} leaves"
-
-
-def _name(experiment: Experiment) -> str:
-    if experiment.method is None:
-        return f"no {'time step' if experiment.changed == 'steps' else 'joint damping'}"
-    if experiment.changed in ("status", "integrator", "law"):
-        name = "status" if is_located(experiment.method) else experiment.changed
-        value = "located" if is_located(experiment.method) else getattr(experiment.method, experiment.changed)
-        return f"{name} {getattr(value, 'name', value)}"
-    damping = experiment.method.damping
-    return f"K = {experiment.method.stiffness:g}" + ("" if damping is None else f", D = {damping:.3g}")
+    return (f"A contact of this K and D alone lasts τ = {duration:.4g}: {rounded(steps, 2)} steps.",)

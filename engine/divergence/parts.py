@@ -27,6 +27,7 @@ from ..result import Record, Response
 from .grid import about_rest, relative_to, rms, samples_beside, samples_on_grid
 
 T = TypeVar("T")
+SAMPLED = 50  # kept periods at most: of motions that do not repeat, more are kept, whose difference means nothing
 PARTS = ("time_step", "regularisation", "joint_damping")
 
 
@@ -103,7 +104,7 @@ def difference_series(
     per_period: int,
     cancelled: Callable[[], bool] | None = None,
 ) -> DifferenceSeries:
-    """Sample the kept periods of four runs on one grid, at most ``per_period`` times a period.
+    """Sample the kept periods of four runs, SAMPLED at most, on one grid, at most ``per_period`` times a period.
 
     Of closed-form solutions that repeat themselves one cycle is sampled and repeated.
 
@@ -113,7 +114,7 @@ def difference_series(
         If Newmark's run ended early.
     """
     penalty = runs.penalty
-    keep, steps = penalty.keep, penalty.method.steps
+    keep, steps = min(penalty.keep, SAMPLED), penalty.method.steps
     newmark = samples_on_grid(penalty, Record(keep, per_period, steps), cancelled)
 
     grid = Record(1, per_period, steps)

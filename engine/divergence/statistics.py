@@ -7,11 +7,11 @@ points on a line it is the mean of |aᵢ − bᵢ| over the sorted values. (The 
 scipy.stats.wasserstein_distance; the engine does not need SciPy.) It is taken for ξ₁ and ξ₂, relative to the rms of the
 reference's section, from the static equilibrium.
 
-Finite sections of one motion differ by chance, too. The distance between the two halves of the reference's own section,
-divided by √2 because the compared sections are twice as long, is the floor: a total of a few floors may be chance.
+Finite sections of one motion differ by chance, too: by as much as neighbouring blocks of it do, less the longer they
+are (:func:`.window.chance_distance`). Blocks that follow each other show chance and not drift. That of both motions
+together is the floor: a total of a few floors may be chance.
 """
 
-import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
@@ -21,8 +21,8 @@ from ..result import Response
 from ..simulate import simulate
 from .grid import about_rest, rms
 from .parts import PerSolution
+from .window import SECTION, chance_distance, wasserstein_distance
 
-SECTION = 1000  # periods: quick to compute, and their distribution is known to about 1/√SECTION
 CHANCE = 3.0  # floors
 
 
@@ -62,33 +62,30 @@ class Statistics:
         """Return the relative distance of another section, (SECTION, 2), from the reference's."""
         return wasserstein_distance(section, self.sections.reference) / self.size
 
+    @property
+    def without_joint_damping(self) -> float:
+        """Relative distance of Newmark's section from that of the reference with derived joint damping."""
+        return wasserstein_distance(self.sections.penalty, self.sections.derived) / self.size
+
 
 def statistics(runs: PerSolution[Response], cancelled: Callable[[], bool] | None = None) -> Statistics:
-    """Compare the sections of four runs, each continued from its checkpoint for SECTION periods."""
-    sections = PerSolution(*(long_section(run, cancelled) for run in runs))
+    """Compare the sections of four runs over their SECTION kept periods, or as many from their checkpoints."""
+    sections = PerSolution(*(_section(run, cancelled) for run in runs))
     size = rms(about_rest(sections.reference.T, runs.reference.system))
-    halves = np.split(sections.reference, 2)
     return Statistics(
         total=wasserstein_distance(sections.penalty, sections.reference) / size,
         time_step=wasserstein_distance(sections.penalty, sections.exact) / size,
         regularisation=wasserstein_distance(sections.exact, sections.derived) / size,
         joint_damping=wasserstein_distance(sections.derived, sections.reference) / size,
-        floor=wasserstein_distance(*halves) / size / math.sqrt(2),
+        floor=rms(np.array([chance_distance(each) for each in (sections.penalty, sections.reference)])) / size,
         sections=sections,
         size=size,
     )
 
 
-def wasserstein_distance(one: np.ndarray, other: np.ndarray) -> float:
-    """Return the mean of the Wasserstein distances between the columns of two (n, k) arrays."""
-    return float(np.mean(np.abs(np.sort(one, axis=0) - np.sort(other, axis=0))))
-
-
-def long_section(run: Response, cancelled: Callable[[], bool] | None = None) -> np.ndarray:
-    """Return ξ₁ and ξ₂ of the section of a long run from the checkpoint, (SECTION, 2); nan if it ends early."""
-    if run.ok:
+def _section(run: Response, cancelled: Callable[[], bool] | None) -> np.ndarray:
+    """Return ξ₁ and ξ₂ of the section, (SECTION, 2); nan if the run ends early."""
+    if run.ok and run.keep != SECTION:
         how = {"periods": SECTION, "keep": SECTION, "initial": run.checkpoint, "cancelled": cancelled}
         run = simulate(run.system, run.eta, run.method, **how)
-    if not run.ok:
-        return np.full((SECTION, 2), np.nan)
-    return run.section[:, [0, 2]]
+    return run.section[:, [0, 2]] if run.ok else np.full((SECTION, 2), np.nan)

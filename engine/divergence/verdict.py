@@ -1,7 +1,7 @@
 """A comparison in words: what agrees, which number is to blame, and what to change first.
 
-Every sentence follows from computed numbers: :mod:`.agreement` says what agrees, :mod:`.experiments` changes one number
-at a time, and :mod:`.blame` names the number whose change helps most.
+Every sentence follows from computed numbers: :mod:`.agreement` says what agrees, :mod:`.alone` searches over each
+number, :mod:`.blame` names those whose change helps, and :mod:`.conditions` says what the contact itself does.
 """
 
 from collections.abc import Callable, Iterable
@@ -15,14 +15,18 @@ from ..motions.description import Motion
 from ..motions.words import SYMBOLS, repetition, touching
 from ..result import Status
 from ..simulate import simulate
-from ..wording import percent, rounded
+from ..wording import finite_or_none, percent, rounded
 from .agreement import CLOSE, SAME, agreement, is_visible, time_step_scatter
-from .blame import best_experiment, blame_sentence
+from .alone import Alone, search_alone, without_jump
+from .blame import Blame, find_blame
 from .compare import Comparison, error_from_penalty_state
+from .conditions import Conditions, conditions
 from .details import detail_sentences, duration_sentences
-from .experiments import by_remaining, enough_for, run_experiments, with_enough_steps, without_jump
+from .encounters import delivered_restitution, mean_closing_speed
 from .grid import rms
-from .statistics import SECTION
+from .remaining import Remaining
+from .sentences import blame_sentence, change_of, rebound_text
+from .window import SECTION
 
 DOUBLINGS = 6  # of the steps, tried for a run that diverged, or that had no solution; and halvings of D then
 
@@ -36,43 +40,71 @@ class Verdict:
     headline : str
         At most three short sentences.
     agree : {"yes", "partly", "no", "unknown"}
-    blame : {"steps", "K", "D", "joint damping", "status", "integrator", "law", ""}
-        The number or choice whose change alone removes most of the difference; where that is the time step, its status
-        or integrator if this leaves curves that coincide (SAME); "" if there is none.
+    blame : tuple of {"steps", "K", "D", "joint damping", "status", "integrator", "law"}
+        The numbers or choices to blame (:mod:`.blame`), the one to change first at first: each alone, or all of them
+        ``together``; empty if nothing is to blame.
     change : dict of str to float, bool or str
         What to set first, tried before: some of ``K``, ``D``, ``steps``, ``located``, ``status``, ``integrator``,
         ``law`` and ``without_solution``; empty if no setting helps. :class:`engine.Newmark` has located steps and few
         laws alone: :class:`engine.TimeStepping` is the same method with all choices.
     left : float
-        What remains of the difference without the number that is to blame; nan if none is.
+        What remains of the difference with this change, or without what is to blame; nan if nothing is.
+    together : bool
+        Whether the numbers have to be changed together.
     scatter : float
         Standard deviation of ξ₂ (at a wall ξ₁) about the section's points that the time step alone causes; 0 if there
         is none.
     details : tuple of str
         The numbers behind it, a sentence each.
+    alone : Alone or None
+        The difference over each number alone; None where there is nothing to search for.
+    contact : Conditions or None
+        What the contact of the penalty solution does; None if a run ended early.
     reference, penalty : Motion or None
         The motions that it speaks of, with the evidence that decided what they are; None if a run ended early.
     """
 
     headline: str
     agree: str
-    blame: str = ""
+    blame: tuple[str, ...] = ()
     change: dict[str, float | bool | str] = field(default_factory=dict)
     left: float = np.nan
+    together: bool = False
     scatter: float = 0.0
     details: tuple[str, ...] = ()
+    alone: Alone | None = field(default=None, repr=False)
+    contact: Conditions | None = None
     reference: Motion | None = field(default=None, repr=False)
     penalty: Motion | None = field(default=None, repr=False)
 
     def as_dict(self) -> dict:
         """Return plain values for scripts; None for unknown numbers."""
-        left = self.left if np.isfinite(self.left) else None
         words = {name: value for name, value in vars(self).items() if name not in ("reference", "penalty")}
-        return {**words, "left": left, "details": list(self.details)}
+        return {
+            **words,
+            "left": finite_or_none(self.left),
+            "blame": list(self.blame),
+            "details": list(self.details),
+            "alone": self.alone and self.alone.as_dict(),
+            "contact": self.contact and self.contact.as_dict(),
+        }
 
 
-def verdict(comparison: Comparison, *, cancelled: Callable[[], bool] | None = None) -> Verdict:
-    """Say what a comparison means, by some more runs of the penalty solution and the reference.
+def verdict(
+    comparison: Comparison,
+    *,
+    progress: Callable[[Alone], None] = lambda found: None,
+    cancelled: Callable[[], bool] | None = None,
+) -> Verdict:
+    """Say what a comparison means, by some hundred more runs of the penalty solution.
+
+    Parameters
+    ----------
+    comparison : Comparison
+    progress : callable, optional
+        Called with the difference over each number alone, as far as it is known.
+    cancelled : callable, optional
+        Polled many times a second; when it returns true the search is cancelled.
 
     Raises
     ------
@@ -83,13 +115,15 @@ def verdict(comparison: Comparison, *, cancelled: Callable[[], bool] | None = No
     --------
     >>> from vibroscope.engine import Newmark, System, compare, verdict
     >>> found = verdict(compare(System(), 1.08, Newmark(100, 50, 2000)))
-    >>> found.agree, found.blame, found.change
-    ('no', 'K', {'K': 1000.0})
+    >>> found.agree, found.blame
+    ('no', ('D', 'K'))
     """
     if comparison.parts is None:
         return _of_early_end(comparison, cancelled)
     if comparison.is_free:
         return _of_rest(comparison) if comparison.reference_rests else _of_free_vibration(comparison)
+    if comparison.changing:
+        return _of_changing_motion(comparison)
     comparison = comparison.decided(cancelled)
     comparison.measure(cancelled)
     difference, scatter = comparison.difference, time_step_scatter(comparison.penalty)
@@ -103,27 +137,73 @@ def verdict(comparison: Comparison, *, cancelled: Callable[[], bool] | None = No
         elsewhere = error_from_penalty_state(comparison, cancelled)
         if elsewhere < min(CLOSE, difference.total / 2):
             return _of_other_motion(comparison, elsewhere, scatter)
-    experiments = run_experiments(comparison, cancelled)
-    unchanged = touching(comparison.reference)
-    if unchanged and comparison.penalty.contact_share == comparison.reference.contact_share == 0.0:
+    reference, penalty = comparison.reference, comparison.penalty
+    unchanged = touching(reference) if touching(reference) == touching(penalty) else ""
+    if unchanged and penalty.contact_share == reference.contact_share == 0.0:
         return _without_contact(comparison, unchanged)
+    remaining = Remaining(comparison, cancelled)
+    found = search_alone(comparison, remaining, progress)
+    return _of_search(comparison, found, find_blame(comparison, found, remaining), unchanged)
+
+
+def _of_search(comparison: Comparison, found: Alone, blame: Blame, unchanged: str) -> Verdict:
+    """Return the verdict that the search gives."""
     agree, first = agreement(comparison)
-    best = best_experiment(comparison, experiments, scatter)
-    if best and best.changed in ("steps", "status") and difference.total > SAME:
-        tried = with_enough_steps(comparison, experiments, cancelled)
-        better = best.changed == "steps" or best.remaining > enough_for(tried.remaining)
-        best = tried if tried.enough and better else best
-        experiments = by_remaining([*experiments, tried])
-    second, change = blame_sentence(comparison, experiments, best)
+    contact = contact_conditions(comparison)
+    first_change = blame.together or next(iter(blame.changes), None)
+    cancel = _cancelling_sentence(comparison, contact) if agree in ("yes", "partly") and not unchanged else ""
+    scatter = time_step_scatter(comparison.penalty)
     scattered = "" if repetition(comparison.penalty) in first else _scatter_sentence(comparison, scatter)
+    second = blame_sentence(comparison, found, blame, contact)
     return Verdict(
-        headline=" ".join(filter(None, (unchanged, first, second))) + scattered,
-        agree=agree,
-        blame=best.changed if best else "",
-        change=change,
-        left=best.remaining if best else np.nan,
+        headline=" ".join(filter(None, (unchanged, first, cancel, second))) + scattered,
+        agree="partly" if cancel else agree,
+        blame=_blamed(blame),
+        change=change_of(first_change) if first_change else {},
+        left=first_change.left if first_change else np.nan,
+        together=blame.together is not None,
         scatter=scatter,
-        details=detail_sentences(comparison, experiments),
+        details=detail_sentences(comparison, found, contact),
+        alone=found,
+        contact=contact,
+        reference=comparison.reference,
+        penalty=comparison.penalty,
+    )
+
+
+def contact_conditions(comparison: Comparison) -> Conditions:
+    """What the contact of the penalty solution does, measured where it has short contacts."""
+    run = comparison.runs.penalty
+    alone = conditions(run.system, run.eta, run.method, mean_closing_speed(comparison.runs.reference))
+    return replace(alone, measured=delivered_restitution(run))
+
+
+def _blamed(blame: Blame) -> tuple[str, ...]:
+    if blame.together is not None:
+        return ("K", "D") if blame.together.changed == "K and D" else ("K", "D", "steps")
+    return tuple(each.changed for each in blame.changes)
+
+
+def _cancelling_sentence(comparison: Comparison, contact: Conditions) -> str:
+    """Where motions agree although the contact does not do what is asked: errors cancel."""
+    if contact.hold or comparison.difference.total > CLOSE or not comparison.penalty.impacts_per_period:
+        return ""
+    failing = [] if contact.rebounds else [rebound_text(contact)]
+    failing += [] if contact.resolved else [f"takes only {rounded(contact.steps, 2)} steps"]
+    gains = ": it gains energy" if contact.given > 1 else ""
+    return f"But the contact {' and '.join(failing)}{gains}."
+
+
+def _of_changing_motion(comparison: Comparison) -> Verdict:
+    """Return the verdict where a motion is no steady one after all periods that were run."""
+    names = {"reference": "the reference", "penalty": "the penalty solution"}
+    who = [f"{names[name]} (its section moved by {percent(moved)})" for name, moved in comparison.changing.items()]
+    text = " and ".join(who)
+    run = comparison.runs.penalty
+    return Verdict(
+        f"{text[0].upper()}{text[1:]} still {'changes' if len(who) == 1 else 'change'} over the last {run.keep:,} of "
+        f"{run.periods:,} periods, so that there is no steady motion to judge. No number is blamed.",
+        "unknown",
         reference=comparison.reference,
         penalty=comparison.penalty,
     )
@@ -135,8 +215,8 @@ def _without_contact(comparison: Comparison, fact: str) -> Verdict:
     return Verdict(
         f"{fact} The time step alone makes a difference of {percent(total)}.",
         "yes" if total <= SAME else "partly" if total <= CLOSE else "no",
-        "steps" if total > SAME else "",
-        details=detail_sentences(comparison, []),
+        ("steps",) if total > SAME else (),
+        details=detail_sentences(comparison, None, contact_conditions(comparison)),
         reference=comparison.reference,
         penalty=comparison.penalty,
     )
@@ -193,7 +273,7 @@ def _of_other_motion(comparison: Comparison, elsewhere: float, scatter: float) -
         "partly",
         left=elsewhere,
         scatter=scatter,
-        details=detail_sentences(comparison, []),
+        details=detail_sentences(comparison, None, contact_conditions(comparison)),
         reference=comparison.reference,
         penalty=comparison.penalty,
     )
@@ -209,10 +289,10 @@ def _of_early_end(comparison: Comparison, cancelled) -> Verdict:
         return _of_no_solution(comparison, cancelled)
     fact = "The penalty solution blew up, so there is nothing to compare."
     if runs.penalty.status is not Status.DIVERGED or not runs.exact.ok:
-        return Verdict(f"{fact} K and D are to blame: take a smaller K.", "unknown", "K")
+        return Verdict(f"{fact} K and D are to blame: take a smaller K.", "unknown", ("K",))
     advice, change = _sufficient_steps(comparison, cancelled)
     text = f"{fact} The time step is to blame: the same K and D without one stay bounded."
-    return Verdict(f"{text} {advice}", "unknown", "steps", change, details=(runs.penalty.message,))
+    return Verdict(f"{text} {advice}", "unknown", ("steps",), change, details=(runs.penalty.message,))
 
 
 def _sufficient_steps(comparison: Comparison, cancelled) -> tuple[str, dict]:
@@ -267,7 +347,7 @@ def _of_no_solution(comparison: Comparison, cancelled) -> Verdict:
         f"The penalty solution stopped at {when}, which has no solution. {why} is to blame. "
         + (f"What finishes, each tried alone: {', or '.join(ways)}." if ways else "Nothing tried finishes."),
         "unknown",
-        ("law" if at_touch else "D") if jumps else "status",
+        (("law" if at_touch else "D") if jumps else "status",),
         {first.get(name, name): value for name, value in list(change.items())[:1]},
         details=(run.message,),
     )

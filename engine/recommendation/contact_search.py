@@ -17,8 +17,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from ..divergence.alone import rounded_to
 from ..divergence.contact import damping_for, damping_of_law, damping_ratio, damping_ratio_for, stiffness_for
-from ..divergence.experiments import round_to_three_digits
 from ..law_table import RATIO_LAWS
 from ..methods import CONTACT_LAWS, STIFFNESS_RANGE
 from ..model import System
@@ -152,9 +152,9 @@ class ContactSearch:
         """Return a setting with K and D of three digits, few enough to read, or with those that are held."""
         stiffness, damping = self.limits.stiffness, self.limits.damping
         if stiffness is None:
-            stiffness = round_to_three_digits(min(max(wanted, STIFFNESS_RANGE[0]), self.limits.stiffness_max))
+            stiffness = rounded_to(min(max(wanted, STIFFNESS_RANGE[0]), self.limits.stiffness_max), 3)
         if damping is None:
-            damping = round_to_three_digits(damping_for(self.system, stiffness, ratio))
+            damping = rounded_to(damping_for(self.system, stiffness, ratio), 3)
         return NewmarkSetting(stiffness, damping, steps)
 
 

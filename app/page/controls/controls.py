@@ -14,7 +14,7 @@ from vibroscope.app.explorer.drawing import drawing, drawing_in_words
 from vibroscope.app.explorer.field_units import shown_field, time_text
 from vibroscope.app.explorer.method_words import CHOICE_NAMES
 from vibroscope.app.explorer.parameters import MAIN_FIELDS, START_FIELDS, Explorer
-from vibroscope.app.explorer.ranges import slider_range, stiffer_spring
+from vibroscope.app.explorer.ranges import slider_range
 from vibroscope.app.explorer.scenes import Scene, buttons, scene_key
 from vibroscope.app.explorer.shelf import shelf, shelf_key
 from vibroscope.app.explorer.state import Setting, integrator_numbers, law_numbers
@@ -151,7 +151,7 @@ def _beyond_slider(name: str, setting: Setting) -> str:
         return ""
     if value > high:
         return f"above the slider, which ends at {field.measure(high)}"
-    softer = "softer than the stiffer spring, " if name == "K" and value < stiffer_spring(setting.system) else ""
+    softer = "softer than the stiffer spring, " if name == "K" and value < setting.system.stiffer_spring else ""
     return f"{softer}below the slider, which begins at {field.measure(low)}"
 
 

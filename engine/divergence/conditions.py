@@ -1,0 +1,135 @@
+"""The conditions under which a penalty contact stands for an impact: it rebounds as asked, and the step resolves it.
+
+K, D and the step have to fit each other: the restitution of the contact (:mod:`.contact`) follows from K and D, the
+steps in a contact from K and the step. A motion may agree with the reference although they fail, where errors cancel.
+"""
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ..methods import CONTACT_LAWS, DAMPING_RANGE, STIFFNESS_RANGE, ExactPenalty, Newmark, TimeStepping, is_located
+from ..model import System
+from ..restitution import effective_restitution
+from ..wording import finite_or_none
+from .contact import contact_duration, damping_of_law, damping_ratio, restitution_of
+
+REBOUNDS = 0.15  # the restitution may be off by so much
+RESOLVED = 10.0  # steps in a contact, undamped: with fewer, the restitution depends on where in a step it begins
+
+
+@dataclass(frozen=True)
+class Conditions:
+    """What a contact of a penalty method does, alone and without a step but for ``steps``.
+
+    Attributes
+    ----------
+    asked : float
+        Restitution e of the reference.
+    restitution : float
+        That of K, D and law at the closing speed; nan where nothing collides and the law needs a speed.
+    measured : float
+        That which the short contacts of a run have, with its step and with all forces; nan where there are none.
+    duration : float
+        τ that a contact lasts, undamped; nan likewise.
+    steps : float
+        Steps in that time; inf without a step.
+    cut : bool
+        Whether steps are cut where contact changes, so that few of them resolve a contact.
+    """
+
+    asked: float
+    restitution: float
+    duration: float
+    steps: float
+    cut: bool
+    measured: float = math.nan
+
+    @property
+    def given(self) -> float:
+        """The restitution that is measured, or else that of the law; 0 for bodies that do not part."""
+        return float(np.maximum(0.0, self.restitution if math.isnan(self.measured) else self.measured))
+
+    @property
+    def rebounds(self) -> bool:
+        """Whether the restitution is as asked, or not known."""
+        return not abs(self.given - self.asked) > REBOUNDS
+
+    @property
+    def resolved(self) -> bool:
+        """Whether a contact has enough steps, or its steps are not known."""
+        return self.cut or not self.steps < RESOLVED
+
+    @property
+    def hold(self) -> bool:
+        """Whether the contact rebounds as asked and is resolved."""
+        return self.rebounds and self.resolved
+
+    def as_dict(self) -> dict:
+        """Return plain numbers for scripts; None for those that are not known."""
+        numbers = {"asked": self.asked, "restitution": self.restitution, "measured": self.measured}
+        return {
+            **{name: finite_or_none(value) for name, value in numbers.items()},
+            "duration": finite_or_none(self.duration),
+            "steps": finite_or_none(self.steps),
+            "rebounds": self.rebounds,
+            "resolved": self.resolved,
+        }
+
+
+def conditions(
+    system: System, eta: float, method: ExactPenalty | Newmark | TimeStepping, closing_speed: float
+) -> Conditions:
+    """Return the conditions of a method at a closing speed, nan if nothing collides."""
+    linear = method.law == CONTACT_LAWS[0]
+    if linear:
+        restitution = restitution_of(damping_ratio(system, method.stiffness, method.damping))
+    elif math.isnan(closing_speed):
+        restitution = math.nan
+    else:
+        restitution = float(effective_restitution(system, method, closing_speed))
+    duration = float(contact_duration(system, method, 1.0 if linear else closing_speed))
+    steps = duration * eta * method.steps / (2 * math.pi) if not isinstance(method, ExactPenalty) else math.inf
+    return Conditions(system.restitution, restitution, duration, steps, is_located(method))
+
+
+def equal_damping(system: System, method: ExactPenalty | Newmark | TimeStepping, closing_speed: float) -> float:
+    """Return D_e(K), with which a contact of the method's K and law has the restitution of the reference (55).
+
+    nan where the law takes its damper from the restitution, where nothing collides, and where no D gives so small a
+    restitution.
+    """
+    if method.damping is None:
+        return math.nan
+    return damping_of_law(system, method, method.stiffness, closing_speed)
+
+
+def equal_stiffness(system: System, method: ExactPenalty | Newmark | TimeStepping, closing_speed: float) -> float:
+    """Return K_e(D), the inverse of :func:`equal_damping`: (D/ζ(e))²(1 + 1/μ) of the first law.
+
+    nan where there is none within the range of K. D_e(K) is a power of K for every law whose numbers K and D scale
+    alone; of the others it is nearly one, so that the power is found again from where it leads.
+    """
+    if not method.damping:
+        return math.nan
+    stiffness = method.stiffness
+    for _ in range(4):
+        here, there = (damping_of_law(system, method, factor * stiffness, closing_speed) for factor in (1.0, 2.0))
+        if not (here > 0.0 and there > here):
+            return math.nan
+        stiffness *= (method.damping / here) ** (1.0 / math.log2(there / here))
+        if not STIFFNESS_RANGE[0] <= stiffness <= STIFFNESS_RANGE[1] / 2:
+            return math.nan
+    return stiffness
+
+
+def with_equal_damping(
+    system: System, method: Newmark | TimeStepping, stiffness: float, closing_speed: float
+) -> Newmark | TimeStepping:
+    """Return a method with another K and the D of three digits that rebounds as asked; D as it is if none does."""
+    changed = replace(method, stiffness=stiffness)
+    damping = equal_damping(system, changed, closing_speed)
+    if not DAMPING_RANGE[0] <= damping <= DAMPING_RANGE[1]:
+        return changed
+    return replace(changed, damping=float(f"{damping:.3g}"))

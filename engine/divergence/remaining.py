@@ -1,0 +1,108 @@
+"""What is left of a difference when the penalty solution is another one: many runs against one reference.
+
+Each run begins where the compared runs begin, and takes the periods that were asked for: what is left is then what a
+user gets who sets the same numbers. Where a run takes long, a search makes short ones, which begin on the reference's
+motion; what it finds is confirmed by whole runs (:meth:`Remaining.whole`). Where the reference repeats itself what is
+left is the error of :class:`.error.Target`, otherwise the distance of the Poincaré sections (:mod:`.statistics`).
+"""
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+from ..drivers.skipped_samples import SkippedSamples
+from ..methods import CONTACT_LAWS, ExactPenalty, Newmark, TimeStepping, is_located
+from ..result import Checkpoint, Record
+from ..simulate import sample_run, simulate
+from .compare import Comparison
+from .error import Target
+from .grid import PER_PERIOD
+from .statistics import SECTION
+
+Penalty = ExactPenalty | Newmark | TimeStepping
+LONG_RUN = 0.02  # s of a run, from which on a search makes short ones
+SHORT_TRANSIENT = 200  # periods of these before those that are compared
+
+
+class _Course(NamedTuple):
+    """Where a run begins, and how many periods it takes."""
+
+    start: tuple[float, ...]
+    periods: int
+
+
+class Remaining:
+    """What other penalty methods leave of a comparison's difference; not for several threads at once.
+
+    Parameters
+    ----------
+    comparison : Comparison
+        With ``parts``.
+    cancelled : callable, optional
+        Polled by every run; when it returns true, `Cancelled` is raised.
+    """
+
+    def __init__(self, comparison: Comparison, cancelled: Callable[[], bool] | None = None) -> None:
+        run = comparison.runs.penalty
+        self._system, self._eta, self.method = run.system, run.eta, run.method
+        self._cancelled = cancelled
+        self._comparison = comparison
+        period = comparison.motions.reference.period
+        self._target = Target(comparison.runs.reference, period) if period else None
+        self._keep = run.keep if period else SECTION
+        self._skipping = SkippedSamples(run.system, run.eta, cancelled)
+        whole = _Course(comparison.initial, max(comparison.asked, self._keep))
+        self._settled = whole._replace(periods=run.periods)
+        self._search = whole
+        if run.cost.seconds * comparison.asked / run.periods > LONG_RUN:
+            self._search = _Course(tuple(comparison.runs.reference.section[-1].tolist()), SHORT_TRANSIENT + self._keep)
+        self._known: dict[tuple[Penalty, _Course], float] = {}
+
+    def __call__(self, method: Penalty) -> float:
+        """What is left with a method, relative to the reference, in a search; inf if its run ends early."""
+        return self._left(method, self._search)
+
+    def whole(self, method: Penalty) -> float:
+        """The same after all periods in which the compared motions settled."""
+        return self._left(method, self._settled)
+
+    def _left(self, method: Penalty, course: "_Course") -> float:
+        if (method, course) not in self._known:
+            measure = self._of_displacements if self._target else self._of_sections
+            self._known[method, course] = measure(method, course)
+        return self._known[method, course]
+
+    def without_joint_damping(self) -> float:
+        """What is left if the reference has the joint damping that the penalty model tends to."""
+        derived, penalty = self._comparison.runs.derived, self._comparison.runs.penalty
+        if self._target:
+            target = Target(derived) if derived.ok else None
+            return target.error(penalty, self._cancelled) if target and target.periodic else np.inf
+        return self._comparison.statistics.without_joint_damping
+
+    def _of_displacements(self, method: Penalty, course: "_Course") -> float:
+        record = Record(self._keep, PER_PERIOD, getattr(method, "steps", None))
+        if self._is_skipped(method):
+            numbers = method.stiffness, method.damping, method.steps
+            displacement, _ = self._skipping.run(*numbers, course.start, course.periods, record)
+        else:
+            start = Checkpoint(self._system, self._eta, method, 0, course.start)
+            options = {"periods": course.periods, "record": record, "cancelled": self._cancelled}
+            samples, _ = sample_run(self._system, self._eta, method, start, **options)
+            displacement = samples and samples.displacement[:, :-1].reshape(2, record.periods, -1)
+        if displacement is None:
+            return np.inf
+        grid = replace(record, periods=1, per_period=displacement.shape[2])
+        return self._target.error_of_samples(displacement, grid, self._cancelled)
+
+    def _is_skipped(self, method: Penalty) -> bool:
+        plain = isinstance(method, Newmark) and not is_located(method) and method.law == CONTACT_LAWS[0]
+        return plain and self._skipping.can_run(method.steps)
+
+    def _of_sections(self, method: Penalty, course: "_Course") -> float:
+        start = Checkpoint(self._system, self._eta, method, 0, course.start)
+        options = {"periods": course.periods, "keep": SECTION, "initial": start, "cancelled": self._cancelled}
+        run = simulate(self._system, self._eta, method, **options)
+        return self._comparison.statistics.total_of(run.section[:, [0, 2]]) if run.ok else np.inf

@@ -1,0 +1,149 @@
+"""The sentences of a verdict: why a number is to blame, and what its change leaves."""
+
+import math
+
+from ..drivers.step_maps import damps
+from ..methods import ExactPenalty, Newmark, integrator_name, status_of
+from ..wording import percent, rounded
+from .agreement import SAME
+from .alone import Alone, Change, joint_damping_part
+from .blame import Blame
+from .compare import Comparison
+from .conditions import Conditions
+from .difference import Difference
+
+_NAMES = {"steps": "the time step", "joint damping": "the joint damping", "law": "the damper's jump at touch"}
+_STATUSES = {"located": "steps cut where contact changes", "end": "that at the end", "start": "that at the start"}
+
+
+def blame_sentence(comparison: Comparison, found: Alone, blame: Blame, now: Conditions) -> str:
+    """Return what is to blame, why, and what to change first."""
+    difference = comparison.difference
+    if difference.total <= difference.chance:
+        return "Nothing is to blame."
+    if difference.total <= SAME:
+        return _largest_sentence(difference)
+    if blame.together is not None:
+        return _together_sentence(comparison, found, blame)
+    if not blame.changes:
+        return _nothing_sentence(comparison, blame)
+    names = [name_of(comparison, each.changed) for each in blame.changes]
+    values = [_leaves(comparison, each) for each in blame.changes]
+    verb = "is to blame" if len(names) == 1 else "are to blame, each alone"
+    subject = joined(names, "and")
+    rest = joined(values, "or") + _more_steps(blame)
+    return f"{subject[0].upper()}{subject[1:]} {verb}{_reason(comparison, blame.changes[0], now)}: {rest}."
+
+
+def name_of(comparison: Comparison, changed: str) -> str:
+    """Return the words for a number or a choice within a sentence."""
+    method = comparison.runs.penalty.method
+    if changed == "status":
+        return f"the contact status at the {status_of(method)} of the step"
+    if changed == "integrator":
+        of = method.integrator
+        return f"the numerical damping of {of.name}" if damps(of) else f"the integrator {of.name}"
+    return _NAMES.get(changed, changed)
+
+
+def change_of(change: Change) -> dict[str, float | bool | str]:
+    """Return a change as numbers and choices to set; empty where no setting does it."""
+    method = change.method
+    if method is None or isinstance(method, ExactPenalty):
+        return {}
+    if change.changed == "status":
+        return {"located": True} if isinstance(method, Newmark) else {"status": status_of(method)}
+    if change.changed == "integrator":
+        return {"integrator": method.integrator.name, "beta": method.integrator.beta, "gamma": method.integrator.gamma}
+    if change.changed == "law":
+        return {"law": method.law}
+    own = {"K": method.stiffness, "D": method.damping, "steps": method.steps}
+    wanted = {"K and D": ("K", "D"), "K, D and the step": tuple(own)}.get(change.changed, (change.changed,))
+    return {name: own[name] for name in wanted}
+
+
+def value_text(change: Change) -> str:
+    """Return what a change sets, such as "K = 1000" or "8,000 steps a period"."""
+    method = change.method
+    if change.changed == "joint damping":
+        return "no joint damping of its own"
+    if change.changed == "steps":
+        return "no time step" if isinstance(method, ExactPenalty) else f"{method.steps:,} steps a period"
+    if change.changed == "status":
+        return f"status {status_of(method)}"
+    if change.changed == "integrator":
+        return f"integrator {integrator_name(method)}"
+    if change.changed == "law":
+        return f"law {method.law}"
+    numbers = change_of(change)
+    steps = numbers.pop("steps", None)
+    texts = [f"{name} = {value:g}" for name, value in numbers.items()]
+    return ", ".join(texts + ([f"{steps:,} steps a period"] if steps else []))
+
+
+def joined(words: list[str], last: str) -> str:
+    """Join words as in a sentence, ``last`` before the last of them."""
+    return f" {last} ".join(filter(None, (", ".join(words[:-1]), words[-1])))
+
+
+def rebound_text(now: Conditions) -> str:
+    """Return the restitution of the contact beside the one that is asked for."""
+    return f"rebounds with {rounded(now.given, 2)} of its speed in place of {rounded(now.asked, 2)}"
+
+
+def _reason(comparison: Comparison, change: Change, now: Conditions) -> str:
+    """Return which condition fails, as a clause; empty if none does, or the change does not mend it."""
+    present = comparison.runs.penalty.method
+    stiffer = change.changed == "K" and change.method.stiffness > present.stiffness
+    if change.changed in ("K", "D") and not now.rebounds:
+        return f", since the contact {rebound_text(now)}"
+    if change.changed in ("K", "steps", "status") and not stiffer and not now.resolved:
+        return f", since a contact takes only {rounded(now.steps, 2)} steps"
+    if stiffer:
+        share = now.duration * comparison.runs.penalty.eta / (2 * math.pi)
+        return f", since the contact is too soft and lasts {percent(share)} of a period"
+    return ""
+
+
+def _leaves(comparison: Comparison, change: Change) -> str:
+    left = percent(change.left)
+    if change.changed == "joint damping":
+        return f"without it {left} would be left; neither K nor D nor the step mends it"
+    if change.changed == "steps" and isinstance(change.method, ExactPenalty):
+        return f"without it {left} would be left"
+    if change.changed == "status":
+        return f"{_STATUSES[status_of(change.method)]} would leave {left}"
+    if change.changed == "integrator":
+        return f"Newmark's ¼ and ½, which damp nothing, leave {left}"
+    if change.changed == "law":
+        return f"the law {change.method.law}, which has none, leaves {left}"
+    return f"{value_text(change)} {'leave' if change.changed == 'steps' else 'leaves'} {left}"
+
+
+def _more_steps(blame: Blame) -> str:
+    """The difference that more steps leave, for codes that cannot cut a step; the end of a sentence."""
+    if blame.more_steps is None or blame.more_steps in blame.changes:
+        return ""
+    return f", {value_text(blame.more_steps)} {percent(blame.more_steps.left)}"
+
+
+def _together_sentence(comparison: Comparison, found: Alone, blame: Blame) -> str:
+    best = found.changes[0] if found.changes else None
+    helps = best is not None and best.left < found.total
+    alone = f"; alone at best {value_text(best)} leaves {percent(best.left)}" if helps else ""
+    names = joined(["K", "D", "the time step"] if "step" in blame.together.changed else ["K", "D"], "and")
+    left = percent(blame.together.left)
+    return f"{names} have to be changed together: {value_text(blame.together)} leave {left}{alone}."
+
+
+def _nothing_sentence(comparison: Comparison, blame: Blame) -> str:
+    part = joint_damping_part(comparison)
+    of_model = f" The joint damping alone, which the penalty model lacks, makes {percent(part)}." if part > SAME else ""
+    return f"No K, D or time step that was tried mends it: at best {percent(blame.least)} is left.{of_model}"
+
+
+def _largest_sentence(difference: Difference) -> str:
+    if not difference.largest:
+        return "So little needs no change."
+    part = f"{difference.name(difference.largest)} ({percent(difference.parts[difference.largest])})"
+    return f"Its largest part is that of {part}."
