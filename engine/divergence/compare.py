@@ -331,7 +331,7 @@ def compare(
         encounters=encounters,
         grid=Record(1, per_period, penalty.steps),
         initial=system.rest if initial is None else tuple(map(float, initial)),
-        asked=periods,
+        asked=int(periods),
     )
 
 

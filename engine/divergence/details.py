@@ -12,7 +12,7 @@ from .compare import Comparison
 from .conditions import Conditions, equal_damping, equal_stiffness
 from .contact import contact_frequency, damping_ratio
 from .encounters import mean_closing_speed
-from .sentences import value_text
+from .sentences import plain, share, value_text
 
 
 def detail_sentences(comparison: Comparison, found: Alone | None, contact: Conditions) -> tuple[str, ...]:
@@ -75,14 +75,14 @@ def _restitution_sentences(comparison: Comparison, contact: Conditions) -> tuple
         of_ratio = (
             f" (damping ratio of the contact ζ = {rounded(damping_ratio(system, method.stiffness, method.damping), 2)})"
         )
-    asked = f"the restitution e asks for {rounded(system.restitution, 2)}"
+    asked = f"the restitution e asks for {share(system.restitution)}"
     if method.damping is None:
         asked += f", from which the law {method.law} takes its damper"
     ways = {"D": equal_damping(system, method, speed), "K": equal_stiffness(system, method, speed)}
-    known = [f"{name} = {value:.3g}" for name, value in ways.items() if math.isfinite(value)]
+    known = [f"{name} = {plain(value)}" for name, value in ways.items() if math.isfinite(value)]
     if known:
         asked += f", which {' or '.join(known)} alone would give"
-    return (f"{who} with {rounded(contact.given, 2)} of the speed at which they meet{of_ratio}; {asked}.",)
+    return (f"{who} with {share(contact.given)} of the speed at which they meet{of_ratio}; {asked}.",)
 
 
 def duration_sentences(comparison: Comparison) -> tuple[str, ...]:

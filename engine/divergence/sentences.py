@@ -6,8 +6,8 @@ from ..drivers.step_maps import damps
 from ..methods import ExactPenalty, Newmark, integrator_name, status_of
 from ..wording import percent, rounded
 from .agreement import SAME
-from .alone import Alone, Change, joint_damping_part
-from .blame import Blame
+from .alone import Alone, Change, joint_damping_part, rounded_to
+from .blame import OF_STEPS, Blame
 from .compare import Comparison
 from .conditions import Conditions
 from .difference import Difference
@@ -24,15 +24,15 @@ def blame_sentence(comparison: Comparison, found: Alone, blame: Blame, now: Cond
     if difference.total <= SAME:
         return _largest_sentence(difference)
     if blame.together is not None:
-        return _together_sentence(comparison, found, blame)
+        return _together_sentence(comparison, found, blame, now)
     if not blame.changes:
         return _nothing_sentence(comparison, blame)
     names = [name_of(comparison, each.changed) for each in blame.changes]
-    values = [_leaves(comparison, each) for each in blame.changes]
+    values = [_leaves(each) + _more_steps(blame, each) for each in blame.changes]
     verb = "is to blame" if len(names) == 1 else "are to blame, each alone"
     subject = joined(names, "and")
-    rest = joined(values, "or") + _more_steps(blame)
-    return f"{subject[0].upper()}{subject[1:]} {verb}{_reason(comparison, blame.changes[0], now)}: {rest}."
+    why = _reason(comparison, blame.changes[0], now)
+    return f"{subject[0].upper()}{subject[1:]} {verb}{why}: {joined(values, 'or')}."
 
 
 def name_of(comparison: Comparison, changed: str) -> str:
@@ -77,7 +77,7 @@ def value_text(change: Change) -> str:
         return f"law {method.law}"
     numbers = change_of(change)
     steps = numbers.pop("steps", None)
-    texts = [f"{name} = {value:g}" for name, value in numbers.items()]
+    texts = [f"{name} = {plain(value)}" for name, value in numbers.items()]
     return ", ".join(texts + ([f"{steps:,} steps a period"] if steps else []))
 
 
@@ -88,16 +88,29 @@ def joined(words: list[str], last: str) -> str:
 
 def rebound_text(now: Conditions) -> str:
     """Return the restitution of the contact beside the one that is asked for."""
-    return f"rebounds with {rounded(now.given, 2)} of its speed in place of {rounded(now.asked, 2)}"
+    return f"rebounds with {share(now.given)} of its speed in place of {share(now.asked)}"
+
+
+def share(restitution: float) -> str:
+    """Return a restitution with two decimals at most."""
+    return rounded(round(restitution, 2), 3)
+
+
+def plain(value: float) -> str:
+    """Return a number with three digits, without an exponent."""
+    return rounded(rounded_to(value, 3), 3)
 
 
 def _reason(comparison: Comparison, change: Change, now: Conditions) -> str:
     """Return which condition fails, as a clause; empty if none does, or the change does not mend it."""
     present = comparison.runs.penalty.method
-    stiffer = change.changed == "K" and change.method.stiffness > present.stiffness
-    if change.changed in ("K", "D") and not now.rebounds:
+    if change.method is None:
+        return ""
+    of_contact = change.changed in ("K", "D", "K and D", "K, D and the step")
+    stiffer = of_contact and change.method.stiffness > present.stiffness
+    if of_contact and not now.rebounds:
         return f", since the contact {rebound_text(now)}"
-    if change.changed in ("K", "steps", "status") and not stiffer and not now.resolved:
+    if change.changed != "D" and not stiffer and not now.resolved:
         return f", since a contact takes only {rounded(now.steps, 2)} steps"
     if stiffer:
         share = now.duration * comparison.runs.penalty.eta / (2 * math.pi)
@@ -105,7 +118,7 @@ def _reason(comparison: Comparison, change: Change, now: Conditions) -> str:
     return ""
 
 
-def _leaves(comparison: Comparison, change: Change) -> str:
+def _leaves(change: Change) -> str:
     left = percent(change.left)
     if change.changed == "joint damping":
         return f"without it {left} would be left; neither K nor D nor the step mends it"
@@ -120,20 +133,21 @@ def _leaves(comparison: Comparison, change: Change) -> str:
     return f"{value_text(change)} {'leave' if change.changed == 'steps' else 'leaves'} {left}"
 
 
-def _more_steps(blame: Blame) -> str:
-    """The difference that more steps leave, for codes that cannot cut a step; the end of a sentence."""
-    if blame.more_steps is None or blame.more_steps in blame.changes:
+def _more_steps(blame: Blame, change: Change) -> str:
+    """The difference that more steps leave, for codes that cannot cut a step."""
+    if blame.more_steps is None or change.changed not in OF_STEPS:
         return ""
-    return f", {value_text(blame.more_steps)} {percent(blame.more_steps.left)}"
+    return f" ({value_text(blame.more_steps)} {percent(blame.more_steps.left)})"
 
 
-def _together_sentence(comparison: Comparison, found: Alone, blame: Blame) -> str:
+def _together_sentence(comparison: Comparison, found: Alone, blame: Blame, now: Conditions) -> str:
     best = found.changes[0] if found.changes else None
     helps = best is not None and best.left < found.total
     alone = f"; alone at best {value_text(best)} leaves {percent(best.left)}" if helps else ""
     names = joined(["K", "D", "the time step"] if "step" in blame.together.changed else ["K", "D"], "and")
     left = percent(blame.together.left)
-    return f"{names} have to be changed together: {value_text(blame.together)} leave {left}{alone}."
+    why = _reason(comparison, blame.together, now)
+    return f"{names} have to be changed together{why}: {value_text(blame.together)} leave {left}{alone}."
 
 
 def _nothing_sentence(comparison: Comparison, blame: Blame) -> str:

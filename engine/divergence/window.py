@@ -14,12 +14,16 @@ from itertools import pairwise
 
 import numpy as np
 
-from ..drivers.section import near_period_of, period_of
+from ..drivers.section import period_of
+from ..motions.sameness import cycle_points
+from ..motions.section import band_width
 from ..result import Response
 
 LONGER = (4, 16)  # times the periods asked for
 AFFORDED = 3.0  # s of the longest run of the penalty solution
 SECTION = 1000  # periods: quick to compute, and their distribution is known to about 1/√SECTION
+NARROW = 0.2  # of the cycle's size: the width of a band that a time step makes about it
+BURSTS = 4.0  # of its widths: how far the middle of such a band may lie from the cycle
 BLOCKS = 8  # of a section, whose distances show what chance does
 DRIFT = 4.0  # times the distance by chance: halves that differ by more belong to a motion that still changes
 NOTICED = 0.02  # of the section's size: less is no change that matters
@@ -31,7 +35,7 @@ def settled_length(run: Callable[[str, int, int], Response], periods: int, keep:
     Parameters
     ----------
     run : callable
-        ``run(name, periods, keep)``: the "reference" or "penalty" solution.
+        ``run(name, periods, keep)``: the "reference", "penalty" or "exact" solution.
     periods, keep : int
         At least.
     """
@@ -39,39 +43,40 @@ def settled_length(run: Callable[[str, int, int], Response], periods: int, keep:
     if not all(each.ok for each in first):
         return periods, keep
     afforded = AFFORDED / max(first[1].cost.seconds, 1e-9)
-    lengths = [periods, *(factor * periods for factor in LONGER if factor <= afforded)]
+    longer = max(periods, SECTION // 2)  # so that all of them have a section to keep
+    lengths = [periods, *(factor * longer for factor in LONGER if factor * longer <= afforded * periods)]
     settled, kept = lengths[0], keep
     for name, found in zip(("reference", "penalty"), first, strict=True):
         for length in lengths[lengths.index(settled) :]:
             if length > periods:
                 found = run(name, length, SECTION)
-            if not found.ok or repeats(found.section, keep, name == "penalty"):
+            if not found.ok or repeats(found.section, keep):
+                settled = length
+                break
+            if name == "penalty" and _is_blurred(found.section, run("exact", length, found.keep)):
                 settled = length
                 break
         else:
             settled = lengths[-1]
-        if name == "reference" and found.ok and not 0 < period_of(found.section) <= keep // 2:
+        if name == "reference" and found.ok and not repeats(found.section, keep):
             kept = SECTION
     return settled, kept
 
 
-def repeats(section: np.ndarray, keep: int, scatters: bool) -> bool:
-    """Whether a section repeats itself within half of ``keep`` periods, or ``scatters`` steadily about a cycle."""
-    if 0 < period_of(section) <= keep // 2:
-        return True
-    near = near_period_of(section)
-    return bool(scatters and near and not _narrows(section, near))
+def repeats(section: np.ndarray, keep: int) -> bool:
+    """Whether a section repeats itself within half of ``keep`` periods."""
+    return 0 < period_of(section) <= keep // 2
 
 
-def _narrows(section: np.ndarray, period: int) -> bool:
-    """Whether the second half of a band lies elsewhere than the first, or is clearly narrower, as a transient."""
-    half = len(section) // 2 // period * period
-    if half < period:
+def _is_blurred(section: np.ndarray, limit: Response) -> bool:
+    """Whether a section is a narrow band about the points of its limit without a time step, which repeats itself."""
+    period = period_of(limit.section) if limit.ok else 0
+    if not 0 < 2 * period <= len(section):
         return False
-    first, second = (rows.reshape(-1, period, 4)[..., [0, 2]] for rows in (section[-2 * half : -half], section[-half:]))
-    width = max(float(first.std(axis=0).max()), 1e-300)
-    moved = float(np.abs(first.mean(axis=0) - second.mean(axis=0)).max())
-    return moved > width or float(second.std(axis=0).max()) < width / 2
+    points, others = (cycle_points(rows, period)[:, [0, 2]] for rows in (section, limit.section))
+    width, size = band_width(section, period), float(np.abs(others).max())
+    apart = min(float(np.abs(points - np.roll(others, shift, axis=0)).max()) for shift in range(period))
+    return width <= NARROW * size and apart <= BURSTS * width
 
 
 def change_of(section: np.ndarray) -> float:

@@ -1,4 +1,4 @@
-"""Verdict, parts and motions never contradict each other: 1,000 random settings of random systems."""
+"""Verdict, parts and motions never contradict each other: 300 random settings of random systems."""
 
 import math
 import re
@@ -14,7 +14,6 @@ from vibroscope.app.explorer.state import Setting
 from vibroscope.app.page.explore.findings import Findings
 from vibroscope.app.runtime.cache import Cache
 from vibroscope.engine import (
-    PART_NAMES,
     Comparison,
     Newmark,
     System,
@@ -24,14 +23,13 @@ from vibroscope.engine import (
     repetition,
     verdict,
 )
-from vibroscope.engine.divergence import statistics
 from vibroscope.engine.divergence.agreement import SAME
-from vibroscope.engine.divergence.blame import HELPS, NEARLY, PART_OF
+from vibroscope.engine.divergence.blame import APART, NEARLY, TIE
 
 from tests.share import every, share
 
 # short runs: what is said must agree with the numbers, whatever these are
-RUN, SECTION = {"periods": 50, "keep": 16}, 100
+RUN = {"periods": 50, "keep": 16}
 
 
 def random_settings(count, seed):
@@ -94,20 +92,17 @@ def contradictions(case):
     check(not in_kind or "in kind" not in headline, "a difference in kind that there is none")
     check(found.agree != "yes" or (in_kind and difference.total <= 0.1), "they agree although they do not")
 
+    if found.alone is None:
+        return faults
+    check(found.blame or not found.change, "a change of what is not to blame")
     if found.blame:
-        part = PART_OF[found.blame]
-        largest = part == difference.largest or not difference.parts
-        check("to blame" not in headline or largest, "a number is to blame whose part is not the largest")
-        check(largest or PART_NAMES[difference.largest] in headline, "the largest part is not mentioned")
-        check(difference.total <= 0.02 or found.left <= HELPS * difference.total, "a cure that hardly helps")
-    if found.change:
+        check(found.left < difference.total and found.left <= APART * TIE, "a cure that leaves no less")
+        largest = "joint damping" not in found.blame or difference.largest == "joint_damping"
+        check(largest, "the joint damping is to blame, whose part is not the largest")
         check(percent(found.left) in headline, "the cure's remainder is not in the headline")
-        left = [float(share) for share in re.findall(r"leaves? (\d[\d.]*) %", found.details[-1])]
-        # Curves that differ by SAME coincide, and the verdict on such a setting finds nothing to change. So a status
-        # that leaves no more is preferred to more steps that leave still less: it costs a fraction. Both are named.
-        enough = found.blame == "status" and found.left <= SAME and "steps a period" in headline
-        check(left == sorted(left) and (100 * found.left <= 1.31 * left[0] or enough), "another cure is better")
-        if found.blame in ("status", "steps") and difference.measure == "displacements":
+        least = max(found.alone.changes[0].robust, difference.chance, SAME)
+        check(found.together or found.left <= 1.3 * TIE * least, "another cure is better")
+        if set(found.blame) <= {"status", "steps"} and found.change and difference.measure == "displacements":
             claimed = found.left == pytest.approx(difference_with(found.change, case), rel=NEARLY - 1)
             check(claimed, "the change leaves another difference than the verdict says")
     table = command.part_rows(comparison, None)
@@ -116,10 +111,9 @@ def contradictions(case):
     return faults
 
 
-@pytest.mark.parametrize(("count", "evidence"), [(1000, False), (40, True)], ids=["described", "with evidence"])
+@pytest.mark.parametrize(("count", "evidence"), [(300, False), (40, True)], ids=["described", "with evidence"])
 def test_words_and_numbers_agree_for_random_settings_of_random_systems(count, evidence, monkeypatch):
     """As their kept periods show them, and, fewer, with the runs that decide what the motions are."""
-    monkeypatch.setattr(statistics, "SECTION", SECTION)
     if not evidence:
         monkeypatch.setattr(Comparison, "decided", lambda comparison, *_: comparison)
     with ThreadPoolExecutor(2) as pool:

@@ -35,7 +35,7 @@ def test_the_parts_add_up_at_every_instant(eta, penalty):
     assert np.abs(sum(getattr(parts, name) for name in PARTS) - total).max() < 1e-10
     assert found.residual < 1e-10
     assert total.shape == (4, len(parts.time))
-    assert parts.time[0] == pytest.approx(2000 * 2 * np.pi / eta)
+    assert parts.time[0] == pytest.approx(found.runs.penalty.window[0])
 
 
 def test_each_series_is_that_of_an_ordinary_sampled_run():

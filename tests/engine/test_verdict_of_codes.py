@@ -20,8 +20,9 @@ from vibroscope.engine import (
     simulate,
     verdict,
 )
-from vibroscope.engine.divergence.blame import best_experiment, blame_sentence
-from vibroscope.engine.divergence.experiments import Experiment, changed_choices, run_experiments, with_enough_steps
+from vibroscope.engine.divergence.alone import Alone, Change, changed_choices, enough_steps, search_alone
+from vibroscope.engine.divergence.blame import find_blame
+from vibroscope.engine.divergence.remaining import Remaining
 from vibroscope.engine.divergence.time_step import with_located_steps
 
 SYSTEM = System()
@@ -102,7 +103,7 @@ def test_the_contact_status_is_to_blame_and_what_is_advised_leaves_what_it_says(
     compared = compare(SYSTEM, 2.76, method, periods=200)
     found = verdict(compared)
     assert f"The contact status at the {status} of the step is to blame" in found.headline
-    assert (found.blame, found.change) == ("status", {"status": "located"})
+    assert (found.blame[0], found.change) == ("status", {"status": "located"})
     advised = compare(SYSTEM, 2.76, with_located_steps(method), periods=200)
     assert advised.total == pytest.approx(found.left, rel=0.05)
     assert advised.total < compared.total
@@ -114,7 +115,7 @@ def test_one_method_under_two_names_gets_one_verdict():
     found = [verdict(compare(SYSTEM, 2.76, kind(12000, 18, 2000), **options)) for kind in (Newmark, TimeStepping)]
     blamed = "The contact status at the start of the step is to blame: steps cut where contact changes would leave"
     assert all(blamed in each.headline for each in found)
-    assert [each.blame for each in found] == ["status", "status"]
+    assert [each.blame for each in found] == [("status",), ("status",)]
     assert [each.change for each in found] == [{"located": True}, {"status": "located"}]
     assert found[1].left == pytest.approx(found[0].left, rel=0.1)
 
@@ -129,62 +130,41 @@ def test_the_number_of_steps_that_is_named_leaves_what_is_said():
 
 
 def test_steps_that_are_not_enough_are_not_proposed():
-    method = Newmark(12000, 18, 500)
-    compared = compare(SYSTEM, 2.76, method, **SHORT)
-    nothing_else = [Experiment("steps", compared.total / 1000)]
-    tried = with_enough_steps(compared, nothing_else)
-    assert (tried.enough, tried.method.steps) == (False, 20 * 500)
-    sentence, change = blame_sentence(compared, [*nothing_else, tried], nothing_else[0])
-    assert "; even 10,000 steps a period leave" in sentence
-    assert change == {}
-
-
-def test_trying_more_steps_and_choices_can_be_cancelled():
     compared = compare(SYSTEM, 2.76, Newmark(12000, 18, 500), **SHORT)
-    for search in (with_enough_steps, lambda *arguments: run_experiments(arguments[0], arguments[2])):
+    assert enough_steps(compared, Remaining(compared), compared.total / 1000) is None
+
+
+def test_the_search_and_more_steps_can_be_cancelled():
+    compared = compare(SYSTEM, 2.76, Newmark(12000, 18, 500), **SHORT)
+    remaining = Remaining(compared, lambda: True)
+    for search in (lambda: enough_steps(compared, remaining, 0.03), lambda: search_alone(compared, remaining)):
         with pytest.raises(Cancelled):
-            search(compared, [Experiment("steps", 0.03)], lambda: True)
+            search()
 
 
 def test_a_located_step_has_a_verdict():
     found = verdict(compare(SYSTEM, 2.76, TimeStepping(12000, 18, 50, status="located")))
-    assert (found.blame, list(found.change)) == ("steps", ["steps"])
+    assert (found.blame, list(found.change)) == (("steps",), ["steps"])
 
 
-def test_the_dampers_jump_is_blamed_where_the_law_without_it_leaves_least():
-    system, options = System(kappa=0.6, mu=0.8, d1=0.03, d2=0.03, d3=None), {"periods": 300, "keep": 20}
-    method = Newmark(224, 4.8, 2000)
-    found = verdict(compare(system, 0.76, method, **options))
-    assert (found.blame, found.change) == ("law", {"law": "limited"})
-    assert "The damper's jump at touch is to blame" in found.headline
-    advised = compare(system, 0.76, TimeStepping(224, 4.8, 2000, law="limited"), **options)
-    assert advised.total == pytest.approx(found.left, rel=1e-9)
-
-
-def test_numerical_damping_is_to_blame_where_the_undamped_step_leaves_less():
-    method = TimeStepping(12000, 16.1, 1000, NewmarkBeta(0.49, 0.9))
-    compared = compare(SYSTEM, 2.76, method, **SHORT)
-    experiments = run_experiments(compared)
-    best = best_experiment(compared, experiments, 0.0)
-    assert best.changed == "integrator"
-    # the step scatters the section, so rounding changes by a tenth what is left; K that differ as little say how much
-    stiffnesses = 12000 * (1 + 1e-10 * np.arange(8))
-    left = [compare(SYSTEM, 2.76, TimeStepping(k, 16.1, 1000), **SHORT).total for k in stiffnesses]
-    assert 0.95 * min(left) < best.remaining < 1.05 * max(left)
-    assert max(left) < 0.5 * compared.total
-    sentence, change = blame_sentence(compared, experiments, best)
-    assert sentence.startswith("The numerical damping of newmark ")
-    assert change == {"integrator": "newmark", "beta": 0.25, "gamma": 0.5}
+def test_a_law_without_the_dampers_jump_is_named_only_where_no_number_does_as_well():
+    compared = compare(SYSTEM, 2.76, Newmark(12000, 18, 500), **SHORT)
+    total, method = compared.difference.total, compared.runs.penalty.method
+    law = Change("law", total / 10, total / 10, TimeStepping(12000, 18, 500, law="limited"))
+    number = Change("D", total / 8, total / 8, replace(method, damping=17))
+    found = [Alone(total, 0.0, {}, choices) for choices in ((law,), (law, number))]
+    named = [[each.changed for each in find_blame(compared, each, Remaining(compared)).changes] for each in found]
+    assert named == [["law"], ["D"]]
 
 
 def test_a_choice_is_blamed_only_if_it_does_nearly_as_much_as_no_time_step():
     compared = compare(SYSTEM, 2.76, TimeStepping(12000, 18, 500), **SHORT)
-    steps = Experiment("steps", 0.03)
-    halfway = Experiment("status", compared.total / 2, TimeStepping(12000, 18, 500, status="end"))
-    nearly = Experiment("status", 0.035, halfway.method)
-    assert halfway.remaining > 0.05
-    assert best_experiment(compared, [steps, halfway], 0.0) is steps
-    assert best_experiment(compared, [steps, nearly, halfway], 0.0) is nearly
+    method = TimeStepping(12000, 18, 500, status="end")
+    steps = Change("steps", 0.03, 0.03, method.limit)
+    for left, blamed in ((0.06, "steps"), (0.035, "status")):
+        choices = steps, Change("status", left, left, method)
+        blame = find_blame(compared, Alone(compared.difference.total, 0.0, {}, choices), Remaining(compared))
+        assert [each.changed for each in blame.changes] == [blamed]
 
 
 def test_every_choice_is_changed_alone():
@@ -198,7 +178,7 @@ def test_every_choice_is_changed_alone():
 def test_a_run_without_a_solution_says_when_why_and_what_finishes():
     compared = compare(SYSTEM, 2.76, TimeStepping(12000, 18, 500, status="end"), periods=100, keep=10)
     found = verdict(compared)
-    assert (found.agree, found.blame) == ("unknown", "law")
+    assert (found.agree, found.blame) == ("unknown", ("law",))
     stopped = compared.runs.penalty
     when = f"step {stopped.cost.steps + 1} (period {stopped.cost.steps // 500 + 1})"
     assert stopped.message.startswith(when)

@@ -18,9 +18,9 @@ from vibroscope.engine import (
     sweep_plane,
     verdict,
 )
+from vibroscope.engine.divergence.conditions import equal_damping
 from vibroscope.engine.divergence.contact import contact_duration, contact_frequency, damping_of_law
 from vibroscope.engine.divergence.encounters import delivered_restitution, mean_closing_speed
-from vibroscope.engine.divergence.experiments import equal_damping
 
 from tests.law_numbers import law_numbers
 from tests.share import every
@@ -64,7 +64,8 @@ def test_the_equal_damping_of_a_law_gives_the_restitution(law):
 
 def test_where_the_damper_follows_from_e_there_is_no_D_to_change():
     found = compare(SYSTEM, ETA, stepping("flores", None), **SHORT)
-    assert np.isnan(equal_damping(found, found.runs.penalty.method))
+    assert np.isnan(equal_damping(SYSTEM, found.runs.penalty.method, 1.0))
+    assert "D" not in verdict(found).alone.curves
 
 
 @pytest.mark.parametrize("law", ["kelvin-voigt", "hunt-crossley", "impact"])
