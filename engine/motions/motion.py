@@ -28,6 +28,7 @@ from ..model import System
 from ..result import Record, Response
 from ..simulate import simulate
 from ..wording import counted
+from .contact_force import impulse_per_period, peak_force
 from .description import Kind, Motion, describe
 from .floquet import lyapunov_exponent, multipliers, nearest_bifurcation
 from .lyapunov import Lyapunov, lyapunov
@@ -39,7 +40,8 @@ LONGEST_SEEN = 512  # periods of a cycle that the section shows
 KEEP = 256  # described periods of a motion that does not repeat itself
 SAMPLES, SAMPLED = 2000, 50  # samples per period; sampled periods
 MOST_SAMPLES = 100_000
-MOST_STEPS = 1_000_000  # per period: with more, nothing is sampled
+FEWEST = 8  # sampled periods at least of a motion that does not repeat itself …
+STORED_SAMPLES = 1_000_000  # … unless these are more samples
 UNBALANCED = 0.01  # of the energy: a balance with a larger residual says nothing about the losses
 FARTHEST = 1e6  # base amplitudes: no run can start farther away (:func:`engine.simulate`)
 IN_CONTACT = 60  # samples in the shortest contact of a cycle: the peak of half a sine wave to 0.04 %
@@ -163,10 +165,8 @@ def _closed_form_motion(system: System, eta, method: Reference | ExactPenalty, i
 
 def _remembering_motion(system: System, eta, method, initial, cancelled) -> Motion:
     """Describe a run of a law whose section does not say all of the state: its period alone, no multipliers."""
-    record = _record_of(method) if isinstance(method, STEPPING) else Record(SAMPLED, SAMPLES)
-    options = {"initial": initial, "record": record, "cancelled": cancelled}
-    run = simulate(system, eta, method, periods=LONG, keep=KEEP, **options)
-    return _with_energy(describe(run), run, cancelled) if run.ok else describe(run)
+    run = simulate(system, eta, method, periods=LONG, keep=KEEP, initial=initial, cancelled=cancelled)
+    return _with_samples(describe(run), run, cancelled) if run.ok else describe(run)
 
 
 def _late_cycle(system: System, eta, method, section: np.ndarray, cancelled) -> Motion | None:
@@ -222,14 +222,16 @@ def _with_multipliers(described: Motion, values: np.ndarray) -> Motion:
 
 
 def _with_energy(described: Motion, run: Response, cancelled) -> Motion:
-    """Add the energy lost per period, averaged over the last cycle or all periods, and what the time step creates."""
+    """Add the energy lost per period, averaged over whole cycles or all periods, and what the time step creates."""
     if run.trajectory is None:
         return described
     balance = energy_balance(run, cancelled=cancelled)
     # the balance follows located steps in closed form; coarse steps deviate from it, and the balance does not close
     if is_located(run.method) and not np.abs(balance.residual).max() <= UNBALANCED * balance.size:
         return described
-    lost, created = (float(each[-described.period :].mean()) for each in (balance.lost, balance.residual))
+    cycle = described.period or 1
+    balanced = len(balance.lost) // cycle * cycle  # periods: whole cycles
+    lost, created = (float(each[-balanced:].mean()) for each in (balance.lost, balance.residual))
     stepped = isinstance(run.method, STEPPING)
     return replace(described, energy_lost=lost, energy_created=created if stepped else np.nan)
 
@@ -245,16 +247,27 @@ def _limit_of(method: Newmark | TimeStepping) -> ExactPenalty | None:
         return None
 
 
-def _record_of(method: Newmark | TimeStepping) -> Record | None:
-    """Every step of as many periods as are sampled; None if a period has too many steps."""
-    sampled = max(1, min(SAMPLED, MOST_SAMPLES // method.steps))
-    return Record(sampled, method.steps) if method.steps <= MOST_STEPS else None
+def _with_samples(described: Motion, run: Response, cancelled) -> Motion:
+    """Add what needs samples: peak force, impulse and energy, over whole cycles from the first kept period on.
+
+    Of a motion that does not repeat itself FEWEST periods are sampled at least; nothing if that takes too many steps.
+    """
+    per_period = run.method.steps if isinstance(run.method, STEPPING) else SAMPLES
+    cycle, most = described.period or 1, max(MOST_SAMPLES // per_period, 0 if described.period else FEWEST)
+    periods = cycle * max(1, min(SAMPLED, most) // cycle)
+    if is_located(run.method) or not isinstance(run.method, STEPPING):
+        periods += cycle  # their balance begins with the second period
+    if periods > run.keep or periods * per_period > STORED_SAMPLES:
+        return described
+    record, kept = Record(periods, per_period), {"periods": periods, "keep": periods, "initial": run.checkpoint}
+    sampled = simulate(run.system, run.eta, run.method, record=record, cancelled=cancelled, **kept)
+    found = replace(described, peak_force=peak_force(sampled), impulse=impulse_per_period(sampled))
+    return _with_energy(found, sampled, cancelled)
 
 
 def _stepped_motion(system: System, eta, method: Newmark | TimeStepping, initial, cancelled) -> Motion:
     without_step = _limit_of(method)
-    record = _record_of(method)
-    run = simulate(system, eta, method, periods=LONG, keep=KEEP, initial=initial, record=record, cancelled=cancelled)
+    run = simulate(system, eta, method, periods=LONG, keep=KEEP, initial=initial, cancelled=cancelled)
     if not run.ok:
         return describe(run)
     state = run.section[-1]
@@ -264,10 +277,10 @@ def _stepped_motion(system: System, eta, method: Newmark | TimeStepping, initial
         return describe(run)
     limit = _closed_form_motion(system, eta, without_step, state, cancelled)
     judged = judge_newmark_section(run, limit, cancelled)
-    while judged.bands and limit.period and (later := later_run(run, limit, record, cancelled)) is not None:
+    while judged.bands and limit.period and (later := later_run(run, limit, cancelled)) is not None:
         run, state, judged = later, later.section[-1], judge_newmark_section(later, limit, cancelled)
     scattered = judged.step_noise > 0
-    described = _with_energy(describe(run, 0 if scattered else judged.period), run, cancelled)
+    described = describe(run, 0 if scattered else judged.period)
     described = replace(
         described,
         type=judged.type,
@@ -278,6 +291,7 @@ def _stepped_motion(system: System, eta, method: Newmark | TimeStepping, initial
         step_noise=judged.step_noise,
         bands=judged.bands,
     )
+    described = _with_samples(described, run, cancelled)
     if judged.type is not Kind.PERIODIC:
         return replace(described, lyapunov=limit.lyapunov, lyapunov_error=limit.lyapunov_error, rotation=limit.rotation)
     if scattered:

@@ -25,7 +25,7 @@ import numpy as np
 
 from ..drivers.section import TOLERANCE, period_of
 from ..methods import STEPS_RANGE, is_located
-from ..result import Record, Response
+from ..result import Response
 from ..simulate import simulate
 from ..wording import counted, every, rounded
 from .description import Kind, Motion
@@ -123,9 +123,7 @@ def _period_of_band(run: Response, limit: Motion) -> int:
     return limit.period if 0 < 2 * limit.period <= min(len(run.section), KEEP) else 1
 
 
-def later_run(
-    run: Response, limit: Motion, record: Record | None, cancelled: Callable[[], bool] | None = None
-) -> Response | None:
+def later_run(run: Response, limit: Motion, cancelled: Callable[[], bool] | None = None) -> Response | None:
     """Go on with a Newmark run whose section is a band beside a limit that repeats itself, with the same step.
 
     Returns
@@ -134,7 +132,7 @@ def later_run(
         None if the band keeps its width: then it is no rest of a transient.
     """
     how = {"periods": TRANSIENT + 2 * run.keep, "keep": run.keep, "initial": run.checkpoint, "cancelled": cancelled}
-    later = simulate(run.system, run.eta, run.method, record=record, **how)
+    later = simulate(run.system, run.eta, run.method, **how)
     period = _period_of_band(run, limit)
     narrowed = later.ok and band_width(later.section, period) < SHRUNK * band_width(run.section, period)
     return later if narrowed else None
