@@ -213,7 +213,7 @@ def _shift_note(comparison: Comparison) -> str:
 
 def _last_periods(comparison: Comparison, rows: np.ndarray) -> np.ndarray:
     """The last ``WINDOW`` periods, (2, n), of rows that are sampled over all kept periods."""
-    tail = rows[:, -WINDOW * (rows.shape[1] // comparison.runs.reference.keep) :]
+    tail = rows[:, -WINDOW * (rows.shape[1] // comparison.parts.periods) :]
     old = np.arange(tail.shape[1]) * WINDOW / tail.shape[1]
     new = np.linspace(0, WINDOW, TIME_POINTS)
     return np.stack([np.interp(new, old, row) for row in tail]).astype(np.float32)

@@ -54,12 +54,15 @@ class DifferenceSeries:
         Excitation periods by which each was shifted.
     size : float
         Rms of the reference's displacements from the static equilibrium.
+    periods : int
+        Excitation periods in the series.
     """
 
     time: np.ndarray
     runs: PerSolution[np.ndarray]
     shifts: PerSolution[int]
     size: float
+    periods: int
 
     @cached_property
     def total(self) -> np.ndarray:
@@ -127,4 +130,5 @@ def difference_series(
         runs=PerSolution(*(rows.reshape(4, -1) for rows in (newmark, exact, derived, reference))),
         shifts=PerSolution(0, exact_shift, derived_shift, reference_shift),
         size=rms(about_rest(reference[:2], penalty.system)),
+        periods=keep,
     )

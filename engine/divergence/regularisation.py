@@ -88,7 +88,7 @@ def split_regularisation(
         If nothing collides, so that no closing speed says which restitution another law gives.
     """
     ratio, restitutions = _restitutions(exact, derived)
-    own = series.runs.derived.reshape(4, derived.keep, -1)
+    own = series.runs.derived.reshape(4, series.periods, -1)
     rows, periods = [], {period_of(derived.section)}
     for restitution in restitutions:
         run = _with_restitution(derived, restitution, initial, cancelled)

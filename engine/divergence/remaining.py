@@ -26,7 +26,7 @@ LONG_RUN = 0.02  # s of a run, from which on a search makes short ones
 SHORT_TRANSIENT = 200  # periods of these before those that are compared
 
 
-class _Course(NamedTuple):
+class _Plan(NamedTuple):
     """Where a run begins, and how many periods it takes."""
 
     start: tuple[float, ...]
@@ -53,12 +53,12 @@ class Remaining:
         self._target = Target(comparison.runs.reference, period) if period else None
         self._keep = run.keep if period else SECTION
         self._skipping = SkippedSamples(run.system, run.eta, cancelled)
-        whole = _Course(comparison.initial, max(comparison.asked, self._keep))
+        whole = _Plan(comparison.initial, max(comparison.asked, self._keep))
         self._settled = whole._replace(periods=run.periods)
         self._search = whole
         if run.cost.seconds * comparison.asked / run.periods > LONG_RUN:
-            self._search = _Course(tuple(comparison.runs.reference.section[-1].tolist()), SHORT_TRANSIENT + self._keep)
-        self._known: dict[tuple[Penalty, _Course], float] = {}
+            self._search = _Plan(tuple(comparison.runs.reference.section[-1].tolist()), SHORT_TRANSIENT + self._keep)
+        self._known: dict[tuple[Penalty, _Plan], float] = {}
 
     def __call__(self, method: Penalty) -> float:
         """What is left with a method, relative to the reference, in a search; inf if its run ends early."""
@@ -68,11 +68,11 @@ class Remaining:
         """The same after all periods in which the compared motions settled."""
         return self._left(method, self._settled)
 
-    def _left(self, method: Penalty, course: "_Course") -> float:
-        if (method, course) not in self._known:
+    def _left(self, method: Penalty, plan: "_Plan") -> float:
+        if (method, plan) not in self._known:
             measure = self._of_displacements if self._target else self._of_sections
-            self._known[method, course] = measure(method, course)
-        return self._known[method, course]
+            self._known[method, plan] = measure(method, plan)
+        return self._known[method, plan]
 
     def without_joint_damping(self) -> float:
         """What is left if the reference has the joint damping that the penalty model tends to."""
@@ -82,14 +82,14 @@ class Remaining:
             return target.error(penalty, self._cancelled) if target and target.periodic else np.inf
         return self._comparison.statistics.without_joint_damping
 
-    def _of_displacements(self, method: Penalty, course: "_Course") -> float:
+    def _of_displacements(self, method: Penalty, plan: "_Plan") -> float:
         record = Record(self._keep, PER_PERIOD, getattr(method, "steps", None))
         if self._is_skipped(method):
             numbers = method.stiffness, method.damping, method.steps
-            displacement, _ = self._skipping.run(*numbers, course.start, course.periods, record)
+            displacement, _ = self._skipping.run(*numbers, plan.start, plan.periods, record)
         else:
-            start = Checkpoint(self._system, self._eta, method, 0, course.start)
-            options = {"periods": course.periods, "record": record, "cancelled": self._cancelled}
+            start = Checkpoint(self._system, self._eta, method, 0, plan.start)
+            options = {"periods": plan.periods, "record": record, "cancelled": self._cancelled}
             samples, _ = sample_run(self._system, self._eta, method, start, **options)
             displacement = samples and samples.displacement[:, :-1].reshape(2, record.periods, -1)
         if displacement is None:
@@ -101,8 +101,8 @@ class Remaining:
         plain = isinstance(method, Newmark) and not is_located(method) and method.law == CONTACT_LAWS[0]
         return plain and self._skipping.can_run(method.steps)
 
-    def _of_sections(self, method: Penalty, course: "_Course") -> float:
-        start = Checkpoint(self._system, self._eta, method, 0, course.start)
-        options = {"periods": course.periods, "keep": SECTION, "initial": start, "cancelled": self._cancelled}
+    def _of_sections(self, method: Penalty, plan: "_Plan") -> float:
+        start = Checkpoint(self._system, self._eta, method, 0, plan.start)
+        options = {"periods": plan.periods, "keep": SECTION, "initial": start, "cancelled": self._cancelled}
         run = simulate(self._system, self._eta, method, **options)
         return self._comparison.statistics.total_of(run.section[:, [0, 2]]) if run.ok else np.inf

@@ -80,7 +80,7 @@ def split_time_step(
         options = {"periods": penalty.periods, "keep": penalty.keep, "initial": initial, "cancelled": cancelled}
         run = simulate(penalty.system, penalty.eta, method, **options)
     first, found = describe(penalty), describe(run)
-    own = series.runs.penalty.reshape(4, penalty.keep, -1)
+    own = series.runs.penalty.reshape(4, series.periods, -1)
     located = own if run is penalty else samples_beside(run, found.period, own, grid, cancelled)[0]
     status = (own - located).reshape(4, -1)
     together = found.near_period == first.near_period > 0

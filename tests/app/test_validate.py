@@ -51,7 +51,7 @@ def test_our_own_comparison_blames_the_time_step():
     """More exactly what a step does not know of contact: the same steps, located, do nearly as well as none."""
     case = CASES["B2-step"]
     found = verdict(compare(case.system, case.eta, case.method))
-    assert found.blame == "status"
+    assert found.blame == ("status",)
     assert found.left < 0.5 * compare(case.system, case.eta, case.method).total
 
 
