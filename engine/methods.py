@@ -312,6 +312,11 @@ def is_located(method: Method) -> bool:
     return getattr(method, "located", False)
 
 
+def skips_steps(method: Newmark | TimeStepping) -> bool:
+    """Whether steps in which contact does not change are skipped, so that many steps take hardly longer than few."""
+    return LAWS[method.law].closed_form and not is_located(method) and not method.every_step
+
+
 def integrator_name(method: Newmark | TimeStepping) -> str:
     """The name of the integrator of a method with a time step."""
     return method.integrator.name if isinstance(method, TimeStepping) else NewmarkBeta.name

@@ -32,6 +32,7 @@ from ..methods import (
     TimeStepping,
     integrator_name,
     is_located,
+    skips_steps,
     spring_exponent,
     status_of,
 )
@@ -51,7 +52,7 @@ HALVINGS, DOUBLINGS = 4, 6  # of the steps
 DOUBLINGS_WHOLE = 4  # where steps are not skipped, so that a run takes the longer the more there are
 WORKS = 1.25  # times the least: a value that leaves no more works as well
 MOST_STEPS = 64  # times as many steps as the penalty solution has are tried at most
-AMPLE = 2 * RESOLVED  # steps in a contact where K, D and the step are changed together
+AMPLE = 5 * RESOLVED  # steps in a contact where K, D and the step are changed together
 WITHOUT_JUMP = "limited"  # the law of the same spring and damper without the damper's jump
 
 
@@ -175,33 +176,40 @@ def search_alone(
         curves[name] = search.curve()
         progress(Alone(total, floor, dict(curves)))
     for name, search in searches.items():
-        curves[name] = replace(search.curve(), best=_confirmed(search.best(), remaining))
+        curves[name] = replace(search.curve(), best=search.best())
         progress(Alone(total, floor, dict(curves)))
     return Alone(total, floor, curves, tuple(_choices(comparison, remaining)), done=True)
 
 
-def search_together(comparison: Comparison, remaining: Remaining) -> Iterator[Change]:
-    """Change K with D at equal restitution, and then both with a step that resolves the contact."""
+def search_pair(comparison: Comparison, remaining: Remaining) -> Change | None:
+    """Change K with D at equal restitution; None where the law takes its damper from the restitution."""
     method, system = comparison.runs.penalty.method, comparison.runs.penalty.system
     speed = mean_closing_speed(comparison.runs.reference)
     if method.damping is None:
-        return
+        return None
 
-    def pair(stiffness: float) -> Newmark | TimeStepping:
+    def make(stiffness: float) -> Newmark | TimeStepping:
         return with_equal_damping(system, method, stiffness, speed)
 
-    def all_three(stiffness: float) -> Newmark | TimeStepping:
-        fitting = pair(stiffness)
-        steps = conditions(system, comparison.runs.penalty.eta, fitting, speed).steps
-        enough = method.steps * AMPLE / steps if steps > 0 else math.nan
-        most = MOST_STEPS * method.steps
-        return replace(fitting, steps=round(min(max(method.steps, enough), most, STEPS_RANGE[1])))
+    return _TogetherSearch("K and D", make, remaining, stiffness_ends(comparison)).search(comparison.difference.total)
 
-    for name, make in (("K and D", pair), ("K, D and the step", all_three)):
-        search = _GridSearch(name, make, remaining, stiffness_ends(comparison))
-        search.run_coarse()
-        if (best := _confirmed(search.best(), remaining)) is not None:
-            yield best
+
+def search_all_three(comparison: Comparison, remaining: Remaining) -> Change | None:
+    """Change K with D at equal restitution, and with a step that takes AMPLE steps in a contact."""
+    run, speed = comparison.runs.penalty, mean_closing_speed(comparison.runs.reference)
+    if run.method.damping is None:
+        return None
+
+    def make(stiffness: float) -> Newmark | TimeStepping:
+        fitting = with_equal_damping(run.system, run.method, stiffness, speed)
+        steps = conditions(run.system, run.eta, fitting, speed).steps
+        enough = fitting.steps * AMPLE / steps if steps > 0 else math.inf
+        most = min(MOST_STEPS * fitting.steps, STEPS_RANGE[1])
+        return replace(fitting, steps=_rounded_up(min(max(fitting.steps, enough), most)))
+
+    search = _TogetherSearch("K, D and the step", make, remaining, stiffness_ends(comparison))
+    found = search.search(comparison.difference.total)
+    return found and (replace(found, changed="K and D") if found.method.steps == run.method.steps else found)
 
 
 def joint_damping_part(comparison: Comparison) -> float:
@@ -211,7 +219,7 @@ def joint_damping_part(comparison: Comparison) -> float:
 
 def enough_steps(comparison: Comparison, remaining: Remaining, most_left: float) -> Change | None:
     """The least doubled number of steps with which, and with twice as many, no more is left; None if there is none."""
-    search = _StepSearch(comparison.runs.penalty.method, remaining, _are_skipped(comparison), math.nan)
+    search = _StepSearch(comparison.runs.penalty.method, remaining, math.nan)
     return search.enough(most_left)
 
 
@@ -230,6 +238,12 @@ def _confirmed(change: Change | None, remaining: Remaining) -> Change | None:
     left = remaining.whole(change.method)
     robust = change.robust if left <= WORKS * change.robust else left
     return replace(change, left=left, robust=robust) if math.isfinite(left) else None
+
+
+def _rounded_up(steps: float) -> int:
+    """A number of steps in two digits, no less; whole numbers up to a hundred."""
+    digit = 10 ** max(0, math.floor(math.log10(steps)) - 1)
+    return math.ceil(steps / digit) * digit
 
 
 # --- the three numbers ------------------------------------------------------------------------------------------------
@@ -262,13 +276,7 @@ def _searches(comparison: Comparison, remaining: Remaining) -> dict[str, "_GridS
         ends = max(ends[0], 1e-9), min(ends[1], DAMPING_RANGE[1])
         searches["D"] = _GridSearch("D", lambda d: replace(method, damping=d), remaining, ends, holds, equal)
     least = math.nan if is_located(method) else method.steps * RESOLVED / steps
-    return searches | {"steps": _StepSearch(method, remaining, _are_skipped(comparison), least)}
-
-
-def _are_skipped(comparison: Comparison) -> bool:
-    """Whether a run of many steps takes hardly longer than one of few."""
-    method = comparison.runs.penalty.method
-    return LAWS[method.law].closed_form and not is_located(method)
+    return searches | {"steps": _StepSearch(method, remaining, least)}
 
 
 class _GridSearch:
@@ -316,10 +324,14 @@ class _GridSearch:
         if not math.isfinite(self._robust(lowest)):
             return None
         place = self._middle(lowest)
-        robust = self._robust(place)
-        for value in (rounded_to(_value(place), 2), rounded_to(_value(place), 3), self._typical(place)):
-            method = self._make(value)
-            if (left := self._remaining(method)) <= WORKS * robust:
+        near = [self._make(_value(place + step)) for step in range(-NEAR, NEAR + 1)]
+        typical = sorted(near, key=self._remaining.whole)[NEAR]
+        robust = self._remaining.whole(typical)
+        if not math.isfinite(robust):
+            return None
+        for method in (self._make(rounded_to(_value(place), 2)), self._make(_value(place)), typical):
+            left = self._remaining.whole(method)
+            if robust / WORKS <= left <= WORKS * robust:  # what is said of it is no luck
                 break
         return Change(self.name, left, robust, method)
 
@@ -330,10 +342,6 @@ class _GridSearch:
 
     def _robust(self, place: int) -> float:
         return float(np.median([self._at(place + step) for step in range(-NEAR, NEAR + 1)]))
-
-    def _typical(self, place: int) -> float:
-        """The value near a place that leaves the median."""
-        return _value(sorted(range(place - NEAR, place + NEAR + 1), key=self._at)[NEAR])
 
     def _lowest(self) -> int:
         """The place with the least median: the best of the lowest of the first search, then step by step downhill."""
@@ -361,12 +369,31 @@ class _GridSearch:
         return lowest
 
 
+class _TogetherSearch(_GridSearch):
+    """Search over K with what follows from it: the softest contact that does, which needs the fewest steps."""
+
+    def search(self, total: float) -> Change | None:
+        """The change that leaves a quarter of the difference at most, or else the least; None if all runs end early."""
+        self._enough = total / 4.0
+        self.run_coarse()
+        return self.best()
+
+    def _middle(self, lowest: int) -> int:
+        """The softest place that leaves little enough, not at the edge of those."""
+        enough = max(WORKS * self._robust(lowest), self._enough)
+        for place in self._coarse:
+            inside = min(place + COARSE // 2, self._ends[1])
+            if self._left[place] <= enough and self._robust(inside) <= enough:
+                return inside
+        return lowest
+
+
 class _StepSearch:
     """Search over the number of steps, which is halved and doubled, and its limit."""
 
-    def __init__(self, method: Newmark | TimeStepping, remaining: Remaining, skipped: bool, resolved: float) -> None:
+    def __init__(self, method: Newmark | TimeStepping, remaining: Remaining, resolved: float) -> None:
         self._method, self._remaining, self._resolved = method, remaining, resolved
-        powers = range(-HALVINGS, (DOUBLINGS if skipped else DOUBLINGS_WHOLE) + 1)
+        powers = range(-HALVINGS, (DOUBLINGS if skips_steps(method) else DOUBLINGS_WHOLE) + 1)
         numbers = (round(method.steps * 2.0**power) for power in powers)
         self._steps = [steps for steps in numbers if STEPS_RANGE[0] <= steps <= STEPS_RANGE[1]]
         self._left: dict[int, float] = {}
@@ -383,14 +410,19 @@ class _StepSearch:
         return Curve("steps", self._method.steps, np.array(steps, float), np.array(left), None, resolved=self._resolved)
 
     def best(self) -> Change | None:
-        """The limit without a step, or another number of steps that leaves clearly less; None if all end early."""
-        limit = self._remaining(self._method.limit)
+        """The limit without a step, or a number of steps that leaves clearly less; None if all end early.
+
+        Fewer steps count only if they resolve a contact: what they leave less is errors that cancel.
+        """
+        limit = self._remaining.whole(self._method.limit)
         best = Change("steps", limit, limit, self._method.limit)
         for steps in self._steps:
-            if steps != self._method.steps and self._left[steps] * WORKS < best.robust:
+            fewer = steps <= self._method.steps and not steps >= self._resolved
+            if steps != self._method.steps and not fewer and self._left[steps] * WORKS < best.robust:
                 robust = self._robust(steps)
-                if robust * WORKS < best.robust:
-                    best = Change("steps", self._left[steps], robust, self._with(steps))
+                change = _confirmed(Change("steps", self._left[steps], robust, self._with(steps)), self._remaining)
+                if change is not None and change.robust * WORKS < best.robust:
+                    best = change
         return best if math.isfinite(best.robust) else None
 
     def enough(self, most_left: float) -> Change | None:
@@ -459,7 +491,7 @@ def _as_time_stepping(method: Newmark | TimeStepping) -> TimeStepping:
 def _choices(comparison: Comparison, remaining: Remaining) -> Iterator[Change]:
     for name, method in changed_choices(comparison.runs.penalty.method):
         left = remaining.whole(method)
-        around = [remaining(replace(method, stiffness=method.stiffness * FINE**step)) for step in (-1, 1)]
+        around = [remaining.whole(replace(method, stiffness=method.stiffness * FINE**step)) for step in (-1, 1)]
         if math.isfinite(left):
             yield Change(name, left, float(np.median([left, *around])), method)
     if "joint_damping" in comparison.part_names:

@@ -1,32 +1,33 @@
 """Which number is to blame for a difference: one definition, applied to what the search over each number found.
 
-Let T be the difference, L the least that any change leaves, and L(x) what the best change of one number or choice x
-leaves, by the median of its neighbourhood (:mod:`.alone`). What chance explains counts as left in any case. Then
+Let T be the difference, and L(x) what the best change of one number or choice x leaves, by the median of its
+neighbourhood (:mod:`.alone`). What chance explains counts as left in any case. L is the least of all L(x), or what K with
+D at equal restitution leaves, if that is less than two thirds of it.
 
-- x is *to blame* if it removes three quarters of what can be removed, L(x) ≤ T − ¾(T − L), and no other leaves less
-  than two thirds of what x leaves. All x of which this holds are named: one alone, or each of two or more.
+- x is *to blame* if it removes three quarters of what can be removed, L(x) ≤ T − ¾(T − L), and half of T, and no other
+  leaves less than two thirds of what x leaves. All x of which this holds are named: one alone, or each of two or more.
 - Another law is named only where no number does as well. Status and integrator are what a time step consists of. They
   are named in place of the steps where they do as well.
 - The joint damping is named only where its part is the largest of all, and larger than chance.
-- If nothing does so alone, and K with D at equal restitution, or both with a step that resolves the contact, leave
-  less, these are named *together*.
-- Otherwise nothing is to blame: nothing removes HELPS of the difference, or what is left is more than APART.
+- If no number does so alone, K and D, or K, D and a step that resolves the contact, are named *together* if they leave
+  less than two thirds of what any number leaves alone, and at most half of T.
+- Otherwise nothing is to blame; nor if what is left is more than APART.
 """
 
 from dataclasses import dataclass
 
 from ..methods import ExactPenalty
 from .agreement import SAME
-from .alone import Alone, Change, enough_steps, search_together
+from .alone import Alone, Change, enough_steps, search_all_three, search_pair
 from .compare import Comparison
 from .conditions import conditions
 from .encounters import mean_closing_speed
 from .remaining import Remaining
 
 REMOVED = 0.75  # share of what can be removed that a number to blame removes
+HALF = 0.5  # share of the difference that may be left by what is to blame
 EQUAL = 1.2  # times the least: a number that leaves no more is to blame as well, whatever it removes
-TIE = 1.5  # times the least: the same of a number that removes as much as that
-HELPS = 0.25  # share of the difference that must be removed for anything to be to blame
+TIE = 1.5  # times the least: the same of a number that removes as much as is asked
 APART = 0.85  # of the reference: motions that are left so far apart have nothing in common
 NEARLY = 1.3  # times as much may be left with a status, integrator or number of steps that stands for no step at all
 OF_STEPS = ("status", "integrator")
@@ -46,32 +47,43 @@ class Blame:
         What is left at best, of all that was tried.
     more_steps : Change or None
         Where the time step, its status or integrator is to blame: a number of steps that does nearly as well.
+    cancelling : tuple of Change
+        Those after which the contact does not rebound as asked, or is not resolved: errors cancel.
     """
 
     changes: tuple[Change, ...] = ()
     together: Change | None = None
     least: float = 0.0
     more_steps: Change | None = None
+    cancelling: tuple[Change, ...] = ()
 
 
 def find_blame(comparison: Comparison, found: Alone, remaining: Remaining) -> Blame:
-    """Return what is to blame, by some more runs where no number does alone."""
+    """Return what is to blame, by some more runs where no number removes three quarters alone."""
     difference = comparison.difference
     total, chance = difference.total, difference.chance
     changes = [each for each in found.changes if each.changed != "joint damping" or _counts(comparison)]
     alone = max(min((each.robust for each in changes), default=total), chance)
-    least, together = alone, None
+    if total <= max(SAME, chance):
+        return Blame(least=min(alone, total))
+    most, pair = min(HALF * total, APART), None
     if alone > (1.0 - REMOVED) * total:
-        together = min(search_together(comparison, remaining), key=lambda each: each.robust, default=None)
-        least = max(min(alone, together.robust if together else total), chance)
-    if total <= max(SAME, chance) or least > (1.0 - HELPS) * total:
-        return Blame(least=min(least, total))
-    enough = total - REMOVED * (total - least)
-    if alone <= min(enough, APART):
+        pair = _better(search_pair(comparison, remaining), alone)
+    least = pair.robust if pair else alone
+    if alone <= min(most, enough := total - REMOVED * (total - least)):
         enough = max(EQUAL * alone, min(TIE * alone, enough))
         named = [each for each in changes if max(each.robust, chance) <= enough]
         return _of_numbers(comparison, _narrowed(named), remaining, least)
-    return Blame(together=together if together and together.robust <= APART else None, least=least)
+    if pair is None or pair.robust > most:
+        pair = _better(search_all_three(comparison, remaining), least) or pair
+    if pair is not None and pair.robust <= most:
+        return Blame(together=pair, least=pair.robust)
+    return Blame(least=min(alone, total))
+
+
+def _better(together: Change | None, alone: float) -> Change | None:
+    """The change of several numbers if it leaves less than two thirds of what one alone leaves."""
+    return together if together is not None and TIE * together.robust <= alone else None
 
 
 def _of_numbers(comparison: Comparison, named: list[Change], remaining: Remaining, least: float) -> Blame:
@@ -87,7 +99,8 @@ def _of_numbers(comparison: Comparison, named: list[Change], remaining: Remainin
     def fails(change: Change) -> bool:
         return change.method is not None and not conditions(run.system, run.eta, change.method, speed).hold
 
-    return Blame(tuple(sorted(named, key=lambda each: (fails(each), each.robust))), None, least, more)
+    named = sorted(named, key=lambda each: (fails(each), each.robust))
+    return Blame(tuple(named), None, least, more, tuple(filter(fails, named)))
 
 
 def _counts(comparison: Comparison) -> bool:

@@ -25,7 +25,7 @@ from .parts import PARTS, DifferenceSeries, PerSolution, difference_series
 from .regularisation import Regularisation, split_regularisation
 from .statistics import Statistics, statistics
 from .time_step import TimeStepParts, split_time_step
-from .window import SECTION, change_of, settled_length
+from .window import SECTION, change_between, settled_length
 
 # What a motion with evidence takes from the kept periods, so that everything that is counted is counted in them.
 COUNTS = ("impacts_per_period", "contacts_per_period", "contact_share", "permanent_per_period", "permanent_share")
@@ -126,13 +126,21 @@ class Comparison:
         """Whether nothing drives the bodies, so that the motions are free vibrations from their start."""
         return not self.runs.reference.system.excitation.drives
 
-    @property
-    def changing(self) -> dict[str, float]:
-        """How far the section of the "reference" or "penalty" still moves, relative to its size, if it does."""
-        if self.is_free or not all(run.ok and run.keep >= SECTION for run in self.runs):
+    def changing(self, cancelled: Callable[[], bool] | None = None) -> dict[str, float]:
+        """How far the section of the "reference" or "penalty" moved since half of the periods, where it still moves.
+
+        Relative to its size; only of motions that do not repeat themselves, which are run again for that.
+        """
+        runs = {name: getattr(self.runs, name) for name in ("reference", "penalty")}
+        if self.is_free or not all(run.ok and run.keep >= SECTION for run in runs.values()):
             return {}
-        moves = {name: change_of(getattr(self.runs, name).section[:, [0, 2]]) for name in ("reference", "penalty")}
+        moves = {name: self._moved(run, cancelled) for name, run in runs.items()}
         return {name: moved for name, moved in moves.items() if moved}
+
+    def _moved(self, run: Response, cancelled) -> float:
+        length = {"periods": run.periods // 2, "keep": SECTION, "initial": self.start, "cancelled": cancelled}
+        before = simulate(run.system, run.eta, run.method, **length)
+        return change_between(before.section[:, [0, 2]], run.section[:, [0, 2]])
 
     @property
     def reference_rests(self) -> bool:

@@ -57,6 +57,11 @@ class Conditions:
         return not abs(self.given - self.asked) > REBOUNDS
 
     @property
+    def fit(self) -> bool:
+        """Whether K and D give the restitution, whatever step and other forces make of it."""
+        return not abs(self.restitution - self.asked) > REBOUNDS
+
+    @property
     def resolved(self) -> bool:
         """Whether a contact has enough steps, or its steps are not known."""
         return self.cut or not self.steps < RESOLVED

@@ -1,18 +1,23 @@
 """The numbers behind a verdict, a sentence each."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 
-from ..methods import CONTACT_LAWS
+from ..methods import CONTACT_LAWS, METHOD_NUMBERS
 from ..motions.words import touching
+from ..simulate import simulate
 from ..wording import percent, rounded
 from .alone import Alone
 from .compare import Comparison
 from .conditions import Conditions, equal_damping, equal_stiffness
 from .contact import contact_frequency, damping_ratio
-from .encounters import mean_closing_speed
+from .encounters import delivered_restitution, mean_closing_speed
 from .sentences import plain, share, value_text
+
+EQUAL = 0.01  # relative: what is as close as this to a present number is no other one
+AS_ASKED = 0.1  # relative: a restitution that is measured is as asked
 
 
 def detail_sentences(comparison: Comparison, found: Alone | None, contact: Conditions) -> tuple[str, ...]:
@@ -78,11 +83,30 @@ def _restitution_sentences(comparison: Comparison, contact: Conditions) -> tuple
     asked = f"the restitution e asks for {share(system.restitution)}"
     if method.damping is None:
         asked += f", from which the law {method.law} takes its damper"
-    ways = {"D": equal_damping(system, method, speed), "K": equal_stiffness(system, method, speed)}
-    known = [f"{name} = {plain(value)}" for name, value in ways.items() if math.isfinite(value)]
-    if known:
-        asked += f", which {' or '.join(known)} alone would give"
+    ways = _ways_to_rebound(comparison, speed)
+    if ways:
+        asked += f", which {' or '.join(ways)} alone gives"
     return (f"{who} with {share(contact.given)} of the speed at which they meet{of_ratio}; {asked}.",)
+
+
+def _ways_to_rebound(comparison: Comparison, speed: float) -> list[str]:
+    """The D and K of equal restitution whose own runs rebound as asked: where other forces act, they do not."""
+    run, ways = comparison.runs.penalty, []
+    system, method, length = (
+        run.system,
+        run.method,
+        {"periods": comparison.asked, "keep": min(run.keep, comparison.asked)},
+    )
+    found = {"D": equal_damping(system, method, speed), "K": equal_stiffness(system, method, speed)}
+    for name, value in found.items():
+        present = getattr(method, METHOD_NUMBERS[name])
+        if not math.isfinite(value) or value <= 0.0 or abs(value - present) <= EQUAL * present:
+            continue
+        changed = simulate(system, run.eta, replace(method, **{METHOD_NUMBERS[name]: value}), **length)
+        delivered = delivered_restitution(changed) if changed.ok else math.nan
+        if abs(delivered - system.restitution) <= AS_ASKED * system.restitution:
+            ways.append(f"{name} = {plain(value)}")
+    return ways
 
 
 def duration_sentences(comparison: Comparison) -> tuple[str, ...]:

@@ -1,9 +1,10 @@
 """What is left of a difference when the penalty solution is another one: many runs against one reference.
 
 Each run begins where the compared runs begin, and takes the periods that were asked for: what is left is then what a
-user gets who sets the same numbers. Where a run takes long, a search makes short ones, which begin on the reference's
-motion; what it finds is confirmed by whole runs (:meth:`Remaining.whole`). Where the reference repeats itself what is
-left is the error of :class:`.error.Target`, otherwise the distance of the Poincaré sections (:mod:`.statistics`).
+user gets who sets the same numbers. Where steps are not skipped, a search makes short runs, which begin on the
+reference's motion. What it finds is confirmed by whole runs (:meth:`Remaining.whole`). Where the reference repeats
+itself what is left is the error of :class:`.error.Target`, otherwise the distance of the Poincaré sections
+(:mod:`.statistics`).
 """
 
 from collections.abc import Callable
@@ -13,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..drivers.skipped_samples import SkippedSamples
-from ..methods import CONTACT_LAWS, ExactPenalty, Newmark, TimeStepping, is_located
+from ..methods import CONTACT_LAWS, ExactPenalty, Newmark, TimeStepping, is_located, skips_steps
 from ..result import Checkpoint, Record
 from ..simulate import sample_run, simulate
 from .compare import Comparison
@@ -22,8 +23,7 @@ from .grid import PER_PERIOD
 from .statistics import SECTION
 
 Penalty = ExactPenalty | Newmark | TimeStepping
-LONG_RUN = 0.02  # s of a run, from which on a search makes short ones
-SHORT_TRANSIENT = 200  # periods of these before those that are compared
+SHORT_TRANSIENT = 200  # periods of a short run before those that are compared
 
 
 class _Plan(NamedTuple):
@@ -56,7 +56,7 @@ class Remaining:
         whole = _Plan(comparison.initial, max(comparison.asked, self._keep))
         self._settled = whole._replace(periods=run.periods)
         self._search = whole
-        if run.cost.seconds * comparison.asked / run.periods > LONG_RUN:
+        if not skips_steps(run.method):
             self._search = _Plan(tuple(comparison.runs.reference.section[-1].tolist()), SHORT_TRANSIENT + self._keep)
         self._known: dict[tuple[Penalty, _Plan], float] = {}
 

@@ -16,8 +16,8 @@ _NAMES = {"steps": "the time step", "joint damping": "the joint damping", "law":
 _STATUSES = {"located": "steps cut where contact changes", "end": "that at the end", "start": "that at the start"}
 
 
-def blame_sentence(comparison: Comparison, found: Alone, blame: Blame, now: Conditions) -> str:
-    """Return what is to blame, why, and what to change first."""
+def blame_sentence(comparison: Comparison, found: Alone, blame: Blame, now: Conditions | None) -> str:
+    """Return what is to blame, why unless it has been said (None), and what to change first."""
     difference = comparison.difference
     if difference.total <= difference.chance:
         return "Nothing is to blame."
@@ -26,9 +26,9 @@ def blame_sentence(comparison: Comparison, found: Alone, blame: Blame, now: Cond
     if blame.together is not None:
         return _together_sentence(comparison, found, blame, now)
     if not blame.changes:
-        return _nothing_sentence(comparison, blame)
+        return _nothing_sentence(comparison, found, blame)
     names = [name_of(comparison, each.changed) for each in blame.changes]
-    values = [_leaves(each) + _more_steps(blame, each) for each in blame.changes]
+    values = [_leaves(each) + _more_steps(blame, each) + _cancels(blame, each) for each in blame.changes]
     verb = "is to blame" if len(names) == 1 else "are to blame, each alone"
     subject = joined(names, "and")
     why = _reason(comparison, blame.changes[0], now)
@@ -101,14 +101,14 @@ def plain(value: float) -> str:
     return rounded(rounded_to(value, 3), 3)
 
 
-def _reason(comparison: Comparison, change: Change, now: Conditions) -> str:
+def _reason(comparison: Comparison, change: Change, now: Conditions | None) -> str:
     """Return which condition fails, as a clause; empty if none does, or the change does not mend it."""
     present = comparison.runs.penalty.method
-    if change.method is None:
+    if change.method is None or now is None:
         return ""
     of_contact = change.changed in ("K", "D", "K and D", "K, D and the step")
     stiffer = of_contact and change.method.stiffness > present.stiffness
-    if of_contact and not now.rebounds:
+    if of_contact and not (now.rebounds or now.fit):
         return f", since the contact {rebound_text(now)}"
     if change.changed != "D" and not stiffer and not now.resolved:
         return f", since a contact takes only {rounded(now.steps, 2)} steps"
@@ -140,7 +140,12 @@ def _more_steps(blame: Blame, change: Change) -> str:
     return f" ({value_text(blame.more_steps)} {percent(blame.more_steps.left)})"
 
 
-def _together_sentence(comparison: Comparison, found: Alone, blame: Blame, now: Conditions) -> str:
+def _cancels(blame: Blame, change: Change) -> str:
+    """Whether a change is as good only where errors cancel: another one leaves a contact that does what it should."""
+    return " by errors that cancel" if change in blame.cancelling and len(blame.changes) > 1 else ""
+
+
+def _together_sentence(comparison: Comparison, found: Alone, blame: Blame, now: Conditions | None) -> str:
     best = found.changes[0] if found.changes else None
     helps = best is not None and best.left < found.total
     alone = f"; alone at best {value_text(best)} leaves {percent(best.left)}" if helps else ""
@@ -150,10 +155,14 @@ def _together_sentence(comparison: Comparison, found: Alone, blame: Blame, now: 
     return f"{names} have to be changed together{why}: {value_text(blame.together)} leave {left}{alone}."
 
 
-def _nothing_sentence(comparison: Comparison, blame: Blame) -> str:
+def _nothing_sentence(comparison: Comparison, found: Alone, blame: Blame) -> str:
     part = joint_damping_part(comparison)
+    best = next(iter(found.changes), None)
     of_model = f" The joint damping alone, which the penalty model lacks, makes {percent(part)}." if part > SAME else ""
-    return f"No K, D or time step that was tried mends it: at best {percent(blame.least)} is left.{of_model}"
+    if best is None or best.left >= found.total:
+        return f"No K, D or time step that was tried leaves less.{of_model}"
+    does = "mends" if best.robust <= found.total / 2 else "halves"
+    return f"No number alone {does} it: at best {value_text(best)} leaves {percent(best.left)}.{of_model}"
 
 
 def _largest_sentence(difference: Difference) -> str:

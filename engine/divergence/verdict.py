@@ -122,8 +122,8 @@ def verdict(
         return _of_early_end(comparison, cancelled)
     if comparison.is_free:
         return _of_rest(comparison) if comparison.reference_rests else _of_free_vibration(comparison)
-    if comparison.changing:
-        return _of_changing_motion(comparison)
+    if changing := comparison.changing(cancelled):
+        return _of_changing_motion(comparison, changing)
     comparison = comparison.decided(cancelled)
     comparison.measure(cancelled)
     difference, scatter = comparison.difference, time_step_scatter(comparison.penalty)
@@ -154,7 +154,7 @@ def _of_search(comparison: Comparison, found: Alone, blame: Blame, unchanged: st
     cancel = _cancelling_sentence(comparison, contact) if agree in ("yes", "partly") and not unchanged else ""
     scatter = time_step_scatter(comparison.penalty)
     scattered = "" if repetition(comparison.penalty) in first else _scatter_sentence(comparison, scatter)
-    second = blame_sentence(comparison, found, blame, contact)
+    second = blame_sentence(comparison, found, blame, None if cancel else contact)
     return Verdict(
         headline=" ".join(filter(None, (unchanged, first, cancel, second))) + scattered,
         agree="partly" if cancel else agree,
@@ -194,15 +194,15 @@ def _cancelling_sentence(comparison: Comparison, contact: Conditions) -> str:
     return f"But the contact {' and '.join(failing)}{gains}."
 
 
-def _of_changing_motion(comparison: Comparison) -> Verdict:
+def _of_changing_motion(comparison: Comparison, changing: dict[str, float]) -> Verdict:
     """Return the verdict where a motion is no steady one after all periods that were run."""
     names = {"reference": "the reference", "penalty": "the penalty solution"}
-    who = [f"{names[name]} (its section moved by {percent(moved)})" for name, moved in comparison.changing.items()]
-    text = " and ".join(who)
+    who = [f"{names[name]} (its section moved by {percent(moved)})" for name, moved in changing.items()]
+    text, verb = " and ".join(who), "changes" if len(who) == 1 else "change"
     run = comparison.runs.penalty
     return Verdict(
-        f"{text[0].upper()}{text[1:]} still {'changes' if len(who) == 1 else 'change'} over the last {run.keep:,} of "
-        f"{run.periods:,} periods, so that there is no steady motion to judge. No number is blamed.",
+        f"{text[0].upper()}{text[1:]} still {verb} between {run.periods // 2:,} and {run.periods:,} periods, so that "
+        "there is no steady motion to judge. No number is blamed.",
         "unknown",
         reference=comparison.reference,
         penalty=comparison.penalty,

@@ -4,28 +4,29 @@ A transient can be long: a reference may move irregularly for ten thousand perio
 solution that does not repeat itself runs longer, up to LONGEST times as many periods, before it is compared. Of motions
 that never repeat, SECTION periods are kept, which counts and distributions need; of others those asked for.
 
-A motion that never repeats is settled if its section no longer changes: the halves of it differ by no more than blocks
-of the same motion do by chance.
+A motion that never repeats is settled if its section no longer changes: that of half as many periods differs from it by
+no more than halves of either differ from each other.
 """
 
 import math
 from collections.abc import Callable
-from itertools import pairwise
+from itertools import combinations
 
 import numpy as np
 
 from ..drivers.section import period_of
+from ..methods import skips_steps
 from ..motions.sameness import cycle_points
 from ..motions.section import band_width
 from ..result import Response
 
 LONGER = (4, 16)  # times the periods asked for
-AFFORDED = 3.0  # s of the longest run of the penalty solution
+AFFORDED = 100_000_000  # steps of the longest run of a penalty solution whose steps are not skipped
 SECTION = 1000  # periods: quick to compute, and their distribution is known to about 1/√SECTION
 NARROW = 0.2  # of the cycle's size: the width of a band that a time step makes about it
 BURSTS = 4.0  # of its widths: how far the middle of such a band may lie from the cycle
 BLOCKS = 8  # of a section, whose distances show what chance does
-DRIFT = 4.0  # times the distance by chance: halves that differ by more belong to a motion that still changes
+DRIFT = 2.0  # times the distance of halves: sections that differ by more belong to a motion that still changes
 NOTICED = 0.02  # of the section's size: less is no change that matters
 
 
@@ -42,9 +43,9 @@ def settled_length(run: Callable[[str, int, int], Response], periods: int, keep:
     first = [run(name, periods, keep) for name in ("reference", "penalty")]
     if not all(each.ok for each in first):
         return periods, keep
-    afforded = AFFORDED / max(first[1].cost.seconds, 1e-9)
-    longer = max(periods, SECTION // 2)  # so that all of them have a section to keep
-    lengths = [periods, *(factor * longer for factor in LONGER if factor * longer <= afforded * periods)]
+    method, longer = first[1].method, max(periods, SECTION // 2)  # so that all of them have a section to keep
+    most = math.inf if skips_steps(method) else AFFORDED / method.steps
+    lengths = [periods, *(factor * longer for factor in LONGER if factor * longer <= most)]
     settled, kept = lengths[0], keep
     for name, found in zip(("reference", "penalty"), first, strict=True):
         for length in lengths[lengths.index(settled) :]:
@@ -79,24 +80,25 @@ def _is_blurred(section: np.ndarray, limit: Response) -> bool:
     return width <= NARROW * size and apart <= BURSTS * width
 
 
-def change_of(section: np.ndarray) -> float:
-    """How far a section, (n, 2), still moves, relative to its size: 0 if no more than chance explains.
+def change_between(before: np.ndarray, section: np.ndarray) -> float:
+    """How far a section, (n, 2), has moved since an earlier one, relative to its size: 0 if chance may explain it.
 
-    Chance is that of neighbouring blocks, which drift parts the least.
+    Chance is that of halves of either: a motion whose blocks are correlated over hundreds of periods has much of it.
     """
     size = float(np.sqrt(np.mean(np.square(section))))
-    halves = np.array_split(section, 2)
-    moved = wasserstein_distance(*halves)
-    by_chance = chance_distance(section) * math.sqrt(2)
+    moved = wasserstein_distance(before, section)
+    by_chance = max(wasserstein_distance(*np.array_split(rows, 2)) for rows in (before, section))
     return moved / size if size > 0 and moved > max(DRIFT * by_chance, NOTICED * size) else 0.0
 
 
 def chance_distance(section: np.ndarray) -> float:
-    """Distance that chance alone causes between two sections of this length, (n, 2), by neighbouring blocks."""
-    blocks = [block for block in np.array_split(section, BLOCKS) if len(block)]
-    length = min(map(len, blocks))
-    near = [wasserstein_distance(one[:length], other[:length]) for one, other in pairwise(blocks)]
-    return float(np.mean(near)) / math.sqrt(BLOCKS) if near else 0.0
+    """Distance that chance alone causes between two sections of this length, (n, 2), by its blocks and halves.
+
+    The distance of blocks falls as one over the root of their length, unless they are correlated, which halves show.
+    """
+    blocks = np.array_split(section[: len(section) // BLOCKS * BLOCKS], BLOCKS)
+    of_blocks = np.mean([wasserstein_distance(one, other) for one, other in combinations(blocks, 2)])
+    return max(float(of_blocks) / math.sqrt(BLOCKS), wasserstein_distance(*np.array_split(section, 2)) / math.sqrt(2))
 
 
 def wasserstein_distance(one: np.ndarray, other: np.ndarray) -> float:
