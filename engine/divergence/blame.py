@@ -1,16 +1,17 @@
 """Which number is to blame for a difference: one definition, applied to what the search over each number found.
 
 Let T be the difference, and L(x) what the best change of one number or choice x leaves, by the median of its
-neighbourhood (:mod:`.alone`). What chance explains counts as left in any case. L is the least of all L(x), or what K with
-D at equal restitution leaves, if that is less than two thirds of it.
+neighbourhood (:mod:`.alone`). What chance explains counts as left in any case. L is the least of all L(x), or what K
+with D at equal restitution leaves, if that is less than two thirds of it.
 
 - x is *to blame* if it removes three quarters of what can be removed, L(x) ≤ T − ¾(T − L), and half of T, and no other
   leaves less than two thirds of what x leaves. All x of which this holds are named: one alone, or each of two or more.
 - Another law is named only where no number does as well. Status and integrator are what a time step consists of. They
   are named in place of the steps where they do as well.
 - The joint damping is named only where its part is the largest of all, and larger than chance.
-- If no number does so alone, K and D, or K, D and a step that resolves the contact, are named *together* if they leave
-  less than two thirds of what any number leaves alone, and at most half of T.
+- If no number does so alone, or only where errors cancel (:mod:`.conditions`), K and D, or K, D and a step that
+  resolves the contact, are named *together* if they leave less than two thirds of what any number leaves alone, and at
+  most half of T.
 - Otherwise nothing is to blame; nor if what is left is more than APART.
 """
 
@@ -73,7 +74,9 @@ def find_blame(comparison: Comparison, found: Alone, remaining: Remaining) -> Bl
     if alone <= min(most, enough := total - REMOVED * (total - least)):
         enough = max(EQUAL * alone, min(TIE * alone, enough))
         named = [each for each in changes if max(each.robust, chance) <= enough]
-        return _of_numbers(comparison, _narrowed(named), remaining, least)
+        found_alone = _of_numbers(comparison, _narrowed(named), remaining, least)
+        if pair is None or len(found_alone.cancelling) < len(found_alone.changes):
+            return found_alone
     if pair is None or pair.robust > most:
         pair = _better(search_all_three(comparison, remaining), least) or pair
     if pair is not None and pair.robust <= most:

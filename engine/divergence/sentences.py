@@ -151,7 +151,7 @@ def _together_sentence(comparison: Comparison, found: Alone, blame: Blame, now: 
     alone = f"; alone at best {value_text(best)} leaves {percent(best.left)}" if helps else ""
     names = joined(["K", "D", "the time step"] if "step" in blame.together.changed else ["K", "D"], "and")
     left = percent(blame.together.left)
-    why = _reason(comparison, blame.together, now)
+    why = _reason(comparison, blame.together, now) if blame.together.changed == "K and D" else ""
     return f"{names} have to be changed together{why}: {value_text(blame.together)} leave {left}{alone}."
 
 

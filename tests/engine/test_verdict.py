@@ -52,7 +52,8 @@ FIGURE_14 = [(2.76, Newmark(12000, 18, n)) for n in (2000, 4000, 6000)]
 CASES = [
     ("9 A", 1.08, Newmark(2500, 8, 2000), {"joint damping"}),
     ("9 B", 1.08, Newmark(100, 50, 2000), {"K", "D"}),
-    *((f"14, T/{method.steps}", eta, method, {"status"}) for eta, method in FIGURE_14[:2]),
+    ("14, T/2000", *FIGURE_14[0], {"status"}),
+    ("14, T/4000", *FIGURE_14[1], {"K", "D", "steps"}),  # without a step 58 % of it are left
     ("step too long", 2.76, Newmark(2500, 8, 12, located=True), {"steps"}),
     ("D too large", 2.76, Newmark(12000, 200, 8000), {"D"}),
     ("D too small", 2.76, Newmark(12000, 2, 8000), {"D"}),
