@@ -1,10 +1,10 @@
 // Three exercises: predict what a change of one number does, try it, and see. The answer is read from the page.
 
 const EXERCISES = [
-  { title: "A stiffer contact", scene: "9B", change: { K: "1000" },
-    question: "The contact is soft. K becomes 1000, ten times stiffer. What becomes of the difference from the exact motion?",
-    reason: "A soft contact lets the bodies sink into each other, and the motion is another one. Stiff enough, K no longer matters: "
-      + "what is left comes from elsewhere, and the bars say from where." },
+  { title: "A damper that fits", scene: "9B", change: { D: "5" },
+    question: "For this K the damper is so strong that nothing rebounds. D becomes 5, a tenth of it. What becomes of the difference from the exact motion?",
+    reason: "K and D have to fit each other: an overdamped contact creeps apart where the bodies should rebound, and the motion "
+      + "is another one. What is left then comes from elsewhere, and the bars say from where." },
   { title: "A smaller step", scene: "14A", change: { steps: "8000" },
     question: "The marks of the penalty model lie in a cloud: it is blurred. The time step becomes a quarter of what it is. What becomes of the difference?",
     reason: "A constant step finds each contact late by a part of a step, differently each time. That blur is no motion "
