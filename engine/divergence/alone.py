@@ -300,7 +300,7 @@ class _GridSearch:
     def __init__(self, name, make, remaining, ends, holds=lambda method: True, equal=math.nan, resolved=math.nan):
         self.name, self._make, self._remaining, self._holds = name, make, remaining, holds
         self.equal, self.resolved = equal, resolved
-        first, last = (round(math.log(end, FINE)) for end in ends)
+        first, last = math.ceil(math.log(ends[0], FINE)), math.floor(math.log(ends[1], FINE))
         marked = [round(math.log(equal, FINE))] if ends[0] <= equal <= ends[1] else []
         self._coarse = sorted({*range(first, last + 1, COARSE), *marked})
         self._ends, self._marked = (first, last), marked
@@ -324,7 +324,7 @@ class _GridSearch:
         if not math.isfinite(self._robust(lowest)):
             return None
         place = self._middle(lowest)
-        near = [self._make(_value(place + step)) for step in range(-NEAR, NEAR + 1)]
+        near = [self._make(_value(each)) for each in self._around(place)]
         typical = sorted(near, key=self._remaining.whole)[NEAR]
         robust = self._remaining.whole(typical)
         if not math.isfinite(robust):
@@ -341,7 +341,11 @@ class _GridSearch:
         return self._left[place]
 
     def _robust(self, place: int) -> float:
-        return float(np.median([self._at(place + step) for step in range(-NEAR, NEAR + 1)]))
+        return float(np.median([self._at(each) for each in self._around(place)]))
+
+    def _around(self, place: int) -> list[int]:
+        """The places that count with one, at an end of the range the last one more than once."""
+        return [min(max(place + step, self._ends[0]), self._ends[1]) for step in range(-NEAR, NEAR + 1)]
 
     def _lowest(self) -> int:
         """The place with the least median: the best of the lowest of the first search, then step by step downhill."""
@@ -491,7 +495,8 @@ def _as_time_stepping(method: Newmark | TimeStepping) -> TimeStepping:
 def _choices(comparison: Comparison, remaining: Remaining) -> Iterator[Change]:
     for name, method in changed_choices(comparison.runs.penalty.method):
         left = remaining.whole(method)
-        around = [remaining.whole(replace(method, stiffness=method.stiffness * FINE**step)) for step in (-1, 1)]
+        beside = (min(max(method.stiffness * FINE**step, STIFFNESS_RANGE[0]), STIFFNESS_RANGE[1]) for step in (-1, 1))
+        around = [remaining.whole(replace(method, stiffness=stiffness)) for stiffness in beside]
         if math.isfinite(left):
             yield Change(name, left, float(np.median([left, *around])), method)
     if "joint_damping" in comparison.part_names:

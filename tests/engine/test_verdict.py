@@ -16,6 +16,7 @@ from vibroscope.engine import (
     simulate,
     verdict,
 )
+from vibroscope.engine.divergence.error import Target
 
 from tests.share import every
 
@@ -190,3 +191,30 @@ def test_a_reference_that_repeats_only_nearly_is_compared_by_statistics(eta):
     assert not found.motions.reference.period
     assert not found.pointwise
     assert "only statistics can be compared" in verdict(found).headline
+
+
+@pytest.mark.parametrize(
+    "method", [Newmark(1e12, 1e9, 40), Newmark(1e-6, 0.0, 40), Newmark(1e6, 1e-9, 200_000), Newmark(1e3, 8, 4)]
+)
+def test_numbers_at_the_ends_of_their_ranges_have_a_verdict(method):
+    words = verdict(compare(SYSTEM, 2.76, method, periods=60, keep=8))
+    assert words.headline
+    assert "nan" not in words.headline
+
+
+def test_the_curves_hold_what_runs_with_their_values_leave():
+    found = verdict(compared(3.69, Newmark(66, 21, 3600))).alone
+    assert sorted(found.curves) == ["D", "K", "steps"]
+    target = Target.find(SYSTEM, 3.69)
+    for name, curve in found.curves.items():
+        assert (np.diff(curve.values) > 0).all()
+        assert curve.values[0] < curve.present < curve.values[-1]
+        for i in (0, len(curve.values) // 2, -1):
+            numbers = {"K": 66.0, "D": 21.0, "steps": 3600} | {name: curve.values[i]}
+            run = simulate(SYSTEM, 3.69, Newmark(numbers["K"], numbers["D"], int(numbers["steps"])))
+            assert target.error(run) == pytest.approx(curve.left[i], rel=0.05)
+    equal_stiffness = (21 / ZETA) ** 2 / SYSTEM.mass_share
+    assert found.curves["K"].equal == pytest.approx(equal_stiffness)
+    assert found.curves["D"].equal == pytest.approx(equal(66))
+    assert 15_000 < found.curves["K"].best.value < 30_000
+    assert found.curves["K"].best.left < 0.04
