@@ -27,6 +27,7 @@ from .range_trials import RangeTrials
 from .trials import NEIGHBOURS, NewmarkSetting, Trial, Trials
 
 CONTACT_STEPS = (1.5, 100.0)  # steps in a contact that are worth a trial
+FORCE_STEPS = 2.0  # the least of them for a tolerance of the peak force, times that: Newmark's is off by some 3/steps
 SOFTEST = 10.0  # K that is worth a trial
 RATIO, LOCATED_RATIO = 2.0, 4.0  # between neighbouring K of the grid
 DAMPING_FACTORS = (0.2, 0.4, 0.7, 0.85, 1.0, 1.15, 1.4, 2.5)  # ζ of the grid, in units of ζ(e)
@@ -52,6 +53,7 @@ class ContactSearch:
     system: System
     limits: Limits
     tolerance: float
+    force_tolerance: float | None = None
     judged: list[Trial] = field(default_factory=list)
     _best: dict[int, Trial] = field(default_factory=dict)
     _equal: dict[float, float] = field(default_factory=dict)
@@ -115,8 +117,11 @@ class ContactSearch:
             return np.array([self.limits.stiffness])
         softest, stiffest, ratio = SOFTEST, self.limits.stiffness_max, LOCATED_RATIO
         if not self.trials.located:
+            fewest, most = CONTACT_STEPS
+            if self.force_tolerance is not None:
+                fewest = min(max(fewest, FORCE_STEPS / self.force_tolerance), most / RATIO)
             stiffest, softest = (
-                stiffness_for(self.system, self.trials.eta, steps, contact) for contact in CONTACT_STEPS
+                stiffness_for(self.system, self.trials.eta, steps, contact) for contact in (fewest, most)
             )
             ratio = RATIO
         stiffest = max(STIFFNESS_RANGE[0], min(stiffest, self.limits.stiffness_max))

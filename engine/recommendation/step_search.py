@@ -21,7 +21,7 @@ PATIENCE = 2  # … after so many of them
 GAIN = 0.95  # a level that leaves more of the error than this is without gain
 BEYOND = 1  # levels above the first that meets the tolerance, for the front
 BISECTIONS = 4  # they leave n uncertain by 2^(1/16), 4 %
-CONFIRMED = 9  # settings of a level that are confirmed if they seem to meet the tolerance, until some do
+CONFIRMED = 18  # settings of a level that are confirmed if they seem to meet the tolerance, until some do
 SHOWN = 3  # … so many at a time; and best settings of a level that are confirmed for the front, whatever their error …
 LUCK = 2.0  # … and shown unless their neighbours' error is so many times as large as their own
 
@@ -64,7 +64,7 @@ class StepSearch:
     @property
     def met(self) -> list[Trial]:
         """Confirmed settings that meet the tolerance, cheapest first."""
-        good = [trial for trial in self._confirmed.values() if trial.robust <= self.tolerance]
+        good = [trial for trial in self._confirmed.values() if trial.meets(self.tolerance)]
         return sorted(good, key=lambda trial: (trial.cost, trial.robust))
 
     def run(self) -> None:
@@ -72,15 +72,15 @@ class StepSearch:
         self._search_levels()
         self._bisect()
         self._confirm_best_of_levels()
-        self._check_every_step()
 
     def front(self) -> list[Trial]:
         """Return the Pareto front of all confirmed settings.
 
-        Lucky ones are left out where others meet the tolerance. Where none does, the robust error alone counts.
+        Lucky ones, and those whose contacts exceed a tolerance, are left out where others meet the tolerance. Where
+        none does, the robust error alone counts.
         """
-        met = bool(self.met)
-        return pareto_front(trial for trial in self._confirmed.values() if not (met and self._is_lucky(trial)))
+        met, confirmed = bool(self.met), self._confirmed.values()
+        return pareto_front(one for one in confirmed if not (met and (one.excess > 1.0 or self._is_lucky(one))))
 
     def _search_levels(self) -> None:
         """Go up the levels to a little above the first that meets the tolerance, or until nothing is gained."""
@@ -118,15 +118,6 @@ class StepSearch:
             cost = min((trial.cost for trial in shown), default=0.0)
             cheaper = [trial.robust for trial in self.front() if trial.cost < cost]
             self._confirm(shown, min(cheaper, default=math.inf))
-
-    def _check_every_step(self) -> None:
-        """Compute every step of the cheapest setting, and of the next one if it misses the tolerance then."""
-        while not self.contact.trials.located and self.met:
-            cheapest = self.met[0]
-            error = self.contact.trials.error_of_every_step(cheapest.setting)
-            self._confirmed[cheapest.setting] = cheapest._replace(robust=max(cheapest.robust, error))
-            if error <= self.tolerance:
-                return
 
     def _is_lucky(self, trial: Trial) -> bool:
         """Whether its own error says nothing about that of its neighbours, or of half the step."""
