@@ -16,16 +16,18 @@ import numpy as np
 
 from ..checks import require
 from ..divergence.contact import contact_duration
-from ..divergence.encounters import SHORT, delivered_restitution
+from ..divergence.encounters import SHORT, delivered_restitution, mean_closing_speed
+from ..divergence.error import Target
 from ..divergence.grid import simulate_samples
 from ..methods import grid_steps
 from ..motions.contact_force import peak_force
+from ..restitution import effective_restitution
 from ..result import Record, Response
 
 DISPLACEMENT_RANGE = (1e-6, 1.0)
 RESTITUTION_RANGE, FORCE_RANGE = (1e-3, 1.0), (1e-3, 10.0)
-IN_CONTACT = 60  # samples in the shortest contact of a run that has no steps of its own
-SAMPLES = 20_000  # of a run, at most, but for those of one cycle
+IN_CONTACT = 30  # samples in the shortest contact of a run that has no steps of its own
+SAMPLES, MORE_SAMPLES = 4_000, 40_000  # of a run, to choose by and to verify: at most, but for those of one cycle
 FEWEST = 200  # samples in a period
 
 
@@ -72,7 +74,8 @@ class Contacts(NamedTuple):
     Attributes
     ----------
     restitution : float
-        That they deliver (:func:`..divergence.encounters.delivered_restitution`); nan if there are no short contacts.
+        That they deliver (:func:`..divergence.encounters.delivered_restitution`). If there are no short ones, what a
+        contact alone would deliver at the mean closing speed of the reference; nan if that has no impacts.
     wanted : float
         The system's.
     peak_force, without_step : float
@@ -102,7 +105,13 @@ class Contacts(NamedTuple):
         return found
 
 
-def contacts_of(run: Response, without_step: float, period: int, cancelled: Callable[[], bool] | None) -> Contacts:
+def contacts_of(
+    run: Response,
+    without_step: float,
+    target: Target,
+    cancelled: Callable[[], bool] | None,
+    samples: int = SAMPLES,
+) -> Contacts:
     """Return what the contacts of the kept periods of a run do.
 
     Parameters
@@ -111,22 +120,25 @@ def contacts_of(run: Response, without_step: float, period: int, cancelled: Call
         Of a method with a time step.
     without_step : float
         Peak force without a time step.
-    period : int
-        Excitation periods in a cycle of the reference.
+    target : Target
+        With the reference, whose impacts say how fast the bodies meet where the run has no short contact.
     """
     steps = _short_contact(run) * run.method.steps / run.period
-    peak = peak_of(run, period, cancelled)
-    return Contacts(delivered_restitution(run), run.system.restitution, peak, without_step, steps)
+    peak = peak_of(run, target.period, cancelled, samples)
+    restitution, speed = delivered_restitution(run), mean_closing_speed(target.reference)
+    if math.isnan(restitution) and speed > 0:
+        restitution = float(effective_restitution(run.system, run.method, speed))
+    return Contacts(restitution, run.system.restitution, peak, without_step, steps)
 
 
-def peak_of(run: Response, period: int, cancelled: Callable[[], bool] | None) -> float:
-    """Return the largest contact force in as many kept periods as SAMPLES allow, and at least in one cycle."""
+def peak_of(run: Response, period: int, cancelled: Callable[[], bool] | None, samples: int = SAMPLES) -> float:
+    """Return the largest contact force in as many kept periods as the samples allow, and at least in one cycle."""
     steps = grid_steps(run.method)
     per_period = steps
     if not steps:
         shortest = np.diff(run.contacts, axis=1).min(initial=run.period)
-        per_period = int(np.clip(IN_CONTACT * run.period / shortest, FEWEST, SAMPLES))
-    periods = min(run.keep, max(period, SAMPLES // per_period))
+        per_period = int(np.clip(IN_CONTACT * run.period / shortest, FEWEST, samples))
+    periods = min(run.keep, max(period, samples // per_period))
     return peak_force(simulate_samples(run, Record(periods, per_period, steps or None), cancelled))
 
 

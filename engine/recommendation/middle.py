@@ -15,10 +15,10 @@ from .limits import Limits
 from .range_trials import RangeTrials
 from .trials import NewmarkSetting, Trial, Trials
 
-STRIDE = 1.04  # from point to point of a range, a factor
-FARTHEST = 12  # points on each side: a factor of 1.6
+STRIDE = 1.05  # from point to point of a range, a factor
+FARTHEST = 10  # points on each side: a factor of 1.6
 AT_ONCE = 4  # points that are tried side by side
-SPARE = (1.0, 1.08, 1.16, 1.25, 1.5, 2.0, 3.0)  # times the least number of steps
+SPARE = (1.0, 1.1, 1.2, 1.35, 1.5, 1.75, 2.0, 2.5, 3.0, 4.0, 6.0, 8.0)  # times the least number of steps
 DIGITS = (2, 3)  # of K and D
 
 
@@ -58,36 +58,36 @@ class MiddleSearch:
     def __init__(self, trials: Trials | RangeTrials, limits: Limits, tolerance: float):
         self.trials, self.limits, self.tolerance = trials, limits, tolerance
         self.ranges: dict[NewmarkSetting, dict[str, tuple[float, float]]] = {}
+        self._known: dict[NewmarkSetting, bool] = {}
         self.free = [name for name in ("stiffness", "damping") if getattr(limits, name) is None]
 
-    def verified(self, met: list[Trial], verify: Callable[[NewmarkSetting], Trial]) -> Iterator[Trial]:
-        """Yield a verified middle for each of several settings that meet the tolerances, and keep its ranges.
+    def verified(self, steps: int, best_with: Callable[[int], Trial | None], verify) -> Iterator[Trial]:
+        """Yield verified middles, from the least number of steps that seems to meet the tolerances on.
 
         Parameters
         ----------
-        met : list of Trial
+        steps : int
+        best_with : callable
+            :meth:`.contact_search.ContactSearch.best_with`: from the setting with the least error, the middle is near.
         verify : callable
             :meth:`.trials.Trials.verify` of the question as it is.
         """
-        for trial in met:
-            for steps in spare_steps(trial.setting.steps, self.limits.steps_max):
-                found = self.find(trial.setting._replace(steps=steps))
-                if found is None or found.setting in self.ranges:
-                    continue
-                verified = verify(found.setting)
-                if verified.meets(self.tolerance):
+        for n in spare_steps(steps, self.limits.steps_max):
+            best = best_with(n)
+            found = self.find(best.setting) if best is not None and best.robust <= self.tolerance else None
+            if found is not None:
+                trial = verify(found.setting)
+                if trial.meets(self.tolerance):
                     self.ranges[found.setting] = found.ranges
-                    yield verified
-                    break
+                    yield trial
 
     def find(self, setting: NewmarkSetting) -> Middle | None:
         """Return the middle with the steps of a setting; None if one of its ranges has no middle."""
-        if not self._meets(setting):
+        if not self._all_meet([setting])[0]:
             return None
         for name in self.free:
-            low, high = self._range(setting, name)
-            middle = _few_digits(low, high)
-            setting = setting._replace(**{name: setting._asdict()[name] if middle is None else middle})
+            middle = _few_digits(*self._range(setting, name))
+            setting = setting if middle is None else setting._replace(**{name: middle})
         ranges = {name: self._range(setting, name) for name in self.free}
         inside = all(self._has_room(name, getattr(setting, name), *ends) for name, ends in ranges.items())
         return Middle(setting, ranges) if inside else None
@@ -95,31 +95,34 @@ class MiddleSearch:
     def _has_room(self, name: str, own: float, low: float, high: float) -> bool:
         """Whether a range leaves room on both sides, but for what a limit takes."""
         least, most = self._bounds(name)
-        return (low < own or own / STRIDE < least) and (high > own or own * STRIDE > most)
-
-    def _meets(self, setting: NewmarkSetting) -> bool:
-        return self.trials.meets_one(setting, self.tolerance)
+        return (low < own or own / STRIDE**2 < least) and (high > own or own * STRIDE**2 > most)
 
     def _range(self, setting: NewmarkSetting, name: str) -> tuple[float, float]:
         """Return how far one number goes down and up; its own value where it does not."""
-        own, bounds = getattr(setting, name), self._bounds(name)
-        ends = []
-        for direction in (-1, 1):
-            points = [own * STRIDE ** (direction * i) for i in range(1, FARTHEST + 1)]
-            points = [point for point in points if bounds[0] <= point <= bounds[1]]
-            ends.append(self._last_that_meets(setting, name, points))
-        return ends[0], ends[1]
+        own, (least, most) = getattr(setting, name), self._bounds(name)
+        before = math.ceil(math.log(own, STRIDE)) - 1  # the points are powers, so that they are the same from any start
+        down = [STRIDE**i for i in range(before, before - FARTHEST, -1)]
+        after = math.floor(math.log(own, STRIDE)) + 1
+        up = [STRIDE**i for i in range(after, after + FARTHEST)]
+        allowed = ([point for point in points if least <= point <= most] for points in (down, up))
+        return tuple(self._last_that_meets(setting, name, points) for points in allowed)
 
     def _last_that_meets(self, setting: NewmarkSetting, name: str, points: list[float]) -> float:
         last = getattr(setting, name)
         for begin in range(0, len(points), AT_ONCE):
             some = points[begin : begin + AT_ONCE]
-            settings = [setting._replace(**{name: point}) for point in some]
-            for point, meets in zip(some, self.trials.all_meet(settings, self.tolerance), strict=True):
+            for point, meets in zip(
+                some, self._all_meet([setting._replace(**{name: one}) for one in some]), strict=True
+            ):
                 if not meets:
                     return last
                 last = point
         return last
+
+    def _all_meet(self, settings: list[NewmarkSetting]) -> list[bool]:
+        new = [setting for setting in settings if setting not in self._known]
+        self._known |= dict(zip(new, self.trials.all_meet(new, self.tolerance), strict=True))
+        return [self._known[setting] for setting in settings]
 
     def _bounds(self, name: str) -> tuple[float, float]:
         return (STIFFNESS_RANGE[0], self.limits.stiffness_max) if name == "stiffness" else DAMPING_RANGE

@@ -59,13 +59,23 @@ class RangeTrials:
                 return False
         return True
 
+    def excesses(self, settings: Iterable[NewmarkSetting]) -> list[float]:
+        """See :meth:`.trials.Trials.excesses`."""
+        return list(self._pool.map(lambda one: max(part.excess(self.at(part, one)) for part in self.parts), settings))
+
     def all_meet(self, settings: Iterable[NewmarkSetting], bound: float) -> list[bool]:
         """See :meth:`.trials.Trials.all_meet`."""
         return list(self._pool.map(lambda setting: self.meets_one(setting, bound), settings))
 
     def verify(self, setting: NewmarkSetting) -> Trial:
         """See :meth:`.trials.Trials.verify`; the contacts are those of the part where they are furthest off."""
-        trials = [part.verify(self.at(part, setting)) for part in self.parts]
+        return self._worst_of(setting, [part.verify(self.at(part, setting)) for part in self.parts])
+
+    def verify_alone(self, setting: NewmarkSetting) -> Trial:
+        """See :meth:`.trials.Trials.verify_alone`, and :meth:`verify`."""
+        return self._worst_of(setting, [part.verify_alone(self.at(part, setting)) for part in self.parts])
+
+    def _worst_of(self, setting: NewmarkSetting, trials: list[Trial]) -> Trial:
         worst = max(trials, key=lambda trial: trial.excess)
         error, robust = (max(getattr(trial, name) for trial in trials) for name in ("error", "robust"))
         cost = max(trial.cost * part.eta / self.eta for trial, part in zip(trials, self.parts, strict=True))

@@ -15,6 +15,7 @@ import math
 from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from itertools import islice
 
 from ..arguments import shown
 from ..drivers.threads import thread_count
@@ -35,7 +36,7 @@ from .range_trials import RangeTrials, steps_at
 from .reasons import aperiodic_reference_reason, idle_reason, joint_damping_error, unmet_tolerance_reason
 from .rounded import round_numbers
 from .step_search import StepSearch
-from .trials import NewmarkSetting, Trial, Trials, with_setting
+from .trials import NewmarkSetting, Trial, Trials, verification, with_setting
 
 KINDS = 3  # settings whose kind of motion is looked at: evidence for one takes some tenths of a second
 ENOUGH = 1.05  # times the least error: if nothing meets the tolerance, the cheapest setting within it is returned
@@ -237,8 +238,9 @@ def recommend(
         search.run()
         exact = trials if near is found else Trials(found, scheme, pool, tolerances, cancelled)
         middles = MiddleSearch(trials, limited, tolerance)
-        verified = middles.verified(search.met[:KINDS], exact.verify)
-        best, kind = of_same_kind([found], verified, scheme, cancelled)
+        best, kind = of_same_kind(
+            [found], search.verified(middles, verification(trials, exact, tolerance)), scheme, cancelled
+        )
         met, front = best is not None, search.front()
         if met:
             front = [trial for trial in front if trial.robust > tolerance or trial.cost > best.cost]
@@ -266,7 +268,7 @@ def described(trial: Trial | None, trials: Trials | RangeTrials) -> Trial | None
     """Return a trial that does not meet the tolerances with what a run from rest says of its contacts."""
     if trial is None:
         return None
-    verified = trials.verify(trial.setting)
+    verified = trials.verify_alone(trial.setting)
     return trial._replace(
         error=verified.error,
         contacts=verified.contacts,
@@ -380,7 +382,7 @@ def of_same_kind(
     if there is no trial.
     """
     highest, first, kinds = max(one.response.eta for one in found), None, []
-    for trial in trials:
+    for trial in islice(trials, KINDS):
         first, setting = first or trial, trial.setting
         methods = (
             with_setting(scheme, setting._replace(steps=steps_at(one.response.eta, highest, setting.steps)))

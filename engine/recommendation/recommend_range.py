@@ -26,10 +26,10 @@ from .limits import STEPS_MAX_RANGE, Limits
 from .middle import MiddleSearch
 from .range_trials import RangeTrials, steps_at
 from .reasons import error_without_time_step, idle_reason, joint_damping_error, unmet_tolerance_reason
-from .recommend import KINDS, Suggested, cheapest_near_least, described, no_progress, of_same_kind, scheme_of
+from .recommend import Suggested, cheapest_near_least, described, no_progress, of_same_kind, scheme_of
 from .rounded import round_numbers
 from .step_search import StepSearch
-from .trials import NewmarkSetting, Trial, Trials, with_setting
+from .trials import NewmarkSetting, Trial, Trials, verification, with_setting
 
 MOST_ETAS = 50
 OTHERWISE = 2.0  # times the error: further off, the motion without a time step is another one
@@ -249,7 +249,9 @@ class _RangeSearch:
         search = StepSearch(contact, tolerance, most, progress, lambda front: partial(front, eta))
         search.run()
         middles = MiddleSearch(trials, replace(self.limits, steps_max=most), tolerance)
-        verified = middles.verified(search.met[:KINDS], self._trials_of_range.verify)
+        near = all(part.near is part.exact for part in self.parts)
+        verify = verification(trials, trials if near else self._trials_of_range, tolerance)
+        verified = search.verified(middles, verify)
         founds = [self._found[part.exact.eta] for part in self.parts]
         self.best, self._kind = of_same_kind(founds, verified, self.scheme, self._cancelled)
         self._front, self._ranges = search.front(), middles.ranges
@@ -318,7 +320,7 @@ class _RangeSearch:
         return steady(self.system, eta, self.reference, cancelled=self._cancelled)
 
     def _served(self, setting: NewmarkSetting, parts: Sequence[Trials]) -> list[Served]:
-        trials = [part.verify(self._trials_of_range.at(part, setting)) for part in parts]
+        trials = [part.verify_alone(self._trials_of_range.at(part, setting)) for part in parts]
         return [
             Served(part.eta, one.setting.steps, one.error, one.robust, one.contacts, one.excess)
             for part, one in zip(parts, trials, strict=True)

@@ -8,10 +8,11 @@ there the levels lie closer.
 """
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 
 from .contact_search import ContactSearch
 from .front import pareto_front
+from .middle import MiddleSearch
 from .trials import NewmarkSetting, Trial
 
 FIRST_STEPS, FIRST_STEPS_LOCATED = 16, 8  # the lowest level
@@ -20,8 +21,8 @@ CLOSER = 1.5  # located: below that n there is a level so many times each, too
 PATIENCE = 2  # … after so many of them
 GAIN = 0.95  # a level that leaves more of the error than this is without gain
 BEYOND = 1  # levels above the first that meets the tolerance, for the front
-BISECTIONS = 4  # they leave n uncertain by 2^(1/16), 4 %
-CONFIRMED = 18  # settings of a level that are confirmed if they seem to meet the tolerance, until some do
+BISECTIONS = 3  # they leave n uncertain by 2^(1/8), 9 %
+CONFIRMED = 9  # settings of a level that are confirmed if they seem to meet the tolerance, until some do
 SHOWN = 3  # … so many at a time; and best settings of a level that are confirmed for the front, whatever their error …
 LUCK = 2.0  # … and shown unless their neighbours' error is so many times as large as their own
 
@@ -82,6 +83,11 @@ class StepSearch:
         met, confirmed = bool(self.met), self._confirmed.values()
         return pareto_front(one for one in confirmed if not (met and (one.excess > 1.0 or self._is_lucky(one))))
 
+    def verified(self, middles: MiddleSearch, verify: Callable[[NewmarkSetting], Trial]) -> Iterator[Trial]:
+        """Yield what can be recommended: see :meth:`.middle.MiddleSearch.verified`."""
+        if self.met:
+            yield from middles.verified(self.met[0].setting.steps, self.contact.best_with, verify)
+
     def _search_levels(self) -> None:
         """Go up the levels to a little above the first that meets the tolerance, or until nothing is gained."""
         least, without_gain, above = math.inf, 0, 0
@@ -90,7 +96,7 @@ class StepSearch:
             above += bool(self.met)
             if above > BEYOND:
                 return
-            if best is None or n < self._meaningful:
+            if best is None or n < self._meaningful or best.robust <= self.tolerance:
                 continue
             without_gain = 0 if best.robust < GAIN * least else without_gain + 1
             least = min(least, best.robust)
@@ -126,7 +132,7 @@ class StepSearch:
     def _search(self, n: int) -> Trial | None:
         """Return the best setting with n steps, and confirm those that seem to meet the tolerance until some do."""
         best = self.contact.best_with(n, self.met[0].cost if self.met else math.inf)
-        promising = [trial for trial in self._judged_with(n) if trial.robust <= self.tolerance]
+        promising = [trial for trial in self._judged_with(n) if trial.meets(self.tolerance)]
         for begin in range(0, len(promising[:CONFIRMED]), SHOWN):
             if not self._meets(n):
                 self._confirm(promising[begin : begin + SHOWN], self.tolerance)

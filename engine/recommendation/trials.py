@@ -14,14 +14,14 @@ of three:
 
 Beside the displacements its contacts are judged (:mod:`.contacts`).
 
-The neighbours by which a setting was chosen are no independent test of it. Therefore 29 new ones confirm it. If more
-than a quarter of the neighbourhood missed the tolerance, at most two of 29 would miss it with a probability below 0.014
-only (Σ C(29, i) 0.25ⁱ 0.75²⁹⁻ⁱ over i ≤ 2).
+The neighbours by which a setting was chosen are no independent test of it. Therefore 19 new ones confirm it. If more
+than a third of the neighbourhood missed the tolerance, at most one of 19 would miss it with a probability below 0.005
+only (C(19, 0) (2/3)¹⁹ + C(19, 1) (1/3) (2/3)¹⁸).
 
 Most of these runs begin on the reference's motion, from which only a short transient is left. What is recommended is
 verified by runs that all begin at rest and last as long as the paper's, as those of a user do: itself, with and without
-steps skipped, with half the step, and 60 neighbours, of which three may miss one of the tolerances. If a tenth of the
-neighbourhood missed them, four or more of 60 would with a probability of 0.86, and of a fifth with 0.999.
+steps skipped, with half the step, and 60 neighbours, of which two may miss one of the tolerances. If a tenth of the
+neighbourhood missed them, at most two of 60 would with a probability of 0.053 only.
 """
 
 import math
@@ -41,7 +41,7 @@ from ..methods import CONTACT_LAWS, STEPS_RANGE, Method, Newmark, TimeStepping, 
 from ..motions.steady import KEEP, LONG, Steady
 from ..result import Checkpoint, Record, Response
 from ..simulate import sample_run, simulate
-from .contacts import Contacts, Tolerances, contacts_of, peak_of
+from .contacts import MORE_SAMPLES, SAMPLES, Contacts, Tolerances, contacts_of, peak_of
 
 FORGOTTEN = 1e-4  # remainder of a disturbance after the transient of a short run
 KEEP_LOCATED = 12  # periods of a short run that are kept: located steps leave no scatter
@@ -50,9 +50,9 @@ COARSE, FINER = 32, 64  # samples per period, sufficient to choose by, and to co
 STEPS_AROUND, AROUND = 0.02, 0.01  # half the width of the neighbourhood: of n, and of K and D
 ONE_MISS_IN = 10  # one in so many neighbours may miss
 NEIGHBOURS = 10  # to choose by
-NEW_NEIGHBOURS = 29  # to confirm by …
+NEW_NEIGHBOURS = 19  # to confirm by …
 EVERY_NTH_FROM_REST = 7  # … of which every seventh begins at rest
-VERIFIED, MISSES = 60, 3  # neighbours that verify what is recommended, and how many of them may miss a tolerance
+VERIFIED, MISSES = 60, 2  # neighbours that verify what is recommended, and how many of them may miss a tolerance
 # Multiples of this vector, modulo 1, fill the unit cube evenly, however many are taken (M. Roberts's R₃; ρ⁴ = ρ + 1)
 _RHO = 1.2207440846057596
 _EVENLY = np.array([_RHO**-1, _RHO**-2, _RHO**-3])
@@ -135,6 +135,7 @@ class Trials:
         self._keep = KEEP_LOCATED if self.located else KEEP
         self._of_thread = threading.local()  # what makes its runs by skips
         self._short: dict[tuple, tuple[float, float]] = {}  # results of short runs, many of which are needed again
+        self._excess: dict[NewmarkSetting, float] = {}
         self._verified: dict[NewmarkSetting, Trial] = {}
         self._peaks: dict[tuple, float] = {}  # peak forces without a time step
 
@@ -169,16 +170,25 @@ class Trials:
         """Whether each of several settings seems to keep to all tolerances."""
         return list(self._pool.map(lambda setting: self.meets_one(setting, bound), settings))
 
+    def excesses(self, settings: Iterable[NewmarkSetting]) -> list[float]:
+        """See :meth:`excess`, of several settings."""
+        return list(self._pool.map(self.excess, settings))
+
     def excess(self, setting: NewmarkSetting) -> float:
         """Return :attr:`Trial.excess` of a short run, without that of half the step."""
-        contacts = self._contacts(self._whole_run(setting, self._start), self._start)
-        return math.inf if contacts is None else contacts.excess(self.tolerances)
+        if setting not in self._excess:
+            self._excess[setting] = self._new_excess(setting)
+        return self._excess[setting]
+
+    def _new_excess(self, setting: NewmarkSetting) -> float:
+        run = self._simulate(with_setting(self.scheme, setting), self._start)
+        if not run.ok:
+            return math.inf
+        peak = self._peak_without_step(setting, self._start)
+        return contacts_of(run, peak, self.target, self._cancelled).excess(self.tolerances)
 
     def confirm_one(self, setting: NewmarkSetting, bound: float = math.inf) -> Trial:
         """One setting as in :meth:`confirm`, in the calling thread."""
-        excess = self.excess(setting)
-        if math.isfinite(bound) and excess > 1.0:
-            return Trial(setting, math.inf, math.inf, math.inf)
         error, cost = self._run_from_rest(setting, PER_PERIOD)
         others = neighbourhood(setting, range(NEIGHBOURS + 1, NEIGHBOURS + NEW_NEIGHBOURS + 1))
         around = (
@@ -186,54 +196,60 @@ class Trials:
             for i, other in enumerate(others)
         )
         robust = self._robust(setting, error, around, NEW_NEIGHBOURS, bound, FINER)
-        return Trial(setting, error, robust, cost, excess=excess)
+        return Trial(setting, error, robust, cost, excess=self.excess(setting))
 
     def verify(self, setting: NewmarkSetting) -> Trial:
         """Try a setting by runs from rest, as a user makes them; its robust error is inf if its neighbours miss.
 
         For the calling thread of a search: the pool makes the runs.
         """
-        if setting in self._verified:
-            return self._verified[setting]
-        run = self._whole_run(setting)
-        (error, contacts), halved = self._judge(run), self._verified_run(setting._replace(steps=2 * setting.steps))
-        robust = max(error, halved[0], 0.0 if self.located else self.error_of_every_step(setting))
-        excess = max((math.inf if one is None else one.excess(self.tolerances)) for one in (contacts, halved[1]))
-        cost = run.cost.steps / LONG
-        most, tolerances = self.tolerances.displacement, self.tolerances
-        if robust <= most and excess <= 1.0:
-            around = list(self._pool.map(self._verified_run, neighbourhood(setting, range(1, VERIFIED + 1))))
-            missed = sum(one > most or not touch or touch.excess(tolerances) > 1.0 for one, touch in around)
-            errors = (one for one, _ in around)
-            robust = max(robust, tolerant_maximum(errors, VERIFIED)) if missed <= MISSES else math.inf
-        self._verified[setting] = Trial(setting, error, robust, cost, contacts, excess)
+        if setting not in self._verified:
+            trial = self.verify_alone(setting)
+            if trial.meets(self.tolerances.displacement):
+                trial = trial._replace(robust=max(trial.robust, self._robust_from_rest(setting)))
+            self._verified[setting] = trial
         return self._verified[setting]
 
-    def _verified_run(self, setting: NewmarkSetting) -> tuple[float, Contacts | None]:
-        return self._judge(self._whole_run(setting))
+    def verify_alone(self, setting: NewmarkSetting) -> Trial:
+        """Try a setting as :meth:`verify` does, but for its neighbours: the same with half the step counts as well."""
+        peak = self._peak_without_step(setting, None)
+        error, contacts = self._from_rest(setting, peak, MORE_SAMPLES)
+        halved, of_half = self._from_rest(setting._replace(steps=2 * setting.steps), peak)
+        robust = max(error, halved, 0.0 if self.located else self.error_of_every_step(setting))
+        excess = max((math.inf if one is None else one.excess(self.tolerances)) for one in (contacts, of_half))
+        cost = float(setting.steps)
+        if self.located:
+            cost = self.run(setting, self._system.rest, LONG, KEEP, COARSE)[1]
+        return Trial(setting, error, robust, cost, contacts, excess)
 
-    def _judge(self, run: Response) -> tuple[float, Contacts | None]:
-        """Return the error of a run from rest, and what its contacts do; inf and None if it ended early."""
-        return self.target.error(run, self._cancelled), self._contacts(run)
+    def _robust_from_rest(self, setting: NewmarkSetting) -> float:
+        """Return the error that nine in ten neighbours do not exceed, inf if too many miss a tolerance."""
+        peak, others = self._peak_without_step(setting, None), neighbourhood(setting, range(1, VERIFIED + 1))
+        around = list(self._pool.map(lambda other: self._from_rest(other, peak), others))
+        missed = sum(
+            error > self.tolerances.displacement or not contacts or contacts.excess(self.tolerances) > 1.0
+            for error, contacts in around
+        )
+        return tolerant_maximum((error for error, _ in around), VERIFIED) if missed <= MISSES else math.inf
 
-    def _whole_run(self, setting: NewmarkSetting, start: tuple | None = None) -> Response:
-        """Return the run from rest of 2,050 periods, or a short one from another start; with its contacts."""
-        return self._simulate(with_setting(self.scheme, setting), start)
+    def _from_rest(self, setting: NewmarkSetting, peak: float, samples: int = SAMPLES) -> tuple[float, Contacts | None]:
+        """Return error and contacts of a run from rest, as a user makes it; inf and None if it ends early."""
+        run = self._simulate(with_setting(self.scheme, setting), None, Record(KEEP, PER_PERIOD, setting.steps))
+        contacts = contacts_of(run, peak, self.target, self._cancelled, samples) if run.ok else None
+        return self.target.error(run, self._cancelled), contacts
 
-    def _simulate(self, method: Method, start: tuple | None) -> Response:
+    def _simulate(self, method: Method, start: tuple | None, record: Record | None = None) -> Response:
+        """Run from rest as long as the paper, or as short as may be from another start."""
         periods = LONG if start is None else self._transient + KEEP
-        options = {"periods": periods, "keep": KEEP, "initial": start, "cancelled": self._cancelled}
+        options = {"periods": periods, "keep": KEEP, "initial": start, "cancelled": self._cancelled, "record": record}
         return simulate(self._system, self.eta, method, **options)
 
-    def _contacts(self, run: Response, start: tuple | None = None) -> Contacts | None:
-        if not run.ok:
-            return None
-        limit = run.method.limit
-        asked = limit, start
+    def _peak_without_step(self, setting: NewmarkSetting, start: tuple | None) -> float:
+        asked = with_setting(self.scheme, setting).limit, start
         if asked not in self._peaks:
-            exact = self._simulate(limit, start)
+            exact = self._simulate(*asked)
             self._peaks[asked] = peak_of(exact, self.target.period, self._cancelled) if exact.ok else math.nan
-        return contacts_of(run, self._peaks[asked], self.target.period, self._cancelled)
+        return self._peaks[asked]
 
     def _robust(
         self,
@@ -331,3 +347,19 @@ def tolerant_maximum(errors: Iterable[float], count: int, bound: float = math.in
         if missed > allowed:
             return math.inf
     return sorted(seen)[-1 - allowed]
+
+
+def verification(near: Trials, exact: Trials, tolerance: float) -> Callable[[NewmarkSetting], Trial]:
+    """Return a function that verifies a setting for a question as it is, with the neighbours of one near to it.
+
+    Neighbours decide by how many of them miss a tolerance, which rounding must not change from question to question.
+    """
+
+    def verify(setting: NewmarkSetting) -> Trial:
+        trial = near.verify(setting)
+        if near is exact or not trial.meets(tolerance):
+            return trial
+        own = exact.verify_alone(setting)
+        return own._replace(robust=max(own.robust, trial.robust), excess=max(own.excess, trial.excess))
+
+    return verify
