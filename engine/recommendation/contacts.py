@@ -82,6 +82,8 @@ class Contacts(NamedTuple):
         Largest contact force, and that of the same K, D and law without a time step; nan if not known.
     steps : float
         In the median of the short contacts; nan if there are none.
+    unsolved : int
+        Steps of the run in which no contact status agrees with its own end.
     """
 
     restitution: float
@@ -89,6 +91,7 @@ class Contacts(NamedTuple):
     peak_force: float
     without_step: float
     steps: float
+    unsolved: int = 0
 
     @property
     def force_error(self) -> float:
@@ -128,7 +131,7 @@ def contacts_of(
     restitution, speed = delivered_restitution(run), mean_closing_speed(target.reference)
     if math.isnan(restitution) and speed > 0:
         restitution = float(effective_restitution(run.system, run.method, speed))
-    return Contacts(restitution, run.system.restitution, peak, without_step, steps)
+    return Contacts(restitution, run.system.restitution, peak, without_step, steps, run.steps_without_solution)
 
 
 def peak_of(run: Response, period: int, cancelled: Callable[[], bool] | None, samples: int = SAMPLES) -> float:
