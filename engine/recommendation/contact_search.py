@@ -82,6 +82,10 @@ class ContactSearch:
             self._best[steps] = best
         return best
 
+    def is_worth(self, steps: int) -> bool:
+        """Whether so many steps resolve a contact that is worth a trial."""
+        return self.limits.stiffness is not None or self.trials.located or self._ends(steps)[1] >= SOFTEST
+
     def by_robust_error(self, trial: Trial) -> tuple[float, float, float, float]:
         """Sort key: smaller for the better one of two trials."""
         return max(trial.robust, self.tolerance), max(trial.excess, WELL), trial.cost, trial.robust
@@ -133,16 +137,18 @@ class ContactSearch:
             return np.array([self.limits.stiffness])
         softest, stiffest, ratio = SOFTEST, self.limits.stiffness_max, LOCATED_RATIO
         if not self.trials.located:
-            fewest, most = CONTACT_STEPS
-            if self.force_tolerance is not None:
-                fewest = min(max(fewest, FORCE_STEPS / self.force_tolerance), most / RATIO)
-            stiffest, softest = (
-                stiffness_for(self.system, self.trials.eta, steps, contact) for contact in (fewest, most)
-            )
+            softest, stiffest = self._ends(steps)
             ratio = RATIO
         stiffest = max(STIFFNESS_RANGE[0], min(stiffest, self.limits.stiffness_max))
         softest = min(max(softest, SOFTEST), stiffest)
         return np.geomspace(softest, stiffest, 1 + round(math.log(stiffest / softest, ratio)))
+
+    def _ends(self, steps: int) -> tuple[float, float]:
+        """The softest and the stiffest K whose contacts so many steps resolve well enough."""
+        fewest, most = CONTACT_STEPS
+        if self.force_tolerance is not None:
+            fewest = min(max(fewest, FORCE_STEPS / self.force_tolerance), most / RATIO)
+        return tuple(stiffness_for(self.system, self.trials.eta, steps, contact) for contact in (most, fewest))
 
     def _from_other_steps(self, steps: int) -> list[NewmarkSetting]:
         """Start from the best settings at the two nearest n: with the same K, and K scaled with n and with n².

@@ -23,7 +23,7 @@ GAIN = 0.95  # a level that leaves more of the error than this is without gain
 BEYOND = 1  # levels above the first that meets the tolerance, for the front
 BISECTIONS = 3  # they leave n uncertain by 2^(1/8), 9 %
 CONFIRMED = 9  # settings of a level that are confirmed if they seem to meet the tolerance, until some do
-SHOWN = 3  # … so many at a time; and best settings of a level that are confirmed for the front, whatever their error …
+SHOWN = 2  # … so many at a time; and best settings of a level that are confirmed for the front, whatever their error …
 LUCK = 2.0  # … and shown unless their neighbours' error is so many times as large as their own
 
 
@@ -56,7 +56,8 @@ class StepSearch:
         first = min(FIRST_STEPS_LOCATED if located else FIRST_STEPS, steps_max)
         doubled = [first * 2**i for i in range(1 + math.floor(math.log2(steps_max / first)))]
         between = [round(CLOSER * n) for n in doubled if located and n < MEANINGFUL_LOCATED]
-        self.levels = sorted({*doubled, *(n for n in between if n < steps_max), steps_max})
+        levels = sorted({*doubled, *(n for n in between if n < steps_max), steps_max})
+        self.levels = [n for n in levels if contact.is_worth(n)] or levels[-1:]
         self._meaningful = MEANINGFUL_LOCATED if located else MEANINGFUL
         self._confirmed: dict[NewmarkSetting, Trial] = {}
         self._given_up: dict[NewmarkSetting, float] = {}  # the bound that each exceeds
