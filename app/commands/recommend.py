@@ -20,16 +20,19 @@ from vibroscope.app.commands.output import note, progress_line
 from vibroscope.app.commands.physical_units import add_units_option, settings_text, unit_names, wanted_units
 from vibroscope.app.commands.recommend_schemes import ALL, find_and_print, for_codes, is_asked
 from vibroscope.app.explorer.method_words import scheme_as_dict
+from vibroscope.app.explorer.suggestion_words import contact_words, force_words, range_words, verified_words
 from vibroscope.engine import (
     CONTACT_LAWS,
     Limits,
     Newmark,
     RangeRecommendation,
     Recommendation,
+    Served,
     TimeStepping,
     Units,
     design_curve,
     end_text,
+    finite_or_none,
     percent,
     recommend,
     recommend_range,
@@ -37,8 +40,11 @@ from vibroscope.engine import (
     with_located_steps,
     written,
 )
+from vibroscope.engine.recommendation.contacts import Contacts
+from vibroscope.engine.recommendation.limits import STIFFEST
 
 ETAS_LIMIT = 1000
+OFF = "off"  # a tolerance that is not asked for
 
 
 def add(commands) -> None:
@@ -48,10 +54,11 @@ def add(commands) -> None:
         allow_abbrev=False,
         help="find K, D and steps that meet a tolerance at the least cost",
         description="Find the contact stiffness K, the contact damping D and the steps per period with which Newmark's "
-        "method, or what is chosen in its place, keeps to the reference at the least number of steps. The error is the "
-        "rms difference of the displacements over 50 periods, relative to the reference. Every setting shown "
-        "was run from rest, and with it half the step and neighbours with other n (2 %), K and D (1 %): it does not "
-        "meet the tolerance by luck.",
+        "method, or what is chosen in its place, keeps to the reference with hardly more than the least number of "
+        "steps. The error is the rms difference of the displacements over 50 periods, relative to the reference. The "
+        "contacts must deliver the restitution, and the peak force that the same K, D and law have without a time "
+        "step. What is recommended lies in the middle of where all this is met, and was run from rest, with half the "
+        "step, and with 60 neighbours with other n (2 %), K and D (1 %).",
         epilog="A tolerance that nothing meets is a result, with the reason; the exit status is 2 only for bad input.",
     )
     add = command.add_argument
@@ -64,6 +71,12 @@ def add(commands) -> None:
         help="with --eta-range: one K, D and time step for all of them and between them, and what limits the range",
     )
     add("--tolerance", type=number, metavar="F", help="largest relative error (default %(default)s)")
+    for name, what in (
+        ("restitution", "restitution that the contacts deliver may be off"),
+        ("force", "peak force may be from that without a time step, relative to it"),
+    ):
+        words = f"how far the {what}, or {OFF} (default %(default)s)"
+        add(f"--{name}-tolerance", type=switchable, metavar=f"F|{OFF}", help=words)
     add("--located", action="store_true", help="steps cut at contact changes only; the least solves per period")
     add_integrator_options(command, ALL)
     add(
@@ -75,7 +88,7 @@ def add(commands) -> None:
     add_joint_damping_option(command)
     add("--K", type=measured, metavar="F", help="hold K and look for the rest")
     add("--D", type=measured, metavar="F", help="hold D and look for the rest")
-    largest = end_text(default_of(Limits, "stiffness_max"))
+    largest = f"{end_text(STIFFEST)} times the stiffer spring"
     add("--K-max", type=measured, metavar="F", help=f"largest K to try (default {largest})")
     add("--steps-max", type=count, metavar="N", help="most steps per period to try (default %(default)s)")
     add_units_option(command)
@@ -85,10 +98,15 @@ def add(commands) -> None:
         action="store_true",
         help="print one JSON object (a list of them for --eta-range without --one-setting)",
     )
-    names = {"K_max": "stiffness_max", "steps_max": "steps_max"}  # option: the engine's name
-    command.set_defaults(**{option: default_of(Limits, name) for option, name in names.items()})
-    command.set_defaults(tolerance=default_of(recommend, "tolerance"))
+    command.set_defaults(steps_max=default_of(Limits, "steps_max"))
+    tolerances = ("tolerance", "restitution_tolerance", "force_tolerance")
+    command.set_defaults(**{name: default_of(recommend, name) for name in tolerances})
     command.set_defaults(run=run)
+
+
+def switchable(text: str) -> float | str:
+    """A tolerance, or the word that switches it off."""
+    return OFF if text.strip().lower() == OFF else number(text)
 
 
 def eta_range(text: str) -> tuple:
@@ -107,10 +125,12 @@ def etas_of(low: float, high: float, n: int) -> list[float]:
 
 def run(options: argparse.Namespace) -> None:
     """Search and print."""
-    if options.K is not None and options.K_max != default_of(Limits, "stiffness_max"):
+    if options.K is not None and options.K_max is not None:
         note("--K-max has no effect where --K is held")
     search = {
         "tolerance": options.tolerance,
+        "restitution_tolerance": None if options.restitution_tolerance == OFF else options.restitution_tolerance,
+        "force_tolerance": None if options.force_tolerance == OFF else options.force_tolerance,
         "reference": reference_of(options),
         "stiffness_max": options.K_max,
         "steps_max": options.steps_max,
@@ -177,7 +197,7 @@ def range_json(found: RangeRecommendation, units: Units | None = None) -> dict:
         "error": best and best.error,
         "robust": best and best.robust,
         "met": found.met,
-        "etas": [vars(served) for served in found.served],
+        "etas": [_served_json(served) for served in found.served],
         "left_out": list(found.left_out),
         "front": [_front_row(trial) for trial in found.front],
         "limit": found.limit,
@@ -192,8 +212,31 @@ def range_json(found: RangeRecommendation, units: Units | None = None) -> dict:
 def _setting_json(found: Recommendation | RangeRecommendation) -> dict:
     """The options of the search, and K, D and n of the best setting."""
     k, d, n = found.best.setting if found.best else (None, None, None)
-    asked = {"tolerance": found.tolerance, "located": found.located, **scheme_as_dict(found.scheme)}
-    return {**asked, "K": k, "D": d, "steps": n}
+    asked = {
+        "tolerance": found.tolerance,
+        "restitution_tolerance": found.tolerances.restitution,
+        "force_tolerance": found.tolerances.force,
+        "located": found.located,
+        **scheme_as_dict(found.scheme),
+    }
+    ranges = {f"{symbol}_range": found.ranges.get(name) for symbol, name in (("K", "stiffness"), ("D", "damping"))}
+    return {**asked, "K": k, "D": d, "steps": n, **ranges, **_contacts_json(found.best and found.best.contacts)}
+
+
+def _contacts_json(contacts: Contacts | None) -> dict:
+    """What the contacts of a setting do; None for numbers that do not exist."""
+    numbers = {
+        "restitution": "restitution",
+        "peak_force": "peak_force",
+        "peak_force_without_step": "without_step",
+        "steps_per_contact": "steps",
+    }
+    return {name: contacts and finite_or_none(getattr(contacts, each)) for name, each in numbers.items()}
+
+
+def _served_json(served: Served) -> dict:
+    numbers = {name: getattr(served, name) for name in ("eta", "steps", "error", "robust")}
+    return numbers | _contacts_json(served.contacts)
 
 
 def _physical(units: Units, found: Recommendation | RangeRecommendation, method: Newmark | TimeStepping) -> dict:
@@ -220,6 +263,7 @@ def as_text(found: Recommendation, units: Units | None = None) -> str:
         f"error             {_beside(found, found.best.error)}; "
         f"{_beside(found, found.best.robust)} is kept to with half the step "
         "and by 9 in 10 neighbours",
+        *_contact_lines(found, units),
     ]
     if found.located or stages_of(found.scheme) > 1:
         lines.append(f"cost              {found.solves:.1f} solves per period")
@@ -233,6 +277,18 @@ def as_text(found: Recommendation, units: Units | None = None) -> str:
     if units is not None:
         lines.append(f"physical          {settings_text(units, found.eta, found.method)}")
     return "\n".join([*lines, *_front_lines(found, units)])
+
+
+def _contact_lines(found: Recommendation | RangeRecommendation, units: Units | None) -> list[str]:
+    """The ranges, the contacts, and what was verified."""
+    force = written if units is None else lambda value: units.text("force", value)
+    rows = {
+        "range": range_words(found),
+        "contacts": contact_words(found),
+        "peak force": force_words(found, force),
+        "verified for": verified_words(found),
+    }
+    return [f"{name:18s}{text}" for name, text in rows.items() if text]
 
 
 def _asked_lines(found: Recommendation | RangeRecommendation, where: str) -> list[str]:
@@ -269,6 +325,7 @@ def range_text(found: RangeRecommendation, units: Units | None = None) -> str:
     lines += [
         f"{_setting_text(found)}, time step {written(found.time_step)} ({steps})",
         f"limit             {found.limit}",
+        *_contact_lines(found, units),
     ]
     if found.kind:
         lines.append(f"mind              another kind of motion: {found.kind}")

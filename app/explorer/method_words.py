@@ -78,6 +78,12 @@ def words_of_method(method: Method) -> str:
     return f"{name_of_method(method)}; {_STATUSES.get(method.status, method.status)}; contact law {law}{damper}"
 
 
+def words_of_scheme(method: Newmark | TimeStepping) -> str:
+    """Name, contact status and law of any method with a time step."""
+    law = LAW_NAMES.get(method.law, method.law)
+    return f"{name_of_integrator(integrator_name(method))}; {_STATUSES[status_of(method)]}; contact law {law}"
+
+
 def brief_name(method: Newmark | TimeStepping) -> str:
     """The name of a method in titles and legends, without numbers and default choices, as "HHT-α, Hunt–Crossley"."""
     parts = [name_of_integrator(integrator_name(method))]

@@ -12,9 +12,9 @@ from vibroscope.app.explorer.explanation import Explanation, sentence
 from vibroscope.app.explorer.field_units import shown_field, time_text
 from vibroscope.app.explorer.method_words import name_of_method, scheme_texts
 from vibroscope.app.explorer.parameters import bounds_of
-from vibroscope.app.explorer.ranges import slider_range
 from vibroscope.app.explorer.reading import most_steps
 from vibroscope.app.explorer.state import Setting
+from vibroscope.app.explorer.suggestion_words import contact_words, force_words, range_words, verified_words
 from vibroscope.app.explorer.typed import read_typed_number
 from vibroscope.app.explorer.words_in_units import in_units, plain_symbols, words_of_change
 from vibroscope.app.runtime.cache import Cache
@@ -37,12 +37,13 @@ from vibroscope.engine import (
     steps_at,
     written,
 )
-from vibroscope.engine.recommendation.limits import STEPS_MAX_RANGE, STIFFNESS_MAX_RANGE
+from vibroscope.engine.recommendation.contacts import FORCE_RANGE, RESTITUTION_RANGE, Tolerances
+from vibroscope.engine.recommendation.limits import STEPS_MAX_RANGE, STIFFNESS_MAX_RANGE, largest_stiffness
 from vibroscope.engine.recommendation.trials import Trial
 
 _THREADS = 2  # searches that run at the same time, of all sessions
 _PERCENT = (0.01, 100.0)  # range of a tolerance
-_BEYOND_SLIDER = 10.0  # times the end of the slider: the largest K of a search at first
+_OFF = "off"  # a tolerance that is not asked for
 _ETAS = 5  # of a range, at which settings are tried; between them what is found is tried, too
 Found = Recommendation | RangeRecommendation
 _OFFERED = (0.05, 0.1, 0.2, 0.5, 1.0)  # tolerances; the smallest one that can be met is offered
@@ -67,6 +68,8 @@ class Question(NamedTuple):
     stiffness: float | None = None
     damping: float | None = None
     scheme: TimeStepping | None = None  # where it is not Newmark's method; its K, D and n have no effect
+    restitution_tolerance: float | None = Tolerances.restitution
+    force_tolerance: float | None = Tolerances.force
     schemes: tuple[TimeStepping, ...] = ()  # all that is searched over where a code is asked for, in place of that set
 
     def follow(self, setting: Setting) -> Question:
@@ -92,14 +95,19 @@ class OfSchemes(Recommendation):
 
 
 def default_limits(setting: Setting) -> dict[str, str]:
-    """Largest K and most steps per period of a search, as texts; the unit of K, and name and unit of a range of η.
+    """Limits and tolerances of a search, as texts; the unit of K, and name and unit of a range of η.
 
-    For the paper's system they are the command line's, if this server allows them.
+    They are the command line's, if this server allows them.
     """
     field, eta = shown_field("K", setting), shown_field("eta", setting)
     steps = print_number(min(Limits().steps_max, most_steps()))
-    shown = {"unit": field.unit or field.natural, "eta": f"Range of frequency {eta.label}", "eta_unit": eta.unit}
-    return {"K": field.number(_largest_stiffness(setting)), "steps": steps, **shown}
+    tolerances = {"restitution": print_number(Tolerances.restitution), "force": print_number(100 * Tolerances.force)}
+    shown = tolerances | {
+        "unit": field.unit or field.natural,
+        "eta": f"Range of frequency {eta.label}",
+        "eta_unit": eta.unit,
+    }
+    return {"K": field.number(largest_stiffness(setting.system)), "steps": steps, **shown}
 
 
 def make_question(setting: Setting, typed: object, schemes: tuple[TimeStepping, ...] = ()) -> Question:
@@ -110,7 +118,8 @@ def make_question(setting: Setting, typed: object, schemes: tuple[TimeStepping, 
     setting : Setting
     typed : mapping of str to str
         ``tolerance`` in per cent, and the limits of the search ``K`` and ``steps`` by `default_limits`, as typed; the
-        ends ``from`` and ``to`` of a range of η, or neither; and in ``hold`` which of K and D keep their present value.
+        ends ``from`` and ``to`` of a range of η, or neither; in ``hold`` which of K and D keep their present value; and
+        the tolerances ``restitution`` and ``force``, that in per cent, or "off".
     schemes : tuple of TimeStepping
         What a code has, to search over in place of what is set.
 
@@ -130,7 +139,7 @@ def make_question(setting: Setting, typed: object, schemes: tuple[TimeStepping, 
     K_options = {"units": field.typed, "shown": field.unit}
     stiffness_max = float(read_typed_number("K allowed", asked["K"], STIFFNESS_MAX_RANGE, **K_options))
     if asked["K"] == usual["K"]:  # the text is rounded where units are shown, and the search would try other K
-        stiffness_max = _largest_stiffness(setting)
+        stiffness_max = largest_stiffness(setting.system)
     steps_range = (STEPS_MAX_RANGE[0], min(STEPS_MAX_RANGE[1], most_steps()))
     steps_max = int(read_typed_number("T/Δτ allowed", asked["steps"], steps_range, whole=True))
     held = str(asked.get("hold", ""))
@@ -138,6 +147,9 @@ def make_question(setting: Setting, typed: object, schemes: tuple[TimeStepping, 
         raise Refused("D", "D follows from the restitution, and cannot be held: choose “D as typed” under Solver.")
     if "K" in held and setting.follows_step:
         raise Refused("K", "K follows from the time step, and cannot be held: choose “K as typed” under Solver.")
+    restitution_tolerance = _read_tolerance("restitution", asked["restitution"], RESTITUTION_RANGE)
+    shares = tuple(100 * end for end in FORCE_RANGE)
+    force_tolerance = _read_tolerance("peak force", asked["force"], shares, **percent)
     etas = _read_etas(setting, asked.get("from", ""), asked.get("to", ""))
     if schemes and len(etas) > 1:
         raise Refused("eta", "What a code has is searched at one frequency: leave the ends of the range empty.")
@@ -152,6 +164,8 @@ def make_question(setting: Setting, typed: object, schemes: tuple[TimeStepping, 
         stiffness=setting.K if "K" in held else None,
         damping=setting.D if "D" in held else None,
         scheme=None if schemes else _scheme(setting),
+        restitution_tolerance=restitution_tolerance,
+        force_tolerance=None if force_tolerance is None else force_tolerance / 100,
         schemes=schemes,
     )
 
@@ -161,8 +175,14 @@ def _scheme(setting: Setting) -> TimeStepping | None:
     return replace(method, stiffness=1.0, damping=0.0, steps=1000) if isinstance(method, TimeStepping) else None
 
 
-def _largest_stiffness(setting: Setting) -> float:
-    return _BEYOND_SLIDER * slider_range("K", setting.system)[1]
+def _read_tolerance(name: str, text: object, allowed: tuple[float, float], **options) -> float | None:
+    """A tolerance as typed; None where it is switched off."""
+    if str(text).strip().lower() == _OFF:
+        return None
+    try:
+        return float(read_typed_number(f"{name} tolerance", text, allowed, **options))
+    except Refused as error:
+        raise Refused(error.name, f"{error} Or type “{_OFF}”.") from None
 
 
 def _read_etas(setting: Setting, first: object, last: object) -> tuple[float, ...]:
@@ -308,6 +328,8 @@ def _head(found: Found) -> str:
         return f"An error of {asked} is met" + (", by another kind of motion" if found.kind else "")
     if found.best is None:
         return "Nothing to suggest here"
+    if found.best.robust <= found.tolerance:
+        return f"An error of {asked} is met, but not what else is asked for"
     return f"An error of {asked} is not met; {percent(found.possible, beside=found.tolerance)} is possible"
 
 
@@ -329,12 +351,23 @@ def _lines(found: Found, setting: Setting) -> list[str]:
         lines.append(f"Note: the joint damping alone causes {part}; errors cancel here, and may not at another η.")
     elif 1e-4 <= found.joint_damping <= found.tolerance:  # a larger one is the reason, nan means that there is none
         lines.append(f"The joint damping alone causes {percent(found.joint_damping)} of it.")
-    return [*lines, *_other_lines(found), _of_steps(found)]
+    return [*lines, *_contact_lines(found, setting), *_other_lines(found)]
 
 
-def _of_steps(found: Found) -> str:
-    which = "that cut the step where contact changes" if found.located else "with a constant step"
-    return f"These numbers are for codes {which}."
+def _contact_lines(found: Found, setting: Setting) -> list[str]:
+    """The ranges, the contacts, and what was verified, a sentence each."""
+    scale = setting.scale
+    force = written if scale is None else lambda value: scale.text("force", value)
+    ranges, contacts = range_words(found), contact_words(found)
+    lines = [f"Met where one number alone is changed: {ranges}."] if ranges else []
+    lines += [f"Contacts: {contacts}."] if contacts else []
+    lines.append(f"Peak force: {force_words(found, force)}.")
+    other = (
+        ""
+        if found.located or isinstance(found, OfSchemes)
+        else (" For another code choose it under Your code: with another contact status a step may have no solution.")
+    )
+    return [*lines, f"Verified for {verified_words(found)}.{other}"]
 
 
 def _other_lines(found: Recommendation) -> list[str]:
@@ -371,7 +404,7 @@ def _range_lines(found: RangeRecommendation, setting: Setting) -> list[str]:
         etas = ", ".join(f"η = {eta:.6g}" for eta in found.left_out)
         lines.append(f"Left out, since the reference does not repeat itself, or nothing touches there: {etas}.")
     errors = (f"{percent(one.error, beside=found.tolerance)} at η = {one.eta:.6g}" for one in found.served)
-    return [*lines, f"Error: {', '.join(errors)}.", _of_steps(found)]
+    return [*lines, f"Error: {', '.join(errors)}.", *_contact_lines(found, setting)]
 
 
 def _start_lines(setting: Setting) -> list[str]:

@@ -27,12 +27,15 @@ from .range_trials import RangeTrials
 from .trials import NEIGHBOURS, NewmarkSetting, Trial, Trials
 
 CONTACT_STEPS = (1.5, 100.0)  # steps in a contact that are worth a trial
+FORCE_STEPS = 2.0  # the least of them for a tolerance of the peak force, times that: Newmark's is off by some 3/steps
 SOFTEST = 10.0  # K that is worth a trial
 RATIO, LOCATED_RATIO = 2.0, 4.0  # between neighbouring K of the grid
 DAMPING_FACTORS = (0.2, 0.4, 0.7, 0.85, 1.0, 1.15, 1.4, 2.5)  # ζ of the grid, in units of ζ(e)
 LEAST_DAMPING = 0.01  # the unit, if e is so near to 1 that ζ(e) is less
 LIKELY, FEW = 16, 2  # settings of the grid that are tried with a few of their neighbours, and how few …
 JUDGED = 6  # … and settings that are judged with all of them
+WELL = 0.8  # deviations of restitution and peak force, in units of the tolerance, of which none is better than another
+AT_ONCE = 4  # settings whose contacts are looked at side by side
 MOVES = ((1.4, 1.12), (1.15, 1.05))  # factors of K and D, round by round
 
 
@@ -52,6 +55,7 @@ class ContactSearch:
     system: System
     limits: Limits
     tolerance: float
+    force_tolerance: float | None = None
     judged: list[Trial] = field(default_factory=list)
     _best: dict[int, Trial] = field(default_factory=dict)
     _equal: dict[float, float] = field(default_factory=dict)
@@ -69,6 +73,7 @@ class ContactSearch:
         best = self._judge(self._from_other_steps(steps), None)
         grid = [trial for trial in self.trials.screen(self._grid(steps)) if trial.cost <= cost]
         grid = self.trials.screen(_first(LIKELY, grid, self._by_error), FEW)
+        grid = self._with_contacts(grid, enough=JUDGED)
         best = self._judge(_first(JUDGED, grid, self.by_robust_error), best)
         for factors in MOVES:
             if best is not None:
@@ -77,9 +82,13 @@ class ContactSearch:
             self._best[steps] = best
         return best
 
-    def by_robust_error(self, trial: Trial) -> tuple[float, float, float]:
+    def is_worth(self, steps: int) -> bool:
+        """Whether so many steps resolve a contact that is worth a trial."""
+        return self.limits.stiffness is not None or self.trials.located or self._ends(steps)[1] >= SOFTEST
+
+    def by_robust_error(self, trial: Trial) -> tuple[float, float, float, float]:
         """Sort key: smaller for the better one of two trials."""
-        return max(trial.robust, self.tolerance), trial.cost, trial.robust
+        return max(trial.robust, self.tolerance), max(trial.excess, WELL), trial.cost, trial.robust
 
     def _by_error(self, trial: Trial) -> tuple[float, float, float]:
         return max(trial.error, self.tolerance), trial.cost, trial.error
@@ -88,9 +97,22 @@ class ContactSearch:
         """Judge settings with all their neighbours; return the best of them and of the best one before."""
         bound = math.inf if best is None else max(best.robust, self.tolerance)
         trials = self.trials.screen(settings, NEIGHBOURS, bound)
-        good = [trial for trial in trials if math.isfinite(trial.robust)]
+        good = self._with_contacts([trial for trial in trials if math.isfinite(trial.robust)])
         self.judged += good
         return min(good + ([] if best is None else [best]), key=self.by_robust_error, default=None)
+
+    def _with_contacts(self, trials: list[Trial], enough: int | None = None) -> list[Trial]:
+        """Look at the contacts of those whose displacements keep to the tolerance, until enough of them do well."""
+        trials, well = sorted(trials, key=self.by_robust_error), 0
+        for i in range(0, len(trials), AT_ONCE):
+            some = [one for one in trials[i : i + AT_ONCE] if one.robust <= self.tolerance]
+            found = self.trials.excesses(one.setting for one in some)
+            some = [one._replace(excess=excess) for one, excess in zip(some, found, strict=True)]
+            trials[i : i + len(some)] = some
+            well += sum(one.excess <= 1.0 for one in some)
+            if well >= (enough or len(trials)):
+                return trials[: i + len(some)]
+        return trials
 
     def _grid(self, steps: int) -> list[NewmarkSetting]:
         grid = (
@@ -115,13 +137,18 @@ class ContactSearch:
             return np.array([self.limits.stiffness])
         softest, stiffest, ratio = SOFTEST, self.limits.stiffness_max, LOCATED_RATIO
         if not self.trials.located:
-            stiffest, softest = (
-                stiffness_for(self.system, self.trials.eta, steps, contact) for contact in CONTACT_STEPS
-            )
+            softest, stiffest = self._ends(steps)
             ratio = RATIO
         stiffest = max(STIFFNESS_RANGE[0], min(stiffest, self.limits.stiffness_max))
         softest = min(max(softest, SOFTEST), stiffest)
         return np.geomspace(softest, stiffest, 1 + round(math.log(stiffest / softest, ratio)))
+
+    def _ends(self, steps: int) -> tuple[float, float]:
+        """The softest and the stiffest K whose contacts so many steps resolve well enough."""
+        fewest, most = CONTACT_STEPS
+        if self.force_tolerance is not None:
+            fewest = min(max(fewest, FORCE_STEPS / self.force_tolerance), most / RATIO)
+        return tuple(stiffness_for(self.system, self.trials.eta, steps, contact) for contact in (most, fewest))
 
     def _from_other_steps(self, steps: int) -> list[NewmarkSetting]:
         """Start from the best settings at the two nearest n: with the same K, and K scaled with n and with n².

@@ -51,6 +51,37 @@ class RangeTrials:
         """See :meth:`.trials.Trials.screen`."""
         return list(self._pool.map(lambda one: self._worst(one, bound, "screen_one", neighbours, bound), settings))
 
+    def meets_one(self, setting: NewmarkSetting, bound: float) -> bool:
+        """See :meth:`.trials.Trials.meets_one`."""
+        for part in tuple(self._order):
+            if not part.meets_one(self.at(part, setting), bound):
+                self._order = [part, *(other for other in self.parts if other is not part)]
+                return False
+        return True
+
+    def excesses(self, settings: Iterable[NewmarkSetting]) -> list[float]:
+        """See :meth:`.trials.Trials.excesses`."""
+        return list(self._pool.map(lambda one: max(part.excess(self.at(part, one)) for part in self.parts), settings))
+
+    def all_meet(self, settings: Iterable[NewmarkSetting], bound: float) -> list[bool]:
+        """See :meth:`.trials.Trials.all_meet`."""
+        return list(self._pool.map(lambda setting: self.meets_one(setting, bound), settings))
+
+    def verify(self, setting: NewmarkSetting) -> Trial:
+        """See :meth:`.trials.Trials.verify`; the contacts are those of the part where they are furthest off."""
+        return self._worst_of(setting, [part.verify(self.at(part, setting)) for part in self.parts])
+
+    def verify_alone(self, setting: NewmarkSetting) -> Trial:
+        """See :meth:`.trials.Trials.verify_alone`, and :meth:`verify`."""
+        return self._worst_of(setting, [part.verify_alone(self.at(part, setting)) for part in self.parts])
+
+    def _worst_of(self, setting: NewmarkSetting, trials: list[Trial]) -> Trial:
+        worst = max(trials, key=lambda trial: trial.excess)
+        error, robust = (max(getattr(trial, name) for trial in trials) for name in ("error", "robust"))
+        cost = max(trial.cost * part.eta / self.eta for trial, part in zip(trials, self.parts, strict=True))
+        cost = cost if self.located else float(setting.steps)
+        return Trial(setting, error, robust, cost, worst.contacts, worst.excess)
+
     def confirm(self, settings: Iterable[NewmarkSetting], bound: float = math.inf) -> list[Trial]:
         """See :meth:`.trials.Trials.confirm`."""
         return list(self._pool.map(lambda one: self._worst(one, bound, "confirm_one", bound), settings))
@@ -65,15 +96,15 @@ class RangeTrials:
 
     def _worst(self, setting: NewmarkSetting, bound: float, method: str, *arguments) -> Trial:
         """Return the largest error, robust error and cost; all infinite as soon as a robust error exceeds the bound."""
-        error = robust = cost = 0.0
+        error = robust = cost = excess = 0.0
         for part in tuple(self._order):
             trial = getattr(part, method)(self.at(part, setting), *arguments)
             if math.isfinite(bound) and not trial.robust <= bound:
                 self._order = [part, *(other for other in self.parts if other is not part)]
                 return Trial(setting, math.inf, math.inf, math.inf)
-            error, robust = max(error, trial.error), max(robust, trial.robust)
+            error, robust, excess = (max(error, trial.error), max(robust, trial.robust), max(excess, trial.excess))
             cost = max(cost, trial.cost * part.eta / self.eta)
-        return Trial(setting, error, robust, cost if self.located else float(setting.steps))
+        return Trial(setting, error, robust, cost if self.located else float(setting.steps), excess=excess)
 
 
 def steps_at(eta: float, highest: float, steps: int) -> int:

@@ -13,7 +13,8 @@ from ..motions.steady import KEEP, LONG, Steady, steady
 from ..motions.words import touching
 from ..result import Record
 from ..simulate import simulate
-from ..wording import percent
+from ..wording import percent, rounded
+from .contacts import Tolerances
 from .limits import Limits
 from .trials import Trial, Trials
 
@@ -77,7 +78,7 @@ def unmet_tolerance_reason(
     trials: Trials,
     front: list[Trial],
     joint_damping: float,
-    tolerance: float,
+    tolerances: Tolerances,
     limits: Limits,
     cancelled: Callable[[], bool] | None = None,
 ) -> str:
@@ -90,10 +91,10 @@ def unmet_tolerance_reason(
         The settings found, least error last; may be empty.
     joint_damping : float
         From :func:`joint_damping_error`.
-    tolerance : float
+    tolerances : Tolerances
     limits : Limits
     """
-    target = trials.target
+    target, tolerance = trials.target, tolerances.displacement
     stiffness_max = limits.stiffness_max if limits.stiffness is None else limits.stiffness
     if not front:
         none = f"no K up to {stiffness_max:g} gave a run that reached its end within {limits.steps_max} steps"
@@ -112,6 +113,8 @@ def unmet_tolerance_reason(
             f"D and the step are not made to supply the rest; {found}. Allow a larger tolerance, or compare with the "
             "derived joint damping (d3 from d1 and d2)"
         )
+    if least.robust <= tolerance:
+        return _contacts_reason(least, tolerances)
     damping = limits.damping
     if damping is None:
         damping = damping_of_law(system, trials.scheme, stiffness_max, trials.closing_speed)
@@ -137,3 +140,19 @@ def unmet_tolerance_reason(
         f"K is to blame: up to {stiffness_max:g} the contact stays too soft, even without a time step; {found}: "
         "allow a larger K"
     )
+
+
+def _contacts_reason(least: Trial, tolerances: Tolerances) -> str:
+    """Say that displacements are met, and what is not."""
+    found = f"the displacements keep to {percent(tolerances.displacement)} with {least.setting.steps} steps per period"
+    if least.excess <= 1.0:
+        return f"{found}, but not where the last digits of K, D and the steps are others: allow more steps"
+    asked = [
+        f"{name} within {value}"
+        for name, value in (
+            ("a restitution", tolerances.restitution and rounded(tolerances.restitution, 2)),
+            ("a peak force", tolerances.force and percent(tolerances.force)),
+        )
+        if value
+    ]
+    return f"{found}, but the contacts do not with {' and '.join(asked) or 'a restitution of 1'}: allow more steps"

@@ -1,19 +1,23 @@
 """Recommend K, D and the time step: the setting that meets a tolerance at the least cost.
 
 The error is that of :class:`..divergence.error.Target`: the rms difference of the displacements from the reference,
-relative to it, in phase with the excitation. :mod:`.step_search` searches the least number of steps per period n,
-:mod:`.contact_search` the best K and D for each n. No setting is recommended by a formula: every one that is returned
-was run from rest by Newmark's method, and so were its neighbours, so that it does not meet the tolerance by chance
-(:mod:`.trials`).
+relative to it, in phase with the excitation. A setting must also deliver the restitution of the system, and the peak
+force that it would have without a time step (:mod:`.contacts`). :mod:`.step_search` searches the least number of steps
+per period n, :mod:`.contact_search` the best K and D for each n. From the least n, :mod:`.middle` goes to the middle of
+where the tolerances are met. No setting is recommended by a formula: every one that is returned was run from rest by
+Newmark's method, and so were its neighbours, so that it does not meet the tolerances by chance (:mod:`.trials`).
+
+The search sees the question with ten digits (:mod:`.rounded`), so that a further one does not change the answer; the
+answer is verified for the question as it is.
 """
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from itertools import islice
 
 from ..arguments import shown
-from ..checks import require
 from ..drivers.threads import thread_count
 from ..methods import STEPPING, Newmark, Reference, TimeStepping, is_located, stages_of
 from ..model import System, check_eta
@@ -24,14 +28,16 @@ from ..motions.words import difference_in_kind
 from ..simulate import simulate
 from ..wording import html_table
 from .contact_search import ContactSearch
+from .contacts import Tolerances
 from .front import monotone_front
 from .limits import Limits
-from .range_trials import steps_at
+from .middle import MiddleSearch
+from .range_trials import RangeTrials, steps_at
 from .reasons import aperiodic_reference_reason, idle_reason, joint_damping_error, unmet_tolerance_reason
+from .rounded import round_numbers
 from .step_search import StepSearch
-from .trials import NewmarkSetting, Trial, Trials, with_setting
+from .trials import NewmarkSetting, Trial, Trials, verification, with_setting
 
-TOLERANCE_RANGE = (1e-6, 1.0)
 KINDS = 3  # settings whose kind of motion is looked at: evidence for one takes some tenths of a second
 ENOUGH = 1.05  # times the least error: if nothing meets the tolerance, the cheapest setting within it is returned
 
@@ -42,6 +48,12 @@ class Suggested:
     best: Trial | None
     located: bool
     scheme: Newmark | TimeStepping | None
+    tolerances: Tolerances
+
+    @property
+    def tolerance(self) -> float:
+        """That of the displacements."""
+        return self.tolerances.displacement
 
     @property
     def possible(self) -> float:
@@ -59,14 +71,20 @@ class Recommendation(Suggested):
 
     Attributes
     ----------
-    system, eta, reference, tolerance, located
+    system, eta, reference, located
         The arguments.
+    tolerances : Tolerances
+        Those of the displacements, the restitution and the peak force.
     met : bool
-        Whether the tolerance is met: by the setting itself, whether steps are skipped or all computed, by the same with
-        half the step, and by nine in ten of its neighbours (n ± 2 %, K and D ± 1 %).
+        Whether the tolerances are met: by the setting itself, whether steps are skipped or all computed, by the same
+        with half the step, and by nine in ten of its neighbours (n ± 2 %, K and D ± 1 %).
     best : Trial or None
-        The cheapest setting that meets the tolerance: ``setting`` (K, D, n), ``error``, ``robust`` and ``cost``. If
-        none does, the cheapest whose robust error is within 5 % of the least found; None if every run diverged.
+        A setting that meets the tolerances with hardly more than the least number of steps, in the middle of where they
+        are met: ``setting`` (K, D, n), ``error``, ``robust``, ``cost`` and ``contacts``. If none does, the cheapest
+        whose robust error is within 5 % of the least found; None if every run diverged.
+    ranges : dict
+        Of "stiffness" and "damping", unless held: from where to where the tolerances are met if that number alone is
+        changed; at least so far. Empty if they are not met.
     front : tuple of Trial
         Settings that no other one beats, cheapest first: along it cost and n rise, error and robust error fall. Each
         was run from rest, and with its neighbours. If ``met``, settings that meet the tolerance by chance are left out.
@@ -85,10 +103,11 @@ class Recommendation(Suggested):
     system: System
     eta: float
     reference: Reference
-    tolerance: float
+    tolerances: Tolerances
     located: bool
     met: bool
     best: Trial | None
+    ranges: dict[str, tuple[float, float]]
     front: tuple[Trial, ...]
     joint_damping: float
     reason: str
@@ -124,6 +143,8 @@ def recommend(
     eta: float,
     *,
     tolerance: float = 0.05,
+    restitution_tolerance: float | None = 0.1,
+    force_tolerance: float | None = 0.2,
     located: bool = False,
     scheme: Newmark | TimeStepping | None = None,
     reference: Reference | None = None,
@@ -142,6 +163,11 @@ def recommend(
         Excitation frequency η = Ω/ω₁.
     tolerance : float
         Largest rms error of the displacements, relative to the reference's.
+    restitution_tolerance : float, optional
+        How far the restitution that the contacts deliver may be from the system's; None: whatever it is.
+    force_tolerance : float, optional
+        How far the peak force may be from that of the same K, D and law without a time step, relative to it; None:
+        whatever it is.
     located : bool
         Cut the steps at contact changes; the cost counts solves per period. Otherwise the paper's constant step.
     scheme : Newmark or TimeStepping, optional
@@ -182,48 +208,72 @@ def recommend(
     (True, 12000.0, True)
     """
     eta = check_eta(eta)
-    tolerance = check_tolerance(tolerance)
-    limited = Limits(**limits)
+    tolerances = Tolerances(tolerance, restitution_tolerance, force_tolerance)
+    limited = Limits(**limits).of(system)
     threads = thread_count(threads)
     reference = reference or Reference()
     progress, partial = progress or no_progress, partial or no_progress
     found = steady(system, eta, reference, cancelled=cancelled)
+    rounded = round_numbers(system), round_numbers(eta), round_numbers(reference)
+    near = found if rounded == (system, eta, reference) else steady(*rounded, cancelled=cancelled)
     scheme = scheme_of(scheme, located)
     asked = {
         "system": system,
         "eta": eta,
         "reference": reference,
-        "tolerance": tolerance,
+        "tolerances": tolerances,
         "located": is_located(scheme),
         "scheme": scheme,
     }
-    without = {"met": False, "best": None, "front": (), "joint_damping": math.nan}
-    if not found.periodic:
+    without = {"met": False, "best": None, "ranges": {}, "front": (), "joint_damping": math.nan}
+    if not (found.periodic and near.periodic):
         return Recommendation(**asked, **without, reason=aperiodic_reference_reason(found))
     idle = idle_reason(found)
     if idle:
         return Recommendation(**asked, **without, reason=idle)
     with ThreadPoolExecutor(threads) as pool:
-        trials = Trials(found, scheme, pool, cancelled)
-        contact = ContactSearch(trials, system, limited, tolerance)
+        trials = Trials(near, scheme, pool, tolerances, cancelled)
+        contact = ContactSearch(trials, system, limited, tolerance, force_tolerance)
         search = StepSearch(contact, tolerance, limited.steps_max, progress, partial)
         search.run()
-        front, met = search.front(), search.met
-    best, kind = of_same_kind([found], met or [cheapest_near_least(front)], scheme, cancelled)
-    joint_damping, reason = joint_damping_error(trials.target, reference, cancelled), ""
+        exact = trials if near is found else Trials(found, scheme, pool, tolerances, cancelled)
+        middles = MiddleSearch(trials, limited, tolerance)
+        best, kind = of_same_kind(
+            [found], search.verified(middles, verification(trials, exact, tolerance)), scheme, cancelled
+        )
+        met, front = best is not None, search.front()
+        if met:
+            front = [trial for trial in front if trial.robust > tolerance or trial.cost > best.cost]
+        else:
+            best = described(cheapest_near_least(front), exact)
+    joint_damping, reason = joint_damping_error(exact.target, reference, cancelled), ""
     if not met:
-        reason = unmet_tolerance_reason(trials, front, joint_damping, tolerance, limited, cancelled)
+        reason = unmet_tolerance_reason(exact, front, joint_damping, tolerances, limited, cancelled)
     if best is not None:
         front = monotone_front(front, best)
     progress(1.0)
     return Recommendation(
         **asked,
-        met=bool(met),
+        met=met,
         best=best,
+        ranges=middles.ranges[best.setting] if met else {},
         front=tuple(front),
         joint_damping=joint_damping,
         reason=reason,
         kind=kind,
+    )
+
+
+def described(trial: Trial | None, trials: Trials | RangeTrials) -> Trial | None:
+    """Return a trial that does not meet the tolerances with what a run from rest says of its contacts."""
+    if trial is None:
+        return None
+    verified = trials.verify_alone(trial.setting)
+    return trial._replace(
+        error=verified.error,
+        contacts=verified.contacts,
+        excess=verified.excess,
+        robust=max(trial.robust, verified.error),
     )
 
 
@@ -320,26 +370,20 @@ def _rank(found: Recommendation) -> tuple[float, ...]:
     return (0.0, found.solves, robust) if found.met else (1.0, robust)
 
 
-def check_tolerance(tolerance: float) -> float:
-    """Return a tolerance as float; raises ValueError if it is out of range."""
-    return require("tolerance", tolerance, *TOLERANCE_RANGE, "give the relative rms error to keep to")
-
-
 def of_same_kind(
     found: Sequence[Steady],
-    trials: Sequence[Trial | None],
+    trials: Iterable[Trial],
     scheme: Newmark | TimeStepping,
     cancelled: Callable[[], bool] | None,
 ) -> tuple[Trial | None, str]:
     """Return the first of a few trials whose motion is of the reference's kind, and ""; else the first, and why not.
 
-    With several motions of the reference, the setting of a trial holds at the highest η, and is that of a range.
+    With several motions of the reference, the setting of a trial holds at the highest η, and is that of a range. None
+    if there is no trial.
     """
-    highest, kinds = max(one.response.eta for one in found), []
-    for trial in trials[:KINDS]:
-        if trial is None:
-            return None, ""
-        setting = trial.setting
+    highest, first, kinds = max(one.response.eta for one in found), None, []
+    for trial in islice(trials, KINDS):
+        first, setting = first or trial, trial.setting
         methods = (
             with_setting(scheme, setting._replace(steps=steps_at(one.response.eta, highest, setting.steps)))
             for one in found
@@ -347,8 +391,10 @@ def of_same_kind(
         kinds.append([_kind(one, method, cancelled) for one, method in zip(found, methods, strict=True)])
         if not any(kinds[-1]):
             return trial, ""
+    if first is None:
+        return None, ""
     different = [(one.response.eta, kind) for one, kind in zip(found, kinds[0], strict=True) if kind]
-    return trials[0], "; ".join(kind if len(found) == 1 else f"at eta = {eta:.4g} {kind}" for eta, kind in different)
+    return first, "; ".join(kind if len(found) == 1 else f"at eta = {eta:.4g} {kind}" for eta, kind in different)
 
 
 def _kind(found: Steady, method: Newmark | TimeStepping, cancelled: Callable[[], bool] | None) -> str:

@@ -8,8 +8,9 @@ and the search begins again.
 import math
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
+from typing import NamedTuple
 
 from ..divergence.compare import compare
 from ..divergence.difference import PART_NAMES
@@ -19,13 +20,16 @@ from ..model import System, check_eta
 from ..motions.steady import Steady, steady
 from ..wording import percent
 from .contact_search import ContactSearch
+from .contacts import Contacts, Tolerances
 from .front import monotone_front
 from .limits import STEPS_MAX_RANGE, Limits
+from .middle import MiddleSearch
 from .range_trials import RangeTrials, steps_at
 from .reasons import error_without_time_step, idle_reason, joint_damping_error, unmet_tolerance_reason
-from .recommend import Suggested, cheapest_near_least, check_tolerance, no_progress, of_same_kind, scheme_of
+from .recommend import Suggested, cheapest_near_least, described, no_progress, of_same_kind, scheme_of
+from .rounded import round_numbers
 from .step_search import StepSearch
-from .trials import NewmarkSetting, Trial, Trials, with_setting
+from .trials import NewmarkSetting, Trial, Trials, verification, with_setting
 
 MOST_ETAS = 50
 OTHERWISE = 2.0  # times the error: further off, the motion without a time step is another one
@@ -43,7 +47,7 @@ class Served:
     eta : float
     steps : int
         Steps per period of the recommended time step, rounded up.
-    error, robust : float
+    error, robust, contacts, excess
         See :class:`.trials.Trial`.
     """
 
@@ -51,6 +55,8 @@ class Served:
     steps: int
     error: float
     robust: float
+    contacts: Contacts | None
+    excess: float
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -59,15 +65,17 @@ class RangeRecommendation(Suggested):
 
     Attributes
     ----------
-    system, reference, tolerance, located
-        The arguments.
+    system, reference, tolerances, located
+        The arguments; the tolerances are those of the displacements, the restitution and the peak force.
     eta : float
         The highest excitation frequency at which the reference repeats itself.
     met : bool
-        Whether the tolerance is met at all ``served``; each is judged as by :func:`.recommend.recommend`.
+        Whether the tolerances are met at all ``served``; each is judged as by :func:`.recommend.recommend`.
     best : Trial or None
-        The cheapest setting that meets the tolerance, its steps per period those at ``eta``, its errors the largest of
-        the range. If none does, the cheapest whose robust error is within 5 % of the least found.
+        As there, its steps per period those at ``eta``, its errors the largest of the range, its contacts those that
+        are furthest off.
+    ranges : dict
+        As there.
     front : tuple of Trial
         Settings that no other one beats, cheapest first.
     served : tuple of Served
@@ -86,11 +94,12 @@ class RangeRecommendation(Suggested):
 
     system: System
     reference: Reference
-    tolerance: float
+    tolerances: Tolerances
     located: bool
     eta: float
     met: bool
     best: Trial | None
+    ranges: dict[str, tuple[float, float]]
     front: tuple[Trial, ...]
     served: tuple[Served, ...]
     left_out: tuple[float, ...]
@@ -117,6 +126,8 @@ def recommend_range(
     etas: Sequence[float],
     *,
     tolerance: float = 0.05,
+    restitution_tolerance: float | None = 0.1,
+    force_tolerance: float | None = 0.2,
     located: bool = False,
     scheme: Newmark | TimeStepping | None = None,
     reference: Reference | None = None,
@@ -133,7 +144,8 @@ def recommend_range(
     system : System
     etas : sequence of float
         Excitation frequencies at which settings are tried, at least two.
-    tolerance, located, scheme, reference, threads, progress, cancelled, **limits
+    tolerance, restitution_tolerance, force_tolerance, located, scheme, reference, threads, progress, cancelled, \
+    **limits
         As for :func:`.recommend.recommend`; ``steps_max`` holds for the lowest η, where a period has the most steps.
     partial : callable, optional
         As there, with the η at which the steps per period of the front count: the highest that has an error.
@@ -158,10 +170,10 @@ def recommend_range(
     asked = {
         "system": system,
         "reference": reference or Reference(),
-        "tolerance": check_tolerance(tolerance),
+        "tolerances": Tolerances(tolerance, restitution_tolerance, force_tolerance),
         "located": is_located(scheme),
     }
-    limited, progress, partial = Limits(**limits), progress or no_progress, partial or no_partial
+    limited, progress, partial = Limits(**limits).of(system), progress or no_progress, partial or no_partial
     with ThreadPoolExecutor(thread_count(threads)) as pool:
         search = _RangeSearch(asked, scheme, limited, pool, cancelled)
         search.add(etas)
@@ -173,6 +185,7 @@ def recommend_range(
                 eta=math.nan,
                 met=False,
                 best=None,
+                ranges={},
                 front=(),
                 served=(),
                 left_out=left_out,
@@ -182,11 +195,11 @@ def recommend_range(
                 scheme=scheme,
             )
         for begin, end in pairwise(_SHARES):
-            met = search.run(lambda done, b=begin, e=end: progress(b + done * (e - b)), partial)
-            if not met or not (missed := search.missed_between(met[0])):
+            search.run(lambda done, b=begin, e=end: progress(b + done * (e - b)), partial)
+            if search.best is None or not (missed := search.missed_between()):
                 break
             search.add(missed)
-        found = search.result(met)
+        found = search.result()
     progress(1.0)
     return found
 
@@ -195,15 +208,28 @@ def no_partial(front: list[Trial], eta: float) -> None:
     """Ignore what is found so far."""
 
 
+class _Part(NamedTuple):
+    """The trials at one η: of the question with ten digits, which the search sees, and of the question as it is."""
+
+    near: Trials
+    exact: Trials
+
+
 class _RangeSearch:
-    """A search over the settings for a list of η that may grow."""
+    """A search over the settings for a list of η that may grow.
+
+    Attributes
+    ----------
+    best : Trial or None
+        What the last search recommends; None if nothing meets the tolerances.
+    """
 
     def __init__(self, asked: dict, scheme, limits: Limits, pool: ThreadPoolExecutor, cancelled):
         self.scheme = scheme
         self._asked = asked
-        self.system, self.reference, self.tolerance, self.located = asked.values()
+        self.system, self.reference, self.tolerances, self.located = asked.values()
         self.limits, self._pool, self._cancelled = limits, pool, cancelled
-        self.parts: list[Trials] = []
+        self.parts: list[_Part] = []
         self.left_out: list[float] = []
         self.idle: dict[float, str] = {}  # why K and D have no effect, where they have none
         self._found: dict[float, Steady] = {}
@@ -211,84 +237,99 @@ class _RangeSearch:
 
     def add(self, etas: Sequence[float]) -> None:
         """Try settings at these η, too, where the reference repeats itself."""
-        self.parts = sorted([*self.parts, *self._trials(etas)], key=lambda part: part.eta)
+        self.parts = sorted([*self.parts, *self._new_parts(etas)], key=lambda part: part.exact.eta)
 
-    def run(self, progress: Callable[[float], None], partial: Callable[[list[Trial], float], None]) -> list[Trial]:
-        """Search; return the settings that meet the tolerance at all η, cheapest first."""
-        trials = RangeTrials(self.parts, self._pool)
-        most = math.floor(self.limits.steps_max * self.parts[0].eta / trials.eta)
-        contact = ContactSearch(trials, self.system, self.limits, self.tolerance)
-        search = StepSearch(
-            contact, self.tolerance, max(most, STEPS_MAX_RANGE[0]), progress, lambda front: partial(front, trials.eta)
-        )
+    def run(self, progress: Callable[[float], None], partial: Callable[[list[Trial], float], None]) -> None:
+        """Search for the setting that meets the tolerances at all η."""
+        trials = RangeTrials([part.near for part in self.parts], self._pool)
+        self._trials_of_range = RangeTrials([part.exact for part in self.parts], self._pool)
+        tolerance, eta = self.tolerances.displacement, self._trials_of_range.eta
+        most = max(math.floor(self.limits.steps_max * trials.parts[0].eta / trials.eta), STEPS_MAX_RANGE[0])
+        contact = ContactSearch(trials, self.system, self.limits, tolerance, self.tolerances.force)
+        search = StepSearch(contact, tolerance, most, progress, lambda front: partial(front, eta))
         search.run()
-        self._trials_of_range, self._front = trials, search.front()
-        return search.met
+        middles = MiddleSearch(trials, replace(self.limits, steps_max=most), tolerance)
+        near = all(part.near is part.exact for part in self.parts)
+        verify = verification(trials, trials if near else self._trials_of_range, tolerance)
+        verified = search.verified(middles, verify)
+        founds = [self._found[part.exact.eta] for part in self.parts]
+        self.best, self._kind = of_same_kind(founds, verified, self.scheme, self._cancelled)
+        self._front, self._ranges = search.front(), middles.ranges
 
-    def missed_between(self, best: Trial) -> list[float]:
-        """Return the η halfway between two others at which a setting misses the tolerance."""
-        etas = [part.eta for part in self.parts]
-        parts = self._trials([(one + other) / 2 for one, other in pairwise(etas)])
-        self._between = parts
-        return [one.eta for one in self._served(best.setting, parts) if one.robust > self.tolerance]
+    def missed_between(self) -> list[float]:
+        """Return the η halfway between two others at which the setting misses the tolerances."""
+        etas = [part.exact.eta for part in self.parts]
+        new = self._new_parts([(one + other) / 2 for one, other in pairwise(etas)])
+        self._between = [part.exact for part in new]
+        return [one.eta for one in self._served(self.best.setting, self._between) if not self._meets(one)]
 
-    def result(self, met: list[Trial]) -> RangeRecommendation:
+    def result(self) -> RangeRecommendation:
         """Return what is recommended, with the η that limits it."""
-        candidates = met or [cheapest_near_least(self._front)]
-        founds = [self._found[part.eta] for part in self.parts]
-        best, kind = of_same_kind(founds, candidates, self.scheme, self._cancelled)
+        parts = [part.exact for part in self.parts]
+        best = self.best or described(cheapest_near_least(self._front), self._trials_of_range)
         if best is None:
-            reason = unmet_tolerance_reason(self.parts[0], [], math.nan, self.tolerance, self.limits)
-            return self._recommendation(False, None, (), (), "", reason, "")
-        parts = [*self.parts, *(self._between if met else ())]
+            reason = unmet_tolerance_reason(parts[0], [], math.nan, self.tolerances, self.limits)
+            return self._recommendation(False, None, (), (), "", reason)
+        parts += self._between if self.best else []
         served = sorted(self._served(best.setting, parts), key=lambda one: one.eta)
-        worst = max(served, key=lambda one: one.robust)
-        is_met = worst.robust <= self.tolerance
-        largest = best._replace(error=max(one.error for one in served), robust=worst.robust)
-        front = [largest if trial is best else trial for trial in self._front]
-        if largest in front:
-            front = monotone_front(front, largest)
+        worst = max(served, key=lambda one: (max(one.excess, 1.0), one.robust))
+        is_met = self.best is not None and self._meets(worst)
+        error, robust = (max(getattr(one, name) for one in served) for name in ("error", "robust"))
+        largest = best._replace(error=error, robust=robust, contacts=worst.contacts, excess=worst.excess)
+        front = [one for one in self._front if one.robust > self.tolerances.displacement or one.cost > best.cost]
+        front = monotone_front(front if is_met else self._front, largest)
         reason = "" if is_met else self._reason(worst, served, parts, best)
-        return self._recommendation(is_met, largest, front, served, self._limit(worst, parts, best), reason, kind)
+        return self._recommendation(is_met, largest, front, served, self._limit(worst, parts, best), reason)
 
-    def _recommendation(self, met, best, front, served, limit, reason, kind) -> RangeRecommendation:
+    def _meets(self, served: Served) -> bool:
+        return served.robust <= self.tolerances.displacement and served.excess <= 1.0
+
+    def _recommendation(self, met, best, front, served, limit, reason) -> RangeRecommendation:
         highest, left_out = self._trials_of_range.eta, tuple(sorted(self.left_out))
         return RangeRecommendation(
             **self._asked,
             eta=highest,
             met=met,
             best=best,
+            ranges=self._ranges[best.setting] if met else {},
             front=tuple(front),
             served=tuple(served),
             left_out=left_out,
             limit=limit,
             reason=reason,
-            kind=kind,
+            kind=self._kind if self.best else "",
             scheme=self.scheme,
         )
 
-    def _trials(self, etas: Sequence[float]) -> list[Trials]:
+    def _new_parts(self, etas: Sequence[float]) -> list[_Part]:
         new = [eta for eta in etas if eta not in self._found]
-        found = self._pool.map(lambda eta: steady(self.system, eta, self.reference, cancelled=self._cancelled), new)
-        self._found |= dict(zip(new, found, strict=True))
+        self._found |= dict(zip(new, self._pool.map(self._steady, new), strict=True))
         reasons = {eta: idle_reason(self._found[eta]) for eta in new if self._found[eta].periodic}
         self.idle |= {eta: reason for eta, reason in reasons.items() if reason}
         self.left_out += [eta for eta in new if eta not in reasons or eta in self.idle]
-        tried = [self._found[eta] for eta in etas if eta not in self.left_out]
-        return [Trials(one, self.scheme, self._pool, self._cancelled) for one in tried]
+        return [self._part(self._found[eta]) for eta in etas if eta not in self.left_out]
+
+    def _part(self, found: Steady) -> _Part:
+        how = self.scheme, self._pool, self.tolerances, self._cancelled
+        exact, question = Trials(found, *how), (self.system, found.response.eta, self.reference)
+        rounded = tuple(map(round_numbers, question))
+        near = found if rounded == question else steady(*rounded, cancelled=self._cancelled)
+        return _Part(exact if near is found or not near.periodic else Trials(near, *how), exact)
+
+    def _steady(self, eta: float) -> Steady:
+        return steady(self.system, eta, self.reference, cancelled=self._cancelled)
 
     def _served(self, setting: NewmarkSetting, parts: Sequence[Trials]) -> list[Served]:
-        def serve(part: Trials) -> Served:
-            trial = part.confirm_one(self._trials_of_range.at(part, setting))
-            robust = trial.robust if self.located else max(trial.robust, part.error_of_every_step(trial.setting))
-            return Served(part.eta, trial.setting.steps, trial.error, robust)
-
-        return list(self._pool.map(serve, parts))
+        trials = [part.verify_alone(self._trials_of_range.at(part, setting)) for part in parts]
+        return [
+            Served(part.eta, one.setting.steps, one.error, one.robust, one.contacts, one.excess)
+            for part, one in zip(parts, trials, strict=True)
+        ]
 
     def _limit(self, worst: Served, parts: Sequence[Trials], best: Trial) -> str:
         """Say at which η the robust error is largest, and what makes most of it."""
         method = with_setting(self.scheme, best.setting._replace(steps=worst.steps))
-        error, robust = (percent(value, self.tolerance) for value in (worst.error, worst.robust))
+        error, robust = (percent(value, self.tolerances.displacement) for value in (worst.error, worst.robust))
         where = f"the range is limited at eta = {worst.eta:.6g}: an error of {error} there"
         if robust != error:
             where += f", {robust} with half the step or numbers nearby"
@@ -311,9 +352,16 @@ class _RangeSearch:
         """Say where the tolerance is met and where not, and why not at the worst η."""
         part = next(part for part in parts if part.eta == worst.eta)
         joint = joint_damping_error(part.target, self.reference, self._cancelled)
-        front = [Trial(best.setting._replace(steps=worst.steps), worst.error, worst.robust, best.cost)]
-        why = unmet_tolerance_reason(part, front, joint, self.tolerance, self.limits, self._cancelled)
-        good = [f"eta = {one.eta:.6g}" for one in served if one.robust <= self.tolerance]
+        front = [
+            best._replace(
+                setting=best.setting._replace(steps=worst.steps),
+                excess=worst.excess,
+                error=worst.error,
+                robust=worst.robust,
+            )
+        ]
+        why = unmet_tolerance_reason(part, front, joint, self.tolerances, self.limits, self._cancelled)
+        good = [f"eta = {one.eta:.6g}" for one in served if self._meets(one)]
         where = f"met at {', '.join(good)} only" if good else "met at no eta of the range"
         return f"{where}; at eta = {worst.eta:.6g} {why}"
 

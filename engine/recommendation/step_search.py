@@ -8,10 +8,11 @@ there the levels lie closer.
 """
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 
 from .contact_search import ContactSearch
 from .front import pareto_front
+from .middle import MiddleSearch
 from .trials import NewmarkSetting, Trial
 
 FIRST_STEPS, FIRST_STEPS_LOCATED = 16, 8  # the lowest level
@@ -20,9 +21,9 @@ CLOSER = 1.5  # located: below that n there is a level so many times each, too
 PATIENCE = 2  # … after so many of them
 GAIN = 0.95  # a level that leaves more of the error than this is without gain
 BEYOND = 1  # levels above the first that meets the tolerance, for the front
-BISECTIONS = 4  # they leave n uncertain by 2^(1/16), 4 %
+BISECTIONS = 3  # they leave n uncertain by 2^(1/8), 9 %
 CONFIRMED = 9  # settings of a level that are confirmed if they seem to meet the tolerance, until some do
-SHOWN = 3  # … so many at a time; and best settings of a level that are confirmed for the front, whatever their error …
+SHOWN = 2  # … so many at a time; and best settings of a level that are confirmed for the front, whatever their error …
 LUCK = 2.0  # … and shown unless their neighbours' error is so many times as large as their own
 
 
@@ -55,7 +56,8 @@ class StepSearch:
         first = min(FIRST_STEPS_LOCATED if located else FIRST_STEPS, steps_max)
         doubled = [first * 2**i for i in range(1 + math.floor(math.log2(steps_max / first)))]
         between = [round(CLOSER * n) for n in doubled if located and n < MEANINGFUL_LOCATED]
-        self.levels = sorted({*doubled, *(n for n in between if n < steps_max), steps_max})
+        levels = sorted({*doubled, *(n for n in between if n < steps_max), steps_max})
+        self.levels = [n for n in levels if contact.is_worth(n)] or levels[-1:]
         self._meaningful = MEANINGFUL_LOCATED if located else MEANINGFUL
         self._confirmed: dict[NewmarkSetting, Trial] = {}
         self._given_up: dict[NewmarkSetting, float] = {}  # the bound that each exceeds
@@ -64,7 +66,7 @@ class StepSearch:
     @property
     def met(self) -> list[Trial]:
         """Confirmed settings that meet the tolerance, cheapest first."""
-        good = [trial for trial in self._confirmed.values() if trial.robust <= self.tolerance]
+        good = [trial for trial in self._confirmed.values() if trial.meets(self.tolerance)]
         return sorted(good, key=lambda trial: (trial.cost, trial.robust))
 
     def run(self) -> None:
@@ -72,15 +74,20 @@ class StepSearch:
         self._search_levels()
         self._bisect()
         self._confirm_best_of_levels()
-        self._check_every_step()
 
     def front(self) -> list[Trial]:
         """Return the Pareto front of all confirmed settings.
 
-        Lucky ones are left out where others meet the tolerance. Where none does, the robust error alone counts.
+        Lucky ones, and those whose contacts exceed a tolerance, are left out where others meet the tolerance. Where
+        none does, the robust error alone counts.
         """
-        met = bool(self.met)
-        return pareto_front(trial for trial in self._confirmed.values() if not (met and self._is_lucky(trial)))
+        met, confirmed = bool(self.met), self._confirmed.values()
+        return pareto_front(one for one in confirmed if not (met and (one.excess > 1.0 or self._is_lucky(one))))
+
+    def verified(self, middles: MiddleSearch, verify: Callable[[NewmarkSetting], Trial]) -> Iterator[Trial]:
+        """Yield what can be recommended: see :meth:`.middle.MiddleSearch.verified`."""
+        if self.met:
+            yield from middles.verified(self.met[0].setting.steps, self.contact.best_with, verify)
 
     def _search_levels(self) -> None:
         """Go up the levels to a little above the first that meets the tolerance, or until nothing is gained."""
@@ -90,7 +97,7 @@ class StepSearch:
             above += bool(self.met)
             if above > BEYOND:
                 return
-            if best is None or n < self._meaningful:
+            if best is None or n < self._meaningful or best.robust <= self.tolerance:
                 continue
             without_gain = 0 if best.robust < GAIN * least else without_gain + 1
             least = min(least, best.robust)
@@ -119,15 +126,6 @@ class StepSearch:
             cheaper = [trial.robust for trial in self.front() if trial.cost < cost]
             self._confirm(shown, min(cheaper, default=math.inf))
 
-    def _check_every_step(self) -> None:
-        """Compute every step of the cheapest setting, and of the next one if it misses the tolerance then."""
-        while not self.contact.trials.located and self.met:
-            cheapest = self.met[0]
-            error = self.contact.trials.error_of_every_step(cheapest.setting)
-            self._confirmed[cheapest.setting] = cheapest._replace(robust=max(cheapest.robust, error))
-            if error <= self.tolerance:
-                return
-
     def _is_lucky(self, trial: Trial) -> bool:
         """Whether its own error says nothing about that of its neighbours, or of half the step."""
         return trial.robust > self.tolerance >= trial.error or trial.robust > max(self.tolerance, LUCK * trial.error)
@@ -135,7 +133,7 @@ class StepSearch:
     def _search(self, n: int) -> Trial | None:
         """Return the best setting with n steps, and confirm those that seem to meet the tolerance until some do."""
         best = self.contact.best_with(n, self.met[0].cost if self.met else math.inf)
-        promising = [trial for trial in self._judged_with(n) if trial.robust <= self.tolerance]
+        promising = [trial for trial in self._judged_with(n) if trial.meets(self.tolerance)]
         for begin in range(0, len(promising[:CONFIRMED]), SHOWN):
             if not self._meets(n):
                 self._confirm(promising[begin : begin + SHOWN], self.tolerance)

@@ -12,13 +12,16 @@ of three:
 - its error with half the step, since a time-step error that happens to cancel another one is no merit;
 - the error that nine in ten of its neighbours do not exceed, whose n, K and D differ by one or two per cent.
 
-The neighbours by which a setting was chosen are no independent test of it. Therefore 29 new ones confirm it. If more
-than a quarter of the neighbourhood missed the tolerance, at most two of 29 would miss it with a probability below 0.014
-only (Σ C(29, i) 0.25ⁱ 0.75²⁹⁻ⁱ over i ≤ 2).
+Beside the displacements its contacts are judged (:mod:`.contacts`).
 
-Most runs begin on the reference's motion, from which only a short transient is left. The run whose error is reported
-begins at rest, as the paper's do, and so do some of the new neighbours: a setting that leads to another motion from
-rest is not accepted.
+The neighbours by which a setting was chosen are no independent test of it. Therefore 19 new ones confirm it. If more
+than a third of the neighbourhood missed the tolerance, at most one of 19 would miss it with a probability below 0.005
+only (C(19, 0) (2/3)¹⁹ + C(19, 1) (1/3) (2/3)¹⁸).
+
+Most of these runs begin on the reference's motion, from which only a short transient is left. What is recommended is
+verified by runs that all begin at rest and last as long as the paper's, as those of a user do: itself, with and without
+steps skipped, with half the step, and 60 neighbours, of which two may miss one of the tolerances. If a tenth of the
+neighbourhood missed them, at most two of 60 would with a probability of 0.053 only.
 """
 
 import math
@@ -34,10 +37,11 @@ from ..divergence.encounters import mean_closing_speed
 from ..divergence.error import Target
 from ..divergence.grid import PER_PERIOD
 from ..drivers.skipped_samples import SkippedSamples
-from ..methods import CONTACT_LAWS, STEPS_RANGE, Newmark, TimeStepping, is_located
+from ..methods import CONTACT_LAWS, STEPS_RANGE, Method, Newmark, TimeStepping, is_located
 from ..motions.steady import KEEP, LONG, Steady
-from ..result import Checkpoint, Record
-from ..simulate import sample_run
+from ..result import Checkpoint, Record, Response
+from ..simulate import sample_run, simulate
+from .contacts import MORE_SAMPLES, SAMPLES, Contacts, Tolerances, contacts_of, peak_of
 
 FORGOTTEN = 1e-4  # remainder of a disturbance after the transient of a short run
 KEEP_LOCATED = 12  # periods of a short run that are kept: located steps leave no scatter
@@ -46,8 +50,9 @@ COARSE, FINER = 32, 64  # samples per period, sufficient to choose by, and to co
 STEPS_AROUND, AROUND = 0.02, 0.01  # half the width of the neighbourhood: of n, and of K and D
 ONE_MISS_IN = 10  # one in so many neighbours may miss
 NEIGHBOURS = 10  # to choose by
-NEW_NEIGHBOURS = 29  # to confirm by …
+NEW_NEIGHBOURS = 19  # to confirm by …
 EVERY_NTH_FROM_REST = 7  # … of which every seventh begins at rest
+VERIFIED, MISSES = 60, 2  # neighbours that verify what is recommended, and how many of them may miss a tolerance
 # Multiples of this vector, modulo 1, fill the unit cube evenly, however many are taken (M. Roberts's R₃; ρ⁴ = ρ + 1)
 _RHO = 1.2207440846057596
 _EVENLY = np.array([_RHO**-1, _RHO**-2, _RHO**-3])
@@ -74,12 +79,22 @@ class Trial(NamedTuple):
         it exceeds the bound.
     cost : float
         Solves per period: n with constant steps, more with located steps.
+    contacts : Contacts or None
+        What its contacts do; None as long as nobody has asked.
+    excess : float
+        Largest deviation of restitution and peak force, its own and with half the step, in units of the tolerance.
     """
 
     setting: NewmarkSetting
     error: float
     robust: float
     cost: float
+    contacts: Contacts | None = None
+    excess: float = 0.0
+
+    def meets(self, tolerance: float) -> bool:
+        """Whether it keeps to all tolerances; that of the displacements is given."""
+        return self.robust <= tolerance and self.excess <= 1.0
 
 
 class Trials:
@@ -92,14 +107,22 @@ class Trials:
     scheme : Newmark or TimeStepping
         The method; its own K, D and n have no effect.
     pool : Executor
+    tolerances : Tolerances, optional
+        Those of restitution and peak force count; the other one is a bound that each question has of its own.
     cancelled : callable, optional
         Polled by every run; when it returns true, Cancelled is raised.
     """
 
     def __init__(
-        self, found: Steady, scheme: Newmark | TimeStepping, pool: Executor, cancelled: Callable[[], bool] | None = None
+        self,
+        found: Steady,
+        scheme: Newmark | TimeStepping,
+        pool: Executor,
+        tolerances: Tolerances | None = None,
+        cancelled: Callable[[], bool] | None = None,
     ):
         self.target = Target(found.response, found.period)
+        self.tolerances = tolerances or Tolerances()
         self.eta = found.response.eta
         self._system = found.response.system
         self.scheme, self.located = scheme, is_located(scheme)
@@ -112,6 +135,9 @@ class Trials:
         self._keep = KEEP_LOCATED if self.located else KEEP
         self._of_thread = threading.local()  # what makes its runs by skips
         self._short: dict[tuple, tuple[float, float]] = {}  # results of short runs, many of which are needed again
+        self._excess: dict[NewmarkSetting, float] = {}
+        self._verified: dict[NewmarkSetting, Trial] = {}
+        self._peaks: dict[tuple, float] = {}  # peak forces without a time step
 
     def screen(self, settings: Iterable[NewmarkSetting], neighbours: int = 0, bound: float = math.inf) -> list[Trial]:
         """Try settings by short runs that begin on the reference's motion, to choose by."""
@@ -136,6 +162,31 @@ class Trials:
         around = (self._run_short(other)[0] for other in neighbourhood(setting, range(1, neighbours + 1)))
         return Trial(setting, error, self._robust(setting, error, around, neighbours, bound), cost)
 
+    def meets_one(self, setting: NewmarkSetting, bound: float) -> bool:
+        """Whether a setting seems to keep to all tolerances, by short runs."""
+        return self.screen_one(setting, NEIGHBOURS, bound).robust <= bound and self.excess(setting) <= 1.0
+
+    def all_meet(self, settings: Iterable[NewmarkSetting], bound: float) -> list[bool]:
+        """Whether each of several settings seems to keep to all tolerances."""
+        return list(self._pool.map(lambda setting: self.meets_one(setting, bound), settings))
+
+    def excesses(self, settings: Iterable[NewmarkSetting]) -> list[float]:
+        """See :meth:`excess`, of several settings."""
+        return list(self._pool.map(self.excess, settings))
+
+    def excess(self, setting: NewmarkSetting) -> float:
+        """Return :attr:`Trial.excess` of a short run, without that of half the step."""
+        if setting not in self._excess:
+            self._excess[setting] = self._new_excess(setting)
+        return self._excess[setting]
+
+    def _new_excess(self, setting: NewmarkSetting) -> float:
+        run = self._simulate(with_setting(self.scheme, setting), self._start)
+        if not run.ok:
+            return math.inf
+        peak = self._peak_without_step(setting, self._start)
+        return contacts_of(run, peak, self.target, self._cancelled).excess(self.tolerances)
+
     def confirm_one(self, setting: NewmarkSetting, bound: float = math.inf) -> Trial:
         """One setting as in :meth:`confirm`, in the calling thread."""
         error, cost = self._run_from_rest(setting, PER_PERIOD)
@@ -144,7 +195,61 @@ class Trials:
             (self._run_short if i % EVERY_NTH_FROM_REST else self._run_from_rest)(other, FINER)[0]
             for i, other in enumerate(others)
         )
-        return Trial(setting, error, self._robust(setting, error, around, NEW_NEIGHBOURS, bound, FINER), cost)
+        robust = self._robust(setting, error, around, NEW_NEIGHBOURS, bound, FINER)
+        return Trial(setting, error, robust, cost, excess=self.excess(setting))
+
+    def verify(self, setting: NewmarkSetting) -> Trial:
+        """Try a setting by runs from rest, as a user makes them; its robust error is inf if its neighbours miss.
+
+        For the calling thread of a search: the pool makes the runs.
+        """
+        if setting not in self._verified:
+            trial = self.verify_alone(setting)
+            if trial.meets(self.tolerances.displacement):
+                trial = trial._replace(robust=max(trial.robust, self._robust_from_rest(setting)))
+            self._verified[setting] = trial
+        return self._verified[setting]
+
+    def verify_alone(self, setting: NewmarkSetting) -> Trial:
+        """Try a setting as :meth:`verify` does, but for its neighbours: the same with half the step counts as well."""
+        peak = self._peak_without_step(setting, None)
+        error, contacts = self._from_rest(setting, peak, MORE_SAMPLES)
+        halved, of_half = self._from_rest(setting._replace(steps=2 * setting.steps), peak)
+        robust = max(error, halved, 0.0 if self.located else self.error_of_every_step(setting))
+        excess = max((math.inf if one is None else one.excess(self.tolerances)) for one in (contacts, of_half))
+        cost = float(setting.steps)
+        if self.located:
+            cost = self.run(setting, self._system.rest, LONG, KEEP, COARSE)[1]
+        return Trial(setting, error, robust, cost, contacts, excess)
+
+    def _robust_from_rest(self, setting: NewmarkSetting) -> float:
+        """Return the error that nine in ten neighbours do not exceed, inf if too many miss a tolerance."""
+        peak, others = self._peak_without_step(setting, None), neighbourhood(setting, range(1, VERIFIED + 1))
+        around = list(self._pool.map(lambda other: self._from_rest(other, peak), others))
+        missed = sum(
+            error > self.tolerances.displacement or not contacts or contacts.excess(self.tolerances) > 1.0
+            for error, contacts in around
+        )
+        return tolerant_maximum((error for error, _ in around), VERIFIED) if missed <= MISSES else math.inf
+
+    def _from_rest(self, setting: NewmarkSetting, peak: float, samples: int = SAMPLES) -> tuple[float, Contacts | None]:
+        """Return error and contacts of a run from rest, as a user makes it; inf and None if it ends early."""
+        run = self._simulate(with_setting(self.scheme, setting), None, Record(KEEP, PER_PERIOD, setting.steps))
+        contacts = contacts_of(run, peak, self.target, self._cancelled, samples) if run.ok else None
+        return self.target.error(run, self._cancelled), contacts
+
+    def _simulate(self, method: Method, start: tuple | None, record: Record | None = None) -> Response:
+        """Run from rest as long as the paper, or as short as may be from another start."""
+        periods = LONG if start is None else self._transient + KEEP
+        options = {"periods": periods, "keep": KEEP, "initial": start, "cancelled": self._cancelled, "record": record}
+        return simulate(self._system, self.eta, method, **options)
+
+    def _peak_without_step(self, setting: NewmarkSetting, start: tuple | None) -> float:
+        asked = with_setting(self.scheme, setting).limit, start
+        if asked not in self._peaks:
+            exact = self._simulate(*asked)
+            self._peaks[asked] = peak_of(exact, self.target.period, self._cancelled) if exact.ok else math.nan
+        return self._peaks[asked]
 
     def _robust(
         self,
@@ -242,3 +347,19 @@ def tolerant_maximum(errors: Iterable[float], count: int, bound: float = math.in
         if missed > allowed:
             return math.inf
     return sorted(seen)[-1 - allowed]
+
+
+def verification(near: Trials, exact: Trials, tolerance: float) -> Callable[[NewmarkSetting], Trial]:
+    """Return a function that verifies a setting for a question as it is, with the neighbours of one near to it.
+
+    Neighbours decide by how many of them miss a tolerance, which rounding must not change from question to question.
+    """
+
+    def verify(setting: NewmarkSetting) -> Trial:
+        trial = near.verify(setting)
+        if near is exact or not trial.meets(tolerance):
+            return trial
+        own = exact.verify_alone(setting)
+        return own._replace(robust=max(own.robust, trial.robust), excess=max(own.excess, trial.excess))
+
+    return verify

@@ -7,8 +7,12 @@ from vibroscope.app.explorer.errors import Refused
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.explorer.suggestion import default_limits, make_question, suggestion_content
 from vibroscope.engine import RangeRecommendation, Served, System
+from vibroscope.engine.recommendation.contacts import Tolerances
+from vibroscope.engine.recommendation.recommend import scheme_of
 from vibroscope.engine.recommendation.trials import NewmarkSetting as Chosen
 from vibroscope.engine.recommendation.trials import Trial
+
+from .searches import CONTACTS
 
 SETTING = Setting()
 RANGE = {"tolerance": "20", "from": "2.7", "to": "2.76", "hold": "K"}
@@ -39,23 +43,25 @@ def test_a_range_has_two_ends_in_order(typed, words):
 
 
 def test_a_range_is_shown_with_its_limit_and_sets_the_steps_at_the_present_frequency():
-    served = (Served(2.0, 150, 0.04, 0.041), Served(3.0, 100, 0.05, 0.06))
-    trial = Trial(Chosen(5000.0, 12.0, 100), 0.05, 0.06, 100.0)
+    served = (Served(2.0, 150, 0.04, 0.041, CONTACTS, 0.5), Served(3.0, 100, 0.05, 0.06, CONTACTS, 0.5))
+    trial = Trial(Chosen(5000.0, 12.0, 100), 0.05, 0.06, 100.0, CONTACTS)
     limit = "the range is limited at eta = 3: an error of 5 % there, the largest part by time step (4 %)"
     found = RangeRecommendation(
         system=System(),
         reference=SETTING.reference,
-        tolerance=0.1,
+        tolerances=Tolerances(0.1),
         located=False,
         eta=3.0,
         met=True,
         best=trial,
+        ranges={"damping": (11.0, 14.0)},
         front=(trial,),
         served=served,
         left_out=(2.5,),
         limit=limit,
         reason="",
         kind="",
+        scheme=scheme_of(None, located=False),
     )
     content = suggestion_content(found, SETTING._replace(eta=1.5))
     assert content["head"] == "An error of 10 % over the range is met"
@@ -70,5 +76,6 @@ def test_a_range_is_shown_with_its_limit_and_sets_the_steps_at_the_present_frequ
         == "Left out, since the reference does not repeat itself, or nothing touches there: η = 2.5."
     )
     assert content["lines"][3] == "Error: 4 % at η = 2, 5 % at η = 3."
+    assert content["lines"][4] == "Met where one number alone is changed: D = 11 to 14 where K = 5000."
     physical = suggestion_content(found, SETTING._replace(eta=1.5, units="si", omega1=20.0))
     assert "Δt = 1.047 ms, which is 100 steps a period at f = 9.549 Hz" in physical["lines"][0]

@@ -72,7 +72,8 @@ def test_a_suggestion_of_a_code_sets_its_integrator_and_speaks_its_words(searche
     lines = suggester.view.content["lines"]
     assert lines[0].startswith("HHT-α, forces averaged (α = −0.05): K = 10500, D = 15.8")
     assert any(line.startswith("Newmark (β = 0.25, γ = 0.5): K = 10500") for line in lines)
-    assert "These numbers are for codes with a constant step." in lines
+    verified = "contact status iterated to the end of the step; contact law Kelvin–Voigt; from rest."
+    assert f"Verified for HHT-α; {verified}" in lines
     assert lines[-1].startswith("What to set in Abaqus/Standard: *DYNAMIC, ALPHA=-0.05, DIRECT; 0.001")
 
 
@@ -117,7 +118,7 @@ def test_what_the_other_integrators_need_is_said_with_their_reason():
     )
     assert len(suggestion_content(nothing, SETTING)["lines"]) == 3
     located = suggestion_content(found_for(make_question(SETTING._replace(located="yes"), {"tolerance": "5"})), SETTING)
-    assert located["lines"][-1] == "These numbers are for codes that cut the step where contact changes."
+    assert located["lines"][-1].startswith("Verified for Newmark; steps cut where contact changes;")
 
 
 def test_the_tab_your_code_tells_which_code_is_chosen():

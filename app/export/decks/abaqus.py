@@ -77,7 +77,7 @@ def write(problem: DeckProblem) -> str:
     stiffness, damping = problem.contact
     far, gap = 1e3 * problem.length, problem.gap()
     x1, x2 = (problem.scale.physical("displacement", problem.start[place]) for place in (0, 2))
-    words = problem.words(NAME)
+    words = problem.words(NAME, STATUS)
     return _DECK.format(
         title=words[0],
         words="\n** ".join(words[1:]),

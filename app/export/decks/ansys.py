@@ -107,7 +107,7 @@ def write(problem: DeckProblem) -> str:
     head1, head2, head3 = problem.header.replace(" [", "[").split(", ")
     loads = [*(_load(body) for body in problem.bodies), "0"]
     return _DECK.format(
-        words="\n! ".join(problem.words(NAME)),
+        words="\n! ".join(problem.words(NAME, STATUS)),
         name=problem.name,
         compare=problem.compare,
         bodies="\n".join(_bodies(problem)),

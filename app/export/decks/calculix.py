@@ -93,7 +93,7 @@ def write(problem: DeckProblem) -> str:
         fewer = f"give at most {MOST_STEPS // problem.method.steps} --periods"
         raise refuse(NAME, f"{problem.steps} steps in a table of at most {MOST_STEPS} rows", fewer)
     return _DECK.format(
-        words="\n** ".join(problem.words(NAME)),
+        words="\n** ".join(problem.words(NAME, STATUS)),
         convert=_convert(problem),
         name=problem.name,
         compare=problem.compare,

@@ -116,7 +116,7 @@ def write(problem: DeckProblem) -> str:
     check(problem, NAME, LAWS, tuple(INTEGRATORS), STATUS)
     name, shift = problem.integrator.name, max(0.0, -problem.clearance)
     return _DECK.format(
-        words="\n".join(problem.words(NAME)),
+        words="\n".join(problem.words(NAME, STATUS)),
         name=problem.name,
         compare=problem.compare,
         period=problem.period,

@@ -1,7 +1,7 @@
 """The numbers of a deck in one consistent system of units, whatever code it is for. No solver is needed."""
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from importlib.metadata import version
 from typing import NamedTuple
@@ -11,9 +11,11 @@ from vibroscope.engine import (
     CONTACT_STATUSES,
     Newmark,
     NewmarkBeta,
+    Status,
     System,
     TimeStepping,
     Units,
+    simulate,
     status_of,
 )
 from vibroscope.engine.checks import whole
@@ -205,8 +207,8 @@ class DeckProblem:
         time, length = ("-", "-") if self.units is None else (self.scale.unit("time"), self.scale.unit("displacement"))
         return f"time [{time}], xi1 [{length}], xi2 [{length}]"
 
-    def words(self, code: str) -> list[str]:
-        """The first lines of a deck, which describe it, in ASCII."""
+    def words(self, code: str, status: str = "located") -> list[str]:
+        """The first lines of a deck, which describe it, in ASCII; ``status``: where the code takes it from."""
         method, system = self.method, self.system
         bodies = "A body and a wall" if system.wall else "Two bodies"
         damper = "D from the restitution" if method.damping is None else f"D = {method.damping!r}"
@@ -222,7 +224,24 @@ class DeckProblem:
             f"contact law {method.law}.",
             counted,
             "Displacements are relative to the base, whose motion acts as forces on the masses.",
+            *self._warning(status),
         ]
+
+    def _warning(self, status: str) -> list[str]:
+        """A line if a step of the run has no solution with the contact status of the code."""
+        if status != "end" or self.integrator.explicit:
+            return []
+        own = {
+            each.name: getattr(self.method, each.name)
+            for each in fields(TimeStepping)
+            if hasattr(self.method, each.name)
+        }
+        method = TimeStepping(**own | {"integrator": self.integrator, "status": status, "every_step": False})
+        run = simulate(self.system, self.eta, method, periods=self.periods, keep=1, initial=self.initial)
+        if run.status is not Status.WITHOUT_SOLUTION:
+            return []
+        where = run.message.partition(":")[0]
+        return [f"WARNING: with the contact status of this code {where}: it cuts the step, or stops there."]
 
     @property
     def compare(self) -> str:

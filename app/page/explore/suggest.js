@@ -45,12 +45,16 @@ function fitAbove(box) {
   box.style.maxHeight = over ? `${Math.max(LEAST_HIGH, innerHeight - box.getBoundingClientRect().top - 12)}px` : "";
 }
 
-// What is asked and what may be tried: a range of η, what is held, and limits. The fields lie below the result, so that a
+// What is asked and what may be tried: a range of η, what is held, limits, and the tolerances of the contacts; the code
+// that is chosen under Your code, unless it is switched off. The fields lie below the result, so that a
 // search that met a limit can be run again with another.
 function searchLimits(model) {
   const row = element("div", "limits");
   const fields = [["K", "stiffness K up to", "Largest K that the search may try"],
-    ["steps", "steps a period up to", "Most steps per period that the search may try"]].map(([name, text, hint]) => {
+    ["steps", "steps a period up to", "Most steps per period that the search may try"],
+    ["restitution", "restitution within", "How far the restitution that the contacts deliver may be off; off: not asked for"],
+    ["force", "peak force within", "How far the peak force may be from that without a time step, in per cent; off: not asked for"],
+  ].map(([name, text, hint]) => {
     const label = element("label", "", text);
     const field = element("input");
     Object.assign(field, { type: "text", inputMode: "decimal", autocomplete: "off", maxLength: 24, title: hint });
@@ -61,6 +65,7 @@ function searchLimits(model) {
   });
   const unit = element("span");
   fields[0][2].append(unit);
+  fields[3][2].append(element("span", "", "%"));
   const ends = [["from", "lowest"], ["to", "highest"]].map(([name, which]) => {
     const label = element("label", "", name);
     const field = element("input");
@@ -84,7 +89,7 @@ function searchLimits(model) {
   });
   const ofCode = element("label");
   const codeCheck = element("input");
-  Object.assign(codeCheck, { type: "checkbox", title: "Search over the integrators, contact status and law of this code, in place of what is set" });
+  Object.assign(codeCheck, { type: "checkbox", checked: true, title: "Search over the integrators, contact status and law of this code, in place of what is set" });
   codeCheck.setAttribute("aria-label", codeCheck.title);
   const codeName = element("span");
   ofCode.append(codeCheck, codeName);
@@ -113,7 +118,8 @@ function searchLimits(model) {
   row.append(
     group(symbol, ends.map(([, , label]) => label), "range"),
     group(element("span", "", "Hold"), held.map(([, label]) => label)),
-    group(element("span", "", "Allow"), fields.map(([, , label]) => label)),
+    group(element("span", "", "Allow"), fields.slice(0, 2).map(([, , label]) => label)),
+    group(element("span", "", "Also"), fields.slice(2).map(([, , label]) => label), "tolerances"),
     forCode,
   );
   const made = { element: row, open: false, onToggle: () => {} };
@@ -138,7 +144,7 @@ function ask(model, limits) {
   const go = button("Suggest K, D, Δτ", "Search for the fewest steps with at most this error, and set them", () => {});
   go.type = "submit";
   label.append(field, element("span", "", "%"));
-  const more = button("More", "Options of the search: a range of η, K or D held, the largest K, the most steps, your code", () => limits.toggle(!limits.open), "quiet");
+  const more = button("More", "Options of the search: a range of η, K or D held, the largest K, the most steps, tolerances of restitution and peak force, your code", () => limits.toggle(!limits.open), "quiet");
   form.id = "vibroscope-ask";
   let typed = false; // from then on, no other tolerance is offered
   const offer = () => { if (!typed) field.value = model.offer; };

@@ -28,7 +28,7 @@ from vibroscope.app.page.tab import TabHost
 class SuggestPanel(Component):
     """Sends ``{"suggest": what `make_question` reads}`` and ``{"cancel": true}``; draws ``content``."""
 
-    limits = param.Dict(default={}, doc="Largest K and most steps of a search, as texts, until others are typed")
+    limits = param.Dict(default={}, doc="Limits and tolerances of a search, as texts, until others are typed")
 
     content = param.Dict(
         default={"phase": "idle"},
@@ -63,8 +63,9 @@ class Suggester:
         before, self._setting = self._setting, setting
         code = self._code
         self.view.code = code.name if code else ""
-        if before is None or setting.scale != before.scale:
-            self.view.limits = default_limits(setting)
+        limits = default_limits(setting)
+        if limits != self.view.limits:
+            self.view.limits = limits
         if self._found is not None and (setting.scale, setting.initial) != (before.scale, before.initial):
             self._show_found(self._found)
         if self._search is not None:

@@ -1,0 +1,69 @@
+"""What a suggestion says of its ranges, its contacts, and what it was verified for. No panel import."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+from vibroscope.app.explorer.method_words import words_of_scheme
+from vibroscope.engine import RangeRecommendation, Recommendation, percent, rounded, written
+
+Found = Recommendation | RangeRecommendation
+OF_THE_MODEL = "a number of the contact model, not of the system: it grows with K"
+
+
+def range_words(found: Found) -> str:
+    """The ranges of K and D, empty if there are none, as "K = 7920 to 11100 where D = 14.6"."""
+    k, d, _ = found.best.setting if found.best else (None, None, None)
+    rows = (("stiffness", "K", f"D = {written(d or 0)}"), ("damping", "D", f"K = {written(k or 0)}"))
+    ends = {name: found.ranges[name] for name, *_ in rows if name in found.ranges}
+    return "; ".join(
+        f"{symbol} = {written(_inwards(ends[name][0], up=True))} to {written(_inwards(ends[name][1], up=False))} "
+        f"where {other}"
+        for name, symbol, other in rows
+        if name in ends
+    )
+
+
+def _inwards(value: float, *, up: bool) -> float:
+    """An end of a range with three digits, rounded into the range."""
+    unit = 10.0 ** (math.floor(math.log10(value)) - 2)
+    return float(f"{(math.ceil if up else math.floor)(value / unit) * unit:.3g}")
+
+
+def contact_words(found: Found) -> str:
+    """How long the contacts are, and how the bodies rebound."""
+    contacts, tolerance = found.best.contacts, found.tolerances.restitution
+    if contacts is None:
+        return ""
+    parts = [] if math.isnan(contacts.steps) else [f"{rounded(contacts.steps, 2)} steps in each"]
+    if not math.isnan(contacts.restitution):
+        asked = f"e asks for {rounded(contacts.wanted, 2)}, {_within(tolerance and rounded(tolerance, 2))}"
+        parts.append(
+            f"the bodies part with {rounded(contacts.restitution, 2)} of the speed at which they meet ({asked})"
+        )
+    if contacts.unsolved:
+        parts.append(f"{contacts.unsolved:,} steps of the run have no solution: a code must cut them, or it stops")
+    return "; ".join(parts)
+
+
+def force_words(found: Found, force: Callable[[float], str] = written) -> str:
+    """The peak force, and how far it is from that without a time step."""
+    contacts, tolerance = found.best.contacts, found.tolerances.force
+    if contacts is None or math.isnan(contacts.peak_force):
+        return "not known, since the steps are cut where contact changes" if found.located else "not known"
+    text = f"{force(contacts.peak_force)}, {OF_THE_MODEL}"
+    if math.isnan(contacts.force_error):
+        return text
+    side = "above" if contacts.force_error >= 0 else "below"
+    limit = _within(tolerance and percent(tolerance))
+    return f"{text}; {percent(abs(contacts.force_error))} {side} that without a time step ({limit})"
+
+
+def verified_words(found: Found) -> str:
+    """The integrator, contact status and law that a suggestion was verified with."""
+    return f"{words_of_scheme(found.scheme)}; from rest"
+
+
+def _within(tolerance: str | float | None) -> str:
+    return f"within {tolerance}" if tolerance else "no tolerance asked for"

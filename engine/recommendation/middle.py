@@ -1,0 +1,146 @@
+"""From a setting that meets the tolerances to the middle of where they are met.
+
+The cheapest setting that a search finds lies at the edge of what works, and which edge point it finds is a matter of
+chance. So K and D are moved, one after the other, to the middle of the range in which each alone keeps to the
+tolerances, and rounded to as few digits as leave them there. Where there is no room on both sides, more steps make
+some.
+"""
+
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+
+from ..methods import DAMPING_RANGE, STIFFNESS_RANGE
+from .limits import Limits
+from .range_trials import RangeTrials
+from .trials import NewmarkSetting, Trial, Trials
+
+STRIDE = 1.05  # from point to point of a range, a factor
+FARTHEST = 10  # points on each side: a factor of 1.6
+AT_ONCE = 4  # points that are tried side by side
+SPARE = (1.0, 1.1, 1.2, 1.35, 1.5, 1.75, 2.0, 2.5, 3.0, 4.0, 6.0, 8.0)  # times the least number of steps
+DIGITS = (2, 3)  # of K and D
+
+
+@dataclass(frozen=True)
+class Middle:
+    """A setting, and the ranges of K and D in which it keeps to the tolerances.
+
+    Attributes
+    ----------
+    setting : NewmarkSetting
+    ranges : dict
+        Of "stiffness" and "damping", without those that are held: the least and the largest value tried that keep to
+        the tolerances, with all between, where the other number stays.
+    """
+
+    setting: NewmarkSetting
+    ranges: dict[str, tuple[float, float]]
+
+
+class MiddleSearch:
+    """Finds the middle for settings of one search.
+
+    Parameters
+    ----------
+    trials : Trials or RangeTrials
+    limits : Limits
+        What is held is not moved.
+    tolerance : float
+        Of the displacements.
+
+    Attributes
+    ----------
+    ranges : dict
+        By each verified setting: :attr:`Middle.ranges`.
+    """
+
+    def __init__(self, trials: Trials | RangeTrials, limits: Limits, tolerance: float):
+        self.trials, self.limits, self.tolerance = trials, limits, tolerance
+        self.ranges: dict[NewmarkSetting, dict[str, tuple[float, float]]] = {}
+        self._known: dict[NewmarkSetting, bool] = {}
+        self.free = [name for name in ("stiffness", "damping") if getattr(limits, name) is None]
+
+    def verified(self, steps: int, best_with: Callable[[int], Trial | None], verify) -> Iterator[Trial]:
+        """Yield verified middles, from the least number of steps that seems to meet the tolerances on.
+
+        Parameters
+        ----------
+        steps : int
+        best_with : callable
+            :meth:`.contact_search.ContactSearch.best_with`: from the setting with the least error, the middle is near.
+        verify : callable
+            :meth:`.trials.Trials.verify` of the question as it is.
+        """
+        for n in spare_steps(steps, self.limits.steps_max):
+            best = best_with(n)
+            found = self.find(best.setting) if best is not None and best.robust <= self.tolerance else None
+            if found is not None:
+                trial = verify(found.setting)
+                if trial.meets(self.tolerance):
+                    self.ranges[found.setting] = found.ranges
+                    yield trial
+
+    def find(self, setting: NewmarkSetting) -> Middle | None:
+        """Return the middle with the steps of a setting; None if one of its ranges has no middle."""
+        if not self._all_meet([setting])[0]:
+            return None
+        for name in self.free:
+            middle = _few_digits(*self._range(setting, name))
+            setting = setting if middle is None else setting._replace(**{name: middle})
+        ranges = {name: self._range(setting, name) for name in self.free}
+        inside = all(self._has_room(name, getattr(setting, name), *ends) for name, ends in ranges.items())
+        return Middle(setting, ranges) if inside else None
+
+    def _has_room(self, name: str, own: float, low: float, high: float) -> bool:
+        """Whether a range leaves room on both sides, but for what a limit takes."""
+        least, most = self._bounds(name)
+        return (low < own or own / STRIDE**2 < least) and (high > own or own * STRIDE**2 > most)
+
+    def _range(self, setting: NewmarkSetting, name: str) -> tuple[float, float]:
+        """Return how far one number goes down and up; its own value where it does not."""
+        own, (least, most) = getattr(setting, name), self._bounds(name)
+        before = math.ceil(math.log(own, STRIDE)) - 1  # the points are powers, so that they are the same from any start
+        down = [STRIDE**i for i in range(before, before - FARTHEST, -1)]
+        after = math.floor(math.log(own, STRIDE)) + 1
+        up = [STRIDE**i for i in range(after, after + FARTHEST)]
+        allowed = ([point for point in points if least <= point <= most] for points in (down, up))
+        return tuple(self._last_that_meets(setting, name, points) for points in allowed)
+
+    def _last_that_meets(self, setting: NewmarkSetting, name: str, points: list[float]) -> float:
+        last = getattr(setting, name)
+        for begin in range(0, len(points), AT_ONCE):
+            some = points[begin : begin + AT_ONCE]
+            for point, meets in zip(
+                some, self._all_meet([setting._replace(**{name: one}) for one in some]), strict=True
+            ):
+                if not meets:
+                    return last
+                last = point
+        return last
+
+    def _all_meet(self, settings: list[NewmarkSetting]) -> list[bool]:
+        new = [setting for setting in settings if setting not in self._known]
+        self._known |= dict(zip(new, self.trials.all_meet(new, self.tolerance), strict=True))
+        return [self._known[setting] for setting in settings]
+
+    def _bounds(self, name: str) -> tuple[float, float]:
+        return (STIFFNESS_RANGE[0], self.limits.stiffness_max) if name == "stiffness" else DAMPING_RANGE
+
+
+def _few_digits(low: float, high: float) -> float | None:
+    """Return a number of few digits in the middle half of a range, on a logarithmic scale; None if there is none."""
+    centre, quarter = math.sqrt(low * high), (high / low) ** 0.25
+    numbers = (float(f"{centre:.{digits}g}") for digits in DIGITS)
+    return next((number for number in numbers if centre / quarter <= number <= centre * quarter), None)
+
+
+def spare_steps(steps: int, most: int) -> list[int]:
+    """Return the numbers of steps of two digits to try, from ``steps`` on."""
+    return list(dict.fromkeys(min(most, steps_of_two_digits(steps * factor)) for factor in SPARE))
+
+
+def steps_of_two_digits(steps: float) -> int:
+    """Round up to two significant digits."""
+    unit = 10 ** max(0, math.floor(math.log10(steps)) - 1)
+    return unit * math.ceil(steps / unit * (1 - 1e-12))
