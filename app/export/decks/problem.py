@@ -6,6 +6,8 @@ from functools import cached_property
 from importlib.metadata import version
 from typing import NamedTuple
 
+from vibroscope.app.export.scripts import initial_option, penalty_options, system_file_text
+from vibroscope.app.runtime.number_text import print_number
 from vibroscope.engine import (
     CONTACT_LAWS,
     CONTACT_STATUSES,
@@ -224,15 +226,23 @@ class DeckProblem:
             "Displacements are relative to the base, whose motion acts as forces on the masses.",
         ]
 
-    @property
-    def compare(self) -> str:
-        """The command that lays the result over ours."""
-        method = self.method
-        own = " --system FILE.toml" if self.system != System() or self.units is not None else ""
-        return (
-            f"vibroscope compare --measured {self.name}.csv --eta {self.eta!r} --K {method.stiffness!r} "
-            f"{'' if method.damping is None else f'--D {method.damping!r} '}--steps {method.steps}{own}"
-        )
+    def compare(self, status: str, suffix: str) -> list[str]:
+        """The lines of a deck with the commands that lay the result over ours.
+
+        The system file that they need stands in the deck itself, in lines that begin with a bar. ``status`` and
+        ``suffix``: the contact status of the code, and that of the deck's file.
+        """
+        found, lines = self.method, []
+        if isinstance(found, Newmark):
+            found = TimeStepping(found.stiffness, found.damping, found.steps, law=found.law)
+        found = replace(found, status=status)
+        options = f"--eta {print_number(self.eta)}{penalty_options(found)}{initial_option(self.initial)}"
+        if text := system_file_text(self.system, self.units):
+            lines = [f"| {line}" for line in text.split("\n")]
+            lines.append(f"sed -n 's,^[*!/ ]*| ,,p' {self.name}.{suffix} > {self.name}.toml")
+            options += f" --system {self.name}.toml"
+        options += "" if self.units is None else f" --units {self.units.system}"
+        return [*lines, f"vibroscope compare --measured {self.name}.csv {options}"]
 
 
 def refuse(code: str, what: str, advice: str) -> ValueError:
