@@ -24,7 +24,7 @@ from ..drivers.code_cache import cache_root, source_digest
 ENGINE = Path(__file__).parents[1]
 STUDIES = tuple(Path("sweeps", f"{name}_study.py") for name in ("basin", "eta", "no_solution", "plane", "step"))
 NOT_NUMERICAL = (Path("arguments.py"), Path("sweeps/digest.py"), Path("sweeps/variables.py"))
-SOLVERS = "drivers", "kernels"  # folders
+KERNELS = "kernels"  # their folder
 
 _PACKAGE = __package__.rpartition(".")[0].split(".")  # of the engine, in absolute imports
 _IGNORED_FIELDS = {"ctx", "kind", "returns", "type_comment", "type_ignores"}
@@ -70,8 +70,8 @@ def code_digest(engine: Path) -> str:
 
 
 def solver_digest(engine: Path = ENGINE) -> str:
-    """Digest of the kernels and their drivers alone, which single runs and their speed come from."""
-    own = [module for path, module in numerical_modules(engine).items() if path.parts[0] in SOLVERS]
+    """Digest of the kernels alone: the compiled code in which single runs spend their time."""
+    own = [module for path, module in numerical_modules(engine).items() if path.parts[0] == KERNELS]
     return _hash(sorted(_hash(module.words({})) for module in own))[:12]
 
 

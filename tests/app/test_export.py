@@ -40,11 +40,19 @@ OTHER = PLAIN._replace(
 )
 
 
+STEPPED = read_setting(
+    {"eta": "1.3", "K": "300", "steps": "400", "bodies": "wall", "clearance": "0.5", "integrator": "hht", "alpha": "-0.2"}
+    | {"status": "end", "without_solution": "keep", "law": "flores", "damper": "restitution", "restitution": "0.7"}
+    | {"start_xi1": "-0.5", "start_v1": "0.25", "base": "0.8", "force1": "0.3"}
+)
+SETTINGS = pytest.mark.parametrize("setting", [PLAIN, OTHER, STEPPED], ids=["plain", "other", "stepped"])
+
+
 def runs_of(setting):
     return compute_runs(setting, cache=CACHE)
 
 
-@pytest.mark.parametrize("setting", [PLAIN, OTHER], ids=["plain", "other"])
+@SETTINGS
 def test_the_script_finds_the_numbers_of_the_page(setting, capsys):
     space = {}
     exec(as_python(setting), space)
@@ -58,7 +66,7 @@ def test_the_script_finds_the_numbers_of_the_page(setting, capsys):
     np.testing.assert_array_equal(space["penalty"].section, runs_of(setting).penalty.response.section)
 
 
-@pytest.mark.parametrize("setting", [PLAIN, OTHER], ids=["plain", "other"])
+@SETTINGS
 def test_the_commands_find_the_numbers_of_the_page(setting, tmp_path):
     commands = as_command(setting)
     for name in ("simulate", "compare"):
