@@ -8,7 +8,7 @@ from importlib.metadata import version as version_of
 from pathlib import Path
 
 import pytest
-from vibroscope.app.commands.cli import build_parser
+from vibroscope.app.commands.cli import build_parser, main
 
 ROOT = Path(__file__).parents[1]
 FOLDERS = ("app", "assets", "benchmarks", "deploy", "docs", "engine", "requirements", "tests", "tools")
@@ -154,6 +154,31 @@ def python_of(document):
     """The lines of Python that are shown."""
     blocks = re.findall(r"(?:^    .*\n|^\n)+", document.read_text(), re.MULTILINE)
     return [re.sub("^    ", "", block, flags=re.MULTILINE) for block in blocks if "    from vibroscope" in block]
+
+
+QUICK = "codes", "compare", "export", "measurement", "motion", "rules", "simulate", "system"
+CALLS = {" ".join(words): words for name in ("guide", "choosing") for words in commands(DOCUMENTS[f"docs/{name}.md"])}
+
+
+@pytest.mark.usefixtures("own_files")
+@pytest.mark.parametrize("call", [call for call, words in CALLS.items() if words[0] in QUICK])
+def test_what_the_guide_shows_runs(call, capsys):
+    assert main(CALLS[call]) in (None, 0)
+    assert capsys.readouterr().out or "--out" in call
+
+
+def test_the_numbers_of_the_guide_are_those_of_its_commands(capsys):
+    text = " ".join(DOCUMENTS["docs/guide.md"].read_text().split())
+    numbers = ["--eta", "1.08", "--K", "2500", "--D", "8", "--steps", "2000"]
+    shares = re.search(r"contact is (\S+) % with .*? and (\S+) % w", text).groups()
+    for law, share in zip(("kelvin-voigt", "cut"), shares, strict=True):
+        main(["simulate", "--solver", "newmark", *numbers, "--law", law])
+        found = re.search(r", (\S+) % of the time", capsys.readouterr().out)[1]
+        assert f"{float(found):.1f}" == share
+    status = next(words for words in CALLS.values() if words[0] == "simulate" and words[-1] == "end")
+    main(status)
+    period = re.search(r"`--status end` alone stops in period (\d+)", text)[1]
+    assert f"(period {period}) has no solution" in capsys.readouterr().out
 
 
 SHOWN = [[str(Path(sys.executable).parent / "vibroscope"), *words] for words in commands(DOCUMENTS["README.md"])]
