@@ -182,12 +182,12 @@ def test_the_numbers_of_the_guide_are_those_of_its_commands(capsys):
 
 
 SHOWN = [[str(Path(sys.executable).parent / "vibroscope"), *words] for words in commands(DOCUMENTS["README.md"])]
-SHOWN += [[sys.executable, "-c", text] for text in python_of(DOCUMENTS["README.md"])]
+SHOWN += [[sys.executable, "-c", text] for page in DOCUMENTS.values() for text in python_of(page) if "print" in text]
 
 
 @pytest.mark.usefixtures("own_files")
-@pytest.mark.parametrize("call", SHOWN, ids=[" ".join(call[1:4]) for call in SHOWN[:-1]] + ["Python"])
-def test_what_the_readme_shows_runs(call):
+@pytest.mark.parametrize("call", SHOWN, ids=[" ".join(call[1:4])[:60] for call in SHOWN])
+def test_what_the_readme_and_all_python_that_is_shown_runs(call):
     done = subprocess.run(call, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
     assert done.stdout
