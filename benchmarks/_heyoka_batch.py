@@ -7,11 +7,11 @@ load's factor η². The cost of a lane is the cost of one η in a sweep; a singl
 from collections.abc import Sequence
 
 import numpy as np
-from vibroscope.app.performance.peers import FASTEST, MOST_STEPS, Run, free_motion
+from vibroscope.app.performance.peers import FASTEST, MOST_STEPS, PeerSolver, free_motion
 from vibroscope.engine import System
 
 
-def reference_batch(system: System, etas: Sequence[float], threshold: float, tolerance: float = 0.0) -> Run:
+def reference_batch(system: System, etas: Sequence[float], threshold: float, tolerance: float = 0.0) -> PeerSolver:
     """The reference with derived joint damping at several η at once, one in each lane of a vector register.
 
     All lanes share one right-hand side, so the joined pendulums are two pendulums with the contact force between them.
@@ -59,7 +59,7 @@ def reference_batch(system: System, etas: Sequence[float], threshold: float, tol
 
 def penalty_batch(
     system: System, etas: Sequence[float], stiffness: float, damper: float, tolerance: float = 0.0
-) -> Run:
+) -> PeerSolver:
     """The penalty model at several η at once, one in each lane of a vector register."""
     import heyoka as hy
 
@@ -87,7 +87,7 @@ def penalty_batch(
     return _from_rest(hy, solver, frequencies)
 
 
-def _from_rest(hy, solver, frequencies: np.ndarray) -> Run:
+def _from_rest(hy, solver, frequencies: np.ndarray) -> PeerSolver:
     """A function that runs all lanes from rest, in contact."""
 
     def run(periods):

@@ -158,6 +158,7 @@ def draw(data):
         out += [label(name, spots[name], ink, boxes) for name in reversed(spots)]
         out.append("</g>")
     versions = ", ".join(f"{name} {number}" for name, number in data["versions"].items() if number)
+    versions += f", solvers {data['solvers']}"
     out.append(
         text(
             LEFT,

@@ -32,6 +32,7 @@ from vibroscope.app.performance.contenders import (
 )
 from vibroscope.app.performance.truth import state_error, true_state
 from vibroscope.engine import ExactPenalty, Newmark
+from vibroscope.engine.sweeps.digest import solver_digest
 
 ASSETS = Path(__file__).resolve().parents[1] / "assets"
 ETAS = {"A": 1.08, "B": 1.70, "C": 2.76, "D": 3.25}
@@ -199,6 +200,7 @@ def main():
         found.append(as_json(key, title, points))
     data = {
         "about": __doc__.split("\n\n")[-1].strip(),
+        "solvers": solver_digest(),
         "processor": bench.processor(),
         "versions": {
             "python": platform.python_version(),

@@ -1,9 +1,9 @@
 """Compilation of all kernels ahead of their first use: in what order, how far it is, and whether it has been done.
 
 A kernel is compiled when it is first called, once for each processor and each version of the sources; the machine code
-is kept in the cache folder. All of them together take three to five minutes, most of it in a few kernels, into
-which everything is inlined that they call. So progress is counted in compiled functions, not in kernels. The loops over
-a motion are compiled a second time for a wall, which takes a part of the time and is not counted again.
+is kept in the cache folder. All of them together take some eight minutes on two cores, most of it in a few kernels,
+into which everything is inlined that they call. So progress is counted in compiled functions, not in kernels. The loops
+over a motion are compiled a second time for a wall, which takes a part of the time and is not counted again.
 """
 
 from collections.abc import Callable, Iterator

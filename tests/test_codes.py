@@ -10,6 +10,7 @@ import pytest
 from vibroscope.app.commands.cli import main
 from vibroscope.app.export.decks import DeckProblem, deck
 from vibroscope.engine import NewmarkBeta, System, TimeStepping, Units, simulate
+from vibroscope.engine.sweeps.digest import solver_digest
 
 from tools import mujoco_code
 from tools.codes import PAGE, opensees_cells, table
@@ -47,6 +48,10 @@ def calculix():
     """Skips where CalculiX cannot be run."""
     if calculix_version() is None:
         pytest.skip("there is no command ccx: Debian has it in calculix-ccx")
+
+
+def test_the_page_is_of_these_solvers():
+    assert f"Solvers: {solver_digest()}." in TEXT, "docs/validation/codes.md is of other solvers: run `make codes`"
 
 
 def test_the_page_has_a_row_for_each_run_and_explains_it():

@@ -8,7 +8,7 @@ from importlib.metadata import version as version_of
 from pathlib import Path
 
 import pytest
-from vibroscope.app.commands.cli import build_parser
+from vibroscope.app.commands.cli import build_parser, main
 
 ROOT = Path(__file__).parents[1]
 FOLDERS = ("app", "assets", "benchmarks", "deploy", "docs", "engine", "requirements", "tests", "tools")
@@ -156,13 +156,38 @@ def python_of(document):
     return [re.sub("^    ", "", block, flags=re.MULTILINE) for block in blocks if "    from vibroscope" in block]
 
 
-SHOWN = [[str(Path(sys.executable).parent / "vibroscope"), *words] for words in commands(DOCUMENTS["README.md"])]
-SHOWN += [[sys.executable, "-c", text] for text in python_of(DOCUMENTS["README.md"])]
+QUICK = "codes", "compare", "export", "measurement", "motion", "rules", "simulate", "system"
+CALLS = {" ".join(words): words for name in ("guide", "choosing") for words in commands(DOCUMENTS[f"docs/{name}.md"])}
 
 
 @pytest.mark.usefixtures("own_files")
-@pytest.mark.parametrize("call", SHOWN, ids=[" ".join(call[1:4]) for call in SHOWN[:-1]] + ["Python"])
-def test_what_the_readme_shows_runs(call):
+@pytest.mark.parametrize("call", [call for call, words in CALLS.items() if words[0] in QUICK])
+def test_what_the_guide_shows_runs(call, capsys):
+    assert main(CALLS[call]) in (None, 0)
+    assert capsys.readouterr().out or "--out" in call
+
+
+def test_the_numbers_of_the_guide_are_those_of_its_commands(capsys):
+    text = " ".join(DOCUMENTS["docs/guide.md"].read_text().split())
+    numbers = ["--eta", "1.08", "--K", "2500", "--D", "8", "--steps", "2000"]
+    shares = re.search(r"contact is (\S+) % with .*? and (\S+) % w", text).groups()
+    for law, share in zip(("kelvin-voigt", "cut"), shares, strict=True):
+        main(["simulate", "--solver", "newmark", *numbers, "--law", law])
+        found = re.search(r", (\S+) % of the time", capsys.readouterr().out)[1]
+        assert f"{float(found):.1f}" == share
+    status = next(words for words in CALLS.values() if words[0] == "simulate" and words[-1] == "end")
+    main(status)
+    period = re.search(r"`--status end` alone stops in period (\d+)", text)[1]
+    assert f"(period {period}) has no solution" in capsys.readouterr().out
+
+
+SHOWN = [[str(Path(sys.executable).parent / "vibroscope"), *words] for words in commands(DOCUMENTS["README.md"])]
+SHOWN += [[sys.executable, "-c", text] for page in DOCUMENTS.values() for text in python_of(page) if "print" in text]
+
+
+@pytest.mark.usefixtures("own_files")
+@pytest.mark.parametrize("call", SHOWN, ids=[" ".join(call[1:4])[:60] for call in SHOWN])
+def test_what_the_readme_and_all_python_that_is_shown_runs(call):
     done = subprocess.run(call, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
     assert done.stdout

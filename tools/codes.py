@@ -16,6 +16,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 from vibroscope.app.export.decks import DeckProblem
+from vibroscope.engine.sweeps.digest import solver_digest
 
 from tools.hertz_codes import compare_law, is_offered, law_cells, law_problems
 from tools.mujoco_code import CASES, IMPEDANCE, PERIODS, compare_mujoco, mujoco_version
@@ -42,7 +43,7 @@ PAGE = ROOT / "docs" / "validation" / "codes.md"
 _PAGE = """\
 # Other codes beside ours
 
-Written by `make codes` on {date}, with {codes}; {machine}, Python {python}.
+Written by `make codes` on {date}, with {codes}; {machine}, Python {python}. Solvers: {solvers}.
 
 OpenSees and CalculiX run the deck that `vibroscope export` writes: the paper's pendulums, a spring and a damper as
 contact, from rest. Displacements are in base amplitudes.
@@ -159,6 +160,7 @@ def main() -> None:
             codes=", ".join(f"{name} {found}" for name, found in versions.items() if found),
             machine=f"{platform.system()} {platform.machine()}",
             python=platform.python_version(),
+            solvers=solver_digest(),
             opensees=opensees_text(Path(folder)) if versions["OpenSeesPy"] else "Cannot be imported here.",
             hertz=hertz_text(Path(folder)) if versions["OpenSeesPy"] else "Not run here.",
             calculix=calculix_text(Path(folder)) if versions["CalculiX"] else "There is no command ccx here.",

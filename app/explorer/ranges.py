@@ -15,7 +15,6 @@ import math
 
 from vibroscope.app.explorer.parameters import Explorer, bounds_of
 from vibroscope.engine import System
-from vibroscope.engine.recommendation.limits import stiffer_spring
 
 Range = tuple[float, float]
 

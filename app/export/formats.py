@@ -59,13 +59,12 @@ def as_toml(setting: Setting) -> str:
         if name in _UNITS:
             continue
         lines.append(f'{name} = "{value}"' if isinstance(value, str) else f"{name} = {text}")
-    lines += ["", *units_table(setting)]
+    lines += ["", *units_table(Units(setting.omega1, setting.m1, setting.amplitude))]
     return "\n".join(lines) + "\n"
 
 
-def units_table(setting: Setting) -> list[str]:
+def units_table(units: Units) -> list[str]:
     """Lines of the table [units] of a system file, as `engine.read_system` reads it."""
-    units = Units(setting.omega1, setting.m1, setting.amplitude)
     comments = {"omega1": "1/s", "m1": "kg", "base_amplitude": "mm"}
     return ["[units]", *(f"{name} = {getattr(units, name)!r}  # {unit}" for name, unit in comments.items())]
 

@@ -17,12 +17,14 @@ from vibroscope.app.runtime.number_text import print_number
 from vibroscope.app.studies.speed import SpeedQuestion
 from vibroscope.engine import (
     FREE_PERIODS,
+    NEWMARK_LAWS,
     ExactPenalty,
     Method,
     Newmark,
     Reference,
     System,
     TimeStepping,
+    Units,
     brief_system_text,
 )
 
@@ -77,12 +79,13 @@ def as_command(setting: Setting, measured: str = "") -> str:
 
     ``measured`` is the name of the file of a measurement, which is compared, too.
     """
-    file, options = _system_file(setting.system, units_table(setting) if setting.scale or measured else [])
+    units = Units(setting.omega1, setting.m1, setting.amplitude) if setting.scale or measured else None
+    file, options = _system_file(setting.system, units)
     options += f" --units {setting.scale.system}" if setting.scale else ""
     options += initial_option(setting.own_start)
     periods = f" --periods {FREE_PERIODS}" if not setting.is_driven else ""
     eta = print_number(setting.eta)
-    reference, newmark = (_method_options(method) for method in (setting.reference, setting.penalty))
+    reference, newmark = (penalty_options(method) for method in (setting.reference, setting.penalty))
     compared = f"vibroscope compare --eta {eta}{newmark}{reference}{options}"
     return (
         f"{file}vibroscope simulate --solver reference --eta {eta}{reference}{options}{periods}\n"
@@ -131,7 +134,7 @@ PAPER_COMMAND = "vibroscope paper\n"
 
 def sweep_command(study: str, system: System, *options: str) -> str:
     """``vibroscope sweep`` with each of the ``options``; several stores are numbered."""
-    file, system_option = _system_file(system, [])
+    file, system_option = _system_file(system)
     stores = [f"{study}{number if len(options) > 1 else ''}.zarr" for number in range(1, len(options) + 1)]
     return file + "".join(
         f"vibroscope sweep {study}{each}{system_option} --out {store}\n"
@@ -141,7 +144,7 @@ def sweep_command(study: str, system: System, *options: str) -> str:
 
 def branch_command(system: System, options: Mapping[str, str]) -> str:
     """``vibroscope branch`` with options for each store, by its name."""
-    file, system_option = _system_file(system, [])
+    file, system_option = _system_file(system)
     return file + "".join(
         f"vibroscope branch{each}{system_option} --out {store}.zarr\n" for store, each in options.items()
     )
@@ -156,8 +159,9 @@ def method_python(method: Newmark | TimeStepping) -> str:
     """The method as a script makes it; `names_in` is what it imports."""
     if isinstance(method, TimeStepping):
         return repr(method)
-    located = ", located=True" if method.located else ""
-    return f"Newmark(stiffness={method.stiffness!r}, damping={method.damping!r}, steps={method.steps}{located})"
+    more = ", located=True" if method.located else ""
+    more += f", law={method.law!r}" if method.law != NEWMARK_LAWS[0] else ""
+    return f"Newmark(stiffness={method.stiffness!r}, damping={method.damping!r}, steps={method.steps}{more})"
 
 
 def names_in(method: Newmark | TimeStepping) -> tuple[str, ...]:
@@ -169,10 +173,11 @@ def names_in(method: Newmark | TimeStepping) -> tuple[str, ...]:
 def method_options(method: Method) -> str:
     """``--solver`` with the options of the method."""
     solver = {Reference: "reference", ExactPenalty: "exact"}.get(type(method), "newmark")
-    return f" --solver {solver}{_method_options(method)}"
+    return f" --solver {solver}{penalty_options(method)}"
 
 
-def _method_options(method: Method) -> str:
+def penalty_options(method: Method) -> str:
+    """The options of a method's numbers, without ``--solver``."""
     if isinstance(method, Reference):
         usual = vars(Reference())
         return "".join(f" --{n.replace('_', '-')} {v}" for n, v in vars(method).items() if v != usual[n])
@@ -186,7 +191,8 @@ def _method_options(method: Method) -> str:
 def scheme_options(method: Newmark | TimeStepping) -> str:
     """The options of integrator, contact status and law, beside K, D and the steps."""
     if isinstance(method, Newmark):
-        return " --located" if method.located else ""
+        usual = Newmark(method.stiffness, 0.0, method.steps)
+        return (" --located" if method.located else "") + _changed(method, usual, ("law",))
     own, usual = method.integrator, TimeStepping(method.stiffness, 0.0, method.steps)
     numbers = f" --integrator {own.name}"
     numbers += "".join(f" --{each.name} {print_number(getattr(own, each.name))}" for each in fields(own))
@@ -211,13 +217,16 @@ def _system(system: System) -> str:
     return f"System.from_dict({constants!r})"
 
 
-def _system_file(system: System, units: list[str]) -> tuple[str, str]:
-    """A command that writes what differs from the paper's system into a file, and the option that reads the file."""
-    differing = brief_system_text(system)
-    tables = ([differing] if differing else []) + (["\n".join(units)] if units else [])
-    if not tables:
-        return "", ""
-    return "cat > system.toml <<'END'\n" + "\n".join(tables) + "\nEND\n", " --system system.toml"
+def system_file_text(system: System, units: Units | None = None) -> str:
+    """A system file with what differs from the paper's system, and with ``units``; empty if nothing does."""
+    tables = (brief_system_text(system), "\n".join(units_table(units)) if units is not None else "")
+    return "\n".join(table for table in tables if table)
+
+
+def _system_file(system: System, units: Units | None = None) -> tuple[str, str]:
+    """A command that writes a system file, and the option that reads it; empty where it would be empty."""
+    text = system_file_text(system, units)
+    return (f"cat > system.toml <<'END'\n{text}\nEND\n", " --system system.toml") if text else ("", "")
 
 
 def _differing(values: Mapping, usual: Mapping) -> str:

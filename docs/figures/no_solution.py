@@ -2,15 +2,17 @@
 
 import matplotlib.pyplot as plt
 import numpy as np
-from vibroscope.engine import System, TimeStepping, simulate
+from vibroscope.engine import TimeStepping, equal_restitution_damping, read_system, simulate
 
-SYSTEM, ETA, D, PERIODS = System(), 2.76, 18, 50
-K, STEPS = np.geomspace(1e3, 1e5, 24), np.unique(np.geomspace(200, 8000, 24).astype(int))
+found = read_system("../my.toml")  # figures are drawn in their own folder
+SYSTEM, ETA, PERIODS = found.system, found.eta, 50
+K, STEPS = np.geomspace(30, 3e4, 24), np.unique(np.geomspace(50, 2000, 24).astype(int))
 
 
 def first_period(k, n):
     """Period of the first step without a solution; nan if all have one."""
-    run = simulate(SYSTEM, ETA, TimeStepping(k, D, int(n), status="end"), periods=PERIODS, keep=PERIODS)
+    method = TimeStepping(k, equal_restitution_damping(SYSTEM, k), int(n), status="end")
+    run = simulate(SYSTEM, ETA, method, periods=PERIODS, keep=PERIODS)
     return np.nan if run.ok else len(run.section) + 1
 
 

@@ -2,22 +2,23 @@
 
 import matplotlib.pyplot as plt
 from style import PENALTY, REFERENCE
-from vibroscope.engine import Newmark, Reference, System, simulate
+from vibroscope.engine import Newmark, Reference, read_system, simulate
 
-SYSTEM, ETA = System(), 2.76
+found = read_system("../my.toml")  # figures are drawn in their own folder
+SYSTEM, ETA = found.system, found.eta
 RUNS = {
-    "T/2000": Newmark(12000, 18, 2000),
-    "T/8000": Newmark(12000, 18, 8000),
-    "T/32000": Newmark(12000, 18, 32000),
-    "T/2000, located": Newmark(12000, 18, 2000, located=True),
+    "T/200": Newmark(584, 1.72, 200),
+    "T/800": Newmark(584, 1.72, 800),
+    "T/3200": Newmark(584, 1.72, 3200),
+    "T/200, located": Newmark(584, 1.72, 200, located=True),
 }
 reference = simulate(SYSTEM, ETA, Reference(), keep=400).section
 
 figure, row = plt.subplots(1, 4, figsize=(9, 2.6), sharex=True, sharey=True)
 for axes, (name, method) in zip(row, RUNS.items(), strict=True):
     section = simulate(SYSTEM, ETA, method, keep=400).section
-    axes.plot(section[:, 2], section[:, 3], ".", markersize=3, color=PENALTY, label="penalty")
-    axes.plot(reference[:, 2], reference[:, 3], "+", color=REFERENCE, label="reference")
-    axes.set(title=name, xlabel="ξ₂")
-row[0].set_ylabel("ξ₂′")
+    axes.plot(section[:, 0], section[:, 1], ".", markersize=3, color=PENALTY, label="penalty")
+    axes.plot(reference[:, 0], reference[:, 1], "+", color=REFERENCE, label="reference")
+    axes.set(title=name, xlabel="ξ₁")
+row[0].set_ylabel("ξ₁′")
 row[0].legend()

@@ -1,7 +1,7 @@
 """Search for the best K and D at a given number of steps per period n.
 
 For each n there is a best K: a softer contact lasts too long, and the steps miss a larger fraction of a stiffer one.
-Formulas say where to look. A contact should take between one and a hundred steps
+Formulas say where to look. A contact should take 1.5 to a hundred steps
 (:func:`..divergence.contact.stiffness_for`), and D should be near that of equal restitution, D = ζ(e)√(Kμ/(1 + μ)), or
 what another contact law needs for that at the mean closing speed of the reference.
 Less and more damping is tried too, since it can compensate in part for what the model lacks. The best settings of this

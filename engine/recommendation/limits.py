@@ -11,14 +11,9 @@ STEPS_MAX_RANGE = (4, 1_000_000)
 STIFFEST = 1e6  # times the stiffer spring: the largest K that is tried unless another is given
 
 
-def stiffer_spring(system: System) -> float:
-    """Return the stiffer one of both springs, in units of k₁."""
-    return 1.0 if system.wall else max(1.0, system.mass_ratio * system.kappa**2)
-
-
 def largest_stiffness(system: System) -> float:
     """Return the largest K that a search tries unless another is given, of two digits."""
-    return min(float(f"{STIFFEST * stiffer_spring(system):.2g}"), STIFFNESS_MAX_RANGE[1])
+    return min(float(f"{STIFFEST * system.stiffer_spring:.2g}"), STIFFNESS_MAX_RANGE[1])
 
 
 @dataclass(frozen=True)

@@ -24,6 +24,7 @@ from ..drivers.code_cache import cache_root, source_digest
 ENGINE = Path(__file__).parents[1]
 STUDIES = tuple(Path("sweeps", f"{name}_study.py") for name in ("basin", "eta", "no_solution", "plane", "step"))
 NOT_NUMERICAL = (Path("arguments.py"), Path("sweeps/digest.py"), Path("sweeps/variables.py"))
+KERNELS = "kernels"  # their folder
 
 _PACKAGE = __package__.rpartition(".")[0].split(".")  # of the engine, in absolute imports
 _IGNORED_FIELDS = {"ctx", "kind", "returns", "type_comment", "type_ignores"}
@@ -66,6 +67,12 @@ def code_digest(engine: Path) -> str:
     modules = numerical_modules(engine)
     contents = {path: _hash(module.words({})) for path, module in modules.items()}
     return _hash(sorted(_hash(module.words(contents)) for module in modules.values()))[:12]
+
+
+def solver_digest(engine: Path = ENGINE) -> str:
+    """Digest of the kernels alone: the compiled code in which single runs spend their time."""
+    own = [module for path, module in numerical_modules(engine).items() if path.parts[0] == KERNELS]
+    return _hash(sorted(_hash(module.words({})) for module in own))[:12]
 
 
 def numerical_modules(engine: Path = ENGINE) -> dict[Path, "_Module"]:

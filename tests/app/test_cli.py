@@ -9,7 +9,7 @@ import sys
 from pathlib import Path
 
 import pytest
-from vibroscope.app.commands.cli import main
+from vibroscope.app.commands.cli import EXAMPLES, main
 from vibroscope.engine import Newmark, Reference, System, simulate, steady
 
 from tests.served import served
@@ -22,6 +22,14 @@ NEWMARK = ["--solver", "newmark", "--eta", "2.76", "--K", "12000", "--D", "18", 
 
 def run(capsys, *arguments):
     return run_command(capsys, "simulate", *arguments)
+
+
+def test_the_examples_of_the_help_run(capsys):
+    examples = [line.split()[1:] for line in EXAMPLES.splitlines() if line.startswith("  vibroscope simulate")]
+    assert len(examples) == 3
+    for words in examples:
+        assert main(words) in (None, 0)
+        assert capsys.readouterr().out
 
 
 @pytest.mark.parametrize(

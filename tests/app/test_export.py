@@ -20,8 +20,10 @@ from vibroscope.app.export.formats import Series, as_csv, as_json, as_toml, load
 from vibroscope.app.export.report import as_report
 from vibroscope.app.export.scripts import as_command, as_python
 from vibroscope.app.export.tables import FIGURES, figure_table
+from vibroscope.app.page.tabs import TABS
 from vibroscope.app.runtime.cache import Cache
 
+from .fakes import QueueingHost
 from .settings_strategy import settings
 
 CACHE = Cache(48)
@@ -40,11 +42,27 @@ OTHER = PLAIN._replace(
 )
 
 
+STEPPED = read_setting(
+    {
+        "eta": "1.3",
+        "K": "300",
+        "steps": "400",
+        "bodies": "wall",
+        "clearance": "0.5",
+        "integrator": "hht",
+        "alpha": "-0.2",
+    }
+    | {"status": "end", "without_solution": "keep", "law": "flores", "damper": "restitution", "restitution": "0.7"}
+    | {"start_xi1": "-0.5", "start_v1": "0.25", "base": "0.8", "force1": "0.3"}
+)
+SETTINGS = pytest.mark.parametrize("setting", [PLAIN, OTHER, STEPPED], ids=["plain", "other", "stepped"])
+
+
 def runs_of(setting):
     return compute_runs(setting, cache=CACHE)
 
 
-@pytest.mark.parametrize("setting", [PLAIN, OTHER], ids=["plain", "other"])
+@SETTINGS
 def test_the_script_finds_the_numbers_of_the_page(setting, capsys):
     space = {}
     exec(as_python(setting), space)
@@ -58,7 +76,7 @@ def test_the_script_finds_the_numbers_of_the_page(setting, capsys):
     np.testing.assert_array_equal(space["penalty"].section, runs_of(setting).penalty.response.section)
 
 
-@pytest.mark.parametrize("setting", [PLAIN, OTHER], ids=["plain", "other"])
+@SETTINGS
 def test_the_commands_find_the_numbers_of_the_page(setting, tmp_path):
     commands = as_command(setting)
     for name in ("simulate", "compare"):
@@ -75,6 +93,22 @@ def test_the_commands_find_the_numbers_of_the_page(setting, tmp_path):
     assert found[2]["verdict"] == explanation.headline
     assert found[2]["details"] == list(explanation.details)
     assert {name: found[2][name] for name in explanation.parts} == explanation.parts
+
+
+@pytest.mark.parametrize("key", ["explore", "plane", "basin", "step", "code", "speed"])
+def test_the_commands_of_a_tab_have_law_integrator_status_and_start(key):
+    tab = TABS[key](QueueingHost())
+    tab.build()
+    lines = tab.command(STEPPED).splitlines()
+    tab.close()
+    scheme = "--integrator hht --alpha -0.2 --status end --without-solution keep --law flores"
+    assert all(scheme in line for line in lines if "--steps" in line)
+    exact = [line for line in lines if "--solver exact" in line]
+    assert all("--law flores" in line for line in exact)
+    assert exact or any("--steps" in line for line in lines)
+    from_start = [line for line in lines if line.split()[:2] in (["vibroscope", "simulate"], ["vibroscope", "compare"])]
+    from_start += [line for line in lines if "sweep step" in line]
+    assert all("--initial=-0.5,0.25,0,0" in line for line in from_start)
 
 
 @given(settings)

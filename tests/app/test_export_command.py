@@ -1,10 +1,30 @@
 """`vibroscope export` and the menu "Take away" write decks of what is set, and say what a code cannot express."""
 
+import json
+import os
+import re
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+
 import pytest
 from vibroscope.app.commands.cli import main
-from vibroscope.app.export.decks import DECKS, modelica
+from vibroscope.app.export.decks import DECKS, DeckProblem, deck, modelica
 from vibroscope.app.page.tabs import TABS
 from vibroscope.app.page.take_away import TakeAway, file_writer
+from vibroscope.engine import (
+    HHT,
+    Excitation,
+    HHTInterpolated,
+    Newmark,
+    NewmarkBeta,
+    Record,
+    System,
+    TimeStepping,
+    Units,
+    simulate,
+)
 
 from .command_line import PHYSICAL
 from .fakes import FakeHost, QueueingHost
@@ -23,7 +43,10 @@ def test_a_deck_is_printed_or_written(capsys, tmp_path):
     assert export("--to", "opensees", *NUMBERS, "--out", str(tmp_path / "mine.py")) == 0
     assert capsys.readouterr().out == ""
     assert (tmp_path / "mine.py").read_text() == printed.replace("two_bodies", "mine")
-    assert "--measured mine.csv --eta 2.76 --K 12000.0 --D 18.0 --steps 200\n" in (tmp_path / "mine.py").read_text()
+    assert (
+        "--measured mine.csv --eta 2.76 --K 12000 --D 18 --steps 200 --integrator newmark"
+        in (tmp_path / "mine.py").read_text()
+    )
 
 
 @pytest.mark.parametrize("code", DECKS)
@@ -96,3 +119,48 @@ def test_the_page_says_what_it_cannot_write():
     host.catch_up()
     (error,) = host.errors
     assert error.startswith("This file was not written: CalculiX cannot express integrator = 'central-difference'")
+
+
+OWN = System(mu=0.8, d3=None, clearance=0.3, restitution=0.7, excitation=Excitation(base=0.8, force1=0.7))
+WALL = System(wall=True, d1=0.07, clearance=0.5, restitution=0.8)
+MM, SI, START = Units(30.0, 5.0, 2.0, "mm-t-s"), Units(62.8, 25.0, 0.25), (-0.2, 0.1, 0.3, 0.0)
+AWAY = {  # code: system, method, units, start
+    "opensees": (OWN, TimeStepping(900, None, 400, HHTInterpolated(-0.2), law="flores"), SI, START),
+    "calculix": (WALL, TimeStepping(100, 2, 400, HHT(-0.2)), MM, None),
+    "abaqus": (System(), Newmark(200, 8, 400), None, START),
+    "ansys": (OWN, TimeStepping(300, 2, 400, NewmarkBeta(0.3025, 0.6), initial_acceleration="zero"), MM, START),
+    "modelica": (WALL, Newmark(584, 2, 400, law="cut"), SI, (-0.2, 0.1, 0.0, 0.0)),
+}
+
+
+def as_the_code_has_it(code, method):
+    """The method with the contact status of a code, which a problem leaves to it."""
+    if isinstance(method, Newmark):
+        method = TimeStepping(method.stiffness, method.damping, method.steps, law=method.law)
+    return replace(method, status=DECKS[code].STATUS)
+
+
+@pytest.mark.parametrize("code", DECKS)
+def test_the_commands_of_a_deck_lay_our_own_motion_over_itself(code, tmp_path):
+    """The result of the code is made by our run of what the deck says: the commands must find that very run."""
+    system, method, units, start = AWAY[code]
+    problem = DeckProblem(system, 2.3, method, units, start, periods=2, keep=2, name="mine")
+    text = deck(code, problem)
+    (tmp_path / f"mine.{DECKS[code].SUFFIX}").write_text(text)
+    record = Record(periods=4, per_period=200)
+    run = simulate(system, 2.3, as_the_code_has_it(code, method), initial=start, record=record)
+    assert run.ok, run.message
+    path = run.trajectory
+    scale = [problem.scale.physical("time", 1.0), *2 * [problem.length]]
+    rows = zip(path.time - path.time[0], *path.displacement, strict=True)
+    lines = [", ".join(repr(float(x * of)) for x, of in zip(row, scale, strict=True)) for row in rows]
+    (tmp_path / "mine.csv").write_text("\n".join([problem.header, *lines]))
+    shell = "\n".join(re.findall(r"^[*!/ ]*((?:sed|vibroscope compare) .*)$", text, re.MULTILINE))
+    where = os.environ | {"PATH": f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"}
+    shell = shell.replace("vibroscope compare", "vibroscope compare --json")
+    done = subprocess.run(["sh", "-e"], input=shell, cwd=tmp_path, env=where, capture_output=True, text=True)
+    assert done.stderr == ""
+    found = json.loads(done.stdout)
+    assert found["measured"]["frame"] == "relative"
+    assert found["penalty"]["status"] == "ok"
+    assert found["penalty"]["rms"] < 1e-4

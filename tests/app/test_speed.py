@@ -12,10 +12,13 @@ from vibroscope.app.page.speed.tab import Speed, statements
 from vibroscope.app.page.time_step.tab import TimeStepTab
 from vibroscope.app.performance.contenders import CHECKED
 from vibroscope.app.performance.truth import true_state
+from vibroscope.app.runtime.files import ASSETS
 from vibroscope.app.studies import speed
 from vibroscope.app.studies.speed import KINDS, PartialSpeed, SolverKey, SpeedQuestion, grow_speed, steps_around
 from vibroscope.engine import Cancelled, ExactPenalty, Newmark, Reference, System
+from vibroscope.engine.sweeps.digest import solver_digest
 
+SHIPPED = ASSETS / "speed"
 SETTING = Setting()._replace(eta=2.76, K=12000.0, D=18.0, steps=400)
 
 
@@ -52,6 +55,13 @@ def test_errors_are_those_of_the_truth_and_of_the_shipped_figure(results):
     assert error == pytest.approx(np.abs(run.state - right).max(), rel=1e-5)  # exact penalty is as good as the truth
     finest, coarsest = (results[-1].errors[SolverKey("located", n)] for n in (1600, 400))
     assert math.log(coarsest / finest, 4) == pytest.approx(2, abs=0.15)  # the located step is of second order
+
+
+def test_the_shipped_figure_is_of_these_solvers():
+    found = json.loads((SHIPPED / "work-precision.json").read_text())
+    advice = "assets/speed is of other solvers: run `python benchmarks/work_precision.py --write`"
+    assert found.get("solvers") == solver_digest(), advice
+    assert f"solvers {solver_digest()}" in (SHIPPED / "work-precision.svg").read_text(), advice
 
 
 def test_the_plain_loop_has_the_error_of_the_skipped_steps_and_costs_each_step(results):

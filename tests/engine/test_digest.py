@@ -5,7 +5,14 @@ import shutil
 from pathlib import Path
 
 import pytest
-from vibroscope.engine.sweeps.digest import ENGINE, code_digest, engine_digest, numerical_modules, remembered_digest
+from vibroscope.engine.sweeps.digest import (
+    ENGINE,
+    code_digest,
+    engine_digest,
+    numerical_modules,
+    remembered_digest,
+    solver_digest,
+)
 
 STUDY = '''"""A study."""
 from typing import TYPE_CHECKING
@@ -108,6 +115,15 @@ def test_what_can_change_a_number_changes_the_digest(engine, name):
     file, old, new = OTHER[name]
     edit(engine / file, old, new)
     assert code_digest(engine) != before
+
+
+def test_the_digest_of_the_solvers_is_that_of_the_kernels_alone(engine):
+    before = solver_digest(engine)
+    edit(engine / "sweeps" / "eta_study.py", "2.5 * spring", "2.6 * spring")
+    edit(engine / "kernels" / "force.py", "The contact force.", "The force of the contact.")
+    assert solver_digest(engine) == before
+    edit(engine / "kernels" / "springs.py", "k * x\n", "0.5 * k * x\n")
+    assert solver_digest(engine) != before
 
 
 def test_files_and_folders_can_be_renamed(engine):

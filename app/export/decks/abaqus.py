@@ -27,7 +27,7 @@ _DECK = """\
 ** then
 **   {compare}
 **
-** The contact status is iterated until it agrees with the end of the step: compare with --status end.
+** The contact status is iterated until it agrees with the end of the step.
 *NODE
 1, {far_left}, 0., 0.
 2, 0., 0., 0.
@@ -86,7 +86,7 @@ def write(problem: DeckProblem) -> str:
         x1=x1,
         x2=x2,
         name=problem.name,
-        compare=problem.compare,
+        compare="\n**   ".join(problem.compare(STATUS, SUFFIX)),
         far_left=-far,
         far_right=gap + far,
         gap=gap,

@@ -23,7 +23,7 @@ _DECK = """\
 ! Run it with: ansys -b -i {name}.dat. It writes {name}.csv itself; then
 !   {compare}
 !
-! The contact status is iterated until it agrees with the end of the step: compare with --status end.
+! The contact status is iterated until it agrees with the end of the step.
 /PREP7
 ET,1,MASS21,,,4          ! mass in the plane, no rotation
 ET,2,COMBIN14,,1         ! spring and damper along x
@@ -109,7 +109,7 @@ def write(problem: DeckProblem) -> str:
     return _DECK.format(
         words="\n! ".join(problem.words(NAME, STATUS)),
         name=problem.name,
-        compare=problem.compare,
+        compare="\n!   ".join(problem.compare(STATUS, SUFFIX)),
         bodies="\n".join(_bodies(problem)),
         stiffness=stiffness,
         damping=damping,

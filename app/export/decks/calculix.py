@@ -22,10 +22,10 @@ _DECK = """\
 ** Run it with: ccx {name}. It writes displacements with seven digits to {name}.dat; this makes a CSV file of them:
 ** {convert}
 ** then
-** {compare}
+**   {compare}
 **
-** The contact status is iterated until it agrees with the end of the step: compare with --status end. CalculiX checks
-** the energy of a step with contact, too, and may stop ("solution seems to diverge") where the iterations converged.
+** The contact status is iterated until it agrees with the end of the step. CalculiX checks the energy of a
+** step with contact, too, and may stop ("solution seems to diverge") where the iterations converged.
 *NODE, NSET=ALL
 {nodes}
 *ELEMENT, TYPE=C3D8, ELSET=BODY1
@@ -96,7 +96,7 @@ def write(problem: DeckProblem) -> str:
         words="\n** ".join(problem.words(NAME, STATUS)),
         convert=_convert(problem),
         name=problem.name,
-        compare=problem.compare,
+        compare="\n**   ".join(problem.compare(STATUS, SUFFIX)),
         nodes="\n".join(_nodes(problem)),
         bodies="\n".join(_bodies(problem)),
         ties="\n".join(

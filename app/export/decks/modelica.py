@@ -18,7 +18,7 @@ _DECK = """\
 // {words}
 // Not run by Vibroscope, which has no tool for this language: look at the first results before you trust them.
 //
-// The tool locates each contact change: compare with --status located, or with the solver exact. With OpenModelica:
+// The tool locates each contact change, as --located does. With OpenModelica:
 //   omc {name}.mos, where {name}.mos holds
 //     loadFile("{name}.mo"); simulate(TwoBodies, outputFormat="csv", variableFilter="xi1|xi2");
 // and this makes a CSV file of its result:
@@ -66,7 +66,7 @@ def write(problem: DeckProblem) -> str:
         header=problem.header,
         first=problem.first * problem.step - 0.5 * problem.step,
         name=problem.name,
-        compare=problem.compare,
+        compare="\n//   ".join(problem.compare(STATUS, SUFFIX)),
         stiffness=stiffness,
         damping=damping,
         clearance=problem.clearance,

@@ -30,9 +30,8 @@ Run it with Python (pip install openseespy; on Debian also libblas3 and liblapac
 
     {compare}
 
-The contact status is iterated until it agrees with the end of the step: compare with --status end. A step may have no
-solution, because the damper's force jumps where the bodies touch; then the run ends with its number, and the file has
-what was before.
+The contact status is iterated until it agrees with the end of the step. A step may have no solution, because the
+damper's force jumps where the bodies touch; then the run ends with its number, and the file has what was before.
 """
 
 import sys
@@ -118,7 +117,7 @@ def write(problem: DeckProblem) -> str:
     return _DECK.format(
         words="\n".join(problem.words(NAME, STATUS)),
         name=problem.name,
-        compare=problem.compare,
+        compare="\n    ".join(problem.compare(STATUS, SUFFIX)),
         period=problem.period,
         steps=problem.method.steps,
         periods=problem.periods,

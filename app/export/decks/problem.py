@@ -1,11 +1,13 @@
 """The numbers of a deck in one consistent system of units, whatever code it is for. No solver is needed."""
 
 import math
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 from importlib.metadata import version
 from typing import NamedTuple
 
+from vibroscope.app.export.scripts import initial_option, penalty_options, system_file_text
+from vibroscope.app.runtime.number_text import print_number
 from vibroscope.engine import (
     CONTACT_LAWS,
     CONTACT_STATUSES,
@@ -227,31 +229,38 @@ class DeckProblem:
             *self._warning(status),
         ]
 
+    def _stepping(self, status: str) -> TimeStepping:
+        """The method with the contact status of a code."""
+        found = self.method
+        if isinstance(found, Newmark):
+            found = TimeStepping(found.stiffness, found.damping, found.steps, law=found.law)
+        return replace(found, status=status)
+
     def _warning(self, status: str) -> list[str]:
         """A line if a step of the run has no solution with the contact status of the code."""
         if status != "end" or self.integrator.explicit:
             return []
-        own = {
-            each.name: getattr(self.method, each.name)
-            for each in fields(TimeStepping)
-            if hasattr(self.method, each.name)
-        }
-        method = TimeStepping(**own | {"integrator": self.integrator, "status": status, "every_step": False})
+        method = replace(self._stepping(status), integrator=self.integrator, every_step=False)
         run = simulate(self.system, self.eta, method, periods=self.periods, keep=1, initial=self.initial)
         if run.status is not Status.WITHOUT_SOLUTION:
             return []
         where = run.message.partition(":")[0]
         return [f"WARNING: with the contact status of this code {where}: it cuts the step, or stops there."]
 
-    @property
-    def compare(self) -> str:
-        """The command that lays the result over ours."""
-        method = self.method
-        own = " --system FILE.toml" if self.system != System() or self.units is not None else ""
-        return (
-            f"vibroscope compare --measured {self.name}.csv --eta {self.eta!r} --K {method.stiffness!r} "
-            f"{'' if method.damping is None else f'--D {method.damping!r} '}--steps {method.steps}{own}"
-        )
+    def compare(self, status: str, suffix: str) -> list[str]:
+        """The lines of a deck with the commands that lay the result over ours.
+
+        The system file that they need stands in the deck itself, in lines that begin with a bar. ``status`` and
+        ``suffix``: the contact status of the code, and that of the deck's file.
+        """
+        found, lines = self._stepping(status), []
+        options = f"--eta {print_number(self.eta)}{penalty_options(found)}{initial_option(self.initial)}"
+        if text := system_file_text(self.system, self.units):
+            lines = [f"| {line}" for line in text.split("\n")]
+            lines.append(f"sed -n 's,^[*!/ ]*| ,,p' {self.name}.{suffix} > {self.name}.toml")
+            options += f" --system {self.name}.toml"
+        options += "" if self.units is None else f" --units {self.units.system}"
+        return [*lines, f"vibroscope compare --measured {self.name}.csv {options}"]
 
 
 def refuse(code: str, what: str, advice: str) -> ValueError:
