@@ -29,6 +29,7 @@ from vibroscope.engine import (
     Verdict,
     compare,
     counted,
+    finite_or_none,
     many,
     percent,
     repetition,
@@ -151,9 +152,7 @@ def explain(
     except ValueError as error:  # a law without a solution in closed form has no parts
         return _unexplained(f"Not compared: {error}.")
     try:
-        found = verdict(
-            comparison, progress=lambda alone: on_alone(alone_facts(alone, setting)), cancelled=cancelled
-        )
+        found = verdict(comparison, progress=lambda alone: on_alone(alone_facts(alone, setting)), cancelled=cancelled)
     except ValueError as error:
         found = _without_verdict(comparison, error)
     for name in ("reference", "penalty"):
@@ -181,12 +180,14 @@ def alone_facts(found: Alone, setting: Setting) -> AloneFacts:
     """The difference over each number alone as `engine` gives it in plain numbers.
 
     ``done`` says whether the search is done, and ``set`` of each curve has the texts that set its best value, empty
-    while it is not known, and where the page takes none.
+    while it is not known, and where the page takes none. ``value`` of a best is the number, None for no time step.
     """
     facts = found.as_dict() | {"done": found.done}
     for name, curve in found.curves.items():
         change = _change_texts(_settable(curve, found), setting)
         facts["curves"][name]["set"], _ = _takeable(change, setting)
+        if curve.best is not None:
+            facts["curves"][name]["best"]["value"] = finite_or_none(curve.best.value)
     return facts
 
 
