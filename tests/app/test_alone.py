@@ -105,6 +105,13 @@ def test_units_are_those_of_the_page(found):
     assert tapped(view, "K", factor * best) == tapped(plain, "K", best)
 
 
+def test_a_part_of_rounding_is_no_floor(found):
+    view = shown(found[0].alone | {"floor": 1e-15})
+    assert math.isnan(marks(view, "K")["floor"])
+    assert not view.head.floor
+    assert view.figures["K"].y_range.start > 1
+
+
 def test_coarse_curves_come_first_and_name_no_best(found):
     _, partial = found
     assert [[*each["curves"]] for each in partial[:3]] == [["K"], ["K", "D"], ["K", "D", "steps"]]
@@ -129,6 +136,6 @@ def test_without_a_search_there_is_no_card_and_a_new_setting_has_no_curves_yet(f
 def test_there_is_no_curve_over_d_where_the_law_takes_its_damper_from_the_restitution(found):
     facts = found[0].alone
     facts = facts | {"curves": {name: facts["curves"][name] for name in ("K", "steps")}}
-    view = shown(facts, read_setting({"law": "hunt-crossley"}, OPENING))
+    view = shown(facts, read_setting({"law": "hunt-crossley", "damper": "restitution"}, OPENING))
     assert [pane.visible for pane in view._cells.values()] == [True, False, True]
     assert not view.curves["D"].data["x"].size

@@ -42,6 +42,7 @@ _MARKS = ("now", "now_left", "best", "best_left", "equal", "floor", "from", "to"
 _UNRESOLVED = "#E4E8EC"
 _LIMIT = 2.0  # times the most steps, where "no time step" is drawn
 _TOP = 3.0  # times the difference, and of the reference: what is left is drawn up to here
+_LEAST = 1e-4  # what is left is drawn down to here
 _NEAR = 0.04  # of the axis: a click so near to a mark means it
 _MARGIN = 1.25  # of the axes, times
 
@@ -141,7 +142,7 @@ class AloneView:
         self.view.visible = facts is not None
         if facts is None:
             return
-        self.head.param.update(state=_state(facts), floor=bool(facts["floor"]))
+        self.head.param.update(state=_state(facts), floor=_floor(facts) is not None)
         low, high = _left_ends(facts)
         self._left.update(start=low, end=high)
         self._ticks.ticks = _ticks(low, high)
@@ -256,11 +257,16 @@ def _ends(curve: Mapping, name: str) -> tuple[float, float]:
 
 def _left_ends(facts: AloneFacts) -> tuple[float, float]:
     """The ends, in per cent, of the axis that all curves share."""
-    left = [value for curve in facts["curves"].values() for value in curve["left"] if value]
+    left = [value for curve in facts["curves"].values() for value in curve["left"]]
     left += [curve["best"]["left"] for curve in facts["curves"].values() if curve["best"]]
-    known = [value for value in (*left, facts["total"], facts["floor"]) if value > 0]
+    known = [max(value, _LEAST) for value in (*left, facts["total"], _floor(facts)) if value]
     top = min(max(known), _TOP * max(facts["total"], 1.0))
     return 100 * min(known) / _MARGIN**2, 100 * top * _MARGIN
+
+
+def _floor(facts: AloneFacts) -> float | None:
+    """The part of the joint damping if it is worth a line."""
+    return facts["floor"] if facts["floor"] > _LEAST else None
 
 
 def _ticks(low: float, high: float) -> list[float]:
@@ -281,6 +287,6 @@ def _marks(curve: Mapping, name: str, facts: AloneFacts) -> dict[str, float | No
         "best": _best_at(curve, name),
         "best_left": curve["best"] and curve["best"]["left"],
         "equal": curve["equal_restitution"],
-        "floor": facts["floor"] or None,
+        "floor": _floor(facts),
         **(unresolved if curve["resolved"] is not None else {}),
     }
