@@ -75,8 +75,8 @@ class AloneView:
         self.facts: AloneFacts | None = None
         self._setting: Setting | None = None
         self.head = AloneHead(css_classes=["alone-head"])
-        self.curves = {name: empty_source(f"alone_{name}", *_CURVE) for name in NUMBERS}
-        self.marks = {name: empty_source(f"alone_{name}_marks", *_MARKS) for name in NUMBERS}
+        self.curves = {name: empty_source(f"left_over_{name}", *_CURVE) for name in NUMBERS}
+        self.marks = {name: empty_source(f"marks_over_{name}", *_MARKS) for name in NUMBERS}
         self._left, self._ticks = Range1d(1.0, 100.0), FixedTicker(ticks=[1.0, 10.0, 100.0])
         self.figures = {name: self._build(name) for name in NUMBERS}
         panes = [pn.pane.Bokeh(plot, sizing_mode="stretch_both") for plot in self.figures.values()]
