@@ -16,7 +16,9 @@ The rules are rows of ``assets/codes.toml``; their `kind` names one of the funct
 ====================  ===========================================================================
 
 What a rule does not give stays as it is set. Whether it holds is measured: by the part of the difference from the
-reference that its numbers cause, which must not exceed what `engine.verdict` calls close.
+reference that its numbers cause, which must not exceed what `engine.verdict` calls close. Where the difference has no
+parts, as that of a motion which its step blurs, K and D are judged by what is left without a time step, and the step by
+what it adds to that.
 """
 
 from __future__ import annotations
@@ -50,6 +52,7 @@ from vibroscope.engine import (
 )
 from vibroscope.engine.divergence.agreement import CLOSE
 from vibroscope.engine.divergence.contact import contact_frequency, damping_for, equal_restitution_damping
+from vibroscope.engine.divergence.remaining import Remaining
 from vibroscope.engine.model import check_eta
 
 Stepping = Newmark | TimeStepping
@@ -322,17 +325,29 @@ def _of_comparison(
     untested = _nothing_to_test(found, name if rule.gives else "")
     if untested:
         return RuleOutcome(rule, method, words, difference.total, part, None, untested, count, motions)
-    what = "the time step causes" if name == "time_step" else "K and D cause"
-    if not rule.gives and math.isfinite(part):
-        holds, why = part <= CLOSE, f"the solutions differ by {percent(part)}"
-    elif math.isfinite(part):
-        holds, why = part <= CLOSE, f"{what} {percent(part)} of difference"
+    if rule.gives and not math.isfinite(part) and not found.is_free:
+        part, why = _part_by_limit(found, name, cancelled)
+    elif rule.gives and math.isfinite(part):
+        why = f"{'the time step causes' if name == 'time_step' else 'K and D cause'} {percent(part)} of the difference"
     else:
-        kinds = difference_in_kind(found.reference, found.penalty)
-        holds = difference.total <= CLOSE and not kinds
-        why = f"the solutions differ by {percent(difference.total)}; how much of it {what} is not known"
-        why = f"{kinds}; {why}" if kinds else why
+        why = f"the solutions differ by {percent(difference.total)}"
+    holds = (part if math.isfinite(part) else difference.total) <= CLOSE
+    if not math.isfinite(part) and (kinds := difference_in_kind(found.reference, found.penalty)):
+        holds, why = False, f"{kinds}; {why}"
     return RuleOutcome(rule, method, words, difference.total, part, holds, _sentence(why), count, motions)
+
+
+def _part_by_limit(found: Comparison, name: str, cancelled: Callable[[], bool] | None) -> tuple[float, str]:
+    """What K and D leave without a time step, or what the step adds to that; and a sentence about it."""
+    left = Remaining(found, cancelled).whole(found.runs.penalty.method.limit)
+    total = found.difference.total
+    if not math.isfinite(left):
+        return math.nan, f"the solutions differ by {percent(total)}; without a time step the run ends early"
+    without = f"without a time step {percent(left)} is left of the {percent(total)}"
+    if name == "regularisation":
+        return left, without
+    added = max(0.0, total - left)
+    return added, f"the time step adds {percent(added)}: {without}"
 
 
 def _nothing_to_test(found: Comparison, part: str) -> str:

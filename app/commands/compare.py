@@ -7,6 +7,7 @@ from collections.abc import Iterable
 from dataclasses import fields
 from textwrap import wrap
 
+from vibroscope.app.commands.alone_table import alone_lines
 from vibroscope.app.commands.compare_measured import add_measured_options, run_measured
 from vibroscope.app.commands.numbers import count
 from vibroscope.app.commands.options import (
@@ -84,6 +85,7 @@ def add(commands) -> None:
     add_initial_option(command)
     add_system_option(command)
     add_measured_options(command)
+    add("--alone", action="store_true", help="also the difference over K, over D and over the step, each alone")
     add("--series", action="store_true", help="with --json: also the difference and its parts at every sample")
     add_units_option(command)
     add("--json", action="store_true", help="print one JSON object")
@@ -118,11 +120,15 @@ def run(options: argparse.Namespace) -> None:
         report = as_json(comparison, judgement, split, of_step)
         if options.series:
             report["series"] = _series_json(comparison)
+        if options.alone:
+            report["alone"] = judgement.alone and judgement.alone.as_dict()
         if units:
             report["physical"] = _physical_json(comparison, units)
         print(json.dumps(report, allow_nan=False))
     else:
         print(as_text(comparison, judgement, split, of_step))
+        if options.alone:
+            print("\n".join(alone_lines(judgement.alone, eta, comparison.runs.penalty.method, units)))
         if units:
             print("\n".join(_physical_lines(comparison, units)))
 
@@ -131,7 +137,7 @@ def _note_unused(options: argparse.Namespace) -> None:
     """Note on stderr what has no effect on what is printed."""
     if options.series and options.measured is None and not options.json:
         note("--series has no effect without --json")
-    for name in ("series", "keep") if options.measured is not None else ():
+    for name in ("series", "keep", "alone") if options.measured is not None else ():
         if getattr(options, name):
             note(f"--{name} has no effect with --measured")
 
@@ -166,6 +172,7 @@ def as_json(
     run = comparison.runs.penalty
     method = run.method
     words = judgement.as_dict()
+    del words["alone"]  # long, and asked for by --alone
     return {
         "eta": comparison.runs.penalty.eta,
         "K": method.stiffness,

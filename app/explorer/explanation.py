@@ -29,17 +29,22 @@ from vibroscope.engine import (
     Verdict,
     compare,
     counted,
+    finite_or_none,
     many,
     percent,
     repetition,
     verdict,
 )
 from vibroscope.engine.divergence.agreement import agreement
+from vibroscope.engine.divergence.alone import Alone, Curve
+from vibroscope.engine.divergence.sentences import change_of
+from vibroscope.engine.methods import is_located
 
 _WITHOUT_IMPACTS = {  # by the share of contact
     0.0: "Nothing touches: the bodies move as if they were alone.",
     1.0: "Permanent contact: the bodies never part.",
 }
+AloneFacts = dict[str, object]  # plain numbers, lists and dictionaries, without dimension
 _MEASURES = {"displacements": "displacements, rms, relative", "sections": "Poincaré sections, relative"}
 
 
@@ -93,6 +98,8 @@ class Explanation:
     series : dict of str to (2, n) ndarray
         The difference of ξ₁ and ξ₂, and its parts, over the last ``WINDOW`` periods, evenly spaced, both ends included;
         empty where the motions are not in phase, so that a difference at an instant means nothing.
+    alone : dict or None
+        The difference over each number alone, :func:`alone_facts`; None where there is nothing to search for.
     """
 
     headline: str
@@ -104,6 +111,7 @@ class Explanation:
     change: dict[str, str]
     details: tuple[str, ...]
     series: dict[str, np.ndarray]
+    alone: AloneFacts | None = None
 
     def in_units(self, scale: Units | None) -> Explanation:
         """The explanation with the numbers of its sentences in units."""
@@ -122,10 +130,12 @@ def explain(
     runs: RunPair,
     cancelled: Callable[[], bool] | None = None,
     on_judged: Callable[[str, Motion], None] = lambda name, found: None,
+    on_alone: Callable[[AloneFacts], None] = lambda facts: None,
 ) -> Explanation:
     """Explain the difference of both runs; raises `engine.Cancelled` if ``cancelled()``.
 
     ``on_judged`` gets "reference" or "penalty" and its motion where the explanation needs the evidence for its kind.
+    ``on_alone`` gets `Explanation.alone` as far as it is known.
     """
     setting = runs.setting
     try:
@@ -142,7 +152,7 @@ def explain(
     except ValueError as error:  # a law without a solution in closed form has no parts
         return _unexplained(f"Not compared: {error}.")
     try:
-        found = verdict(comparison, cancelled=cancelled)
+        found = verdict(comparison, progress=lambda alone: on_alone(alone_facts(alone, setting)), cancelled=cancelled)
     except ValueError as error:
         found = _without_verdict(comparison, error)
     for name in ("reference", "penalty"):
@@ -162,7 +172,33 @@ def explain(
         change=change,
         details=found.details,
         series={name: _last_periods(comparison, getattr(comparison.parts, name)[:2]) for name in in_step},
+        alone=found.alone and alone_facts(found.alone, setting),
     )
+
+
+def alone_facts(found: Alone, setting: Setting) -> AloneFacts:
+    """The difference over each number alone as `engine` gives it in plain numbers.
+
+    ``done`` says whether the search is done, and ``set`` of each curve has the texts that set its best value, empty
+    while it is not known, and where the page takes none. ``value`` of a best is the number, None for no time step.
+    """
+    facts = found.as_dict() | {"done": found.done}
+    for name, curve in found.curves.items():
+        change = _change_texts(_settable(curve, found), setting)
+        facts["curves"][name]["set"], _ = _takeable(change, setting)
+        if curve.best is not None:
+            facts["curves"][name]["best"]["value"] = finite_or_none(curve.best.value)
+    return facts
+
+
+def _settable(curve: Curve, found: Alone) -> dict[str, float | bool | str]:
+    """What to set for the best value of a curve; steps cut at contact stand for no step at all."""
+    if curve.best is None:
+        return {}
+    if math.isfinite(curve.best.value):
+        return change_of(curve.best)
+    cut = (each for each in found.choices if each.changed == "status" and is_located(each.method))
+    return next(map(change_of, cut), {})
 
 
 def _unexplained(headline: str) -> Explanation:

@@ -143,7 +143,7 @@ def _kind(series: Series, table: Sequence[Series]) -> _Kind:
         return "stretches", columns[first].removeprefix("from_"), [*list(series.columns)[:2], "kind"]
     if "us_per_period" in columns:
         return "powers", "us_per_period", [columns["error"]]
-    if first in ("n", "steps"):
+    if first in ("n", "steps") or "left" in columns:
         return "powers", first, [columns[others[0]]]
     if "K" in columns and len(columns) > 2:
         return "cells", columns["K"], [list(series.columns)[1], "period" if "period" in columns else "kind"]

@@ -20,6 +20,9 @@ FIGURES = {
         Figure("strip", "Contact strip", "Intervals in contact; an impact of the reference has no length."),
         Figure("force", "Contact force", "Contact force, the mean of contacts too short to sample, and impulses."),
         Figure("diagram", "Map over η", "Bifurcation diagram of the reference; the line marks η."),
+        Figure("alone_K", "Difference over K", "What is left of the difference if K alone is changed."),
+        Figure("alone_D", "Difference over D", "What is left of the difference if D alone is changed."),
+        Figure("alone_steps", "Difference over the step", "What is left of the difference with other time steps."),
         Figure("front", "Suggestion", "Error over steps per period of the settings found; the line is the tolerance."),
         Figure("comparison", "Comparison of pins", "The present setting, then the pinned ones.", drawn=False),
     )

@@ -27,7 +27,7 @@ SETTINGS.append(SETTINGS[0]._replace(frame="absolute"))  # the same runs, drawn 
 # What Explore is made of but for its findings: figures, and what neither explains nor judges.
 DRAWN = ("pn", "OwnedRange", "PhaseView", "DisplacementView", "ForceView", "EtaMapView", "ColumnSender", "Mechanism")
 DRAWN += ("Suggester", "CoexistingMotions", "OpenedMotion", "Muting", "MeasuredPoints", "PinComparison")
-DRAWN += ("PinnedResults", "Overlay", "MapSource")
+DRAWN += ("PinnedResults", "Overlay", "MapSource", "AloneView")
 
 
 class Job:
@@ -114,7 +114,7 @@ class World(Document):
             put(module, threads, lambda: self)
         put(explainer, "EXPLANATIONS", Cache(2))
         put(explainer, "compute_runs", lambda setting, _: RunPair(setting, None, None))
-        put(explainer, "explain", lambda runs, cancelled, _: self._solve("verdict", runs.setting, cancelled))
+        put(explainer, "explain", lambda runs, cancelled, *_: self._solve("verdict", runs.setting, cancelled))
         put(motion_judge, "judge_motions", lambda setting, cancelled: self._solve("kinds", setting, cancelled))
         put(motion_judge, "background_worker", lambda: SimpleNamespace(jobs=0))
         put(motion_judge, "known_kinds", lambda setting: self.known.get(setting.eta))

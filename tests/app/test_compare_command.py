@@ -5,7 +5,7 @@ import re
 
 import numpy as np
 import pytest
-from vibroscope.engine import HHT, Newmark, Reference, System, TimeStepping, compare, motion, verdict
+from vibroscope.engine import HHT, Newmark, Reference, System, TimeStepping, compare, motion, percent, verdict, written
 
 from .command_line import run_command
 
@@ -24,7 +24,7 @@ def test_json_is_the_contract(capsys):
     assert [found[name] for name in NUMBERS] == [getattr(expected, name) for name in NUMBERS]
     assert 0 <= found["residual"] < 1e-10
     assert found["verdict"] == verdict(expected).headline
-    assert (found["blame"], found["change"]) == ("status", {"located": True})
+    assert (found["blame"], found["change"]) == (["status"], {"located": True})
     assert found["reference"] == motion(System(), 2.76, Reference()).as_dict() | {"peak_force": None}  # impacts
     assert found["penalty"] == motion(System(), 2.76, Newmark(12000, 18, 2000)).as_dict()
     assert found["pointwise"]
@@ -87,6 +87,42 @@ def test_a_run_that_blew_up_is_a_result(capsys):
     assert [found[name] for name in (*NUMBERS, "split", "series")] == [None] * 6
     assert found["penalty"]["type"] == "diverged"
     assert "blew up" in found["verdict"]
+
+
+OPENING = "--eta 1.08 --K 100 --D 50 --steps 2000"
+
+
+def test_the_difference_over_each_number_alone_is_printed(capsys):
+    _, out, _ = run(capsys, OPENING, "--alone", "--units")
+    expected = verdict(compare(System(), 1.08, Newmark(100, 50, 2000))).alone
+    tables = dict(zip(expected.curves, re.split(r"\n\n", out)[-5:-2], strict=True))
+    for name, curve in expected.curves.items():
+        lines = tables[name].splitlines()
+        present, best = (next(line for line in lines if line.endswith(words)) for words in ("present", "at best"))
+        assert percent(expected.total) in present
+        assert percent(curve.best.left) in best
+        assert float(present.split()[0]) == curve.present
+    assert float(next(line for line in tables["D"].splitlines() if "present" in line).split()[1]) == 100  # 2D, N·s/m
+    assert "2D / (N.s/m)" in tables["D"]
+    assert written(expected.curves["K"].equal) in next(li for li in tables["K"].splitlines() if "equal" in li)
+    assert written(expected.curves["K"].resolved) in next(li for li in tables["K"].splitlines() if "10 steps" in li)
+    assert "ended early" in tables["K"]
+    assert tables["steps"].splitlines()[-1].split()[0] == "none"
+    assert f"The joint damping makes {percent(expected.floor)}" in out
+
+
+def test_the_json_has_the_curves_only_where_they_are_asked_for(capsys):
+    found = json.loads(run(capsys, OPENING, "--alone", "--json")[1])["alone"]
+    expected = verdict(compare(System(), 1.08, Newmark(100, 50, 2000))).alone
+    assert found == json.loads(json.dumps(expected.as_dict()))
+    assert [*found["curves"]] == ["K", "D", "steps"]
+    assert "alone" not in json.loads(run(capsys, OPENING, "--json")[1])
+
+
+def test_nothing_to_search_for_is_said(capsys):
+    out = run(capsys, "--eta 2.76 --K 1e6 --D 18 --steps 10 --alone")[1]
+    assert "There is nothing to search for over K, D and the step." in out
+    assert json.loads(run(capsys, "--eta 2.76 --K 1e6 --D 18 --steps 10 --alone --json")[1])["alone"] is None
 
 
 def test_text_holds_the_verdict_and_the_parts(capsys):

@@ -15,6 +15,7 @@ from vibroscope.engine import Cancelled
 from .fakes import QueueingHost
 
 SLOW, NEXT, LAST = (Setting()._replace(eta=eta) for eta in (1.0, 1.1, 1.2))
+SEARCHED = Setting()._replace(eta=1.3)  # whose curves come first
 
 
 class Document:
@@ -29,8 +30,11 @@ def explained(monkeypatch):
     """Stands for the engine: the explanation of SLOW never ends by itself."""
     seen = []
 
-    def explain(runs, cancelled, _):
+    def explain(runs, cancelled, on_judged, on_alone):
         seen.append(runs)
+        if runs is SEARCHED:
+            on_alone(f"curves of {runs.eta}")
+            on_alone("curves a moment later")
         while runs is SLOW:
             if cancelled():
                 raise Cancelled
@@ -76,6 +80,24 @@ def test_an_explanation_that_comes_too_late_is_not_shown_and_a_full_cache_loses_
     module.EXPLANATIONS.put("other sessions", "fill the cache")
     host.catch_up()
     assert shown == ["of 1.2"]
+
+
+def test_curves_come_before_the_explanation_and_those_of_another_setting_are_not_shown(explained):
+    host, shown = QueueingHost(doc=Document()), []
+    explainer = Explainer(host, lambda: True, shown.append, shown.append)
+    explainer.follow(SEARCHED)
+    host.catch_up()
+    assert shown == ["curves of 1.3"]
+    host.catch_up()  # the loop has other things to do: no second curves at once
+    assert shown == ["curves of 1.3", "of 1.3"]
+    module.EXPLANATIONS.put("other sessions", "fill the cache")
+    explained.clear()
+    explainer.follow(SEARCHED)
+    explaining(explained, SEARCHED)
+    explainer.follow(LAST)
+    for _ in range(3):  # curves and explanation of SEARCHED, which is shown no more, and LAST
+        host.catch_up()
+    assert shown[2:] == ["of 1.2"]
 
 
 def test_a_session_that_always_has_another_job_does_not_stop_the_others():

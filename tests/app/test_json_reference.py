@@ -20,7 +20,7 @@ RANGE = ["--solver", "reference", "--from", "2.74", "--to", "2.76", "--most-orbi
 CALLS = {
     "simulate": ["--solver", "newmark", *MET],
     "motion": ["--solver", "newmark", *MET],
-    "compare": MET,
+    "compare": [*MET, "--alone"],
     "recommend": ["--eta", "3.25", "--tolerance", "0.5", "--steps-max", "64"],
     "validate": ["B5"],
     "codes": ["calculix"],

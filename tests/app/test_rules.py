@@ -2,11 +2,12 @@
 
 import json
 import math
+from dataclasses import replace
 
 import pytest
 from vibroscope.app.codes.rules import Rule, RuleQuestion, judge, rules
 from vibroscope.app.commands.cli import main
-from vibroscope.engine import CentralDifference, Excitation, Newmark, System, TimeStepping, compare, simulate
+from vibroscope.engine import CentralDifference, Excitation, Newmark, System, TimeStepping, compare, percent, simulate
 from vibroscope.engine.divergence.agreement import CLOSE
 
 PAPER = RuleQuestion(System(), 2.76, Newmark(12000.0, 18.0, 2000))
@@ -107,6 +108,31 @@ def test_a_motion_that_cannot_show_whether_a_rule_holds_says_so(system, key, wor
 def test_a_step_is_judged_where_nothing_touches():
     apart = RuleQuestion(System(wall=True, clearance=1000.0), 1.2, Newmark(1000.0, 5.0, 500))
     assert judge(rules()["ansys-mode"], apart).holds
+
+
+@pytest.mark.parametrize(
+    ("key", "asked"),
+    [
+        ("restitution", RuleQuestion(System(), 1.39, Newmark(3870.0, 12.7, 654))),
+        ("lsdyna-noise", RuleQuestion(System(), 1.39, Newmark(3870.0, 12.7, 654))),
+    ],
+)
+def test_the_blur_of_the_step_is_not_charged_to_a_rule_for_the_damper(key, asked):
+    found = judge(rules()[key], asked)
+    without = compare(asked.system, asked.eta, replace(found.method, located=True)).difference.total
+    assert found.total > 2 * CLOSE
+    assert without < CLOSE
+    assert found.holds
+    assert found.part < CLOSE
+    assert found.why.startswith(f"Without a time step {percent(found.part)} is left of the {percent(found.total)}.")
+
+
+def test_a_rule_for_the_step_is_judged_by_what_the_step_adds():
+    rule = Rule("key", "title", "steps_per_contact", 14.2, "claim", "source")
+    asked = RuleQuestion(System(), 1.39, Newmark(3870.0, 9.148, 2000))
+    found = judge(rule, asked)
+    assert (found.holds, found.part > CLOSE) == (False, True)
+    assert found.why.startswith(f"The time step adds {percent(found.part)}: without a time step ")
 
 
 def test_the_command_prints_what_each_rule_gives(capsys):

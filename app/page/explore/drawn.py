@@ -13,6 +13,7 @@ from vibroscope.app.export.tables import (
     measured_table,
     without_body_2,
 )
+from vibroscope.app.page.explore.alone import NUMBERS, AloneView
 from vibroscope.app.page.explore.comparison import PinComparison
 from vibroscope.app.page.explore.displacement import DisplacementView
 from vibroscope.app.page.explore.eta_map import EtaMapView
@@ -26,21 +27,29 @@ class DrawnFigures:
     """Figures, tables and columns of a result, taken from the parts of the tab that draw them."""
 
     def __init__(
-        self, displacement: DisplacementView, comparison: PinComparison, suggester: Suggester, eta_map: EtaMapView
+        self,
+        displacement: DisplacementView,
+        comparison: PinComparison,
+        suggester: Suggester,
+        eta_map: EtaMapView,
+        alone: AloneView,
     ) -> None:
         self._displacement, self._comparison = displacement, comparison
-        self._suggester, self._eta_map = suggester, eta_map
+        self._suggester, self._eta_map, self._alone = suggester, eta_map, alone
 
     def figures(self, result: Result) -> list[Figure]:
-        """All figures; the map once it is loaded, a suggestion once it is found."""
+        """All figures; the map once it is loaded, a suggestion and curves over numbers once they are found."""
         figures = FIGURES | ({"displacement": DIFFERENCE} if _draws_difference(result) else {})
         ready = {"diagram": self._eta_map.ready, "front": bool(self._suggester.front)}
+        ready |= {f"alone_{number}": number in self._alone.numbers for number in NUMBERS}
         ready |= {"comparison": bool(self._comparison.rows), "phase2": not _at_wall(result)}
         return [figure for figure in figures.values() if ready.get(figure.name, True)]
 
     def table(self, name: str, result: Result, placed: Placed) -> list[Series]:
         """The columns of a figure, in the units of the setting."""
         setting, columns = result.setting, self.data(result, placed)
+        if name.startswith("alone_"):
+            return self._alone.table(name.removeprefix("alone_"))
         if name in _SERIES_LABELS:
             return [Series(_SERIES_LABELS[name], columns[name])]
         if name == "displacement" and _draws_difference(result):
@@ -55,6 +64,7 @@ class DrawnFigures:
         more = {"difference": dict(self._displacement.difference.data)} if _draws_difference(result) else {}
         more |= {"front": front} if front else {}
         more |= {"comparison": columns_in_units(self._comparison.table, scale)} if self._comparison.rows else {}
+        more |= {"alone": self._alone.facts} if self._alone.facts else {}
         more |= {"measured": placed._asdict()} if len(placed.phase["x1"]) else {}
         diagram = columns_in_units(self._eta_map.in_view(), scale)
         return {**result.columns, **more, "diagram": diagram}

@@ -10,7 +10,7 @@ import panel as pn
 from vibroscope.app.explorer.closed_orbit import FARTHEST, LONGEST, SOLVERS, ClosedOrbit
 from vibroscope.app.explorer.compute import JobQueue, cached_runs
 from vibroscope.app.explorer.errors import error_text
-from vibroscope.app.explorer.explanation import Explanation
+from vibroscope.app.explorer.explanation import AloneFacts, Explanation
 from vibroscope.app.explorer.link import LINEAR, View
 from vibroscope.app.explorer.measured import Placed
 from vibroscope.app.explorer.method_words import name_of_integrator
@@ -21,6 +21,7 @@ from vibroscope.app.explorer.shipped import shipped_result
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.export.formats import Figure, Series
 from vibroscope.app.export.scripts import as_command
+from vibroscope.app.page.explore.alone import AloneView
 from vibroscope.app.page.explore.coexisting import CoexistingMotions
 from vibroscope.app.page.explore.column_sender import ColumnSender
 from vibroscope.app.page.explore.comparison import PinComparison
@@ -69,7 +70,7 @@ class Explore(Tab):
     def __init__(self, host: TabHost) -> None:
         super().__init__(host)
         self._queue = JobQueue(prepare_in_worker(host.call_later, prepare, self._push, self._fail))
-        self._explainer = Explainer(host, lambda: self._visible, self._show_explanation)
+        self._explainer = Explainer(host, lambda: self._visible, self._show_explanation, self._show_alone)
         self._judge = MotionJudge(host, self._show_kinds)
         self._kinds: Kinds | None = None
         self._pinned = PinnedResults(host, self._draw_pinned)
@@ -89,6 +90,8 @@ class Explore(Tab):
         self.eta_map = EtaMapView(self.phase.sections)
         self.eta_map.set_texts = self.host.set
         self._sender = ColumnSender()
+        self._alone = AloneView()
+        self._alone.set_texts = self.host.set
         self.mechanism = Mechanism()
         self.findings = Findings()
         self._suggester = Suggester(self.host)
@@ -108,7 +111,7 @@ class Explore(Tab):
         self._points.on_legend = self.muting.watch
         self._measured.button.css_classes = [*self._measured.button.css_classes, "measurement-choice"]
         self.comparison = PinComparison()
-        self._drawn = DrawnFigures(self.displacement, self.comparison, self._suggester, self.eta_map)
+        self._drawn = DrawnFigures(self.displacement, self.comparison, self._suggester, self.eta_map, self._alone)
         grid = style("explore/explore")
         cards = self._opened, self._measured.panel, self.comparison
         for card in cards:
@@ -119,6 +122,7 @@ class Explore(Tab):
             _cell(self.mechanism, "mechanism"),
             *(_cell(pn.pane.Bokeh(plot, sizing_mode="stretch_both"), plot.name) for plot in figures),
             _cell(self.findings, "findings"),
+            _cell(self._alone.view, "alone"),
             _cell(self._coexisting.view, "coexisting"),
             _cell(self._suggester.view, "suggest"),
             self._measured.button,
@@ -332,6 +336,16 @@ class Explore(Tab):
             with pn.io.hold(self.host.doc):  # in one message
                 self._update_findings(explanation)
 
+    def _show_alone(self, facts: AloneFacts) -> None:
+        if self._explanation is None:
+            with pn.io.hold(self.host.doc):
+                self._draw_alone(facts)
+
+    def _draw_alone(self, facts: AloneFacts | None) -> None:
+        """Draw the curves over each number alone, as far as they are known."""
+        self._alone.show(facts, self._result.setting, self._sender.put)
+        self._sender.send()
+
     def _show_kinds(self, kinds: Kinds) -> None:
         self._kinds = kinds
         self._write_findings()
@@ -341,7 +355,11 @@ class Explore(Tab):
         self._write_findings()
         self.displacement.explain(explanation.series if explanation else {}, self._result.setting)
         self._compare()
+        if explanation is None:
+            self._alone.wait(self._sender.put)
+            self._sender.send()
         if explanation is not None:  # only then, so that a screen reader reads one summary for each result
+            self._draw_alone(explanation.alone)
             self._suggester.offer(explanation)
             self.host.summarise(self._interpretation.summary())
 

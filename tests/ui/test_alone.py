@@ -1,0 +1,76 @@
+"""The curves over each number alone in a real browser: seen, clicked, and gone with a move."""
+
+from .explorer import wait_until
+
+OPENING = "?eta=1.08&K=100&D=50&steps=2000"
+SEEN = """name => {
+  const plot = Bokeh.documents[0].get_model_by_name(name), view = Bokeh.index.find_one(plot);
+  const box = view.el.getBoundingClientRect();
+  const filled = source => Object.values(Object.fromEntries(source.data))[0].length;
+  const drawn = plot.renderers.filter(each => each.visible && filled(each.data_source));
+  return { width: box.width, height: box.height, drawn: drawn.map(each => each.glyph.type), title: plot.title.text };
+}"""
+PLACE = """([name, x, y]) => {
+  const plot = Bokeh.documents[0].get_model_by_name(name), view = Bokeh.index.find_one(plot);
+  const box = view.el.getBoundingClientRect(), frame = view.frame;
+  return [box.left + frame.x_scale.compute(x), box.top + frame.y_scale.compute(y)];
+}"""
+GLYPHS = {"VStrip", "HSpan", "VSpan", "Line", "Scatter"}
+
+
+def seen(explorer, name):
+    return explorer.page.evaluate(SEEN, name)
+
+
+def searched(explorer):
+    explorer.explained()
+    wait_until(lambda: "at best" in seen(explorer, "alone_steps")["title"], what="curves")
+    return explorer
+
+
+def click_at(explorer, name, x, y):
+    explorer.page.evaluate(
+        "name => Bokeh.index.find_one(Bokeh.documents[0].get_model_by_name(name)).el.scrollIntoView()", name
+    )
+    explorer.page.mouse.click(*explorer.page.evaluate(PLACE, [name, x, y]))
+
+
+def test_three_curves_are_seen_and_a_click_on_a_minimum_sets_it_and_undo_takes_it_back(visit):
+    explorer = searched(visit(OPENING))
+    for name in ("alone_K", "alone_D", "alone_steps"):
+        found = seen(explorer, name)
+        assert found["height"] >= 110
+        assert found["width"] >= 200
+        assert set(found["drawn"]) == GLYPHS
+        assert found["title"].startswith("now 54 %; at best ")
+    explorer.page.get_by_role("heading", name="Change one number alone: what is left of the difference").wait_for()
+    marks = explorer.source("marks_over_D")
+    explorer.moved(lambda: click_at(explorer, "alone_D", marks["best"][0], marks["best_left"][0]))
+    assert float(explorer.typed("D").input_value()) == round(marks["best"][0], 4)
+    searched(explorer)
+    assert explorer.source("marks_over_D")["now_left"][0] < 10
+    explorer.moved(lambda: explorer.page.get_by_role("button", name="Undo").click())
+    assert explorer.typed("D").input_value() == "50"
+
+
+def test_a_move_takes_the_curves_away_and_brings_its_own(visit):
+    explorer = searched(visit(OPENING))
+    before = explorer.source("left_over_K")["left"]
+    explorer.type("D", "20")
+    wait_until(lambda: not explorer.source("left_over_K")["x"] or explorer.source("left_over_K")["left"] != before)
+    searched(explorer)
+    wait_until(lambda: explorer.source("marks_over_D")["now"] == [20], what="the curves of D = 20")
+    explorer.type("steps", "8")  # it blows up: there is nothing to search for
+    explorer.page.get_by_role("heading", name="Change one number alone").wait_for(state="hidden")
+
+
+def test_a_picture_of_a_curve_can_be_taken(visit):
+    explorer = searched(visit(OPENING))
+    explorer.page.get_by_role("button", name="Take away").click()
+    explorer.page.get_by_text("Difference over K", exact=True).wait_for()
+
+
+def test_a_phone_scrolls_the_strip(visit):
+    explorer = searched(visit(OPENING, 390, 844))
+    assert seen(explorer, "alone_K")["width"] >= 250
+    assert explorer.page.evaluate("document.documentElement.scrollWidth") <= 390
