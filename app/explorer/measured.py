@@ -30,6 +30,7 @@ from vibroscope.engine import (
     percent,
     written,
 )
+from vibroscope.engine.arguments import shown
 
 LARGEST_FILE = 2 * 2**20  # bytes that the page takes, some 50,000 samples; the command line takes more
 _MOST_POINTS = 300  # drawn; more would hide the curves
@@ -95,10 +96,12 @@ class MeasuredJob(Job):
 
 
 def headline(comparison: MeasuredComparison, scale: Units | None = None) -> str:
-    """How many samples there are, over how many periods, in which frame."""
+    """How many samples there are, over how many periods, of which bodies in which frame, and what was left out."""
     measurement = comparison.measurement
     eta = in_units(f"eta = {comparison.reference.response.eta:g}", scale)
-    return f"{eta}, {len(measurement)} samples over {comparison.periods:.3g} periods, {measurement.frame} displacements"
+    bodies = "displacements" if len(measurement.displacement) > 1 else "displacement of body 1"
+    text = f"{eta}, {len(measurement)} samples over {comparison.periods:.3g} periods, {measurement.frame} {bodies}"
+    return text + (f"; left out: {', '.join(map(shown, measurement.left_out))}" if measurement.left_out else "")
 
 
 def measured_words(comparison: MeasuredComparison, scale: Units | None = None) -> str:
@@ -125,7 +128,7 @@ def comparison_rows(comparison: MeasuredComparison, scale: Units | None = None) 
 
     return [
         ["", "measured", "reference", "penalty"],
-        ["repeats after", *(str(each.period) for each in (recurrence, *solved))],
+        ["repeats after", " or ".join(map(str, recurrence.possible or (0,))), *(str(each.period) for each in solved)],
         ["difference (rms)", f"{shown('displacement', recurrence.noise, 3)} noise", *both(lambda a: percent(a.rms))],
         ["begins at" if scale else "begins at tau", "", *both(lambda a: shown("time", a.phase, 4))],
         ["contacts per period", *of_sensor(lambda one: f"{one.per_period:.3g}")],
@@ -177,7 +180,7 @@ def own_eta(comparison: MeasuredComparison) -> str:
 
 
 class Placed(NamedTuple):
-    """Columns of the measured points in the figures, empty where they have no place on the time axis."""
+    """Columns of the measured points in the figures, empty where they have no place; nan of a body not measured."""
 
     displacements: Columns
     phase: Columns
@@ -227,8 +230,10 @@ def _folded(measurement: Measurement, eta: float, phase: float, *periods: int):
     order = np.argsort(time, kind="stable")
     folded = Measurement(time[order], measurement.displacement[:, order], None, measurement.frame)
     chosen = np.unique(np.linspace(0, len(time) - 1, min(_MOST_POINTS, len(time))).astype(int))
-    velocity = folded.velocity(_SLOPE * length)
-    return folded.time[chosen] / length, folded.displacement[:, chosen], velocity[:, chosen]
+    both = np.full((2, 2, len(chosen)), np.nan)  # displacements and velocities of both bodies, nan if not measured
+    both[0, : len(folded.displacement)] = folded.displacement[:, chosen]
+    both[1, : len(folded.displacement)] = folded.velocity(_SLOPE * length)[:, chosen]
+    return folded.time[chosen] / length, *both
 
 
 def _in_window(turns: np.ndarray, values: np.ndarray, period: int) -> Columns:
@@ -241,6 +246,6 @@ def _in_window(turns: np.ndarray, values: np.ndarray, period: int) -> Columns:
 
 def _distance(columns: Columns, drawn: Columns, solver: str) -> float:
     return sum(
-        float(np.sum((columns[f"x{k}"] - np.interp(columns["t"], drawn["t"], drawn[f"{solver}{k}"])) ** 2))
+        float(np.nansum((columns[f"x{k}"] - np.interp(columns["t"], drawn["t"], drawn[f"{solver}{k}"])) ** 2))
         for k in (1, 2)
     ) / max(len(columns["t"]), 1)

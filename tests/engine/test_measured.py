@@ -11,6 +11,7 @@ from vibroscope.engine import (
     Reference,
     System,
     compare_measured,
+    fit,
     measured_verdict,
     percent,
     simulate,
@@ -59,6 +60,59 @@ def test_noise_period_and_frequency_of_a_measurement_are_found():
         assert found.period == period
         assert found.noise == pytest.approx(noise, rel=0.1)
         assert found.eta == pytest.approx(eta, rel=1e-3)
+
+
+@pytest.mark.parametrize("per_period", [6, 8, 10, 13.3, 20])
+@pytest.mark.parametrize("periods", [4, 8, 20])
+def test_few_samples_a_period_show_the_period_and_the_frequency(per_period, periods):
+    """At 10 samples a period, 9 of 10 motions of one period were once taken for motions of four."""
+    for eta, period in ((2.76, 1), (2.08333, 1), (3.25, 2)):
+        _, cycle = reference_cycle(System(), eta, Reference())
+        for seed in range(5):
+            found = recurrence(few_samples(cycle, periods, per_period, seed), eta)
+            assert found.period == period
+            assert abs(found.eta - eta) < 4 * found.eta_error
+
+
+def few_samples(cycle, periods, per_period, seed):
+    time = 2 * np.pi / cycle.eta / per_period * np.arange(int(periods * per_period) + 1)
+    exact = cycle.displacement(time + 0.3 * seed, "absolute")
+    noise = 0.02 * np.random.default_rng(seed).standard_normal(exact.shape)
+    return Measurement(time, exact + noise, None, "absolute")
+
+
+def test_what_the_samples_do_not_show_is_said_to_be_undecided():
+    """With 10.5 samples a period, all samples repeat after two periods: a motion of one looks like one of two."""
+    _, cycle = reference_cycle(System(), 3.25, Reference())
+    made = few_samples(cycle, 8, 10.5, 0)
+    assert recurrence(made, 3.25).possible == (1, 2, 4)
+    words = verdict(3.25, made)
+    assert words.startswith(
+        "With 10.5 samples a period over 8 periods, the measurement does not show whether it repeats every period or "
+        "every 2 periods or every 4 periods; give more samples a period, or more periods."
+    )
+    assert "another motion" not in words
+    assert "was excited at" not in words
+
+
+def test_contacts_are_counted_over_what_was_observed():
+    made = synthetic_measurement(System(), 2.76, periods=4, noise=0.0)
+    seen = (made.time < 2.8) | (made.time > 7.6)  # a gap of two periods
+    found = summarise_sensor(made.time[seen], made.contact[seen], 2.76)
+    whole = summarise_sensor(made.time, made.contact, 2.76)
+    assert whole.per_period == pytest.approx(1.0, rel=0.01)
+    assert found.per_period == pytest.approx(1.0, rel=0.01)
+    assert found.share == pytest.approx(whole.share, rel=0.05)
+
+
+def test_one_body_is_compared_and_fitted_at_a_wall():
+    wall = System(wall=True, d1=0.05, clearance=0.5, restitution=0.6)
+    made = synthetic_measurement(wall, 0.8, noise=0.01)
+    assert made.displacement.shape[0] == 1
+    assert "The reference agrees within the noise" in verdict(0.8, made, Newmark(500, 2, 2000), wall)
+    with_zeros = Measurement(made.time, np.vstack([made.displacement, 0 * made.time]), None, "absolute")
+    assert "The reference agrees within the noise" in verdict(0.8, with_zeros, Newmark(500, 2, 2000), wall)
+    assert fit(wall, 0.8, made, names=["restitution"]).values["restitution"] == pytest.approx(0.6, abs=0.02)
 
 
 def test_unevenly_spaced_samples_are_aligned():
