@@ -128,7 +128,8 @@ def _attractor_line(found: Attractor) -> str:
 
 def _name(found: Motion) -> str:
     """The kind of the motion, and how it repeats itself where it does."""
-    return f"{found.type}: {repetition(found)}" if found.near_period else str(found.type)
+    repeats = found.near_period or found.own_period == found.own_period
+    return f"{found.type}: {repetition(found)}" if repeats else str(found.type)
 
 
 def _rate_text(per_period: float, share: float) -> str:

@@ -40,17 +40,18 @@ FITTED_NAMES = {name: (Explorer.param[name].label, Explorer.param[name].doc) for
 
 
 class MeasuredFile:
-    """The file of one session: it is parsed again where the constants that define its units have changed."""
+    """The file of one session: it is parsed again where what defines its units or its columns has changed."""
 
     def __init__(self, name: str, content: bytes) -> None:
         self.name, self._content = name, content
-        self._parsed: tuple[Units, Measurement] | None = None
+        self.columns: dict[str, str] | None = None  # which column is what, where the header does not say so
+        self._parsed: tuple[object, Measurement] | None = None
 
     def measurement(self, setting: Setting) -> Measurement:
         """The measurement in numbers of the model; raises ValueError with line and column of the first fault."""
-        units = Units(setting.omega1, setting.m1, setting.amplitude)
-        if self._parsed is None or self._parsed[0] != units:
-            self._parsed = units, parse_measurement(self._content, units)
+        key = Units(setting.omega1, setting.m1, setting.amplitude), self.columns, setting.eta
+        if self._parsed is None or self._parsed[0] != key:
+            self._parsed = key, parse_measurement(self._content, *key)
         return self._parsed[1]
 
 

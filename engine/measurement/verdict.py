@@ -36,9 +36,10 @@ def _sentences(compared: MeasuredComparison) -> Iterator[str]:
         )
         return
     if compared.other_eta is not None:
+        error = own.eta_error * compared.measurement.span
         yield (
-            f"The measurement was excited at eta = {own.eta:.6g} +- {own.eta_error:.1g}, not at eta = {eta:g}: it runs "
-            f"out of step by {compared.drift:.2g} rad. Give that eta before anything else is judged."
+            f"The measurement was excited at eta = {own.eta:.6g}, not at eta = {eta:g}: it runs out of step by "
+            f"{compared.drift:.2g} +- {error:.1g} rad. Give that eta before anything else is judged."
         )
         return
     if len(own.possible) > 1:

@@ -98,6 +98,8 @@ class Motion:
         Newmark: ``scatter`` if the time step causes it; else 0.
     bands : tuple of (int, float)
         Newmark: numbers of steps per period, and the scatter of the same displacement with each.
+    own_period : float
+        τ after which a free vibration repeats itself, whatever η; nan of any other motion.
     body : int
         The body whose displacement ``spread`` and ``scatter`` are of (:attr:`System.observed_body`).
     """
@@ -129,6 +131,7 @@ class Motion:
     rotation: float = np.nan
     step_noise: float = 0.0
     bands: tuple[tuple[int, float], ...] = ()
+    own_period: float = np.nan
     body: int = 2
 
     def __repr__(self) -> str:
@@ -178,7 +181,8 @@ def describe(response: Response, period: int | None = None) -> Motion:
     lengths = spans[:, 1] - spans[:, 0]
     lasting = np.diff(response.contacts, axis=1)[:, 0] > SUDDEN * response.period
     lasting |= isinstance(response.method, Reference)
-    begun = response.contacts[:, 0] > begin
+    at_start = (response.contacts[:, 0] <= 0.0) & (begin <= 0.0)  # which the section does not count
+    begun = (response.contacts[:, 0] > begin) | at_start
     last = response.impacts.time > end - (period or len(section)) * response.period
     return Motion(
         type=Kind.PERIODIC if period else Kind.UNDECIDED,
@@ -186,7 +190,7 @@ def describe(response: Response, period: int | None = None) -> Motion:
         period=period,
         near_period=near,
         impacts_per_period=float(numbers["impacts_per_period"]),
-        contacts_per_period=float(numbers["contacts_per_period"]),
+        contacts_per_period=float(numbers["contacts_per_period"]) + int(at_start.sum()) / cycles,
         contact_share=float(numbers["contact_share"]),
         permanent_per_period=int(np.sum(begun & lasting)) / cycles,
         permanent_share=float(np.sum(lengths[lasting]) / (end - begin)),

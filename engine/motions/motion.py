@@ -31,6 +31,7 @@ from ..wording import counted
 from .contact_force import impulse_per_period, peak_force
 from .description import Kind, Motion, describe
 from .floquet import lyapunov_exponent, multipliers, nearest_bifurcation
+from .free_vibration import own_period
 from .lyapunov import Lyapunov, lyapunov
 from .regularity import rotation_number
 from .steady import LONG, REST, schedule_of, steady
@@ -42,6 +43,7 @@ SAMPLES, SAMPLED = 2000, 50  # samples per period; sampled periods
 MOST_SAMPLES = 100_000
 FEWEST = 8  # sampled periods at least of a motion that does not repeat itself …
 STORED_SAMPLES = 1_000_000  # … unless these are more samples
+NEUTRAL = 1e-6  # distance of a multiplier from the unit circle at which disturbances keep their size
 UNBALANCED = 0.01  # of the energy: a balance with a larger residual says nothing about the losses
 FARTHEST = 1e6  # base amplitudes: no run can start farther away (:func:`engine.simulate`)
 IN_CONTACT = 60  # samples in the shortest contact of a cycle: the peak of half a sine wave to 0.04 %
@@ -139,6 +141,8 @@ def _closed_form_motion(system: System, eta, method: Reference | ExactPenalty, i
     state = run.section[-1]
     if np.abs(state).max() > FARTHEST:
         return _unbounded_motion(run)
+    if not system.excitation.drives and (own := own_period(run)) == own:
+        return _free_motion(run, own, cancelled)
     for periods in schedule.followed:
         followed = lyapunov(system, eta, method, initial=state, periods=periods, cancelled=cancelled)
         if len(followed.section) < periods:
@@ -202,11 +206,25 @@ def _periodic_motion(once: Response, period: int, values: np.ndarray, cancelled)
     start, twice = once.checkpoint, {"periods": 2 * period, "keep": 2 * period}
     run = simulate(once.system, once.eta, once.method, initial=start, record=record, cancelled=cancelled, **twice)
     described = _with_energy(describe(run, period), run, cancelled)
-    fate = "die away" if np.abs(values).max(initial=0.0) < 1 else "do not die away"
+    fate = _fate(float(np.abs(values).max(initial=0.0)))
     reason = f"a cycle of {counted(period, 'period')} closes, and disturbances of it {fate}"
     if not once.system.excitation.drives:
         reason = f"nothing drives the bodies: their free vibration has come to rest, and disturbances {fate}"
     return _with_multipliers(replace(described, reason=reason, section=run.section[-period:]), values)
+
+
+def _fate(largest: float) -> str:
+    """What becomes of small disturbances, by the largest modulus of a multiplier."""
+    if abs(largest - 1) <= NEUTRAL:
+        return "neither grow nor die away"
+    return "die away" if largest < 1 else "grow"
+
+
+def _free_motion(run: Response, own: float, cancelled) -> Motion:
+    """A free vibration that repeats itself after a period of its own."""
+    times = f"{own / run.period:.6g} times the period 2 pi/eta, which eta alone sets"
+    reason = f"nothing drives the bodies, and nothing takes their energy: the impacts repeat themselves after {times}"
+    return replace(_with_samples(describe(run, 0), run, cancelled), type=Kind.PERIODIC, reason=reason, own_period=own)
 
 
 def _samples_per_period(run: Response) -> int:
@@ -273,6 +291,8 @@ def _stepped_motion(system: System, eta, method: Newmark | TimeStepping, initial
     state = run.section[-1]
     if np.abs(state).max() > FARTHEST:
         return _unbounded_motion(run)
+    if not system.excitation.drives and (own := own_period(run)) == own:
+        return _free_motion(run, own, cancelled)
     if without_step is None:
         return describe(run)
     limit = _closed_form_motion(system, eta, without_step, state, cancelled)
