@@ -6,7 +6,6 @@ import numpy as np
 
 from ..wording import html_table
 
-
 # Kinds of points at which a multiplier passes the unit circle, and where it does; a pair passes somewhere.
 _CROSSINGS = {"period doubling": -1.0, "fold": 1.0, "branch point": 1.0, "Neimark-Sacker": None}
 
