@@ -33,6 +33,7 @@ from .description import Kind, Motion, describe
 from .floquet import lyapunov_exponent, multipliers, nearest_bifurcation
 from .free_vibration import own_period
 from .lyapunov import Lyapunov, lyapunov
+from .poincare_map import unresolved
 from .regularity import rotation_number
 from .steady import LONG, REST, schedule_of, steady
 from .time_step_scatter import judge_newmark_section, later_run
@@ -131,6 +132,9 @@ def classify(followed: Lyapunov) -> tuple[Kind, str]:
 
 
 def _closed_form_motion(system: System, eta, method: Reference | ExactPenalty, initial, cancelled) -> Motion:
+    if reason := unresolved(system):
+        run = simulate(system, eta, method, periods=LONG, keep=KEEP, initial=initial, cancelled=cancelled)
+        return replace(describe(run, 0), type=Kind.UNDECIDED, reason=reason) if run.ok else describe(run)
     schedule = schedule_of(method)
     found = steady(system, eta, method, initial=initial, max_period=schedule.longest, cancelled=cancelled)
     run = found.response

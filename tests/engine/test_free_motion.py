@@ -2,7 +2,17 @@
 
 import numpy as np
 import pytest
-from vibroscope.engine import ExactPenalty, Newmark, Record, Reference, System, motion, repetition, simulate
+from vibroscope.engine import (
+    ExactPenalty,
+    Newmark,
+    Record,
+    Reference,
+    System,
+    find_branches,
+    motion,
+    repetition,
+    simulate,
+)
 from vibroscope.engine.excitation import Excitation
 from vibroscope.engine.motions.motion import _fate
 
@@ -45,3 +55,13 @@ def test_what_happens_at_the_first_instant_is_counted():
     soft = motion(simulate(BOUNCING, 1.0, ExactPenalty(10_000, 0.0), **options))
     assert soft.impacts_per_period == soft.contacts_per_period == soft.permanent_per_period + 2 == 2
     assert soft.impulse == pytest.approx(4.0, rel=1e-3)
+
+
+def test_where_rounding_hides_orbits_an_error_says_so():
+    """A ball on a shaken table by a spring of next to nothing: its branch came in 47 pieces, its period doubled."""
+    table = System(wall=True, d1=0.0, clearance=0.0, restitution=0.5, excitation=Excitation(constant1=49_050.0))
+    with pytest.raises(ValueError, match=r"overlap at rest by 4.905e.04 units of length, .*: give stiffer springs"):
+        find_branches(table, 266.6, Reference(), over="base", low=0.9, high=1.15)
+    found = motion(table, 266.6, Reference())
+    assert (found.type, found.period) == ("undecided", 0)
+    assert "rounding hides periodic motions" in found.reason
