@@ -49,6 +49,10 @@ class Motion:
         step if the scatter is the time step's.
     section : (n, 4) ndarray
         Poincaré section τ ≡ 0 mod T: ξ₁, ξ₁′, ξ₂, ξ₂′, oldest first.
+    periods : int
+        Over which what is given per period, and shares of the time, are averages: the last ones.
+    sampled : int
+        Periods in which peak force and impulse are looked for; 0 without samples.
     impacts_per_period : float
     impact_phases : (m,) ndarray
         Instants of the impacts of the last cycle in excitation periods, from 0 to ``period``; if the motion does not
@@ -133,6 +137,8 @@ class Motion:
     bands: tuple[tuple[int, float], ...] = ()
     own_period: float = np.nan
     body: int = 2
+    periods: int = 0
+    sampled: int = 0
 
     def __repr__(self) -> str:
         period = f", period {self.period}" if self.period else ""
@@ -203,7 +209,15 @@ def describe(response: Response, period: int | None = None) -> Motion:
         impact_phases=response.impacts.time[last] / response.period % (period or 1),
         closing_speeds=response.impacts.closing_speed[last],
         body=response.system.observed_body,
+        periods=cycles,
+        sampled=sampled_periods(response),
     )
+
+
+def sampled_periods(response: Response) -> int:
+    """Excitation periods that a response has samples of."""
+    sampled = response.trajectory
+    return 0 if sampled is None else round((sampled.time[-1] - sampled.time[0]) / response.period)
 
 
 def _early_end(response: Response) -> Motion:

@@ -29,7 +29,7 @@ from ..result import Record, Response
 from ..simulate import simulate
 from ..wording import counted
 from .contact_force import impulse_per_period, peak_force
-from .description import Kind, Motion, describe
+from .description import Kind, Motion, describe, sampled_periods
 from .floquet import lyapunov_exponent, multipliers, nearest_bifurcation
 from .free_vibration import own_period
 from .lyapunov import Lyapunov, lyapunov
@@ -283,7 +283,8 @@ def _with_samples(described: Motion, run: Response, cancelled) -> Motion:
         return described
     record, kept = Record(periods, per_period), {"periods": periods, "keep": periods, "initial": run.checkpoint}
     sampled = simulate(run.system, run.eta, run.method, record=record, cancelled=cancelled, **kept)
-    found = replace(described, peak_force=peak_force(sampled), impulse=impulse_per_period(sampled))
+    numbers = {"peak_force": peak_force(sampled), "impulse": impulse_per_period(sampled)}
+    found = replace(described, sampled=sampled_periods(sampled), **numbers)
     return _with_energy(found, sampled, cancelled)
 
 
