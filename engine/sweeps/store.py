@@ -298,8 +298,9 @@ def check_store(target: str | Path) -> tuple[list[str], bool]:
         names = dict.fromkeys([*store.damaged_files(), *store.damaged_chunks()])
         found += [store.path(name) for name in names]
         own |= {store.path(name) for name in store.own_files()}
-    unread = tuple({name.removesuffix(GROUP) for name in found if name.endswith(f"/{GROUP}")})  # arrays
-    found += [name for name in location.files() if name not in own and not (unread and name.startswith(unread))]
+    if not any(name.endswith(manifest.STUDY) for name in found):  # without it, no one knows what is its own
+        unread = tuple(name.removesuffix(GROUP) for name in found if name.endswith(f"/{GROUP}"))  # arrays
+        found += [name for name in location.files() if name not in own and not name.startswith(unread)]
     found = list(dict.fromkeys(found))
     whole = Store(location).read_manifest()
     return found, bool(whole and whole.account)
