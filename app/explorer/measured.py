@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -31,6 +32,7 @@ from vibroscope.engine import (
     written,
 )
 from vibroscope.engine.arguments import shown
+from vibroscope.engine.measurement.alignment import Alignment
 
 LARGEST_FILE = 2 * 2**20  # bytes that the page takes, some 50,000 samples; the command line takes more
 _MOST_POINTS = 300  # drawn; more would hide the curves
@@ -101,6 +103,7 @@ def headline(comparison: MeasuredComparison, scale: Units | None = None) -> str:
     measurement = comparison.measurement
     eta = in_units(f"eta = {comparison.reference.response.eta:g}", scale)
     bodies = "displacements" if len(measurement.displacement) > 1 else "displacement of body 1"
+    bodies += "" if measurement.mean_known else " without their mean, from accelerations"
     text = f"{eta}, {len(measurement)} samples over {comparison.periods:.3g} periods, {measurement.frame} {bodies}"
     return text + (f"; left out: {', '.join(map(shown, measurement.left_out))}" if measurement.left_out else "")
 
@@ -204,7 +207,8 @@ def place(comparison: MeasuredComparison, setting: Setting, drawn: Columns) -> P
     if not solver or own.period == 0 or comparison.other_eta is not None:
         return NOWHERE
     solved = getattr(comparison, solver)
-    turns, values, velocity = _folded(comparison.measurement, eta, solved.alignment.phase, solved.period, own.period)
+    shown = _at_mean(comparison.measurement, solved.alignment)
+    turns, values, velocity = _folded(shown, eta, solved.alignment.phase, solved.period, own.period)
     drive = setting.system.excitation
     turned = 2 * math.pi * turns + drive.base_phase
     base = drive.base * np.array([np.cos(turned), -eta * np.sin(turned)])
@@ -219,6 +223,13 @@ def place(comparison: MeasuredComparison, setting: Setting, drawn: Columns) -> P
         convert_units(phase, setting),
     )
     return Placed(*({name: np.asarray(each, np.float32) for name, each in one.items()} for one in columns))
+
+
+def _at_mean(measurement: Measurement, aligned: Alignment) -> Measurement:
+    """The measurement; displacements without their mean are placed about that of the solution."""
+    if measurement.mean_known:
+        return measurement
+    return replace(measurement, displacement=measurement.displacement - aligned.offset[:, None])
 
 
 def _folded(measurement: Measurement, eta: float, phase: float, *periods: int):

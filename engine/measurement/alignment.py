@@ -36,7 +36,8 @@ class Alignment:
     channels : (2,) or (1,) ndarray
         The same for each measured body, in base amplitudes.
     offset : (2,) or (1,) ndarray
-        Mean of measured − solution, in base amplitudes; if it is not small, a sensor has a zero error.
+        Mean of measured − solution, in base amplitudes; if it is not small, a sensor has a zero error, or measured
+        accelerations.
     displacement : (2, n) or (1, n) ndarray
         The solution at the instants of the measurement, in its frame.
     sensor : Sensor
@@ -68,15 +69,15 @@ def align(cycle: Cycle, measurement: Measurement, frame: str | None = None) -> A
     """
     frame = frame or measurement.frame
     phase = best_phase(cycle, measurement, frame)
-    displacement = cycle.displacement(measurement.time + phase, frame)[: len(measurement.displacement)]
-    difference = measurement.displacement - displacement
+    displacement = cycle.displacement(measurement.time + phase, frame)
+    difference = measurement.residual(displacement)
     touching = cycle.touching(measurement.time + phase, float(np.median(np.diff(measurement.time))))
     return Alignment(
         phase=phase,
         rms=rms(difference) / max(rms(measurement.displacement), 1e-300),
         channels=np.sqrt(np.mean(difference**2, axis=1)),
-        offset=difference.mean(axis=1),
-        displacement=displacement,
+        offset=(measurement.displacement - displacement[: len(difference)]).mean(axis=1),
+        displacement=displacement[: len(difference)],
         sensor=summarise_sensor(measurement.time, touching, cycle.eta),
         closing_error=_closing_error(cycle, measurement, phase),
     )
@@ -95,8 +96,7 @@ def best_phase(cycle: Cycle, measurement: Measurement, frame: str) -> float:
 
 
 def _difference(cycle: Cycle, measurement: Measurement, phase: float, frame: str) -> np.ndarray:
-    moved = cycle.displacement(measurement.time + phase, frame)
-    return measurement.displacement - moved[: len(measurement.displacement)]
+    return measurement.residual(cycle.displacement(measurement.time + phase, frame))
 
 
 def _closing_error(cycle: Cycle, measurement: Measurement, phase: float) -> float | None:

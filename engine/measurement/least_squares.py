@@ -107,8 +107,7 @@ class FitProblem:
         cycle = self.cycle(parameters)
         if cycle is None:
             return -measured.displacement.ravel()
-        displacement = cycle.displacement(measured.time + parameters[-1], measured.frame)
-        return (displacement[: len(measured.displacement)] - measured.displacement).ravel()
+        return -measured.residual(cycle.displacement(measured.time + parameters[-1], measured.frame)).ravel()
 
     def by_body(self, residuals: np.ndarray) -> np.ndarray:
         """The residuals of each measured body, (2, n) or (1, n)."""

@@ -25,6 +25,8 @@ class Measurement:
         Whether the pendulums touch, if there was a contact sensor.
     frame : {"absolute", "relative"}
         As seen by a fixed sensor, ξ + cos ητ, or relative to the base, ξ.
+    mean_known : bool
+        False if the displacements follow from accelerations: then differences are taken without their means.
     left_out : tuple of str
         What the file holds beside this, such as columns of other names.
 
@@ -38,6 +40,7 @@ class Measurement:
     displacement: np.ndarray
     contact: np.ndarray | None
     frame: str
+    mean_known: bool = True
     left_out: tuple[str, ...] = ()
 
     def __post_init__(self):
@@ -66,6 +69,17 @@ class Measurement:
     def of(self, system: System) -> "Measurement":
         """The measurement of a system's bodies: a wall does not move, whatever a second column holds."""
         return replace(self, displacement=self.displacement[:1]) if system.wall else self
+
+    def residual(self, displacement: np.ndarray) -> np.ndarray:
+        """Measured less computed displacements, (k, n), of the bodies that were measured; without unknown means.
+
+        Parameters
+        ----------
+        displacement : (2, n) ndarray
+            Of both bodies, at the instants of the samples.
+        """
+        difference = self.displacement - displacement[: len(self.displacement)]
+        return difference if self.mean_known else difference - difference.mean(axis=1, keepdims=True)
 
     def thinned(self, count: int) -> "Measurement":
         """Return at most ``count`` of the samples, evenly chosen, without the contact sensor."""

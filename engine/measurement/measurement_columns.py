@@ -7,15 +7,18 @@ from dataclasses import dataclass
 from ..arguments import shown
 from ..units import Units
 
+ACCELERATIONS = ("a1", "a2")  # of fixed axes, in place of displacements
 PAIRS = {"absolute": ("x1", "x2"), "relative": ("xi1", "xi2")}
 SERIES = "series"  # names the curve of a row in the files of the page, which count time in excitation periods
-_NAMES = {"t": "time"} | {name: name for name in ("time", "x1", "x2", "xi1", "xi2", "contact", "force", SERIES)}
-_WANTED = "time, x1, x2 (absolute) or xi1, xi2 (relative to the base), contact, force"
+_NAMES = {name: name for name in ("time", "x1", "x2", "xi1", "xi2", *ACCELERATIONS, "contact", "force", SERIES)}
+_NAMES["t"] = "time"
+_WANTED = "time, x1, x2 (absolute) or xi1, xi2 (relative to the base) or a1, a2 (accelerations), contact, force"
 
 _SECONDS = {"s": 1.0, "ms": 1e-3, "µs": 1e-6, "μs": 1e-6, "us": 1e-6, "min": 60.0}
 _MILLIMETRES = {"m": 1e3, "cm": 10.0, "mm": 1.0, "µm": 1e-3, "μm": 1e-3, "um": 1e-3, "in": 25.4}
 _NEWTONS = {"N": 1.0, "kN": 1e3, "mN": 1e-3, "lbf": 4.4482216152605}
-_UNITS = {"time": _SECONDS, "contact": {}, SERIES: {}, "force": _NEWTONS}
+_ACCELERATION = {"m/s²": 1e3, "m/s2": 1e3, "m/s^2": 1e3, "mm/s²": 1.0, "mm/s2": 1.0, "mm/s^2": 1.0, "g": 9806.65}
+_UNITS = {"time": _SECONDS, "contact": {}, SERIES: {}, "force": _NEWTONS} | dict.fromkeys(ACCELERATIONS, _ACCELERATION)
 _DIMENSIONLESS = ("", "-", "1")
 _HEADER = re.compile(r"\s*(.*?)\s*(?:\[\s*([^\[\]]*?)\s*\]|\(\s*([^()]*?)\s*\)|/\s*([^\s/]+))?\s*")
 
@@ -53,7 +56,7 @@ def name_and_unit(cell: str) -> tuple[str, str]:
 def is_unit(text: str) -> bool:
     """Whether a cell holds the name of a unit, in brackets or not, as those below a header may."""
     name, unit = name_and_unit(text)
-    known = {*_DIMENSIONLESS, *_SECONDS, *_MILLIMETRES, *_NEWTONS}
+    known = {*_DIMENSIONLESS, *_SECONDS, *_MILLIMETRES, *_NEWTONS, *_ACCELERATION}
     return unit in known if unit and not name else name in known and not unit
 
 
@@ -80,16 +83,18 @@ def find_columns(header: list[str], where: str, units: Units, chosen: Mapping[st
     """
     places = _chosen_places(header, chosen) if chosen else _known_places(header, where)
     names = set(places)
-    wanted = [pair for pair in PAIRS.values() if pair[0] in names]
+    displaced = [pair for pair in PAIRS.values() if pair[0] in names]
+    wanted = displaced or [pair for pair in (ACCELERATIONS,) if pair[0] in names]
     others = {name for pair in PAIRS.values() for name in pair} & names
     if "time" not in names or len(wanted) != 1 or not others <= set(wanted[0]):
         found = ", ".join(shown(cell.strip()) for cell in header)
         raise UnknownColumns(
             f"{where}: columns {found}; give time and either x1, x2 (absolute) or xi1, xi2 (relative to the base), "
-            "of one body x1 or xi1 alone, as in x1 [mm], or say which column is which",
+            "of one body x1 or xi1 alone, as in x1 [mm], or accelerations a1, a2, or say which column is which",
             tuple(header),
         )
-    columns = [_column(name, place, unit, where, units) for name, (place, unit) in places.items()]
+    unused = set(ACCELERATIONS) if displaced else set()  # beside displacements they are not needed
+    columns = [_column(name, place, unit, where, units) for name, (place, unit) in places.items() if name not in unused]
     if len({column.physical for column in columns} - {None}) > 1:
         raise ValueError(f"{where}: mixes columns with and without a unit; give all as [s], [mm] or all as [-]")
     return columns
@@ -148,4 +153,5 @@ def _column(name: str, place: int, unit: str, where: str, units: Units) -> Colum
         raise ValueError(f"{where}, column {place + 1} ({name}): unknown unit {shown(unit)}; known: {known}")
     if name == "force":
         return Column(place, name, sizes[unit], None)
-    return Column(place, name, units.model("time" if name == "time" else "displacement", sizes[unit]), True)
+    quantity = "time" if name == "time" else "acceleration" if name in ACCELERATIONS else "displacement"
+    return Column(place, name, units.model(quantity, sizes[unit]), True)

@@ -6,12 +6,12 @@
 
 The header names columns and units; a unit stands in brackets, after a slash, or in the line below. ``x1`` and ``x2``
 are absolute, as measured by a fixed sensor (paper, section 3); ``xi1`` and ``xi2`` are relative to the base. Body 1
-alone is enough. Times are in s, ms, µs or min and displacements in m, cm, mm, µm or in. Or all are without dimension
-(``[-]``, or no unit): time in units of 1/ω₁, displacements in base amplitudes. ``contact`` is 1 while the sensor's
-circuit is closed, else 0; of a ``force`` the contact is where it exceeds a share of its largest value. Other columns
-are left out. Columns are separated by commas, semicolons, tabs or spaces; with semicolons and tabs, numbers may have
-decimal commas. In a file of the page, of several curves with the time in excitation periods, the measured curve is
-read, or else the first.
+alone is enough. ``a1`` and ``a2`` are accelerations of fixed axes, in place of displacements. Units are s, ms, µs, min;
+m, cm, mm, µm, in; m/s², mm/s², g. Or all are without dimension (``[-]``, or no unit): time in units of 1/ω₁,
+displacements in base amplitudes. ``contact`` is 1 while the sensor's circuit is closed, else 0; of a ``force`` the
+contact is where it exceeds a share of its largest value. Other columns are left out. Columns are separated by commas,
+semicolons, tabs or spaces; with semicolons and tabs, numbers may have decimal commas. In a file of the page, of several
+curves with the time in excitation periods, the measured curve is read, or else the first.
 
 A file is either read completely or refused with an error that names line and column, since a measurement that is
 misread silently looks like a discovery.
@@ -29,8 +29,18 @@ import numpy as np
 
 from ..files import read_file
 from ..units import Units
+from .acceleration import integrated
 from .measurement import Measurement
-from .measurement_columns import PAIRS, SERIES, Column, UnknownColumns, find_columns, is_unit, name_and_unit
+from .measurement_columns import (
+    ACCELERATIONS,
+    PAIRS,
+    SERIES,
+    Column,
+    UnknownColumns,
+    find_columns,
+    is_unit,
+    name_and_unit,
+)
 from .outliers import first_outlier
 
 SIZE_LIMIT = 16 * 2**20  # bytes; some 400,000 samples
@@ -110,22 +120,25 @@ def parse_measurement(
     if len(found) < FEWEST_SAMPLES:
         last = f"line {len(lines)}: the file ends after {len(found)} samples"
         raise ValueError(f"{last}; give at least {FEWEST_SAMPLES}")
-    numbers = np.array([number for number, _ in found])
     values = dict(zip(names, np.array([row for _, row in found]).T, strict=True))
-    time = values["time"]
-    frame = "absolute" if "x1" in values else "relative"
-    displacements = {name: values[name] for name in PAIRS[frame] if name in values}
-    for name, each in displacements.items():
-        _refuse_outlier(time, each, f"column {chosen[names.index(name)].place + 1} ({name})", numbers)
-    if series and not chosen[names.index("time")].physical:
-        if eta is None:
-            raise ValueError(f"{table.where}: the page counted the time in excitation periods: give eta to read it")
-        time = time * 2 * np.pi / eta
+    frame = "relative" if "xi1" in values else "absolute"
+    measured = PAIRS[frame] if PAIRS[frame][0] in values else ACCELERATIONS
+    of_bodies = {name: values[name] for name in measured if name in values}
+    if measured != ACCELERATIONS:  # of which an impact is a peak
+        for name, each in of_bodies.items():
+            where = f"column {chosen[names.index(name)].place + 1} ({name})"
+            _refuse_outlier(values["time"], each, where, [number for number, _ in found])
+    time, displacement = values["time"] - values["time"][0], np.stack(list(of_bodies.values()))
+    in_periods = bool(series) and not chosen[names.index("time")].physical
+    if eta is None and (in_periods or measured == ACCELERATIONS):
+        raise ValueError(f"{table.where}: time in periods and accelerations need the excitation frequency: give eta")
+    time = time * 2 * np.pi / eta if in_periods else time
     return Measurement(
-        time=time - time[0],
-        displacement=np.stack(list(displacements.values())),
+        time=time,
+        displacement=integrated(time, displacement, eta) if measured == ACCELERATIONS else displacement,
         contact=_contact(values),
         frame=frame,
+        mean_known=measured != ACCELERATIONS,
         left_out=(*left_out, *(f"other curves than {one}" for one in series)),
     )
 
@@ -287,7 +300,7 @@ def _contact(values: Mapping[str, np.ndarray]) -> np.ndarray | None:
     return force > PRESSED * force.max()
 
 
-def _refuse_outlier(time: np.ndarray, values: np.ndarray, column: str, numbers: np.ndarray) -> None:
+def _refuse_outlier(time: np.ndarray, values: np.ndarray, column: str, numbers: list[int]) -> None:
     """Raise a ValueError that names the line of the first outlier of a displacement, if there is one."""
     found = first_outlier(time, values)
     if found:

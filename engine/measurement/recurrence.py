@@ -25,6 +25,7 @@ OVERLAP = 1.5  # cycles that a record must cover to show that it repeats after o
 BETTER = 1.5  # a longer cycle must leave so many times less of the squares
 CERTAIN = 4.0  # standard errors by which it must
 HIDDEN = 0.5  # share of a subharmonic's squares: if a shorter cycle leaves less, it reproduces it at the samples
+INTEGRATED = 0.01  # of the size: what integrated noise of accelerations is taken for; it grows with the time
 GAP = 5.0  # median intervals between samples; a longer interval was not observed
 RIDGE = 1e-12  # of the Gram matrix's diagonal
 NYQUIST = 0.98  # of half the mean sampling rate: harmonics up to there tell frequencies apart
@@ -179,12 +180,13 @@ def _better(fitted: _Fitted, longer: _Fitted) -> bool | None:
 
 def _fitted(measurement: Measurement, eta: float, period: int, highest: float = np.inf) -> _Fitted:
     """Fit the harmonics of a cycle of so many periods, up to a frequency."""
-    basis, _ = _harmonics(measurement, eta, period, highest)
+    basis, _ = harmonics(measurement, eta, period, highest)
     rows = measurement.displacement.T
     gram = basis.T @ basis
     used = np.trace(np.linalg.solve(gram + RIDGE * len(basis) * np.eye(len(gram)), gram))
     freedom = max(rows.shape[1] * (len(basis) - used), 1.0)
-    return _Fitted(float(np.sum(_residual(basis, rows) ** 2) / freedom), float(freedom))
+    drift = 0.0 if measurement.mean_known else INTEGRATED * float(np.std(rows, axis=0).max())
+    return _Fitted(max(float(np.sum(_residual(basis, rows) ** 2) / freedom), drift**2), float(freedom))
 
 
 def _is_hidden(measurement: Measurement, eta: float, period: int, longer: int) -> bool:
@@ -193,7 +195,7 @@ def _is_hidden(measurement: Measurement, eta: float, period: int, longer: int) -
     They may where those harmonics reproduce, at the samples, the lowest ones that only the longer cycle has. They do
     where without them the longer cycle leaves less.
     """
-    basis, _ = _harmonics(measurement, eta, period)
+    basis, _ = harmonics(measurement, eta, period)
     orders = [order for order in range(1, 2 * longer) if order * period % longer]
     angles = np.outer(measurement.time, eta / longer * np.array(orders))
     waves = np.hstack([np.cos(angles), np.sin(angles)])
@@ -208,7 +210,7 @@ def _half_rate(measurement: Measurement) -> float:
     return NYQUIST * np.pi * (len(measurement) - 1) / measurement.span
 
 
-def _harmonics(
+def harmonics(
     measurement: Measurement, eta: float, period: int, highest: float = np.inf
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return 1, cos iητ/p, sin iητ/p as columns up to a frequency, and their derivatives with respect to ln η."""
@@ -220,7 +222,7 @@ def _harmonics(
     return np.hstack([one, cosines, sines]), np.hstack([0 * one, -angles * sines, angles * cosines])
 
 
-def _coefficients(basis: np.ndarray, rows: np.ndarray) -> np.ndarray:
+def coefficients(basis: np.ndarray, rows: np.ndarray) -> np.ndarray:
     """Return the least-squares coefficients of the rows.
 
     Normal equations are accurate enough: over whole cycles the basis is nearly orthogonal. Where a gap in the record
@@ -231,7 +233,7 @@ def _coefficients(basis: np.ndarray, rows: np.ndarray) -> np.ndarray:
 
 
 def _residual(basis: np.ndarray, rows: np.ndarray) -> np.ndarray:
-    return rows - basis @ _coefficients(basis, rows)
+    return rows - basis @ coefficients(basis, rows)
 
 
 def _own_frequency(measurement: Measurement, eta: float, period: int, periods: float) -> tuple[float, float]:
@@ -244,8 +246,8 @@ def _own_frequency(measurement: Measurement, eta: float, period: int, periods: f
     rows, frequency, width = measurement.displacement.T, eta, 0.5 / periods
     highest = _half_rate(measurement)
     for _ in range(REFINEMENTS):
-        basis, derivative = _harmonics(measurement, frequency, period, highest)
-        drift = _residual(basis, derivative @ _coefficients(basis, rows))
+        basis, derivative = harmonics(measurement, frequency, period, highest)
+        drift = _residual(basis, derivative @ coefficients(basis, rows))
         remaining, weight = _residual(basis, rows), max(np.sum(drift**2), 1e-300)
         step = np.sum(drift * remaining) / weight
         frequency = float(np.clip(frequency * (1 + step), eta * (1 - width), eta * (1 + width)))

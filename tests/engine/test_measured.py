@@ -13,6 +13,7 @@ from vibroscope.engine import (
     compare_measured,
     fit,
     measured_verdict,
+    parse_measurement,
     percent,
     simulate,
     synthetic_measurement,
@@ -192,3 +193,22 @@ def test_a_penalty_solution_that_diverges_is_reported():
     found = compare_measured(System(), 2.76, made, Newmark(60000, 1, 100), periods=300)
     assert found.penalty.alignment is None
     assert "The penalty solution ended early (diverged)." in measured_verdict(found)
+
+
+@pytest.mark.parametrize("eta", [0.8, 0.9])
+def test_accelerations_are_integrated_and_compared(eta):
+    """An accelerometer on the body of a penalty solution, with noise and a bias; its mean displacement is unknown."""
+    wall, penalty = System(wall=True, d1=0.05, clearance=0.5, restitution=0.6), Newmark(500, 2, 2000, located=True)
+    run = simulate(wall, eta, penalty, periods=300, keep=8, record=Record(8, 2000)).trajectory
+    force = np.cos(eta * run.time) * eta**2 - run.force  # of the base's motion and of the contact
+    acceleration = force - 2 * wall.d1 * run.velocity[0] - run.displacement[0] - eta**2 * np.cos(eta * run.time)
+    noise = 0.005 * np.random.default_rng(1).standard_normal(len(run.time))
+    rows = zip(run.time - run.time[0], acceleration + noise + 0.01, strict=True)
+    content = "\n".join(["time,a1", *(f"{t:.9g},{a:.9g}" for t, a in rows)]).encode()
+    made = parse_measurement(content, eta=eta)
+    found = compare_measured(wall, eta, made, penalty, periods=300)
+    assert (found.recurrence.period, made.mean_known) == (1, False)
+    assert found.penalty.alignment.rms < 0.01
+    assert found.penalty.alignment.rms < found.reference.alignment.rms
+    with pytest.raises(ValueError, match="accelerations need the excitation frequency: give eta"):
+        parse_measurement(content)

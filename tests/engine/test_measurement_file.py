@@ -121,7 +121,7 @@ def test_a_file_of_the_page_is_read_with_its_time_in_periods():
     found = parse_measurement(content, eta=2.0)
     assert found.time == pytest.approx(np.arange(20) * np.pi / 8)
     assert found.left_out == ("other curves than reference",)
-    with pytest.raises(ValueError, match="the page counted the time in excitation periods: give eta"):
+    with pytest.raises(ValueError, match="time in periods and accelerations need the excitation frequency: give eta"):
         parse_measurement(content)
 
 

@@ -60,6 +60,8 @@ const COLUMNS = [
   ["time", "time", ["s", "ms", "µs", "min"]],
   ["1", "displacement of body 1", LENGTHS],
   ["2", "displacement of body 2", LENGTHS],
+  ["a1", "acceleration of body 1, in place of displacements", ["m/s²", "mm/s²", "g"]],
+  ["a2", "acceleration of body 2", ["m/s²", "mm/s²", "g"]],
   ["force", "contact force", ["N", "kN", "mN", "lbf"]],
 ];
 
@@ -82,7 +84,7 @@ function columnPicker(model) {
   framed.append(frame);
   const read = button("Read", "Read the file with these columns", () => {
     const chosen = rows.filter(({ column }) => column.value).map(({ name, column, unit }) => [
-      /\d/.test(name) ? frame.value + name : name, unit.value ? `${column.value} [${unit.value}]` : column.value,
+      /^\d/.test(name) ? frame.value + name : name, unit.value ? `${column.value} [${unit.value}]` : column.value,
     ]);
     model.send_msg({ columns: Object.fromEntries(chosen) });
   });
