@@ -125,7 +125,7 @@ KEYS = {
     ),
 }
 _BODY_2 = ("mass2_kg", "stiffness2_N_per_m", "frequency2_Hz", "damping2_ratio", "damping2_Ns_per_m")
-_NOT_AT_A_WALL = (*_BODY_2, "joint_damping_ratio", "force2_N", "force2_phase_rad", "constant2_N")
+NOT_AT_A_WALL = (*_BODY_2, "joint_damping_ratio", "force2_N", "force2_phase_rad", "constant2_N")
 EITHER = (  # the same number in two forms, of which an entry gives one
     ("stiffness1_N_per_m", "frequency1_Hz"),
     ("stiffness2_N_per_m", "frequency2_Hz"),
@@ -133,7 +133,7 @@ EITHER = (  # the same number in two forms, of which an entry gives one
     ("damping2_ratio", "damping2_Ns_per_m"),
     ("base_amplitude_mm", "base_acceleration_m_per_s2"),
 )
-_OF_BASE = EITHER[-1]
+_OF_BASE, _SPRINGS = EITHER[-1], EITHER[:2]
 
 
 def system_of_physical(entry: Mapping[str, float | bool]) -> PhysicalSystem:
@@ -159,6 +159,7 @@ def system_of_physical(entry: Mapping[str, float | bool]) -> PhysicalSystem:
     """
     wall = flag(WALL, entry.get(WALL, False))
     given = {name: value for name, value in entry.items() if name != WALL}
+    given = _with_masses(given)
     _check_form(given, wall)
     given = {name: value for name, value in given.items() if value != 0 or name not in _OF_BASE}  # 0: it stands still
     for name, value in given.items():
@@ -218,13 +219,29 @@ def physical_entry(system: System, units: Units, eta: float | None = None) -> di
     return {name: value for name, value in entry.items() if value or name in needed}
 
 
+def _with_masses(given: dict) -> dict:
+    """The numbers with each mass that follows from the spring and the natural frequency, m = k/ω²."""
+    found = dict(given)
+    for body in (1, 2):
+        mass, (spring, frequency) = f"mass{body}_kg", _SPRINGS[body - 1]
+        if spring in given and frequency in given:
+            if mass in given:
+                raise ValueError(
+                    f"gives {mass}, {spring} and {frequency}: one follows from the two others, leave one out"
+                )
+            stiffness, hertz = (_checked(name, given[name], KEYS[name].allowed) for name in (spring, frequency))
+            found[mass] = stiffness / (2 * math.pi * hertz) ** 2
+            del found[frequency]
+    return found
+
+
 def _check_form(given: dict, wall: bool) -> None:
     """Check that all needed numbers are there, none that does not apply, and none in two forms."""
     for one, other in EITHER:
         if one in given and other in given:
             raise ValueError(f"gives both {one} and {other}: one follows from the other, leave one out")
     if wall:
-        idle = [name for name in _NOT_AT_A_WALL if name in given]
+        idle = [name for name in NOT_AT_A_WALL if name in given]
         if idle:
             raise ValueError(f"gives wall = true and {', '.join(idle)}: a wall has no such number, leave one out")
     elif "mass2_kg" not in given:

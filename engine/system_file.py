@@ -18,7 +18,7 @@ know: otherwise a misspelt constant would silently keep its default.
 
 import difflib
 import tomllib
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import NamedTuple
@@ -27,7 +27,7 @@ from .excitation import Excitation
 from .files import read_file
 from .methods import Reference
 from .model import BODY_2, FORCES_ON_BODY_2, System
-from .physical import KEYS, WALL, physical_entry, system_of_physical
+from .physical import KEYS, NOT_AT_A_WALL, WALL, physical_entry, system_of_physical
 from .units import Units
 
 SIZE_LIMIT = 65_536  # bytes; a hundred times the size of a commented file
@@ -65,7 +65,7 @@ EXCITATION_CONSTANTS = {
 }
 UNIT_CONSTANTS = {
     "omega1": Constant("angular frequency of body 1", "1e-6 to 1e9", "1/s"),
-    "m1": Constant("mass of body 1", "1e-9 to 1e12", "kg"),
+    "m1": Constant("mass of body 1", "1e-15 to 1e12", "kg"),
     "base_amplitude": Constant("unit of length: amplitude of the base, if it moves", "1e-9 to 1e6", "mm"),
 }
 MASS_RATIO = "mass_ratio"  # m2/m1; a file may give it in place of kappa3, which follows from it
@@ -344,9 +344,16 @@ def toml_tables(content: bytes) -> dict:
 def _refuse_unknown(table: dict, known: tuple[str, ...], kind: str) -> None:
     for name in table:
         if name not in known:
-            close = difflib.get_close_matches(name, known, n=1)
-            advice = f"did you mean {close[0]}?" if close else f"known: {', '.join(known)}"
+            advice = f"did you mean {' or '.join(close)}?" if (close := _nearest(name, known)) else "known: "
+            advice += "" if close else ", ".join(known)
             raise ValueError(f"unknown {kind} {name[:60]!r}; {advice}")
+
+
+def _nearest(name: str, known: Iterable[str]) -> list[str]:
+    """The known names that are most like another one; none if no one is much like it."""
+    close = difflib.get_close_matches(name, known, n=3)
+    likeness = [difflib.SequenceMatcher(None, each, name).ratio() for each in close]
+    return sorted(each for each, ratio in zip(close, likeness, strict=True) if ratio == likeness[0])
 
 
 def _values(tables: dict, name: str, flags: tuple[str, ...] = (), words: dict[str, str] | None = None) -> dict:
@@ -357,7 +364,10 @@ def _values(tables: dict, name: str, flags: tuple[str, ...] = (), words: dict[st
     table = tables.get(name, {})
     if not isinstance(table, dict):
         raise ValueError(f"{name} is no table: begin it with a line [{name}]")
-    _refuse_unknown(table, tuple(described_keys(name)), f"constant in [{name}]:")
+    known = described_keys(name)
+    if (tables.get("system" if name == "excitation" else name) or {}).get(WALL) is True:
+        known = [key for key in known if key not in (*NOT_AT_A_WALL, *BODY_2, *FORCES_ON_BODY_2, MASS_RATIO)]
+    _refuse_unknown([key for key in table if key not in described_keys(name)], known, f"constant in [{name}]:")
     return {key: _value(key, value, name, key in flags, (words or {}).get(key)) for key, value in table.items()}
 
 

@@ -30,7 +30,7 @@ Numbers = TypeVar("Numbers", float, np.ndarray)
 
 _PLAIN = (1e-4, 1e7)  # numbers that are written without a power of ten
 OMEGA1_RANGE = (1e-6, 1e9)  # 1/s
-M1_RANGE = (1e-9, 1e12)  # kg
+M1_RANGE = (1e-15, 1e12)  # kg
 BASE_AMPLITUDE_RANGE = (1e-9, 1e6)  # mm
 
 

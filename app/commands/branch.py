@@ -122,7 +122,7 @@ def _run(options: argparse.Namespace, kept: KeptBranches | None) -> int:
             for branch in chain(search, more):
                 found.append(branch)
                 if kept is not None:
-                    kept.write(found, complete=False)
+                    kept.write(found, options.over, complete=False)
                 if progress is not None:
                     progress(len(found))
             for point in _points(options, found) if along else ():
@@ -133,8 +133,8 @@ def _run(options: argparse.Namespace, kept: KeptBranches | None) -> int:
             code = 130
     for each in notes:
         note(each)
-    if kept and found and code == 0:
-        kept.write(found, complete=True)
+    if kept and code == 0:
+        kept.write(found, options.over, complete=True)
     _print(options, found, (curves, lost), notes)
     return code
 
@@ -250,11 +250,13 @@ def _lines(branch: Branch) -> list[str]:
         f"period {branch.period}, {branch.over} from {low:.6g} to {high:.6g}; stable: {parts}",
         f"  ends: {branch.ends[0]}; {branch.ends[1]}",
     ]
-    return lines + [_SHOWN.format(p.kind, f"{p.value:.12g}", f"period {p.period}", _largest(p)) for p in branch.points]
+    return lines + [
+        _SHOWN.format(p.kind, f"{p.value:.12g}", f"period {p.period}", _multiplier(p)) for p in branch.points
+    ]
 
 
-def _largest(point) -> str:
-    value = point.multipliers[0]
+def _multiplier(point) -> str:
+    value, which = point.critical_multiplier, "critical" if point.is_crossing else "largest"
     if finite_or_none(abs(value)) is None:
-        return "largest multiplier infinite"
-    return f"largest multiplier {value:.5g}" if value.imag else f"largest multiplier {value.real:.5g}"
+        return f"{which} multiplier infinite"
+    return f"{which} multiplier {value:.5g}" if value.imag else f"{which} multiplier {value.real:.5g}"

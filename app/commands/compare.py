@@ -100,8 +100,9 @@ def run(options: argparse.Namespace) -> None:
     if options.measured is not None:
         run_measured(options)
         return
-    if options.fit is not None:
-        raise ValueError("--fit needs a measurement: give --measured FILE.csv")
+    for name in ("fit", "columns"):
+        if getattr(options, name) is not None:
+            raise ValueError(f"--{name} needs a measurement: give --measured FILE.csv")
     comparison = compare(
         system,
         eta,

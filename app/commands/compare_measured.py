@@ -11,8 +11,10 @@ from vibroscope.engine import (
     FITTED,
     Fit,
     MeasuredComparison,
+    Measurement,
     Solved,
     Units,
+    UnknownColumns,
     compare_measured,
     finite_or_none,
     fit,
@@ -26,8 +28,15 @@ def add_measured_options(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "--measured",
         metavar="FILE.csv",
-        help="compare with a measurement instead: columns time [s], x1 [mm], x2 [mm] and perhaps contact (0 or 1), "
-        "or xi1, xi2 relative to the base; [-] or no unit: without dimension",
+        help="compare with a measurement instead: columns time [s], x1 [mm], x2 [mm] (or x1 alone) and perhaps contact "
+        "(0 or 1) or force, or xi1, xi2 relative to the base; [-] or no unit: without dimension",
+    )
+    command.add_argument(
+        "--columns",
+        type=column_names,
+        metavar="NAMES",
+        help="with --measured: which column is what, by its number or its text in the header, perhaps with a unit, as "
+        '"time=1 [s], xi1=Disp [mm]" (default: the header says so)',
     )
     command.add_argument(
         "--fit",
@@ -49,9 +58,25 @@ def fit_names(text: str) -> tuple[str, ...]:
     return names
 
 
+def column_names(text: str) -> dict[str, str]:
+    """Comma-separated pairs NAME=COLUMN of ``--columns``."""
+    pairs = [part.partition("=") for part in text.split(",")]
+    if not all(sign and column.strip() for _, sign, column in pairs):
+        raise argparse.ArgumentTypeError(f'{text!r} is no list of columns: write it as "time=1 [s], xi1=Disp [mm]"')
+    return {name.strip(): column.strip() for name, _, column in pairs}
+
+
+def _read(options: argparse.Namespace) -> Measurement:
+    """The file; where its header does not say which column is what, the error names the option that does."""
+    try:
+        return read_measurement(options.measured, units_of(options), options.columns, options.eta)
+    except UnknownColumns as problem:
+        raise ValueError(f'{problem}: --columns "time=1 [s], xi1=2 [mm]"') from None
+
+
 def run_measured(options: argparse.Namespace) -> None:
     """Align both solutions with the measurement and print; with ``--fit``, solutions of the fitted system."""
-    measurement = read_measurement(options.measured, units_of(options))
+    measurement = _read(options)
     system, fitted = system_of(options), None
     if options.fit:
         fitted = fit(system, options.eta, measurement, names=None if options.fit is True else options.fit)
@@ -76,9 +101,12 @@ def as_json(comparison: MeasuredComparison, fitted: Fit | None = None) -> dict:
             "samples": len(comparison.measurement),
             "periods": comparison.periods,
             "frame": comparison.measurement.frame,
+            "left_out": list(comparison.measurement.left_out),
             "period": recurrence.period,
+            "possible_periods": list(recurrence.possible),
             "noise": recurrence.noise,
             "eta": recurrence.eta if recurrence.period else None,
+            "eta_error": recurrence.eta_error if recurrence.period else None,
             "strongest": recurrence.strongest,
             "closings_per_period": sensor and sensor.per_period,
             "contact_share": sensor and sensor.share,

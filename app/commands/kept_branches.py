@@ -44,11 +44,11 @@ class KeptBranches:
                 zarr.open_group(self._location.root, path=_SEARCH, mode="a")  # Zarr warns of folders that are no groups
             yield self
 
-    def write(self, found: Sequence[Branch], *, complete: bool) -> None:
-        """Write the branches in place of those before."""
+    def write(self, found: Sequence[Branch], over: str, *, complete: bool) -> None:
+        """Write the branches over a number in place of those before; there may be none."""
         with self._location.readable_errors():
             for path in self._location.folder.iterdir() if self._location.folder else ():
                 if path.name != _SEARCH:
                     shutil.rmtree(path) if path.is_dir() else path.unlink()
-            dataset = branches_dataset(found).assign_attrs(complete=int(complete))
+            dataset = branches_dataset(found, over).assign_attrs(complete=int(complete))
             dataset.to_zarr(self._location.root, mode="a" if self._location.folder else "w", consolidated=False)

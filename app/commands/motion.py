@@ -22,7 +22,7 @@ from vibroscope.app.commands.physical_units import (
     wanted_units,
 )
 from vibroscope.app.explorer.force import has_peak_force, plain_motion
-from vibroscope.engine import Attractor, Motion, attractors, motion, repetition, touching
+from vibroscope.engine import Attractor, Motion, attractors, counted, motion, repetition, touching
 
 _INDENT = 18 * " "
 _MOST_IMPACTS = 12  # that are listed
@@ -99,7 +99,7 @@ def _motion_lines(found: Motion) -> list[str]:
     if fact := touching(found):
         lines += wrap(fact, 100, initial_indent=_INDENT, subsequent_indent=_INDENT)
     lines += [
-        f"impacts           {found.impacts_per_period:.4g} per period",
+        f"impacts           {found.impacts_per_period:.4g} per period, over {counted(found.periods, 'period')}",
         f"contacts          {_rate_text(found.contacts_per_period, found.contact_share)}",
         f"lasting contacts  {_rate_text(found.permanent_per_period, found.permanent_share)}",
     ]
@@ -128,7 +128,8 @@ def _attractor_line(found: Attractor) -> str:
 
 def _name(found: Motion) -> str:
     """The kind of the motion, and how it repeats itself where it does."""
-    return f"{found.type}: {repetition(found)}" if found.near_period else str(found.type)
+    repeats = found.near_period or found.own_period == found.own_period
+    return f"{found.type}: {repetition(found)}" if repeats else str(found.type)
 
 
 def _rate_text(per_period: float, share: float) -> str:
@@ -137,7 +138,9 @@ def _rate_text(per_period: float, share: float) -> str:
 
 def _peak_force(found: Motion) -> str:
     """The peak force, or why there is none."""
-    return _number(found.peak_force) if has_peak_force(found) else "none: impacts have an impulse alone"
+    if not has_peak_force(found):
+        return "none: impacts have an impulse alone"
+    return _number(found.peak_force) + (f", in {counted(found.sampled, 'period')}" if found.sampled else "")
 
 
 def _energy(found: Motion) -> str:

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 from itertools import repeat
 
 from vibroscope.app.runtime.number_text import parse_typed, quote, two_meanings
-from vibroscope.app.runtime.typed_units import is_unit, list_units, scaled, seconds_of, sizes, steps_of_time
+from vibroscope.app.runtime.typed_units import list_units, scaled, seconds_of, sizes, steps_of_time
 
 # Quantities of the options that may have a unit, by their names; the time step is given as a time.
 QUANTITIES = {"eta": "frequency", "K": "stiffness", "K_max": "stiffness", "D": "damping", "threshold": "velocity"}
@@ -69,8 +69,9 @@ def _read(text: str, whole: bool, unit: str = "") -> float:
 
 
 def _read_measured(text: str, whole: bool) -> float | Measured:
-    unit = parse_typed(text, decimal_point=True).unit
-    if not unit or not is_unit(unit):
+    typed = parse_typed(text, decimal_point=True)
+    unit = typed.unit if typed.numbers else ""  # known or not: which units an option takes is known when it is resolved
+    if not unit:
         return _read(text, whole)
     return Measured(text, _read(text, False, unit), unit)
 

@@ -41,6 +41,7 @@ SOLVER_OPTIONS = {
 }
 NEEDED = {"reference": (), "exact": ("K", "D"), "newmark": ("K", "D", "steps")}
 FREE_VIBRATION = "nothing drives the bodies: a free vibration from its start, and eta only sets the length of a period"
+UNDER_LOAD = f"only constant forces act on the bodies{FREE_VIBRATION.removeprefix('nothing drives the bodies')}"
 
 
 def default_of(function: Callable, name: str):
@@ -304,7 +305,8 @@ def problem_of(options: argparse.Namespace) -> tuple[System, float, Method]:
     if "restitution" in _own_options(options) and options.restitution is not None:
         system = replace(system, restitution=options.restitution)
     if not system.excitation.drives:
-        note(FREE_VIBRATION)
+        loaded = system.excitation.constant1 or system.excitation.constant2
+        note(UNDER_LOAD if loaded else FREE_VIBRATION)
     return system, eta_of(options), method_of(options)
 
 

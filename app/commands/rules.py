@@ -53,7 +53,12 @@ def run(options: argparse.Namespace) -> None:
     """Judge the rules and print."""
     chosen = [_rule_of(key) for key in options.rules] or list(rules().values())
     asked = RuleQuestion(system_of(options), eta_of(options), _method_of(options))
-    how = {"periods": options.periods, "keep": min(_KEEP, options.periods)} if asked.system.excitation.drives else {}
+    if not asked.system.excitation.drives:
+        raise ValueError(
+            "no rule can be judged, since nothing drives the bodies and a free vibration does not last: give what "
+            "drives them in --system, or look at the free vibration with vibroscope compare --initial"
+        )
+    how = {"periods": options.periods, "keep": min(_KEEP, options.periods)}
     progress = progress_line(lambda done: f"{done:g} of {len(chosen)} rules", len(chosen))
     found = []
     for rule in chosen:

@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
-from vibroscope.app.explorer.compute import TRACE_PERIODS, RunPair, SolverRun, run_length
+from vibroscope.app.explorer.compute import RunPair, SolverRun, run_length
 from vibroscope.app.explorer.errors import Refused
 from vibroscope.app.explorer.force import force_text
 from vibroscope.app.explorer.method_words import words_of_method
@@ -301,7 +301,7 @@ def _describe_run(run: SolverRun, scale: Units | None) -> tuple[str, str]:
     if not run.response.ok:
         return "No result.", f"{sentence(in_units(run.response.message, scale))} {how}".strip()
     words = in_units(_motion_text(run.motion, run.response.method, run.response.system), scale)
-    force = scale and force_text(scale, run.response.eta, run.motion, run.response.method, TRACE_PERIODS)
+    force = scale and force_text(scale, run.response.eta, run.motion, run.response.method)
     return words, " ".join(filter(None, (sentence(force) if force else "", how)))
 
 

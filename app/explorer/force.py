@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 
 from vibroscope.app.explorer.field_units import time_text
-from vibroscope.engine import Method, Motion, Reference, Units
+from vibroscope.engine import Method, Motion, Reference, Units, counted
 
 
 def has_peak_force(motion: Motion) -> bool:
@@ -22,11 +22,11 @@ def plain_motion(motion: Motion) -> dict:
     return motion.as_dict() | ({} if has_peak_force(motion) else {"peak_force": None})
 
 
-def force_text(units: Units, eta: float, motion: Motion, method: Method, sampled: int | None = None) -> str:
+def force_text(units: Units, eta: float, motion: Motion, method: Method) -> str:
     """Peak force, or what takes its place; empty without contact.
 
-    ``sampled``: the last periods, in which alone the peak was looked for. Where the motion does not repeat itself in
-    them, others may have a higher one, and that is said.
+    Where the motion does not repeat itself in the periods that have samples, others may have a higher one, and that is
+    said.
     """
     impulse = f"impulse {units.text('impulse', motion.impulse)} per period"
     if math.isnan(motion.peak_force):
@@ -37,8 +37,8 @@ def force_text(units: Units, eta: float, motion: Motion, method: Method, sampled
         lasts = time_text(units.physical("time", duration))
         return f"contacts too short to sample a peak force: {impulse} in {lasts} of contact, mean {mean}"
     peak = f"peak force {units.text('force', motion.peak_force)}" if motion.peak_force > 0 else ""
-    if peak and sampled is not None and not 0 < motion.period <= sampled:
-        peak += f" in the last {sampled} periods"
+    if peak and not 0 < motion.period <= motion.sampled:
+        peak += f" in {counted(motion.sampled, 'period')}"
     if isinstance(method, Reference) and motion.impacts_per_period > 0:
         where = f"{peak} in permanent contact; " if peak else ""
         return f"{where}impacts have an impulse and no peak force: {impulse}"

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -30,6 +31,8 @@ from vibroscope.engine import (
     percent,
     written,
 )
+from vibroscope.engine.arguments import shown
+from vibroscope.engine.measurement.alignment import Alignment
 
 LARGEST_FILE = 2 * 2**20  # bytes that the page takes, some 50,000 samples; the command line takes more
 _MOST_POINTS = 300  # drawn; more would hide the curves
@@ -39,17 +42,18 @@ FITTED_NAMES = {name: (Explorer.param[name].label, Explorer.param[name].doc) for
 
 
 class MeasuredFile:
-    """The file of one session: it is parsed again where the constants that define its units have changed."""
+    """The file of one session: it is parsed again where what defines its units or its columns has changed."""
 
     def __init__(self, name: str, content: bytes) -> None:
         self.name, self._content = name, content
-        self._parsed: tuple[Units, Measurement] | None = None
+        self.columns: dict[str, str] | None = None  # which column is what, where the header does not say so
+        self._parsed: tuple[object, Measurement] | None = None
 
     def measurement(self, setting: Setting) -> Measurement:
         """The measurement in numbers of the model; raises ValueError with line and column of the first fault."""
-        units = Units(setting.omega1, setting.m1, setting.amplitude)
-        if self._parsed is None or self._parsed[0] != units:
-            self._parsed = units, parse_measurement(self._content, units)
+        key = Units(setting.omega1, setting.m1, setting.amplitude), self.columns, setting.eta
+        if self._parsed is None or self._parsed[0] != key:
+            self._parsed = key, parse_measurement(self._content, *key)
         return self._parsed[1]
 
 
@@ -95,10 +99,13 @@ class MeasuredJob(Job):
 
 
 def headline(comparison: MeasuredComparison, scale: Units | None = None) -> str:
-    """How many samples there are, over how many periods, in which frame."""
+    """How many samples there are, over how many periods, of which bodies in which frame, and what was left out."""
     measurement = comparison.measurement
     eta = in_units(f"eta = {comparison.reference.response.eta:g}", scale)
-    return f"{eta}, {len(measurement)} samples over {comparison.periods:.3g} periods, {measurement.frame} displacements"
+    bodies = "displacements" if len(measurement.displacement) > 1 else "displacement of body 1"
+    bodies += "" if measurement.mean_known else " without their mean, from accelerations"
+    text = f"{eta}, {len(measurement)} samples over {comparison.periods:.3g} periods, {measurement.frame} {bodies}"
+    return text + (f"; left out: {', '.join(map(shown, measurement.left_out))}" if measurement.left_out else "")
 
 
 def measured_words(comparison: MeasuredComparison, scale: Units | None = None) -> str:
@@ -125,7 +132,7 @@ def comparison_rows(comparison: MeasuredComparison, scale: Units | None = None) 
 
     return [
         ["", "measured", "reference", "penalty"],
-        ["repeats after", *(str(each.period) for each in (recurrence, *solved))],
+        ["repeats after", " or ".join(map(str, recurrence.possible or (0,))), *(str(each.period) for each in solved)],
         ["difference (rms)", f"{shown('displacement', recurrence.noise, 3)} noise", *both(lambda a: percent(a.rms))],
         ["begins at" if scale else "begins at tau", "", *both(lambda a: shown("time", a.phase, 4))],
         ["contacts per period", *of_sensor(lambda one: f"{one.per_period:.3g}")],
@@ -177,7 +184,7 @@ def own_eta(comparison: MeasuredComparison) -> str:
 
 
 class Placed(NamedTuple):
-    """Columns of the measured points in the figures, empty where they have no place on the time axis."""
+    """Columns of the measured points in the figures, empty where they have no place; nan of a body not measured."""
 
     displacements: Columns
     phase: Columns
@@ -200,7 +207,8 @@ def place(comparison: MeasuredComparison, setting: Setting, drawn: Columns) -> P
     if not solver or own.period == 0 or comparison.other_eta is not None:
         return NOWHERE
     solved = getattr(comparison, solver)
-    turns, values, velocity = _folded(comparison.measurement, eta, solved.alignment.phase, solved.period, own.period)
+    shown = _at_mean(comparison.measurement, solved.alignment)
+    turns, values, velocity = _folded(shown, eta, solved.alignment.phase, solved.period, own.period)
     drive = setting.system.excitation
     turned = 2 * math.pi * turns + drive.base_phase
     base = drive.base * np.array([np.cos(turned), -eta * np.sin(turned)])
@@ -217,6 +225,13 @@ def place(comparison: MeasuredComparison, setting: Setting, drawn: Columns) -> P
     return Placed(*({name: np.asarray(each, np.float32) for name, each in one.items()} for one in columns))
 
 
+def _at_mean(measurement: Measurement, aligned: Alignment) -> Measurement:
+    """The measurement; displacements without their mean are placed about that of the solution."""
+    if measurement.mean_known:
+        return measurement
+    return replace(measurement, displacement=measurement.displacement - aligned.offset[:, None])
+
+
 def _folded(measurement: Measurement, eta: float, phase: float, *periods: int):
     """Excitation periods since the beginning of the cycle, displacements and velocities of evenly chosen samples.
 
@@ -227,8 +242,10 @@ def _folded(measurement: Measurement, eta: float, phase: float, *periods: int):
     order = np.argsort(time, kind="stable")
     folded = Measurement(time[order], measurement.displacement[:, order], None, measurement.frame)
     chosen = np.unique(np.linspace(0, len(time) - 1, min(_MOST_POINTS, len(time))).astype(int))
-    velocity = folded.velocity(_SLOPE * length)
-    return folded.time[chosen] / length, folded.displacement[:, chosen], velocity[:, chosen]
+    both = np.full((2, 2, len(chosen)), np.nan)  # displacements and velocities of both bodies, nan if not measured
+    both[0, : len(folded.displacement)] = folded.displacement[:, chosen]
+    both[1, : len(folded.displacement)] = folded.velocity(_SLOPE * length)[:, chosen]
+    return folded.time[chosen] / length, *both
 
 
 def _in_window(turns: np.ndarray, values: np.ndarray, period: int) -> Columns:
@@ -241,6 +258,6 @@ def _in_window(turns: np.ndarray, values: np.ndarray, period: int) -> Columns:
 
 def _distance(columns: Columns, drawn: Columns, solver: str) -> float:
     return sum(
-        float(np.sum((columns[f"x{k}"] - np.interp(columns["t"], drawn["t"], drawn[f"{solver}{k}"])) ** 2))
+        float(np.nansum((columns[f"x{k}"] - np.interp(columns["t"], drawn["t"], drawn[f"{solver}{k}"])) ** 2))
         for k in (1, 2)
     ) / max(len(columns["t"]), 1)

@@ -74,10 +74,11 @@ print("change first:", answer.change or "nothing")
 """
 
 
-def as_command(setting: Setting, measured: str = "") -> str:
+def as_command(setting: Setting, measured: str = "", columns: str = "") -> str:
     """The runs of the page as shell commands; constants other than the paper's go into a file that the commands read.
 
-    ``measured`` is the name of the file of a measurement, which is compared, too.
+    ``measured`` is the name of the file of a measurement, which is compared, too, and ``columns`` says which of its
+    columns is what, where it does not say so itself.
     """
     units = Units(setting.omega1, setting.m1, setting.amplitude) if setting.scale or measured else None
     file, options = _system_file(setting.system, units)
@@ -87,11 +88,12 @@ def as_command(setting: Setting, measured: str = "") -> str:
     eta = print_number(setting.eta)
     reference, newmark = (penalty_options(method) for method in (setting.reference, setting.penalty))
     compared = f"vibroscope compare --eta {eta}{newmark}{reference}{options}"
+    chosen = f" --columns {quote(columns)}" if columns else ""
     return (
         f"{file}vibroscope simulate --solver reference --eta {eta}{reference}{options}{periods}\n"
         f"vibroscope simulate --solver newmark --eta {eta}{newmark}{options}{periods}\n"
         f"{compared}\n"
-    ) + (f"{compared} --measured {quote(measured)}\n" if measured else "")
+    ) + (f"{compared} --measured {quote(measured)}{chosen}\n" if measured else "")
 
 
 # ---- a study --------------------------------------------------------------------------------------------------------

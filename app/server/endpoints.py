@@ -5,11 +5,15 @@ from __future__ import annotations
 import hmac
 import ipaddress
 import logging
+import re
 
 from tornado.web import RequestHandler
 from vibroscope.app.page.files import template
 from vibroscope.app.runtime import logs, metrics
 from vibroscope.app.runtime.settings import current_settings
+
+# Headers of proxies: X-Forwarded-For, Via, X-Real-Ip, CF-Connecting-IP, True-Client-IP, Fastly-Client-IP, CDN-Loop …
+_OF_PROXY = re.compile(r"forward|^via$|real-ip|client-ip|connecting-ip|^cf-|cdn-|proxy|original", re.IGNORECASE)
 
 
 class Page(RequestHandler):
@@ -72,12 +76,23 @@ class Metrics(RequestHandler):
         return bool(token) and hmac.compare_digest(given.encode(), f"Bearer {token}".encode())
 
     def _is_local(self) -> bool:
-        """Return whether the request comes from this machine and not through a proxy on it."""
-        proxied = any(name in self.request.headers for name in ("X-Forwarded-For", "X-Real-Ip", "Forwarded", "Via"))
-        try:
-            return not proxied and ipaddress.ip_address(self.request.remote_ip).is_loopback
-        except ValueError:  # a Unix socket has no address
-            return False
+        """Return whether the request comes from this machine and not through a proxy on it.
+
+        A proxy names itself or its client in a header, each in one of its own, or asks for the public name of the page.
+        """
+        proxied = any(_OF_PROXY.search(name) for name in self.request.headers)
+        host = self.request.host_name.strip("[]")
+        return not proxied and all(map(_is_loopback, (self.request.remote_ip, host)))
+
+
+def _is_loopback(host: str | None) -> bool:
+    """Whether a name or address is this machine's own."""
+    if host == "localhost":
+        return True
+    try:
+        return ipaddress.ip_address(host).is_loopback
+    except ValueError:  # a Unix socket has no address
+        return False
 
 
 def log_answer(handler: RequestHandler) -> None:

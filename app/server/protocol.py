@@ -96,8 +96,10 @@ class PageProtocol(Protocol):
         return super().create(msgtype, *args, **kwargs)
 
     def assemble(self, header_json: str, metadata_json: str, content_json: str) -> Message:
-        """See `bokeh.protocol.Protocol`."""
+        """See `bokeh.protocol.Protocol`; raises ValueError for a message without the name that its answer refers to."""
         message = super().assemble(header_json, metadata_json, content_json)
+        if not isinstance(message.header.get("msgid"), str):
+            raise ValueError("a message without a msgid")
         if message.msgtype == "PATCH-DOC":
             return PatchMessage(message.header, message.metadata, message.content)
         return message

@@ -138,14 +138,14 @@ class PartialBranches:
     def point_table(self) -> dict[str, np.ndarray]:
         """Every point: the columns of a table."""
         points = self.points
-        largest = np.array([point.multipliers[0] for *_, point in points])
+        critical = np.array([point.critical_multiplier for *_, point in points])
         return {
             "branch": np.array([number + 1 for number, *_ in points]),
             "kind": np.array([point.kind for *_, point in points]),
             self.question.over: np.array([point.value for *_, point in points]),
             "period": np.array([point.period for *_, point in points]),
-            "multiplier_re": largest.real,
-            "multiplier_im": largest.imag,
+            "multiplier_re": critical.real,
+            "multiplier_im": critical.imag,
             **dict(zip(COORDINATES, np.array([point.state for *_, point in points]).reshape(-1, 4).T, strict=True)),
         }
 

@@ -6,6 +6,9 @@ import numpy as np
 
 from ..wording import html_table
 
+# Kinds of points at which a multiplier passes the unit circle, and where it does; a pair passes somewhere.
+_CROSSINGS = {"period doubling": -1.0, "fold": 1.0, "branch point": 1.0, "Neimark-Sacker": None}
+
 
 @dataclass(frozen=True)
 class Point:
@@ -44,6 +47,21 @@ class Point:
     events: tuple[str, ...]
     instants: np.ndarray
     index: int
+
+    @property
+    def is_crossing(self) -> bool:
+        """Whether a multiplier passes the unit circle here."""
+        return self.kind in _CROSSINGS
+
+    @property
+    def critical_multiplier(self) -> complex:
+        """The multiplier that passes the unit circle here, whatever others are larger; else the largest."""
+        if not self.is_crossing:
+            return complex(self.multipliers[0])
+        target, values = _CROSSINGS[self.kind], self.multipliers
+        pairs = values[values.imag != 0] if target is None else values
+        distance = np.abs(np.abs(pairs) - 1) if target is None else np.abs(pairs - target)
+        return complex(pairs[np.argmin(distance)] if len(pairs) else values[0])
 
 
 @dataclass(frozen=True)
@@ -85,10 +103,22 @@ class Branch:
 
     @property
     def stable_ranges(self) -> tuple[tuple[float, float], ...]:
-        """The parts of the range over which orbits are stable, in the order in which they were followed."""
+        """The parts of the range over which orbits are stable, in the order in which they were followed.
+
+        A part ends at the point at which the orbits become unstable, or else with the last stable orbit.
+        """
         edges = np.flatnonzero(np.diff(np.concatenate([[0], self.stable.astype(int), [0]])))
-        parts = (np.sort(self.values[[first, last - 1]]) for first, last in edges.reshape(-1, 2))
-        return tuple((float(low), float(high)) for low, high in parts)
+        parts = (
+            sorted((self._edge(first - 1, first), self._edge(last - 1, last - 1)))
+            for first, last in edges.reshape(-1, 2)
+        )
+        return tuple((low, high) for low, high in parts)
+
+    def _edge(self, index: int, stable: int) -> float:
+        """The value at which stability changes between orbit ``index`` and the next; else that of a stable orbit."""
+        between = [point for point in self.points if point.index == index]
+        crossing = [point for point in between if point.is_crossing] or between
+        return float(crossing[0].value if crossing else self.values[stable])
 
     def __repr__(self) -> str:
         low, high = self.values.min(), self.values.max()

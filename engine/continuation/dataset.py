@@ -13,8 +13,15 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
-def branches_dataset(branches: Sequence[Branch]) -> "xr.Dataset":
+def branches_dataset(branches: Sequence[Branch], over: str | None = None) -> "xr.Dataset":
     """Branches of periodic motions, one after the other.
+
+    Parameters
+    ----------
+    branches : sequence of Branch
+        Over one number.
+    over : str, optional
+        That number; needed where there is no branch.
 
     Returns
     -------
@@ -25,8 +32,8 @@ def branches_dataset(branches: Sequence[Branch]) -> "xr.Dataset":
     """
     import xarray as xr
 
-    over = branches[0].over
-    longest = max(branch.period for branch in branches)
+    over = over or branches[0].over
+    longest = max((branch.period for branch in branches), default=1)
     count = sum(len(branch.values) for branch in branches)
     section, first = np.full((count, longest, 4), np.nan), 0
     for branch in branches:
@@ -34,7 +41,9 @@ def branches_dataset(branches: Sequence[Branch]) -> "xr.Dataset":
         first += len(branch.values)
     of_orbit = [np.full(len(branch.values), k) for k, branch in enumerate(branches)]
     periods = [np.full(len(branch.values), branch.period) for branch in branches]
-    multipliers = np.concatenate([branch.multipliers for branch in branches])
+    multipliers = np.concatenate([np.empty((0, 4), complex), *(branch.multipliers for branch in branches)])
+    values = np.concatenate([np.empty(0), *(branch.values for branch in branches)])
+    stable = np.concatenate([np.empty(0, bool), *(branch.stable for branch in branches)])
     points = [(k, point) for k, branch in enumerate(branches) for point in branch.points]
     kinds = np.array([POINT_KINDS.index(point.kind) for _, point in points], dtype="i1")
     states = np.array([point.state for _, point in points]).reshape(-1, 4)
@@ -43,10 +52,12 @@ def branches_dataset(branches: Sequence[Branch]) -> "xr.Dataset":
     per_cycle, rows = "per cycle", ("orbit", "multiplier")
     return xr.Dataset(
         {
-            over: labelled("orbit", np.concatenate([branch.values for branch in branches]), "number that varies", "1"),
-            "branch": labelled("orbit", np.concatenate(of_orbit), "branch of the orbit", "1"),
-            "period": labelled("orbit", np.concatenate(periods), "excitation periods of the cycle", "1"),
-            "stable": labelled("orbit", np.concatenate([branch.stable for branch in branches]), "stable", "1"),
+            over: labelled("orbit", values, "number that varies", "1"),
+            "branch": labelled("orbit", np.concatenate([np.empty(0, int), *of_orbit]), "branch of the orbit", "1"),
+            "period": labelled(
+                "orbit", np.concatenate([np.empty(0, int), *periods]), "excitation periods of the cycle", "1"
+            ),
+            "stable": labelled("orbit", stable, "stable", "1"),
             "section": labelled(("orbit", "cycle", "coordinate"), section, "Poincaré section", f"{LENGTH}, {SPEED}"),
             "multiplier_real": labelled(rows, multipliers.real, "Floquet multipliers", per_cycle),
             "multiplier_imag": labelled(rows, multipliers.imag, "Floquet multipliers", per_cycle),

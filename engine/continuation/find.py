@@ -6,6 +6,7 @@ from pathlib import Path
 from ..arguments import checked
 from ..methods import ExactPenalty, Newmark, Reference
 from ..model import System
+from ..motions.poincare_map import unresolved
 from ..result import Cancelled
 from .branch import Branch
 from .family import Family
@@ -173,5 +174,7 @@ def find_branches(
 def _search(problem: tuple, span: tuple[str, float, float], limits: SearchLimits, threads, cancelled) -> BranchSearch:
     """The search, with its range checked."""
     over, low, high = span
+    if reason := unresolved(problem[0]):
+        raise ValueError(reason)
     family = Family(over, *problem)
     return BranchSearch(family, ParameterRange.of(family, low, high), limits, threads, cancelled)

@@ -33,11 +33,12 @@ class Alignment:
         τ₀, τ of the solution's cycle at the first sample.
     rms : float
         Root mean square difference of the displacements, relative to the measured ones.
-    channels : (2,) ndarray
-        The same for each pendulum, in base amplitudes.
-    offset : (2,) ndarray
-        Mean of measured − solution, in base amplitudes; if it is not small, a sensor has a zero error.
-    displacement : (2, n) ndarray
+    channels : (2,) or (1,) ndarray
+        The same for each measured body, in base amplitudes.
+    offset : (2,) or (1,) ndarray
+        Mean of measured − solution, in base amplitudes; if it is not small, a sensor has a zero error, or measured
+        accelerations.
+    displacement : (2, n) or (1, n) ndarray
         The solution at the instants of the measurement, in its frame.
     sensor : Sensor
         What the contact sensor would have measured of the solution, with the same samples; impacts closer than a sample
@@ -69,14 +70,14 @@ def align(cycle: Cycle, measurement: Measurement, frame: str | None = None) -> A
     frame = frame or measurement.frame
     phase = best_phase(cycle, measurement, frame)
     displacement = cycle.displacement(measurement.time + phase, frame)
-    difference = measurement.displacement - displacement
+    difference = measurement.residual(displacement)
     touching = cycle.touching(measurement.time + phase, float(np.median(np.diff(measurement.time))))
     return Alignment(
         phase=phase,
         rms=rms(difference) / max(rms(measurement.displacement), 1e-300),
         channels=np.sqrt(np.mean(difference**2, axis=1)),
-        offset=difference.mean(axis=1),
-        displacement=displacement,
+        offset=(measurement.displacement - displacement[: len(difference)]).mean(axis=1),
+        displacement=displacement[: len(difference)],
         sensor=summarise_sensor(measurement.time, touching, cycle.eta),
         closing_error=_closing_error(cycle, measurement, phase),
     )
@@ -88,14 +89,14 @@ def best_phase(cycle: Cycle, measurement: Measurement, frame: str) -> float:
     grid = np.arange(0, cycle.length, cycle.length / (SHIFTS * cycle.periods))
     phase = min(grid, key=lambda shift: np.sum(_difference(cycle, thin, shift, frame) ** 2))
     for _ in range(REFINEMENTS):
-        slope = cycle.velocity(measurement.time + phase, frame)
+        slope = cycle.velocity(measurement.time + phase, frame)[: len(measurement.displacement)]
         step = np.sum(slope * _difference(cycle, measurement, phase, frame)) / max(np.sum(slope**2), 1e-300)
         phase += np.clip(step, -grid[1], grid[1])
     return float(np.mod(phase, cycle.length))
 
 
 def _difference(cycle: Cycle, measurement: Measurement, phase: float, frame: str) -> np.ndarray:
-    return measurement.displacement - cycle.displacement(measurement.time + phase, frame)
+    return measurement.residual(cycle.displacement(measurement.time + phase, frame))
 
 
 def _closing_error(cycle: Cycle, measurement: Measurement, phase: float) -> float | None:

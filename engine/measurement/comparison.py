@@ -14,6 +14,7 @@ from .measurement import Measurement
 from .recurrence import Recurrence, recurrence
 
 DRIFT = 0.3  # radians over the whole record: with a larger one, the given η is not that of the measurement
+CERTAIN = 4.0  # standard errors by which the two must differ
 OTHER_FRAME = {"absolute": "relative", "relative": "absolute"}
 
 
@@ -70,8 +71,10 @@ class MeasuredComparison:
 
     @property
     def other_eta(self) -> float | None:
-        """The excitation frequency of the measurement if it is not the given one."""
-        return self.recurrence.eta if self.drift > DRIFT else None
+        """The excitation frequency of the measurement if it is certainly not the given one."""
+        own = self.recurrence
+        certain = abs(own.eta - self.reference.response.eta) > CERTAIN * own.eta_error
+        return own.eta if certain and self.drift > DRIFT else None
 
 
 def compare_measured(
@@ -121,7 +124,7 @@ def compare_measured(
     >>> measured_verdict(compared).partition(" (")[0]
     'The reference agrees within the noise of the measurement'
     """
-    eta = check_eta(eta)
+    eta, measurement = check_eta(eta), measurement.of(system)
     own = recurrence(measurement, eta)
     exact = reference_cycle(system, eta, reference or Reference(), initial=initial, cancelled=cancelled)
     newmark = penalty_cycle(system, eta, penalty, periods=periods, initial=initial, cancelled=cancelled)

@@ -121,7 +121,7 @@ def fit(
     >>> print(f"{found.values['restitution']:.2f}")
     0.45
     """
-    names = tuple(name for name in FITTED if not (system.wall and name in BODY_2)) if names is None else tuple(names)
+    names = fitted_names(system) if names is None else tuple(names)
     known = all(isinstance(name, str) and name in UPPER for name in names)
     if not names or not known or len(set(names)) < len(names):
         raise ValueError(
@@ -129,7 +129,7 @@ def fit(
         )
     if idle := [name for name in names if system.wall and name in BODY_2]:
         raise ValueError(f"cannot fit {', '.join(idle)}: a wall has no such number, leave it out")
-    eta = check_eta(eta)
+    eta, measurement = check_eta(eta), measurement.of(system)
     noise = recurrence(measurement, eta).noise
     problem = FitProblem(system, eta, measurement, names, method or Reference(threshold=0.0), cancelled)
     minima = [minimum for guess in problem.guesses() if (minimum := problem.minimum(guess)) is not None]
@@ -138,6 +138,11 @@ def fit(
     best = min(minima, key=lambda minimum: minimum.cost)
     agreeing = sum(bool(minimum.cost <= best.cost * (1 + ALIKE)) for minimum in minima)
     return _result(problem, best.x, noise, agreeing, len(minima))
+
+
+def fitted_names(system: System) -> tuple[str, ...]:
+    """The constants that a system has and that can be fitted."""
+    return tuple(name for name in FITTED if not (system.wall and name in BODY_2))
 
 
 def _result(problem: FitProblem, best: np.ndarray, noise: float, agreeing: int, starts: int) -> Fit:
@@ -167,11 +172,11 @@ def _result(problem: FitProblem, best: np.ndarray, noise: float, agreeing: int, 
         noise=noise,
         agreeing=agreeing,
         starts=starts,
-        remarks=tuple(_remarks(names, best, determined, correlation, residuals, deviation, noise)),
+        remarks=tuple(_remarks(names, best, determined, correlation, problem.by_body(residuals), deviation, noise)),
     )
 
 
-def _remarks(names, best, determined, correlation, residuals, deviation, noise) -> Iterator[str]:
+def _remarks(names, best, determined, correlation, rows, deviation, noise) -> Iterator[str]:
     """Yield reservations about a fit, in words."""
     for name in names:
         if name not in determined:
@@ -183,7 +188,6 @@ def _remarks(names, best, determined, correlation, residuals, deviation, noise) 
         for j in range(i):
             if abs(correlation[i, j]) > CORRELATED:
                 yield f"{determined[j]} and {one} can hardly be distinguished (correlation {correlation[i, j]:.3f})"
-    rows = residuals.reshape(2, -1)
     neighbours = np.sum(rows[:, 1:] * rows[:, :-1]) / max(np.sum(rows**2), 1e-300)
     if deviation > NOISIER * noise:
         yield (

@@ -102,16 +102,19 @@ class FitProblem:
         )
 
     def residuals(self, parameters: np.ndarray) -> np.ndarray:
-        """Return reference − measured, (2n,); where the motion is not periodic, 0 − measured."""
+        """Return reference − measured, (2n,) or (n,); where the motion is not periodic, 0 − measured."""
         measured = self.measurement
         cycle = self.cycle(parameters)
         if cycle is None:
             return -measured.displacement.ravel()
-        displacement = cycle.displacement(measured.time + parameters[-1], measured.frame)
-        return (displacement - measured.displacement).ravel()
+        return -measured.residual(cycle.displacement(measured.time + parameters[-1], measured.frame)).ravel()
+
+    def by_body(self, residuals: np.ndarray) -> np.ndarray:
+        """The residuals of each measured body, (2, n) or (1, n)."""
+        return residuals.reshape(self.measurement.displacement.shape)
 
     def jacobian(self, parameters: np.ndarray) -> np.ndarray:
-        """Return the Jacobian, (2n, k): central differences, one-sided at a bound, and for the phase the velocity."""
+        """Return the Jacobian, (2n, k) or (n, k): differences, one-sided at a bound, and for the phase velocities."""
         columns = []
         for i in range(len(self.names)):
             sides = np.tile(parameters, (2, 1))
@@ -122,7 +125,8 @@ class FitProblem:
         if cycle is None:
             velocity = 0 * measured.displacement
         else:
-            velocity = cycle.velocity(measured.time + parameters[-1], measured.frame)
+            moving = cycle.velocity(measured.time + parameters[-1], measured.frame)
+            velocity = moving[: len(measured.displacement)]
         return np.stack([*columns, velocity.ravel()], axis=1)
 
 

@@ -1,11 +1,12 @@
-"""A measurement: displacements of both pendulums over time, and perhaps a contact sensor."""
+"""A measurement: displacements of one body or both over time, and perhaps a contact sensor."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from ..arguments import shown
 from ..checks import one_of
+from ..model import System
 
 FRAMES = ("absolute", "relative")
 
@@ -18,12 +19,16 @@ class Measurement:
     ----------
     time : (n,) ndarray
         τ since the first sample, increasing; the samples need not be equally spaced.
-    displacement : (2, n) ndarray
-        Of pendulum 1 and 2, in base amplitudes.
+    displacement : (2, n) or (1, n) ndarray
+        Of body 1 and 2, or of body 1 alone, in base amplitudes.
     contact : (n,) bool ndarray or None
         Whether the pendulums touch, if there was a contact sensor.
     frame : {"absolute", "relative"}
         As seen by a fixed sensor, ξ + cos ητ, or relative to the base, ξ.
+    mean_known : bool
+        False if the displacements follow from accelerations: then differences are taken without their means.
+    left_out : tuple of str
+        What the file holds beside this, such as columns of other names.
 
     Raises
     ------
@@ -35,6 +40,8 @@ class Measurement:
     displacement: np.ndarray
     contact: np.ndarray | None
     frame: str
+    mean_known: bool = True
+    left_out: tuple[str, ...] = ()
 
     def __post_init__(self):
         time = _numbers("time", self.time, 1)
@@ -59,13 +66,28 @@ class Measurement:
         """τ from the first to the last sample."""
         return float(self.time[-1])
 
+    def of(self, system: System) -> "Measurement":
+        """The measurement of a system's bodies: a wall does not move, whatever a second column holds."""
+        return replace(self, displacement=self.displacement[:1]) if system.wall else self
+
+    def residual(self, displacement: np.ndarray) -> np.ndarray:
+        """Measured less computed displacements, (k, n), of the bodies that were measured; without unknown means.
+
+        Parameters
+        ----------
+        displacement : (2, n) ndarray
+            Of both bodies, at the instants of the samples.
+        """
+        difference = self.displacement - displacement[: len(self.displacement)]
+        return difference if self.mean_known else difference - difference.mean(axis=1, keepdims=True)
+
     def thinned(self, count: int) -> "Measurement":
         """Return at most ``count`` of the samples, evenly chosen, without the contact sensor."""
         chosen = np.unique(np.linspace(0, len(self) - 1, min(count, len(self))).astype(int))
-        return Measurement(self.time[chosen], self.displacement[:, chosen], None, self.frame)
+        return replace(self, time=self.time[chosen], displacement=self.displacement[:, chosen], contact=None)
 
     def velocity(self, span: float) -> np.ndarray:
-        """Return the velocities of both pendulums, (2, n), which a sensor of displacements does not show.
+        """Return the velocities of the measured bodies, (2, n) or (1, n), which no sensor of displacements shows.
 
         Each is the slope between the mean of the samples within ``span``/2 before and that of those after, the sample
         itself and at least its neighbours included. Jumps at impacts are smoothed over that time.
@@ -74,7 +96,7 @@ class Measurement:
         first = np.clip(np.searchsorted(self.time, self.time - span / 2), 0, np.maximum(own - 1, 0))
         last = np.clip(np.searchsorted(self.time, self.time + span / 2, "right"), np.minimum(own + 2, n), n)
         data = np.vstack([self.time, self.displacement])
-        total = np.concatenate([np.zeros((3, 1)), np.cumsum(data, axis=1)], axis=1)
+        total = np.concatenate([np.zeros((len(data), 1)), np.cumsum(data, axis=1)], axis=1)
         before = (total[:, own + 1] - total[:, first]) / (own + 1 - first)
         after = (total[:, last] - total[:, own]) / (last - own)
         change = after - before
@@ -82,15 +104,15 @@ class Measurement:
 
 
 def _numbers(name: str, values: object, dimensions: int, samples: int | None = None) -> np.ndarray:
-    """Finite numbers as an array, (samples,) or (2, samples); else a ValueError."""
+    """Finite numbers as an array, (samples,), or (2, samples) or (1, samples); else a ValueError."""
     try:
         found = np.asarray(values, dtype=float)
     except (TypeError, ValueError, OverflowError):
         raise ValueError(f"{name} = {shown(values)} are not numbers: give one for each sample") from None
     count = found.shape[-1] if samples is None and found.ndim else samples
-    wanted = (count,) if dimensions == 1 else (2, count)
-    if not count or found.shape != wanted:
-        sizes = "(n,), n > 0" if samples is None else str(wanted)
+    wanted = [(count,)] if dimensions == 1 else [(2, count), (1, count)]
+    if not count or found.shape not in wanted:
+        sizes = "(n,), n > 0" if samples is None else " or ".join(map(str, wanted))
         raise ValueError(f"{name} has the shape {found.shape}: give {sizes}")
     if not np.isfinite(found).all():
         raise ValueError(f"{name} holds numbers that are not finite: leave these samples out")

@@ -1,14 +1,17 @@
-"""Measurements as CSV files: displacements of both pendulums over time, and perhaps a contact sensor.
+"""Measurements as CSV files: displacements of the bodies over time, and perhaps a contact sensor or a contact force.
 
     # any comment
     time [s], x1 [mm], x2 [mm], contact
     0.000, 1.812, 1.823, 1
 
-The header names columns and units. ``x1`` and ``x2`` are absolute, as measured by a fixed sensor (paper, section 3);
-``xi1`` and ``xi2`` are relative to the base. Times are in s, ms or µs and displacements in m, mm or µm. Or all are
-without dimension (``[-]``, or no unit): time in units of 1/ω₁, displacements in base amplitudes. ``contact`` is 1 while
-the sensor's circuit is closed, else 0. Columns are separated by commas, semicolons or tabs; with the last two, numbers
-may have decimal commas.
+The header names columns and units; a unit stands in brackets, after a slash, or in the line below. ``x1`` and ``x2``
+are absolute, as measured by a fixed sensor (paper, section 3); ``xi1`` and ``xi2`` are relative to the base. Body 1
+alone is enough. ``a1`` and ``a2`` are accelerations of fixed axes, in place of displacements. Units are s, ms, µs, min;
+m, cm, mm, µm, in; m/s², mm/s², g. Or all are without dimension (``[-]``, or no unit): time in units of 1/ω₁,
+displacements in base amplitudes. ``contact`` is 1 while the sensor's circuit is closed, else 0; of a ``force`` the
+contact is where it exceeds a share of its largest value. Other columns are left out. Columns are separated by commas,
+semicolons, tabs or spaces; with semicolons and tabs, numbers may have decimal commas. In a file of the page, of several
+curves with the time in excitation periods, the measured curve is read, or else the first.
 
 A file is either read completely or refused with an error that names line and column, since a measurement that is
 misread silently looks like a discovery.
@@ -17,38 +20,52 @@ misread silently looks like a discovery.
 import csv
 import math
 import re
-from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
 from ..files import read_file
 from ..units import Units
+from .acceleration import integrated
 from .measurement import Measurement
+from .measurement_columns import (
+    ACCELERATIONS,
+    PAIRS,
+    SERIES,
+    Column,
+    UnknownColumns,
+    find_columns,
+    is_unit,
+    name_and_unit,
+)
+from .outliers import first_outlier
 
 SIZE_LIMIT = 16 * 2**20  # bytes; some 400,000 samples
 FEWEST_SAMPLES = 16
 LARGEST = 1e9  # in units of the model: a larger number has a wrong unit
+PRESSED = 0.05  # of the largest force: the bodies are in contact while it is larger
 
-_SECONDS = {"s": 1.0, "ms": 1e-3, "µs": 1e-6, "μs": 1e-6, "us": 1e-6}
-_MILLIMETRES = {"m": 1e3, "mm": 1.0, "µm": 1e-3, "μm": 1e-3, "um": 1e-3}
-_DIMENSIONLESS = ("", "-", "1")
-_PAIRS = {"absolute": ("x1", "x2"), "relative": ("xi1", "xi2")}
-_COLUMN_NAMES = ("time", "x1", "x2", "xi1", "xi2", "contact")
-_HEADER = re.compile(r"\s*(\w+)\s*(?:\[\s*([^\[\]]*?)\s*\])?\s*")
+_SEPARATOR = re.compile(r"sep=(.)\s*", re.IGNORECASE)  # first line that spreadsheets write and read
 
 
-@dataclass(frozen=True)
-class _Column:
-    """A column of the file: its name, and the factor that converts its numbers to units of the model."""
+class _Table(NamedTuple):
+    """A file in cells: the header and where it stands, the rows of data with the numbers of their lines."""
 
-    name: str
-    factor: float
-    physical: bool | None  # None for the contact sensor, which has no unit in either case
+    header: list[str]
+    where: str
+    rows: Iterator[tuple[int, list[str]]]
+    delimiter: str
 
 
-def read_measurement(path: str | Path, units: Units | None = None) -> Measurement:
+def read_measurement(
+    path: str | Path,
+    units: Units | None = None,
+    columns: Mapping[str, str] | None = None,
+    eta: float | None = None,
+) -> Measurement:
     """Read a measurement from a CSV file.
 
     Parameters
@@ -56,6 +73,11 @@ def read_measurement(path: str | Path, units: Units | None = None) -> Measuremen
     path : str or Path
     units : Units, optional
         To convert physical numbers; by default the paper's.
+    columns : mapping of str to str, optional
+        Which column is what, by its number from 1 or its text in the header, perhaps with a unit:
+        ``{"time": "1 [s]", "x1": "Disp [mm]"}``; by default the header says so.
+    eta : float, optional
+        Excitation frequency, for the time of files that the page wrote without units.
 
     Returns
     -------
@@ -63,53 +85,82 @@ def read_measurement(path: str | Path, units: Units | None = None) -> Measuremen
 
     Raises
     ------
+    UnknownColumns
+        If nothing says which column is the time and which a displacement.
     ValueError
         If the file cannot be read, is larger than SIZE_LIMIT, or is malformed: one line that names file, line and
         column.
     """
-    return read_file(path, SIZE_LIMIT, lambda content: parse_measurement(content, units))
+    content = read_file(path, SIZE_LIMIT, bytes)
+    try:
+        return parse_measurement(content, units, columns, eta)
+    except UnknownColumns as problem:
+        raise UnknownColumns(f"{path}: {problem}", problem.header) from None
+    except ValueError as problem:
+        raise ValueError(f"{path}: {problem}") from None
 
 
-def parse_measurement(content: bytes, units: Units | None = None) -> Measurement:
+def parse_measurement(
+    content: bytes,
+    units: Units | None = None,
+    columns: Mapping[str, str] | None = None,
+    eta: float | None = None,
+) -> Measurement:
     """Parse the bytes of a CSV file; raises as :func:`read_measurement`, without the name of the file."""
     if len(content) > SIZE_LIMIT:
         raise ValueError(f"larger than {SIZE_LIMIT // 2**20} MiB: give fewer periods, or fewer samples of each")
     lines = _lines(content)
-    start = next((i for i, line in enumerate(lines) if line.strip()), None)
-    if start is None:
-        raise ValueError("line 1: the file has no header; begin it with: time [s], x1 [mm], x2 [mm]")
-    delimiter = next((character for character in ";\t" if character in lines[start]), ",")
-    rows = _rows(lines, delimiter)
-    number, header = next(rows)
-    columns = _columns(header, number, _in_millimetres(units or Units()))
-    data: list[list[float]] = []
-    for number, cells in rows:
-        _append(data, cells, columns, number, delimiter)
-    if len(data) < FEWEST_SAMPLES:
-        raise ValueError(f"line {len(lines)}: the file ends after {len(data)} samples; give at least {FEWEST_SAMPLES}")
-    values = dict(zip((column.name for column in columns), np.array(data).T, strict=True))
-    frame = "absolute" if "x1" in values else "relative"
+    table = _table(lines)
+    chosen = find_columns(table.header, table.where, _in_millimetres(units or Units()), columns)
+    series, found = _data(table, chosen)
+    read = {column.place for column in chosen}
+    left_out = [cell.strip() for place, cell in enumerate(table.header) if place not in read]
+    chosen = [column for column in chosen if column.name != SERIES]
+    names = [column.name for column in chosen]
+    if len(found) < FEWEST_SAMPLES:
+        last = f"line {len(lines)}: the file ends after {len(found)} samples"
+        raise ValueError(f"{last}; give at least {FEWEST_SAMPLES}")
+    values = dict(zip(names, np.array([row for _, row in found]).T, strict=True))
+    frame = "relative" if "xi1" in values else "absolute"
+    measured = PAIRS[frame] if PAIRS[frame][0] in values else ACCELERATIONS
+    of_bodies = {name: values[name] for name in measured if name in values}
+    if measured != ACCELERATIONS:  # of which an impact is a peak
+        for name, each in of_bodies.items():
+            where = f"column {chosen[names.index(name)].place + 1} ({name})"
+            _refuse_outlier(values["time"], each, where, [number for number, _ in found])
+    time, displacement = values["time"] - values["time"][0], np.stack(list(of_bodies.values()))
+    in_periods = bool(series) and not chosen[names.index("time")].physical
+    if eta is None and (in_periods or measured == ACCELERATIONS):
+        raise ValueError(f"{table.where}: time in periods and accelerations need the excitation frequency: give eta")
+    time = time * 2 * np.pi / eta if in_periods else time
     return Measurement(
-        time=values["time"] - values["time"][0],
-        displacement=np.stack([values[name] for name in _PAIRS[frame]]),
-        contact=values["contact"] > 0 if "contact" in values else None,
+        time=time,
+        displacement=integrated(time, displacement, eta) if measured == ACCELERATIONS else displacement,
+        contact=_contact(values),
         frame=frame,
+        mean_known=measured != ACCELERATIONS,
+        left_out=(*left_out, *(f"other curves than {one}" for one in series)),
     )
 
 
 def measurement_text(measurement: Measurement, units: Units, comment: str) -> str:
     """Write a CSV file in s and mm for :func:`read_measurement`, with a comment at the top."""
-    first, second = _PAIRS[measurement.frame]
     has_contact = measurement.contact is not None
+    names = PAIRS[measurement.frame][: len(measurement.displacement)]
     lines = [f"# {line}" for line in comment.splitlines()]
-    lines.append(f"time [s], {first} [mm], {second} [mm]" + (", contact" if has_contact else ""))
+    lines.append(", ".join(["time [s]", *(f"{name} [mm]" for name in names), *["contact"][:has_contact]]))
     units = _in_millimetres(units)
     time = units.physical("time", measurement.time)
-    x1, x2 = units.physical("displacement", measurement.displacement)
+    displacement = units.physical("displacement", measurement.displacement)
     for i in range(len(measurement)):
-        row = f"{time[i]:.9g}, {x1[i]:.7g}, {x2[i]:.7g}"
+        row = ", ".join([f"{time[i]:.9g}", *(f"{each[i]:.7g}" for each in displacement)])
         lines.append(f"{row}, {int(measurement.contact[i])}" if has_contact else row)
     return "\n".join(lines) + "\n"
+
+
+def file_header(content: bytes) -> tuple[str, ...]:
+    """The cells of a file's header, or of its first row where it has none; raises as :func:`parse_measurement`."""
+    return tuple(cell.strip() for cell in _table(_lines(content)).header)
 
 
 def _lines(content: bytes) -> list[str]:
@@ -128,84 +179,155 @@ def _in_millimetres(units: Units) -> Units:
     return replace(units, system="mm-t-s")
 
 
-def _rows(lines: list[str], delimiter: str) -> Iterator[tuple[int, list[str]]]:
-    """Yield the line number and the cells of every line that is not empty."""
-    reader = csv.reader(lines, delimiter=delimiter, skipinitialspace=True, strict=True)
+def _table(lines: list[str]) -> _Table:
+    """Find the header, what separates the columns, and the units below the header."""
+    start = next((i for i, line in enumerate(lines) if line.strip()), None)
+    named = _SEPARATOR.fullmatch(lines[start]) if start is not None else None
+    if named:
+        start = next((i for i in range(start + 1, len(lines)) if lines[i].strip()), None)
+    if start is None:
+        raise ValueError("line 1: the file has no header; begin it with: time [s], x1 [mm], x2 [mm]")
+    delimiter = named[1] if named else _delimiter(lines[start])
+    rows = _rows(lines, start, delimiter)
+    number, header = next(rows, (start + 1, []))
+    where = f"line {number}"
+    if not header:
+        raise ValueError(f"{where}: the header names no column; begin the file with: time [s], x1 [mm], x2 [mm]")
+    if _is_number(header[0], delimiter):
+        return _Table(header, f"{where} (no header)", _rows(lines, start, delimiter), delimiter)
+    first = next(rows, None)
+    if first is None:
+        return _Table(header, where, rows, delimiter)
+    if (
+        len(first[1]) == len(header)
+        and all(is_unit(cell) for cell in first[1])
+        and not any(name_and_unit(cell)[1] for cell in header)
+    ):
+        units = ("".join(name_and_unit(cell)) for cell in first[1])
+        header = [f"{name.strip()} [{unit}]" for name, unit in zip(header, units, strict=True)]
+        return _Table(header, where, rows, delimiter)
+    return _Table(header, where, _chained(first, rows), delimiter)
+
+
+def _chained(first, rows):
+    yield first
+    yield from rows
+
+
+def _delimiter(line: str) -> str:
+    """What separates the columns in the first line: semicolons or tabs, else commas, else spaces between numbers."""
+    if found := next((character for character in ";\t" if character in line), ""):
+        return found
+    cells = line.split()
+    return " " if "," not in line and len(cells) > 1 and all(_is_number(cell, " ") for cell in cells) else ","
+
+
+def _rows(lines: list[str], start: int, delimiter: str) -> Iterator[tuple[int, list[str]]]:
+    """Yield the number and the cells of every line from ``start`` that is not empty, without empty last cells."""
+    reader = csv.reader(
+        (line.strip(" ") for line in lines[start:]), delimiter=delimiter, skipinitialspace=True, strict=True
+    )
     try:
         for cells in reader:
-            if any(cell.strip() for cell in cells):
-                yield reader.line_num, cells
+            while cells and not cells[-1].strip():
+                cells.pop()
+            if cells:
+                yield start + reader.line_num, cells
     except csv.Error as problem:
-        raise ValueError(f"line {reader.line_num}: not CSV: {problem}") from None
+        raise ValueError(f"line {start + reader.line_num}: not CSV: {problem}") from None
 
 
-def _columns(header: list[str], number: int, units: Units) -> list[_Column]:
-    """Parse the header in line ``number``."""
-    columns: list[_Column] = []
-    for place, cell in enumerate(header, 1):
-        where = f"line {number}, column {place}"
-        new = _column(cell, where, units)
-        if any(new.name == column.name for column in columns):
-            raise ValueError(f"{where}: a second column {new.name}; give each once")
-        columns.append(new)
-    names = {column.name for column in columns}
-    pairs = [set(pair) for pair in _PAIRS.values()]
-    if "time" not in names or names - {"time", "contact"} not in pairs:
-        raise ValueError(
-            f"line {number}: columns {', '.join(column.name for column in columns)}; "
-            "give time and either x1, x2 (absolute) or xi1, xi2 (relative to the base)"
-        )
-    kinds = {column.physical for column in columns} - {None}
-    if len(kinds) > 1:
-        raise ValueError(f"line {number}: mixes columns with and without a unit; give all as [s], [mm] or all as [-]")
-    return columns
+def _data(table: _Table, columns: list[Column]) -> tuple[list[str], list[tuple[int, list[float]]]]:
+    """Read the samples, with the numbers of their lines; in a file of the page those of one curve, and its name."""
+    place = next((column.place for column in columns if column.name == SERIES), None)
+    data: list[tuple[int, list[float]]] = []
+    if place is None:
+        for number, cells in table.rows:
+            _append(data, cells, columns, number, table)
+        return [], data
+    rows = [(number, cells) for number, cells in table.rows if len(cells) > place]
+    curves = list(dict.fromkeys(cells[place].strip() for _, cells in rows))
+    curve = "measured" if "measured" in curves else next(iter(curves), "")
+    columns = [column for column in columns if column.name != SERIES]
+    for number, cells in rows:
+        if cells[place].strip() == curve:
+            _append(data, cells, columns, number, table)
+    return [curve], data
 
 
-def _column(cell: str, where: str, units: Units) -> _Column:
-    """Parse one cell of the header, such as "x1 [mm]"."""
-    match = _HEADER.fullmatch(cell)
-    name = match[1].lower() if match else ""
-    if name not in _COLUMN_NAMES:
-        known = ", ".join(_COLUMN_NAMES)
-        raise ValueError(f"{where}: unknown column {cell.strip()[:40]!r}; known: {known}, as in x1 [mm]")
-    unit = match[2] or ""
-    if unit in _DIMENSIONLESS:
-        return _Column(name, 1.0, None if name == "contact" else False)
-    sizes = {"time": _SECONDS, "contact": {}}.get(name, _MILLIMETRES)
-    if unit not in sizes:
-        known = ", ".join([*dict.fromkeys(sizes), "-"])
-        raise ValueError(f"{where} ({name}): unknown unit {unit[:20]!r}; known: {known}")
-    quantity = "time" if name == "time" else "displacement"
-    return _Column(name, units.model(quantity, sizes[unit]), True)
-
-
-def _append(data: list[list[float]], cells: list[str], columns: list[_Column], number: int, delimiter: str) -> None:
+def _append(
+    data: list[tuple[int, list[float]]], cells: list[str], columns: list[Column], number: int, table: _Table
+) -> None:
     """Append a sample, after a check of its numbers; times must increase."""
-    if len(cells) != len(columns):
-        advice = "; decimal commas need semicolons between columns" if delimiter == "," else ""
-        raise ValueError(f"line {number}: {len(cells)} columns, the header has {len(columns)}{advice}")
+    if len(cells) != len(table.header) and (len(cells) > len(table.header) or _ends_early(cells, columns)):
+        raise ValueError(f"line {number}: {_miscount(cells, table)}")
     row = []
-    for place, (cell, column) in enumerate(zip(cells, columns, strict=True), 1):
-        value = _number(cell, delimiter) * column.factor
-        previous = data[-1][place - 1] if data else -math.inf
-        fault = _fault(value, column.name, previous)
+    for place, column in enumerate(columns):
+        cell = cells[column.place]
+        value = _number(cell, table.delimiter) * column.factor
+        fault = _fault(value, column.name, data[-1][1][place] if data else -math.inf)
         if fault:
-            raise ValueError(f"line {number}, column {place} ({column.name}): {cell.strip()[:40]!r} {fault}")
+            where = f"line {number}, column {column.place + 1} ({column.name})"
+            raise ValueError(f"{where}: {cell.strip()[:40]!r} {fault}")
         row.append(value)
-    data.append(row)
+    data.append((number, row))
+
+
+def _ends_early(cells: list[str], columns: list[Column]) -> bool:
+    return len(cells) <= max(column.place for column in columns)
+
+
+def _miscount(cells: list[str], table: _Table) -> str:
+    """Why a row has not as many columns as the header, and what to do."""
+    numbers = sum(_is_number(cell, table.delimiter) for cell in cells)
+    if numbers < len(cells):
+        return f"{table.delimiter.join(cells)[:40]!r} is no row of {len(table.header)} numbers; delete such lines"
+    advice = ""
+    if table.delimiter == "," and len(cells) > len(table.header):
+        advice = "; decimal commas need semicolons between columns"
+    elif len(cells) < len(table.header):
+        advice = "; complete the row, or delete it"
+    return f"{len(cells)} columns, the header has {len(table.header)}{advice}"
+
+
+def _contact(values: Mapping[str, np.ndarray]) -> np.ndarray | None:
+    """Where the bodies touch, (n,), by the contact sensor or else by the contact force; None without either."""
+    if "contact" in values:
+        return values["contact"] > 0
+    if "force" not in values:
+        return None
+    force = np.abs(values["force"])
+    return force > PRESSED * force.max()
+
+
+def _refuse_outlier(time: np.ndarray, values: np.ndarray, column: str, numbers: list[int]) -> None:
+    """Raise a ValueError that names the line of the first outlier of a displacement, if there is one."""
+    found = first_outlier(time, values)
+    if found:
+        at, distance = found
+        raise ValueError(
+            f"line {numbers[at]}, {column}: an outlier, {distance:.3g} times as far from the middle as "
+            "98 % of the samples; correct it, or delete the line"
+        )
 
 
 def _fault(value: float, name: str, previous: float) -> str:
     """Say what is wrong with a number in units of the model; empty if nothing is."""
     if math.isnan(value):
         return "is no finite number"
-    if abs(value) > LARGEST:
+    if abs(value) > LARGEST and name != "force":
         return f"is {value:.3g} in units of the model; is the unit right?"
     if name == "contact" and value not in (0.0, 1.0):
         return "is neither 0 nor 1; set a threshold to the sensor's signal"
-    if name == "time" and value <= previous:
-        return "does not come after the time before it; sort by time"
+    if name == "time" and value == previous:
+        return "is the time of the sample before it, too; keep one of the two"
+    if name == "time" and value < previous:
+        return "comes before the time of the sample before it; sort by time"
     return ""
+
+
+def _is_number(cell: str, delimiter: str) -> bool:
+    return not math.isnan(_number(cell, delimiter))
 
 
 def _number(cell: str, delimiter: str) -> float:

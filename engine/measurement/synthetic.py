@@ -72,4 +72,4 @@ def synthetic_measurement(
         displacement=displacement + noise * random.standard_normal(displacement.shape),
         contact=cycle.touching(time + phase, step),
         frame=frame,
-    )
+    ).of(system)

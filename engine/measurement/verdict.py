@@ -36,11 +36,14 @@ def _sentences(compared: MeasuredComparison) -> Iterator[str]:
         )
         return
     if compared.other_eta is not None:
+        error = own.eta_error * compared.measurement.span
         yield (
             f"The measurement was excited at eta = {own.eta:.6g}, not at eta = {eta:g}: it runs out of step by "
-            f"{compared.drift:.2g} rad. Give that eta before anything else is judged."
+            f"{compared.drift:.2g} +- {error:.1g} rad. Give that eta before anything else is judged."
         )
         return
+    if len(own.possible) > 1:
+        yield _undecided_sentence(compared)
     yield _solution_sentence("reference", compared.reference, compared)
     yield _solution_sentence("penalty solution", compared.penalty, compared)
     if nearer := _nearer_sentence(compared):
@@ -56,9 +59,11 @@ def _solution_sentence(name: str, solved: Solved, compared: MeasuredComparison) 
     if solved.response.status is not Status.OK:
         return f"The {name} ended early ({solved.response.status})."
     if aligned is None:
-        return f"The {name} does not repeat, the measurement does {every(own.period)}."
-    if solved.period != own.period:
-        return f"The {name} repeats {every(solved.period)}, the measurement {every(own.period)}: another motion."
+        measured = " or ".join(every(period) for period in own.possible)
+        return f"The {name} does not repeat, the measurement does {measured}."
+    if solved.period not in own.possible:
+        measured = " or ".join(every(period) for period in own.possible)
+        return f"The {name} repeats {every(solved.period)}, the measurement {measured}: another motion."
     if _is_within_noise(aligned, compared):
         sentence = f"The {name} agrees within the noise of the measurement ({percent(aligned.rms)})"
     elif aligned.rms <= ALIKE:
@@ -73,13 +78,23 @@ def _solution_sentence(name: str, solved: Solved, compared: MeasuredComparison) 
     return sentence + "."
 
 
+def _undecided_sentence(compared: MeasuredComparison) -> str:
+    """Say between which periods the samples do not decide."""
+    first, *others = (every(period) for period in compared.recurrence.possible)
+    rate = (len(compared.measurement) - 1) / compared.periods
+    return (
+        f"With {rate:.3g} samples a period over {compared.periods:.3g} periods, the measurement does not show whether "
+        f"it repeats {first} or {' or '.join(others)}; give more samples a period, or more periods."
+    )
+
+
 def _nearer_sentence(compared: MeasuredComparison) -> str:
     """Say which solution is nearer to the measurement; empty where only one of them can be compared with it."""
     solutions = {"reference": compared.reference, "penalty solution": compared.penalty}
     off = {
         name: solved.alignment
         for name, solved in solutions.items()
-        if solved.alignment is not None and solved.period == compared.recurrence.period
+        if solved.alignment is not None and solved.period in compared.recurrence.possible
     }
     if len(off) < len(solutions):
         return ""

@@ -124,8 +124,12 @@ def search_attractors(
         run = _long_term_response(system, eta, method, start, cancelled)
         group = next((group for group in groups if group.includes(run, least)), None)
         if group is None:
-            group = _Group(motion(system, eta, method, initial=start, cancelled=cancelled), run, start)
-            groups.append(group)
+            found = motion(system, eta, method, initial=start, cancelled=cancelled)
+            limit = _limit_cycle(system, eta, method, run, found, cancelled)
+            group = next((group for group in groups if group.tends_to(found, limit)), None)
+            if group is None:
+                group = _Group(found, run, start, limit)
+                groups.append(group)
         group.count += 1
         groups.sort(key=lambda group: -group.count)
         yield tuple(Attractor(group.motion, group.count / done, group.start) for group in groups)
@@ -157,14 +161,36 @@ def _long_term_response(system, eta, method, start, cancelled) -> Response:
     return simulate(system, eta, method, periods=LONG, keep=KEEP, initial=start, cancelled=cancelled)
 
 
+def _limit_cycle(system, eta, method, run: Response, found: Motion, cancelled) -> np.ndarray | None:
+    """The cycle, (p, 4), that a periodic motion of a solver with a time step tends to without one; None without any."""
+    if not isinstance(method, STEPPING) or found.type is not Kind.PERIODIC:
+        return None
+    try:
+        without_step = method.limit
+    except ValueError:  # its contact law has no closed form
+        return None
+    limit = steady(system, eta, without_step, initial=run.section[-1], max_period=found.period, cancelled=cancelled)
+    return limit.response.section if limit.periodic and limit.period == found.period else None
+
+
 @dataclass
 class _Group:
-    """The starts that end in one motion."""
+    """The starts that end in one motion; ``limit``: its cycle without a time step, if it has one."""
 
     motion: Motion
     run: Response
     start: np.ndarray
+    limit: np.ndarray | None
     count: int = 0
+
+    def tends_to(self, found: Motion, limit: np.ndarray | None) -> bool:
+        """Whether a motion, whose section differs, is the same but for what the time step makes of it.
+
+        From one start it may scatter a cycle, and from another lock it to a near one that repeats itself exactly.
+        """
+        if limit is None or self.limit is None or found.period != self.motion.period:
+            return False
+        return same_cycle(self.limit, limit, found.period)
 
     def includes(self, run: Response, least: float) -> bool:
         """Whether a run ends in the same motion; ``least``: size below which a motion counts as rest."""

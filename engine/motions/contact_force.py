@@ -33,8 +33,9 @@ def impulse_per_period(response: Response) -> float:
     """∫λ dτ per sampled period, from the equation of motion ξ₁″ + 2d₁ξ₁′ + x₁ = l₁(τ) − λ of body 1.
 
     x₁ is ξ₁ less its static equilibrium. The excitation integrates to zero over whole periods, so that
-    ∫λ dτ = −Δξ₁′ − 2d₁Δξ₁ − ∫x₁ dτ. Where the reference
-    is in permanent contact, its joint damping exceeds the two dampers, and 2κ₃(d₃ − derived d₃)Δξ₁ is subtracted.
+    ∫λ dτ = −Δξ₁′ − 2d₁Δξ₁ − ∫x₁ dτ. Where the reference is in permanent contact, its joint damping exceeds the two
+    dampers, and 2κ₃(d₃ − derived d₃)Δξ₁ is subtracted. An impact with which the run begins lies before the first
+    sample, and its impulse is added.
     """
     sampled, c = response.trajectory, response.system
     if sampled is None:
@@ -44,4 +45,6 @@ def impulse_per_period(response: Response) -> float:
     if isinstance(response.method, Reference):
         excess = 2 * c.kappa3 * (c.joint_damping(response.method.joint_damping) - c.derived_joint_damping)
         total -= excess * np.diff(np.interp(response.contacts, time, x), axis=1).sum()
+        impacts = response.impacts
+        total += impacts.impulse[impacts.time <= 0.0].sum() if time[0] <= 0.0 else 0.0
     return float(total / (time[-1] - time[0]) * response.period)

@@ -49,6 +49,10 @@ class Motion:
         step if the scatter is the time step's.
     section : (n, 4) ndarray
         Poincaré section τ ≡ 0 mod T: ξ₁, ξ₁′, ξ₂, ξ₂′, oldest first.
+    periods : int
+        Over which what is given per period, and shares of the time, are averages: the last ones.
+    sampled : int
+        Periods in which peak force and impulse are looked for; 0 without samples.
     impacts_per_period : float
     impact_phases : (m,) ndarray
         Instants of the impacts of the last cycle in excitation periods, from 0 to ``period``; if the motion does not
@@ -98,6 +102,8 @@ class Motion:
         Newmark: ``scatter`` if the time step causes it; else 0.
     bands : tuple of (int, float)
         Newmark: numbers of steps per period, and the scatter of the same displacement with each.
+    own_period : float
+        τ after which a free vibration repeats itself, whatever η; nan of any other motion.
     body : int
         The body whose displacement ``spread`` and ``scatter`` are of (:attr:`System.observed_body`).
     """
@@ -129,7 +135,10 @@ class Motion:
     rotation: float = np.nan
     step_noise: float = 0.0
     bands: tuple[tuple[int, float], ...] = ()
+    own_period: float = np.nan
     body: int = 2
+    periods: int = 0
+    sampled: int = 0
 
     def __repr__(self) -> str:
         period = f", period {self.period}" if self.period else ""
@@ -178,7 +187,8 @@ def describe(response: Response, period: int | None = None) -> Motion:
     lengths = spans[:, 1] - spans[:, 0]
     lasting = np.diff(response.contacts, axis=1)[:, 0] > SUDDEN * response.period
     lasting |= isinstance(response.method, Reference)
-    begun = response.contacts[:, 0] > begin
+    at_start = (response.contacts[:, 0] <= 0.0) & (begin <= 0.0)  # which the section does not count
+    begun = (response.contacts[:, 0] > begin) | at_start
     last = response.impacts.time > end - (period or len(section)) * response.period
     return Motion(
         type=Kind.PERIODIC if period else Kind.UNDECIDED,
@@ -186,7 +196,7 @@ def describe(response: Response, period: int | None = None) -> Motion:
         period=period,
         near_period=near,
         impacts_per_period=float(numbers["impacts_per_period"]),
-        contacts_per_period=float(numbers["contacts_per_period"]),
+        contacts_per_period=float(numbers["contacts_per_period"]) + int(at_start.sum()) / cycles,
         contact_share=float(numbers["contact_share"]),
         permanent_per_period=int(np.sum(begun & lasting)) / cycles,
         permanent_share=float(np.sum(lengths[lasting]) / (end - begin)),
@@ -199,7 +209,15 @@ def describe(response: Response, period: int | None = None) -> Motion:
         impact_phases=response.impacts.time[last] / response.period % (period or 1),
         closing_speeds=response.impacts.closing_speed[last],
         body=response.system.observed_body,
+        periods=cycles,
+        sampled=sampled_periods(response),
     )
+
+
+def sampled_periods(response: Response) -> int:
+    """Excitation periods that a response has samples of."""
+    sampled = response.trajectory
+    return 0 if sampled is None else round((sampled.time[-1] - sampled.time[0]) / response.period)
 
 
 def _early_end(response: Response) -> Motion:

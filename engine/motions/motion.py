@@ -29,9 +29,11 @@ from ..result import Record, Response
 from ..simulate import simulate
 from ..wording import counted
 from .contact_force import impulse_per_period, peak_force
-from .description import Kind, Motion, describe
+from .description import Kind, Motion, describe, sampled_periods
 from .floquet import lyapunov_exponent, multipliers, nearest_bifurcation
+from .free_vibration import own_period
 from .lyapunov import Lyapunov, lyapunov
+from .poincare_map import unresolved
 from .regularity import rotation_number
 from .steady import LONG, REST, schedule_of, steady
 from .time_step_scatter import judge_newmark_section, later_run
@@ -42,6 +44,7 @@ SAMPLES, SAMPLED = 2000, 50  # samples per period; sampled periods
 MOST_SAMPLES = 100_000
 FEWEST = 8  # sampled periods at least of a motion that does not repeat itself …
 STORED_SAMPLES = 1_000_000  # … unless these are more samples
+NEUTRAL = 1e-6  # distance of a multiplier from the unit circle at which disturbances keep their size
 UNBALANCED = 0.01  # of the energy: a balance with a larger residual says nothing about the losses
 FARTHEST = 1e6  # base amplitudes: no run can start farther away (:func:`engine.simulate`)
 IN_CONTACT = 60  # samples in the shortest contact of a cycle: the peak of half a sine wave to 0.04 %
@@ -129,6 +132,9 @@ def classify(followed: Lyapunov) -> tuple[Kind, str]:
 
 
 def _closed_form_motion(system: System, eta, method: Reference | ExactPenalty, initial, cancelled) -> Motion:
+    if reason := unresolved(system):
+        run = simulate(system, eta, method, periods=LONG, keep=KEEP, initial=initial, cancelled=cancelled)
+        return replace(describe(run, 0), type=Kind.UNDECIDED, reason=reason) if run.ok else describe(run)
     schedule = schedule_of(method)
     found = steady(system, eta, method, initial=initial, max_period=schedule.longest, cancelled=cancelled)
     run = found.response
@@ -139,6 +145,8 @@ def _closed_form_motion(system: System, eta, method: Reference | ExactPenalty, i
     state = run.section[-1]
     if np.abs(state).max() > FARTHEST:
         return _unbounded_motion(run)
+    if not system.excitation.drives and (own := own_period(run)) == own:
+        return _free_motion(run, own, cancelled)
     for periods in schedule.followed:
         followed = lyapunov(system, eta, method, initial=state, periods=periods, cancelled=cancelled)
         if len(followed.section) < periods:
@@ -202,11 +210,25 @@ def _periodic_motion(once: Response, period: int, values: np.ndarray, cancelled)
     start, twice = once.checkpoint, {"periods": 2 * period, "keep": 2 * period}
     run = simulate(once.system, once.eta, once.method, initial=start, record=record, cancelled=cancelled, **twice)
     described = _with_energy(describe(run, period), run, cancelled)
-    fate = "die away" if np.abs(values).max(initial=0.0) < 1 else "do not die away"
+    fate = _fate(float(np.abs(values).max(initial=0.0)))
     reason = f"a cycle of {counted(period, 'period')} closes, and disturbances of it {fate}"
     if not once.system.excitation.drives:
         reason = f"nothing drives the bodies: their free vibration has come to rest, and disturbances {fate}"
     return _with_multipliers(replace(described, reason=reason, section=run.section[-period:]), values)
+
+
+def _fate(largest: float) -> str:
+    """What becomes of small disturbances, by the largest modulus of a multiplier."""
+    if abs(largest - 1) <= NEUTRAL:
+        return "neither grow nor die away"
+    return "die away" if largest < 1 else "grow"
+
+
+def _free_motion(run: Response, own: float, cancelled) -> Motion:
+    """A free vibration that repeats itself after a period of its own."""
+    times = f"{own / run.period:.6g} times the period 2 pi/eta, which eta alone sets"
+    reason = f"nothing drives the bodies, and nothing takes their energy: the impacts repeat themselves after {times}"
+    return replace(_with_samples(describe(run, 0), run, cancelled), type=Kind.PERIODIC, reason=reason, own_period=own)
 
 
 def _samples_per_period(run: Response) -> int:
@@ -261,7 +283,8 @@ def _with_samples(described: Motion, run: Response, cancelled) -> Motion:
         return described
     record, kept = Record(periods, per_period), {"periods": periods, "keep": periods, "initial": run.checkpoint}
     sampled = simulate(run.system, run.eta, run.method, record=record, cancelled=cancelled, **kept)
-    found = replace(described, peak_force=peak_force(sampled), impulse=impulse_per_period(sampled))
+    numbers = {"peak_force": peak_force(sampled), "impulse": impulse_per_period(sampled)}
+    found = replace(described, sampled=sampled_periods(sampled), **numbers)
     return _with_energy(found, sampled, cancelled)
 
 
@@ -273,6 +296,8 @@ def _stepped_motion(system: System, eta, method: Newmark | TimeStepping, initial
     state = run.section[-1]
     if np.abs(state).max() > FARTHEST:
         return _unbounded_motion(run)
+    if not system.excitation.drives and (own := own_period(run)) == own:
+        return _free_motion(run, own, cancelled)
     if without_step is None:
         return describe(run)
     limit = _closed_form_motion(system, eta, without_step, state, cancelled)

@@ -16,6 +16,22 @@ from ..methods import ExactPenalty, Reference
 from ..model import System
 from ..result import Cancelled
 
+PRESSED = 1e4  # units of length by which springs may press the bodies into each other, were they not in contact
+
+
+def unresolved(system: System) -> str:
+    """Why rounding hides the orbits of a system; empty if it does not.
+
+    Displacements are computed from the equilibrium of the separate bodies. Where a large constant force acts on a weak
+    spring, this lies so far beyond the contact that the motion near the contact has few digits left.
+    """
+    if -system.static_gap <= PRESSED:
+        return ""
+    return (
+        f"without contact the bodies would overlap at rest by {-system.static_gap:.4g} units of length, more than "
+        f"{PRESSED:g}, and rounding hides periodic motions: give stiffer springs, or smaller constant forces"
+    )
+
 
 def without_penetration(system: System, state: Sequence[float]) -> tuple[float, float, float, float]:
     """Return the state ξ₁, ξ₁′, ξ₂, ξ₂′ with the gap closed if it is negative: the reference cannot start with g < 0.

@@ -28,6 +28,8 @@ def repetition(found: Motion) -> str:
     >>> repetition(motion(System(), 2.76, Newmark(12000, 18, 8000)))
     'repeats every period, blurred by the time step (±0.034 in ξ₂)'
     """
+    if math.isfinite(found.own_period):
+        return "repeats with a period of its own"
     return repetition_of(found.type, found.period, found.near_period, found.scatter, found.step_noise > 0, found.body)
 
 

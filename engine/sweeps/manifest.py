@@ -66,20 +66,21 @@ def seal_file(chunk: Chunk) -> str:
 
 
 def seal(key: str, chunk: Chunk, values: Mapping[str, np.ndarray]) -> bytes:
-    """The content of the file with the seal of a chunk: the key of the study, the cells, and digests of the numbers."""
-    return _json(_place(key, chunk) | {"numbers": {name: numbers_digest(array) for name, array in values.items()}})
+    """The content of the file with the seal of a chunk: study, cells, digests of the numbers, and one of all this."""
+    content = _place(key, chunk) | {"numbers": {name: numbers_digest(array) for name, array in values.items()}}
+    return _json(content | {"digest": digest(_json(content))})
 
 
 def read_seal(content: bytes | None, key: str, chunk: Chunk) -> dict[str, str] | None:
     """The digests of a chunk's numbers by variable; None if its seal is missing, damaged or another one's."""
-    found = _parsed(content)
+    found = _whole(content)
     numbers = found.pop("numbers", None)
     return numbers if isinstance(numbers, dict) and found == _place(key, chunk) else None
 
 
 def sealed_key(content: bytes | None) -> str | None:
     """The key of the study that a seal belongs to; None if it is missing or damaged."""
-    return _parsed(content).get("key")
+    return _whole(content).get("key")
 
 
 def numbers_digest(array: np.ndarray) -> str:
@@ -96,6 +97,13 @@ def digest(content: bytes) -> str:
 
 def _place(key: str, chunk: Chunk) -> dict[str, object]:
     return {"key": key, "cells": [[part.start, part.stop] for part in chunk]}
+
+
+def _whole(content: bytes | None) -> dict:
+    """What a seal says, without its own digest; empty if it is missing or damaged."""
+    found = _parsed(content)
+    own = found.pop("digest", None)
+    return found if own == digest(_json(found)) else {}
 
 
 def _parsed(content: bytes | None) -> dict:

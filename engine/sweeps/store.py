@@ -138,17 +138,18 @@ class Store:
         """The manifest of the study at this place; None if there is none, or if it is damaged."""
         return manifest.read_manifest(self._read(manifest.STUDY))
 
-    def _path(self, name: str) -> str:
+    def path(self, name: str) -> str:
+        """The name of one of its files at the place."""
         return f"{self.group}/{name}" if self.group else name
 
     def _name(self, name: str) -> str:
-        return f"{self.location.target}/{self._path(name)}"
+        return f"{self.location.target}/{self.path(name)}"
 
     def _read(self, name: str) -> bytes | None:
-        return self.location.read(self._path(name))
+        return self.location.read(self.path(name))
 
     def _write(self, name: str, content: bytes) -> None:
-        self.location.write(self._path(name), content)
+        self.location.write(self.path(name), content)
 
     # -- chunks ---------------------------------------------------------------------------------------------------
 
@@ -167,7 +168,13 @@ class Store:
     def _seal(self, chunk: Chunk) -> dict[str, str] | None:
         return manifest.read_seal(self._read(manifest.seal_file(chunk)), self.key, chunk)
 
+    def _chunk_file(self, name: str, chunk: Chunk) -> str:
+        return f"{name}/{arrays.chunk_file(self._arrays[name], chunk)}"
+
     def _numbers(self, name: str, chunk: Chunk) -> np.ndarray | None:
+        """The numbers of one variable; None where its file is missing, for which Zarr gives fill values, or damaged."""
+        if not self.location.exists(self.path(self._chunk_file(name, chunk))):
+            return None
         try:
             return np.asarray(self._arrays[name][chunk])
         except arrays.DAMAGE:
@@ -254,13 +261,22 @@ class Store:
         readable = [name for name in found.variables if f"{name}/{GROUP}" not in unreadable]
         self._arrays = arrays.open_arrays(self.location.root, self.group, readable)
         for chunk in chunks(tuple(found.shape), tuple(found.sides)):
-            sealed = self._seal(chunk)
-            if sealed is None and (found.account or self._read(manifest.seal_file(chunk)) is not None):
-                yield manifest.seal_file(chunk)
-            for name, array in self._arrays.items() if sealed else ():
+            sealed, file = self._seal(chunk), manifest.seal_file(chunk)
+            if sealed is None and (found.account or self.location.exists(self.path(file))):
+                yield file
+            for name in self._arrays if sealed else ():
                 numbers = self._numbers(name, chunk)
                 if numbers is None or manifest.numbers_digest(numbers) != sealed.get(name):
-                    yield f"{name}/{arrays.chunk_file(array, chunk)}"
+                    yield self._chunk_file(name, chunk)
+
+    def own_files(self) -> set[str]:
+        """The files that a store holds once it is complete; those of chunks if their arrays can be read."""
+        found = self.read_manifest()
+        if found is None or not found.sides:
+            return {manifest.STUDY}
+        whole = list(chunks(tuple(found.shape), tuple(found.sides)))
+        of_chunks = (self._chunk_file(name, chunk) for name in self._arrays for chunk in whole)
+        return {manifest.STUDY, *found.files, *map(manifest.seal_file, whole), *of_chunks}
 
 
 def check_store(target: str | Path) -> tuple[list[str], bool]:
@@ -277,10 +293,15 @@ def check_store(target: str | Path) -> tuple[list[str], bool]:
         raise ValueError(f"{target} is no result of a sweep")
     rounds = (f"round-{level}" for level in itertools.count())
     refined = itertools.takewhile(lambda group: location.read(f"{group}/{manifest.STUDY}") is not None, rounds)
-    found = []
+    found, own = [], set()
     for store in (Store(location, group) for group in ("", *refined)):
         names = dict.fromkeys([*store.damaged_files(), *store.damaged_chunks()])
-        found += [f"{store.group}/{name}" if store.group else name for name in names]
+        found += [store.path(name) for name in names]
+        own |= {store.path(name) for name in store.own_files()}
+    if not any(name.endswith(manifest.STUDY) for name in found):  # without it, no one knows what is its own
+        unread = tuple(name.removesuffix(GROUP) for name in found if name.endswith(f"/{GROUP}"))  # arrays
+        found += [name for name in location.files() if name not in own and not name.startswith(unread)]
+    found = list(dict.fromkeys(found))
     whole = Store(location).read_manifest()
     return found, bool(whole and whole.account)
 

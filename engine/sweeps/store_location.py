@@ -79,6 +79,19 @@ class StoreLocation:
         found = sync(self.root.get(name, default_buffer_prototype()))
         return None if found is None else found.to_bytes()
 
+    def exists(self, name: str) -> bool:
+        """Whether there is anything of this name, be it a file or a folder."""
+        from zarr.core.sync import sync
+
+        return sync(self.root.exists(name)) if self.folder is None else os.path.lexists(self.folder / name)
+
+    def files(self) -> list[str]:
+        """The names of all files in the folder but those that are being written; none of a URL."""
+        if self.folder is None:
+            return []
+        found = (path for path in self.folder.rglob("*") if path.is_symlink() or not path.is_dir())
+        return sorted(str(path.relative_to(self.folder)) for path in found if path.suffix != ".partial")
+
     def write(self, name: str, content: bytes) -> None:
         """Write a file, whole or not at all, unless it holds these bytes already."""
         from zarr.core.buffer.cpu import Buffer

@@ -50,3 +50,12 @@ def test_what_is_no_such_search_is_refused(tmp_path, capsys):
     code, _, error = run_command(capsys, *WORDS, "--out", str(tmp_path))
     assert (code, (tmp_path / "notes.txt").read_text()) == (2, "mine")
     assert "exists and is no result of such a search" in error
+
+
+def test_a_search_that_finds_nothing_writes_that(tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr(branch, "search_branches", lambda *problem, **how: iter(()))
+    out = str(tmp_path / "none.zarr")
+    code, text, _ = run_command(capsys, *WORDS, "--out", out)
+    assert (code, json.loads(text)["branches"]) == (0, [])
+    kept = xarray.open_zarr(out, consolidated=False)
+    assert (kept.attrs["complete"], kept.attrs["over"], kept.sizes["orbit"]) == (1, "eta", 0)

@@ -129,7 +129,8 @@ async def open_when_affordable(url, token):
 def test_a_message_that_the_page_never_sends_ends_the_connection(server):
     kinds = ("PUSH-DOC", "SERVER-INFO-REQ", "OK", "nonsense")
     messages = [(json.dumps({"msgid": "1", "msgtype": kind}), "{}", '{"doc": {"roots": []}}') for kind in kinds]
-    garbage = [["{"] * 3, ["[]"] * 3, ["9" * 5000] * 3, [b"\0"], ["x" * 300_000]]
+    nameless = [(json.dumps({"msgtype": kind}), "{}", '{"events": []}') for kind in ("PULL-DOC-REQ", "PATCH-DOC")]
+    garbage = [*nameless, ["{"] * 3, ["[]"] * 3, ["9" * 5000] * 3, [b"\0"], ["x" * 300_000]]
 
     async def steps():
         token = await token_of(server.url)  # all of them connect to one session

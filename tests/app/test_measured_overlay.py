@@ -8,8 +8,9 @@ from vibroscope.app.explorer.compute import compute_runs
 from vibroscope.app.explorer.measured import LARGEST_FILE, MeasuredFile, measured_words, own_eta, place
 from vibroscope.app.explorer.present import present
 from vibroscope.app.explorer.state import Setting
+from vibroscope.app.export.formats import as_csv
 from vibroscope.app.export.scripts import as_command
-from vibroscope.app.export.tables import measured_table
+from vibroscope.app.export.tables import figure_table, measured_table
 from vibroscope.app.page.explore import measurement as module
 from vibroscope.app.page.explore.measurement import Overlay
 from vibroscope.app.runtime.files import ASSETS
@@ -60,14 +61,13 @@ def test_the_page_says_what_the_command_line_says(overlay):
     assert overlay.drawn
     assert content["words"] in overlay.words["Measurement own.csv"]
     send(overlay.panel, {"remove": True})
-    assert (overlay.panel.visible, overlay.words, overlay.name) == (False, {}, "")
+    assert (overlay.panel.visible, overlay.words, overlay.arguments) == (False, {}, ("", ""))
 
 
 @pytest.mark.parametrize(
     ("text", "words"),
     [
         ("time [s], x1 [mm], x2 [mm]\n0, 1, 2\n1, one, 2\n", "Line 3, column 2 (x1): 'one' is no finite number."),
-        ("t, x1, x2\n", "Line 1, column 1: unknown column 't'; known: time, x1, x2, xi1, xi2, contact, as in x1 [mm]."),
         ("time, x1, x2\n0, 1, 2\n", "Line 3: the file ends after 1 samples; give at least 16."),
         ("", "Line 1: the file has no header; begin it with: time [s], x1 [mm], x2 [mm]."),
     ],
@@ -81,6 +81,43 @@ def test_a_file_that_cannot_be_read_is_refused_with_its_line(overlay, text, word
 def test_a_message_of_another_form_changes_nothing(overlay, message):
     send(overlay.button, message)
     assert overlay.panel.content == {"phase": "idle"}
+
+
+def test_a_file_of_unknown_columns_asks_which_is_what_and_reads_them(overlay):
+    lines = EXAMPLE.read_text(encoding="utf-8").replace("time [s], x1 [mm], x2 [mm]", "Zeit, Weg 1, Weg 2").splitlines()
+    content = upload(overlay, "\n".join(lines))
+    assert content["phase"] == "columns"
+    assert content["header"] == ["Zeit", "Weg 1", "Weg 2", "contact"]
+    send(overlay.panel, {"columns": {"time": "1 [s]", "x1": "2 [mm]", "x2": "2 [furlong]"}})
+    overlay.host.catch_up_until(lambda: overlay.panel.content["phase"] != "reading")
+    assert "unknown unit 'furlong'" in overlay.panel.content["error"]
+    assert overlay.panel.content["phase"] == "columns"  # to choose again
+    send(overlay.panel, {"columns": {"time": "1 [s]", "x1": "2 [mm]", "x2": "3 [mm]"}})
+    overlay.host.catch_up_until(lambda: overlay.panel.content["phase"] != "reading")
+    assert overlay.panel.content["words"].startswith("The reference agrees within the noise")
+    name, columns = overlay.arguments
+    last = as_command(SETTING, name, columns).splitlines()[-1]
+    assert last.endswith("--measured own.csv --columns 'time=1 [s], x1=2 [mm], x2=3 [mm]'")
+
+
+def test_a_wall_is_offered_what_it_has_and_one_body_is_drawn(overlay):
+    setting = Setting(bodies="wall", eta=0.8, K=500.0, D=2.0, steps=500, d1=0.05, clearance=0.5, restitution=0.6)
+    overlay.follow(setting)
+    units = Units(setting.omega1, setting.m1, setting.amplitude)
+    content = upload(overlay, measurement_text(synthetic_measurement(setting.system, 0.8), units, "synthetic"))
+    assert content["names"] == ["restitution", "d1"]
+    assert "displacement of body 1" in content["headline"]
+    points = overlay.placed(setting, present(compute_runs(setting))["displacements"])
+    assert np.isfinite(points.displacements["x1"]).all()
+    assert np.isnan(points.displacements["x2"]).all()
+
+
+def test_the_csv_file_of_the_page_can_be_dropped_on_it(overlay):
+    columns = present(compute_runs(SETTING))
+    text = as_csv(figure_table("displacement", columns))
+    content = upload(overlay, text)
+    assert content["headline"].endswith("relative displacements; left out: 'other curves than reference'")
+    assert content["words"].startswith("The reference agrees within the noise of the measurement")
 
 
 def test_a_file_that_is_too_large_is_refused_before_it_is_sent(overlay):

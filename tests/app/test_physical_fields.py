@@ -112,7 +112,7 @@ def test_contact_and_start_keep_their_physical_values_while_the_slider_reaches_t
 @pytest.mark.parametrize(
     ("name", "text", "words"),
     [
-        ("mass1_kg", "0", r"m₁ must be a number from 1e-9 to 1e12 kg, not “0”"),
+        ("mass1_kg", "0", r"m₁ must be a number from 1e-15 to 1e12 kg, not “0”"),
         ("mass1_kg", "-2", r"m₁ must be"),
         ("clearance_mm", "1e308", r"g₀ must be a number from -1e15 to 1e15 mm"),
         ("stiffness1_N_per_m", "2 kg", r"k₁ must be .* typed in N/m, kN/m, MN/m, N/mm, kN/mm, not “2 kg”"),

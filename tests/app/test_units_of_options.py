@@ -125,7 +125,8 @@ def test_a_unit_without_a_system_in_units_is_refused_in_one_line(words, said, tm
         (("--steps", "5 mm"), "--steps '5 mm': give it in s, ms, us"),
         (("--steps", "-5 us"), "a time step is above 0"),
         (("--initial", "1 mm,2 mm,0,0"), "--initial '2 mm': give it in m/s, cm/s, mm/s, or without a unit"),
-        (("--initial", "1 mm,2 apples,0,0"), "'1 mm,2 apples,0,0' is not a list of numbers: give x1,v1,x2,v2"),
+        (("--initial", "1 mm,2 apples,0,0"), "--initial '2 apples': give it in m/s, cm/s, mm/s, or without a unit"),
+        (("--K", "54476 lbf/in"), "--K '54476 lbf/in': give it in N/m, kN/m, MN/m, N/mm, kN/mm, or without a unit"),
         (("--initial", "1 mm,0,0,0,5"), "initial"),
     ],
 )
@@ -145,9 +146,9 @@ def test_a_number_of_a_range_that_has_no_unit_says_so(own, capsys):
 
 
 @pytest.mark.parametrize("read", [measured, measured_count])
-def test_what_is_no_unit_is_no_number(read):
+def test_what_has_two_meanings_or_none_is_no_number(read):
     with pytest.raises(argparse.ArgumentTypeError, match="is no number"):
-        read("12 apples")
+        read("apples")
     with pytest.raises(argparse.ArgumentTypeError, match="can mean 12000 N/m or 12 N/m"):
         measured("12,000 N/m")
 

@@ -76,3 +76,9 @@ def test_progress_is_reported_and_the_search_can_be_cancelled():
         attractors(SYSTEM, 1.08, Reference(), cancelled=lambda: len(reported) > 0)
     with pytest.raises(ValueError, match="starts = 0"):
         attractors(SYSTEM, 1.08, Reference(), starts=0)
+
+
+def test_a_cycle_that_the_step_scatters_from_one_start_and_locks_from_another_is_listed_once():
+    """Of three motions that were listed, two were one: both tend to the same cycle without a time step."""
+    found = attractors(System(), 3.2, Newmark(2500, 8, 4000), starts=24)
+    assert sorted(each.motion.period for each in found) == [2, 6]

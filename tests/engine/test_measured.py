@@ -11,7 +11,9 @@ from vibroscope.engine import (
     Reference,
     System,
     compare_measured,
+    fit,
     measured_verdict,
+    parse_measurement,
     percent,
     simulate,
     synthetic_measurement,
@@ -59,6 +61,59 @@ def test_noise_period_and_frequency_of_a_measurement_are_found():
         assert found.period == period
         assert found.noise == pytest.approx(noise, rel=0.1)
         assert found.eta == pytest.approx(eta, rel=1e-3)
+
+
+@pytest.mark.parametrize("per_period", [6, 8, 10, 13.3, 20])
+@pytest.mark.parametrize("periods", [4, 8, 20])
+def test_few_samples_a_period_show_the_period_and_the_frequency(per_period, periods):
+    """At 10 samples a period, 9 of 10 motions of one period were once taken for motions of four."""
+    for eta, period in ((2.76, 1), (2.08333, 1), (3.25, 2)):
+        _, cycle = reference_cycle(System(), eta, Reference())
+        for seed in range(5):
+            found = recurrence(few_samples(cycle, periods, per_period, seed), eta)
+            assert found.period == period
+            assert abs(found.eta - eta) < 4 * found.eta_error
+
+
+def few_samples(cycle, periods, per_period, seed):
+    time = 2 * np.pi / cycle.eta / per_period * np.arange(int(periods * per_period) + 1)
+    exact = cycle.displacement(time + 0.3 * seed, "absolute")
+    noise = 0.02 * np.random.default_rng(seed).standard_normal(exact.shape)
+    return Measurement(time, exact + noise, None, "absolute")
+
+
+def test_what_the_samples_do_not_show_is_said_to_be_undecided():
+    """With 10.5 samples a period, all samples repeat after two periods: a motion of one looks like one of two."""
+    _, cycle = reference_cycle(System(), 3.25, Reference())
+    made = few_samples(cycle, 8, 10.5, 0)
+    assert recurrence(made, 3.25).possible == (1, 2, 4)
+    words = verdict(3.25, made)
+    assert words.startswith(
+        "With 10.5 samples a period over 8 periods, the measurement does not show whether it repeats every period or "
+        "every 2 periods or every 4 periods; give more samples a period, or more periods."
+    )
+    assert "another motion" not in words
+    assert "was excited at" not in words
+
+
+def test_contacts_are_counted_over_what_was_observed():
+    made = synthetic_measurement(System(), 2.76, periods=4, noise=0.0)
+    seen = (made.time < 2.8) | (made.time > 7.6)  # a gap of two periods
+    found = summarise_sensor(made.time[seen], made.contact[seen], 2.76)
+    whole = summarise_sensor(made.time, made.contact, 2.76)
+    assert whole.per_period == pytest.approx(1.0, rel=0.01)
+    assert found.per_period == pytest.approx(1.0, rel=0.01)
+    assert found.share == pytest.approx(whole.share, rel=0.05)
+
+
+def test_one_body_is_compared_and_fitted_at_a_wall():
+    wall = System(wall=True, d1=0.05, clearance=0.5, restitution=0.6)
+    made = synthetic_measurement(wall, 0.8, noise=0.01)
+    assert made.displacement.shape[0] == 1
+    assert "The reference agrees within the noise" in verdict(0.8, made, Newmark(500, 2, 2000), wall)
+    with_zeros = Measurement(made.time, np.vstack([made.displacement, 0 * made.time]), None, "absolute")
+    assert "The reference agrees within the noise" in verdict(0.8, with_zeros, Newmark(500, 2, 2000), wall)
+    assert fit(wall, 0.8, made, names=["restitution"]).values["restitution"] == pytest.approx(0.6, abs=0.02)
 
 
 def test_unevenly_spaced_samples_are_aligned():
@@ -138,3 +193,22 @@ def test_a_penalty_solution_that_diverges_is_reported():
     found = compare_measured(System(), 2.76, made, Newmark(60000, 1, 100), periods=300)
     assert found.penalty.alignment is None
     assert "The penalty solution ended early (diverged)." in measured_verdict(found)
+
+
+@pytest.mark.parametrize("eta", [0.8, 0.9])
+def test_accelerations_are_integrated_and_compared(eta):
+    """An accelerometer on the body of a penalty solution, with noise and a bias; its mean displacement is unknown."""
+    wall, penalty = System(wall=True, d1=0.05, clearance=0.5, restitution=0.6), Newmark(500, 2, 2000, located=True)
+    run = simulate(wall, eta, penalty, periods=300, keep=8, record=Record(8, 2000)).trajectory
+    force = np.cos(eta * run.time) * eta**2 - run.force  # of the base's motion and of the contact
+    acceleration = force - 2 * wall.d1 * run.velocity[0] - run.displacement[0] - eta**2 * np.cos(eta * run.time)
+    noise = 0.005 * np.random.default_rng(1).standard_normal(len(run.time))
+    rows = zip(run.time - run.time[0], acceleration + noise + 0.01, strict=True)
+    content = "\n".join(["time,a1", *(f"{t:.9g},{a:.9g}" for t, a in rows)]).encode()
+    made = parse_measurement(content, eta=eta)
+    found = compare_measured(wall, eta, made, penalty, periods=300)
+    assert (found.recurrence.period, made.mean_known) == (1, False)
+    assert found.penalty.alignment.rms < 0.01
+    assert found.penalty.alignment.rms < found.reference.alignment.rms
+    with pytest.raises(ValueError, match="accelerations need the excitation frequency: give eta"):
+        parse_measurement(content)

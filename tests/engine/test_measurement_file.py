@@ -4,8 +4,18 @@ import hypothesis.strategies as st
 import numpy as np
 import pytest
 from hypothesis import given
-from vibroscope.engine import System, Units, measurement_text, read_measurement, synthetic_measurement
+from vibroscope.engine import (
+    Record,
+    Reference,
+    System,
+    Units,
+    measurement_text,
+    read_measurement,
+    simulate,
+    synthetic_measurement,
+)
 from vibroscope.engine.measurement.measurement_file import FEWEST_SAMPLES, SIZE_LIMIT, parse_measurement
+from vibroscope.engine.measurement.outliers import first_outlier
 
 UNITS = Units(omega1=5.0, m1=2.0, base_amplitude=0.5)
 ROWS = [f"{0.1 * i:.1f},{i},{-i}" for i in range(FEWEST_SAMPLES)]
@@ -58,6 +68,81 @@ def test_every_format_of_the_same_measurement_is_read_alike(content):
     assert found.contact is None
 
 
+@pytest.mark.parametrize(
+    ("content", "columns"),
+    [
+        (b"sep=;\n" + text("time [s];x1 [mm];x2 [mm]", [row.replace(",", ";") for row in ROWS]), None),
+        (text("time [s],x1 [mm],x2 [mm],", [f"{row}," for row in ROWS]), None),
+        (text("time,x1,x2", ["(s),(mm),(mm)", *ROWS]), None),
+        (text("time (s),x1 (mm),x2/mm"), None),
+        (text("no,x1 [mm],time [s],F [N],x2 [mm]", [f"{i},{i},{0.1 * i},9,{-i}" for i in range(FEWEST_SAMPLES)]), None),
+        (text("Zeit [s],Weg,Weg 2 [mm]"), {"time": "Zeit", "x1": "2 [mm]", "x2": "Weg 2 [mm]"}),
+        (
+            b"\n".join(row.replace(",", "   ").encode() + b" " for row in ROWS),
+            {"time": "1 [s]", "x1": "2 [mm]", "x2": "3 [mm]"},
+        ),
+    ],
+)
+def test_what_instruments_write_is_read(content, columns):
+    found = parse_measurement(content, UNITS, columns)
+    steps = np.arange(FEWEST_SAMPLES)
+    assert found.time == pytest.approx(0.5 * steps)
+    assert found.displacement == pytest.approx(np.array([2.0 * steps, -2.0 * steps]))
+
+
+def test_one_body_is_enough_and_other_columns_are_named_as_left_out():
+    found = parse_measurement(text("time [s],xi1 [mm],Temp [C]"), UNITS)
+    assert found.displacement.shape == (1, FEWEST_SAMPLES)
+    assert found.left_out == ("Temp [C]",)
+
+
+def test_the_bodies_are_in_contact_while_the_force_is_a_share_of_its_largest():
+    force = [0, 0, 3, 60, 2, 0] * 3
+    found = parse_measurement(text("time [s],x1 [mm],force [N]", [f"{i},0,{f}" for i, f in enumerate(force)]))
+    assert (np.flatnonzero(found.contact) == [3, 9, 15]).all()
+
+
+@pytest.mark.parametrize(
+    ("columns", "words"),
+    [
+        ({"time": "1", "x3": "2"}, "unknown column name 'x3'; known: time, x1"),
+        ({"time": "1", "x1": "4"}, "no column '4' for x1: give its number, 1 to 3, or one of 'time"),
+        ({"x1": "2"}, "give time and either"),
+    ],
+)
+def test_columns_that_are_chosen_wrongly_are_named(columns, words):
+    with pytest.raises(ValueError, match=words):
+        parse_measurement(text(), UNITS, columns)
+
+
+def test_a_file_of_the_page_is_read_with_its_time_in_periods():
+    rows = [f"{name},{i / 8},{i}" for name in ("reference", "penalty") for i in range(20)]
+    content = text("series,time,xi1", rows)
+    found = parse_measurement(content, eta=2.0)
+    assert found.time == pytest.approx(np.arange(20) * np.pi / 8)
+    assert found.left_out == ("other curves than reference",)
+    with pytest.raises(ValueError, match="time in periods and accelerations need the excitation frequency: give eta"):
+        parse_measurement(content)
+
+
+@pytest.mark.parametrize("spike", [9999.0, -9999.0, 40.0])
+def test_an_outlier_is_refused_with_its_line(spike):
+    made = synthetic_measurement(System(), 2.76, noise=0.02)
+    lines = measurement_text(made, UNITS, "x").splitlines()
+    cells = lines[200].split(", ")
+    lines[200] = ", ".join([cells[0], cells[1], f"{spike:g}", cells[3]])
+    with pytest.raises(ValueError, match=r"^line 201, column 3 \(x2\): an outlier, .* delete the line"):
+        parse_measurement("\n".join(lines).encode(), UNITS)
+
+
+@pytest.mark.parametrize(("eta", "per_period"), [(1.08, 200), (1.08, 2000), (2.76, 12), (2.76, 2000), (1.7, 100)])
+def test_impacts_are_no_outliers(eta, per_period):
+    run = simulate(System(), eta, Reference(), periods=200, keep=20, record=Record(20, per_period)).trajectory
+    for noise in (0.0, 0.05):
+        for each in run.displacement + noise * np.random.default_rng(1).standard_normal(run.displacement.shape):
+            assert first_outlier(run.time, each) is None
+
+
 def test_column_names_mark_relative_displacements_and_the_contact_sensor():
     rows = [f"{row},{i % 2}" for i, row in enumerate(ROWS)]
     found = parse_measurement(text("time [s],xi1 [mm],xi2 [mm],contact", rows))
@@ -70,21 +155,31 @@ def test_column_names_mark_relative_displacements_and_the_contact_sensor():
     [
         (b"", "line 1: the file has no header"),
         (b"# nothing\n", "line 1: the file has no header"),
-        (text("time [s],x1 [mm],y [mm]"), "line 1, column 3: unknown column 'y"),
+        (b",,,", "line 1: the header names no column; begin the file with: time"),
+        (text("t [s],Disp [mm],other"), r"line 1: columns 't \[s\]', 'Disp \[mm\]', 'other'; give time and"),
+        (b"\n".join(row.encode() for row in ROWS), r"line 1 \(no header\): columns '0.0', '0', '0'; give time"),
         (text("time [s],x1 [mm],x1 [mm]"), "line 1, column 3: a second column x1"),
-        (text("time [s],x1 [mm],xi2 [mm]"), r"line 1: columns time, x1, xi2; give time and either x1, x2"),
-        (text("time [s],x1 [mm]", ["0,1"]), "line 1: columns time, x1; give"),
+        (
+            text("time [s],x1 [mm],xi2 [mm]"),
+            r"line 1: columns 'time \[s\]', 'x1 \[mm\]', .*; give time and either x1, x2",
+        ),
+        (text("time [s],x2 [mm]", ["0,1"]), "line 1: columns .*; give"),
         (text("time [h],x1 [mm],x2 [mm]"), r"line 1, column 1 \(time\): unknown unit 'h'; known: s, ms"),
-        (text("time [s],x1 [inch],x2 [mm]"), r"line 1, column 2 \(x1\): unknown unit 'inch'"),
+        (text("time [s],x1 [furlong],x2 [mm]"), r"line 1, column 2 \(x1\): unknown unit 'furlong'"),
         (text("time [s],x1 [-],x2 [-]"), "line 1: mixes columns with and without a unit"),
         (text("time,x1 [mm],x2"), "line 1: mixes"),
         (text(rows=with_line(4, "0.2,abc,1")), r"line 4, column 2 \(x1\): 'abc' is no finite number"),
         (text(rows=with_line(4, "0.2,1,nan")), r"line 4, column 3 \(x2\): 'nan' is no finite number"),
         (text(rows=with_line(4, "0.2,1_0,1")), r"line 4, column 2 \(x1\): '1_0' is no finite number"),
         (text(rows=with_line(4, "0.2,,1")), r"line 4, column 2 \(x1\): '' is no finite number"),
-        (text(rows=with_line(4, "0.1,1,1")), r"line 4, column 1 \(time\): '0.1' does not come after"),
-        (text(rows=with_line(4, "0.2,1")), "line 4: 2 columns, the header has 3; decimal commas need semicolons"),
-        (text(rows=with_line(4, "0,2,1,5,1,0")), "line 4: 6 columns"),
+        (
+            text(rows=with_line(4, "0.1,1,1")),
+            r"line 4, column 1 \(time\): '0.1' is the time of the sample before it, too; keep one",
+        ),
+        (text(rows=with_line(4, "0.2,1")), "line 4: 2 columns, the header has 3; complete the row, or delete it"),
+        (text(rows=with_line(4, "0.05,1,1")), r"line 4, column 1 \(time\): '0.05' comes before .*; sort by time"),
+        (text(rows=with_line(4, "End of test")), "line 4: 'End of test' is no row of 3 numbers; delete such lines"),
+        (text(rows=with_line(4, "0,2,1,5,1,0")), "line 4: 6 columns, the header has 3; decimal commas need semicolons"),
         (text(rows=with_line(4, '0.2,"1,1')), r"line \d+: not CSV"),
         (text(rows=with_line(4, "0.2,1e12,1")), r"line 4, column 2 \(x1\): '1e12' is .* in units of the model"),
         (text("time,x1,x2,contact", [f"{row},0.5" for row in ROWS]), r"line 2, column 4 \(contact\): '0.5' is neither"),

@@ -76,3 +76,16 @@ def test_a_wall_needs_no_second_body():
     entry = {name: value for name, value in DRIVEN.items() if "2" not in name} | {WALL: True}
     assert parsed("physical", entry).system.wall
     assert "wall = true" in KEYS["mass2_kg"].default
+
+
+@pytest.mark.parametrize(
+    ("keys", "words"),
+    [
+        ("mass_kg = 1\nwall = true", "did you mean mass1_kg?"),
+        ("mass_kg = 1\nwall = false", "did you mean mass1_kg or mass2_kg?"),
+        ("constant_N = 1\nwall = true", "did you mean constant1_N?"),
+    ],
+)
+def test_an_unknown_key_is_answered_with_the_nearest_that_this_system_may_have(keys, words):
+    with pytest.raises(ValueError, match=re.escape(words)):
+        parse_system(f"[physical]\n{keys}\n".encode())

@@ -46,7 +46,7 @@ def test_every_constant_is_explained_with_its_true_range():
         ("system", "clearance", "-1e6", "-1.1e6"), ("excitation", "force2", "1e6", "2e6"),
         ("excitation", "base_phase", "-1000", "-1001"),
         ("units", "omega1", "1e-6", "9e-7"), ("units", "omega1", "1e9", "2e9"), ("units", "m1", "1e12", "2e12"),
-        ("units", "m1", "1e-9", "9e-10"), ("units", "base_amplitude", "1e6", "2e6"),
+        ("units", "m1", "1e-15", "9e-16"), ("units", "base_amplitude", "1e6", "2e6"),
         ("units", "base_amplitude", "1e-9", "9e-10"),
     ]:  # fmt: skip
         parse_system(f"[{table}]\n{name} = {inside}".encode())

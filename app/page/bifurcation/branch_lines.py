@@ -11,7 +11,7 @@ from bokeh.models import HoverTool, Line, Scatter
 from bokeh.plotting import figure
 from vibroscope.app.explorer.field_units import ShownField
 from vibroscope.app.page.shared.figure import BLUE, INK, VERMILLION, add_glyph, empty_source, write
-from vibroscope.app.page.shared.stability import multiplier_words
+from vibroscope.app.page.shared.stability import point_multiplier
 from vibroscope.app.studies.branches import BIFURCATIONS, PartialBranches, kind_words
 from vibroscope.engine import COORDINATES, Branch
 
@@ -93,7 +93,7 @@ class BranchLines:
             )
             for solver, source in self.points.items()
         ]
-        rows = [("point", "@kind"), ("at", "@where"), ("period", "@period"), ("largest multiplier", "@multiplier")]
+        rows = [("point", "@kind"), ("at", "@where"), ("period", "@period"), ("multiplier", "@multiplier")]
         plot.add_tools(HoverTool(renderers=marks, tooltips=rows))
 
     def update(self, results: Mapping[str, PartialBranches], coordinate: str, field: ShownField) -> None:
@@ -219,7 +219,7 @@ def _point_columns(result: PartialBranches, column: int, field: ShownField) -> d
         "kind": [kind_words(point.kind) for point in points],
         "where": [f"{field.label} = {value_text(field, point.value)}" for point in points],
         "period": [point.period for point in points],
-        "multiplier": [multiplier_words(point.multipliers[0]) for point in points],
+        "multiplier": [point_multiplier(point) for point in points],
     }
 
 

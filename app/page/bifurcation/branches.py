@@ -22,7 +22,7 @@ from vibroscope.app.page.bifurcation.branch_lines import (
 )
 from vibroscope.app.page.files import script, style
 from vibroscope.app.page.shared.component import Component
-from vibroscope.app.page.shared.stability import multiplier_words, stability_words
+from vibroscope.app.page.shared.stability import multiplier_words, point_multiplier, stability_words
 from vibroscope.app.page.tab import TabHost, on_loop
 from vibroscope.app.runtime.number_text import print_number
 from vibroscope.app.studies.branches import BranchQuestion, PartialBranches, grow_branches, kind_words, matched
@@ -273,14 +273,14 @@ def _point_table(shown: Mapping[str, PartialBranches], field: ShownField) -> dic
                 _cell(kind_words(point.kind), Place(solver, number, "point", k)),
                 _cell(value_text(field, point.value)),
                 _cell(str(point.period)),
-                _cell(multiplier_words(point.multipliers[0])),
+                _cell(point_multiplier(point)),
                 _cell(NAMES[solver]),
             ],
         }
         for solver, result in shown.items()
         for number, k, point in result.points
     ]
-    return {"title": "Points", "heads": ["kind", _head(field), "period", "largest multiplier", "solver"], "rows": rows}
+    return {"title": "Points", "heads": ["kind", _head(field), "period", "multiplier", "solver"], "rows": rows}
 
 
 def _shift_table(shown: Mapping[str, PartialBranches], field: ShownField) -> dict:

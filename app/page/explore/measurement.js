@@ -16,9 +16,10 @@ export function render({ model }) {
     + "not repeat itself), all periods over each other. Their velocities are slopes over a fiftieth of a period.";
   numbers.append(element("summary", "", "Numbers"), table, element("p", "note", note));
   const fit = fitBox(model);
+  const picker = columnPicker(model);
   const close = button("×", "Remove the measurement", () => model.send_msg({ remove: true }), "close");
   const text = element("div", "text");
-  text.append(head, facts, words, setEta, numbers);
+  text.append(head, facts, words, picker.element, setEta, numbers);
   root.append(text, fit.element, close);
   const draw = () => {
     const { content } = model;
@@ -27,13 +28,14 @@ export function render({ model }) {
     name.textContent = `Measurement: ${content.name ?? ""}`;
     const done = content.phase === "done";
     facts.textContent = done ? content.headline : "";
-    words.textContent = { reading: "reading …", failed: content.error, done: content.words }[content.phase] ?? "";
+    words.textContent = { reading: "reading …", columns: content.error, failed: content.error, done: content.words }[content.phase] ?? "";
     setEta.value = content.eta ?? "";
     setEta.hidden = !content.eta;
     setEta.textContent = `Set ${content.offer}`;
     numbers.hidden = !done;
     if (done) table.replaceChildren(...content.rows.map(tableRow));
     fit.draw(content);
+    picker.draw(content);
     emit("figures-changed"); // with a measurement come points
   };
   model.on("content", draw);
@@ -52,6 +54,63 @@ function tableRow(cells, place) {
   return row;
 }
 
+// Which column of the file is what, where its header does not say so.
+const LENGTHS = ["mm", "m", "cm", "µm", "in"];
+const COLUMNS = [
+  ["time", "time", ["s", "ms", "µs", "min"]],
+  ["1", "displacement of body 1", LENGTHS],
+  ["2", "displacement of body 2", LENGTHS],
+  ["a1", "acceleration of body 1, in place of displacements", ["m/s²", "mm/s²", "g"]],
+  ["a2", "acceleration of body 2", ["m/s²", "mm/s²", "g"]],
+  ["force", "contact force", ["N", "kN", "mN", "lbf"]],
+];
+
+function columnPicker(model) {
+  const box = element("fieldset", "columns");
+  box.append(element("legend", "", "Which column is what?"));
+  const rows = COLUMNS.map(([name, words, units]) => {
+    const label = element("label", "", `${words} `);
+    const column = element("select");
+    const unit = choice([["", "unit of the header, or none"], ...units.map((each) => [each, each])]);
+    unit.setAttribute("aria-label", `Unit: ${words}`);
+    label.append(column);
+    const row = element("div");
+    row.append(label, unit);
+    box.append(row);
+    return { name, column, unit };
+  });
+  const frame = choice([["xi", "relative to the base"], ["x", "as a fixed sensor sees them (absolute)"]]);
+  const framed = element("label", "", "displacements ");
+  framed.append(frame);
+  const read = button("Read", "Read the file with these columns", () => {
+    const chosen = rows.filter(({ column }) => column.value).map(({ name, column, unit }) => [
+      /^\d/.test(name) ? frame.value + name : name, unit.value ? `${column.value} [${unit.value}]` : column.value,
+    ]);
+    model.send_msg({ columns: Object.fromEntries(chosen) });
+  });
+  box.append(framed, read);
+  let drawn = "";
+  return {
+    element: box,
+    draw: ({ phase, header = [] }) => {
+      box.hidden = phase !== "columns";
+      if (box.hidden || String(header) === drawn) return; // what was chosen stays
+      drawn = String(header);
+      const cells = header.map((cell, place) => [String(place + 1), `${place + 1}: ${cell || "(no name)"}`]);
+      rows.forEach(({ column }, place) => {
+        column.replaceChildren(...choice([["", "none"], ...cells]).children);
+        column.value = place < 2 ? String(place + 1) : "";
+      });
+    },
+  };
+}
+
+function choice(pairs) {
+  const made = element("select");
+  made.append(...pairs.map(([value, text]) => Object.assign(element("option", "", text), { value })));
+  return made;
+}
+
 // Constants of the system, fitted to the measurement.
 function fitBox(model) {
   const box = element("fieldset", "fit");
@@ -65,7 +124,7 @@ function fitBox(model) {
     choices.append(label);
     return check;
   });
-  const wanted = () => boxes.filter((check) => check.checked).map((check) => check.value).join(" ");
+  const wanted = () => boxes.filter((check) => check.checked && !check.disabled).map((check) => check.value).join(" ");
   const go = button("Fit", "Fit these constants to the measurement", () => model.send_msg({ fit: wanted() }));
   choices.append(go);
   const running = element("div", "running");
@@ -77,8 +136,9 @@ function fitBox(model) {
   box.append(choices, running, list, use);
   return {
     element: box,
-    draw: ({ phase, fit = {} }) => {
+    draw: ({ phase, names = [], fit = {} }) => {
       box.hidden = phase !== "done";
+      for (const check of boxes) check.parentElement.hidden = check.disabled = !names.includes(check.value);
       go.disabled = fit.phase === "running";
       running.hidden = fit.phase !== "running";
       const lines = [...(fit.rows ?? []).map(([name, value]) => `${name}: ${value}`), ...(fit.remarks ?? [])];

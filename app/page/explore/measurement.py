@@ -34,10 +34,11 @@ from vibroscope.app.page.files import script, style
 from vibroscope.app.page.shared.component import Component
 from vibroscope.app.page.shared.figure import INK, add_glyph, empty_source, write
 from vibroscope.app.page.tab import TabHost, on_loop
-from vibroscope.engine import FITTED, Fit, MeasuredComparison
+from vibroscope.engine import FITTED, Fit, MeasuredComparison, UnknownColumns, fitted_names
 
 _REST = 150  # ms without a new result before the measurement is compared with it
 _LONGEST_NAME = 80
+_MOST_COLUMNS = 50  # to choose from
 _IDLE = {"phase": "idle"}
 
 
@@ -51,10 +52,13 @@ class MeasurementButton(Component):
 
 
 class MeasurementPanel(Component):
-    """Verdict, numbers and fit; sends ``{"fit": names}``, ``{"cancel": true}`` and ``{"remove": true}``."""
+    """Verdict, numbers and fit; sends ``{"fit": names}``, ``{"cancel": true}`` and ``{"remove": true}``.
+
+    Where the header of a file does not say which column is what, it asks, and sends ``{"columns": {name: column}}``.
+    """
 
     names = param.Dict(default=FITTED_NAMES, constant=True, doc="Symbol and name of each constant that can be fitted")
-    content = param.Dict(default=_IDLE, doc="phase: idle, reading, failed or done; see `Overlay._content`")
+    content = param.Dict(default=_IDLE, doc="phase: idle, reading, columns, failed or done; see `Overlay._show`")
 
     _esm = script("shared/dom", "explore/measurement")
     _stylesheets = [style("explore/measurement")]  # noqa: RUF012 - Panel reads it from the class
@@ -75,6 +79,7 @@ class Overlay:
         self._upload: list[str] = []
         self._name = ""
         self._file: MeasuredFile | None = None
+        self._header: list[str] = []  # to choose from, of a file that does not say which column is what
         self._setting: Setting | None = None
         self._result = 0  # number of the result that is shown
         self._job: MeasuredJob | None = None
@@ -126,9 +131,11 @@ class Overlay:
         return {f"Measurement {content['name']}": " ".join([*texts, *fitted.get("remarks", [])])}
 
     @property
-    def name(self) -> str:
-        """The name of the file; empty without a measurement."""
-        return "" if self._file is None else self._file.name
+    def arguments(self) -> tuple[str, str]:
+        """Of the command: the name of the file and what was said of its columns; empty without a measurement."""
+        if self._file is None:
+            return "", ""
+        return self._file.name, ", ".join(f"{name}={column}" for name, column in (self._file.columns or {}).items())
 
     def cancel(self) -> None:
         """Another setting will be shown: stop."""
@@ -149,6 +156,7 @@ class Overlay:
             "file": self._begin,
             "part": self._add,
             "end": self._take,
+            "columns": self._choose,
             "fit": self._begin_fit,
             "cancel": lambda _: self._cancel_fit(),
             "remove": lambda _: self._remove(),
@@ -183,10 +191,18 @@ class Overlay:
         if self._setting is not None:
             self._compare()
 
+    def _choose(self, columns: object) -> None:
+        """The user says which column is what: read the file again."""
+        chosen = columns.items() if isinstance(columns, dict) else ()
+        if self._file is not None and all(isinstance(each, str) for pair in chosen for each in pair):
+            self._file.columns = dict(chosen)
+            self._write(phase="reading", name=self._name)
+            self._compare()
+
     def _remove(self) -> None:
         self.cancel()
         self._end_fit()
-        self._upload, self._file, self._compared = [], None, None
+        self._upload, self._file, self._compared, self._header = [], None, None, []
         self._write(**_IDLE)
         self._draw()
 
@@ -216,7 +232,11 @@ class Overlay:
             failed = isinstance(found, Exception)
             self._compared = None if failed else (job.setting, found)
             self._draw()  # first: the browser recolours the figures when it shows the words
-            if failed:
+            if isinstance(found, UnknownColumns):
+                self._header = [cell.strip()[:_LONGEST_NAME] for cell in found.header[:_MOST_COLUMNS]]
+            if failed and self._header:
+                self._write(phase="columns", name=self._name, error=_sentence(found), header=self._header)
+            elif failed:
                 self._fail(_sentence(found))
             else:
                 self._show()
@@ -253,6 +273,7 @@ class Overlay:
             headline=plain_symbols(headline(comparison, scale)),
             words=plain_symbols(measured_words(comparison, scale)),
             rows=[[plain_symbols(cell) for cell in row] for row in comparison_rows(comparison, scale)],
+            names=list(fitted_names(self._setting.system)),
             eta=(eta := own_eta(comparison)),
             offer=words_of_change({"eta": eta}, self._setting) if eta else "",
             fit=self._fit | (fit_content(self._fitted, scale) if self._fitted is not None else {}),

@@ -239,7 +239,7 @@ class Explore(Tab):
 
     def command(self, setting: Setting) -> str:
         """Commands that find the same numbers, those of the measurement too."""
-        return as_command(setting, self._measured.name)
+        return as_command(setting, *self._measured.arguments)
 
     def shown_setting(self) -> Setting | None:
         """The last setting that could be computed."""

@@ -2,6 +2,7 @@
 
 import math
 
+from vibroscope.engine import Point
 from vibroscope.engine.wording import every
 
 _NEAR_ONE = 5e-4  # a modulus nearer to 1 takes more digits than four, which would show no difference
@@ -14,6 +15,11 @@ def multiplier_words(multiplier: complex, digits: int = 4) -> str:
         return "∞"
     real = f"{multiplier.real:.{digits}g}".replace("-", "−")
     return real if abs(multiplier.imag) < 1e-9 else f"{real} ± {abs(multiplier.imag):.{digits}g}i"
+
+
+def point_multiplier(point: Point) -> str:
+    """The multiplier of a point: the critical one where one passes the unit circle, else the largest."""
+    return f"{'critical' if point.is_crossing else 'largest'} {multiplier_words(point.critical_multiplier)}"
 
 
 def stability_words(largest: complex, period: int) -> str:

@@ -1,0 +1,157 @@
+"""The columns of a measurement file: which is what, and in which unit."""
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from ..arguments import shown
+from ..units import Units
+
+ACCELERATIONS = ("a1", "a2")  # of fixed axes, in place of displacements
+PAIRS = {"absolute": ("x1", "x2"), "relative": ("xi1", "xi2")}
+SERIES = "series"  # names the curve of a row in the files of the page, which count time in excitation periods
+_NAMES = {name: name for name in ("time", "x1", "x2", "xi1", "xi2", *ACCELERATIONS, "contact", "force", SERIES)}
+_NAMES["t"] = "time"
+_WANTED = "time, x1, x2 (absolute) or xi1, xi2 (relative to the base) or a1, a2 (accelerations), contact, force"
+
+_SECONDS = {"s": 1.0, "ms": 1e-3, "µs": 1e-6, "μs": 1e-6, "us": 1e-6, "min": 60.0}
+_MILLIMETRES = {"m": 1e3, "cm": 10.0, "mm": 1.0, "µm": 1e-3, "μm": 1e-3, "um": 1e-3, "in": 25.4}
+_NEWTONS = {"N": 1.0, "kN": 1e3, "mN": 1e-3, "lbf": 4.4482216152605}
+_ACCELERATION = {"m/s²": 1e3, "m/s2": 1e3, "m/s^2": 1e3, "mm/s²": 1.0, "mm/s2": 1.0, "mm/s^2": 1.0, "g": 9806.65}
+_UNITS = {"time": _SECONDS, "contact": {}, SERIES: {}, "force": _NEWTONS} | dict.fromkeys(ACCELERATIONS, _ACCELERATION)
+_DIMENSIONLESS = ("", "-", "1")
+_HEADER = re.compile(r"\s*(.*?)\s*(?:\[\s*([^\[\]]*?)\s*\]|\(\s*([^()]*?)\s*\)|/\s*([^\s/]+))?\s*")
+
+
+class UnknownColumns(ValueError):
+    """A header does not say which column is the time and which a displacement.
+
+    Attributes
+    ----------
+    header : tuple of str
+        The cells of the header, or of the first row of numbers where there is none.
+    """
+
+    def __init__(self, text: str, header: tuple[str, ...]) -> None:
+        super().__init__(text)
+        self.header = header
+
+
+@dataclass(frozen=True)
+class Column:
+    """A column that is read: its place in a row, its name, and the factor to units of the model."""
+
+    place: int
+    name: str
+    factor: float
+    physical: bool | None  # None where a unit changes nothing: contact, force, series
+
+
+def name_and_unit(cell: str) -> tuple[str, str]:
+    """Split a cell of a header such as "x1 [mm]", "x1 (mm)" or "x1/mm" into name and unit, either perhaps empty."""
+    name, *units = _HEADER.fullmatch(cell).groups()
+    return name, next((unit for unit in units if unit), "")
+
+
+def is_unit(text: str) -> bool:
+    """Whether a cell holds the name of a unit, in brackets or not, as those below a header may."""
+    name, unit = name_and_unit(text)
+    known = {*_DIMENSIONLESS, *_SECONDS, *_MILLIMETRES, *_NEWTONS, *_ACCELERATION}
+    return unit in known if unit and not name else name in known and not unit
+
+
+def find_columns(header: list[str], where: str, units: Units, chosen: Mapping[str, str] | None) -> list[Column]:
+    """Find out which column is what.
+
+    Parameters
+    ----------
+    header : list of str
+        The cells of the header; numbers where the file has none.
+    where : str
+        The header's place, such as "line 1".
+    units : Units
+        With lengths in mm.
+    chosen : mapping of str to str, optional
+        For each name the column, by its number from 1 or its text in the header, perhaps with a unit in brackets.
+
+    Raises
+    ------
+    UnknownColumns
+        If time or displacement is missing.
+    ValueError
+        If a column is given twice, a unit is unknown, or columns with and without a unit are mixed.
+    """
+    places = _chosen_places(header, chosen) if chosen else _known_places(header, where)
+    names = set(places)
+    displaced = [pair for pair in PAIRS.values() if pair[0] in names]
+    wanted = displaced or [pair for pair in (ACCELERATIONS,) if pair[0] in names]
+    others = {name for pair in PAIRS.values() for name in pair} & names
+    if "time" not in names or len(wanted) != 1 or not others <= set(wanted[0]):
+        found = ", ".join(shown(cell.strip()) for cell in header)
+        raise UnknownColumns(
+            f"{where}: columns {found}; give time and either x1, x2 (absolute) or xi1, xi2 (relative to the base), "
+            "of one body x1 or xi1 alone, as in x1 [mm], or accelerations a1, a2, or say which column is which",
+            tuple(header),
+        )
+    unused = set(ACCELERATIONS) if displaced else set()  # beside displacements they are not needed
+    columns = [_column(name, place, unit, where, units) for name, (place, unit) in places.items() if name not in unused]
+    if len({column.physical for column in columns} - {None}) > 1:
+        raise ValueError(f"{where}: mixes columns with and without a unit; give all as [s], [mm] or all as [-]")
+    return columns
+
+
+def _known_places(header: list[str], where: str) -> dict[str, tuple[int, str]]:
+    """Place and unit of each column whose name is known."""
+    places: dict[str, tuple[int, str]] = {}
+    for place, cell in enumerate(header):
+        text, unit = name_and_unit(cell)
+        name = _NAMES.get(text.lower())
+        if name in places:
+            raise ValueError(f"{where}, column {place + 1}: a second column {name}; give each once")
+        if name:
+            places[name] = place, unit
+    return places
+
+
+def _chosen_places(header: list[str], chosen: Mapping[str, str]) -> dict[str, tuple[int, str]]:
+    """Place and unit of each column that is named by the user; a unit in the header counts where none is given."""
+    texts = [cell.strip() for cell in header]
+    places = {}
+    for name, text in chosen.items():
+        if _NAMES.get(name) != name or name == SERIES:
+            raise ValueError(f"unknown column name {shown(name)}; known: {_WANTED}")
+        text, own = text.strip(), ""
+        place = _place(text, texts)
+        if place is None:
+            text, own = name_and_unit(text)
+            place = _place(text, texts)
+        if place is None:
+            known = ", ".join(shown(cell) for cell in texts)
+            raise ValueError(
+                f"no column {shown(text)} for {name}: give its number, 1 to {len(texts)}, or one of {known}"
+            )
+        places[name] = place, own or name_and_unit(texts[place])[1]
+    return places
+
+
+def _place(text: str, header: list[str]) -> int | None:
+    """The place of a column that is given by its number from 1, its cell in the header, or the name in it."""
+    if text.isdecimal() and 1 <= int(text) <= len(header):
+        return int(text) - 1
+    names = [name_and_unit(cell)[0] for cell in header]
+    return next((cells.index(text) for cells in (header, names) if text in cells), None)
+
+
+def _column(name: str, place: int, unit: str, where: str, units: Units) -> Column:
+    if name in ("contact", "force", SERIES) and unit in _DIMENSIONLESS:
+        return Column(place, name, 1.0, None)
+    if unit in _DIMENSIONLESS:
+        return Column(place, name, 1.0, False)
+    sizes = _UNITS.get(name, _MILLIMETRES)
+    if unit not in sizes:
+        known = ", ".join([*dict.fromkeys(sizes), "-"])
+        raise ValueError(f"{where}, column {place + 1} ({name}): unknown unit {shown(unit)}; known: {known}")
+    if name == "force":
+        return Column(place, name, sizes[unit], None)
+    quantity = "time" if name == "time" else "acceleration" if name in ACCELERATIONS else "displacement"
+    return Column(place, name, units.model(quantity, sizes[unit]), True)

@@ -1,0 +1,36 @@
+"""Outliers of a record: samples that no body can have been at, such as a sensor's dropout or an overflow."""
+
+import numpy as np
+
+COMMON = 0.98  # share of the samples that gives the size of the motion, and of the slopes that gives its speed
+FARTHER = 10.0  # times that size from the middle
+FASTER = 10.0  # times that speed, there and back
+
+
+def first_outlier(time: np.ndarray, values: np.ndarray) -> tuple[int, float] | None:
+    """Find the first sample that lies too far out to belong to the motion.
+
+    A body moves on and does not jump: a sample is an outlier if it lies FARTHER sizes of the motion from its middle, or
+    if the body moved to it and back with FASTER times the speed that it has in all but few of the other intervals. An
+    impact turns a velocity, and increases no displacement between two samples.
+
+    Parameters
+    ----------
+    time, values : (n,) ndarray
+
+    Returns
+    -------
+    (int, float) or None
+        Its number, and its distance from the middle in sizes of the motion.
+    """
+    low, middle, high = np.quantile(values, [(1 - COMMON) / 2, 0.5, (1 + COMMON) / 2])
+    size = max(high - middle, middle - low)
+    if size == 0.0:
+        return None
+    distance = np.abs(values - middle) / size
+    slopes = np.diff(values) / np.diff(time)
+    fast = np.abs(slopes) > FASTER * np.quantile(np.abs(slopes), COMMON)
+    spike = np.zeros(len(values), bool)
+    spike[1:-1] = fast[:-1] & fast[1:] & (slopes[:-1] * slopes[1:] < 0)
+    found = np.flatnonzero((distance > FARTHER) | (spike & (distance > 1)))
+    return (int(found[0]), float(distance[found[0]])) if len(found) else None

@@ -1,0 +1,67 @@
+"""Free vibrations: their own period, and what is counted of a run from its first instant on."""
+
+import numpy as np
+import pytest
+from vibroscope.engine import (
+    ExactPenalty,
+    Newmark,
+    Record,
+    Reference,
+    System,
+    find_branches,
+    motion,
+    repetition,
+    simulate,
+)
+from vibroscope.engine.excitation import Excitation
+from vibroscope.engine.motions.motion import _fate
+
+# A mass of natural frequency 1 beside a stop at its rest, which gives back all of its speed: flights of half a turn.
+BOUNCING = System(wall=True, d1=0.0, clearance=0.0, restitution=1.0, excitation=Excitation(base=0.0))
+THROWN = (0.0, 1.0, 0.0, 0.0)
+
+
+@pytest.mark.parametrize(
+    ("method", "period"),
+    [
+        (Reference(), np.pi),
+        (ExactPenalty(10_000, 0.0), np.pi + np.pi / np.sqrt(10_001)),
+        (Newmark(10_000, 0.0, 20_000, located=True), np.pi + np.pi / np.sqrt(10_001)),
+    ],
+)
+@pytest.mark.parametrize("eta", [1.0, 0.7377])
+def test_an_elastic_free_vibration_repeats_with_a_period_of_its_own(method, period, eta):
+    """It was called quasi-periodic, by the frequency eta, which drives nothing."""
+    found = motion(BOUNCING, eta, method, initial=THROWN)
+    assert found.type == "periodic"
+    assert found.own_period == pytest.approx(period, rel=1e-3)
+    assert repetition(found) == "repeats with a period of its own"
+    assert "die away" not in found.reason
+
+
+@pytest.mark.parametrize(
+    ("largest", "words"), [(1.0 - 1e-12, "neither grow nor die away"), (0.99, "die away"), (1.2, "grow")]
+)
+def test_disturbances_die_away_only_where_multipliers_are_below_one(largest, words):
+    assert _fate(largest) == words
+
+
+def test_what_happens_at_the_first_instant_is_counted():
+    """Text and figures once counted 300 N s and 2 contacts where the run has 400 and 3."""
+    options = {"periods": 2, "keep": 2, "initial": THROWN, "record": Record(2, 1000)}
+    hard = motion(simulate(BOUNCING, 1.0, Reference(), **options))
+    assert hard.impacts_per_period == 2
+    assert hard.impulse == pytest.approx(4.0, rel=1e-4)
+    soft = motion(simulate(BOUNCING, 1.0, ExactPenalty(10_000, 0.0), **options))
+    assert soft.impacts_per_period == soft.contacts_per_period == soft.permanent_per_period + 2 == 2
+    assert soft.impulse == pytest.approx(4.0, rel=1e-3)
+
+
+def test_where_rounding_hides_orbits_an_error_says_so():
+    """A ball on a shaken table by a spring of next to nothing: its branch came in 47 pieces, its period doubled."""
+    table = System(wall=True, d1=0.0, clearance=0.0, restitution=0.5, excitation=Excitation(constant1=49_050.0))
+    with pytest.raises(ValueError, match=r"overlap at rest by 4.905e.04 units of length, .*: give stiffer springs"):
+        find_branches(table, 266.6, Reference(), over="base", low=0.9, high=1.15)
+    found = motion(table, 266.6, Reference())
+    assert (found.type, found.period) == ("undecided", 0)
+    assert "rounding hides periodic motions" in found.reason
