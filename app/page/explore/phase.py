@@ -23,6 +23,7 @@ from vibroscope.app.page.shared.figure import (
     show_rows,
     write,
 )
+from vibroscope.app.page.shared.muting import show_entry
 from vibroscope.app.page.shared.ranges import OwnedRange
 
 _TITLE = "Phase plot, body {}"
@@ -123,4 +124,4 @@ class PhaseView:
         none = dict.fromkeys(self.closed.data, np.empty(0, np.float32))
         write(self.closed, columns or none)
         for item in self._closed_items:
-            item.visible = bool(columns)
+            show_entry(item, bool(columns))

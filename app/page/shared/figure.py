@@ -11,6 +11,7 @@ from bokeh.plotting import figure
 from bokeh.themes import Theme
 from vibroscope.app.explorer.field_units import unit_of
 from vibroscope.app.explorer.state import Setting
+from vibroscope.app.page.shared.muting import show_entry
 from vibroscope.engine import PART_NAMES
 
 # Okabe–Ito colours, which colour-blind readers can distinguish. Width, dash and marker differ too.
@@ -260,7 +261,7 @@ class PinnedCurves:
                 add_glyph(plot, Line(x=x, y=y, **looks[solver]), sources[source.name], level="underlay")
                 for source, x, y, solver in lines
             ]
-            item = LegendItem(label=f"pin {number + 1}", renderers=renderers, visible=self._drawn)
+            item = LegendItem(label=f"pin {number + 1}", renderers=renderers)
             plot.legend[0].items = [*plot.legend[0].items, item]
             self.on_legend(plot.name, PIN_NAMES[number], item)
             items.append(item)
@@ -270,7 +271,7 @@ class PinnedCurves:
     def _show(self) -> None:
         for number, items in enumerate(self._items):
             for item in items:
-                item.visible = number < self._pinned and self._drawn
+                show_entry(item, number < self._pinned and self._drawn)
 
 
 def empty_source(name: str, *columns: str) -> ColumnDataSource:
