@@ -45,7 +45,8 @@ _WITHOUT_IMPACTS = {  # by the share of contact
     1.0: "Permanent contact: the bodies never part.",
 }
 AloneFacts = dict[str, object]  # plain numbers, lists and dictionaries, without dimension
-_MEASURES = {"displacements": "displacements, rms, relative", "sections": "Poincaré sections, relative"}
+DISPLACEMENTS = "displacements, rms, relative"
+_MEASURES = {"displacements": DISPLACEMENTS, "sections": "Poincaré sections, relative"}
 
 
 @dataclass(frozen=True)

@@ -1,12 +1,15 @@
 """Muted legend entries: their curves are hidden, and a link holds them."""
 
 import numpy as np
+import panel as pn
 import pytest
+from bokeh.document import Document
 from bokeh.models import HoverTool
 from vibroscope.app.explorer.measured import NOWHERE, Placed
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.page.explore.measurement import MeasuredPoints
 from vibroscope.app.page.shared.figure import PINS
+from vibroscope.app.page.shared.muting import show_entry
 from vibroscope.app.page.tabs import TABS
 
 from .fakes import FakeHost
@@ -28,6 +31,7 @@ def add_all(tab):
         points = MeasuredPoints(tab.phase, tab.displacement)
         points.on_legend = tab.muting.watch
         points.update(Placed(*(dict.fromkeys(columns, np.zeros(1)) for columns in NOWHERE)))
+        tab.phase.draw_closed(dict.fromkeys(tab.phase.closed.data, np.zeros(1)))
 
 
 @pytest.mark.parametrize("tab", [tab for tab in TABS.values() if tab.legends and tab.key != "paper"])
@@ -40,7 +44,7 @@ def test_an_entry_that_is_muted_goes_into_the_link_and_comes_back(tab):
     made.muting.on_mute = lambda: heard.append(made.view_texts()["mute"])
     for name, entries in tab.legends.items():
         for entry, item in zip(entries, figures[name].legend[0].items, strict=True):
-            item.visible = True
+            show_entry(item, True)
             press(item)
             assert heard[-1] == f"{name}:{entry}"
             press(item)
@@ -91,3 +95,15 @@ def test_curves_without_an_entry_in_the_legend_are_hidden_and_the_muted_stay_so(
     )
     assert drawn() == displacements - {"ξ₁ reference"} | {"pin 1"}
     assert tab.view_texts()["mute"] == "displacement:reference1"
+
+
+def test_curves_follow_their_entries_while_a_document_holds_its_events():
+    """As in a session: callbacks of what is changed then are not called."""
+    tab, document = TABS["explore"](FakeHost()), Document()
+    document.add_root(tab.build().get_root(document))
+    figure = tab.displacement.figure
+    with pn.io.hold(document):
+        tab.displacement.explain({}, SETTING._replace(frame="difference"))
+    drawn = {item.label.value for item in figure.legend[0].items if item.renderers[0].visible}
+    assert drawn == {"difference", "time step", "K and D", "joint damping"}
+    assert [tool.renderers for tool in figure.tools if isinstance(tool, HoverTool)] == [[]]

@@ -67,6 +67,26 @@ def test_the_difference_is_drawn_in_parts_in_place_of_the_displacements(visit):
     assert "displacements ξ₁, ξ₂ / base amplitude" in explorer.figure("displacement")["labels"]
 
 
+DRAWN = """name => Bokeh.documents[0].get_model_by_name(name).center.find(part => part.type === "Legend").items
+  .filter(({renderers}) => renderers.every(({visible}) => visible)).map(({label}) => label.value)"""
+DISPLACEMENTS, PARTS = (
+    ["ξ₁ reference", "ξ₂ reference", "ξ₁ penalty", "ξ₂ penalty"],
+    ["difference", "time step", "K and D", "joint damping"],
+)
+
+
+def test_the_curves_on_the_screen_are_those_of_the_choice(visit):
+    explorer = visit()
+    form = explorer.page.get_by_role("form", name="Settings")
+    assert explorer.page.evaluate(DRAWN, "displacement") == DISPLACEMENTS
+    explorer.moved(lambda: form.get_by_text("difference", exact=True).click())
+    assert explorer.page.evaluate(DRAWN, "displacement") == PARTS
+    explorer.wait_for_address(frame="difference")
+    assert visit(explorer.query()).page.evaluate(DRAWN, "displacement") == PARTS
+    explorer.moved(lambda: form.get_by_text("absolute", exact=True).click())
+    assert explorer.page.evaluate(DRAWN, "displacement") == DISPLACEMENTS
+
+
 def test_a_pin_keeps_the_result_and_the_link_brings_it_back(visit):
     explorer = visit(PAPER)
     first = explorer.sources()

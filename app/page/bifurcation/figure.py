@@ -147,7 +147,7 @@ class BifurcationView:
 
     def _strip(self) -> figure:
         plot = make_figure(
-            "",
+            "Kinds of motion",  # for screen readers; below the diagram it needs none
             "",
             "",
             name="bifurcation_strip",
@@ -235,7 +235,7 @@ class BifurcationView:
         _put(self.other, none if other is None else _columns(other, coordinate, factors, MOST_BESIDE))
         fresh = self._drawn != (drawn, coordinate, result.question.over)
         drawn_values = [values["value"], scattered["value"], *beside]
-        self.ranges["value"].follow(drawn_values, fresh=fresh, complete=result.share >= 1)
+        self.ranges["value"].follow(drawn_values, fresh=fresh)
         self._drawn = drawn, coordinate, result.question.over
         self._write_strip(result)
 

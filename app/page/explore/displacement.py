@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 from bokeh.core.properties import value
-from bokeh.models import ColumnDataSource, FactorRange, GlyphRenderer, HBar, HoverTool, LegendItem, Line, Range1d
+from bokeh.models import ColumnDataSource, FactorRange, HBar, LegendItem, Line, Range1d
 from vibroscope.app.explorer.field_units import unit_of
 from vibroscope.app.explorer.present import WINDOW, Columns, unit_factor
 from vibroscope.app.explorer.state import Setting
@@ -30,6 +30,7 @@ from vibroscope.app.page.shared.figure import (
     time_label,
     write,
 )
+from vibroscope.app.page.shared.muting import show_entry
 from vibroscope.app.page.shared.ranges import OwnedRange
 
 _LABELS = {
@@ -100,25 +101,24 @@ class DisplacementView:
         self._items = {"displacements": items, "difference": parts}
         self._of_body_2 = items[1::2]
         plot.add_layout(legend([*items, *parts], 8))
-        self._hover = self._follow_visible([item.renderers[0] for item in items])
+        lines = [item.renderers[0] for item in items]
+        self._hover = hover_tool(lines[:1], {"time": "@t"}, mode="vline", line_policy="nearest")
+        self._hover.formatters = {f"@{name}": "printf" for name in ("t", *_CURVES)}
+        for line in lines:  # a click in the legend
+            line.on_change("visible", lambda attr, old, new: self._follow_visible())
         plot.add_tools(self._hover)
         return plot
 
-    def _follow_visible(self, lines: list[GlyphRenderer]) -> HoverTool:
-        """A hover tool of the first line that is visible; it shows all four, since they share their times."""
-        tool = hover_tool(lines[:1], {"time": "@t"}, mode="vline", line_policy="nearest")
-        tool.formatters = {f"@{name}": "printf" for name in ("t", *_CURVES)}
-
-        def follow(attr: str, old: bool, new: bool) -> None:
-            tool.renderers = [line for line in lines if line.visible][:1]
-
-        for line in lines:
-            line.on_change("visible", follow)
-        return tool
+    def _follow_visible(self) -> None:
+        """Let the hover tool belong to the first line that is visible; it shows all four, which share their times."""
+        lines = [item.renderers[0] for item in self._items["displacements"]]
+        first = [line for line in lines if line.visible][:1]
+        if self._hover.renderers != first:
+            self._hover.renderers = first
 
     def _strip(self, time: Range1d):
         plot = make_figure(
-            "",
+            "Contact strip",  # for screen readers; below the displacements it needs none
             "",
             "",
             name="strip",
@@ -150,7 +150,7 @@ class DisplacementView:
                 **where,
             )
             add_glyph(plot, bar, self.sources[f"strip_{solver}"])
-        plot.xaxis.visible = False
+        plot.title.visible = plot.xaxis.visible = False
         plot.ygrid.grid_line_color = None
         return plot
 
@@ -204,7 +204,8 @@ class DisplacementView:
         for kind, items in self._items.items():
             visible = (kind == "difference") == (setting.frame == "difference")
             for item in items:
-                item.visible = visible and not (setting.bodies == "wall" and item in self._of_body_2)
+                show_entry(item, visible and not (setting.bodies == "wall" and item in self._of_body_2))
+        self._follow_visible()
         self.pinned.draw(setting.frame != "difference")
-        self.figure.title.text = "Penalty − reference, in parts" if setting.frame == "difference" else "Displacements"
+        self.figure.title.text = "Difference in parts" if setting.frame == "difference" else "Displacements"
         return switched

@@ -22,8 +22,10 @@ from vibroscope.app.page.shared.figure import (
     show_rows,
     time_label,
 )
-from vibroscope.app.page.shared.ranges import OwnedRange, extent
+from vibroscope.app.page.shared.ranges import OwnedRange, extent, fitted_range
 
+_NO_IMPULSE = 10.0  # end of the axis of impulses where there is none
+_OVER_IMPULSES = 0.2  # free space above the impulses, relative to the largest
 _WORDS = {"force": ("contact force", " λ"), "impulse": ("impulse", " ∫λ dτ")}  # and symbols, without units
 
 
@@ -40,7 +42,7 @@ class ForceView:
             }
         )
         self.force = OwnedRange(-1, 20, headroom=0.22)
-        self.impulse = OwnedRange(-0.5, 10)
+        self.impulse = OwnedRange(-0.5, _NO_IMPULSE)
         self.figure = self._build(time)
         lines = [(self.sources[f"force_{solver}"], "t", "force", solver) for solver in ("reference", "penalty")]
         self.pinned = PinnedCurves({self.figure: lines})
@@ -122,9 +124,5 @@ class ForceView:
         """Fit the range of the impulses so that both axes have their zero at the same height."""
         low, high = self.force.home
         largest = extent(impulses)
-        if largest is None:
-            return
-        top = self.impulse.home[1]
-        if not 0.4 * top <= largest[1] <= 0.82 * top:
-            top = 1.26 * largest[1]
+        top = fitted_range((0.0, largest[1]), _OVER_IMPULSES)[1] if largest else _NO_IMPULSE
         self.impulse.put(top * low / high, top, fresh=fresh)

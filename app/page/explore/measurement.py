@@ -32,7 +32,8 @@ from vibroscope.app.page.explore.displacement import DisplacementView
 from vibroscope.app.page.explore.phase import PhaseView
 from vibroscope.app.page.files import script, style
 from vibroscope.app.page.shared.component import Component
-from vibroscope.app.page.shared.figure import INK, add_glyph, empty_source, write
+from vibroscope.app.page.shared.figure import INK, add_glyph, empty_source, models_added, write
+from vibroscope.app.page.shared.muting import show_entry
 from vibroscope.app.page.tab import TabHost, on_loop
 from vibroscope.engine import FITTED, Fit, MeasuredComparison, UnknownColumns, fitted_names
 
@@ -321,11 +322,12 @@ class MeasuredPoints:
         if not self._sources:
             if not len(placed.phase["x1"]):
                 return
-            self._add(columns)
+            with models_added(self._views[0].figures[0]):
+                self._add(columns)
         for name, source in self._sources.items():
             write(source, columns[name])
         for name, item in self._items:
-            item.visible = len(columns[name]["x1"]) > 0
+            show_entry(item, len(columns[name]["x1"]) > 0)
 
     def _add(self, columns: Mapping[str, Columns]) -> None:
         self._sources = {name: empty_source(name, *each) for name, each in columns.items()}
@@ -341,7 +343,7 @@ class MeasuredPoints:
                 )
                 for n, (x, y) in enumerate(axes)
             ]
-            item = LegendItem(label="measured", renderers=renderers, visible=len(columns[name]["x1"]) > 0)
+            item = LegendItem(label="measured", renderers=renderers)
             plot.legend[0].items = [*plot.legend[0].items, item]
             self.on_legend(plot.name, "measured", item)
             self._items.append((name, item))

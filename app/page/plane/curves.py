@@ -14,6 +14,7 @@ from vibroscope.app.export.scripts import branch_command
 from vibroscope.app.page.bifurcation.branch_lines import MARKS
 from vibroscope.app.page.bifurcation.branches import BranchPanel
 from vibroscope.app.page.shared.figure import INK, MAGENTA, VERMILLION, add_glyph, empty_source
+from vibroscope.app.page.shared.muting import show_entry
 from vibroscope.app.page.tab import TabHost, on_loop
 from vibroscope.app.runtime.number_text import print_number
 from vibroscope.app.studies.plane_curves import KINDS, SEARCH, CurvesQuestion, PartialCurves, grow_curves
@@ -110,7 +111,7 @@ class PlaneCurves:
                 source.data = _line_columns([curve for curve in curves if curve.kind == kind])
             self.meetings.data = _meeting_columns(curves)
             for item in self._items:
-                item.visible = any(KINDS[curve.kind] == item.label.value for curve in curves)
+                show_entry(item, any(KINDS[curve.kind] == item.label.value for curve in curves))
         if self.result is not None and self.result.cut:
             notes = [*notes, self.result.cut]
         if self._failed:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager, nullcontext
 
 import numpy as np
 from bokeh.models import ColumnDataSource, Glyph, GlyphRenderer, HoverTool, Legend, LegendItem, Line, NoOverlap
@@ -11,6 +12,7 @@ from bokeh.plotting import figure
 from bokeh.themes import Theme
 from vibroscope.app.explorer.field_units import unit_of
 from vibroscope.app.explorer.state import Setting
+from vibroscope.app.page.shared.muting import show_entry
 from vibroscope.engine import PART_NAMES
 
 # Okabe–Ito colours, which colour-blind readers can distinguish. Width, dash and marker differ too.
@@ -40,7 +42,7 @@ _APART = 4  # px between the labels of two ticks at least; where there is less r
 
 CLICK = "hide"  # what a click on a legend entry does to its curves; `muting.py` keeps it
 
-# Minimum margins of the time figures; `explore/instant.js` gives all of them the widest one that any of them needs.
+# Minimum margins of the time figures; `alignFrames` gives all of them the widest that one needs.
 LEFT, RIGHT = 60, 64
 
 
@@ -137,6 +139,13 @@ def add_glyph(plot: figure, glyph: Glyph, source: ColumnDataSource, **more) -> G
     return plot.add_glyph(source, glyph, nonselection_glyph=None, **more)
 
 
+@contextmanager
+def models_added(plot: figure) -> Iterator[None]:
+    """Add models to the document of a figure: it walks over all its models once, and not for each that is added."""
+    with plot.document.models.freeze() if plot.document else nullcontext():
+        yield
+
+
 def legend(items: list, columns: int = 2) -> Legend:
     """A legend inside the frame, over the data; a click hides the curves of an entry."""
     return Legend(items=items, location="top_right", ncols=columns, click_policy=CLICK)
@@ -227,8 +236,10 @@ class PinnedCurves:
 
     def update(self, results: Sequence[Mapping[str, Mapping[str, np.ndarray]]]) -> None:
         """Show the columns of each pinned result by source; one without columns is not there yet."""
-        while len(self._sources) < len(results):
-            self._add(len(self._sources))
+        if len(self._sources) < len(results):
+            with models_added(next(iter(self._lines))):
+                while len(self._sources) < len(results):
+                    self._add(len(self._sources))
         for number, sources in enumerate(self._sources):
             for name, source in sources.items():
                 columns = results[number].get(name, {}) if number < len(results) else {}
@@ -260,7 +271,7 @@ class PinnedCurves:
                 add_glyph(plot, Line(x=x, y=y, **looks[solver]), sources[source.name], level="underlay")
                 for source, x, y, solver in lines
             ]
-            item = LegendItem(label=f"pin {number + 1}", renderers=renderers, visible=self._drawn)
+            item = LegendItem(label=f"pin {number + 1}", renderers=renderers)
             plot.legend[0].items = [*plot.legend[0].items, item]
             self.on_legend(plot.name, PIN_NAMES[number], item)
             items.append(item)
@@ -270,7 +281,7 @@ class PinnedCurves:
     def _show(self) -> None:
         for number, items in enumerate(self._items):
             for item in items:
-                item.visible = number < self._pinned and self._drawn
+                show_entry(item, number < self._pinned and self._drawn)
 
 
 def empty_source(name: str, *columns: str) -> ColumnDataSource:

@@ -1,20 +1,20 @@
 """Axis ranges that the page sets: they change little while sliders move, and keep the zoom of the user.
 
-A range is fitted to the data when a scene is chosen, when data leave it, or when they fill less than `_FILL` of it. One
-that was fitted to data still being computed is fitted once more when they are complete, so that the result does not
-depend on the speed of the computation. A range that the user has zoomed stays as it is until the reset tool or a scene
-returns it to the data.
+A range follows from the data alone, so that a link shows what was seen where it was taken: its ends are those of the
+data and a margin, moved outwards to the next of some places, and stay there while the data change little. A range that
+the user has zoomed stays as it is until the reset tool or a scene returns it to the data.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable
 
 import numpy as np
 from bokeh.models import Range1d
 
-_FILL = 0.5
 _MARGIN = 0.07
+_PLACES = 8  # for an end, in the span of the data, at least
 
 
 def extent(columns: Iterable[np.ndarray]) -> tuple[float, float] | None:
@@ -26,22 +26,12 @@ def extent(columns: Iterable[np.ndarray]) -> tuple[float, float] | None:
     return float(min(c.min() for c in values)), float(max(c.max() for c in values))
 
 
-def fitted_range(
-    now: tuple[float, float],
-    data: tuple[float, float],
-    *,
-    fresh: bool,
-    headroom: float = _MARGIN,
-) -> tuple[float, float] | None:
-    """The range for ``data``, or None if the range ``now`` is still good; ``fresh``: fit it in any case."""
+def fitted_range(data: tuple[float, float], headroom: float = _MARGIN) -> tuple[float, float]:
+    """The range for ``data``, with free space above them, relative to their span."""
     low, high = data
     span = max(high - low, 1e-3 * max(abs(low), abs(high)), 1e-9)
-    # Growing data may use up the margin, but not the space for a legend.
-    inside = now[0] <= low and high + max(0.0, headroom - 2 * _MARGIN) * span <= now[1]
-    filled = span >= _FILL * (now[1] - now[0])
-    if inside and filled and not fresh:
-        return None
-    return low - _MARGIN * span, high + headroom * span
+    step = 2.0 ** math.floor(math.log2(span / _PLACES))
+    return step * math.floor((low - _MARGIN * span) / step), step * math.ceil((high + headroom * span) / step)
 
 
 class OwnedRange:
@@ -50,9 +40,8 @@ class OwnedRange:
     def __init__(self, low: float, high: float, *, headroom: float = _MARGIN) -> None:
         self.range = Range1d(low, high, reset_start=low, reset_end=high)
         self._headroom = headroom  # free space above the data for a legend, relative to their span
-        self._put = self._ends = (low, high)
+        self._put = self._ends = self._empty = (low, high)
         self._restored = False
-        self._provisional = False  # fitted to data that were not complete
         self.on_put: list[Callable[[], None]] = []  # called when the page has moved the range, or its home
         self.on_move: Callable[[], None] = lambda: None  # called when an end has moved
         for end in ("start", "end"):
@@ -91,32 +80,24 @@ class OwnedRange:
         columns: Iterable[np.ndarray],
         *,
         fresh: bool = False,
-        complete: bool = True,
         always: Iterable[float] = (),
     ) -> None:
-        """Fit the range to the data by the rule above.
+        """Fit the range to the data by the rule above; without data it is the first one.
 
         Parameters
         ----------
         columns
             The data.
         fresh
-            Whether a scene was chosen.
-        complete
-            Whether the data are all computed.
+            Whether a scene was chosen: this ends a zoom, as in `put`.
         always
             Values that are always in view.
         """
-        data = extent(columns)
-        if data is None:
-            self._provisional |= fresh
-            return
-        data = min(data[0], *always, data[1]), max(data[1], *always, data[0])
-        refit = fresh or (complete and self._provisional)
-        new = fitted_range(self._put, data, fresh=refit, headroom=self._headroom)
-        if new:
-            self._provisional = not complete
-        self.put(*(new or self._put), fresh=fresh)
+        data = extent([*columns, np.array([*always], float)])
+        if data is not None:
+            self.put(*fitted_range(data, self._headroom), fresh=fresh)
+        elif not self._restored:  # a link's zoom waits for data
+            self.put(*self._empty)
 
     def put(self, low: float, high: float, *, fresh: bool = False) -> None:
         """Put the range here: the reset tool returns to it, and the range moves there unless it is zoomed.

@@ -24,6 +24,7 @@ from vibroscope.app.page.shared.figure import (
     make_figure,
     write,
 )
+from vibroscope.app.page.shared.muting import show_entry
 from vibroscope.app.page.shared.ranges import OwnedRange
 from vibroscope.app.studies.speed import CHECKED, KINDS, SWEPT, PartialSpeed, SolverKey
 from vibroscope.engine import Newmark, TimeStepping, integrator_name
@@ -165,7 +166,7 @@ class SpeedView:
         """Name the entries of the legend after the method; those of kinds that its law does not have are left out."""
         names = names_of(result.question.method, result.question.kinds)
         for kind, item in zip(KINDS, self.figure.legend[0].items, strict=True):
-            item.visible = kind in names
+            show_entry(item, kind in names)
             item.label = value(names.get(kind, kind))
 
     def _follow(self, fresh: bool) -> None:

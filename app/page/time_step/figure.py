@@ -142,7 +142,7 @@ class TimeStepView:
         drawn = [*self.orbits.values(), *self.sections.values()]
         for name in _SHOWN:
             columns = [source.data[name] for source in drawn]
-            self.ranges[name].follow(columns, fresh=fresh, complete=result.share >= 1)
+            self.ranges[name].follow(columns, fresh=fresh)
 
     def _draw(self, result: PartialStep, index: int, scheme: str, setting: Setting) -> None:
         question, method = result.question, result.question.method
