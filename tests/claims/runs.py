@@ -2,10 +2,10 @@
 
 import math
 from dataclasses import replace
-from functools import cached_property, lru_cache
+from functools import cached_property
 
 import numpy as np
-from vibroscope.engine import Checkpoint, ExactPenalty, Record, Reference, simulate
+from vibroscope.engine import Checkpoint, Record, Reference, simulate
 
 PER_PERIOD = 200  # samples
 SECTION = 1000  # periods of a section that is compared as a distribution
@@ -157,41 +157,30 @@ def period_of(section, most):
     return 0
 
 
-def energy_lost(system, eta, run, period):
-    """Energy that the excitation gives per period, over the last cycles of a sampled run: ∫F dξ, by parts −∫F′ξ dτ."""
+def energy_lost(system, eta, run, lengths=1):
+    """Energy that the excitation gives per period, in each of so many lengths of a sampled run: ∫F dξ by parts.
+
+    Displacements are continuous where velocities jump, so that samples do.
+    """
     drive, mu = system.excitation, 0.0 if system.wall else system.mass_ratio
-    time = run.trajectory.time
-    given = 0.0
-    for body, mass in ((0, 1.0), (1, mu)):
-        amplitude, phase = (
-            (drive.force1, drive.force1_phase) if body == 0 else (drive.force2, drive.force2_phase)
-        )
-        force = drive.base * eta**2 * mass * np.cos(eta * time + drive.base_phase)
-        force = force + amplitude * np.cos(eta * time + phase)
-        rate = -eta * drive.base * eta**2 * mass * np.sin(eta * time + drive.base_phase)
-        rate = rate - eta * amplitude * np.sin(eta * time + phase)
-        place = run.trajectory.displacement[body]
-        ends = force[-1] * place[-1] - force[0] * place[0]
-        given += ends - float(np.trapezoid(rate * place, time))
-    return given * run.period / (time[-1] - time[0])
+    bodies = (1.0, drive.force1, drive.force1_phase), (mu, drive.force2, drive.force2_phase)
+    each, found = (len(run.trajectory.time) - 1) // lengths, []
+    for part in range(lengths):
+        taken = slice(part * each, (part + 1) * each + 1)
+        time, given = run.trajectory.time[taken], 0.0
+        for place, (mass, force, phase) in zip(run.trajectory.displacement[:, taken], bodies, strict=True):
+            base, own = drive.base * eta**2 * mass, eta * time + drive.base_phase
+            total = base * np.cos(own) + force * np.cos(eta * time + phase)
+            rate = -eta * (base * np.sin(own) + force * np.sin(eta * time + phase))
+            given += total[-1] * place[-1] - total[0] * place[0] - np.trapezoid(rate * place, time)
+        found.append(float(given) * run.period / (time[-1] - time[0]))
+    return found
 
 
-@lru_cache(maxsize=1000)
-def alone(system, method):
-    """Restitution and duration of one fast contact of a method without a step, other forces negligible."""
-    speed = 1e4
-    start = (0.0, speed, -system.clearance, 0.0)
-    if system.wall:
-        start = (system.clearance, speed, 0.0, 0.0)
-    limit = method if isinstance(method, ExactPenalty) else method.limit
-    eta = 1e-2
-    run = simulate(system, eta, limit, periods=1, keep=1, initial=Checkpoint(system, eta, limit, 0, start))
-    if not len(run.impacts) or not len(run.contacts):
-        return math.nan, math.nan
-    first = run.impacts
-    parting = -float(np.diff(first.velocity_after[0])[0])
-    closing = float(first.closing_speed[0])
-    return -parting / closing, float(np.diff(run.contacts[0])[0])
+def rebound_alone(system, method):
+    """Restitution of a contact of a spring and a damper between free bodies, the textbook's."""
+    ratio = method.damping / math.sqrt(method.stiffness * system.mass_share)
+    return math.exp(-math.pi * ratio / math.sqrt(1 - ratio**2)) if ratio < 1 else 0.0
 
 
 def changed(method, **numbers):

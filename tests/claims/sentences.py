@@ -82,7 +82,9 @@ def first(pattern, texts):
 
 def kinds_in(headline):
     """What a headline says of how the penalty solution repeats, and the reference; None if it says nothing."""
-    found = re.search(r"the penalty solution ((?:is|repeats|nearly|does|blew)[^;]*?), the reference ([^;]*?)(?:, and |;)", headline)
+    found = re.search(
+        r"the penalty solution ((?:is|repeats|nearly|does|blew)[^;]*?), the reference ([^;]*?)(?:, and |;)", headline
+    )
     return found and found.groups()
 
 

@@ -26,8 +26,8 @@ def test_what_a_verdict_says_is_so(number):
          [("joint damping", 0.043)]),
         ("The time step is to blame: without it 1 % would be left, or 900 steps a period leave 3 %.",
          [("limit", 0.01), ("steps", 0.03)]),
-        ("if one number alone is changed: K = 3600 7.8 %; status located 12 %; integrator newmark 9 %; law limited 10 %; "
-         "no joint damping of its own 68 %.",
+        ("if one number alone is changed: K = 3600 7.8 %; status located 12 %; integrator newmark 9 %; "
+         "law limited 10 %; no joint damping of its own 68 %.",
          [("K", 0.078), ("status", 0.12), ("integrator", 0.09), ("law", 0.1), ("joint damping", 0.68)]),
     ],
 )  # fmt: skip

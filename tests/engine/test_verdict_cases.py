@@ -1,5 +1,7 @@
 """Settings of which a verdict said what is not so; what it says now, beside runs of the test's own."""
 
+import re
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -22,9 +24,7 @@ from tests.claims.sentences import apply, changes_in
 from tests.claims.settings import Setting
 
 PAPER = System()
-NEVER_MEETS = System(
-    kappa=1.773, mu=1.152, d1=0.0293, d2=0.00816, d3=0.054, restitution=0.385, clearance=1.04
-)
+NEVER_MEETS = System(kappa=1.773, mu=1.152, d1=0.0293, d2=0.00816, d3=0.054, restitution=0.385, clearance=1.04)
 WALL = System(wall=True, d1=0.0107, restitution=0.129, clearance=-0.658)
 FORCED = System(
     kappa=2.389, mu=0.9817, d1=0.0276, d2=0.0305, d3=0.0501, restitution=0.515, clearance=-0.58,
@@ -60,13 +60,14 @@ def test_k_is_named_where_k_alone_removes_what_no_other_number_does(system, eta,
 
 
 def test_both_numbers_are_named_that_do_the_same():
-    """Figure 9 [B]: the contact is overdamped; it said that K is to blame, although D does slightly better."""
+    """Figure 9 [B]: the contact is overdamped; it said that K alone is to blame, although D does as well."""
     setting = PAPER, 1.08, Newmark(100, 50, 2000)
     _, words, runs = judged(*setting)
-    assert "are to blame, each alone" in words.headline
+    assert "D and K are to blame, each alone" in words.headline
     said = changes_in(words.headline)
     assert {each.name for each in said} == {"K", "D"}
-    assert all(runs.error(apply(setting[2], each)) < 0.08 for each in said)
+    assert all(runs.error(apply(setting[2], each)) < 0.082 for each in said)
+    assert "rebounds with 0 of its speed" in words.headline
     assert "soft" not in words.headline
 
 
@@ -82,7 +83,8 @@ def test_a_long_transient_of_the_reference_is_not_compared(system, eta, method):
     assert found.reference.impacts_per_period == pytest.approx(impacts, rel=0.02)
     assert found.motions.reference.period > 0
     long = verdict(compare(system, eta, method, periods=60_000))
-    assert (words.blame, words.change) == (long.blame, long.change)
+    assert words.blame == long.blame
+    assert words.change == pytest.approx(long.change, rel=0.1)
 
 
 def test_what_other_numbers_mend_is_not_charged_to_the_joint_damping():
@@ -102,17 +104,19 @@ def test_nothing_touches_is_said_of_both_solutions():
 
 def test_d_alone_leaves_nothing_where_nothing_meets_in_the_reference():
     _, words, runs = judged(NEVER_MEETS, 3.3, Newmark(1000, 0.1, 1000))
-    assert "D is to blame" in words.headline
+    assert words.blame[0] == "D"
     assert runs.error(apply(runs.method, changes_in(words.headline)[0])) < 0.001
 
 
 @pytest.mark.parametrize(
-    ("eta", "method"), [(3.3, Newmark(4000, 9, 60_000)), (3.25, Newmark(2320, 2.03, 60_000)), (3.25, Newmark(2320, 2.03, 19_900))]
+    ("eta", "method"),
+    [(3.3, Newmark(4000, 9, 60_000)), (3.25, Newmark(2320, 2.03, 60_000)), (3.25, Newmark(2320, 2.03, 19_900))],
 )
 def test_energy_is_of_whole_cycles_whatever_the_step(eta, method):
     found = motion(PAPER, eta, method)
     run = simulate(PAPER, eta, method, keep=found.near_period, record=Record(found.near_period, method.steps))
-    assert found.energy_lost == pytest.approx(energy_lost(PAPER, eta, run, found.near_period), rel=0.02)
+    work = energy_lost(PAPER, eta, run)[0]
+    assert found.energy_lost - found.energy_created == pytest.approx(work, rel=0.02)
     impulse = float(np.sum(run.impacts.impulse)) / found.near_period
     assert found.impulse == pytest.approx(impulse, rel=0.03)
 
@@ -125,7 +129,7 @@ def test_two_chaotic_motions_are_of_one_kind():
 def test_bodies_that_never_meet_do_not_part():
     found, words, _ = judged(NEVER_MEETS, 2.83, Newmark(15_700, 1.33, 2500))
     if len(found.runs.penalty.impacts) == 0:
-        assert not [text for text in words.details if "the speed at which they meet" in text]
+        assert not [text for text in words.details if text.startswith("The bodies part with")]
 
 
 @pytest.mark.parametrize(
@@ -159,8 +163,20 @@ def test_what_finishes_does_so_for_frequencies_nearby():
     assert all(simulate(TOUCHING, 3.91 + shift, changed).ok for shift in (-1e-5, 0, 1e-5))
 
 
-def test_the_rebound_that_a_value_would_give_is_that_of_the_motion():
-    """At a soft wall own spring and weight act during a contact, too: the formula's D gives another rebound."""
-    _, words, runs = judged(WALL, 2.71, Newmark(61.3, 38.4, 8560))
-    text = next((text for text in words.details if "of the speed at which they meet" in text), "")
-    assert "alone" in text
+REBOUNDS = [
+    (WALL, 2.71, Newmark(61.3, 38.4, 8560)),
+    (PAPER, 1.87, TimeStepping(1890, 0.108, 1030)),
+    (System(wall=True, d1=0.00771, restitution=0.207, clearance=0.225), 3.28, Newmark(422, 4.39, 1080)),
+]
+
+
+@pytest.mark.parametrize(("system", "eta", "method"), REBOUNDS)
+def test_a_value_that_is_said_to_give_the_restitution_does_so_in_the_motion(system, eta, method):
+    """Own springs, weights and the drive act in a soft contact, too: what the formula gives rebounds otherwise."""
+    _, words, runs = judged(system, eta, method)
+    text = next((text for text in words.details if "the restitution e asks for" in text), "")
+    for name, value in re.findall(r"\b(K|D) = ([\d.e+-]+)", text):
+        changed = replace(method.limit, **{{"K": "stiffness", "D": "damping"}[name]: float(value)})
+        run = runs.run(changed)
+        closing, parting = (np.diff(each, axis=1) for each in (run.impacts.velocity_before, run.impacts.velocity_after))
+        assert -parting.sum() / closing.sum() == pytest.approx(system.restitution, rel=0.1), (name, value)
