@@ -32,7 +32,12 @@ def judge(setting):
     """All claims about a setting, and the verdict."""
     found = compare(*setting)
     words = verdict(found)
-    return [*_Judge(setting, found, words).claims()], words
+    return judge_words(setting, found, words), words
+
+
+def judge_words(setting, found, words):
+    """All claims of a comparison and a verdict."""
+    return [*_Judge(setting, found, words).claims()]
 
 
 def within(found, wanted, factor, absolute=0.0):
@@ -493,4 +498,4 @@ class _Judge:
         yield Claim("c6", graded(said, left, 1.2, 1.5, 0.003), f"{said:.3g} said, {left:.3g} found")
 
 
-__all__ = ["FALSE", "MISLEADING", "TRUE", "Claim", "Left", "judge", "share"]
+__all__ = ["FALSE", "MISLEADING", "TRUE", "Claim", "Left", "judge", "judge_words", "share"]

@@ -1,9 +1,14 @@
 """A share of the check of `make release`: what a verdict says of settings drawn at random is so."""
 
+from dataclasses import replace
+
 import pytest
+from vibroscope.engine import Newmark, System, compare, verdict
 
 from tests.claims.__main__ import judged
+from tests.claims.judge import FALSE, judge_words
 from tests.claims.sentences import changes_in
+from tests.claims.settings import Setting
 from tests.share import every
 
 SETTINGS = (0, 1, 2, 3, 4, 5)
@@ -33,3 +38,21 @@ def test_what_a_verdict_says_is_so(number):
 )  # fmt: skip
 def test_the_sentences_are_read(text, found):
     assert [(each.name, pytest.approx(each.left)) for each in changes_in(text)] == found
+
+
+WRONG = [  # what was said of these settings once, and the row that finds it out
+    (2.3, Newmark(70000, 6, 1000), "D is to blame: D = 38.9 leaves 71 %.", ("D",), "a2"),
+    (2.48, Newmark(90, 40, 6000), "D is to blame: D = 1.4 leaves 9 %.", ("D",), "a1"),
+    (3.69, Newmark(66, 21, 3600), "No K, D or time step that was tried mends it: at best 55 % is left.", (), "a3"),
+    (3.69, Newmark(66, 21, 3600), "No K, D or time step that was tried mends it: at best 55 % is left.", (), "a8"),
+    (1.08, Newmark(100, 50, 2000), "They disagree: with 3 contacts a period for 10 impacts.", (), "d2"),
+    (2.76, Newmark(12000, 18, 2000), "The time step blurs each point of the section (ξ₂ by ±0.01).", (), "b"),
+]
+
+
+@pytest.mark.parametrize(("eta", "method", "headline", "blame", "row"), WRONG)
+def test_what_is_not_so_is_found_out(eta, method, headline, blame, row):
+    found = compare(System(), eta, method)
+    words = replace(verdict(found), headline=headline, blame=blame, together=False, details=())
+    wrong = [each.row for each in judge_words(Setting(System(), eta, method), found, words) if each.outcome == FALSE]
+    assert row in wrong
