@@ -371,6 +371,8 @@ class _Judge:
                 yield Claim("d4", outcome, f"{name} energy {said.energy_lost:.4g} said, {np.round(found, 3)} found")
             if name == "penalty" and math.isfinite(said.peak_force):
                 peak = float(run.trajectory.force.max())
+                if method.located and method.law in ("kelvin-voigt", "cut"):  # its damper acts from the touch on
+                    peak = max(peak, 2 * method.damping * float(run.impacts.closing_speed.max(initial=0.0)))
                 yield Claim(
                     "d3", graded(said.peak_force, peak, 1.1, 1.3), f"{said.peak_force:.4g} said, {peak:.4g} found"
                 )
