@@ -15,6 +15,7 @@ from itertools import combinations
 import numpy as np
 
 from ..drivers.section import period_of
+from ..law_table import LAWS
 from ..methods import skips_steps
 from ..motions.sameness import cycle_points
 from ..motions.section import band_width
@@ -22,6 +23,7 @@ from ..result import Response
 
 LONGER = (4, 16)  # times the periods asked for
 AFFORDED = 100_000_000  # steps of the longest run of a penalty solution whose steps are not skipped
+AFFORDED_PERIODS = {True: math.inf, False: 10_000}  # of the same, by whether its law is linear by pieces
 SECTION = 1000  # periods: quick to compute, and their distribution is known to about 1/√SECTION
 NARROW = 0.2  # of the cycle's size: the width of a band that a time step makes about it
 BURSTS = 4.0  # of its widths: how far the middle of such a band may lie from the cycle
@@ -44,7 +46,11 @@ def settled_length(run: Callable[[str, int, int], Response], periods: int, keep:
     if not all(each.ok for each in first):
         return periods, keep
     method, longer = first[1].method, max(periods, SECTION // 2)  # so that all of them have a section to keep
-    most = math.inf if skips_steps(method) else AFFORDED / method.steps
+    most = (
+        math.inf
+        if skips_steps(method)
+        else min(AFFORDED / method.steps, AFFORDED_PERIODS[LAWS[method.law].closed_form])
+    )
     lengths = [periods, *(factor * longer for factor in LONGER if factor * longer <= most)]
     settled, kept = lengths[0], keep
     for name, found in zip(("reference", "penalty"), first, strict=True):
