@@ -6,7 +6,7 @@ OPENING = "?eta=1.08&K=100&D=50&steps=2000"
 SEEN = """name => {
   const plot = Bokeh.documents[0].get_model_by_name(name), view = Bokeh.index.find_one(plot);
   const box = view.el.getBoundingClientRect();
-  const filled = source => Object.values(Object.fromEntries(source.data))[0].length;
+  const filled = source => [...(source.data.values?.() ?? Object.values(source.data))][0].length;
   const drawn = plot.renderers.filter(each => each.visible && filled(each.data_source));
   return { width: box.width, height: box.height, drawn: drawn.map(each => each.glyph.type), title: plot.title.text };
 }"""
