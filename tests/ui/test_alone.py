@@ -1,6 +1,7 @@
 """The curves over each number alone in a real browser: seen, clicked, and gone with a move."""
 
 from .explorer import wait_until
+from .taking import menu
 
 OPENING = "?eta=1.08&K=100&D=50&steps=2000"
 SEEN = """name => {
@@ -64,10 +65,11 @@ def test_a_move_takes_the_curves_away_and_brings_its_own(visit):
     explorer.page.get_by_role("heading", name="Change one number alone").wait_for(state="hidden")
 
 
-def test_a_picture_of_a_curve_can_be_taken(visit):
+def test_each_curve_can_be_taken_away(visit):
     explorer = searched(visit(OPENING))
-    explorer.page.get_by_role("button", name="Take away").click()
-    explorer.page.get_by_text("Difference over K", exact=True).wait_for()
+    wait_until(lambda: "Difference over the step" in menu(explorer), what="the figures in the menu")
+    for title in ("Difference over K", "Difference over D", "Difference over the step"):
+        assert {"PNG", "SVG", "CSV"} <= set(menu(explorer)[title])
 
 
 def test_a_phone_scrolls_the_strip(visit):
