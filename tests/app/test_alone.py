@@ -1,6 +1,8 @@
 """The curves over each number alone: what is drawn, what a click sets, and that they come and go with the verdict."""
 
 import math
+from types import SimpleNamespace
+from unittest.mock import MagicMock
 
 import numpy as np
 import pytest
@@ -8,7 +10,10 @@ from vibroscope.app.explorer.compute import compute_runs
 from vibroscope.app.explorer.explanation import explain
 from vibroscope.app.explorer.reading import read_setting
 from vibroscope.app.explorer.scenes import opening_setting
+from vibroscope.app.export.plots import plot_script
+from vibroscope.app.export.tables import table_in_units
 from vibroscope.app.page.explore.alone import NUMBERS, AloneView
+from vibroscope.app.page.explore.drawn import DrawnFigures
 from vibroscope.app.page.shared.figure import write
 from vibroscope.engine import percent
 
@@ -131,6 +136,30 @@ def test_without_a_search_there_is_no_card_and_a_new_setting_has_no_curves_yet(f
     assert not any(source.data["x"].size for source in view.curves.values())
     view.show(None, OPENING, write)
     assert not view.view.visible
+
+
+def test_a_curve_is_taken_away_as_a_table_and_as_a_script(found):
+    facts, view = found[0].alone, shown(found[0].alone)
+    for name in NUMBERS:
+        table = {series.label: series.columns for series in view.table(name)}
+        np.testing.assert_array_equal(table["alone"][name], facts["curves"][name]["values"])
+        assert table["present"]["left"] == [facts["total"]]
+        assert table["at best"]["left"] == [facts["curves"][name]["best"]["left"]]
+        assert 'xscale="log", yscale="log"' in plot_script("curve", view.table(name), {"title": "", "description": ""})
+    assert "resolved up to" in {series.label for series in view.table("K")}
+    (in_units, *_) = table_in_units(view.table("K"), UNITS.scale)
+    assert "K [N/m]" in in_units.columns
+
+
+def test_the_figures_are_offered_once_there_are_curves(found):
+    result = SimpleNamespace(setting=OPENING, columns={})
+    view = AloneView()
+    drawn = DrawnFigures(MagicMock(), MagicMock(), MagicMock(front={}), MagicMock(), view)
+    assert not [each for each in drawn.figures(result) if each.name.startswith("alone")]
+    view.show(found[0].alone, OPENING, write)
+    offered = [each.name for each in drawn.figures(result) if each.name.startswith("alone")]
+    assert offered == ["alone_K", "alone_D", "alone_steps"]
+    assert drawn.data(result, MagicMock(phase={"x1": []}))["alone"] == found[0].alone
 
 
 def test_there_is_no_curve_over_d_where_the_law_takes_its_damper_from_the_restitution(found):

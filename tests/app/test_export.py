@@ -121,7 +121,7 @@ def test_a_file_of_another_kind_is_refused():
         loaded_from_toml("[motion]\nkappa = 2")
 
 
-NOT_OF_COLUMNS = ("mechanism", "diagram", "front", "comparison")
+NOT_OF_COLUMNS = ("mechanism", "diagram", "alone_K", "alone_D", "alone_steps", "front", "comparison")
 
 
 @pytest.mark.parametrize("figure", [name for name in FIGURES if name not in NOT_OF_COLUMNS])

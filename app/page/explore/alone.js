@@ -1,11 +1,11 @@
 // What stands above the curves over each number alone: the title, how far the search is, and the key of the marks.
 
 const MARKS = [
-  ["now", "◆", "now"],
-  ["best", "○", "at best"],
-  ["equal", "┆", "equal restitution"],
-  ["unresolved", "■", "under 10 steps in a contact"],
-  ["floor", "─", "joint damping, which none mends"],
+  ["now", "◆", "now", "What is left with the present value"],
+  ["best", "○", "at best", "The value that leaves least; a click sets it"],
+  ["equal", "┆", "equal restitution", "The contact has the restitution of the reference"],
+  ["unresolved", "■", "under 10 steps", "A contact takes fewer than ten steps"],
+  ["floor", "─", "joint damping", "Its part of the difference: no K, D or step mends it"],
 ];
 
 export function render({ model }) {
@@ -13,11 +13,12 @@ export function render({ model }) {
   const state = element("span", "state");
   state.setAttribute("role", "status");
   const key = element("ul", "key");
-  for (const [name, sign, words] of MARKS) {
+  for (const [name, sign, words, hint] of MARKS) {
     const entry = element("li", name);
     const mark = element("span", "sign", sign);
     mark.setAttribute("aria-hidden", "true");
     entry.append(mark, words);
+    entry.title = hint;
     key.append(entry);
   }
   root.append(element("h2", "", "Change one number alone: what is left of the difference"), state, key);

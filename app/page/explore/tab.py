@@ -346,6 +346,7 @@ class Explore(Tab):
         """Draw the curves over each number alone, as far as they are known."""
         self._alone.show(facts, self._result.setting, self._sender.put)
         self._sender.send()
+        self.host.update_offers()
 
     def _show_kinds(self, kinds: Kinds) -> None:
         self._kinds = kinds
