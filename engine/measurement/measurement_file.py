@@ -158,11 +158,6 @@ def measurement_text(measurement: Measurement, units: Units, comment: str) -> st
     return "\n".join(lines) + "\n"
 
 
-def file_header(content: bytes) -> tuple[str, ...]:
-    """The cells of a file's header, or of its first row where it has none; raises as :func:`parse_measurement`."""
-    return tuple(cell.strip() for cell in _table(_lines(content)).header)
-
-
 def _lines(content: bytes) -> list[str]:
     """Split into lines; comments become empty lines, so that the others keep their numbers."""
     try:
