@@ -130,7 +130,8 @@ def parse_measurement(
             _refuse_outlier(values["time"], each, where, [number for number, _ in found])
     time, displacement = values["time"] - values["time"][0], np.stack(list(of_bodies.values()))
     in_periods = bool(series) and not chosen[names.index("time")].physical
-    if eta is None and (in_periods or measured == ACCELERATIONS):
+    needs_eta = in_periods or measured == ACCELERATIONS
+    if eta is None and needs_eta:
         raise ValueError(f"{table.where}: time in periods and accelerations need the excitation frequency: give eta")
     time = time * 2 * np.pi / eta if in_periods else time
     return Measurement(
@@ -139,6 +140,7 @@ def parse_measurement(
         contact=_contact(values),
         frame=frame,
         mean_known=measured != ACCELERATIONS,
+        eta=eta if needs_eta else None,
         left_out=(*left_out, *(f"other curves than {one}" for one in series)),
     )
 

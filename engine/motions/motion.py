@@ -145,7 +145,8 @@ def _closed_form_motion(system: System, eta, method: Reference | ExactPenalty, i
     if np.abs(state).max() > FARTHEST:
         return _unbounded_motion(run)
     if not system.excitation.drives and (own := own_period(run)) == own:
-        return _free_motion(run, own, cancelled)
+        more = simulate(system, eta, method, periods=KEEP, keep=KEEP, initial=state, cancelled=cancelled)
+        return _free_motion(more, own, cancelled)
     for periods in schedule.followed:
         followed = lyapunov(system, eta, method, initial=state, periods=periods, cancelled=cancelled)
         if len(followed.section) < periods:
@@ -219,7 +220,9 @@ def _periodic_motion(once: Response, period: int, values: np.ndarray, cancelled)
 def _free_motion(run: Response, own: float, cancelled) -> Motion:
     """A free vibration that repeats itself after a period of its own."""
     times = f"{own / run.period:.6g} times the period 2 pi/eta, which eta alone sets"
-    reason = f"nothing drives the bodies, and nothing takes their energy: the impacts repeat themselves after {times}"
+    reason = (
+        f"nothing that changes with time acts, and nothing takes energy: the impacts repeat themselves after {times}"
+    )
     return replace(_with_samples(describe(run, 0), run, cancelled), type=Kind.PERIODIC, reason=reason, own_period=own)
 
 

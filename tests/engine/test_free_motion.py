@@ -37,6 +37,8 @@ def test_an_elastic_free_vibration_repeats_with_a_period_of_its_own(method, peri
     assert found.own_period == pytest.approx(period, rel=1e-3)
     assert repetition(found) == "repeats with a period of its own"
     assert "die away" not in found.reason
+    assert found.energy_lost == pytest.approx(0.0, abs=1e-3)
+    assert found.impulse > 0
 
 
 @pytest.mark.parametrize(
