@@ -74,7 +74,7 @@ _LATER = {
     "measurement.fit": ("FITTED", "Fit", "fit", "fitted_names"),
     "measurement.measurement": ("Measurement",),
     "measurement.measurement_columns": ("UnknownColumns",),
-    "measurement.measurement_file": ("file_header", "measurement_text", "parse_measurement", "read_measurement"),
+    "measurement.measurement_file": ("measurement_text", "parse_measurement", "read_measurement"),
     "measurement.synthetic": ("synthetic_measurement",),
     "measurement.verdict": ("measured_verdict",),
     "methods": ("integrator_name", "is_located", "stages_of", "status_of"),

@@ -51,9 +51,10 @@ class MeasuredFile:
 
     def measurement(self, setting: Setting) -> Measurement:
         """The measurement in numbers of the model; raises ValueError with line and column of the first fault."""
-        key = Units(setting.omega1, setting.m1, setting.amplitude), self.columns, setting.eta
-        if self._parsed is None or self._parsed[0] != key:
-            self._parsed = key, parse_measurement(self._content, *key)
+        key = Units(setting.omega1, setting.m1, setting.amplitude), self.columns
+        known = self._parsed is not None and self._parsed[0] == key and self._parsed[1].eta in (None, setting.eta)
+        if not known:
+            self._parsed = key, parse_measurement(self._content, *key, setting.eta)
         return self._parsed[1]
 
 

@@ -141,7 +141,14 @@ def fit(
 
 
 def fitted_names(system: System) -> tuple[str, ...]:
-    """The constants that a system has and that can be fitted."""
+    """The constants that a system has and that can be fitted.
+
+    Examples
+    --------
+    >>> from vibroscope.engine import System, fitted_names
+    >>> fitted_names(System(wall=True))
+    ('restitution', 'd1')
+    """
     return tuple(name for name in FITTED if not (system.wall and name in BODY_2))
 
 

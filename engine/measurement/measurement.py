@@ -27,6 +27,8 @@ class Measurement:
         As seen by a fixed sensor, ξ + cos ητ, or relative to the base, ξ.
     mean_known : bool
         False if the displacements follow from accelerations: then differences are taken without their means.
+    eta : float or None
+        Excitation frequency that the numbers of the file were read with, where they depend on it.
     left_out : tuple of str
         What the file holds beside this, such as columns of other names.
 
@@ -41,6 +43,7 @@ class Measurement:
     contact: np.ndarray | None
     frame: str
     mean_known: bool = True
+    eta: float | None = None
     left_out: tuple[str, ...] = ()
 
     def __post_init__(self):

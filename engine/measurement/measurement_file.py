@@ -130,7 +130,8 @@ def parse_measurement(
             _refuse_outlier(values["time"], each, where, [number for number, _ in found])
     time, displacement = values["time"] - values["time"][0], np.stack(list(of_bodies.values()))
     in_periods = bool(series) and not chosen[names.index("time")].physical
-    if eta is None and (in_periods or measured == ACCELERATIONS):
+    needs_eta = in_periods or measured == ACCELERATIONS
+    if eta is None and needs_eta:
         raise ValueError(f"{table.where}: time in periods and accelerations need the excitation frequency: give eta")
     time = time * 2 * np.pi / eta if in_periods else time
     return Measurement(
@@ -139,6 +140,7 @@ def parse_measurement(
         contact=_contact(values),
         frame=frame,
         mean_known=measured != ACCELERATIONS,
+        eta=eta if needs_eta else None,
         left_out=(*left_out, *(f"other curves than {one}" for one in series)),
     )
 
@@ -156,11 +158,6 @@ def measurement_text(measurement: Measurement, units: Units, comment: str) -> st
         row = ", ".join([f"{time[i]:.9g}", *(f"{each[i]:.7g}" for each in displacement)])
         lines.append(f"{row}, {int(measurement.contact[i])}" if has_contact else row)
     return "\n".join(lines) + "\n"
-
-
-def file_header(content: bytes) -> tuple[str, ...]:
-    """The cells of a file's header, or of its first row where it has none; raises as :func:`parse_measurement`."""
-    return tuple(cell.strip() for cell in _table(_lines(content)).header)
 
 
 def _lines(content: bytes) -> list[str]:

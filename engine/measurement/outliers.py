@@ -4,15 +4,16 @@ import numpy as np
 
 COMMON = 0.98  # share of the samples that gives the size of the motion, and of the slopes that gives its speed
 FARTHER = 10.0  # times that size from the middle
+JUMP = 0.5  # of the way from the middle, in one step
 FASTER = 10.0  # times that speed, there and back
 
 
 def first_outlier(time: np.ndarray, values: np.ndarray) -> tuple[int, float] | None:
     """Find the first sample that lies too far out to belong to the motion.
 
-    A body moves on and does not jump: a sample is an outlier if it lies FARTHER sizes of the motion from its middle, or
-    if the body moved to it and back with FASTER times the speed that it has in all but few of the other intervals. An
-    impact turns a velocity, and increases no displacement between two samples.
+    A body moves on and does not jump: a sample is an outlier if it lies FARTHER sizes of the motion from its middle and
+    the body got there between two samples, or if the body moved to it and back with FASTER times the speed that it has
+    in all but few of the other intervals. An impact turns a velocity and moves no body between two samples.
 
     Parameters
     ----------
@@ -32,5 +33,15 @@ def first_outlier(time: np.ndarray, values: np.ndarray) -> tuple[int, float] | N
     fast = np.abs(slopes) > FASTER * np.quantile(np.abs(slopes), COMMON)
     spike = np.zeros(len(values), bool)
     spike[1:-1] = fast[:-1] & fast[1:] & (slopes[:-1] * slopes[1:] < 0)
-    found = np.flatnonzero((distance > FARTHER) | (spike & (distance > 1)))
+    found = np.flatnonzero(_beyond_a_jump(values, distance > FARTHER, distance * size) | (spike & (distance > 1)))
     return (int(found[0]), float(distance[found[0]])) if len(found) else None
+
+
+def _beyond_a_jump(values: np.ndarray, far: np.ndarray, excursion: np.ndarray) -> np.ndarray:
+    """Which of the samples that lie far out, (n,) of bool, belong to a row of such that begins or ends with a jump."""
+    found = np.zeros(len(values), bool)
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], far, [False]]).astype(int)))
+    for start, end in edges.reshape(-1, 2):
+        sides = [pair for pair in ((start - 1, start), (end, end - 1)) if 0 <= pair[0] < len(values)]
+        found[start:end] = any(abs(values[out] - values[into]) > JUMP * excursion[into] for out, into in sides)
+    return found

@@ -10,6 +10,7 @@ from ..simulate import simulate
 from .poincare_map import PoincareMap
 
 DIFFERENCE = 1e-7  # of the state's size: well below what a time step shifts, well above rounding
+NEUTRAL = 1e-6  # distance of a multiplier from the unit circle at which disturbances keep their size
 REAL = 1e-9  # relative: a multiplier with a smaller imaginary part is real
 
 DOUBLING, FOLD, NEIMARK_SACKER, GRAZING = "period doubling", "fold", "Neimark-Sacker", "grazing"
@@ -65,6 +66,13 @@ def eigenvalues_by_modulus(jacobian: np.ndarray) -> np.ndarray:
     """Return the eigenvalues of a matrix, complex, largest modulus first."""
     values = np.linalg.eigvals(jacobian).astype(complex)
     return values[np.argsort(-np.abs(values), kind="stable")]
+
+
+def fate_of_disturbances(largest: float) -> str:
+    """What becomes of small disturbances, by the largest modulus of a multiplier."""
+    if abs(largest - 1) <= NEUTRAL:
+        return "neither grow nor die away"
+    return "die away" if largest < 1 else "grow"
 
 
 def lyapunov_exponent(values: np.ndarray, period: int) -> float:

@@ -30,7 +30,7 @@ from ..simulate import simulate
 from ..wording import counted
 from .contact_force import impulse_per_period, peak_force
 from .description import Kind, Motion, describe, sampled_periods
-from .floquet import lyapunov_exponent, multipliers, nearest_bifurcation
+from .floquet import fate_of_disturbances, lyapunov_exponent, multipliers, nearest_bifurcation
 from .free_vibration import own_period
 from .lyapunov import Lyapunov, lyapunov
 from .poincare_map import unresolved
@@ -44,7 +44,6 @@ SAMPLES, SAMPLED = 2000, 50  # samples per period; sampled periods
 MOST_SAMPLES = 100_000
 FEWEST = 8  # sampled periods at least of a motion that does not repeat itself …
 STORED_SAMPLES = 1_000_000  # … unless these are more samples
-NEUTRAL = 1e-6  # distance of a multiplier from the unit circle at which disturbances keep their size
 UNBALANCED = 0.01  # of the energy: a balance with a larger residual says nothing about the losses
 FARTHEST = 1e6  # base amplitudes: no run can start farther away (:func:`engine.simulate`)
 IN_CONTACT = 60  # samples in the shortest contact of a cycle: the peak of half a sine wave to 0.04 %
@@ -146,7 +145,8 @@ def _closed_form_motion(system: System, eta, method: Reference | ExactPenalty, i
     if np.abs(state).max() > FARTHEST:
         return _unbounded_motion(run)
     if not system.excitation.drives and (own := own_period(run)) == own:
-        return _free_motion(run, own, cancelled)
+        more = simulate(system, eta, method, periods=KEEP, keep=KEEP, initial=state, cancelled=cancelled)
+        return _free_motion(more, own, cancelled)
     for periods in schedule.followed:
         followed = lyapunov(system, eta, method, initial=state, periods=periods, cancelled=cancelled)
         if len(followed.section) < periods:
@@ -210,24 +210,19 @@ def _periodic_motion(once: Response, period: int, values: np.ndarray, cancelled)
     start, twice = once.checkpoint, {"periods": 2 * period, "keep": 2 * period}
     run = simulate(once.system, once.eta, once.method, initial=start, record=record, cancelled=cancelled, **twice)
     described = _with_energy(describe(run, period), run, cancelled)
-    fate = _fate(float(np.abs(values).max(initial=0.0)))
+    fate = fate_of_disturbances(float(np.abs(values).max(initial=0.0)))
     reason = f"a cycle of {counted(period, 'period')} closes, and disturbances of it {fate}"
     if not once.system.excitation.drives:
         reason = f"nothing drives the bodies: their free vibration has come to rest, and disturbances {fate}"
     return _with_multipliers(replace(described, reason=reason, section=run.section[-period:]), values)
 
 
-def _fate(largest: float) -> str:
-    """What becomes of small disturbances, by the largest modulus of a multiplier."""
-    if abs(largest - 1) <= NEUTRAL:
-        return "neither grow nor die away"
-    return "die away" if largest < 1 else "grow"
-
-
 def _free_motion(run: Response, own: float, cancelled) -> Motion:
     """A free vibration that repeats itself after a period of its own."""
     times = f"{own / run.period:.6g} times the period 2 pi/eta, which eta alone sets"
-    reason = f"nothing drives the bodies, and nothing takes their energy: the impacts repeat themselves after {times}"
+    reason = (
+        f"nothing that changes with time acts, and nothing takes energy: the impacts repeat themselves after {times}"
+    )
     return replace(_with_samples(describe(run, 0), run, cancelled), type=Kind.PERIODIC, reason=reason, own_period=own)
 
 

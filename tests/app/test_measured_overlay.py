@@ -4,6 +4,7 @@ import re
 
 import numpy as np
 import pytest
+from vibroscope.app.explorer import measured
 from vibroscope.app.explorer.compute import compute_runs
 from vibroscope.app.explorer.measured import LARGEST_FILE, MeasuredFile, measured_words, own_eta, place
 from vibroscope.app.explorer.present import present
@@ -20,6 +21,7 @@ from vibroscope.engine import (
     compare_measured,
     measured_verdict,
     measurement_text,
+    parse_measurement,
     read_measurement,
     synthetic_measurement,
 )
@@ -98,6 +100,20 @@ def test_a_file_of_unknown_columns_asks_which_is_what_and_reads_them(overlay):
     name, columns = overlay.arguments
     last = as_command(SETTING, name, columns).splitlines()[-1]
     assert last.endswith("--measured own.csv --columns 'time=1 [s], x1=2 [mm], x2=3 [mm]'")
+
+
+def test_a_move_of_eta_reads_a_file_again_only_where_its_numbers_depend_on_it(monkeypatch):
+    parsed = []
+    monkeypatch.setattr(measured, "parse_measurement", lambda *how: parsed.append(how) or parse_measurement(*how))
+    plain = MeasuredFile("own.csv", EXAMPLE.read_bytes())
+    assert plain.measurement(SETTING) is plain.measurement(SETTING._replace(eta=2.8))
+    assert len(parsed) == 1
+    of_page = MeasuredFile(
+        "page.csv", b"series,time,xi1\n" + b"".join(b"penalty,%f,%d\n" % (i / 8, i) for i in range(20))
+    )
+    spans = [of_page.measurement(SETTING._replace(eta=eta)).span for eta in (1.0, 2.0, 2.0)]
+    assert spans[0] == pytest.approx(2 * spans[1])
+    assert len(parsed) == 3
 
 
 def test_a_wall_is_offered_what_it_has_and_one_body_is_drawn(overlay):

@@ -14,7 +14,7 @@ from vibroscope.engine import (
     simulate,
 )
 from vibroscope.engine.excitation import Excitation
-from vibroscope.engine.motions.motion import _fate
+from vibroscope.engine.motions.floquet import fate_of_disturbances
 
 # A mass of natural frequency 1 beside a stop at its rest, which gives back all of its speed: flights of half a turn.
 BOUNCING = System(wall=True, d1=0.0, clearance=0.0, restitution=1.0, excitation=Excitation(base=0.0))
@@ -37,13 +37,15 @@ def test_an_elastic_free_vibration_repeats_with_a_period_of_its_own(method, peri
     assert found.own_period == pytest.approx(period, rel=1e-3)
     assert repetition(found) == "repeats with a period of its own"
     assert "die away" not in found.reason
+    assert found.energy_lost == pytest.approx(0.0, abs=1e-3)
+    assert found.impulse > 0
 
 
 @pytest.mark.parametrize(
     ("largest", "words"), [(1.0 - 1e-12, "neither grow nor die away"), (0.99, "die away"), (1.2, "grow")]
 )
 def test_disturbances_die_away_only_where_multipliers_are_below_one(largest, words):
-    assert _fate(largest) == words
+    assert fate_of_disturbances(largest) == words
 
 
 def test_what_happens_at_the_first_instant_is_counted():

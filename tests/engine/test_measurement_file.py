@@ -143,6 +143,20 @@ def test_impacts_are_no_outliers(eta, per_period):
             assert first_outlier(run.time, each) is None
 
 
+def test_a_short_pulse_in_a_long_rest_is_no_outlier():
+    time = np.linspace(0, 100, 5000)
+    noise = 0.001 * np.random.default_rng(1).standard_normal(len(time))
+    assert first_outlier(time, np.exp(-(((time - 50) / 0.2) ** 2)) + noise) is None
+
+
+@pytest.mark.parametrize("at", [0, 1, 2500, 4999])
+def test_sentinels_of_a_sensor_are_outliers_wherever_they_stand(at):
+    time = np.linspace(0, 100, 5000)
+    values = np.sin(time)
+    values[at : at + 3] = -999.0
+    assert first_outlier(time, values)[0] == at
+
+
 def test_column_names_mark_relative_displacements_and_the_contact_sensor():
     rows = [f"{row},{i % 2}" for i, row in enumerate(ROWS)]
     found = parse_measurement(text("time [s],xi1 [mm],xi2 [mm],contact", rows))

@@ -1,14 +1,16 @@
 """A cache of machine code that survives damaged files and full disks.
 
 Numba's own cache raises whatever the disk raises, so that a kernel fails where a file is damaged or the disk is full,
-and it would run machine code in which a bit has flipped. Here each file begins with a digest of its content: a file
-that does not match its digest counts as missing, and code that cannot be written is compiled anew at the next start.
+and it would run machine code in which a bit has flipped, or that of another function whose file stands in its place.
+Here each file begins with a digest of its name, of the kernels' sources and of its content: a file that does not match
+its digest counts as missing, and code that cannot be written is compiled anew at the next start.
 
 Three quarters of the code are of kernels that only other kernels call, which have them inside. It is read again only
 where another caller is compiled, so it is compressed.
 """
 
 import contextlib
+import functools
 import hashlib
 import pickle
 import zlib
@@ -17,13 +19,32 @@ from pathlib import Path
 import numba
 from numba.core.caching import FunctionCache, IndexDataCacheFile
 
-_DIGEST = hashlib.sha256
-_LENGTH = _DIGEST().digest_size
+_KERNELS = Path(__file__).parents[1]
+_LENGTH = hashlib.sha256().digest_size
 _ZLIB = b"\x78"  # its first byte; that of a pickle is another one
 _FAST = 1  # level of zlib
 
 # The functions that are being compiled, each called by the one before: Numba holds a lock meanwhile.
 _compiling: list["_Cache"] = []
+
+
+def source_digest(folder: Path = _KERNELS) -> str:
+    """Digest of every Python source below a folder, 12 hexadecimal digits."""
+    digest = hashlib.sha256()
+    for path in sorted(folder.rglob("*.py")):
+        digest.update(path.relative_to(folder).as_posix().encode() + b"\0" + path.read_bytes())
+    return digest.hexdigest()[:12]
+
+
+@functools.cache
+def _own_sources() -> bytes:
+    return source_digest().encode()
+
+
+def _digest(path: str, data: bytes) -> bytes:
+    """Digest of a file that holds these data: of its folder and name, of the sources, and of the data."""
+    place = "/".join(Path(path).parts[-2:]).encode()
+    return hashlib.sha256(b"\0".join((place, _own_sources(), data))).digest()
 
 
 def cache_safe(function, **options):
@@ -79,7 +100,7 @@ class _Files(IndexDataCacheFile):
         except OSError:
             return None
         digest, data = content[:_LENGTH], content[_LENGTH:]
-        if _DIGEST(data).digest() != digest:
+        if _digest(path, data) != digest:
             return None
         return pickle.loads(zlib.decompress(data) if data.startswith(_ZLIB) else data)
 
@@ -88,4 +109,4 @@ class _Files(IndexDataCacheFile):
         if compress:
             data = zlib.compress(data, _FAST)
         with self._open_for_write(path) as file:
-            file.write(_DIGEST(data).digest() + data)
+            file.write(_digest(path, data) + data)

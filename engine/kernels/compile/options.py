@@ -7,7 +7,6 @@ kernel sources. It is a digest of their bytes, since it is needed at every start
 
 import atexit
 import functools
-import hashlib
 import os
 import shutil
 import tempfile
@@ -16,18 +15,9 @@ from pathlib import Path
 import numba
 import platformdirs
 
-from .code_cache import cache_safe
+from .code_cache import cache_safe, source_digest
 
-_KERNELS = Path(__file__).parents[1]
 _FOLDERS_KEPT = 4  # a developer switches between a few versions; older machine code is dropped
-
-
-def source_digest(folder: Path = _KERNELS) -> str:
-    """Digest of every Python source below a folder, 12 hexadecimal digits."""
-    digest = hashlib.sha256()
-    for path in sorted(folder.rglob("*.py")):
-        digest.update(path.relative_to(folder).as_posix().encode() + b"\0" + path.read_bytes())
-    return digest.hexdigest()[:12]
 
 
 def cache_root() -> Path:

@@ -7,6 +7,8 @@ import numba
 import pytest
 from vibroscope.engine.kernels.compile.code_cache import cache_safe
 
+NAMES = "twice", "thrice"
+
 
 def twice(x):
     return 2.0 * x
@@ -18,10 +20,14 @@ def folder(tmp_path, monkeypatch):
     return tmp_path
 
 
-def is_cached():
+def thrice(x):
+    return 3.0 * x
+
+
+def is_cached(plain=twice):
     """Whether the code was found, once the function has been called anew, as a new process would."""
-    function = cache_safe(twice)
-    assert function(3.5) == 7.0
+    function = cache_safe(plain)
+    assert function(3.5) == plain(3.5)
     return bool(function.stats.cache_hits)
 
 
@@ -48,6 +54,18 @@ def test_a_damaged_file_counts_as_missing_and_is_written_anew(folder, number):
     path.write_bytes(content)
     assert not is_cached()
     assert is_cached()
+
+
+def test_the_code_of_another_function_is_not_run(folder):
+    """Files that were exchanged once ran each other's function: their digests were of the content alone."""
+    is_cached(twice), is_cached(thrice)
+    codes = [next(path for path in files(folder) if name in path.name and path.suffix == ".nbc") for name in NAMES]
+    contents = [path.read_bytes() for path in codes]
+    for path, content in zip(codes, reversed(contents), strict=True):
+        path.write_bytes(content)
+    for plain in (twice, thrice):
+        assert not is_cached(plain)  # which also compares what it returns
+        assert is_cached(plain)
 
 
 def test_a_lost_file_is_written_anew(folder):
