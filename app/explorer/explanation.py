@@ -40,7 +40,8 @@ _WITHOUT_IMPACTS = {  # by the share of contact
     0.0: "Nothing touches: the bodies move as if they were alone.",
     1.0: "Permanent contact: the bodies never part.",
 }
-_MEASURES = {"displacements": "displacements, rms, relative", "sections": "Poincaré sections, relative"}
+DISPLACEMENTS = "displacements, rms, relative"
+_MEASURES = {"displacements": DISPLACEMENTS, "sections": "Poincaré sections, relative"}
 
 
 @dataclass(frozen=True)

@@ -62,6 +62,12 @@ def _graded(*names: str) -> tuple[tuple[str, str], ...]:
 
 
 COLOURINGS = {
+    "error": Colouring(
+        "error against reference",
+        (0.01, 0.03, 0.1, 0.3, 1.0),
+        _graded("below 1 %", "1 to 3 %", "3 to 10 %", "10 to 30 %", "30 to 100 %", "above 100 %"),
+        lambda plane, side: plane.shown(side, "error"),
+    ),
     "period": Colouring("period", PERIOD_EDGES, PERIODS, lambda plane, side: plane.shown(side, "period")),
     "near_period": Colouring("period without blur", PERIOD_EDGES, PERIODS, PartialPlane.true_period),
     "contact": Colouring(
@@ -75,12 +81,6 @@ COLOURINGS = {
         (1e-9, 1 - 1e-6, 1 + 1e-6, 2 + 1e-6, 4 + 1e-6),
         _graded("none", "below 1", "1", "above 1, to 2", "above 2, to 4", "above 4"),
         lambda plane, side: plane.shown(side, "impacts_per_period"),
-    ),
-    "error": Colouring(
-        "error against reference",
-        (0.01, 0.03, 0.1, 0.3, 1.0),
-        _graded("below 1 %", "1 to 3 %", "3 to 10 %", "10 to 30 %", "30 to 100 %", "above 100 %"),
-        lambda plane, side: plane.shown(side, "error"),
     ),
     "without_solution": Colouring(
         "steps without a solution",
@@ -103,6 +103,11 @@ def class_image(plane: PartialPlane, side: str, name: str) -> np.ndarray:
     classes = np.where(np.isfinite(values), first + np.digitize(values, quantity.edges), NO_NUMBER)
     classes = np.where(plane.diverged(side), DIVERGED, classes)
     return np.where(np.isfinite(plane.shown(side, "status")), classes, UNKNOWN).astype(np.uint8)
+
+
+def class_of(value: float, name: str) -> int:
+    """Index into `PALETTE` of one value of a graded colouring."""
+    return _FIRST_OTHER + int(np.digitize(value, COLOURINGS[name].edges))
 
 
 def sudden_contacts(plane: PartialPlane, side: str, limit: float) -> np.ndarray:

@@ -143,6 +143,11 @@ class PartialPlane:
         stride = np.where(either == 0, COUNT, either & -either)
         return np.ravel_multi_index((row, column), self.known.shape)[np.argsort(-stride, kind="stable")]
 
+    @cached_property
+    def has_errors(self) -> bool:
+        """Whether any cell has an error so far: where the reference does not repeat itself, none has."""
+        return self.question.errors and bool(np.isfinite(self.tables["penalty"]["error"]).any())
+
     def true_period(self, side: str) -> np.ndarray:
         """Periods after which the motion repeats itself but for the scatter of the step; nan where it is not known."""
         if side == "exact":

@@ -105,7 +105,7 @@ class Player {
       modelOf(name).properties.data.change.connect(changed);
     }
     for (const name of ["absolute", "amplitude", "system"]) this.model.on(name, changed);
-    watchPointer((time) => { this.held = true; this.go(time); }, () => { this.held = false; this.animate(); });
+    watchPointer((time) => { this.held = true; this.go(time); }, () => this.release());
     new IntersectionObserver(([{ isIntersecting }]) => {
       this.visible = isIntersecting;
       this.animate();
@@ -129,6 +129,13 @@ class Player {
       const held = this.playing ? null : this.time;
       if (held !== this.model.held) this.model.send_msg({ held });
     }, REST);
+  }
+
+  // The pointer leaves: a motion goes on, an instant that was pointed at stays as one that was set.
+  release() {
+    if (!this.held) return;
+    this.held = false;
+    this.chosen(() => this.animate());
   }
 
   play(on) {

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 
 import numpy as np
@@ -77,8 +78,13 @@ class PlaneView:
         """K and D that are in view, within what can be set."""
         return {name: rounded_view(self.ranges[name].ends, *limits) for name, limits in self._limits.items()}
 
-    def update(self, setting: Setting, result: PartialPlane | None, quantity: str, limit: float | None) -> None:
-        """Move the mark; draw the cells as far as they are known."""
+    def update(
+        self, setting: Setting, result: PartialPlane | None, quantity: str, limit: float | None, error: float
+    ) -> None:
+        """Move the mark; draw the cells as far as they are known.
+
+        ``error`` is that of what is set, if known: the cell that holds it shows this one, not that of its middle.
+        """
         write(self.mark, dict(zip(("K", "D"), np.array(setting.place_in_plane, np.float32)[:, None], strict=True)))
         for name, words in (("K", "contact stiffness K"), ("D", "contact damping D")):
             field = shown_field(name, setting)
@@ -90,8 +96,12 @@ class PlaneView:
         if result is None:
             return
         self._titles(result.question, setting, classes.COLOURINGS[quantity].label)
+        place = result.cell(*setting.place_in_plane)
         for side in SIDES:
-            self._draw(result, side, quantity, limit)
+            image = classes.class_image(result, side, quantity)
+            if (side, quantity) == ("penalty", "error") and math.isfinite(error) and place is not None:
+                image[place] = classes.class_of(error, quantity)
+            self._draw(result, side, image, limit)
 
     def _titles(self, question: PlaneQuestion, setting: Setting, label: str) -> None:
         at = shown_field("eta", setting).words(question.eta)
@@ -99,9 +109,9 @@ class PlaneView:
         self.figures["penalty"].title.text = f"{question.name} {step}, {at}: {label}"
         self.figures["exact"].title.text = f"No time step, {at}: {label}"
 
-    def _draw(self, result: PartialPlane, side: str, quantity: str, limit: float | None) -> None:
+    def _draw(self, result: PartialPlane, side: str, image: np.ndarray, limit: float | None) -> None:
         edges = result.question.K, result.question.D
-        write_cells(self.sources[side], classes.class_image(result, side, quantity), *edges)
+        write_cells(self.sources[side], image, *edges)
         veil = np.zeros((1, 1), np.uint8)
         if limit is not None:
             veil = np.repeat(classes.sudden_contacts(result, side, limit), _STRIPES, axis=1)

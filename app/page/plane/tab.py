@@ -7,13 +7,16 @@ from dataclasses import replace
 
 import numpy as np
 import panel as pn
+from vibroscope.app.explorer.explanation import DISPLACEMENTS, Explanation
 from vibroscope.app.explorer.link import LOGARITHMIC
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.export.formats import Figure, Series
 from vibroscope.app.export.scripts import method_python, names_in, scheme_options, sweep_command, sweep_python
+from vibroscope.app.page.explore.explainer import Explainer
 from vibroscope.app.page.plane.curves import PlaneCurves
 from vibroscope.app.page.plane.figure import PlaneView
 from vibroscope.app.page.study.tab import StudyTab, engine_obstacle, free_obstacle
+from vibroscope.app.page.tab import TabHost
 from vibroscope.app.runtime.number_text import print_number
 from vibroscope.app.studies import cell_classes as classes
 from vibroscope.app.studies.branches import why_none
@@ -31,7 +34,7 @@ class PlaneTab(StudyTab):
     key = "plane"
     title = "K–D plane"
     grow = staticmethod(grow_plane)
-    chosen = {"quantity": "period", "limit": _SUDDEN, "curves": "off"}  # noqa: RUF012 - read only
+    chosen = {"quantity": "error", "limit": _SUDDEN, "curves": "off"}  # noqa: RUF012 - read only
     axes = {"K": LOGARITHMIC, "D": LOGARITHMIC}  # noqa: RUF012 - read only
     pictures = (
         Figure(
@@ -42,6 +45,12 @@ class PlaneTab(StudyTab):
         Figure("plane_exact", "Plane without one", "The exact penalty model over K and D, which has no time step."),
         Figure("plane_curves", "Curves of bifurcations", "Folds, doublings and grazing over K and D.", drawn=False),
     )
+
+    def __init__(self, host: TabHost) -> None:
+        super().__init__(host)
+        self._explainer = Explainer(host, lambda: self._visible, self._explained)
+        self._marked: Setting | None = None
+        self._explanation: Explanation | None = None  # of what is marked
 
     def build(self) -> pn.viewable.Viewable:
         """Two planes, the panel, and the list of the curves."""
@@ -66,9 +75,16 @@ class PlaneTab(StudyTab):
                 },
                 {"name": "curves", "label": "Curves", "choices": {"off": "not shown", "on": "of bifurcations"}},
             ],
-            "limits": [{"name": "limit", "label": "Short contact below (steps)", "low": 2, "high": 200}],
-            "hint": "A click sets K and D; so do their sliders, which the arrow keys move. Cells "
-            "whose longest contact takes fewer steps than “Short contact below” are striped.",
+            "limits": [
+                {
+                    "name": "limit",
+                    "label": "Short contact below (steps)",
+                    "low": 2,
+                    "high": 200,
+                    "when": {"quantity": "contact"},
+                }
+            ],
+            "hint": "A click sets K and D; so do their sliders, which the arrow keys move.",
         }
 
     def fit_axes(self, setting: Setting) -> None:
@@ -122,6 +138,27 @@ class PlaneTab(StudyTab):
         curves = self.curves.result
         return super().data() | self._shown_in_units({"curves": curves.data()} if curves is not None else {})
 
+    def _explain(self, setting: Setting) -> Explanation | None:
+        """What Explore says of a setting, if that is known by now; else it comes later."""
+        if setting != self._marked:
+            self._marked, self._explanation = setting, self._explainer.follow(setting)
+        return self._explanation
+
+    def _explained(self, explanation: Explanation) -> None:
+        self._explanation = explanation
+        self._push()
+
+    def hide(self) -> None:
+        """See `Tab.hide`."""
+        super().hide()
+        self._explainer.cancel()
+        self._marked = None
+
+    def close(self) -> None:
+        """See `Tab.close`."""
+        super().close()
+        self._explainer.close()
+
     def draw(self, setting: Setting, result: PartialPlane | None) -> None:
         """Both planes and the key."""
         if self.panel.chosen["curves"] != "off":
@@ -130,19 +167,19 @@ class PlaneTab(StudyTab):
         quantity = self.panel.chosen["quantity"]
         if result is not None:
             missing = {
-                "error": not result.question.errors,
+                "error": not result.has_errors,
                 "near_period": not result.question.judged,
                 "without_solution": not result.question.counted,
             }
             quantity = "period" if missing.get(quantity) else quantity  # what there is, until the others come
         limit = self.panel.chosen["limit"] if quantity == "contact" else None
-        self.view.update(setting, result, quantity, limit)
+        self.view.update(setting, result, quantity, limit, error_of(self._explain(setting)))
         self.panel.key_title = classes.COLOURINGS[quantity].label.capitalize()
         self.panel.key = classes.legend(quantity, limit)
 
     def describe(self, setting: Setting, result: PartialPlane) -> list[list[str]]:
         """The cell that is set, and both planes together."""
-        return [*statements(setting, result), *self.curves.words()]
+        return [*statements(setting, result, self._explain(setting)), *self.curves.words()]
 
     def table(self, name: str) -> list[Series]:
         """A row for each cell that is known, or for each vertex of the curves."""
@@ -191,14 +228,31 @@ def _side_names(question: PlaneQuestion) -> dict[str, str]:
     return {"penalty": question.name, "exact": "Exact penalty"}
 
 
-def statements(setting: Setting, result: PartialPlane) -> list[list[str]]:
-    """Head and text: the cell that holds the setting on both sides, and both planes together."""
+def error_of(explanation: Explanation | None) -> float:
+    """The difference of the displacements as Explore gives it; nan where there is none, or it is not known."""
+    shown = explanation is not None and explanation.measure == DISPLACEMENTS
+    return explanation.parts.get("total", math.nan) if shown else math.nan
+
+
+def statements(setting: Setting, result: PartialPlane, explanation: Explanation | None = None) -> list[list[str]]:
+    """Head and text: what is set as Explore has it, the cell that holds it on both sides, and both planes together."""
     lines = []
+    names = _side_names(result.question)
+    if explanation is not None:
+        K, D = (print_number(float(f"{x:.4g}")) for x in setting.place_in_plane)
+        kind, error = explanation.kinds.get("penalty", ""), error_of(explanation)
+        total = f"Error {percent(error)}." if math.isfinite(error) else explanation.note
+        lines.append([f"{names['penalty']}, what is set: K = {K}, D = {D}", f"{kind} {total}".strip()])
     place = result.cell(*setting.place_in_plane)
     if place is not None:
         K, D = (print_number(float(f"{x:.3g}")) for x in result.centre(place))
-        names = _side_names(result.question)
-        lines += [[f"{names[side]}, cell at K ≈ {K}, D ≈ {D}", _cell(result, side, place)] for side in SIDES]
+        lines += [
+            [f"{names[side]}, cell at K ≈ {K}, D ≈ {D}", _cell(result, side, place)]
+            for side in SIDES
+            if side == "exact" or explanation is None
+        ]
+    if result.question.errors and result.share >= 1 and not result.has_errors:
+        lines.append(["No error", "The reference does not repeat itself here: the colours show the period."])
     return [*lines, ["The whole plane" + ("" if result.share >= 1 else " so far"), _whole(result)]]
 
 

@@ -125,34 +125,55 @@ const glossary = JSON.parse(document.getElementById("glossary")?.textContent ?? 
 const entryOf = new Map(glossary.flatMap((entry) => entry[2].map((word) => [word.toLowerCase(), entry])));
 const TERM = new RegExp(`(?<![\\p{L}\\p{N}-])(?:${[...entryOf.keys()].sort((a, b) => b.length - a.length).join("|")})(?![\\p{L}\\p{N}-])`, "iu");
 // Headings stand before the texts come, which would decide by chance where a first mention is.
-const NOT_MARKED = "h2, button, a, summary, select, output, svg, strong, [role], [aria-hidden]";
+const NOT_MARKED = "h2, pre, code, button, a, summary, select, output, svg, strong, [role], [aria-hidden]";
 const termStyle = new CSSStyleSheet();
 termStyle.replaceSync(`.term { text-decoration: underline dotted; text-decoration-color: var(--line); text-underline-offset: 3px; cursor: help; }
 .term:hover { text-decoration-style: solid; }
 .term:focus-visible { outline: 2px solid var(--focus); outline-offset: 1px; }`);
 
-// Makes the first mention of each term in a box a button that opens its entry, also when the texts change.
+// Makes the first mention of each term in a box a button that opens its entry, also when the texts change: which mentions
+// are marked follows from the texts that are shown.
 function explainTerms(box) {
   if (!entryOf.size) return;
   let styled = false;
-  const mark = (changed) => {
+  const mark = () => {
     if (!styled && box.isConnected) {
       const root = box.getRootNode();
       root.adoptedStyleSheets = [...root.adoptedStyleSheets, termStyle];
       styled = true;
     }
-    const known = new Set([...box.querySelectorAll(".term")].map((term) => entryOf.get(term.dataset.term)));
-    for (const part of changed) {
-      const texts = document.createTreeWalker(part, NodeFilter.SHOW_TEXT);
-      const found = [];
-      while (texts.nextNode()) if (!texts.currentNode.parentElement.closest(NOT_MARKED)) found.push(texts.currentNode);
-      for (const text of found) markTerm(text, known);
+    const texts = document.createTreeWalker(box, NodeFilter.SHOW_TEXT);
+    const found = [];
+    while (texts.nextNode()) found.push(texts.currentNode);
+    const known = new Set();
+    for (const text of found) {
+      const parent = text.parentElement;
+      if (!text.data.trim() || parent.closest("[hidden]")) continue;
+      if (parent.className === "term") keepTerm(parent, known);
+      else if (hasTerm(text.data) && !parent.closest(NOT_MARKED)) markTerm(text, known);
     }
     changes.takeRecords();
   };
-  const changes = new MutationObserver((records) => mark(new Set(records.map(({ target }) => target.parentElement ?? box))));
-  changes.observe(box, { childList: true, subtree: true, characterData: true });
-  setTimeout(() => mark([box]));
+  const changes = new MutationObserver(mark);
+  changes.observe(box, { childList: true, subtree: true, characterData: true, attributeFilter: ["hidden"] });
+  setTimeout(mark);
+}
+
+// Most texts stay from one change to the next.
+const withTerm = new Map();
+function hasTerm(text) {
+  if (!withTerm.has(text)) {
+    if (withTerm.size > 1000) withTerm.clear();
+    withTerm.set(text, TERM.test(text));
+  }
+  return withTerm.get(text);
+}
+
+// A term that another text before it mentions now is one no longer.
+function keepTerm(term, known) {
+  const entry = entryOf.get(term.dataset.term);
+  if (known.has(entry)) term.replaceWith(...term.childNodes);
+  else known.add(entry);
 }
 
 function markTerm(text, known) {

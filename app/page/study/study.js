@@ -54,8 +54,11 @@ function switcher(root, { name, label, choices }, send) {
   };
 }
 
+// Whether a row has an effect: if the other choices have the values that it needs.
+const applies = (when, chosen) => Object.entries(when ?? {}).every(([other, value]) => chosen[other] === value);
+
 // A limit moves at once under the hand; the server gets its value when it rests.
-function limiter(root, { name, label, low, high }, send) {
+function limiter(root, { name, label, low, high, when }, send) {
   const row = element("label", "row");
   const slider = element("input");
   const value = element("output");
@@ -72,8 +75,7 @@ function limiter(root, { name, label, low, high }, send) {
   row.append(element("span", "", label), slider, value);
   root.append(row);
   return ({ chosen }) => {
-    // Drawn over the longest contact alone.
-    slider.disabled = name === "limit" && chosen.quantity !== "contact";
+    row.hidden = !applies(when, chosen);
     if (waiting) return;
     slider.value = chosen[name];
     value.textContent = slider.value;
@@ -104,7 +106,7 @@ function numbers(root, specs, send) {
     row.append(head, input);
     grid.append(row);
     return (model) => {
-      row.hidden = name in model.away || Object.entries(when ?? {}).some(([other, value]) => model.chosen[other] !== value);
+      row.hidden = name in model.away || !applies(when, model.chosen);
       const value = model.chosen[name] ?? ""; // the ends of a range come with the first picture
       const field = model.fields[name] ?? { label, name: "", factor: 1 };
       const digits = field.factor === 1 ? 8 : 6;
