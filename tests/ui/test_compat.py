@@ -5,6 +5,8 @@ Each test fails when a later version of the library no longer has the name or th
 
 import pytest
 
+from .explorer import wait_until
+
 ASKED = """(() => {
   window.asked = 0;
   const ask = CSSStyleDeclaration.prototype.getPropertyValue;
@@ -197,3 +199,30 @@ def test_frames_are_requested_only_while_the_pendulums_swing_and_are_visible(exp
     page.mouse.move(*page.evaluate("near"))  # the pendulums stand still at the time that is pointed at
     explorer.settle()
     assert asked_for(page) == 0
+
+
+MARGIN = """() => ["displacement", "force", "strip"].map(name => {
+  const view = Bokeh.index.find_one_by_id(Bokeh.documents[0].get_model_by_name(name).id);
+  return [widthOfAxes(view, "left"), widthOfAxes(view, "right"), view.frame.bbox.left, view.bbox.width - view.frame.bbox.right];
+})"""
+
+
+def test_time_figures_have_the_margins_that_their_present_labels_need(explorer):
+    explorer.page.evaluate("""() => {
+      const { y_range } = Bokeh.documents[0].get_model_by_name("displacement");
+      y_range.setv({ start: -123456.7, end: 123456.8 });
+    }""")
+    wide = wait_for_margins(explorer, lambda need: need[0][0] > 64)
+    assert {left for _, _, left, _ in wide} == {max(left for left, *_ in wide)}
+    explorer.page.evaluate("""() => {
+      const { y_range } = Bokeh.documents[0].get_model_by_name("displacement");
+      y_range.setv({ start: -1, end: 1 });
+    }""")
+    narrow = wait_for_margins(explorer, lambda need: need[0][2] == 60)
+    assert {left for _, _, left, _ in narrow} == {60}
+
+
+def wait_for_margins(explorer, holds):
+    wait_until(lambda: holds(explorer.page.evaluate(MARGIN)), what="other margins")
+    explorer.settle()
+    return explorer.page.evaluate(MARGIN)

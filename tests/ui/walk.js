@@ -79,7 +79,8 @@
   const calm = () => {
     for (const node of all()) {
       if (node.matches(":popover-open")) node.hidePopover();
-      if (node.matches("details")) node.open = true;
+      if (node.matches("details") && !node.closest("header")) node.open = true;
+      if (node.matches("header details")) node.open = false;
       if (node.scrollTop || node.scrollLeft) node.scrollTo({ left: 0, top: 0, behavior: "instant" });
       if (node.matches("[aria-expanded=true]")) node.click();
     }

@@ -151,7 +151,7 @@ def seen(walk):
     measured = page.evaluate("new URLSearchParams(location.search).get('tab')") in MEASURED
     texts = [each["text"] for each in words(read(page)) if not each["measured"]]
     page.evaluate(AFRESH)
-    image = page.screenshot(mask=[page.locator(each) for each in MASKED], full_page=True)
+    image = page.screenshot(mask=[page.locator(each) for each in MASKED], full_page=True, timeout=90_000)
     found["texts"] = [] if measured else texts
     if measured:
         found["figures"] = list(found["figures"])

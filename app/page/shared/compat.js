@@ -128,6 +128,10 @@ hook("tooltips", "models/tools/inspectors/hover_tool", "HoverToolView", {
   },
 });
 
+// The room that the axes at a side of a figure need with their present labels, in pixels.
+window.widthOfAxes = (view, side) => view.model[side]
+  .map((axis) => view.views.find_one(axis)?.get_size?.().height ?? 0).reduce((sum, width) => sum + width, 0);
+
 // ---- pictures of figures ------------------------------------------------------------------------------------------------
 
 // The button of a figure's toolbar that saves it: Bokeh asks for a name and gives the pixels of the screen. Here the

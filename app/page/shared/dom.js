@@ -104,16 +104,28 @@ const viewOf = (name) => {
 // Option of changes that are not sent to the server.
 const LOCAL = { sync: false };
 
-// Gives figures below each other the same margins, the widest that any of them has needed so far, so that their common
-// axis stays aligned while tick labels change.
+// Gives figures below each other the same margins, the widest that any of them needs now, so that their common axis is
+// aligned.
 function alignFrames(views) {
+  const least = (side) => Math.max(...views.map(({ model }) => model[`min_border_${side}`]));
+  const [left, right] = [least("left"), least("right")];
   const fit = () => {
-    const min_border_left = Math.ceil(Math.max(...views.map(({ frame }) => frame.bbox.left)));
-    const right = ({ frame, bbox }) => bbox.width - frame.bbox.right;
-    const min_border_right = Math.ceil(Math.max(...views.map(right)));
+    const needed = (least, side) => Math.ceil(Math.max(least, ...views.map((view) => widthOfAxes(view, side))));
+    const min_border_left = needed(left, "left");
+    const min_border_right = needed(right, "right");
     for (const { model } of views) model.setv({ min_border_left, min_border_right }, LOCAL);
   };
-  for (const { model } of views) model.properties.inner_width.change.connect(fit);
+  let due = false;
+  const fitSoon = () => {
+    if (!due) requestAnimationFrame(() => { due = false; fit(); });
+    due = true;
+  };
+  for (const { model } of views) {
+    model.properties.inner_width.change.connect(fitSoon);
+    const ranges = [model.y_range, ...Object.values(asObject(model.extra_y_ranges))];
+    for (const range of ranges) for (const end of ["start", "end"]) range.properties[end]?.change.connect(fitSoon);
+    for (const axis of [...model.left, ...model.right]) axis.properties.axis_label?.change.connect(fitSoon);
+  }
   fit();
 }
 // Columns of a source; Bokeh keeps them as a Map or as an object.

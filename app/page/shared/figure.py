@@ -41,7 +41,7 @@ _APART = 4  # px between the labels of two ticks at least; where there is less r
 
 CLICK = "hide"  # what a click on a legend entry does to its curves; `muting.py` keeps it
 
-# Minimum margins of the time figures; `explore/instant.js` gives all of them the widest one that any of them needs.
+# Minimum margins of the time figures; `alignFrames` gives all of them the widest that one needs.
 LEFT, RIGHT = 60, 64
 
 
