@@ -207,5 +207,5 @@ class DisplacementView:
                 show_entry(item, visible and not (setting.bodies == "wall" and item in self._of_body_2))
         self._follow_visible()
         self.pinned.draw(setting.frame != "difference")
-        self.figure.title.text = "Penalty − reference, in parts" if setting.frame == "difference" else "Displacements"
+        self.figure.title.text = "Difference in parts" if setting.frame == "difference" else "Displacements"
         return switched

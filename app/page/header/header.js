@@ -18,7 +18,7 @@ export function render({ model }) {
   );
   bar.append(title, tabList(model), tools);
   root.append(bar, question(model), compilationLine(model), errorLine(model), noteLine(model), summary(model), keys.element, glossaryNote());
-  shortcuts(keys, takeAway);
+  shortcuts(root, keys, takeAway);
   const adaptFigures = () => { darken(); adaptToTouch(); fitFigures(); };
   for (const name of ["tab", "offers"]) model.on(name, () => whenDrawn(root, adaptFigures)); // there are other figures
   listen("figures-changed", () => whenDrawn(root, darken)); // so have pins
@@ -246,16 +246,17 @@ function keyDialog() {
 
 const singleKeys = () => preferences.get("keys") !== "off";
 
-function shortcuts(keys, takeAway) {
+function shortcuts(root, keys, takeAway) {
   document.addEventListener("keydown", (event) => {
     const target = event.composedPath()[0];
+    if (root.querySelector("dialog:modal")) return; // the keys are those of the dialog
     const typing = target.matches?.("input[type=text], textarea, select, [contenteditable]");
     if ((event.ctrlKey || event.metaKey) && event.key.toLowerCase() === "z" && !event.altKey && !typing) {
       event.preventDefault();
       emit(event.shiftKey ? "redo" : "undo");
       return;
     }
-    if (typing || event.ctrlKey || event.metaKey || event.altKey || !singleKeys() || keys.element.open) return;
+    if (typing || event.ctrlKey || event.metaKey || event.altKey || !singleKeys()) return;
     const digit = /^Digit([1-9])$/.exec(event.code)?.[1];
     const act = digit ? (event.shiftKey ? () => emit("tab-number", { value: digit - 1 })
                                         : () => "ABCD"[digit - 1] && emit("scene", { value: "ABCD"[digit - 1] }))

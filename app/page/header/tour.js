@@ -15,7 +15,7 @@ const STEPS = [
   { where: ".suggest", title: "Numbers that are right", next: "Suggest and set them",
     words: "You need not search by hand. The next step searches for K, D and a time step that meet the error in this field "
       + "at the least cost, and moves the sliders there." },
-  { where: ".suggest", title: "A suggestion, applied", words: "", suggests: true },
+  { where: ".suggest", title: "Searching", words: "", suggests: true, found: "A suggestion, applied" },
 ];
 
 // Shows the tour in `root`, which has its style; on the first visit, or whenever `requested`.
@@ -55,6 +55,7 @@ function tour(root, requested) {
   };
   const stop = listenUntil("suggestion", ({ phase, head: found, lines = [], error, met, use = {} }) => {
     if (!STEPS[at].suggests) return;
+    head.textContent = phase === "done" && met ? STEPS[at].found : STEPS[at].title;
     text.textContent = { running: "Searching …", failed: error, done: [`${found}.`, ...lines].join(" ") }[phase] ?? "";
     if (phase === "done" && !met && Object.keys(use).length) emit("set", use); // the best that there is
     place(dialog, mark(STEPS[at].where)); // the text is longer now
