@@ -31,6 +31,7 @@ def add_all(tab):
         points = MeasuredPoints(tab.phase, tab.displacement)
         points.on_legend = tab.muting.watch
         points.update(Placed(*(dict.fromkeys(columns, np.zeros(1)) for columns in NOWHERE)))
+        tab.phase.draw_closed(dict.fromkeys(tab.phase.closed.data, np.zeros(1)))
 
 
 @pytest.mark.parametrize("tab", [tab for tab in TABS.values() if tab.legends and tab.key != "paper"])

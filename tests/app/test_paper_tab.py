@@ -4,6 +4,7 @@ import json
 from dataclasses import replace
 
 import pytest
+from bokeh.document import Document
 from vibroscope.app.export.formats import as_json
 from vibroscope.app.page.paper import tab as module
 from vibroscope.app.page.paper.tab import Paper
@@ -17,13 +18,20 @@ from vibroscope.engine import Cancelled
 SEEN, CANCEL = {"seen": True}, {"cancel": True}
 
 
+class Timeless(Document):
+    """Calls at once what should be called later."""
+
+    def add_timeout_callback(self, callback, timeout_milliseconds):
+        callback()
+
+
 class Host:
     """The page: what the tab calls on it is noted, or waits until the test runs it."""
 
-    doc = None
     tab_titles = Session.tab_titles
 
     def __init__(self):
+        self.doc = Timeless()
         self.waiting, self.offers, self.summary, self.error = [], [], "", ""
         self.tab = Paper(self)
         self.tab.build()
@@ -112,6 +120,18 @@ def test_a_hidden_tab_checks_nothing_and_goes_on_when_it_is_shown(checks, host, 
     checks.work()
     assert checked == ["C"]
     host.deliver()
+    assert tab.cards["4C"].found["verdict"] == "agrees"
+
+
+def test_a_finding_that_comes_while_the_tab_is_hidden_is_drawn_when_it_is_shown(checks, host):
+    tab = host.tab
+    tab.cards["4C"].receive(SEEN)
+    checks.work()
+    tab.hide()
+    host.deliver()
+    assert len(tab.slots["4C"]) == 1
+    tab.show(Move(1, None))
+    assert len(tab.slots["4C"]) == 2
     assert tab.cards["4C"].found["verdict"] == "agrees"
 
 

@@ -203,7 +203,8 @@ def test_frames_are_requested_only_while_the_pendulums_swing_and_are_visible(exp
 
 MARGIN = """() => ["displacement", "force", "strip"].map(name => {
   const view = Bokeh.index.find_one_by_id(Bokeh.documents[0].get_model_by_name(name).id);
-  return [widthOfAxes(view, "left"), widthOfAxes(view, "right"), view.frame.bbox.left, view.bbox.width - view.frame.bbox.right];
+  const { left, right } = view.frame.bbox;
+  return [widthOfAxes(view, "left"), widthOfAxes(view, "right"), left, view.bbox.width - right];
 })"""
 
 

@@ -14,8 +14,9 @@ from .snapshots_page import AFRESH, read, words
 SCRIPT = Path(__file__).with_name("walk.js").read_text(encoding="utf-8")
 # Not in a link: files, dialogs, how fast the motion plays, what stops or begins a search of its own.
 LEFT_ALONE = re.compile(
-    r"^(Cancel|Stop|Go on|Tour|\?|Help|Take away|Keys|Close|×|Open Help|All terms|Exercises|Fit|Use these values"
-    r"|Load|Speed of the motion|Play|Pause|Copy|\+ CSV|Coexisting|Evidence|Back to the branches|Remove)|computing|documentation|Download|measurement|as (PDF|SVG|PNG|CSV)$",
+    r"^(Cancel|Stop|Go on|Tour|\?|Help|Take away|Keys|Close|×|Open Help|All terms|Exercises|Fit|Use these values|Load"
+    r"|Speed of the motion|Play|Pause|Copy|\+ CSV|Coexisting|Evidence|Back to the branches|Remove)"
+    r"|computing|documentation|Download|measurement|as (PDF|SVG|PNG|CSV)$",
     re.IGNORECASE,
 )
 # How often each kind of move is made.

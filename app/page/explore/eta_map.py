@@ -58,7 +58,8 @@ class EtaMapView:
         self._eta = _ETA  # the whole axis
         self._driven = True
         self._shown: tuple[str, float] | None = None  # coordinate, and the value of one unit of it
-        self._drawn: tuple | None = None  # points of the picture, and the ends of its axes
+        self._drawn_points = NOTHING  # of the picture; kept, since another object could get the place of a freed one
+        self._drawn: tuple | None = None  # what else the picture shows: quantity, and the ends of its axes
         self._sections = sections
         self.ranges = {"eta": OwnedRange(*_ETA), "section": OwnedRange(-10, 10)}
         self.figure, self.picture = _picture_figure()
@@ -176,10 +177,10 @@ class EtaMapView:
 
     def _draw(self) -> None:
         """Draw the picture again if what it shows has changed."""
-        wanted = (id(self._points), *self._shown, self._view)
-        if wanted == self._drawn:
+        wanted = (*self._shown, self._view)
+        if self._points is self._drawn_points and wanted == self._drawn:
             return
-        self._drawn = wanted
+        self._drawn_points, self._drawn = self._points, wanted
         self._show_scenes()
         x, y = self._view
         picture = raster(self._points.eta, self._values, x, y, *self._pixels())

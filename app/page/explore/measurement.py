@@ -32,7 +32,7 @@ from vibroscope.app.page.explore.displacement import DisplacementView
 from vibroscope.app.page.explore.phase import PhaseView
 from vibroscope.app.page.files import script, style
 from vibroscope.app.page.shared.component import Component
-from vibroscope.app.page.shared.figure import INK, add_glyph, empty_source, write
+from vibroscope.app.page.shared.figure import INK, add_glyph, empty_source, models_added, write
 from vibroscope.app.page.shared.muting import show_entry
 from vibroscope.app.page.tab import TabHost, on_loop
 from vibroscope.engine import FITTED, Fit, MeasuredComparison
@@ -301,7 +301,8 @@ class MeasuredPoints:
         if not self._sources:
             if not len(placed.phase["x1"]):
                 return
-            self._add(columns)
+            with models_added(self._views[0].figures[0]):
+                self._add(columns)
         for name, source in self._sources.items():
             write(source, columns[name])
         for name, item in self._items:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 from bokeh.models import LegendItem, Line, Scatter
 from vibroscope.app.explorer.present import Columns
@@ -20,6 +22,7 @@ from vibroscope.app.page.shared.figure import (
     label_of,
     legend,
     make_figure,
+    models_added,
     show_rows,
     write,
 )
@@ -53,6 +56,7 @@ class PhaseView:
         self.measured: Columns = {}  # points of a measurement
         self.closed = empty_source("phase_closed", "x1", "v1", "x2", "v2")  # a motion of a branch
         self._closed_items: list[LegendItem] = []
+        self.on_legend: Callable[[str, str, LegendItem], None] = lambda *_: None  # called with each new legend entry
         self.figures = [self._figure(1), self._figure(2)]
         self.pinned = PinnedCurves(
             {
@@ -116,12 +120,16 @@ class PhaseView:
     def draw_closed(self, columns: Columns) -> None:
         """Draw one cycle of a motion over both solutions, or none; the curve is added when the first one is drawn."""
         if columns and not self._closed_items:
-            for number, plot in enumerate(self.figures, 1):
-                line = Line(x=f"x{number}", y=f"v{number}", line_color=INK, line_width=1.8, line_dash="dotted")
-                item = LegendItem(label="branch", renderers=[add_glyph(plot, line, self.closed)])
-                plot.legend[0].items = [*plot.legend[0].items, item]
-                self._closed_items.append(item)
+            with models_added(self.figures[0]):
+                self._closed_items = [self._add_closed(number, plot) for number, plot in enumerate(self.figures, 1)]
         none = dict.fromkeys(self.closed.data, np.empty(0, np.float32))
         write(self.closed, columns or none)
         for item in self._closed_items:
             show_entry(item, bool(columns))
+
+    def _add_closed(self, number: int, plot) -> LegendItem:
+        line = Line(x=f"x{number}", y=f"v{number}", line_color=INK, line_width=1.8, line_dash="dotted")
+        item = LegendItem(label="branch", renderers=[add_glyph(plot, line, self.closed)])
+        plot.legend[0].items = [*plot.legend[0].items, item]
+        self.on_legend(plot.name, "branch", item)
+        return item

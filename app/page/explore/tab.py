@@ -59,7 +59,7 @@ class Explore(Tab):
     starts = motions = True
     axes = dict.fromkeys(("time", "x1", "x2", "v1", "v2", "displacement", "force", "impulse", "eta", "section"), LINEAR)
     legends = {  # noqa: RUF012 - read only
-        **dict.fromkeys(("phase1", "phase2"), ("reference", "penalty", *PIN_NAMES, "measured")),
+        **dict.fromkeys(("phase1", "phase2"), ("reference", "penalty", *PIN_NAMES, "measured", "branch")),
         "displacement": ("reference1", "reference2", "penalty1", "penalty2", *PARTS, *PIN_NAMES, "measured"),
         "force": ("reference", "reference_impulses", "penalty", "penalty_impulses", *PIN_NAMES),
     }
@@ -102,6 +102,7 @@ class Explore(Tab):
         figures = [*self.phase.figures, self.displacement.figure, self.displacement.strip]
         figures += [self.force.figure, self.eta_map.figure]
         self.muting = Muting(self.legends, figures)
+        self.phase.on_legend = self.muting.watch
         for view in self._views:
             view.pinned.on_legend = self.muting.watch
         self._points = MeasuredPoints(self.phase, self.displacement)

@@ -33,6 +33,7 @@ shows the model.</p>
 
 # In a link an entry of a legend is named by its place: what a legend holds is known once its claim is checked.
 ENTRIES = ("entry1", "entry2", "entry3", "entry4")
+_GATHERED = 600  # ms: figures that come within are drawn together, since the browser lays out the page for each drawing
 _TABLE = Figure("claims", "Claims and findings", "", drawn=False)
 
 
@@ -59,7 +60,9 @@ class Paper(Tab):
         self.slots: dict[str, pn.Column] = {}
         self._requested: set[str] = set()  # came into view, and not checked yet
         self._findings: dict[str, Finding] = {}
-        self._visible = False
+        self._visible = self._hidden = False
+        self._undrawn: list[str] = []  # claims with a finding that is not drawn yet
+        self._draw_is_due = False
         self._drop_file()
 
     def build(self) -> pn.viewable.Viewable:
@@ -89,7 +92,8 @@ class Paper(Tab):
 
     def show(self, move: Move) -> None:
         """Request again what came into view before another tab was opened."""
-        self._visible = True
+        self._visible, self._hidden = True, False
+        self._draw_soon()
         for key in self._requested:
             CHECKS.request(key, self._deliver)
         super().show(move)
@@ -99,8 +103,8 @@ class Paper(Tab):
         return self._tally()
 
     def hide(self) -> None:
-        """Withdraw what is not checked yet: a hidden tab checks nothing."""
-        self._visible = False
+        """Withdraw what is not checked yet: a hidden tab checks nothing, and draws nothing."""
+        self._visible, self._hidden = False, True
         self._drop_file()
         CHECKS.cancel_all(self._deliver)
 
@@ -206,13 +210,29 @@ class Paper(Tab):
             return
         self._requested.discard(key)
         self._findings[key] = result
-        with pn.io.hold(self.host.doc):
-            plot = draw(result.picture, f"paper{key}")
-            for name, item in zip(ENTRIES, plot.legend[0].items if plot.legend else (), strict=False):
-                self.muting.watch(plot.name, name, item)
-            self.slots[key].append(pn.pane.Bokeh(plot, css_classes=["picture"], sizing_mode="stretch_width"))
-            self.cards[key].show_finding(CLAIMS[key].verdict(result), result)
-            self._take_if_ready()
-            self.host.update_offers()
-            if self._visible and not self._requested:  # for screen readers: once, when all in view is known
-                self.host.summarise(self._tally())
+        self._undrawn.append(key)
+        self._draw_soon()
+        self._take_if_ready()
+        self.host.update_offers()
+        if self._visible and not self._requested:  # for screen readers: once, when all in view is known
+            self.host.summarise(self._tally())
+
+    def _draw_soon(self) -> None:
+        if self._undrawn and not self._draw_is_due:
+            self._draw_is_due = True
+            self.host.doc.add_timeout_callback(self._draw, _GATHERED)
+
+    def _draw(self) -> None:
+        """Draw the findings that have come; none while the tab is hidden, or the browser would be busy with them."""
+        self._draw_is_due = False
+        if self._hidden:
+            return
+        keys, self._undrawn = self._undrawn, []
+        with pn.io.hold(self.host.doc, freeze=True):
+            for key in keys:
+                result = self._findings[key]
+                plot = draw(result.picture, f"paper{key}")
+                for name, item in zip(ENTRIES, plot.legend[0].items if plot.legend else (), strict=False):
+                    self.muting.watch(plot.name, name, item)
+                self.slots[key].append(pn.pane.Bokeh(plot, css_classes=["picture"], sizing_mode="stretch_width"))
+                self.cards[key].show_finding(CLAIMS[key].verdict(result), result)

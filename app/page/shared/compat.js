@@ -128,6 +128,15 @@ hook("tooltips", "models/tools/inspectors/hover_tool", "HoverToolView", {
   },
 });
 
+// Puts a legend inside the frame of its figure, or above it. Its view keeps the place at a side for ever unless that is
+// taken from it.
+window.moveLegend = (view, legend, inside) => {
+  const [center, above] = [view.model.center, view.model.above].map((parts) => parts.filter((part) => part !== legend));
+  if (inside) Object.assign(view.views.find_one(legend), { panel: null, layout: undefined });
+  (inside ? center : above).push(legend);
+  view.model.setv({ center, above }, { sync: false });
+};
+
 // The room that the axes at a side of a figure need with their present labels, in pixels.
 window.widthOfAxes = (view, side) => view.model[side]
   .map((axis) => view.views.find_one(axis)?.get_size?.().height ?? 0).reduce((sum, width) => sum + width, 0);

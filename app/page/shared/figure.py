@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager, nullcontext
 
 import numpy as np
 from bokeh.models import ColumnDataSource, Glyph, GlyphRenderer, HoverTool, Legend, LegendItem, Line, NoOverlap
@@ -138,6 +139,13 @@ def add_glyph(plot: figure, glyph: Glyph, source: ColumnDataSource, **more) -> G
     return plot.add_glyph(source, glyph, nonselection_glyph=None, **more)
 
 
+@contextmanager
+def models_added(plot: figure) -> Iterator[None]:
+    """Add models to the document of a figure: it walks over all its models once, and not for each that is added."""
+    with plot.document.models.freeze() if plot.document else nullcontext():
+        yield
+
+
 def legend(items: list, columns: int = 2) -> Legend:
     """A legend inside the frame, over the data; a click hides the curves of an entry."""
     return Legend(items=items, location="top_right", ncols=columns, click_policy=CLICK)
@@ -228,8 +236,10 @@ class PinnedCurves:
 
     def update(self, results: Sequence[Mapping[str, Mapping[str, np.ndarray]]]) -> None:
         """Show the columns of each pinned result by source; one without columns is not there yet."""
-        while len(self._sources) < len(results):
-            self._add(len(self._sources))
+        if len(self._sources) < len(results):
+            with models_added(next(iter(self._lines))):
+                while len(self._sources) < len(results):
+                    self._add(len(self._sources))
         for number, sources in enumerate(self._sources):
             for name, source in sources.items():
                 columns = results[number].get(name, {}) if number < len(results) else {}

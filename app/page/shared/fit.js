@@ -63,7 +63,8 @@ function fitTexts(view) {
   }
 }
 
-// A figure has at most one legend. One that was put above its frame stays there: Bokeh cannot put it back.
+// A figure has at most one legend.
+const raisedLegends = new WeakSet(); // those that were put above their frame here, and not by the server
 const legendColumns = new WeakMap(); // by legend: the number that the server gave
 const legendOf = (figure) => [...figure.center, ...figure.above].find((part) => part.type === "Legend");
 
@@ -81,14 +82,15 @@ function fitLegend(view) {
     return widest.reduce((sum, width) => sum + width, LEGEND_MARGIN) <= room;
   };
   const all = Math.min(most === "auto" ? 99 : most, widths.length) || 1;
-  const stays = figure.center.includes(legend) && fits(all, frame.bbox.width);
+  const isInside = figure.center.includes(legend);
+  const inside = (isInside || raisedLegends.has(legend)) && fits(all, frame.bbox.width);
   let columns = all;
-  while (!stays && columns > 1 && !fits(columns, bbox.width - frame.bbox.left)) columns -= 1;
-  const ncols = stays ? most : columns;
+  while (!inside && columns > 1 && !fits(columns, bbox.width - frame.bbox.left)) columns -= 1;
+  const ncols = inside ? most : columns;
   if (ncols !== legend.ncols) legend.setv({ ncols }, LOCAL);
-  if (stays || !figure.center.includes(legend)) return;
-  const center = figure.center.filter((part) => part !== legend);
-  figure.setv({ center, above: [...figure.above, legend] }, LOCAL);
+  if (inside === isInside) return;
+  raisedLegends.add(legend);
+  moveLegend(view, legend, inside);
 }
 
 function nameFigure(view) {
