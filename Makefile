@@ -108,7 +108,7 @@ release: $(VENV)/test
 	  echo "NOT TRIED: the proxy, which needs nginx and curl (Debian: apt install nginx-light curl)"; fi; \
 	if [ -n "$$(ls dist/*.whl 2>/dev/null)" ]; then tools/try-dist.sh; else \
 	  echo "NOT TRIED: the wheel, which make dist builds"; fi; \
-	$(BIN)/pytest -m release -s -o faulthandler_timeout=1800 tests/release $(ARGS); \
+	$(BIN)/pytest -m release -s -o faulthandler_timeout=1800 tests/release tests/ui/test_walk.py $(ARGS); \
 	} 2>&1 | tee build/release.log; code=$$?; \
 	echo; grep -E 'NOT (TRIED|PINNED)' build/release.log || echo "release: nothing was left out"; exit $$code
 

@@ -1,13 +1,15 @@
 """The documentation under /docs."""
 
 import asyncio
+import re
 
 import pytest
 from tornado.httpclient import AsyncHTTPClient
 from tornado.httpserver import HTTPServer
 from tornado.testing import bind_unused_port
 from tornado.web import Application
-from vibroscope.app.server.documentation import documentation_routes
+from vibroscope.app.page.help.tab import Help
+from vibroscope.app.server.documentation import SOURCES, documentation_routes
 
 
 @pytest.fixture
@@ -18,12 +20,12 @@ def site(tmp_path):
     return tmp_path
 
 
-def answers(site, *paths):
+def answers(site, *paths, sources=SOURCES):
     """Status and text for each path, from a server with these routes alone."""
 
     async def ask():
         taken, port = bind_unused_port()
-        server = HTTPServer(Application(documentation_routes(site)))
+        server = HTTPServer(Application(documentation_routes(site, sources)))
         server.add_socket(taken)
         client = AsyncHTTPClient(force_instance=True)
         try:
@@ -54,6 +56,14 @@ def test_nothing_outside_the_site_is_served(site):
 
 
 def test_without_a_site_the_answer_says_how_to_build_it(tmp_path):
-    ((code, text),) = answers(tmp_path, "/docs/theory/model.html")
+    ((code, text),) = answers(tmp_path, "/docs/theory/model.html", sources=tmp_path / "none")
     assert code == 404
     assert "make docs" in text
+
+
+def test_without_a_site_the_links_of_help_lead_to_the_texts_of_its_pages(tmp_path):
+    links = sorted(set(re.findall(r'href="(docs/[\w./-]*)', Help(None).build().object)))
+    assert {"docs/", "docs/start.html"} < set(links)
+    for link, (code, text) in zip(links, answers(tmp_path, *(f"/{link}" for link in links)), strict=True):
+        assert code == 200, link
+        assert "\n# " in f"\n{text}", link

@@ -75,7 +75,7 @@
     return said ? textOf(said) : "";
   };
 
-  // The same folds are open in both pages, nothing has the focus, and all is scrolled to its beginning.
+  // The same folds are open in both pages, and all is scrolled to its beginning.
   const calm = () => {
     for (const node of all()) {
       if (node.matches(":popover-open")) node.hidePopover();
@@ -84,6 +84,10 @@
       if (node.scrollTop || node.scrollLeft) node.scrollTo({ left: 0, top: 0, behavior: "instant" });
       if (node.matches("[aria-expanded=true]")) node.click();
     }
+  };
+  // Hides some parts, or shows them again; nothing has the focus then.
+  const veil = (parts, on) => {
+    for (const node of all()) if (node.matches(parts)) node.style.visibility = on ? "hidden" : "";
     let at = document.activeElement;
     while (at?.shadowRoot?.activeElement) at = at.shadowRoot.activeElement;
     at?.blur?.();
@@ -140,5 +144,5 @@
     }])),
   });
 
-  window.walk = { choices, frames, busy, calm, state };
+  window.walk = { choices, frames, busy, calm, veil, state };
 })()

@@ -12,11 +12,12 @@ from PIL import Image
 from .snapshots_page import AFRESH, read, words
 
 SCRIPT = Path(__file__).with_name("walk.js").read_text(encoding="utf-8")
-# Not in a link: files, dialogs, how fast the motion plays, what stops or begins a search of its own.
+# Not in a link: files, dialogs, how fast the motion plays, which of two units a number is typed in, what stops or begins
+# a search of its own.
 LEFT_ALONE = re.compile(
     r"^(Cancel|Stop|Go on|Tour|\?|Help|Take away|Keys|Close|×|Open Help|All terms|Exercises|Fit|Use these values|Load"
     r"|Speed of the motion|Play|Pause|Copy|\+ CSV|Coexisting|Evidence|Back to the branches|Remove)"
-    r"|computing|documentation|Download|measurement|as (PDF|SVG|PNG|CSV)$",
+    r"|: its unit$|computing|documentation|Download|measurement|as (PDF|SVG|PNG|CSV)$",
     re.IGNORECASE,
 )
 # How often each kind of move is made.
@@ -25,7 +26,7 @@ WEIGHTS |= {"zoom": 3, "tap": 2, "key": 2}
 KEYS = ("1", "2", "3", "4", "p", "r", "l", ".", ",", "Control+z", "Control+Shift+z")
 FACTORS = (0.2, 0.5, 0.8, 0.97, 1.03, 1.3, 2, 5)
 # Not compared: what a machine takes, and what is no part of a link.
-MASKED = (".chips", ".row.actions", ".found", ".message", ".coexisting", ".refusal")
+MASKED = ".chips, .row.actions, .suggest .more, .message, .coexisting, .refusal"
 MEASURED = ("speed",)  # tabs whose figures show measured times
 APART = 24  # of 255, by which a pixel differs
 FEW = 12  # pixels that may differ: the edge of a letter
@@ -152,7 +153,9 @@ def seen(walk):
     measured = page.evaluate("new URLSearchParams(location.search).get('tab')") in MEASURED
     texts = [each["text"] for each in words(read(page)) if not each["measured"]]
     page.evaluate(AFRESH)
-    image = page.screenshot(mask=[page.locator(each) for each in MASKED], full_page=True, timeout=90_000)
+    page.evaluate("parts => walk.veil(parts, true)", MASKED)
+    image = page.screenshot(full_page=True, timeout=90_000)
+    page.evaluate("parts => walk.veil(parts, false)", MASKED)
     found["texts"] = [] if measured else texts
     if measured:
         found["figures"] = list(found["figures"])
