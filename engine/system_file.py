@@ -55,11 +55,11 @@ SYSTEM_CONSTANTS = {
 }
 EXCITATION_CONSTANTS = {
     "base": Constant("the base moves as base cos(eta tau + base_phase)", _AMPLITUDE, "length"),
-    "base_phase": Constant("its phase", _PHASE, "rad"),
+    "base_phase": Constant("phase of the base motion", _PHASE, "rad"),
     "force1": Constant("harmonic force on body 1, towards body 2", _AMPLITUDE, "k1 length"),
-    "force1_phase": Constant("its phase", _PHASE, "rad"),
+    "force1_phase": Constant("phase of the force on body 1", _PHASE, "rad"),
     "force2": Constant("harmonic force on body 2, away from body 1", _AMPLITUDE, "k1 length"),
-    "force2_phase": Constant("its phase", _PHASE, "rad"),
+    "force2_phase": Constant("phase of the force on body 2", _PHASE, "rad"),
     "constant1": Constant("constant force on body 1, towards body 2", _AMPLITUDE, "k1 length"),
     "constant2": Constant("constant force on body 2, away from body 1", _AMPLITUDE, "k1 length"),
 }

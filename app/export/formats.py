@@ -47,7 +47,7 @@ class Series(NamedTuple):
 
 MEASURED = "measured"  # label of the series of a measurement
 _OF_SYSTEM = ("system", "excitation", "physical")  # tables of a system file beside [units]
-_LONGEST_FILE = 65_536  # characters
+_LARGEST_FILE = 65_536  # bytes, as in `take_away.js`
 _UNITS = {"omega1": "omega1", "m1": "m1", "amplitude": "base_amplitude"}  # name of the parameter: name in `Units`
 
 
@@ -71,11 +71,11 @@ def units_table(setting: Setting) -> list[str]:
 
 
 def join_parts(parts: object) -> str:
-    """The text of a file that the browser sends in numbered parts; raises ValueError if it is too long."""
+    """The text of a file that the browser sends in numbered parts; raises ValueError if it is too large."""
     texts = parts.values() if isinstance(parts, dict) else []
     text = "".join(part for part in texts if isinstance(part, str))
-    if len(text) > _LONGEST_FILE:
-        raise ValueError(f"it is longer than {_LONGEST_FILE} characters")
+    if len(text.encode(errors="replace")) > _LARGEST_FILE:
+        raise ValueError(f"it is larger than {_LARGEST_FILE} bytes")
     return text
 
 

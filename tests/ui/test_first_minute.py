@@ -40,6 +40,14 @@ def test_the_tour_goes_from_the_problem_to_a_suggestion_that_is_applied(visit):
     explorer.page.get_by_role("button", name="From the problem").click()
     explorer.page.evaluate(AXE)
     assert serious(explorer.page) == []
+    behind = dialog.evaluate("dialog => getComputedStyle(dialog, '::backdrop').backgroundColor")
+    assert behind == "rgba(0, 0, 0, 0)"  # what it points at is not dimmed
+    before = explorer.query()
+    for key in ("r", "p", "2", "Shift+2", "?", "t", "l"):
+        explorer.page.keyboard.press(key)
+    explorer.settle()
+    assert explorer.query() == before
+    assert explorer.page.locator("dialog[open], .take-away[open]").count() == 1
     seen = [dialog.locator("h2").text_content()]
     dialog.get_by_role("button", name="Next").click()
     explorer.wait_for_address(eta="1.08", K="100", D="50")  # a motion that looks right
@@ -48,7 +56,9 @@ def test_the_tour_goes_from_the_problem_to_a_suggestion_that_is_applied(visit):
         dialog.get_by_role("button", name="Next").click()
     before = explorer.update()
     dialog.get_by_role("button", name="Suggest and set them").click()
+    assert dialog.locator("h2").text_content() == "Searching"
     wait_until(lambda: explorer.address()["K"] != "100", 60, "the suggestion, applied")
+    wait_until(lambda: dialog.locator("h2").text_content() == "A suggestion, applied", what="its head")
     explorer.settle(before + 1)
     assert f"K = {explorer.typed('K').input_value()}" in dialog.locator("p").text_content()
     assert len(set(seen)) == 4

@@ -3,6 +3,7 @@
 from vibroscope.app.explorer.glossary import glossary
 
 from .axe import AXE, serious
+from .explorer import wait_until
 
 MEANING = {word.lower(): entry for entry in glossary() for word in entry.opens}
 
@@ -44,3 +45,23 @@ def test_the_terms_of_the_next_verdict_are_marked_too(visit):
     assert {"blurred", "repeats every period"} <= set(words)
     assert len({MEANING[word].head for word in words}) == len(words)
     assert explorer.page.locator(".term .term").count() == 0
+
+
+def test_no_term_is_marked_in_what_is_to_be_copied(visit):
+    explorer = visit("?tab=code&eta=1.08&K=2500&D=8&steps=2000&choice=code:opensees")
+    code = explorer.page.locator("section.codes pre")
+    wait_until(lambda: "integrator" in code.text_content(), 60, "the input for OpenSees")
+    assert code.locator(".term").count() == 0
+
+
+def test_marked_terms_follow_from_the_texts_and_not_from_those_before(visit):
+    def marked(explorer):
+        return explorer.page.locator("form.panel .term, .lines .term").all_text_contents()
+
+    walked = visit("?bodies=wall&clearance=0.5&units=si").explained()
+    walked.moved(lambda: walked.scene("C"))
+    walked.moved(lambda: walked.page.get_by_text("non-dimensional", exact=True).click())
+    walked.explained().judged()
+    walked.wait_for_address(eta="2.76")
+    linked = visit(walked.query()).explained().judged()
+    wait_until(lambda: marked(walked) == marked(linked), what=f"{marked(linked)}")

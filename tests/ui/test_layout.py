@@ -14,8 +14,55 @@ def test_on_a_phone_a_slider_is_in_view_beside_what_it_changes(visit):
     inside = [box["y"] >= 0 and box["y"] + 100 <= 844 for box in (slider.bounding_box(), figure.bounding_box())]
     assert inside == [True, True]
     panel = page.locator(".sliders").bounding_box()
-    assert panel["height"] < 0.35 * 844
-    assert figure.bounding_box()["y"] + figure.bounding_box()["height"] > panel["y"] + panel["height"] + 100
+    assert panel["height"] < 0.25 * 844
+    assert figure.bounding_box()["y"] + 100 < panel["y"]
+
+
+@pytest.mark.parametrize(("width", "height"), [(390, 844), (320, 568), (720, 450)])
+def test_the_first_screen_of_a_small_window_shows_a_picture_and_the_sliders(visit, width, height):
+    """720 × 450 is a desktop at 200 %."""
+    explorer = visit(width=width, height=height).explained()
+    sliders = explorer.page.locator(".sliders").bounding_box()
+    frame = explorer.figure("displacement")["frame"]
+    assert frame["y"] > 0
+    assert frame["height"] > 70
+    assert frame["y"] + frame["height"] <= sliders["y"]
+    assert sliders["y"] + sliders["height"] <= height
+
+
+AT = """([x, y]) => {
+  let at = document.elementFromPoint(x, y);
+  for (let inner = at; inner; at = inner) {
+    inner = at.shadowRoot?.elementFromPoint(x, y);
+    if (inner === at) break;
+  }
+  return Boolean(at?.closest(".sliders"));
+}"""
+
+
+@pytest.mark.parametrize(("width", "height"), [(390, 844), (320, 568)])
+def test_nothing_slides_over_the_sliders_of_a_phone(visit, width, height):
+    explorer = visit(width=width, height=height, has_touch=True, is_mobile=True).explained()
+    below = explorer.page.evaluate("document.scrollingElement.scrollHeight - innerHeight")
+    for top in range(0, below - 400, 90):
+        explorer.page.evaluate("top => scrollTo({top, behavior: 'instant'})", top)
+        box = explorer.slider("K").bounding_box()
+        assert explorer.page.evaluate(AT, [box["x"] + box["width"] / 2, box["y"] + box["height"] / 2]), top
+
+
+@pytest.mark.parametrize(("width", "height"), [(1440, 900), (1100, 900), (390, 844), (320, 568)])
+def test_the_button_for_a_measurement_covers_no_title(visit, width, height):
+    explorer = visit("?eta=1.08&K=100&D=50&steps=2000&frame=difference", width=width, height=height)
+    explorer.explained()
+    end = explorer.page.evaluate("""() => {
+      const view = Bokeh.index.find_one_by_id(Bokeh.documents[0].get_model_by_name("displacement").id);
+      const { title } = view.model;
+      const pen = document.createElement("canvas").getContext("2d");
+      pen.font = [title.text_font_style, title.text_font_size, title.text_font].join(" ");
+      return view.canvas_view.el.getBoundingClientRect().x + view.frame.bbox.left + pen.measureText(title.text).width;
+    }""")
+    assert explorer.figure("displacement")["title"] == "Difference in parts"
+    assert end < explorer.page.locator(".choose button").bounding_box()["x"]
 
 
 def test_on_a_phone_nothing_overflows_and_everything_is_there(visit):

@@ -1,5 +1,6 @@
 """Keys, names, sizes for fingers: every part of the page can be reached and is named."""
 
+import pytest
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.export.report import as_report
 
@@ -41,6 +42,24 @@ def test_every_stop_of_the_keyboard_has_a_name(visit):
     assert explorer.page.evaluate(UNNAMED) == []
     names = [figure.get_attribute("aria-label") for figure in explorer.page.get_by_role("figure").all()]
     assert "Phase plot, body 1, displacement ξ₁ / base amplitude, velocity ξ₁′ / (Aω₁)" in names
+    assert "Contact strip" in names
+
+
+FOCUSED = """() => {
+  let at = document.activeElement;
+  while (at.shadowRoot?.activeElement) at = at.shadowRoot.activeElement;
+  return at.className;
+}"""
+
+
+@pytest.mark.parametrize(("query", "place"), [("", "line verdict"), ("?tab=step", "study"), ("?tab=help", "tab-area")])
+def test_the_first_stop_of_the_keyboard_leads_to_the_results(visit, query, place):
+    explorer = visit(query)
+    explorer.page.keyboard.press("Tab")
+    link = explorer.page.get_by_role("button", name="Skip to the results")
+    assert link.evaluate("link => link.getBoundingClientRect().width") > 100  # it is seen while it has the focus
+    explorer.page.keyboard.press("Enter")
+    assert place in explorer.page.evaluate(FOCUSED)
 
 
 NAMED = """() => {

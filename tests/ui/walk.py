@@ -12,8 +12,8 @@ from PIL import Image
 from .snapshots_page import AFRESH, read, words
 
 SCRIPT = Path(__file__).with_name("walk.js").read_text(encoding="utf-8")
-# Not in a link: files, dialogs, how fast the motion plays, which of two units a number is typed in, what stops or begins
-# a search of its own.
+# Not in a link: files, dialogs, how fast the motion plays, which of two units a number is typed in, what stops or
+# begins a search of its own.
 LEFT_ALONE = re.compile(
     r"^(Cancel|Stop|Go on|Tour|\?|Help|Take away|Keys|Close|×|Open Help|All terms|Exercises|Fit|Use these values|Load"
     r"|Speed of the motion|Play|Pause|Copy|\+ CSV|Coexisting|Evidence|Back to the branches|Remove)"

@@ -147,7 +147,7 @@ class BifurcationView:
 
     def _strip(self) -> figure:
         plot = make_figure(
-            "",
+            "Kinds of motion",  # for screen readers; below the diagram it needs none
             "",
             "",
             name="bifurcation_strip",

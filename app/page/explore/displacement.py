@@ -118,7 +118,7 @@ class DisplacementView:
 
     def _strip(self, time: Range1d):
         plot = make_figure(
-            "",
+            "Contact strip",  # for screen readers; below the displacements it needs none
             "",
             "",
             name="strip",
@@ -150,7 +150,7 @@ class DisplacementView:
                 **where,
             )
             add_glyph(plot, bar, self.sources[f"strip_{solver}"])
-        plot.xaxis.visible = False
+        plot.title.visible = plot.xaxis.visible = False
         plot.ygrid.grid_line_color = None
         return plot
 

@@ -97,7 +97,10 @@ function searchLimits(model) {
   model.on("code", offerCode);
   offerCode();
   const fill = () => {
-    for (const [name, field] of fields) field.value = model.limits[name];
+    for (const [name, field] of fields) {
+      field.value = model.limits[name];
+      field.style.minWidth = `calc(${field.value.length}ch + 16px)`;
+    }
     unit.textContent = model.limits.unit;
     symbol.textContent = model.limits.eta;
     if (etaUnit.textContent !== model.limits.eta_unit) for (const [, field] of ends) field.value = ""; // of other units

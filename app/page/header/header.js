@@ -17,13 +17,23 @@ export function render({ model }) {
       : button("?", "Keys and help (?)", () => keys.open()),
   );
   bar.append(title, tabList(model), tools);
-  root.append(bar, question(model), compilationLine(model), errorLine(model), noteLine(model), summary(model), keys.element, glossaryNote());
+  root.append(skipLink(), bar, question(model), compilationLine(model), errorLine(model), noteLine(model), summary(model), keys.element, glossaryNote());
   shortcuts(root, keys, takeAway);
   const adaptFigures = () => { darken(); adaptToTouch(); fitFigures(); };
   for (const name of ["tab", "offers"]) model.on(name, () => whenDrawn(root, adaptFigures)); // there are other figures
   listen("figures-changed", () => whenDrawn(root, darken)); // so have pins
   whenDrawn(root, () => { adaptFigures(); markMain(); tour(root, false); });
   return root;
+}
+
+// The first stop of the keyboard leads past tabs and controls to what the open tab has found.
+function skipLink() {
+  return button("Skip to the results", "", () => {
+    const found = [".line.verdict", "section.study", ".tab-area"].map((each) => inPage(each)).find((each) => each?.checkVisibility());
+    found.tabIndex = Math.max(found.tabIndex, -1);
+    found.setAttribute("tabindex", found.tabIndex);
+    found.focus();
+  }, "skip");
 }
 
 // Marks the open tab as the main landmark. It scrolls, so the keyboard must be able to focus it.

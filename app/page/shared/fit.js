@@ -95,7 +95,7 @@ function fitLegend(view) {
 
 function nameFigure(view) {
   const { model: figure } = view;
-  const title = figure.title?.visible ? wholeText(figure.title, "text") : "";
+  const title = figure.title ? wholeText(figure.title, "text") : "";
   const axes = axesOf(figure).filter((axis) => axis.visible).map((axis) => wholeText(axis, "axis_label")).filter(Boolean);
   const stop = view.canvas_view.events_el; // has the keyboard's focus
   stop.setAttribute("role", "figure");
