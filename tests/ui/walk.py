@@ -29,7 +29,7 @@ FACTORS = (0.2, 0.5, 0.8, 0.97, 1.03, 1.3, 2, 5)
 MASKED = ".chips, .row.actions, .suggest .more, .message, .coexisting, .refusal"
 MEASURED = ("speed",)  # tabs whose figures show measured times
 APART = 24  # of 255, by which a pixel differs
-FEW = 2e-4  # share of the pixels that may differ: edges of a legend that lies half a pixel elsewhere
+FEW = 1e-3  # share of the pixels that may differ: edges of a legend that lies half a pixel elsewhere
 
 
 class Walk:
