@@ -3,6 +3,7 @@
 import queue
 import time
 
+from bokeh.document import Document as BokehDocument
 from panel.models.esm import DataEvent
 from vibroscope.app.page.session import Session
 
@@ -20,7 +21,7 @@ class FakeHost:
     tab_titles = Session.tab_titles
 
     def __init__(self, pinned=(), doc=None):
-        self.doc, self.pinned, self.code = doc, pinned, ""
+        self.doc, self.pinned, self.code = doc or BokehDocument(), pinned, ""
         self.moves, self.errors, self.settings, self.visits, self.summary = [], [], [], [], ""
 
     def push(self, move, write, follow=lambda: None):

@@ -72,7 +72,7 @@ def test_a_printed_view_reads_back_more_precisely_than_a_pixel(zoom, choice, mut
 def test_an_address_restores_setting_tab_view_pin_and_theme(setting, pinned, tab, theme, data):
     axes, usual = TABS[tab].axes, getattr(TABS[tab], "chosen", {})
     zoom = data.draw(st.dictionaries(st.sampled_from(list(axes)), spans)) if axes else {}
-    choice = {"quantity": "error", "limit": 40} if tab == "plane" else dict(usual)
+    choice = {"quantity": "period", "limit": 40} if tab == "plane" else dict(usual)
     mute = data.draw(mutes(TABS[tab].legends))
     view = {"zoom": print_zoom(zoom, axes), "choice": print_choice(choice), "mute": print_mute(mute)}
     asked = read_opening("?" + print_address(setting, tab, [pinned], **view, theme=theme))
@@ -186,14 +186,14 @@ def test_the_first_question_of_a_study_is_that_of_the_link(opened):  # noqa: F81
     kind = TABS["plane"]
     tab = kind(FakeHost())
     tab.build()
-    tab.restore(kind.read_view("K:100,1000", "quantity:error;limit:40", ""))
+    tab.restore(kind.read_view("K:100,1000", "quantity:period;limit:40", ""))
     tab.show(Move(1, SETTING))
     assert Asked.all[-1].question.K == (100.0, 1000.0)
-    assert Asked.all[-1].question.errors
-    assert tab.view_texts() == {"zoom": "K:100,1000", "choice": "quantity:error;limit:40", "mute": ""}
+    assert not Asked.all[-1].question.errors
+    assert tab.view_texts() == {"zoom": "K:100,1000", "choice": "quantity:period;limit:40", "mute": ""}
     tab.show(Move(2, SETTING, fresh=True))  # a scene was chosen
     assert Asked.all[-1].question.K == (10.0, 1e5)
-    assert tab.view_texts() == {"zoom": "", "choice": "quantity:error;limit:40", "mute": ""}
+    assert tab.view_texts() == {"zoom": "", "choice": "quantity:period;limit:40", "mute": ""}
 
 
 @pytest.mark.parametrize(

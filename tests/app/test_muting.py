@@ -107,3 +107,18 @@ def test_curves_follow_their_entries_while_a_document_holds_its_events():
     drawn = {item.label.value for item in figure.legend[0].items if item.renderers[0].visible}
     assert drawn == {"difference", "time step", "K and D", "joint damping"}
     assert [tool.renderers for tool in figure.tools if isinstance(tool, HoverTool)] == [[]]
+
+
+def test_pins_and_measured_points_take_one_walk_over_the_models_of_a_page_each(monkeypatch):
+    """The document walks over thousands of models whenever one is added, on the loop of all visitors."""
+    tab, document = TABS["explore"](FakeHost()), Document()
+    document.add_root(tab.build().get_root(document))
+    walks = []
+    monkeypatch.setattr(document.models, "recompute", lambda: walks.append(1))
+    tab.phase.pinned.update([{}] * len(PINS))
+    assert len(walks) == 1
+    tab.phase.draw_closed(dict.fromkeys(tab.phase.closed.data, np.zeros(1)))
+    assert len(walks) == 2
+    points = MeasuredPoints(tab.phase, tab.displacement)
+    points.update(Placed(*(dict.fromkeys(columns, np.zeros(1)) for columns in NOWHERE)))
+    assert len(walks) == 3

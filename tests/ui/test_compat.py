@@ -211,7 +211,7 @@ MARGIN = """() => ["displacement", "force", "strip"].map(name => {
 def test_time_figures_have_the_margins_that_their_present_labels_need(explorer):
     explorer.page.evaluate("""() => {
       const { y_range } = Bokeh.documents[0].get_model_by_name("displacement");
-      y_range.setv({ start: -123456.7, end: 123456.8 });
+      y_range.setv({ start: 99999.12341, end: 99999.12389 });
     }""")
     wide = wait_for_margins(explorer, lambda need: need[0][0] > 64)
     assert {left for _, _, left, _ in wide} == {max(left for left, *_ in wide)}

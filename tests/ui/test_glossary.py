@@ -56,12 +56,12 @@ def test_no_term_is_marked_in_what_is_to_be_copied(visit):
 
 def test_marked_terms_follow_from_the_texts_and_not_from_those_before(visit):
     def marked(explorer):
-        return explorer.page.locator("form.panel .term, .lines .term").all_text_contents()
+        return explorer.page.locator("form.panel .term:visible, .lines .term:visible").all_text_contents()
 
     walked = visit("?bodies=wall&clearance=0.5&units=si").explained()
     walked.moved(lambda: walked.scene("C"))
     walked.moved(lambda: walked.page.get_by_text("non-dimensional", exact=True).click())
     walked.explained().judged()
-    walked.wait_for_address(eta="2.76")
+    wait_until(lambda: walked.address().get("eta") == "2.76" and "units" not in walked.address(), what="the link")
     linked = visit(walked.query()).explained().judged()
     wait_until(lambda: marked(walked) == marked(linked), what=f"{marked(linked)}")

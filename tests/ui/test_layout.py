@@ -32,10 +32,8 @@ def test_the_first_screen_of_a_small_window_shows_a_picture_and_the_sliders(visi
 
 AT = """([x, y]) => {
   let at = document.elementFromPoint(x, y);
-  for (let inner = at; inner; at = inner) {
-    inner = at.shadowRoot?.elementFromPoint(x, y);
-    if (inner === at) break;
-  }
+  let inner;
+  while ((inner = at.shadowRoot?.elementFromPoint(x, y)) && inner !== at) at = inner;
   return Boolean(at?.closest(".sliders"));
 }"""
 

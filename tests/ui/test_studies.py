@@ -56,8 +56,8 @@ def place(explorer, name, x, y):
 
 def test_the_plane_grows_and_a_click_sets_K_and_D(visit):
     explorer = opened(visit, "plane")
-    assert explorer.figure("plane_penalty")["title"] == "Newmark T/2000, η = 2.76: period"
-    assert explorer.figure("plane_exact")["title"] == "No time step, η = 2.76: period"
+    assert explorer.figure("plane_penalty")["title"] == "Newmark T/2000, η = 2.76: error against reference"
+    assert explorer.figure("plane_exact")["title"] == "No time step, η = 2.76: error against reference"
     text = panel(explorer).locator(".statements").text_content()
     assert "repeats every period" in text.split("Exact penalty, cell at")[1]
     explorer.page.mouse.click(*place(explorer, "plane_exact", 1000, 5))
@@ -66,6 +66,25 @@ def test_the_plane_grows_and_a_click_sets_K_and_D(visit):
     wait_until(lambda: explorer.address().get("K") != "12000", what="an address with the new K")
     assert float(explorer.address()["D"]) == pytest.approx(5, rel=0.03)
     assert share(explorer) == 1  # the plane itself is the same
+
+
+def test_the_plane_shows_the_error_of_what_is_set_as_explore_does(visit):
+    """The cell that holds it has its middle elsewhere, with another error."""
+    explorer = visit("?eta=1.08&K=100&D=50&steps=2000").explained()
+    total = explorer.page.locator(".part.total .number").text_content()
+    explorer.open_tab("K–D plane")
+    text = panel(explorer).locator(".statements")
+    wait_until(lambda: f"Error {total}." in text.text_content(), 30, f"an error of {total}")
+    assert "Newmark, what is set: K = 100, D = 50Repeats every period" in text.text_content()
+    assert panel(explorer).get_by_label("Short contact below").is_hidden()
+    wait_until(lambda: share(explorer) > 0.01, 30, "a coarse picture")
+    wait_until(lambda: explorer.figure("plane_penalty")["title"].endswith("error against reference"), 5, "errors")
+
+
+def test_where_the_reference_does_not_repeat_the_plane_shows_the_period_and_says_so(visit):
+    explorer = complete(visit("?tab=plane&eta=1.7&K=12000&D=18&steps=2000&zoom=K:1000,2000;D:5,8"))
+    assert "The reference does not repeat itself here" in panel(explorer).locator(".statements").text_content()
+    assert explorer.figure("plane_penalty")["title"].endswith(": period")
 
 
 def test_the_plane_follows_the_limit_of_steps_and_the_quantity(visit):

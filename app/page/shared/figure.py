@@ -86,6 +86,7 @@ THEME = Theme(
                 "border_line_color": None,
                 "background_fill_color": "#FFFFFF",
                 "background_fill_alpha": 0.8,
+                "inactive_fill_color": "#FFFFFF",
                 "padding": 2,
                 "margin": 3,
                 "spacing": 8,

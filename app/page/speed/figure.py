@@ -37,6 +37,7 @@ _MARKS = {
 }
 _FLOOR = 1e-16  # of a double; an error of 0 lies here
 _PRESENT = ("cost", "error", "text", "align", "right", "up")  # the two last: from the ring to its text, px
+_EMPTY = {"cost": (0.1, 1e3), "error": (1e-10, 1.0)}  # ends of the axes without data
 _ALL = (1e-30, 1e30)  # a cost without an error: a line over any error that is shown
 
 
@@ -45,7 +46,7 @@ class SpeedView:
 
     def __init__(self) -> None:
         self._result: PartialSpeed | None = None
-        self.ranges = {"cost": OwnedRange(0.1, 1e3), "error": OwnedRange(1e-10, 1.0)}
+        self.ranges = {name: OwnedRange(*ends) for name, ends in _EMPTY.items()}
         self.stepless = {kind: empty_source(f"speed_{kind}", "cost", "error") for kind in _LINES}
         self.swept = {kind: empty_source(f"speed_{kind}", "cost", "error", "n", "solves") for kind in SWEPT}
         self.present = ColumnDataSource({name: [] for name in _PRESENT}, name="speed_present")
@@ -173,9 +174,8 @@ class SpeedView:
         swept = self.swept.values()
         costs = np.concatenate([source.data["cost"] for source in (*self.stepless.values(), *swept)])
         errors = np.concatenate([source.data["error"] for source in swept])
-        for owned, sizes in zip(self.ranges.values(), (costs, errors), strict=True):
-            if len(sizes):
-                owned.put(*_decades(sizes), fresh=fresh)
+        for (name, owned), sizes in zip(self.ranges.items(), (costs, errors), strict=True):
+            owned.put(*(_decades(sizes) if len(sizes) else _EMPTY[name]), fresh=fresh and len(sizes) > 0)
 
 
 def error_label(setting: Setting) -> str:

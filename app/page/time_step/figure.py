@@ -33,6 +33,7 @@ _SIZES = {
 }
 # Smaller values are rounding; drawn, they would only stretch the axis.
 _FLOOR = 1e-10
+_NO_SIZES = (_FLOOR, 1.0)  # ends of an axis without data
 _SHOWN = ("xi2", "v2")  # axes and columns of the phase plots; at a wall they hold ξ₁ and ξ₁′
 _UNIT_AXES = (  # what stands before the unit, quantity
     ("xi2", "displacement ξ₂", "displacement"),
@@ -54,7 +55,7 @@ class TimeStepView:
             (name, scheme): empty_source(f"step_{name}_{scheme}", "n", "size") for name in _SIZES for scheme in SCHEMES
         }
         self.ranges = {"xi2": OwnedRange(-8, 8), "v2": OwnedRange(-8, 8), "n": OwnedRange(*_SPAN)}
-        self.ranges |= {name: OwnedRange(_FLOOR, 1.0) for name in _SIZES}
+        self.ranges |= {name: OwnedRange(*_NO_SIZES) for name in _SIZES}
         self._cursors: list[Span] = []
         self.phases = {scheme: self._phase(scheme) for scheme in SCHEMES}
         self.curves = {name: self._curve(name) for name in _SIZES}
@@ -134,8 +135,8 @@ class TimeStepView:
             self._draw(result, index, scheme, setting)
         for name in _SIZES:
             sizes = np.concatenate([self.sizes[name, scheme].data["size"] for scheme in SCHEMES])
-            if len(sizes):
-                self.ranges[name].put(*(10.0**end for end in _decades(sizes)), fresh=fresh)
+            ends = tuple(10.0**end for end in _decades(sizes)) if len(sizes) else _NO_SIZES
+            self.ranges[name].put(*ends, fresh=fresh and len(sizes) > 0)
             variable, title, _ = _SIZES[name]
             why = result.why_none(variable)
             self.curves[name].title.text = f"{title}: no number, since {why}" if why else title
