@@ -146,7 +146,7 @@ def _contacts_reason(least: Trial, tolerances: Tolerances) -> str:
     """Say that displacements are met, and what is not."""
     found = f"the displacements keep to {percent(tolerances.displacement)} with {least.setting.steps} steps per period"
     if least.excess <= 1.0:
-        return f"{found}, but not where the last digits of K, D and the steps are others: allow more steps"
+        return f"{found}, but only single settings do, and not their neighbours: allow more steps"
     asked = [
         f"{name} within {value}"
         for name, value in (

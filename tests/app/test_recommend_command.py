@@ -10,7 +10,7 @@ from vibroscope.engine.divergence.error import Target
 
 from .command_line import run_command
 
-QUICK = ["--tolerance", "0.5", "--steps-max", "32"]
+QUICK = ["--tolerance", "0.5", "--steps-max", "128"]
 
 
 def run(capsys, *arguments):
@@ -110,3 +110,25 @@ def test_one_setting_for_a_range_in_units(capsys, monkeypatch):
     assert "limit             the range is limited at eta = 2.7" in text
     assert "K / N/m" in text
     assert main(["recommend", "--eta", "2.76", "--one-setting"]) == 2
+
+
+def test_a_recommendation_says_its_ranges_its_contacts_and_what_it_was_verified_for(capsys):
+    arguments = ["--eta", "3.25", "--tolerance", "0.5", "--steps-max", "128", "--K", "40", "--status", "start"]
+    found = json.loads(run(capsys, *arguments, "--json")[1])
+    assert (found["met"], found["K"], found["K_range"]) == (True, 40, None)
+    assert (found["restitution_tolerance"], found["force_tolerance"]) == (0.1, 0.2)
+    assert found["D_range"][0] < found["D"] < found["D_range"][1]
+    assert abs(found["restitution"] - 0.5) <= 0.1
+    assert abs(found["peak_force"] / found["peak_force_without_step"] - 1) <= 0.2
+    out = run(capsys, *arguments)[1]
+    assert "peak force        " in out
+    assert "of the contact model, not of the system: it grows with K" in out
+    assert "verified for      Newmark; contact status from the start of the step; contact law Kelvin–Voigt" in out
+    loose = json.loads(
+        run(capsys, *arguments, "--restitution-tolerance", "off", "--force-tolerance", "OFF", "--json")[1]
+    )
+    assert (loose["restitution_tolerance"], loose["force_tolerance"]) == (None, None)
+    assert loose["steps"] < found["steps"]
+    status, _, err = run(capsys, *arguments, "--force-tolerance", "none")
+    assert status == 2
+    assert "--force-tolerance" in err

@@ -22,6 +22,7 @@ from vibroscope.engine import (
     TimeStepping,
     recommend_schemes,
 )
+from vibroscope.engine.recommendation.contacts import Tolerances
 from vibroscope.engine.recommendation.trials import NewmarkSetting, Trial
 
 FEW = ["--eta", "1.08", "--tolerance", "0.3", "--K", "100", "--D", "3.68", "--steps-max", "16"]
@@ -39,7 +40,8 @@ def made(scheme, met=True, steps=100, robust=0.04):
         system=System(),
         eta=1.08,
         reference=Reference(),
-        tolerance=0.05,
+        tolerances=Tolerances(),
+        ranges={},
         located=False,
         met=met,
         best=best or None,
