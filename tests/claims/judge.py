@@ -256,7 +256,8 @@ class _Judge:
         here = self.kind(Reference(), late)
         if (outcome := self.agrees(reference, here)) is not None:
             yield Claim("c1", outcome, f"reference {reference.type} {reference.near_period}, found {here}")
-        run = self.runs.run(self.method, max(5 * self.runs.periods, own.SECTION), own.SECTION)
+        later = min(5 * self.runs.periods, max(own.LONG, self.runs.periods))
+        run = self.runs.run(self.method, max(later, own.SECTION), own.SECTION)
         there = self.kind(self.method.limit, run.section) if run.ok else ("ended", 0)
         if (outcome := self.agrees(penalty, there)) is not None:
             yield Claim("c2", outcome, f"penalty {penalty.type} {penalty.near_period}, found {there}")
