@@ -20,6 +20,7 @@ REBOUNDS, RESOLVED = 0.15, 10  # a contact that stands for an impact: restitutio
 NOTHING = re.compile("No K, D or time step that was tried|No number alone")
 AROUND = (0.91, 0.955, 1.0, 1.05, 1.1)  # neighbours whose median counts, so that luck does not
 EXPONENT = 0.005  # per period: a larger Lyapunov exponent is positive
+SLOW_LAWS = ("hunt-crossley", "flores", "jankowski")  # a contact without a step is integrated
 STEPPED = ("steps", "limit", "status", "integrator")
 
 
@@ -199,6 +200,8 @@ class _Judge:
                 scale = math.sqrt(stiffness * self.setting.system.mass_share)
                 numbers = [{"stiffness": stiffness, "damping": ratio * scale} for ratio in (0.05, 0.2, 0.5, 1.0)]
             found += [changed(method, **each) for each in numbers]
+        if method.law in SLOW_LAWS:
+            return
         candidates = sorted(found, key=self.scanned)[:2]
         best = min((self.median(lambda f, m=m: changed(m, stiffness=m.stiffness * f)), str(m)) for m in candidates)
         worst = max(best[0], self.chance)
@@ -253,7 +256,8 @@ class _Judge:
         here = self.kind(Reference(), late)
         if (outcome := self.agrees(reference, here)) is not None:
             yield Claim("c1", outcome, f"reference {reference.type} {reference.near_period}, found {here}")
-        run = self.runs.run(self.method, max(5 * self.runs.periods, own.SECTION), own.SECTION)
+        later = min(5 * self.runs.periods, max(own.LONG, self.runs.periods))
+        run = self.runs.run(self.method, max(later, own.SECTION), own.SECTION)
         there = self.kind(self.method.limit, run.section) if run.ok else ("ended", 0)
         if (outcome := self.agrees(penalty, there)) is not None:
             yield Claim("c2", outcome, f"penalty {penalty.type} {penalty.near_period}, found {there}")
@@ -268,12 +272,14 @@ class _Judge:
             return "periodic", limit  # a step may scatter it, or lock the scatter into a longer cycle
         if period:
             return "periodic", period
+        if getattr(method, "law", "") in SLOW_LAWS:
+            return "unknown", 0
         exponent = self.exponent(method, section[-1])
         return ("chaotic" if exponent > EXPONENT else "regular"), 0
 
     def period_without_step(self, method, section):
         """The period of the motion that the limit has from the end of a section."""
-        if isinstance(method, Reference):
+        if isinstance(method, Reference) or method.law in SLOW_LAWS:
             return 0
         start = Checkpoint(self.runs.system, self.runs.eta, method, 0, tuple(section[-1]))
         run = simulate(self.runs.system, self.runs.eta, method, periods=2000, keep=200, initial=start)
@@ -303,6 +309,8 @@ class _Judge:
     def agrees(said, found):
         """Outcome of a kind that is said; None where it claims none."""
         kind, period = found
+        if kind == "unknown":
+            return None
         if said.type is Kind.UNDECIDED and not said.near_period:
             return None
         if said.near_period:

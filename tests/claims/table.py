@@ -18,7 +18,7 @@ ROWS = {
     "a9": "“by errors that cancel”: the contact does not rebound as asked, or is not resolved",
     "b": "“the time step blurs”: size, and less with four times the steps",
     "c1": "kind and period of the reference, after 40,000 periods",
-    "c2": "kind and period of the penalty solution, five times later",
+    "c2": "kind and period of the penalty solution, five times later or after 40,000 periods",
     "c3": "“the penalty solution …, the reference …”: they do differ",
     "c4": "“nothing touches”, “stay in contact all the time”, of both",
     "c5": "“nothing is to blame”: the difference is one by chance",
@@ -33,7 +33,7 @@ ROWS = {
     "e1": "the difference, by an error measure of its own",
     "e2": "parts add up",
     "e3": "word of the agreement against its number",
-    "h": "“still changes”: another section three times later",
+    "h": "“still changes”: later sections differ from it by more than from each other",
 }
 
 

@@ -78,12 +78,12 @@ def test_both_numbers_are_named_that_do_the_same():
 def test_a_long_transient_of_the_reference_is_not_compared(system, eta, method):
     """The reference moves irregularly for more than ten thousand periods, and then repeats itself."""
     found, words, _ = judged(system, eta, method)
-    late = simulate(system, eta, Reference(), periods=60_000, keep=200)
+    late = simulate(system, eta, Reference(), periods=40_000, keep=200)
     impacts = len(late.impacts) / late.keep
     assert found.difference.measure == "displacements"
     assert found.reference.impacts_per_period == pytest.approx(impacts, rel=0.02)
     assert found.motions.reference.period > 0
-    long = verdict(compare(system, eta, method, periods=60_000))
+    long = verdict(compare(system, eta, method, periods=20_000))
     assert words.blame == long.blame
     assert words.change == pytest.approx(long.change, rel=0.1)
 
