@@ -32,9 +32,12 @@ from vibroscope.engine import (
 from vibroscope.engine.checks import one_of
 from vibroscope.engine.divergence.contact import contact_frequency, damping_ratio
 from vibroscope.engine.law_table import numbers_of
+from vibroscope.engine.methods import spring_exponent
 from vibroscope.engine.model import System, check_eta
 
 _PENETRATION = 0.01  # of full damping where no source says one, in units of length
+_DIGITS = 6  # of a number in an input
+Stepping = Newmark | TimeStepping
 
 
 @dataclass(frozen=True)
@@ -139,18 +142,18 @@ class Code:
         """The lines of its input for a method, in these units; without units, dimensionless."""
         k, dt = method.stiffness, 2.0 * math.pi / (eta * method.steps)
         c = None if method.damping is None else 2.0 * method.damping
+        length = 1.0
         if units is not None:
             numbers = units.settings(eta, method)
             k, c, dt = numbers["stiffness"], numbers.get("damping"), numbers["time_step"]
-        return self.lines(input_numbers(system, eta, method, k, c, dt), integrator_name(method))
+            length = units.factor("displacement")
+        return self.lines(input_numbers(system, eta, method, k, c, dt, length), integrator_name(method))
 
     def lines(self, numbers: Mapping[str, str], integrator: str) -> tuple[str, ...]:
         """The input of the code for the numbers of `input_numbers`, with its words for the integrator that is set."""
-        known = {"exponent": self.exponent, "penetration": self.penetration}
-        texts = {name: written(value) for name, value in known.items() if value is not None}
         own = self.integrators.get(integrator)
         first = own if own is not None else (f"(its input for the integrator {integrator} is not known)",)
-        return tuple(line.format_map(_Blanks(texts | dict(numbers))) for line in (*first, *self.input))
+        return tuple(line.format_map(_Blanks(numbers)) for line in (*first, *self.input))
 
     def as_dict(self) -> dict[str, object]:
         """Plain values for JSON; None for what is not known."""
@@ -193,7 +196,7 @@ def codes() -> Mapping[str, Code]:
 
 
 def input_numbers(
-    system: System, eta: float, method: TimeStepping, k: float, c: float | None, dt: float, digits: int = 6
+    system: System, eta: float, method: Stepping, k: float, c: float | None, dt: float, length: float = 1.0
 ) -> dict[str, str]:
     """The numbers that stand in the lines of an input, as texts.
 
@@ -202,11 +205,14 @@ def input_numbers(
     system, eta, method
         What is set; of a Newmark solution too.
     k, c, dt : float
-        Contact stiffness, damper (force per speed; None where it follows from the restitution) and time step in the
-        units of the input.
-    digits : int
+        K and c of the contact law (c None where it follows from the restitution) and time step in the units of the
+        input.
+    length : float
+        The unit of length in the units of the input, for the penetration of the law.
     """
-    numbers = {"k": k, "dt": dt}
+    numbers = {"k": k, "dt": dt, "exponent": spring_exponent(method)}
+    if getattr(method, "penetration", None) is not None:
+        numbers["penetration"] = method.penetration * length
     if method.law == "constant-restitution":  # at any closing speed
         numbers["restitution"] = effective_restitution(system, method, closing_speed=1.0)
     if method.damping is not None:
@@ -216,7 +222,7 @@ def input_numbers(
             unit_of_time = dt * check_eta(eta) * method.steps / (2.0 * math.pi)
             numbers["timeconst"] = unit_of_time / (zeta * contact_frequency(system, method.stiffness))
     numbers |= _integrator_numbers(getattr(method, "integrator", NewmarkBeta()), dt)
-    return {name: written(value, digits) for name, value in numbers.items()}
+    return {name: written(value, _DIGITS) for name, value in numbers.items()}
 
 
 def _integrator_numbers(integrator: Integrator, dt: float) -> dict[str, float]:

@@ -198,11 +198,12 @@ def _setting_json(found: Recommendation | RangeRecommendation) -> dict:
 
 def _physical(units: Units, found: Recommendation | RangeRecommendation, method: Newmark | TimeStepping) -> dict:
     """Setting and front in the units of an FE input file."""
+    contact = units.of_contact(method)
     front = [
-        [n, error, units.physical("stiffness", k), units.physical("damping", d)]
+        [n, error, contact.physical("contact_stiffness", k), contact.physical("contact_damping", d)]
         for n, error, k, d in map(_front_row, found.front)
     ]
-    return {"units": unit_names(units), **units.settings(found.eta, method), "front": front}
+    return {"units": unit_names(units, method), **units.settings(found.eta, method), "front": front}
 
 
 def _front_row(trial) -> list[float]:
@@ -288,15 +289,16 @@ def _beside(found: Recommendation | RangeRecommendation, error: float) -> str:
 def _front_lines(found: Recommendation | RangeRecommendation, units: Units | None) -> list[str]:
     """The front as a table, with spring and damper in units where they are asked for."""
     heads = ["K", "D"]
+    units = units and units.of_contact(found.scheme)
     if units is not None:
-        names = (units.unit(quantity).replace("·", ".") for quantity in ("stiffness", "damping"))
+        names = (units.unit(quantity).replace("·", ".") for quantity in ("contact_stiffness", "contact_damping"))
         heads = [f"{head} / {name}" for head, name in zip(("K", "2D"), names, strict=True)]
     wide = max(9, *map(len, heads))
     lines = ["front             steps  solves     error    robust " + " ".join(f"{head:>{wide}s}" for head in heads)]
     for trial in found.front:
         k, d, n = trial.setting
         if units is not None:
-            k, d = units.physical("stiffness", k), units.physical("damping", d)
+            k, d = units.physical("contact_stiffness", k), units.physical("contact_damping", d)
         error, robust = _beside(found, trial.error), _beside(found, trial.robust)
         lines.append(f"{n:23d} {trial.cost:7.0f} {error:>9s} {robust:>9s} {written(k):>{wide}} {written(d):>{wide}}")
     return lines

@@ -18,7 +18,7 @@ from vibroscope.engine import Units, written
 
 _STARTS = {"start_xi1": "displacement", "start_v1": "velocity", "start_xi2": "displacement", "start_v2": "velocity"}
 # Quantity of each field of the setting that has one.
-FIELD_QUANTITIES = {"eta": "frequency", "K": "stiffness", "D": "damping", "threshold": "velocity", **_STARTS}
+FIELD_QUANTITIES = {"eta": "frequency", "K": "contact_stiffness", "D": "contact_damping", "threshold": "velocity", **_STARTS}
 FIELD_QUANTITIES |= dict.fromkeys(("clearance", "base", "penetration"), "displacement")
 FIELD_QUANTITIES |= dict.fromkeys(("force1", "force2", "constant1", "constant2"), "force")
 FREQUENCY_RATIOS = ("kappa", "kappa3")  # which can be typed as the frequency that they give
@@ -32,8 +32,8 @@ _LABELS |= {
 _NATURAL = {
     "displacement": "base amplitude",
     "velocity": "Aω₁",
-    "stiffness": "k₁",
-    "damping": "2m₁ω₁",
+    "contact_stiffness": "k₁",
+    "contact_damping": "2m₁ω₁",
     "force": "k₁A",
     "impulse": "m₁Aω₁",
 }
@@ -97,7 +97,7 @@ def shown_field(name: str, setting: Setting) -> ShownField:
         return _defining_field(name, rule, setting)
     share = {"%": 0.01} if name in SHARES else {}
     if setting.scale is None:
-        natural = _NATURAL.get(FIELD_QUANTITIES.get(name, ""), "")
+        natural = unit_of(FIELD_QUANTITIES[name], setting) if name in FIELD_QUANTITIES else ""
         if natural == "base amplitude" and not setting.base:
             natural = "A"  # of another length
         hint = rule.doc if name != "eta" or setting.is_driven else _NOT_DRIVEN
@@ -110,7 +110,8 @@ def shown_field(name: str, setting: Setting) -> ShownField:
     hint = hint if name != "eta" or setting.is_driven else _NOT_DRIVEN
     factor = setting.scale.factor(quantity)
     one = replace(setting.scale, system="si").factor(quantity)
-    return ShownField(label, hint, setting.scale.unit(quantity), factor, {"": 1 / factor, **sizes(quantity, one)})
+    typed = {"": 1 / factor, **sizes(quantity, one, length_power(setting.scale, quantity))}
+    return ShownField(label, hint, setting.scale.unit(quantity), factor, typed)
 
 
 def _defining_field(name: str, rule, setting: Setting) -> ShownField:
@@ -135,7 +136,16 @@ def typed_units(quantity: str, unit: str) -> dict[str, float]:
 
 def unit_of(quantity: str, setting: Setting) -> str:
     """The unit in which numbers of a quantity are shown: what they are multiples of where they have no dimension."""
-    return _NATURAL[quantity] if setting.scale is None else setting.scale.unit(quantity)
+    if setting.scale is not None:
+        return setting.scale.unit(quantity)
+    natural = _NATURAL.get(quantity, "")
+    power = length_power(setting.own_units, quantity)
+    return f"{natural}/A^{power:.6g}" if power else natural
+
+
+def length_power(units: Units, quantity: str) -> float:
+    """The power of length that K or D of the contact law of these units is divided by; 0 of a linear law."""
+    return -units.quantity(quantity).length if quantity.startswith("contact_") else 0.0
 
 
 def time_text(seconds: float) -> str:

@@ -51,7 +51,7 @@ OTHER_FORM = {name: other for pair in EITHER for name, other in (pair, pair[::-1
 _BASE = ("base_amplitude_mm", "base_acceleration_m_per_s2")
 _OF_BODY_2 = {"joint_damping_ratio", *(name for name in PHYSICAL_FIELDS if "2" in name.partition("_")[0])}
 _CARRIED = {"start_xi1": "displacement", "start_v1": "velocity", "start_xi2": "displacement", "start_v2": "velocity"}
-_CARRIED |= {"K": "stiffness", "D": "damping"}  # what keeps its physical value where the units change
+_CARRIED |= {"K": "contact_stiffness", "D": "contact_damping"}  # what keeps its physical value where the units change
 _ROUNDING = 1e-12
 # What numbers without dimension are counted in.
 _DEFINING = ("mass1_kg", "stiffness1_N_per_m", "frequency1_Hz", "length_mm", *_BASE)
@@ -115,8 +115,7 @@ def physical_numbers(setting: Setting) -> dict[str, float]:
 
 
 def _entry(setting: Setting) -> dict[str, float | bool]:
-    units = Units(setting.omega1, setting.m1, setting.amplitude)
-    return physical_entry(setting.system, units, setting.eta)
+    return physical_entry(setting.system, setting.own_units, setting.eta)
 
 
 # ---- what a person enters --------------------------------------------------------------------------------------------
@@ -266,7 +265,7 @@ def _carried(setting: Setting, before: Units, after: _Converted) -> dict[str, fl
     """The numbers that keep their physical value: the start, and K and D unless K would leave its slider."""
     found = {}
     for name, quantity in _CARRIED.items():
-        ratio = before.factor(quantity) / after.units.factor(quantity)
+        ratio = before.of_contact(setting).factor(quantity) / after.units.of_contact(setting).factor(quantity)
         if abs(ratio - 1) > _ROUNDING and getattr(setting, name):
             found[name] = float(f"{getattr(setting, name) * ratio:.12g}")
     if not _is_covered("K", found.get("K", setting.K), after.system):

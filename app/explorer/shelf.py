@@ -90,8 +90,8 @@ def _read(row: dict) -> ShelfSystem:
     system, units, eta = system_of_physical(row["physical"])
     texts = {name: row.get(name, "") for name in ("key", "title", "question", "source", "note")}
     values = values_of_system(system, units, eta) | {"units": "si", "steps": row["steps"]}
-    values["K"] = units.model("stiffness", row["contact_stiffness_N_per_m"])
-    values["D"] = units.model("damping", row["contact_damping_Ns_per_m"])
+    values["K"] = units.model("contact_stiffness", row["contact_stiffness_N_per_m"])
+    values["D"] = units.model("contact_damping", row["contact_damping_Ns_per_m"])
     start = zip(START_FIELDS, ("displacement", "velocity") * 2, row.get("start_SI", ()), strict=False)
     values |= {name: units.model(quantity, value) for name, quantity, value in start}
     values = {name: float(f"{value:.15g}") if isinstance(value, float) else value for name, value in values.items()}

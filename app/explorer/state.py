@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections import namedtuple
-from dataclasses import fields
+from dataclasses import fields, replace
 
 from vibroscope.app.explorer.parameters import (
     DESCRIBED_BY,
@@ -150,7 +150,12 @@ class Setting(namedtuple("Setting", FIELDS, defaults=[Explorer.param[name].defau
     @property
     def scale(self) -> Units | None:
         """The units in which numbers are shown; None where they are shown without dimension."""
-        return None if self.units == "none" else Units(self.omega1, self.m1, self.amplitude, self.units)
+        return None if self.units == "none" else replace(self.own_units, system=self.units)
+
+    @property
+    def own_units(self) -> Units:
+        """The SI units that numbers are counted in, K and D by the contact law."""
+        return Units(self.omega1, self.m1, self.amplitude, law=self.law, exponent=self.exponent)
 
     @property
     def period(self) -> float:

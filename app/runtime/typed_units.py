@@ -1,6 +1,7 @@
 """Units that people type behind a number, on the page and on the command line. Imports nothing of the engine."""
 
 import math
+import re
 from collections.abc import Mapping
 
 # What one of each is worth in the SI unit of its quantity; as `number_text.plain_unit` writes them.
@@ -18,11 +19,25 @@ TYPED_UNITS = {
     "angle": {"rad": 1.0, "°": math.pi / 180, "deg": math.pi / 180},
     "share": {"": 1.0, "%": 0.01},
 }
+TYPED_UNITS |= {f"contact_{name}": TYPED_UNITS[name] for name in ("stiffness", "damping")}
+_PER_LENGTH = re.compile(r"(.+/)(m|mm)")
+_OF_LAW = re.compile(r"[kM]?Ns?/m?m\^[0-9.]+")  # of a contact law that is not linear
 
 
-def sizes(quantity: str, one: float) -> dict[str, float]:
-    """The factor of each unit of a quantity to the unit that is ``one`` SI unit."""
-    return {unit: size / one for unit, size in TYPED_UNITS[quantity].items()}
+def sizes(quantity: str, one: float, power: float = 0.0) -> dict[str, float]:
+    """The factor of each unit of a quantity to the unit that is ``one`` SI unit.
+
+    ``power``: of K and D of a contact law that is not linear, the power of length by which they are divided beyond a
+    stiffness and a damper: 0.5 of a Hertz spring, in N/m^1.5.
+    """
+    units = TYPED_UNITS[quantity]
+    if power:
+        found = [(match, size) for unit, size in units.items() if (match := _PER_LENGTH.fullmatch(unit))]
+        units = {
+            f"{match[1]}{match[2]}^{1.0 + power:.6g}": size * TYPED_UNITS["displacement"][match[2]] ** -power
+            for match, size in found
+        }
+    return {unit: size / one for unit, size in units.items()}
 
 
 def scaled(number: float, size: float) -> float:
@@ -37,7 +52,7 @@ def seconds_of(unit: str) -> float | None:
 
 def is_unit(unit: str) -> bool:
     """Whether what is typed after a number is a unit of some quantity."""
-    return bool(unit) and any(unit in units for units in TYPED_UNITS.values())
+    return bool(unit) and (any(unit in units for units in TYPED_UNITS.values()) or bool(_OF_LAW.fullmatch(unit)))
 
 
 def list_units(units: Mapping[str, float]) -> str:

@@ -124,8 +124,8 @@ def _method(run: dict, units: Units | None) -> Method:
         return Reference("derived", run.get("threshold", 0.0))
     stiffness, damping = run.get("K"), run.get("D", 0.0)
     if units is not None and stiffness is None:
-        stiffness = units.model("stiffness", run["contact_stiffness_N_per_m"])
-        damping = units.model("damping", run.get("contact_damping_Ns_per_m", 0.0))
+        stiffness = units.model("contact_stiffness", run["contact_stiffness_N_per_m"])
+        damping = units.model("contact_damping", run.get("contact_damping_Ns_per_m", 0.0))
     if run["method"] == ExactPenalty.name:
         return ExactPenalty(stiffness, damping)
     return Newmark(stiffness, damping, run["steps"])

@@ -140,9 +140,10 @@ class DeckProblem:
 
     @property
     def contact(self) -> tuple[float, float]:
-        """Stiffness and damper (force per speed) of the contact."""
-        method = self.method
-        return self.scale.physical("stiffness", method.stiffness), self.scale.physical("damping", method.damping)
+        """K and c of the contact in the units of its law; c is 0 where it follows from the restitution."""
+        method, units = self.method, self.scale.of_contact(self.method)
+        damper = 0.0 if method.damping is None else method.damping
+        return units.physical("contact_stiffness", method.stiffness), units.physical("contact_damping", damper)
 
     @property
     def start(self) -> tuple[float, float, float, float]:
