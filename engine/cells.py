@@ -10,6 +10,7 @@ from .arguments import shown
 from .checks import require
 from .drivers.event_driven import overlap_message
 from .drivers.parameters import parameter_rows, parameters_of
+from .kernels.parameters import Parameters
 from .methods import ExactPenalty, Method, Newmark, Reference, TimeStepping
 from .model import System, check_eta
 from .result import STATUSES, Status
@@ -139,8 +140,12 @@ class Cells:
         """A row of :class:`engine.kernels.parameters.Parameters` for each cell."""
         if isinstance(self.system, System):
             rows = np.tile(parameters_of(self.system, 1.0, self.method), (len(self), 1))
+            power = self.system.excitation.power
         else:
             rows = np.array([parameters_of(system, 1.0, self.method) for system in self.system])
+            power = np.array([system.excitation.power for system in self.system])
+        columns = [Parameters._fields.index(name) for name in ("base_cosine", "base_sine")]
+        rows[:, columns] /= (self.eta**power)[:, None]  # at η = 1 all amplitudes of the base are the same
         return parameter_rows(rows, {"eta": self.eta, **self._own()})
 
     def __len__(self) -> int:

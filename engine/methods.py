@@ -6,7 +6,7 @@ from typing import ClassVar
 from .arguments import shown
 from .checks import flag, one_of, require, whole
 from .integrators import Integrator, NewmarkBeta
-from .law_table import CONTACT_LAWS, HERTZ, LAWS, LAWS_BY_RESTITUTION, NEWMARK_LAWS, laws_with, numbers_of, powers_of
+from .law_table import CONTACT_LAWS, HERTZ, LAWS_BY_RESTITUTION, NEWMARK_LAWS, laws_with, numbers_of, powers_of
 
 JOINT_DAMPINGS = ("table", "derived")
 THRESHOLD_RANGE = (0.0, 1e3)

@@ -109,7 +109,7 @@ def _times_spring(asked: RuleQuestion, number: float) -> Numbers:
 
 def _penetration(asked: RuleQuestion, number: float) -> Numbers:
     e, mu = asked.system.excitation, 0.0 if asked.system.wall else asked.system.mass_ratio
-    inertia = abs(e.base) * asked.eta**2
+    inertia = abs(e.base_amplitude(asked.eta)) * asked.eta**2
     force = max(inertia + abs(e.force1) + abs(e.constant1), mu * inertia + abs(e.force2) + abs(e.constant2))
     if not force:
         raise ValueError("nothing drives the bodies, so that no force presses them together")

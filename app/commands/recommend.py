@@ -12,6 +12,7 @@ from vibroscope.app.commands.options import (
     add_system_option,
     default_of,
     eta_of,
+    note_held,
     reference_of,
     stepping_of,
     system_of,
@@ -130,9 +131,11 @@ def run(options: argparse.Namespace) -> None:
     if options.one_setting:
         if not options.eta_range:
             raise ValueError("--one-setting needs a range: give --eta-range 2.6:2.8:5")
+        note_held(options)
         found = recommend_range(system, etas_of(*options.eta_range), scheme=scheme, **search)
         print(json.dumps(range_json(found, units), allow_nan=False) if options.json else range_text(found, units))
     elif options.eta_range:
+        note_held(options)
         curve = design_curve(system, etas_of(*options.eta_range), scheme=scheme, **search)
         rows = [as_json(found, units) for found in curve]
         print(json.dumps(rows, allow_nan=False) if options.json else _curve_text(curve))

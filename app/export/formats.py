@@ -114,7 +114,7 @@ def loaded_from_toml(text: str) -> Loaded:
     values, assumed = {}, ()
     if rest.keys() & set(_OF_SYSTEM) or ("units" in rest and "setting" not in tables):
         file = system_of_tables(rest)
-        values, assumed = values_of_system(file.system, file.units, file.eta), file.assumed
+        values, assumed = values_of_system(file.system, file.units, file.eta, file.forms), file.assumed
         values |= {"units": "si"} if "physical" in rest else {}
     elif "units" in rest:
         values = _read_table(rest, "units", {unit: name for name, unit in _UNITS.items()})

@@ -15,7 +15,15 @@ TYPED_UNITS = {
     "displacement": {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6},
     "time": {"s": 1.0, "ms": 1e-3, "us": 1e-6},
     "force": {"N": 1.0, "kN": 1e3, "MN": 1e6, "mN": 1e-3},
-    "acceleration": {"m/s²": 1.0, "m/s2": 1.0, "m/s^2": 1.0, "mm/s²": 1e-3, "mm/s2": 1e-3, "mm/s^2": 1e-3},
+    "acceleration": {
+        "m/s²": 1.0,
+        "m/s2": 1.0,
+        "m/s^2": 1.0,
+        "mm/s²": 1e-3,
+        "mm/s2": 1e-3,
+        "mm/s^2": 1e-3,
+        "g": 9.80665,
+    },
     "angle": {"rad": 1.0, "°": math.pi / 180, "deg": math.pi / 180},
     "share": {"": 1.0, "%": 0.01},
 }

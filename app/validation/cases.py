@@ -98,7 +98,7 @@ def cases() -> tuple[PublishedCase, ...]:
 def _case(table: dict) -> PublishedCase:
     run = table["run"]
     if "physical" in table:
-        system, units, eta = system_of_physical(table["physical"])
+        system, units, eta, _ = system_of_physical(table["physical"])
     else:
         content = system_of_tables({name: table[name] for name in ("system", "excitation") if name in table})
         system, units, eta = content.system, None, run["eta"]

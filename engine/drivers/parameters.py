@@ -24,7 +24,7 @@ def parameters_of(system: System, eta: float, method: Method) -> Parameters:
     """The parameters of one run; 0 for those that its method does not have."""
     rigid, wall = isinstance(method, Reference), system.wall
     law = LAWS.index(getattr(method, "law", LAWS[KELVIN_VOIGT]))
-    base, force1, force2 = (system.excitation.harmonic(name) for name in ("base", "force1", "force2"))
+    base, force1, force2 = (system.excitation.harmonic(name, eta) for name in ("base", "force1", "force2"))
     mu = 1.0 if wall else system.mass_ratio
     gain, relative = (0.0, False) if rigid else damper_of(system, method)
     return Parameters(
@@ -67,7 +67,7 @@ def wall_of(system: System) -> tuple | None:
 
 def loads(system: System, eta: float) -> tuple[np.ndarray, np.ndarray]:
     """The load of each body, per unit of its mass, as factors of cos ητ and sin ητ, (2,) each; zeros for a wall."""
-    base, force1, force2 = (np.array(system.excitation.harmonic(name)) for name in ("base", "force1", "force2"))
+    base, force1, force2 = (np.array(system.excitation.harmonic(name, eta)) for name in ("base", "force1", "force2"))
     first = eta * eta * base + force1
     return first, np.zeros(2) if system.wall else eta * eta * base + force2 / system.mass_ratio
 

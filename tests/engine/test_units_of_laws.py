@@ -77,7 +77,7 @@ def test_the_unit_of_length_changes_no_physical_result(law):
     """The force in N is that of the run with dimensions, whatever length displacements are counted in."""
     peaks = []
     for length in (1.0, 1000.0):  # mm
-        system, units, eta = system_of_physical(SHEET | {"length_mm": length})
+        system, units, eta, _ = system_of_physical(SHEET | {"length_mm": length})
         found = motion(system, eta, method_of(law, units))
         peaks.append(units.physical("force", found.peak_force))
     expected = peak_with_dimensions(law)
@@ -87,7 +87,7 @@ def test_the_unit_of_length_changes_no_physical_result(law):
 def test_a_hertz_contact_of_one_giganewton_per_metre_to_the_power_of_one_and_a_half():
     """395.33 N for K = 1e9 N/m^1.5 with Hunt and Crossley's damper for e = 0.5, by a run with dimensions elsewhere."""
     for length in (1.0, 1000.0):
-        system, units, eta = system_of_physical(SHEET | {"length_mm": length})
+        system, units, eta, _ = system_of_physical(SHEET | {"length_mm": length})
         stiffness = replace(units, law="hunt-crossley").model("contact_stiffness", 1e9)
         found = motion(system, eta, ExactPenalty(stiffness, None, "hunt-crossley"))
         assert units.physical("force", found.peak_force) == pytest.approx(395.33, abs=0.01)
@@ -116,4 +116,6 @@ def test_settings_are_those_of_the_law():
     own = 25.0 * 62.8**2
     assert found["stiffness"] == pytest.approx(1000 * own * 1.07e-3**-1.2)
     assert found["damping"] == pytest.approx(2 * 8 * 25.0 * 62.8)  # force per speed
-    assert np.isclose(units.settings(1.0, replace(method, law="cut", exponent=1.5, penetration=None))["stiffness"], 1000 * own)
+    assert np.isclose(
+        units.settings(1.0, replace(method, law="cut", exponent=1.5, penetration=None))["stiffness"], 1000 * own
+    )

@@ -161,8 +161,8 @@ class DeckProblem:
         """Body 1 or 2."""
         drive, force = self.system.excitation, self.scale.factor("force")
         share = mass / self.scale.factor("mass")
-        inertia = (share * self.eta**2 * number for number in drive.harmonic("base"))
-        own = Load(*drive.harmonic(f"force{i}"), getattr(drive, f"constant{i}"))
+        inertia = (share * self.eta**2 * number for number in drive.harmonic("base", self.eta))
+        own = Load(*drive.harmonic(f"force{i}", self.eta), getattr(drive, f"constant{i}"))
         load = Load(*(force * number for number in Load(*inertia, 0.0) + own))
         x, v = self.start[2 * i - 2 : 2 * i]
         scale = self.scale

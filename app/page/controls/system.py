@@ -5,8 +5,9 @@ from __future__ import annotations
 from vibroscope.app.explorer.field_units import plain_unit, shown_field
 from vibroscope.app.explorer.parameters import EXCITATION_FIELDS, START_FIELDS, Explorer, bounds_of, range_text
 from vibroscope.app.explorer.physical_fields import (
-    OTHER_FORM,
+    FORMS,
     PHYSICAL_FIELDS,
+    is_shown,
     physical_bounds,
     physical_field,
     physical_numbers,
@@ -14,11 +15,13 @@ from vibroscope.app.explorer.physical_fields import (
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.runtime.number_text import print_number
 from vibroscope.engine import written
+from vibroscope.engine.excitation import HELD
+from vibroscope.engine.physical import EITHER, KEYS
 
 # Titles and fields of the groups; of the fields those are shown that apply to the system and to the units.
 _BODY = ("mass{}_kg", "stiffness{}_N_per_m", "frequency{}_Hz", "damping{}_ratio", "damping{}_Ns_per_m")
 _BODY_1, _BODY_2 = (tuple(name.format(body) for name in _BODY) for body in (1, 2))
-_BASE = ("base_amplitude_mm", "base_acceleration_m_per_s2", "base")
+_BASE = ("base_amplitude_mm", "base_velocity_mm_per_s", "base_acceleration_m_per_s2", "base_acceleration_g", "base")
 _FORCES = ("force1_N", "force1", "force2_N", "force2", "constant1_N", "constant1", "constant2_N", "constant2")
 _PHASES = ("base_phase_rad", "base_phase", "force1_phase_rad", "force1_phase", "force2_phase_rad", "force2_phase")
 GROUPS = {
@@ -39,14 +42,21 @@ _OF_RESTITUTION = "follows from the restitution; choose “D as typed” under S
 
 
 def group_spec() -> list[dict]:
-    """The groups for the browser; ``other`` is the field of the same number in another form."""
+    """The groups for the browser; ``forms`` are the forms that a number may have: unit or word, and what sets it."""
     return [
         {
             "title": title,
-            "numbers": [{"name": name, **_words(name), "other": OTHER_FORM.get(name, "")} for name in names],
+            "numbers": [{"name": name, **_words(name), "forms": _forms_of(name)} for name in names],
         }
         for title, names in GROUPS.items()
     ]
+
+
+def _forms_of(name: str) -> list[dict]:
+    if name == "base":
+        return [{"text": held, "set": {"held": held}} for held in HELD]
+    group = next((forms for forms in EITHER if name in forms), ())
+    return [{"text": KEYS[each].unit or "ratio", "set": FORMS[each]} for each in group]
 
 
 def _words(name: str) -> dict[str, str]:
@@ -72,7 +82,8 @@ def system_fields(setting: Setting) -> dict[str, dict]:
     plain = {name: plain_description(name, setting) for name in FIELDS if _is_plain(name) and applies(name, setting)}
     if setting.scale is None:
         return plain
-    return plain | {name: _physical_description(name, setting) for name in physical_numbers(setting)}
+    numbers = (name for name in physical_numbers(setting) if is_shown(name, setting))
+    return plain | {name: _physical_description(name, setting) for name in numbers}
 
 
 def system_numbers(setting: Setting) -> dict[str, tuple[str, str]]:
@@ -82,7 +93,7 @@ def system_numbers(setting: Setting) -> dict[str, tuple[str, str]]:
         if _is_plain(name) and applies(name, setting):
             found[name] = plain_number(name, setting), print_number(getattr(setting, name))
     if setting.scale is not None:
-        numbers = physical_numbers(setting)
+        numbers = {name: value for name, value in physical_numbers(setting).items() if is_shown(name, setting)}
         found |= {name: (physical_field_text(value), print_number(value)) for name, value in numbers.items()}
     return found
 
