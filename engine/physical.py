@@ -112,18 +112,18 @@ KEYS = {
     ),
     "restitution": PhysicalNumber("coefficient of restitution", "", Range(0, 1), System.restitution),
     "clearance_mm": PhysicalNumber("gap at rest with relaxed springs; negative: preload", "mm", _ANY),
-    "base_amplitude_mm": PhysicalNumber("amplitude of the base", "mm", _LENGTH),
+    "base_amplitude_mm": PhysicalNumber("amplitude of the base's displacement, held over the frequency", "mm", _LENGTH),
     "base_velocity_mm_per_s": PhysicalNumber(
-        "amplitude of the base's velocity, held in place of base_amplitude_mm", "mm/s", _FROM_ZERO, "of the amplitude"
+        "amplitude of the base's velocity, held over the frequency", "mm/s", _FROM_ZERO, "of the amplitude"
     ),
     "base_acceleration_m_per_s2": PhysicalNumber(
-        "amplitude of the base's acceleration, held in place of base_amplitude_mm",
+        "amplitude of the base's acceleration, held over the frequency",
         "m/s²",
         _FROM_ZERO,
         "of the amplitude",
     ),
     "base_acceleration_g": PhysicalNumber(
-        "the same in multiples of g = 9.80665 m/s²", "g", _FROM_ZERO, "of the amplitude"
+        "amplitude of the base's acceleration, in multiples of 9.80665 m/s²", "g", _FROM_ZERO, "of the amplitude"
     ),
     "base_phase_rad": PhysicalNumber("phase of the base's displacement", "rad", _PHASE),
     "force1_N": PhysicalNumber("amplitude of the force on body 1", "N", _ANY),
@@ -378,7 +378,7 @@ def _length(given: dict, k1: float, omega1: float) -> float:
         at = f"at frequency_Hz = {given['frequency_Hz']:g}" if "frequency_Hz" in given else "at the frequency of body 1"
         omega = 2 * math.pi * given["frequency_Hz"] if "frequency_Hz" in given else omega1
         allowed = _scaled(BASE_AMPLITUDE_RANGE, 1e-3 * omega**power / OF_BASE[form][1])
-        _checked(form, given[form], allowed, f"{at}, or length_mm given" if power else "")
+        _checked(form, given[form], allowed, at if power else "")
         return base / omega**power
     forces = [abs(given.get(name, 0.0)) for name in ("force1_N", "constant1_N", "force2_N", "constant2_N")]
     length = max(forces) / k1 or 1e-3 * abs(given.get("clearance_mm", 0.0))

@@ -114,6 +114,9 @@ class Tab(ABC):
     def hide(self) -> None:  # noqa: B027 - most tabs have nothing to stop
         """Another tab was opened: stop what runs."""
 
+    def reset(self) -> None:  # noqa: B027 - most tabs have nothing beside their view
+        """The user has asked for the page as it is at first, also of a tab that is not open."""
+
     def close(self) -> None:
         """The session has ended."""
         self.hide()

@@ -88,14 +88,9 @@ def rule_texts(rule: Rule, setting: Setting) -> dict[str, str]:
     return {name: print_number(getattr(method, METHOD_NUMBERS[name])) for name in rule.gives}
 
 
-def code_texts(code: Code, setting: Setting) -> dict[str, str]:
-    """The texts that choosing a code sets: integrator, status, law, and K, D and the step by its first rules."""
-    texts = {"located": "no", **code.texts()}
-    for name in METHOD_NUMBERS:
-        rule = next((rules()[key] for key in code.rules if rules()[key].gives == (name,)), None)
-        if rule is not None:
-            texts |= rule_texts(rule, read_setting(texts, setting))
-    return texts
+def code_texts(code: Code) -> dict[str, str]:
+    """The texts that choosing a code sets: integrator, status and law. K, D and the step stay; its rules are judged."""
+    return {"located": "no", **code.texts()}
 
 
 def code_lines(code: Code, setting: Setting) -> tuple[str, ...]:

@@ -102,7 +102,7 @@ def test_the_page_writes_the_material_of_hertz_of_opensees(law):
 
 def test_chrono_takes_its_damper_from_the_restitution(capsys):
     code = codes()["chrono"]
-    setting = read_setting(code_texts(code, COARSE), COARSE)
+    setting = read_setting(code_texts(code), COARSE)
     assert setting.penalty == code.method(12000.0, 18.0, 200)
     assert setting.follows_restitution
     assert "material.SetRestitution(0.5)" in code_lines(code, setting)

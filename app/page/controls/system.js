@@ -80,8 +80,8 @@ function systemRow(number, link) {
   if (number.forms.length) {
     made.form = element("select", "form");
     made.form.setAttribute("aria-label", `${number.hint}: its unit`);
-    made.form.append(...number.forms.map(({ text }, i) => Object.assign(element("option", "", text), { value: i })));
-    made.form.addEventListener("change", () => link.set(number.forms[made.form.value].set));
+    made.form.append(...number.forms.map(({ name, text }) => Object.assign(element("option", "", text), { value: name })));
+    made.form.addEventListener("change", () => link.set(number.forms.find(({ name }) => name === made.form.value).set));
     row.element.querySelector("label").after(made.form);
     row.element.classList.add("two-forms");
   }
@@ -90,7 +90,8 @@ function systemRow(number, link) {
     setText(about, shown.fields[number.name].about);
     field.setAttribute("aria-describedby", [field.getAttribute("aria-describedby"), about.id].filter(Boolean).join(" "));
     if (made.form && isLatest) {
-      choose(made.form, String(number.forms.findIndex(({ set }) => Object.entries(set).every(([field, choice]) => shown.texts[field] === choice))));
+      const isSet = ({ set }) => Object.entries(set).every(([field, choice]) => shown.texts[field] === choice);
+      choose(made.form, number.forms.find(isSet).name);
     }
   };
   return { ...made, draw };

@@ -54,9 +54,9 @@ def group_spec() -> list[dict]:
 
 def _forms_of(name: str) -> list[dict]:
     if name == "base":
-        return [{"text": held, "set": {"held": held}} for held in HELD]
+        return [{"name": held, "text": held, "set": {"held": held}} for held in HELD]
     group = next((forms for forms in EITHER if name in forms), ())
-    return [{"text": KEYS[each].unit or "ratio", "set": FORMS[each]} for each in group]
+    return [{"name": each, "text": KEYS[each].unit or "ratio", "set": FORMS[each]} for each in group]
 
 
 def _words(name: str) -> dict[str, str]:

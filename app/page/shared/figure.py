@@ -162,10 +162,11 @@ def _rows(tooltips: Mapping[str, str]) -> list[tuple[str, str]]:
 
 def eta_axis(setting: Setting) -> tuple[str, float]:
     """Label of an axis over η, and the factor of its numbers."""
-    held = f" ({held} held)" if (held := held_in_words(setting)) else ""
+    held = held_in_words(setting)
+    begin, end = ("frequency", f", {held} held") if held else ("excitation frequency", "")
     if setting.scale is None:
-        return f"excitation frequency η = Ω/ω₁{held}", 1.0
-    return f"excitation frequency f / Hz{held}", setting.scale.factor("frequency")
+        return f"{begin} η = Ω/ω₁{end}", 1.0
+    return f"{begin} f / Hz{end}", setting.scale.factor("frequency")
 
 
 def quantity_axis(setting: Setting, words: str, quantity: str) -> tuple[str, float]:

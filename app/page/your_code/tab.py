@@ -68,8 +68,8 @@ class YourCode(StudyTab):
             "title": "Your code",
             "switches": [{"name": "code", "label": "Code", "choices": names}],
             "limits": [],
-            "hint": "Choosing a code sets its integrator, contact status and law, and of K, D and the step what its "
-            "rules of thumb give; Undo goes back. Everything can be changed under Solver.",
+            "hint": "Choosing a code sets its integrator, contact status and law. K, D and the step stay as they are: "
+            "what its rules of thumb give is tried in the table, and “Set” takes it over.",
         }
 
     def show(self, move: Move) -> None:
@@ -85,13 +85,11 @@ class YourCode(StudyTab):
             super()._choose(chosen)
             return
         self.panel.chosen = chosen
-        try:
-            texts = code_texts(code, self._move.setting)
-        except ValueError as error:
-            self.host.report_error(f"{code.name} could not be set: {error}")
-            self.refresh()
-        else:
-            self.host.set(texts)
+        self.host.set(code_texts(code))
+
+    def reset(self) -> None:
+        """Choose no code."""
+        self.panel.chosen = dict(self.chosen)
 
     def _set_rule(self, key: str) -> None:
         """Set what a rule gives."""
