@@ -222,15 +222,15 @@ def _last_periods(comparison: Comparison, rows: np.ndarray) -> np.ndarray:
 def _change_texts(change: dict[str, float | bool | str], setting: Setting) -> dict[str, str]:
     """The proposed change as texts for the controls, which have a switch of their own for located steps.
 
-    It was tried with the present K, which therefore no longer follows the step where another step is proposed.
+    It was tried with the present K and D, which therefore no longer follow where another number is proposed.
     """
-    texts = {"K": print_value(setting.K)} if setting.follows_step and "steps" in change else {}
+    texts = {}
     for name, value in change.items():
         if "located" in (name, value):
             texts["located"] = "yes"
         else:
             texts[name] = print_value(value)
-    return texts
+    return setting.with_contact(texts)
 
 
 def _takeable(change: dict[str, str], setting: Setting) -> tuple[dict[str, str], str]:

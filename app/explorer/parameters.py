@@ -95,10 +95,10 @@ class Explorer(param.Parameterized):
         doc="penetration from which on the damper of IMPACT acts in full",
     )
     stiffness = _choice(
-        ("typed", "step"),
+        ("typed", "system", "step"),
         label="Stiffness",
-        doc="K as typed, or K = s m/Δτ² from the time step and the reduced mass m, as the soft constraint contact of "
-        "explicit codes has it (LS-DYNA: SOFT = 1)",
+        doc="K as typed; K with which a contact lasts 1 % of the shorter natural period; or K = s m/Δτ² from the time "
+        "step and the reduced mass m, as the soft constraint contact of explicit codes has it (LS-DYNA: SOFT = 1)",
     )
     step_scale = param.Number(
         0.1,
@@ -110,8 +110,8 @@ class Explorer(param.Parameterized):
     damper = _choice(
         ("typed", "restitution"),
         label="Damper",
-        doc="Damper of a law that has a formula for it: D as typed, or from the restitution e by the formula of its "
-        "authors",
+        doc="D as typed, or not known: then it follows from the restitution e, by the formula of the law's authors "
+        "where it has one",
     )
     initial_acceleration = _choice(
         INITIAL_ACCELERATIONS,

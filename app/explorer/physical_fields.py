@@ -60,6 +60,7 @@ FORMS: dict[str, dict[str, str]] = {
 for _field, _forms in zip(FORM_FIELDS[:-1], EITHER[:-1], strict=True):  # of springs and dampers
     FORMS |= {name: {_field: choice} for name, choice in zip(_forms, Explorer.param[_field].objects, strict=True)}
 _BASE = tuple(OF_BASE)
+CONTACT_OF_SYSTEM = {"stiffness": "system", "damper": "restitution"}  # of a system that comes without K and D
 _OF_BODY_2 = {"joint_damping_ratio", *(name for name in PHYSICAL_FIELDS if "2" in name.partition("_")[0])}
 _CARRIED = {"start_xi1": "displacement", "start_v1": "velocity", "start_xi2": "displacement", "start_v2": "velocity"}
 _CARRIED |= {"K": "contact_stiffness", "D": "contact_damping"}  # what keeps its physical value where the units change
@@ -174,8 +175,13 @@ def entered(texts: Mapping[str, object], setting: Setting) -> dict[str, object]:
         change = HELD.index(rest["held"]) - HELD.index(setting.held)
         return {"base": print_value(float(f"{setting.base * setting.eta**change:.15g}"))} | rest
     if isinstance(texts.get("bodies"), str) and texts["bodies"] != setting.bodies:
-        return _printed(_of_other_bodies(texts["bodies"], setting)) | rest
+        return _printed(_of_other_bodies(texts["bodies"], setting)) | _new_contact(setting) | rest
     return rest
+
+
+def _new_contact(setting: Setting) -> dict[str, str]:
+    """K and D of a system of one's own follow from it until they are typed: those of a scene are not meant for it."""
+    return dict(CONTACT_OF_SYSTEM) if setting.bodies == "pendulums" else {}
 
 
 def _printed(values: Mapping[str, float | str]) -> dict[str, str]:

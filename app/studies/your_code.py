@@ -85,7 +85,8 @@ def grow_code(question: Setting, last: PartialCode | None, cancelled: Callable[[
 def rule_texts(rule: Rule, setting: Setting) -> dict[str, str]:
     """The numbers that a rule gives, as texts for `read_setting`; raises ValueError where it gives none."""
     method = rule.method(RuleQuestion(setting.system, setting.eta, setting.penalty))
-    return {name: print_number(getattr(method, METHOD_NUMBERS[name])) for name in rule.gives}
+    given = {name: print_number(getattr(method, METHOD_NUMBERS[name])) for name in rule.gives}
+    return setting.with_contact(given)
 
 
 def code_texts(code: Code) -> dict[str, str]:
