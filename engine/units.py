@@ -61,6 +61,7 @@ QUANTITIES = {
     "angular_frequency": Quantity(("1/s", "1/s"), 0, 0, -1),
     "frequency": Quantity(("Hz", "Hz"), 0, 0, -1, 1 / (2 * math.pi)),  # belongs to η, an angular frequency
     "displacement": Quantity(("m", "mm"), 0, 1, 0),
+    "area": Quantity(("m²", "mm²"), 0, 2, 0),
     "velocity": Quantity(("m/s", "mm/s"), 0, 1, -1),
     "acceleration": Quantity(("m/s²", "mm/s²"), 0, 1, -2),
     "mass": Quantity(("kg", "t"), 1, 0, 0),

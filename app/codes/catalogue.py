@@ -138,8 +138,19 @@ class Code:
         """The choices of this code beside K, D and the step, as texts by the names of `engine.TimeStepping`."""
         return scheme_texts(self.method(1.0, 1.0, 4))
 
-    def words_for(self, system: System, eta: float, method: Newmark | TimeStepping, units: Units | None) -> tuple:
-        """The lines of its input for a method, in these units; without units, dimensionless."""
+    def words_for(
+        self,
+        system: System,
+        eta: float,
+        method: Newmark | TimeStepping,
+        units: Units | None,
+        contact_area: float | None = None,
+    ) -> tuple:
+        """The lines of its input for a method, in these units; without units, dimensionless.
+
+        ``contact_area``: in the model's unit of length squared, for a code with a pressure in place of the force; None
+        where it is not known: the lines then say what is to be divided by it.
+        """
         k, dt = method.stiffness, 2.0 * math.pi / (eta * method.steps)
         c = None if method.damping is None else 2.0 * method.damping
         length = 1.0
@@ -147,7 +158,9 @@ class Code:
             numbers = units.settings(eta, method)
             k, c, dt = numbers["stiffness"], numbers.get("damping"), numbers["time_step"]
             length = units.factor("displacement")
-        return self.lines(input_numbers(system, eta, method, k, c, dt, length), integrator_name(method))
+        numbers = input_numbers(system, eta, method, k, c, dt, length)
+        area = None if contact_area is None else contact_area * length**2
+        return self.lines(numbers | _per_area(k, c, area), integrator_name(method))
 
     def lines(self, numbers: Mapping[str, str], integrator: str) -> tuple[str, ...]:
         """The input of the code for the numbers of `input_numbers`, with its words for the integrator that is set."""
@@ -162,6 +175,14 @@ class Code:
         words = {name: list(lines) for name, lines in self.integrators.items()}
         sources = [vars(source) for source in self.sources]
         return values | lists | {"numbers": dict(self.numbers), "integrators": words, "sources": sources}
+
+
+def _per_area(k: float, c: float | None, area: float | None) -> dict[str, str]:
+    """K and c of the contact over its area, or what is to be divided by it where that is not known."""
+    known = {name: value for name, value in {"k/area": k, "c/area": c}.items() if value is not None}
+    if area is None:
+        return {name: f"<{written(value, _DIGITS)} divided by the contact area>" for name, value in known.items()}
+    return {name: written(value / area, _DIGITS) for name, value in known.items()}
 
 
 class _Blanks(dict):

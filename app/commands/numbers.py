@@ -15,6 +15,7 @@ from vibroscope.app.runtime.typed_units import is_unit, list_units, scaled, seco
 
 # Quantities of the options that may have a unit, by their names; the time step is given as a time.
 QUANTITIES = {"eta": "frequency", "K": "contact_stiffness", "K_max": "contact_stiffness", "D": "contact_damping"}
+QUANTITIES |= {"contact_area": "area", "element_stiffness": "stiffness"}
 QUANTITIES |= {"threshold": "velocity", "penetration": "displacement", "steps": "time", "eta_range": "frequency"}
 # Those of the numbers of a state, and of the options that are one.
 STATE = {"xi1": "displacement", "v1": "velocity", "xi2": "displacement", "v2": "velocity"}

@@ -73,6 +73,12 @@ def add(commands) -> None:
         help="search with the integrators, the contact status and the law of this code of `vibroscope codes`; the "
         "answer has the keywords of its input",
     )
+    add(
+        "--contact-area",
+        type=measured,
+        metavar="F",
+        help="with --code: the contact area, by which K and D are divided for keywords that take a pressure; as '120 mm2'",
+    )
     add_joint_damping_option(command)
     add("--K", type=measured, metavar="F", help="hold K and look for the rest")
     add("--D", type=measured, metavar="F", help="hold D and look for the rest")

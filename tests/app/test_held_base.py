@@ -1,4 +1,4 @@
-"""A system keeps how it was given: the base's acceleration over the frequency, Hz for a spring; in panel, link, file."""
+"""A system keeps how it was given, in panel, link and file: the base's acceleration over the frequency, Hz, g."""
 
 import json
 

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from vibroscope.engine import (
     Cells,
-    Excitation,
     ExactPenalty,
+    Excitation,
     Newmark,
     Reference,
     System,
@@ -102,7 +102,7 @@ def test_every_run_has_the_amplitude_of_its_frequency(held, method):
 
 
 def test_what_is_held_is_one_of_three():
-    with pytest.raises(ValueError, match="held = 'speed'.*displacement, velocity, acceleration"):
+    with pytest.raises(ValueError, match=r"held = 'speed'.*displacement, velocity, acceleration"):
         Excitation(held="speed")
     with pytest.raises(ValueError, match="held = 'speed'"):
         parse_system(b'[excitation]\nheld = "speed"')

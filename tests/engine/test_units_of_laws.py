@@ -65,7 +65,7 @@ def peak_with_dimensions(law: str) -> float:
 
 def method_of(law: str, units: Units) -> ExactPenalty:
     """The law with these numbers, in the numbers of the model."""
-    k, c, n, m = SHEETS[law]
+    k, c, n, _ = SHEETS[law]
     scale = replace(units, law=law, exponent=n)
     more = {"penetration": units.model("displacement", PENETRATION)} if law == "impact" else {}
     stiffness, damping = scale.model("contact_stiffness", k), scale.model("contact_damping", c)
