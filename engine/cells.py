@@ -9,8 +9,7 @@ import numpy as np
 from .arguments import shown
 from .checks import require
 from .drivers.event_driven import overlap_message
-from .drivers.parameters import parameter_rows, parameters_of
-from .kernels.parameters import Parameters
+from .drivers.parameters import at_eta, parameter_rows, parameters_of
 from .methods import ExactPenalty, Method, Newmark, Reference, TimeStepping
 from .model import System, check_eta
 from .result import STATUSES, Status
@@ -144,9 +143,7 @@ class Cells:
         else:
             rows = np.array([parameters_of(system, 1.0, self.method) for system in self.system])
             power = np.array([system.excitation.power for system in self.system])
-        columns = [Parameters._fields.index(name) for name in ("base_cosine", "base_sine")]
-        rows[:, columns] /= (self.eta**power)[:, None]  # at η = 1 all amplitudes of the base are the same
-        return parameter_rows(rows, {"eta": self.eta, **self._own()})
+        return parameter_rows(at_eta(rows, self.eta, power), self._own())
 
     def __len__(self) -> int:
         return len(self.eta)

@@ -157,12 +157,11 @@ def _of_model(option: str, value: Measured, quantity: str, file, options: argpar
 
 def _contact_law(option: str, value: Measured, options: argparse.Namespace) -> dict[str, object]:
     """The law, and its exponent, that says what units K and D have; raises ValueError where that is every law."""
+    given = options
     if getattr(options, "code", None) is not None:
-        from vibroscope.app.commands.codes import code_of  # reads the table of codes
+        from vibroscope.app.codes.catalogue import codes  # with the engine, which numbers do without
 
-        given = code_of(options.code)
-    else:
-        given = options
+        given = codes().get(options.code)  # an unknown one is refused where it is used
     own = {name: getattr(given, name, None) for name in ("law", "exponent")}
     if own["law"] == "all":
         raise ValueError(f"{option} {value.text!r}: K and D have other units in each law: give it without a unit")

@@ -77,7 +77,7 @@ def add(commands) -> None:
         "--contact-area",
         type=measured,
         metavar="F",
-        help="with --code: the contact area, by which K and D are divided for keywords that take a pressure; as '120 mm2'",
+        help="with --code: the contact area, by which K and D are divided for keywords of a pressure, as '120 mm2'",
     )
     add_joint_damping_option(command)
     add("--K", type=measured, metavar="F", help="hold K and look for the rest")

@@ -187,9 +187,14 @@ def _without_verdict(comparison: Comparison, error: ValueError) -> Verdict:
 
 def paragraphs(description: Description, explanation: Explanation | None) -> dict[str, str]:
     """The whole text by headings; without an explanation, what is known so far."""
-    first = {"Do they agree?": " ".join((explanation.headline, *explanation.details))} if explanation else {}
+    first = {}
+    if explanation:
+        first = {"Do they agree?": explanation.headline, "Numbers": " ".join(explanation.details)}
     lines = description.lines(explanation)
-    return first | {"Reference": lines["reference"], "Penalty": lines["penalty"]}
+    return {head: text for head, text in first.items() if text} | {
+        "Reference": lines["reference"],
+        "Penalty": lines["penalty"],
+    }
 
 
 def _parts_note(difference: Difference | None) -> str:

@@ -18,8 +18,8 @@ from vibroscope.app.explorer.parameters import EXCITATION_FIELDS, FORM_FIELDS, E
 from vibroscope.app.explorer.ranges import slider_range
 from vibroscope.app.explorer.reading import read_number
 from vibroscope.app.explorer.state import Setting
-from vibroscope.app.runtime.number_text import print_value
-from vibroscope.engine import System, Units
+from vibroscope.app.runtime.number_text import plain_unit, print_value
+from vibroscope.engine import QUANTITIES, UNIT_SYSTEMS, System, Units
 from vibroscope.engine.excitation import HELD
 from vibroscope.engine.physical import EITHER, KEYS, OF_BASE, physical_entry, system_of_physical
 
@@ -67,6 +67,7 @@ _CARRIED |= {"K": "contact_stiffness", "D": "contact_damping"}  # what keeps its
 _ROUNDING = 1e-12
 # What numbers without dimension are counted in.
 _DEFINING = ("mass1_kg", "stiffness1_N_per_m", "frequency1_Hz", "length_mm", *_BASE)
+_OF_TONNES = ("mass", "stiffness", "damping")  # quantities whose unit is that of the unit system; lengths are in mm
 _LEAST = 1e-12  # of what is more than 0
 
 
@@ -102,10 +103,15 @@ def values_of_system(
 # ---- how the fields are shown ----------------------------------------------------------------------------------------
 
 
-def physical_field(name: str) -> ShownField:
-    """How the physical number ``name`` of `PHYSICAL_FIELDS` is shown, and what may be typed for it."""
+def physical_field(name: str, units: str = "si") -> ShownField:
+    """How the physical number ``name`` of `PHYSICAL_FIELDS` is shown in a unit system, and what may be typed for it."""
     (symbol, quantity), (meaning, unit, *_) = _NAMED[name], KEYS[name]
-    return ShownField(symbol, meaning, unit, 1.0, typed_units(quantity, unit))
+    typed, factor = typed_units(quantity, unit), 1.0
+    if units == "mm-t-s" and quantity in _OF_TONNES:
+        unit = QUANTITIES[quantity].units[list(UNIT_SYSTEMS).index(units)]
+        factor = 1.0 / typed[plain_unit(unit)]
+        typed |= {"": 1.0 / factor}
+    return ShownField(symbol, meaning, unit, factor, typed)
 
 
 def physical_bounds(name: str) -> tuple[float, float]:

@@ -185,6 +185,10 @@ class Tab(ABC):
         """The data of all figures: numbers, texts, arrays, and dictionaries of those."""
         return {}
 
+    def suggestion(self) -> list[str]:
+        """What to set instead, in sentences; empty where nothing was searched for."""
+        return []
+
     def words(self) -> dict[str, str]:
         """The meaning of the figures: paragraphs by their headings."""
         return {}

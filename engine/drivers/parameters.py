@@ -79,6 +79,16 @@ def parameter_rows(rows: np.ndarray, columns: Mapping[str, np.ndarray]) -> np.nd
     return rows
 
 
+def at_eta(rows: np.ndarray, eta: np.ndarray, power: int | np.ndarray) -> np.ndarray:
+    """Rows of parameters at η = 1, where all amplitudes of the base are the same, at other η, (n,), in place.
+
+    ``power``: the p of the amplitude base/ηᵖ (:class:`..excitation.Excitation`), or one for each row.
+    """
+    columns = [Parameters._fields.index(name) for name in ("base_cosine", "base_sine")]
+    rows[:, columns] /= (eta**power)[:, None]
+    return parameter_rows(rows, {"eta": eta})
+
+
 def generators(system: System, eta: float, method: Method) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """A of z′ = A z, (6, 6), in flight, in contact, and of the common motion without the measured joint damping.
 

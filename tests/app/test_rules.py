@@ -87,7 +87,7 @@ def test_a_rule_about_the_elements_is_judged_where_their_stiffness_is_given(key)
     assert "the stiffness EA/h of the elements in contact" in unknown.why
     given = RuleQuestion(System(), 2.76, Newmark(12000.0, 18.0, 500), element_stiffness=3.0)
     assert rules()[key].method(given).stiffness == pytest.approx(rules()[key].number * 3.0)
-    with pytest.raises(ValueError, match="element_stiffness = 0.0 is outside"):
+    with pytest.raises(ValueError, match=r"element_stiffness = 0\.0 is outside"):
         RuleQuestion(System(), 2.76, Newmark(12000.0, 18.0, 500), element_stiffness=0.0)
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.export.formats import Series
-from vibroscope.app.export.report import as_report
+from vibroscope.app.export.report import Findings, as_report
 from vibroscope.app.export.tables import table_in_units
 from vibroscope.app.page.bifurcation.figure import BifurcationView
 from vibroscope.app.page.plane.figure import PlaneView
@@ -88,6 +88,6 @@ def test_tables_of_studies_name_their_units():
 
 
 def test_a_report_has_the_setting_in_units():
-    report = as_report("t", {}, PHYSICAL, [], [], {"program": "", "made": "", "address": ""})
+    report = as_report("t", Findings({}), PHYSICAL, [], [], {"program": "", "made": "", "address": ""})
     for cells in ("<th>K</th><td>3000 N/mm</td>", "<th>2D</th><td>0.96 N·s/mm</td>", "<th>m₁</th><td>0.003 t</td>"):
         assert cells in report

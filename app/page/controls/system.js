@@ -80,7 +80,7 @@ function systemRow(number, link) {
   if (number.forms.length) {
     made.form = element("select", "form");
     made.form.setAttribute("aria-label", `${number.hint}: its unit`);
-    made.form.append(...number.forms.map(({ name, text }) => Object.assign(element("option", "", text), { value: name })));
+    made.form.append(...number.forms.map(({ name }) => Object.assign(element("option", "", name), { value: name })));
     made.form.addEventListener("change", () => link.set(number.forms.find(({ name }) => name === made.form.value).set));
     row.element.querySelector("label").after(made.form);
     row.element.classList.add("two-forms");
@@ -92,6 +92,8 @@ function systemRow(number, link) {
     if (made.form && isLatest) {
       const isSet = ({ set }) => Object.entries(set).every(([field, choice]) => shown.texts[field] === choice);
       choose(made.form, number.forms.find(isSet).name);
+      const units = shown.fields[number.name].forms;
+      if (units) for (const option of made.form.options) setText(option, units[option.value]);
     }
   };
   return { ...made, draw };

@@ -16,7 +16,7 @@ from vibroscope.app.explorer.state import Setting
 from vibroscope.app.runtime.number_text import print_number
 from vibroscope.engine import written
 from vibroscope.engine.excitation import HELD
-from vibroscope.engine.physical import EITHER, KEYS
+from vibroscope.engine.physical import EITHER
 
 # Titles and fields of the groups; of the fields those are shown that apply to the system and to the units.
 _BODY = ("mass{}_kg", "stiffness{}_N_per_m", "frequency{}_Hz", "damping{}_ratio", "damping{}_Ns_per_m")
@@ -34,6 +34,7 @@ GROUPS = {
 }
 FIELDS = tuple(name for names in GROUPS.values() for name in names)
 _ALWAYS = ("restitution",)
+_DIGITS = 6  # of a number in physical units: as many as its field has room for
 _OF_BODY_2 = ("kappa", "d2", "d3", "force2", "force2_phase", "constant2")
 _OF_KIND = {"pendulums": ("kappa3",), "two": ("mass_ratio",), "wall": ()}
 _OF_BOTH = "follows from both dampers; choose “as measured” under Solver to type it"
@@ -42,7 +43,7 @@ _OF_RESTITUTION = "follows from the restitution; choose “D as typed” under S
 
 
 def group_spec() -> list[dict]:
-    """The groups for the browser; ``forms`` are the forms that a number may have: unit or word, and what sets it."""
+    """The groups for the browser; ``forms`` are the forms that a number may have, and what chooses each."""
     return [
         {
             "title": title,
@@ -54,9 +55,9 @@ def group_spec() -> list[dict]:
 
 def _forms_of(name: str) -> list[dict]:
     if name == "base":
-        return [{"name": held, "text": held, "set": {"held": held}} for held in HELD]
+        return [{"name": held, "set": {"held": held}} for held in HELD]
     group = next((forms for forms in EITHER if name in forms), ())
-    return [{"name": each, "text": KEYS[each].unit or "ratio", "set": FORMS[each]} for each in group]
+    return [{"name": each, "set": FORMS[each]} for each in group]
 
 
 def _words(name: str) -> dict[str, str]:
@@ -94,13 +95,10 @@ def system_numbers(setting: Setting) -> dict[str, tuple[str, str]]:
             found[name] = plain_number(name, setting), print_number(getattr(setting, name))
     if setting.scale is not None:
         numbers = {name: value for name, value in physical_numbers(setting).items() if is_shown(name, setting)}
-        found |= {name: (physical_field_text(value), print_number(value)) for name, value in numbers.items()}
+        for name, value in numbers.items():
+            field = physical_field(name, setting.units)
+            found[name] = written(field.factor * value, _DIGITS), print_number(value)
     return found
-
-
-def physical_field_text(value: float) -> str:
-    """A physical number with as many digits as its field has room for."""
-    return written(value, 6)
 
 
 def plain_description(name: str, setting: Setting) -> dict:
@@ -114,7 +112,11 @@ def plain_description(name: str, setting: Setting) -> dict:
 
 
 def _physical_description(name: str, setting: Setting) -> dict:
-    return _description(physical_field(name), range_text(physical_bounds(name)), why_locked(name, setting))
+    field = physical_field(name, setting.units)
+    group = next((forms for forms in EITHER if name in forms), ())
+    forms = {each: physical_field(each, setting.units).unit or "ratio" for each in group}
+    allowed = range_text(physical_bounds(name), field.factor)
+    return _description(field, allowed, why_locked(name, setting)) | {"forms": forms}
 
 
 def _description(field, allowed: str, locked: str) -> dict:
