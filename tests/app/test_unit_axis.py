@@ -46,7 +46,7 @@ def test_the_second_range_follows_what_the_page_does():
         (
             lambda: BifurcationView(None, None),
             lambda view, setting: view.update(setting, None, "xi2", None),
-            ["excitation frequency f / Hz", "displacement x₂ once a period / mm"],
+            ["frequency f / Hz, base displacement 2.5 mm held", "displacement x₂ once a period / mm"],
         ),
         (
             lambda: PlaneView(None, None),
