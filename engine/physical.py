@@ -238,8 +238,7 @@ def physical_entry(
             entry["joint_damping_ratio"] = system.d3
     entry |= {"restitution": system.restitution, "clearance_mm": system.clearance * units.base_amplitude}
     if drive.base:
-        form = next(name for name, (held, _) in OF_BASE.items() if held == drive.held)
-        form = _OF_BASE[-1] if _OF_BASE[-1] in forms and drive.held == HELD[2] else form
+        form = _form_of_base(drive, forms)
         entry[form] = abs(drive.base) * length * omega1**drive.power / OF_BASE[form][1]
         entry["base_phase_rad"] = drive.base_phase + (math.pi if drive.base < 0 else 0.0)
     if not drive.base or drive.power:
@@ -268,10 +267,16 @@ def held_text(excitation: Excitation, units: Units | None = None, forms: Sequenc
     words = f"base {excitation.held}"
     if units is None:
         return words
-    size = abs(excitation.base)
+    form = _form_of_base(excitation, forms)
+    size = replace(units, system="si").physical(excitation.held, abs(excitation.base)) / OF_BASE[form][1]
+    return f"{words} {written(size)} {KEYS[form].unit}"
+
+
+def _form_of_base(excitation: Excitation, forms: Sequence[str]) -> str:
+    """The name of the number of the base in an entry."""
     if excitation.held == HELD[2] and _OF_BASE[-1] in forms:
-        return f"{words} {written(replace(units, system='si').physical(excitation.held, size) / G)} g"
-    return f"{words} {units.text(excitation.held, size)}"
+        return _OF_BASE[-1]
+    return next(name for name, (held, _) in OF_BASE.items() if held == excitation.held)
 
 
 def _in_form(name: str, forms: Sequence[str]) -> str:

@@ -335,7 +335,7 @@ def _judge_stability(rule: Rule, asked: RuleQuestion, method: TimeStepping, opti
     """Whether a run with central differences stays bounded; nothing is said of how exact it is."""
     run = simulate(asked.system, asked.eta, method, **options)
     why = f"With central differences the run stays bounded over {run.periods:,} periods." if run.ok else run.message
-    words = "" if run.ok else ENDED
+    words = "stays bounded" if run.ok else ENDED
     return RuleOutcome(rule, method, words, math.nan, math.nan, run.ok, _sentence(why))
 
 

@@ -105,6 +105,7 @@ def test_other_numbers_leave_what_was_given_of_the_base():
 def test_an_axis_of_frequency_says_what_is_held():
     setting = enter(WALL, **BRACKET)
     assert eta_axis(setting)[0] == "frequency f / Hz, base acceleration 4 m/s² held"
+    assert eta_axis(setting._replace(units="mm-t-s"))[0] == "frequency f / Hz, base acceleration 4 m/s² held"
     assert eta_axis(Setting())[0] == "frequency η = Ω/ω₁, base displacement held"
     assert eta_axis(Setting()._replace(base=0.0, force1=1.0))[0] == "excitation frequency η = Ω/ω₁"
 

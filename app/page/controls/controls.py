@@ -148,8 +148,10 @@ def _with(joint: str, *texts: str | None) -> str:
 
 
 def _offers(setting: Setting) -> dict[str, dict]:
-    """Buttons beside K and D for who does not know them: what sets them by the system."""
+    """Buttons beside K and D of a system of one's own, for who does not know them: what sets them by the system."""
     offers = {}
+    if setting.bodies == "pendulums":
+        return offers
     if setting.stiffness == "typed" and LAWS[setting.law].exponent == 1.0:
         offers["K"] = {"text": "I do not know K", "set": {"stiffness": CONTACT_OF_SYSTEM["stiffness"]}}
     if setting.damper == "typed" and setting.law in (*LAWS_OF_RATIO, *LAWS_BY_RESTITUTION):
