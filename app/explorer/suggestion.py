@@ -249,7 +249,7 @@ def suggestion_content(found: Found, setting: Setting) -> dict:
         ``front``: lists of steps, error, texts of a setting, the error as a text, and K and D in words, at most
         ten. The page takes each of these settings, since `make_question` has limited the search to those that it takes.
     """
-    best = found.best
+    best, setting = found.best, in_law_of(found, setting)
     return {
         "met": found.met,
         "head": _head(found),
@@ -267,6 +267,14 @@ def _held_lines(found: Found, setting: Setting) -> list[str]:
     """What of the base keeps its amplitude over a range of frequencies."""
     held = held_in_words(setting) if isinstance(found, RangeRecommendation) else ""
     return [f"Over the range, {held} is held."] if held else []
+
+
+def in_law_of(found: Found, setting: Setting) -> Setting:
+    """The setting with the contact law of a result, which says in which units its K and D are."""
+    scheme = found.scheme
+    if scheme is None:  # Newmark's method as it is set
+        return setting
+    return setting._replace(law=scheme.law, exponent=getattr(scheme, "exponent", setting.exponent))
 
 
 def partial_content(so_far: SoFar, setting: Setting) -> dict:

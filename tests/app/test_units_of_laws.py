@@ -3,18 +3,21 @@
 import json
 import math
 import re
+from dataclasses import replace
 
 import pytest
 from vibroscope.app.codes.catalogue import codes
 from vibroscope.app.commands.numbers import measured
 from vibroscope.app.explorer.field_units import shown_field
 from vibroscope.app.explorer.reading import read_setting
+from vibroscope.app.explorer.suggestion import OfSchemes, make_question, suggestion_content
 from vibroscope.app.explorer.typed import plain_texts
 from vibroscope.app.explorer.words_in_units import in_units
 from vibroscope.app.export.tables import columns_in_units
-from vibroscope.engine import parse_system
+from vibroscope.engine import parse_system, written
 
 from .command_line import run_command
+from .searches import SETTING, found_for
 
 SHEET = """
 [physical]
@@ -108,3 +111,13 @@ def test_the_input_of_adams_is_in_units_of_its_law():
         force = 98696.0 * 1.07e-3 * 1000 * (0.1 / 1.07) ** 2.2
         assert k * (0.1 * mm) ** n == pytest.approx(force, rel=1e-5)
         assert c * mm == pytest.approx(2 * 5 * 25 * math.sqrt(98696 / 25) * 1e-3, rel=1e-5)
+
+
+def test_a_suggestion_for_a_code_has_the_units_of_its_law():
+    """Adams' IMPACT has K in N/m^2.2, whatever law is set on the page."""
+    setting = SETTING._replace(units="si", omega1=20.0, m1=3.0, amplitude=2.5)
+    found = found_for(make_question(SETTING, {"tolerance": "5"}))
+    (scheme, *_) = codes()["adams"].schemes()
+    content = suggestion_content(OfSchemes(**vars(replace(found, scheme=scheme)), others=()), setting)
+    stiffness = 10500 * 3 * 20**2 * 2.5e-3**-1.2
+    assert f"K = {written(stiffness)} N/m^2.2" in content["lines"][0]
