@@ -4,11 +4,14 @@ import re
 from html import unescape
 
 from vibroscope.app.explorer.state import Setting
+from vibroscope.app.explorer.suggestion import make_question
 from vibroscope.app.export.formats import Figure
 from vibroscope.app.export.report import Findings, as_report
 from vibroscope.app.page.explore.suggest import Suggester
 
 from .fakes import QueueingHost
+from .fakes import send as click
+from .searches import SETTING, found_for
 from .test_contact_of_own_system import own, send
 
 SOURCE = {"program": "vibroscope", "made": "today", "address": "?eta=1"}
@@ -62,9 +65,15 @@ def test_masses_are_in_tonnes_beside_millimetres():
     assert send(setting, {"mass1_kg": {"typed": "1600 g"}}).m1 == 1.6
 
 
-def test_the_suggestion_is_that_of_the_page():
-    suggester = Suggester(QueueingHost())
+def test_the_suggestion_is_that_of_the_page(searches):
+    host = QueueingHost()
+    suggester = Suggester(host)
+    suggester.follow(SETTING)
     assert suggester.sentences == []
-    suggester._found = object()
-    suggester.view.content = {"phase": "done", "head": "An error of 5 % is met", "lines": ["K = 1."]}
-    assert suggester.sentences == ["An error of 5 % is met.", "K = 1."]
+    click(suggester.view, {"suggest": {"tolerance": "5"}})
+    answer = searches.get(timeout=5)[3]
+    answer.put(found_for(make_question(SETTING, {"tolerance": "5"})))
+    host.catch_up_until(lambda: suggester.view.content["phase"] == "done")
+    head, *lines = suggester.sentences
+    assert head == "An error of 5 % is met."
+    assert lines == suggester.view.content["lines"]
