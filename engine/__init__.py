@@ -89,7 +89,10 @@ _LATER = {
     "recommendation.range_trials": ("steps_at",),
     "recommendation.recommend": ("Recommendation", "design_curve", "recommend", "recommend_schemes"),
     "recommendation.recommend_range": ("RangeRecommendation", "Served", "recommend_range"),
-    "laws": ("stiffness_of_step",),
+    "laws": (
+        "stiffness_of_duration",
+        "stiffness_of_step",
+    ),
     "restitution": ("damping_of_restitution", "effective_restitution", "restitution_of_damping"),
     "sweeps": (
         "COORDINATES",

@@ -9,7 +9,7 @@ import numpy as np
 from .arguments import shown
 from .checks import require
 from .drivers.event_driven import overlap_message
-from .drivers.parameters import parameter_rows, parameters_of
+from .drivers.parameters import at_eta, parameter_rows, parameters_of
 from .methods import ExactPenalty, Method, Newmark, Reference, TimeStepping
 from .model import System, check_eta
 from .result import STATUSES, Status
@@ -139,9 +139,11 @@ class Cells:
         """A row of :class:`engine.kernels.parameters.Parameters` for each cell."""
         if isinstance(self.system, System):
             rows = np.tile(parameters_of(self.system, 1.0, self.method), (len(self), 1))
+            power = self.system.excitation.power
         else:
             rows = np.array([parameters_of(system, 1.0, self.method) for system in self.system])
-        return parameter_rows(rows, {"eta": self.eta, **self._own()})
+            power = np.array([system.excitation.power for system in self.system])
+        return parameter_rows(at_eta(rows, self.eta, power), self._own())
 
     def __len__(self) -> int:
         return len(self.eta)

@@ -6,27 +6,33 @@ from functools import cached_property
 
 import numpy as np
 
-from .checks import require
+from .checks import one_of, require
 
 AMPLITUDE_RANGE = (-1e6, 1e6)  # of displacements and forces
 PHASE_RANGE = (-1e3, 1e3)
+HELD = ("displacement", "velocity", "acceleration")  # of the base; its place is the power of η in the amplitude
 
 
 @dataclass(frozen=True)
 class Excitation:
     """The excitation: base motion and a force on each body, with one frequency η; all numbers are non-dimensional.
 
-    By default the base moves as cos ητ, as in the paper. The force on body i is forceᵢ cos(ητ + phaseᵢ) + constantᵢ; it
-    pushes towards larger ξᵢ, so that on body 1 a positive constant closes the gap and on body 2 it opens it.
+    By default the base moves as cos ητ, as in the paper. What is ``held`` keeps its amplitude where η changes: a shaker
+    that is controlled to an acceleration moves the base by less at a higher frequency. The force on body i is
+    forceᵢ cos(ητ + phaseᵢ) + constantᵢ; it pushes towards larger ξᵢ, so that on body 1 a positive constant closes the
+    gap and on body 2 it opens it.
 
     Attributes
     ----------
     base, base_phase : float
-        The base moves as base · cos(ητ + base_phase).
+        The base moves as a cos(ητ + base_phase) with a = base/ηᵖ, p = 0, 1, 2: ``base`` is the amplitude of what is
+        held, in units of length, length · ω₁ or length · ω₁².
     force1, force1_phase, force2, force2_phase : float
         Harmonic forces, in units of k₁ times the length that displacements are counted in; phases in rad.
     constant1, constant2 : float
         Constant forces, such as weights.
+    held : {"displacement", "velocity", "acceleration"}
+        What of the base keeps its amplitude over η.
 
     Raises
     ------
@@ -42,17 +48,32 @@ class Excitation:
     force2_phase: float = 0.0
     constant1: float = 0.0
     constant2: float = 0.0
+    held: str = HELD[0]
 
     def __post_init__(self):
-        for name, value in self.as_dict().items():
+        one_of("held", self.held, HELD)
+        for name, value in self.numbers().items():
             allowed, advice = AMPLITUDE_RANGE, "give an amplitude in units of length, or of k₁ times that"
             if name.endswith("phase"):
                 allowed, advice = PHASE_RANGE, "give a phase in rad"
             object.__setattr__(self, name, require(name, value, *allowed, advice) + 0.0)  # -0.0 becomes 0.0
 
-    def as_dict(self) -> dict[str, float]:
-        """The numbers by name."""
+    def as_dict(self) -> dict[str, float | str]:
+        """The numbers by name, and ``held``."""
         return {each.name: getattr(self, each.name) for each in fields(self)}
+
+    def numbers(self) -> dict[str, float]:
+        """The numbers by name."""
+        return {name: value for name, value in self.as_dict().items() if name != "held"}
+
+    @property
+    def power(self) -> int:
+        """The p of a = base/ηᵖ: 0, 1 or 2."""
+        return HELD.index(self.held)
+
+    def base_amplitude(self, eta: float) -> float:
+        """Return a, the amplitude of the base's displacement at η."""
+        return self.base / eta**self.power
 
     @property
     def drives(self) -> bool:
@@ -61,12 +82,14 @@ class Excitation:
 
     def base_motion(self, eta: float, time):
         """Displacement and velocity of the base at the instants τ, a number or an array."""
-        (c, s), angle = self.harmonic("base"), eta * time
+        (c, s), angle = self.harmonic("base", eta), eta * time
         return c * np.cos(angle) + s * np.sin(angle), eta * (s * np.cos(angle) - c * np.sin(angle))
 
-    def harmonic(self, name: str) -> tuple[float, float]:
+    def harmonic(self, name: str, eta: float) -> tuple[float, float]:
         """Factors of cos ητ and sin ητ in the base motion or in a force, ``name``: "base", "force1" or "force2"."""
-        return self._harmonics[name]
+        cosine, sine = self._harmonics[name]
+        size = eta**self.power if name == "base" else 1.0
+        return cosine / size, sine / size
 
     @cached_property
     def _harmonics(self) -> dict[str, tuple[float, float]]:

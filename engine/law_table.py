@@ -18,6 +18,7 @@ class Law(NamedTuple):
     by_restitution: bool = False  # whether a formula gives its damper where D is left out
     relative: bool = False  # whether its damper is a factor of the spring's force, h = 2D/K, instead of c = 2D
     closed_form: bool = False  # piecewise linear, with its pieces in drivers/law_driven.py
+    graded: bool = False  # whether its damper is c δ^((n − 1)/2) v
     jumps: bool = False  # whether its damper acts in full as soon as the bodies touch
     newmark: bool = False  # taken by `Newmark`, too
 
@@ -31,8 +32,8 @@ LAWS = {
     "hunt-crossley": _RATIO,
     "lankarani-nikravesh": _RATIO,
     "flores": _RATIO,
-    "jankowski": Law(HERTZ, by_restitution=True),
-    "constant-restitution": Law(HERTZ, takes_exponent=True, by_restitution=True),
+    "jankowski": Law(HERTZ, by_restitution=True, graded=True),
+    "constant-restitution": Law(HERTZ, takes_exponent=True, by_restitution=True, graded=True),
     "impact": Law(HERTZ, takes_exponent=True, takes_penetration=True),
 }
 LAWS_BY_RESTITUTION = tuple(name for name, law in LAWS.items() if law.by_restitution)
@@ -47,6 +48,16 @@ def numbers_of(law: str) -> dict[str, float | None]:
     own = LAWS[law]
     numbers = {"exponent": own.exponent} if own.takes_exponent else {}
     return numbers | {"penetration": NEEDED} if own.takes_penetration else numbers
+
+
+def powers_of(law: str, exponent: float) -> tuple[float, float]:
+    """The powers of the penetration δ in the spring's force Kδⁿ and in the damper's, of a law with this exponent n.
+
+    A law that takes no exponent has its own n, whatever is given.
+    """
+    own = LAWS[law]
+    n = exponent if own.takes_exponent else own.exponent
+    return n, n if own.relative else (n - 1.0) / 2.0 if own.graded else 0.0
 
 
 def laws_with(number: str) -> tuple[str, ...]:

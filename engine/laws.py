@@ -92,6 +92,32 @@ def stiffness_of_step(system: System, eta: float, steps: float, scale: float) ->
     return s * system.mass_share / step**2
 
 
+def stiffness_of_duration(system: System, share: float = 0.01) -> float:
+    """Return K = μ̂(ω/2s)², with which an undamped contact lasts the share s of the shorter natural period, 2π/ω.
+
+    A stiffness to begin with: the contact is short beside the motion, and some twenty steps of T/2000 long.
+
+    Parameters
+    ----------
+    system : System
+    share : float
+        s, above 0 and at most 1.
+
+    Raises
+    ------
+    ValueError
+        If the share is out of range.
+
+    Examples
+    --------
+    >>> from vibroscope.engine import System, stiffness_of_duration
+    >>> stiffness_of_duration(System(wall=True))
+    2500.0
+    """
+    s = require("share", share, 0.0, 1.0, "give the share of a natural period that a contact lasts", open_low=True)
+    return system.mass_share * (max(system.frequencies) / (2.0 * s)) ** 2
+
+
 def restitution_of(ratio: float) -> float:
     """Return e(ζ) = exp(−πζ/√(1 − ζ²)), the restitution of spring and damper; 0 for ζ ≥ 1."""
     return math.exp(-math.pi * ratio / math.sqrt((1 - ratio) * (1 + ratio))) if ratio < 1 else 0.0

@@ -6,7 +6,7 @@ from typing import ClassVar
 from .arguments import shown
 from .checks import flag, one_of, require, whole
 from .integrators import Integrator, NewmarkBeta
-from .law_table import CONTACT_LAWS, HERTZ, LAWS, LAWS_BY_RESTITUTION, NEWMARK_LAWS, laws_with, numbers_of
+from .law_table import CONTACT_LAWS, HERTZ, LAWS, LAWS_BY_RESTITUTION, NEWMARK_LAWS, laws_with, numbers_of, powers_of
 
 JOINT_DAMPINGS = ("table", "derived")
 THRESHOLD_RANGE = (0.0, 1e3)
@@ -303,8 +303,7 @@ METHOD_NUMBERS = {"K": "stiffness", "D": "damping", "steps": "steps"}  # by thei
 
 def spring_exponent(method: ExactPenalty | Newmark | TimeStepping) -> float:
     """Return n of the force Kδⁿ of the contact spring: the method's own where its law takes one."""
-    law = LAWS[method.law]
-    return method.exponent if law.takes_exponent else law.exponent
+    return powers_of(method.law, getattr(method, "exponent", HERTZ))[0]
 
 
 def is_located(method: Method) -> bool:

@@ -6,21 +6,24 @@
     damping1_ratio = 0.07               # or damping1_Ns_per_m
     wall = true                         # or mass2_kg, stiffness2_N_per_m, damping2_ratio
     clearance_mm = 0.5
-    base_acceleration_m_per_s2 = 1.0    # or base_amplitude_mm, force1_N, …
+    base_acceleration_m_per_s2 = 1.0    # or base_acceleration_g, base_velocity_mm_per_s, base_amplitude_mm, force1_N, …
     frequency_Hz = 10.0                 # of the excitation
 
 The unit is part of each name, so that no number can be meant in another one. ω₁ = √(k₁/m₁) gives the unit of time, m₁
-that of mass. Lengths are counted in base amplitudes where the base moves, otherwise in ``length_mm``; where that is not
-given either, in the largest static displacement F/k₁ of the forces on body 1, or else in the clearance.
+that of mass. What is given of the base is held where the frequency changes (:class:`.excitation.Excitation`). Lengths
+are counted in base amplitudes where ``base_amplitude_mm`` is given, otherwise in ``length_mm``; where that is not given
+either, in the amplitude that the base has at ``frequency_Hz``, or would have at ω₁; where it does not move, in the
+largest static displacement F/k₁ of the forces on body 1, or else in the clearance.
 """
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import NamedTuple
 
 from .arguments import shown
 from .checks import flag
-from .excitation import AMPLITUDE_RANGE, PHASE_RANGE, Excitation
+from .excitation import AMPLITUDE_RANGE, HELD, PHASE_RANGE, Excitation
 from .model import (
     CLEARANCE_RANGE,
     ETA_RANGE,
@@ -28,18 +31,22 @@ from .model import (
     RATIO_RANGE,
     System,
 )
-from .units import BASE_AMPLITUDE_RANGE, M1_RANGE, OMEGA1_RANGE, Units
+from .units import BASE_AMPLITUDE_RANGE, M1_RANGE, OMEGA1_RANGE, Units, written
 from .wording import end_text
 
 _LARGE = 1e15
 
 
 class PhysicalSystem(NamedTuple):
-    """The result of reading a physical entry: the system, its units, and η if it is given."""
+    """The result of reading a physical entry: the system, its units, η if it is given, and the forms of its numbers.
+
+    ``forms``: of the numbers that may be given in several forms, the names of those that are not in the first.
+    """
 
     system: System
     units: Units
     eta: float | None
+    forms: tuple[str, ...] = ()
 
 
 class Range(NamedTuple):
@@ -105,9 +112,18 @@ KEYS = {
     ),
     "restitution": PhysicalNumber("coefficient of restitution", "", Range(0, 1), System.restitution),
     "clearance_mm": PhysicalNumber("gap at rest with relaxed springs; negative: preload", "mm", _ANY),
-    "base_amplitude_mm": PhysicalNumber("amplitude of the base", "mm", _LENGTH),
+    "base_amplitude_mm": PhysicalNumber("amplitude of the base's displacement, held over the frequency", "mm", _LENGTH),
+    "base_velocity_mm_per_s": PhysicalNumber(
+        "amplitude of the base's velocity, held over the frequency", "mm/s", _FROM_ZERO, "of the amplitude"
+    ),
     "base_acceleration_m_per_s2": PhysicalNumber(
-        "amplitude of the base's acceleration, in place of the former", "m/s²", _ABOVE_ZERO, "of the amplitude"
+        "amplitude of the base's acceleration, held over the frequency",
+        "m/s²",
+        _FROM_ZERO,
+        "of the amplitude",
+    ),
+    "base_acceleration_g": PhysicalNumber(
+        "amplitude of the base's acceleration, in multiples of 9.80665 m/s²", "g", _FROM_ZERO, "of the amplitude"
     ),
     "base_phase_rad": PhysicalNumber("phase of the base's displacement", "rad", _PHASE),
     "force1_N": PhysicalNumber("amplitude of the force on body 1", "N", _ANY),
@@ -118,22 +134,26 @@ KEYS = {
     "constant2_N": PhysicalNumber("constant force on body 2; positive away from body 1", "N", _ANY),
     "frequency_Hz": PhysicalNumber("frequency of the excitation", "Hz", _ABOVE_ZERO, "the option --eta"),
     "length_mm": PhysicalNumber(
-        "the length that displacements are counted in; not where the base moves",
+        "the length that displacements are counted in; not beside base_amplitude_mm",
         "mm",
         _LENGTH,
-        "of forces or clearance",
+        "of the base, forces or clearance",
     ),
 }
 _BODY_2 = ("mass2_kg", "stiffness2_N_per_m", "frequency2_Hz", "damping2_ratio", "damping2_Ns_per_m")
 NOT_AT_A_WALL = (*_BODY_2, "joint_damping_ratio", "force2_N", "force2_phase_rad", "constant2_N")
-EITHER = (  # the same number in two forms, of which an entry gives one
+EITHER = (  # the same number in several forms, of which an entry gives one
     ("stiffness1_N_per_m", "frequency1_Hz"),
     ("stiffness2_N_per_m", "frequency2_Hz"),
     ("damping1_ratio", "damping1_Ns_per_m"),
     ("damping2_ratio", "damping2_Ns_per_m"),
-    ("base_amplitude_mm", "base_acceleration_m_per_s2"),
+    ("base_amplitude_mm", "base_velocity_mm_per_s", "base_acceleration_m_per_s2", "base_acceleration_g"),
 )
 _OF_BASE, _SPRINGS = EITHER[-1], EITHER[:2]
+G = 9.80665  # m/s²
+# Of each form of the base's amplitude: what is held, and the unit in SI units.
+OF_BASE = dict(zip(_OF_BASE, [(HELD[0], 1e-3), (HELD[1], 1e-3), (HELD[2], 1.0), (HELD[2], G)], strict=True))
+_BY_DAMPER = ("damping1_ratio", "damping2_ratio")
 
 
 def system_of_physical(entry: Mapping[str, float | bool]) -> PhysicalSystem:
@@ -153,7 +173,7 @@ def system_of_physical(entry: Mapping[str, float | bool]) -> PhysicalSystem:
     --------
     >>> from vibroscope.engine import system_of_physical
     >>> sheet = {"mass1_kg": 25.0, "stiffness1_N_per_m": 98696.0, "wall": True, "clearance_mm": 0.5}
-    >>> system, units, eta = system_of_physical(sheet | {"base_acceleration_m_per_s2": 1.0, "frequency_Hz": 10.0})
+    >>> system, units, eta, _ = system_of_physical(sheet | {"base_acceleration_m_per_s2": 1.0, "frequency_Hz": 10.0})
     >>> print(f"{eta:.3f} {system.clearance:.3f} {units.model('stiffness', 5.76e7):.0f}")
     1.000 1.974 584
     """
@@ -169,8 +189,9 @@ def system_of_physical(entry: Mapping[str, float | bool]) -> PhysicalSystem:
     omega1 = math.sqrt(k1 / m1)
     beside = f"beside body 1 at {omega1 / (2 * math.pi):.6g} Hz"
     eta = _eta(given, omega1, beside)
-    base = _base_amplitude(given)
-    length = _length(given, k1, base)
+    form, base = _base(given)
+    held = OF_BASE[form][0]
+    length = _length(given, k1, omega1)
     units = Units(omega1, m1, 1e3 * length)
     own = {"d1": _damping_ratio(given, 1, m1, k1), "wall": wall, "restitution": _number(given, "restitution")}
     if not wall:
@@ -185,13 +206,26 @@ def system_of_physical(entry: Mapping[str, float | bool]) -> PhysicalSystem:
         _check_given(given, f"{name}_N", _scaled(AMPLITUDE_RANGE, k1 * length), in_lengths)
     _check_given(given, "clearance_mm", _scaled(CLEARANCE_RANGE, 1e3 * length), in_lengths)
     phases = {name: _number(given, f"{name}_rad") for name in ("base_phase", "force1_phase", "force2_phase")}
-    excitation = Excitation(base=1.0 if base > 0 else 0.0, **phases, **drive)
+    unit = length * omega1 ** HELD.index(held)
+    _check_given(given, form, _scaled((0.0, AMPLITUDE_RANGE[1]), unit / OF_BASE[form][1]), in_lengths)
+    excitation = Excitation(base=base / unit, **phases, **drive, held=held)
     clearance = 1e-3 * _number(given, "clearance_mm") / length
-    return PhysicalSystem(System(**own, clearance=clearance, excitation=excitation), units, eta)
+    return PhysicalSystem(System(**own, clearance=clearance, excitation=excitation), units, eta, _forms(given))
 
 
-def physical_entry(system: System, units: Units, eta: float | None = None) -> dict[str, float | bool]:
-    """The physical entry that describes a system, without the numbers that are zero by default."""
+def _forms(given: Mapping[str, float]) -> tuple[str, ...]:
+    """Names of the numbers that are not in their first form; what is held of the base belongs to the excitation."""
+    held_by_name = _OF_BASE[:-1]
+    return tuple(name for forms in EITHER for name in forms[1:] if name in given and name not in held_by_name)
+
+
+def physical_entry(
+    system: System, units: Units, eta: float | None = None, forms: Sequence[str] = ()
+) -> dict[str, float | bool]:
+    """The physical entry that describes a system, without the numbers that are zero by default.
+
+    ``forms``: names of numbers that are to be in this form instead of the first; see :class:`PhysicalSystem`.
+    """
     m1, omega1, length = units.m1, units.omega1, 1e-3 * units.base_amplitude
     k1, drive = m1 * omega1**2, system.excitation
     entry: dict[str, float | bool] = {"mass1_kg": m1, "stiffness1_N_per_m": k1, "damping1_ratio": system.d1}
@@ -205,9 +239,10 @@ def physical_entry(system: System, units: Units, eta: float | None = None) -> di
             entry["joint_damping_ratio"] = system.d3
     entry |= {"restitution": system.restitution, "clearance_mm": system.clearance * units.base_amplitude}
     if drive.base:
-        entry["base_amplitude_mm"] = abs(drive.base) * units.base_amplitude
+        form = _form_of_base(drive, forms)
+        entry[form] = abs(drive.base) * length * omega1**drive.power / OF_BASE[form][1]
         entry["base_phase_rad"] = drive.base_phase + (math.pi if drive.base < 0 else 0.0)
-    else:
+    if not drive.base or drive.power:
         entry["length_mm"] = units.base_amplitude
     for name in ("force1", "force2", "constant1", "constant2"):
         entry[f"{name}_N"] = getattr(drive, name) * k1 * length
@@ -216,7 +251,51 @@ def physical_entry(system: System, units: Units, eta: float | None = None) -> di
     if eta is not None:
         entry["frequency_Hz"] = eta * omega1 / (2 * math.pi)
     needed = ("mass1_kg", "stiffness1_N_per_m", "damping1_ratio", "damping2_ratio", "restitution", "clearance_mm")
-    return {name: value for name, value in entry.items() if value or name in needed}
+    return {
+        _in_form(name, forms): _converted(name, entry, forms)
+        for name, value in entry.items()
+        if value or name in needed
+    }
+
+
+def held_text(excitation: Excitation, units: Units | None = None, forms: Sequence[str] = ()) -> str:
+    """What of the base keeps its amplitude where the frequency changes, as "base acceleration 4 m/s²".
+
+    Empty if the base does not move; without ``units`` without the number; ``forms`` as in :func:`physical_entry`.
+    """
+    if not excitation.base:
+        return ""
+    words = f"base {excitation.held}"
+    if units is None:
+        return words
+    form = _form_of_base(excitation, forms)
+    size = replace(units, system="si").physical(excitation.held, abs(excitation.base)) / OF_BASE[form][1]
+    return f"{words} {written(size)} {KEYS[form].unit}"
+
+
+def _form_of_base(excitation: Excitation, forms: Sequence[str]) -> str:
+    """The name of the number of the base in an entry."""
+    if excitation.held == HELD[2] and _OF_BASE[-1] in forms:
+        return _OF_BASE[-1]
+    return next(name for name, (held, _) in OF_BASE.items() if held == excitation.held)
+
+
+def _in_form(name: str, forms: Sequence[str]) -> str:
+    """The name of a number in the form that is asked for."""
+    other = next((pair[1] for pair in EITHER[:-1] if pair[0] == name), name)
+    return other if other in forms else name
+
+
+def _converted(name: str, entry: Mapping[str, float | bool], forms: Sequence[str]) -> float | bool:
+    """A number of an entry in the form that is asked for."""
+    value = entry[name]
+    if _in_form(name, forms) == name:
+        return value
+    body = next(letter for letter in name if letter.isdigit())
+    mass, stiffness = entry[f"mass{body}_kg"], entry[f"stiffness{body}_N_per_m"]
+    return (
+        2 * value * math.sqrt(stiffness * mass) if name in _BY_DAMPER else math.sqrt(stiffness / mass) / (2 * math.pi)
+    )
 
 
 def _with_masses(given: dict) -> dict:
@@ -237,9 +316,11 @@ def _with_masses(given: dict) -> dict:
 
 def _check_form(given: dict, wall: bool) -> None:
     """Check that all needed numbers are there, none that does not apply, and none in two forms."""
-    for one, other in EITHER:
-        if one in given and other in given:
-            raise ValueError(f"gives both {one} and {other}: one follows from the other, leave one out")
+    for forms in EITHER:
+        several = [name for name in forms if name in given]
+        if len(several) > 1:
+            both = " and ".join(several[:2])
+            raise ValueError(f"gives both {both}: one follows from the other, leave one out")
     if wall:
         idle = [name for name in NOT_AT_A_WALL if name in given]
         if idle:
@@ -252,7 +333,7 @@ def _check_form(given: dict, wall: bool) -> None:
         names = (names,) if isinstance(names, str) else names
         if not any(name in given for name in names):
             raise ValueError(f"{' or '.join(names)} is missing: a physical entry needs it")
-    if "length_mm" in given and any(given.get(name) for name in _OF_BASE):
+    if "length_mm" in given and given.get("base_amplitude_mm"):
         raise ValueError("gives length_mm although the base moves: lengths are counted in its amplitude, leave it out")
 
 
@@ -303,24 +384,24 @@ def _damping_ratio(given: dict, body: int, mass: float, stiffness: float) -> flo
     return _checked(name, given[name], Range(0, critical, open_high=True), "so that the body can swing") / critical
 
 
-def _base_amplitude(given: dict) -> float:
-    """Amplitude of the base in m; 0 if it does not move."""
-    name = "base_acceleration_m_per_s2"
-    if name not in given:
-        return 1e-3 * _number(given, "base_amplitude_mm")
-    if "frequency_Hz" not in given:
-        raise ValueError(f"{name} needs frequency_Hz, from which the amplitude follows: give it")
-    square = (2 * math.pi * given["frequency_Hz"]) ** 2
-    allowed = _scaled(BASE_AMPLITUDE_RANGE, 1e-3 * square)
-    return _checked(name, given[name], allowed, f"at frequency_Hz = {given['frequency_Hz']:g}") / square
+def _base(given: dict) -> tuple[str, float]:
+    """The form in which the base's motion is given, and its amplitude in SI units; 0 if it does not move."""
+    form = next((name for name in _OF_BASE if name in given), _OF_BASE[0])
+    return form, OF_BASE[form][1] * _number(given, form)
 
 
-def _length(given: dict, k1: float, base: float) -> float:
+def _length(given: dict, k1: float, omega1: float) -> float:
     """The length that displacements are counted in, in m."""
-    if base > 0:
-        return base
+    form, base = _base(given)
+    power = HELD.index(OF_BASE[form][0])
     if "length_mm" in given:
         return 1e-3 * given["length_mm"]
+    if base > 0:
+        at = f"at frequency_Hz = {given['frequency_Hz']:g}" if "frequency_Hz" in given else "at the frequency of body 1"
+        omega = 2 * math.pi * given["frequency_Hz"] if "frequency_Hz" in given else omega1
+        allowed = _scaled(BASE_AMPLITUDE_RANGE, 1e-3 * omega**power / OF_BASE[form][1])
+        _checked(form, given[form], allowed, at if power else "")
+        return base / omega**power
     forces = [abs(given.get(name, 0.0)) for name in ("force1_N", "constant1_N", "force2_N", "constant2_N")]
     length = max(forces) / k1 or 1e-3 * abs(given.get("clearance_mm", 0.0))
     if length == 0:

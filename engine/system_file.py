@@ -17,13 +17,14 @@ know: otherwise a misspelt constant would silently keep its default.
 """
 
 import difflib
+import math
 import tomllib
-from collections.abc import Iterable, Iterator
-from dataclasses import asdict, dataclass, field
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import NamedTuple
 
-from .excitation import Excitation
+from .excitation import HELD, Excitation
 from .files import read_file
 from .methods import Reference
 from .model import BODY_2, FORCES_ON_BODY_2, System
@@ -54,14 +55,15 @@ SYSTEM_CONSTANTS = {
     "clearance": Constant("gap where both springs are relaxed; negative: preload", _AMPLITUDE, "length"),
 }
 EXCITATION_CONSTANTS = {
-    "base": Constant("the base moves as base cos(eta tau + base_phase)", _AMPLITUDE, "length"),
-    "base_phase": Constant("phase of the base motion", _PHASE, "rad"),
+    "base": Constant("amplitude of the base, of what is held", _AMPLITUDE, "length"),
+    "base_phase": Constant("phase of its displacement", _PHASE, "rad"),
     "force1": Constant("harmonic force on body 1, towards body 2", _AMPLITUDE, "k1 length"),
-    "force1_phase": Constant("phase of the force on body 1", _PHASE, "rad"),
+    "force1_phase": Constant("phase of force1", _PHASE, "rad"),
     "force2": Constant("harmonic force on body 2, away from body 1", _AMPLITUDE, "k1 length"),
-    "force2_phase": Constant("phase of the force on body 2", _PHASE, "rad"),
+    "force2_phase": Constant("phase of force2", _PHASE, "rad"),
     "constant1": Constant("constant force on body 1, towards body 2", _AMPLITUDE, "k1 length"),
     "constant2": Constant("constant force on body 2, away from body 1", _AMPLITUDE, "k1 length"),
+    "held": Constant("what of the base keeps its amplitude over eta", " or ".join(HELD), "text"),
 }
 UNIT_CONSTANTS = {
     "omega1": Constant("angular frequency of body 1", "1e-6 to 1e9", "1/s"),
@@ -95,12 +97,14 @@ class SystemFile:
 
     ``has_units``: whether it says what its numbers are counted in, by [physical] or [units].
     ``assumed``: in a sentence each, what a description of an own system leaves out and what is taken for it.
+    ``forms``: of the numbers of [physical] that may be given in several forms, the names of those not in the first.
     """
 
     system: System = field(default_factory=System)
     units: Units = field(default_factory=Units)
     eta: float | None = None
     assumed: tuple[str, ...] = ()
+    forms: tuple[str, ...] = ()
     has_units: bool = field(default=False, compare=False)
 
 
@@ -111,12 +115,13 @@ def system_text(system: System | None = None, units: Units | None = None) -> str
     lines = ["# The system: two bodies that may touch, on a moving base (defaults: the paper's pendulums, Table 1)."]
     lines += ["", "[system]", *_system_lines(system)]
     lines += ["", "# What drives it; lengths are counted in the unit of length below, forces in k1 times that length."]
+    lines += ["# A velocity that is held is counted in length omega1, an acceleration in length omega1^2."]
     lines += ["[excitation]", *_excitation_lines(system)]
     lines += [
         "",
         "# What the numbers are counted in. They only convert results; the motion does not depend on them.",
         "[units]",
-        *_constant_lines(asdict(units), UNIT_CONSTANTS),
+        *_constant_lines({name: getattr(units, name) for name in UNIT_CONSTANTS}, UNIT_CONSTANTS),
         f"# Speeds are counted in base_amplitude omega1 = {speed:.4g} mm/s, and so is the threshold of the reference",
         f"# (--threshold), which scales with the system: its default, {usual:g}, is {usual * speed:.3g} mm/s here.",
     ]
@@ -217,14 +222,29 @@ def _excitation_lines(system: System) -> list[str]:
     return _constant_lines(system.excitation.as_dict(), known)
 
 
-def physical_text(system: System, units: Units, eta: float | None = None) -> str:
-    """Write the same system as a table [physical], every number with its unit, to 15 digits: 0.9, no rounding of it."""
+def physical_text(system: System, units: Units, eta: float | None = None, forms: Sequence[str] = ()) -> str:
+    """Write the same system as a table [physical], every number with its unit, to 15 digits: 0.9, no rounding of it.
+
+    ``forms`` as in :func:`physical_entry`.
+    """
     lines = ["# The system in physical units", "", "[physical]"]
-    for name, value in physical_entry(system, units, eta).items():
+    entry = physical_entry(system, units, eta, forms)
+    if system.excitation.base and "length_mm" in entry and _follows(entry, units):
+        del entry["length_mm"]
+    for name, value in entry.items():
         meaning = "body 2 is a wall" if name == WALL else KEYS[name].meaning
         text = _toml(value if isinstance(value, bool) else float(f"{value:.15g}"))
         lines.append(f"{f'{name} = {text}':43} # {meaning}")
     return "\n".join(lines) + "\n"
+
+
+def _follows(entry: dict, units: Units) -> bool:
+    """Whether the unit of length is what the rest of an entry gives without it."""
+    try:
+        found = system_of_physical({name: value for name, value in entry.items() if name != "length_mm"})
+    except ValueError:
+        return False
+    return math.isclose(found.units.base_amplitude, units.base_amplitude, rel_tol=1e-12)
 
 
 def _toml(value: float | bool | str) -> str:
@@ -283,9 +303,9 @@ def system_of_tables(tables: dict) -> SystemFile:
         entry = _values(tables, "physical", flags=(WALL,))
         found = system_of_physical(entry)
         assumed = () if "restitution" in entry else (_NO_RESTITUTION.format(found.system.restitution),)
-        return SystemFile(*found, assumed, has_units=True)
-    constants = _values(tables, "system", flags=(WALL,), words={"d3": NOT_MEASURED})
-    driven, units = _values(tables, "excitation"), Units(**_values(tables, "units"))
+        return SystemFile(found.system, found.units, found.eta, assumed, found.forms, has_units=True)
+    constants = _values(tables, "system", flags=(WALL,), words={"d3": (NOT_MEASURED,)})
+    driven, units = _values(tables, "excitation", words={"held": HELD}), Units(**_values(tables, "units"))
     if constants.get(WALL):
         _refuse_body_2((*BODY_2, MASS_RATIO), constants)
         _refuse_body_2(FORCES_ON_BODY_2, driven)
@@ -356,8 +376,10 @@ def _nearest(name: str, known: Iterable[str]) -> list[str]:
     return sorted(each for each, ratio in zip(close, likeness, strict=True) if ratio == likeness[0])
 
 
-def _values(tables: dict, name: str, flags: tuple[str, ...] = (), words: dict[str, str] | None = None) -> dict:
-    """Return the values of one table by name: numbers, flags, and the one word that a name may have instead.
+def _values(
+    tables: dict, name: str, flags: tuple[str, ...] = (), words: dict[str, tuple[str, ...]] | None = None
+) -> dict:
+    """Return the values of one table by name: numbers, flags, and the words that a name may have instead.
 
     Refuses unknown names, and values of another kind.
     """
@@ -368,18 +390,18 @@ def _values(tables: dict, name: str, flags: tuple[str, ...] = (), words: dict[st
     if (tables.get("system" if name == "excitation" else name) or {}).get(WALL) is True:
         known = [key for key in known if key not in (*NOT_AT_A_WALL, *BODY_2, *FORCES_ON_BODY_2, MASS_RATIO)]
     _refuse_unknown([key for key in table if key not in described_keys(name)], known, f"constant in [{name}]:")
-    return {key: _value(key, value, name, key in flags, (words or {}).get(key)) for key, value in table.items()}
+    return {key: _value(key, value, name, key in flags, (words or {}).get(key, ())) for key, value in table.items()}
 
 
-def _value(key: str, value: object, table: str, is_flag: bool, word: str | None) -> float | bool | str:
+def _value(key: str, value: object, table: str, is_flag: bool, words: tuple[str, ...]) -> float | bool | str:
     if is_flag:
         if not isinstance(value, bool):
             raise ValueError(f"{key} = {str(value)[:60]!r} in [{table}] is not true or false: give one without quotes")
         return value
-    if word is not None and value == word:
-        return word
+    if isinstance(value, str) and value in words:
+        return value
     if isinstance(value, bool) or not isinstance(value, int | float):
-        alternative = f", or {word!r}" if word else ""
+        alternative = "".join(f", or {word!r}" for word in words)
         raise ValueError(f"{key} = {str(value)[:60]!r} in [{table}] is no number: give it without quotes{alternative}")
     return _as_float(key, value)
 

@@ -12,6 +12,13 @@ Dampers need a factor of 2 besides. The model writes the damping forces as 2dᵢ
 λ = −K g − 2D g′ with the gap g = ξ₂ − ξ₁. The stiffness and the damper (force per speed) of an FE code are hence
 
     k = K m₁ω₁²,    c = 2D m₁ω₁.
+
+In a law whose spring has the force Kδⁿ and whose damper 2D δᵐ v, with the penetration δ and its rate v, they are a
+force per length to the power n and a force per speed and length to the power m:
+
+    k = K m₁ω₁² A_b^(1−n),    c = 2D m₁ω₁ A_b^(−m),
+
+m = n of Eq. (18), where 2D = hK; (n − 1)/2 of Eqs. (19) and (20); 0 of all others.
 """
 
 import math
@@ -22,6 +29,7 @@ from typing import NamedTuple, TypeVar
 import numpy as np
 
 from .checks import one_of, require
+from .law_table import CONTACT_LAWS, HERTZ, powers_of
 from .methods import STEPPING, Method, Reference
 from .model import System, check_eta
 from .result import Impacts, Trajectory
@@ -43,7 +51,7 @@ class Quantity(NamedTuple):
 
     units: tuple[str, str]
     mass: int
-    length: int
+    length: float
     time: int
     convention: float = 1.0  # factor by which the model's number differs, such as the 2 of 2D
 
@@ -53,11 +61,15 @@ QUANTITIES = {
     "angular_frequency": Quantity(("1/s", "1/s"), 0, 0, -1),
     "frequency": Quantity(("Hz", "Hz"), 0, 0, -1, 1 / (2 * math.pi)),  # belongs to η, an angular frequency
     "displacement": Quantity(("m", "mm"), 0, 1, 0),
+    "area": Quantity(("m²", "mm²"), 0, 2, 0),
     "velocity": Quantity(("m/s", "mm/s"), 0, 1, -1),
     "acceleration": Quantity(("m/s²", "mm/s²"), 0, 1, -2),
     "mass": Quantity(("kg", "t"), 1, 0, 0),
     "stiffness": Quantity(("N/m", "N/mm"), 1, 0, -2),
-    "damping": Quantity(("N·s/m", "N·s/mm"), 1, 0, -1, 2.0),  # of D and dᵢ: the force is 2D times the speed
+    "damping": Quantity(("N·s/m", "N·s/mm"), 1, 0, -1, 2.0),  # of d₁ and μκd₂: the force is 2d₁ times the speed
+    # of K and D; of a law that is not linear, `Units` has other ones
+    "contact_stiffness": Quantity(("N/m", "N/mm"), 1, 0, -2),
+    "contact_damping": Quantity(("N·s/m", "N·s/mm"), 1, 0, -1, 2.0),
     "force": Quantity(("N", "N"), 1, 1, -2),
     "impulse": Quantity(("N·s", "N·s"), 1, 1, -1),
     "energy": Quantity(("J", "mJ"), 1, 2, -2),
@@ -79,6 +91,10 @@ class Units:
         A_b in mm, amplitude of the base (paper, section 3: 1.07 mm).
     system : {"si", "mm-t-s"}
         Units of the results; the three numbers above are in 1/s, kg and mm in any case.
+    law : str
+        Contact law whose K and D are converted; :meth:`of_contact` takes that of a method.
+    exponent : float
+        n of its spring, where the law takes it.
 
     Raises
     ------
@@ -93,21 +109,47 @@ class Units:
     (584, 6280)
     >>> units.text("force", 1.0)
     '24.65 N'
+    >>> Units(law="hunt-crossley").unit("contact_stiffness"), Units(law="hunt-crossley").unit("contact_damping")
+    ('N/m^1.5', 'N·s/m^2.5')
     """
 
     omega1: float = 1.0
     m1: float = 1.0
     base_amplitude: float = 1.07
     system: str = "si"
+    law: str = CONTACT_LAWS[0]
+    exponent: float = HERTZ
 
     def __post_init__(self):
         one_of("system", self.system, tuple(UNIT_SYSTEMS))
+        one_of("law", self.law, CONTACT_LAWS)
         for name, allowed, advice in (
             ("omega1", OMEGA1_RANGE, "give the angular frequency ω₁ in 1/s"),
             ("m1", M1_RANGE, "give the mass m₁ in kg"),
             ("base_amplitude", BASE_AMPLITUDE_RANGE, "give the amplitude of the base in mm"),
         ):
             object.__setattr__(self, name, require(name, getattr(self, name), *allowed, advice))
+
+    def of_contact(self, method: Method) -> "Units":
+        """The same units, in which K and D are those of the contact law of a method."""
+        return replace(self, law=getattr(method, "law", CONTACT_LAWS[0]), exponent=getattr(method, "exponent", HERTZ))
+
+    def quantity(self, name: str) -> Quantity:
+        """The quantity of this name, K and D (``"contact_stiffness"``, ``"contact_damping"``) those of the law.
+
+        Raises
+        ------
+        ValueError
+            If the quantity is unknown.
+        """
+        kind = QUANTITIES[one_of("quantity", name, tuple(QUANTITIES))]
+        if not name.startswith("contact_"):
+            return kind
+        spring, damper = powers_of(self.law, self.exponent)
+        power = spring - 1.0 if name == "contact_stiffness" else damper  # of length, beyond that of a linear law
+        if not power:
+            return kind
+        return kind._replace(units=tuple(f"{unit}^{1.0 + power:.6g}" for unit in kind.units), length=-power)
 
     def factor(self, quantity: str) -> float:
         """Return the physical value of a non-dimensional 1 of this quantity, in the unit that :meth:`unit` names.
@@ -117,14 +159,14 @@ class Units:
         ValueError
             If the quantity is unknown.
         """
-        kind = _quantity(quantity)
+        kind = self.quantity(quantity)
         mass, length = _BASE[self.system]
         scale = (self.m1 / mass) ** kind.mass * (self.base_amplitude * 1e-3 / length) ** kind.length
         return kind.convention * scale / self.omega1**kind.time
 
     def unit(self, quantity: str) -> str:
         """Return the name of the physical unit, such as ``"N/m"``; raises as :meth:`factor`."""
-        return _quantity(quantity).units[list(UNIT_SYSTEMS).index(self.system)]
+        return self.quantity(quantity).units[list(UNIT_SYSTEMS).index(self.system)]
 
     def text(self, quantity: str, value: float, digits: int = 4) -> str:
         """Write a number of the model in physical units, with its unit; raises as :meth:`factor`."""
@@ -204,9 +246,10 @@ class Units:
         period = self.physical("time", 2 * math.pi / eta)
         numbers = {"excitation": self.physical("frequency", eta), "period": period}
         if not isinstance(method, Reference):
-            numbers["stiffness"] = self.physical("stiffness", method.stiffness)
+            contact = self.of_contact(method)
+            numbers["stiffness"] = contact.physical("contact_stiffness", method.stiffness)
             if method.damping is not None:
-                numbers["damping"] = self.physical("damping", method.damping)
+                numbers["damping"] = contact.physical("contact_damping", method.damping)
         if isinstance(method, STEPPING):
             numbers["time_step"] = period / method.steps
         return numbers
@@ -226,7 +269,3 @@ def written(value: float, digits: int = 4) -> str:
     if size == 0 or _PLAIN[0] <= size < _PLAIN[1]:
         return f"{float(text):.{digits + 4}f}".rstrip("0").rstrip(".")
     return re.sub(r"e\+?(-?)0*", r"e\1", text)
-
-
-def _quantity(name: str) -> Quantity:
-    return QUANTITIES[one_of("quantity", name, tuple(QUANTITIES))]

@@ -32,9 +32,12 @@ from vibroscope.engine import (
 from vibroscope.engine.checks import one_of
 from vibroscope.engine.divergence.contact import contact_frequency, damping_ratio
 from vibroscope.engine.law_table import numbers_of
+from vibroscope.engine.methods import spring_exponent
 from vibroscope.engine.model import System, check_eta
 
 _PENETRATION = 0.01  # of full damping where no source says one, in units of length
+_DIGITS = 6  # of a number in an input
+Stepping = Newmark | TimeStepping
 
 
 @dataclass(frozen=True)
@@ -135,22 +138,35 @@ class Code:
         """The choices of this code beside K, D and the step, as texts by the names of `engine.TimeStepping`."""
         return scheme_texts(self.method(1.0, 1.0, 4))
 
-    def words_for(self, system: System, eta: float, method: Newmark | TimeStepping, units: Units | None) -> tuple:
-        """The lines of its input for a method, in these units; without units, dimensionless."""
+    def words_for(
+        self,
+        system: System,
+        eta: float,
+        method: Newmark | TimeStepping,
+        units: Units | None,
+        contact_area: float | None = None,
+    ) -> tuple:
+        """The lines of its input for a method, in these units; without units, dimensionless.
+
+        ``contact_area``: in the model's unit of length squared, for a code with a pressure in place of the force; None
+        where it is not known: the lines then say what is to be divided by it.
+        """
         k, dt = method.stiffness, 2.0 * math.pi / (eta * method.steps)
         c = None if method.damping is None else 2.0 * method.damping
+        length = 1.0
         if units is not None:
             numbers = units.settings(eta, method)
             k, c, dt = numbers["stiffness"], numbers.get("damping"), numbers["time_step"]
-        return self.lines(input_numbers(system, eta, method, k, c, dt), integrator_name(method))
+            length = units.factor("displacement")
+        numbers = input_numbers(system, eta, method, k, c, dt, length)
+        area = None if contact_area is None else contact_area * length**2
+        return self.lines(numbers | _per_area(k, c, area), integrator_name(method))
 
     def lines(self, numbers: Mapping[str, str], integrator: str) -> tuple[str, ...]:
         """The input of the code for the numbers of `input_numbers`, with its words for the integrator that is set."""
-        known = {"exponent": self.exponent, "penetration": self.penetration}
-        texts = {name: written(value) for name, value in known.items() if value is not None}
         own = self.integrators.get(integrator)
         first = own if own is not None else (f"(its input for the integrator {integrator} is not known)",)
-        return tuple(line.format_map(_Blanks(texts | dict(numbers))) for line in (*first, *self.input))
+        return tuple(line.format_map(_Blanks(numbers)) for line in (*first, *self.input))
 
     def as_dict(self) -> dict[str, object]:
         """Plain values for JSON; None for what is not known."""
@@ -159,6 +175,14 @@ class Code:
         words = {name: list(lines) for name, lines in self.integrators.items()}
         sources = [vars(source) for source in self.sources]
         return values | lists | {"numbers": dict(self.numbers), "integrators": words, "sources": sources}
+
+
+def _per_area(k: float, c: float | None, area: float | None) -> dict[str, str]:
+    """K and c of the contact over its area, or what is to be divided by it where that is not known."""
+    known = {name: value for name, value in {"k/area": k, "c/area": c}.items() if value is not None}
+    if area is None:
+        return {name: f"<{written(value, _DIGITS)} divided by the contact area>" for name, value in known.items()}
+    return {name: written(value / area, _DIGITS) for name, value in known.items()}
 
 
 class _Blanks(dict):
@@ -193,7 +217,7 @@ def codes() -> Mapping[str, Code]:
 
 
 def input_numbers(
-    system: System, eta: float, method: TimeStepping, k: float, c: float | None, dt: float, digits: int = 6
+    system: System, eta: float, method: Stepping, k: float, c: float | None, dt: float, length: float = 1.0
 ) -> dict[str, str]:
     """The numbers that stand in the lines of an input, as texts.
 
@@ -202,11 +226,14 @@ def input_numbers(
     system, eta, method
         What is set; of a Newmark solution too.
     k, c, dt : float
-        Contact stiffness, damper (force per speed; None where it follows from the restitution) and time step in the
-        units of the input.
-    digits : int
+        K and c of the contact law (c None where it follows from the restitution) and time step in the units of the
+        input.
+    length : float
+        The unit of length in the units of the input, for the penetration of the law.
     """
-    numbers = {"k": k, "dt": dt}
+    numbers = {"k": k, "dt": dt, "exponent": spring_exponent(method)}
+    if getattr(method, "penetration", None) is not None:
+        numbers["penetration"] = method.penetration * length
     if method.law == "constant-restitution":  # at any closing speed
         numbers["restitution"] = effective_restitution(system, method, closing_speed=1.0)
     if method.damping is not None:
@@ -216,7 +243,7 @@ def input_numbers(
             unit_of_time = dt * check_eta(eta) * method.steps / (2.0 * math.pi)
             numbers["timeconst"] = unit_of_time / (zeta * contact_frequency(system, method.stiffness))
     numbers |= _integrator_numbers(getattr(method, "integrator", NewmarkBeta()), dt)
-    return {name: written(value, digits) for name, value in numbers.items()}
+    return {name: written(value, _DIGITS) for name, value in numbers.items()}
 
 
 def _integrator_numbers(integrator: Integrator, dt: float) -> dict[str, float]:

@@ -1,13 +1,14 @@
 """Rules of thumb for K, D and the time step: what each gives for a system, what motion follows, and whether it holds.
 
 The rules are rows of ``assets/codes.toml``; their `kind` names one of the functions here. With the reduced mass
-μ̂ = μ/(1 + μ), the contact frequency ω_c = √(K/μ̂), the damping ratio ζ = D/√(Kμ̂) and the stiffer spring k:
+μ̂ = μ/(1 + μ), the contact frequency ω_c = √(K/μ̂), the damping ratio ζ = D/√(Kμ̂) and the stiffness k = EA/h of the
+elements in contact, which is no number of the system and must be given:
 
 ====================  ===========================================================================
 ``steps_per_mode``    n of so many steps per cycle of the highest of 1, κ, κ₃ and η
 ``steps_per_contact`` n of so many steps per cycle of ω_c
 ``nodal_step``        n of Δτ = √(2/(K + 1)) for the lighter body: m = 1 or μ, and its own spring
-``times_spring``      K, so many times k
+``times_elements``    K, so many times k
 ``penetration``       K that the largest driving force presses in by this part of the unit of length
 ``damping_ratio``     D of this ζ
 ``restitution``       D with which an impact keeps e of its speed
@@ -18,7 +19,8 @@ The rules are rows of ``assets/codes.toml``; their `kind` names one of the funct
 What a rule does not give stays as it is set. Whether it holds is measured: by the part of the difference from the
 reference that its numbers cause, which must not exceed what `engine.verdict` calls close. Where the difference has no
 parts, as that of a motion which its step blurs, K and D are judged by what is left without a time step, and the step by
-what it adds to that.
+what it adds to that. ``nodal_step`` claims no more than a stable step of an explicit code: it holds where a run with
+central differences stays bounded.
 """
 
 from __future__ import annotations
@@ -33,6 +35,7 @@ from vibroscope.app.codes.catalogue import table
 from vibroscope.engine import (
     FREE_PERIODS,
     METHOD_NUMBERS,
+    CentralDifference,
     Comparison,
     Motion,
     Newmark,
@@ -50,9 +53,11 @@ from vibroscope.engine import (
     simulate,
     touching,
 )
+from vibroscope.engine.checks import require
 from vibroscope.engine.divergence.agreement import CLOSE
 from vibroscope.engine.divergence.contact import contact_frequency, damping_for, equal_restitution_damping
 from vibroscope.engine.divergence.remaining import Remaining
+from vibroscope.engine.methods import spring_exponent
 from vibroscope.engine.model import check_eta
 
 Stepping = Newmark | TimeStepping
@@ -64,6 +69,8 @@ ENDED = "ended early"  # what stands for the motion of a run without a result
 class RuleQuestion:
     """The input of a rule: a system, its excitation frequency η, and the method that is set.
 
+    ``element_stiffness``: EA/h of the elements in contact, in units of k₁; None where it is not known.
+
     Raises
     ------
     ValueError
@@ -73,9 +80,12 @@ class RuleQuestion:
     system: System
     eta: float
     method: Stepping
+    element_stiffness: float | None = None
 
     def __post_init__(self) -> None:
         check_eta(self.eta)
+        if self.element_stiffness is not None:
+            require("element_stiffness", self.element_stiffness, 0, math.inf, "give EA/h", open_low=True)
 
     @property
     def step(self) -> float:
@@ -105,13 +115,18 @@ def _nodal_step(asked: RuleQuestion, number: float) -> Numbers:
     return {"steps": asked.steps_of(number * shortest)}
 
 
-def _times_spring(asked: RuleQuestion, number: float) -> Numbers:
-    return {"stiffness": number * asked.system.stiffer_spring}
+def _times_elements(asked: RuleQuestion, number: float) -> Numbers:
+    if asked.element_stiffness is None:
+        raise ValueError(
+            "the rule is about the stiffness EA/h of the elements in contact, with their modulus E, area A and height "
+            "h: give it to have the rule judged"
+        )
+    return {"stiffness": number * asked.element_stiffness}
 
 
 def _penetration(asked: RuleQuestion, number: float) -> Numbers:
     e, mu = asked.system.excitation, 0.0 if asked.system.wall else asked.system.mass_ratio
-    inertia = abs(e.base) * asked.eta**2
+    inertia = abs(e.base_amplitude(asked.eta)) * asked.eta**2
     force = max(inertia + abs(e.force1) + abs(e.constant1), mu * inertia + abs(e.force2) + abs(e.constant2))
     if not force:
         raise ValueError("nothing drives the bodies, so that no force presses them together")
@@ -144,7 +159,7 @@ _KINDS: Mapping[str, tuple[tuple[str, ...], Callable[[RuleQuestion, float], Numb
     "steps_per_mode": (("steps",), _steps_per_mode),
     "steps_per_contact": (("steps",), _steps_per_contact),
     "nodal_step": (("steps",), _nodal_step),
-    "times_spring": (("K",), _times_spring),
+    "times_elements": (("K",), _times_elements),
     "penetration": (("K",), _penetration),
     "damping_ratio": (("D",), _damping_ratio),
     "restitution": (("D",), _restitution),
@@ -152,6 +167,12 @@ _KINDS: Mapping[str, tuple[tuple[str, ...], Callable[[RuleQuestion, float], Numb
     "time_constant": (("K", "D"), _time_constant),
     "as_set": ((), _as_set),
 }
+
+
+def _explicit(method: Stepping) -> TimeStepping:
+    """The same contact, stepped by central differences."""
+    more = {name: getattr(method, name) for name in ("exponent", "penetration") if hasattr(method, name)}
+    return TimeStepping(method.stiffness, method.damping, method.steps, CentralDifference(), law=method.law, **more)
 
 
 @dataclass(frozen=True)
@@ -190,12 +211,17 @@ class Rule:
 
         The steps are at least 4, the fewest that there are.
         """
+        law = asked.method.law
+        if spring_exponent(asked.method) != 1.0 and self.kind not in ANY_LAW:
+            raise ValueError(f"the rule is about a linear contact spring, which the law {law} does not have")
         numbers = _KINDS[self.kind][1](asked, self.number)
         if "steps" in numbers:
             numbers["steps"] = max(4, numbers["steps"])
-        return replace(asked.method, **numbers)
+        return replace(_explicit(asked.method) if self.kind == EXPLICIT else asked.method, **numbers)
 
 
+ANY_LAW = ("steps_per_mode", "as_set")  # kinds of rules that do not take the contact for a linear spring
+EXPLICIT = "nodal_step"  # kind of the rules whose claim is a stable step of an explicit code
 AS_SET = Rule("as-set", "As it is set", "as_set", 1.0, "", "")  # to judge what is set beside what rules give
 
 
@@ -291,6 +317,8 @@ def judge(
         return RuleOutcome(rule, None, "", math.nan, math.nan, None, f"{error}.")
     if not asked.system.excitation.drives:
         options = {"periods": FREE_PERIODS, "keep": FREE_PERIODS} | options
+    if rule.kind == EXPLICIT:
+        return _judge_stability(rule, asked, method, options | {"cancelled": cancelled})
     reference = reference or Reference()
     options |= {"cancelled": cancelled}
     wanted = (method, reference)
@@ -304,6 +332,14 @@ def judge(
         count = getattr(run, "steps_without_solution", 0)
         return RuleOutcome(rule, method, words, math.nan, math.nan, None if run.ok else False, f"{error}.", count)
     return _of_comparison(rule, method, found, cancelled)
+
+
+def _judge_stability(rule: Rule, asked: RuleQuestion, method: TimeStepping, options: dict) -> RuleOutcome:
+    """Whether a run with central differences stays bounded; nothing is said of how exact it is."""
+    run = simulate(asked.system, asked.eta, method, **options)
+    why = f"With central differences the run stays bounded over {run.periods:,} periods." if run.ok else run.message
+    words = "stays bounded" if run.ok else ENDED
+    return RuleOutcome(rule, method, words, math.nan, math.nan, run.ok, _sentence(why))
 
 
 def _of_comparison(

@@ -8,7 +8,7 @@ from vibroscope.app.commands.basin_seeds import read_basin
 from vibroscope.app.commands.interrupt import watch_interrupt
 from vibroscope.app.commands.kept_branches import KeptBranches
 from vibroscope.app.commands.numbers import count, measured
-from vibroscope.app.commands.options import NEEDED, add_branch_options, default_of, problem_of
+from vibroscope.app.commands.options import NEEDED, add_branch_options, default_of, note_held, problem_of
 from vibroscope.app.commands.output import note, progress_line
 from vibroscope.engine import (
     PARAMETERS,
@@ -97,6 +97,8 @@ def run(options: argparse.Namespace) -> int:
 def _run(options: argparse.Namespace, kept: KeptBranches | None) -> int:
     if options.over == "eta" and options.eta is not None and options.initial is None and options.from_basin is None:
         note("--eta has no effect where eta varies, unless --initial or --from-basin begins there")
+    if options.over == "eta":
+        note_held(options)
     seeds = read_basin(options.from_basin) if options.from_basin is not None else None
     if seeds is not None and options.eta is None:
         options.eta = seeds.eta

@@ -251,7 +251,7 @@ def _physical_json(comparison: Comparison, units: Units) -> dict:
     """Settings and both motions in the units of an FE input file."""
     penalty = comparison.runs.penalty
     return {
-        "units": unit_names(units),
+        "units": unit_names(units, penalty.method),
         "settings": units.settings(penalty.eta, penalty.method),
         "reference": physical_motion(units, comparison.reference),
         "penalty": physical_motion(units, comparison.penalty),

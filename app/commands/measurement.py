@@ -2,9 +2,10 @@
 
 import argparse
 
-from vibroscope.app.commands.numbers import measured, number
+from vibroscope.app.commands.numbers import count, measured, number
 from vibroscope.app.commands.options import add_system_option, system_of, units_of
 from vibroscope.engine import measurement_text, synthetic_measurement
+from vibroscope.engine.checks import whole
 
 _ETA = 2.76  # of the paper's figures
 
@@ -20,19 +21,18 @@ def add(commands) -> None:
     add = command.add_argument
     usual = "(default %(default)s)"
     add("--eta", type=measured, metavar="F", help=f"excitation frequency (default: that of --system, or else {_ETA:g})")
-    add("--periods", type=int, default=4, metavar="N", help=f"excitation periods {usual}")
-    add("--per-period", type=int, default=120, metavar="N", help=f"samples per period {usual}")
+    add("--periods", type=count, default=4, metavar="N", help=f"excitation periods {usual}")
+    add("--per-period", type=count, default=120, metavar="N", help=f"samples per period {usual}")
     add("--noise", type=number, default=0.02, metavar="F", help=f"standard deviation in units of length {usual}")
     add("--phase", type=number, default=0.7, metavar="F", help=f"tau of the first sample {usual}")
-    add("--seed", type=int, default=1, metavar="N", help=f"the same seed gives the same noise {usual}")
+    add("--seed", type=count, default=1, metavar="N", help=f"the same seed gives the same noise {usual}")
     add_system_option(command)
     command.set_defaults(run=run)
 
 
 def run(options: argparse.Namespace) -> None:
     """Make the example and print it."""
-    if options.seed < 0:
-        raise ValueError(f"seed = {options.seed} is outside [0, inf): give a whole number")
+    options.seed = whole("seed", options.seed, 0, 2**63, "give a whole number")
     system, units = system_of(options), units_of(options)
     if options.eta is None:
         options.eta = options.system.eta or _ETA

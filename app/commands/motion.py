@@ -65,7 +65,7 @@ def run(options: argparse.Namespace) -> None:
             ]
         if units:
             report["physical"] = {
-                "units": unit_names(units),
+                "units": unit_names(units, problem[2]),
                 "settings": units.settings(*problem[1:]),
                 **physical_motion(units, found),
             }

@@ -14,8 +14,9 @@ from vibroscope.app.runtime.number_text import parse_typed, quote, two_meanings
 from vibroscope.app.runtime.typed_units import list_units, scaled, seconds_of, sizes, steps_of_time
 
 # Quantities of the options that may have a unit, by their names; the time step is given as a time.
-QUANTITIES = {"eta": "frequency", "K": "stiffness", "K_max": "stiffness", "D": "damping", "threshold": "velocity"}
-QUANTITIES |= {"penetration": "displacement", "steps": "time", "eta_range": "frequency"}
+QUANTITIES = {"eta": "frequency", "K": "contact_stiffness", "K_max": "contact_stiffness", "D": "contact_damping"}
+QUANTITIES |= {"contact_area": "area", "element_stiffness": "stiffness"}
+QUANTITIES |= {"threshold": "velocity", "penetration": "displacement", "steps": "time", "eta_range": "frequency"}
 # Those of the numbers of a state, and of the options that are one.
 STATE = {"xi1": "displacement", "v1": "velocity", "xi2": "displacement", "v2": "velocity"}
 STATES = "initial", "start"
@@ -138,13 +139,31 @@ def _resolved(value: object, name: str, quantity: str | tuple | None, options: a
 
 
 def _of_model(option: str, value: Measured, quantity: str, file, options: argparse.Namespace) -> float:
-    one = replace(file.units, system="si").factor(quantity)
-    units = sizes(quantity, one)
+    scale, power = replace(file.units, system="si"), 0.0
+    if quantity.startswith("contact_"):
+        scale = replace(scale, **_contact_law(option, value, options))
+        power = -scale.quantity(quantity).length
+    one = scale.factor(quantity)
+    units = sizes(quantity, one, power)
     if value.unit not in units:
-        raise ValueError(f"{option} {value.text!r}: give it in {list_units(units)}, or without a unit")
+        of_law = f" of the contact law {scale.law} has no physical unit {value.unit}" if power else ""
+        raise ValueError(f"{option} {value.text!r}{of_law}: give it in {list_units(units)}, or without a unit")
     if quantity != "time":
         return scaled(value.number, units[value.unit])
     eta = file.eta if options.eta is None else options.eta
     if eta is None or not eta > 0 or not value.number > 0:
         raise ValueError(f"{option} {value.text!r}: a time step is above 0 and needs --eta or frequency_Hz: give both")
     return steps_of_time(2 * math.pi / eta * one, value.number * seconds_of(value.unit))
+
+
+def _contact_law(option: str, value: Measured, options: argparse.Namespace) -> dict[str, object]:
+    """The law, and its exponent, that says what units K and D have; raises ValueError where that is every law."""
+    given = options
+    if getattr(options, "code", None) is not None:
+        from vibroscope.app.codes.catalogue import codes  # with the engine, which numbers do without
+
+        given = codes().get(options.code)  # an unknown one is refused where it is used
+    own = {name: getattr(given, name, None) for name in ("law", "exponent")}
+    if own["law"] == "all":
+        raise ValueError(f"{option} {value.text!r}: K and D have other units in each law: give it without a unit")
+    return {name: number for name, number in own.items() if number}

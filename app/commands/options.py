@@ -28,6 +28,7 @@ from vibroscope.engine import (
     stiffness_of_step,
 )
 from vibroscope.engine.law_table import HERTZ, PIECEWISE_LINEAR, laws_with, numbers_of
+from vibroscope.engine.physical import held_text
 
 # What can be asked of a method with a time step, beside its numbers
 INTEGRATOR_NUMBERS = "beta", "gamma", "alpha", "rho"
@@ -98,11 +99,20 @@ def system_of(options: argparse.Namespace) -> System:
 
 def eta_of(options: argparse.Namespace) -> float:
     """η that the options give, or else the system file, which the options then hold as if it were given."""
-    if options.eta is None:
-        options.eta = options.system.eta
+    given, options.eta = options.eta, options.system.eta if options.eta is None else options.eta
     if options.eta is None:
         raise ValueError("--eta is missing: give it, or a system file with a table [physical] and frequency_Hz")
+    if given not in (None, options.system.eta):
+        note_held(options)
     return options.eta
+
+
+def note_held(options: argparse.Namespace) -> None:
+    """Note on stderr what of the base keeps its amplitude at other frequencies than that of the system file."""
+    file = options.system
+    held = held_text(file.system.excitation, file.units if file.has_units else None, file.forms)
+    if held and file.eta is not None:
+        note(f"{held} is held over the frequency".replace("²", "2"))
 
 
 def units_of(options: argparse.Namespace) -> Units:

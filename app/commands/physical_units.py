@@ -34,7 +34,7 @@ def physical_run(units: Units, response: Response) -> dict:
     """A run as JSON: settings, and the section, impacts and contacts of the kept periods in those units."""
     impacts = units.impacts(response.impacts)
     return {
-        "units": unit_names(units),
+        "units": unit_names(units, response.method),
         "settings": units.settings(response.eta, response.method),
         "section": _section(units, response.section),
         "impacts": [list(row) for row in zip(impacts.time.tolist(), impacts.closing_speed.tolist(), strict=True)],
@@ -67,12 +67,12 @@ def physical_motion(units: Units, motion: Motion) -> dict:
 def settings_text(units: Units, eta: float, method: Method) -> str:
     """The settings for an FE input file in one line."""
     names = {
-        "stiffness": ("stiffness", "stiffness"),
-        "damping": ("damper", "damping"),
+        "stiffness": ("stiffness", "contact_stiffness"),
+        "damping": ("damper", "contact_damping"),
         "time_step": ("time step", "time"),
         "period": ("period", "time"),
     }
-    return _line(units, names, units.settings(eta, method))
+    return _line(units.of_contact(method), names, units.settings(eta, method))
 
 
 def motion_text(units: Units, eta: float, motion: Motion, method: Method) -> str:
@@ -90,9 +90,10 @@ def motion_text(units: Units, eta: float, motion: Motion, method: Method) -> str
     return ", ".join(text for text in (force, _line(units, names, physical_motion(units, motion))) if text)
 
 
-def unit_names(units: Units) -> dict[str, str]:
-    """The unit of each quantity, for JSON."""
-    return {quantity: units.unit(quantity) for quantity in QUANTITIES}
+def unit_names(units: Units, method: Method) -> dict[str, str]:
+    """The unit of each quantity, for JSON; stiffness and damping are those of the contact of a method."""
+    names = {quantity: units.of_contact(method).unit(quantity) for quantity in QUANTITIES}
+    return names | {name: names.pop(f"contact_{name}") for name in ("stiffness", "damping")}
 
 
 def _line(units: Units, names: dict[str, tuple[str, str]], values: dict) -> str:

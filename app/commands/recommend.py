@@ -12,6 +12,7 @@ from vibroscope.app.commands.options import (
     add_system_option,
     default_of,
     eta_of,
+    note_held,
     reference_of,
     stepping_of,
     system_of,
@@ -85,6 +86,12 @@ def add(commands) -> None:
         help="search with the integrators, the contact status and the law of this code of `vibroscope codes`; the "
         "answer has the keywords of its input",
     )
+    add(
+        "--contact-area",
+        type=measured,
+        metavar="F",
+        help="with --code: the contact area, by which K and D are divided for keywords of a pressure, as '120 mm2'",
+    )
     add_joint_damping_option(command)
     add("--K", type=measured, metavar="F", help="hold K and look for the rest")
     add("--D", type=measured, metavar="F", help="hold D and look for the rest")
@@ -150,9 +157,11 @@ def run(options: argparse.Namespace) -> None:
     if options.one_setting:
         if not options.eta_range:
             raise ValueError("--one-setting needs a range: give --eta-range 2.6:2.8:5")
+        note_held(options)
         found = recommend_range(system, etas_of(*options.eta_range), scheme=scheme, **search)
         print(json.dumps(range_json(found, units), allow_nan=False) if options.json else range_text(found, units))
     elif options.eta_range:
+        note_held(options)
         curve = design_curve(system, etas_of(*options.eta_range), scheme=scheme, **search)
         rows = [as_json(found, units) for found in curve]
         print(json.dumps(rows, allow_nan=False) if options.json else _curve_text(curve))
@@ -241,11 +250,12 @@ def _served_json(served: Served) -> dict:
 
 def _physical(units: Units, found: Recommendation | RangeRecommendation, method: Newmark | TimeStepping) -> dict:
     """Setting and front in the units of an FE input file."""
+    contact = units.of_contact(method)
     front = [
-        [n, error, units.physical("stiffness", k), units.physical("damping", d)]
+        [n, error, contact.physical("contact_stiffness", k), contact.physical("contact_damping", d)]
         for n, error, k, d in map(_front_row, found.front)
     ]
-    return {"units": unit_names(units), **units.settings(found.eta, method), "front": front}
+    return {"units": unit_names(units, method), **units.settings(found.eta, method), "front": front}
 
 
 def _front_row(trial) -> list[float]:
@@ -345,15 +355,16 @@ def _beside(found: Recommendation | RangeRecommendation, error: float) -> str:
 def _front_lines(found: Recommendation | RangeRecommendation, units: Units | None) -> list[str]:
     """The front as a table, with spring and damper in units where they are asked for."""
     heads = ["K", "D"]
+    units = units and units.of_contact(found.scheme)
     if units is not None:
-        names = (units.unit(quantity).replace("·", ".") for quantity in ("stiffness", "damping"))
+        names = (units.unit(quantity).replace("·", ".") for quantity in ("contact_stiffness", "contact_damping"))
         heads = [f"{head} / {name}" for head, name in zip(("K", "2D"), names, strict=True)]
     wide = max(9, *map(len, heads))
     lines = ["front             steps  solves     error    robust " + " ".join(f"{head:>{wide}s}" for head in heads)]
     for trial in found.front:
         k, d, n = trial.setting
         if units is not None:
-            k, d = units.physical("stiffness", k), units.physical("damping", d)
+            k, d = units.physical("contact_stiffness", k), units.physical("contact_damping", d)
         error, robust = _beside(found, trial.error), _beside(found, trial.robust)
         lines.append(f"{n:23d} {trial.cost:7.0f} {error:>9s} {robust:>9s} {written(k):>{wide}} {written(d):>{wide}}")
     return lines

@@ -57,7 +57,7 @@ def find_and_print(options: argparse.Namespace, search: dict, units: Units | Non
     system, eta = system_of(options), eta_of(options)
     found = recommend_schemes(system, eta, schemes, **search)
     best = found[0]
-    words = code.words_for(system, eta, best.method, units) if code and best.best else ()
+    words = code.words_for(system, eta, best.method, units, options.contact_area) if code and best.best else ()
     if options.json:
         report = {
             "eta": best.eta,

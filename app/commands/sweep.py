@@ -21,6 +21,7 @@ from vibroscope.app.commands.options import (
     default_of,
     eta_of,
     law_of,
+    note_held,
     note_unused,
     reference_of,
     refuse_missing,
@@ -235,6 +236,8 @@ def _eta(options: argparse.Namespace, **how):
     system = _system(options)
     if options.over == "eta" and options.eta is not None:
         note("--eta has no effect where eta is swept")
+    if options.over == "eta":
+        note_held(options)
     values = spaced(options.over, options.low, options.high, options.count, logarithmic=options.logarithmic)
     return sweep_eta(
         system,

@@ -47,7 +47,7 @@ def run(options: argparse.Namespace) -> None:
     for text in options.system.assumed:  # stays with the numbers where they are written into a file
         print("\n".join(wrap(text, 110, initial_indent="# Assumed: ", subsequent_indent="# ")))
     if options.to == "physical":
-        print(physical_text(system, units, eta), end="")
+        print(physical_text(system, units, eta, options.system.forms), end="")
         return
     print(system_text(system, units), end="")
     if eta is not None:

@@ -26,7 +26,7 @@ def drawing(setting: Setting) -> dict:
         "separate": list(system.separate_rest),
         "share": system.stiffness_share,
         "mass": 1.0 if system.wall else system.mass_ratio,
-        "base": system.excitation.base,
+        "base": system.excitation.base_amplitude(setting.eta),
         "phase": system.excitation.base_phase,
     }
 
@@ -44,5 +44,7 @@ def drawing_in_words(setting: Setting) -> str:
 
 def _length(value: float, setting: Setting) -> str:
     if setting.scale is None:
-        return f"{written(value)} {'base amplitudes' if setting.base else 'lengths A'}"
+        return (
+            f"{written(value)} {'base amplitudes' if setting.base and setting.held == 'displacement' else 'lengths A'}"
+        )
     return setting.scale.text("displacement", value)

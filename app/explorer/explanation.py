@@ -224,9 +224,14 @@ def _without_verdict(comparison: Comparison, error: ValueError) -> Verdict:
 
 def paragraphs(description: Description, explanation: Explanation | None) -> dict[str, str]:
     """The whole text by headings; without an explanation, what is known so far."""
-    first = {"Do they agree?": " ".join((explanation.headline, *explanation.details))} if explanation else {}
+    first = {}
+    if explanation:
+        first = {"Do they agree?": explanation.headline, "Numbers": " ".join(explanation.details)}
     lines = description.lines(explanation)
-    return first | {"Reference": lines["reference"], "Penalty": lines["penalty"]}
+    return {head: text for head, text in first.items() if text} | {
+        "Reference": lines["reference"],
+        "Penalty": lines["penalty"],
+    }
 
 
 def _parts_note(difference: Difference | None) -> str:
@@ -259,15 +264,15 @@ def _last_periods(comparison: Comparison, rows: np.ndarray) -> np.ndarray:
 def _change_texts(change: dict[str, float | bool | str], setting: Setting) -> dict[str, str]:
     """The proposed change as texts for the controls, which have a switch of their own for located steps.
 
-    It was tried with the present K, which therefore no longer follows the step where another step is proposed.
+    It was tried with the present K and D, which therefore no longer follow where another number is proposed.
     """
-    texts = {"K": print_value(setting.K)} if setting.follows_step and "steps" in change else {}
+    texts = {}
     for name, value in change.items():
         if "located" in (name, value):
             texts["located"] = "yes"
         else:
             texts[name] = print_value(value)
-    return texts
+    return setting.with_contact(texts)
 
 
 def _takeable(change: dict[str, str], setting: Setting) -> tuple[dict[str, str], str]:

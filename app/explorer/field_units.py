@@ -15,11 +15,18 @@ from vibroscope.app.explorer.state import Setting
 from vibroscope.app.runtime.number_text import plain_unit, print_number
 from vibroscope.app.runtime.typed_units import TYPED_UNITS, sizes
 from vibroscope.engine import Units, written
+from vibroscope.engine.physical import held_text
 
 _STARTS = {"start_xi1": "displacement", "start_v1": "velocity", "start_xi2": "displacement", "start_v2": "velocity"}
 # Quantity of each field of the setting that has one.
-FIELD_QUANTITIES = {"eta": "frequency", "K": "stiffness", "D": "damping", "threshold": "velocity", **_STARTS}
-FIELD_QUANTITIES |= dict.fromkeys(("clearance", "base", "penetration"), "displacement")
+FIELD_QUANTITIES = {
+    "eta": "frequency",
+    "K": "contact_stiffness",
+    "D": "contact_damping",
+    "threshold": "velocity",
+    **_STARTS,
+}
+FIELD_QUANTITIES |= dict.fromkeys(("clearance", "base", "penetration"), "displacement")  # of the base: what is held
 FIELD_QUANTITIES |= dict.fromkeys(("force1", "force2", "constant1", "constant2"), "force")
 FREQUENCY_RATIOS = ("kappa", "kappa3")  # which can be typed as the frequency that they give
 # In units: other quantities than η and D, and other symbols than those without dimension.
@@ -32,8 +39,9 @@ _LABELS |= {
 _NATURAL = {
     "displacement": "base amplitude",
     "velocity": "Aω₁",
-    "stiffness": "k₁",
-    "damping": "2m₁ω₁",
+    "acceleration": "Aω₁²",
+    "contact_stiffness": "k₁",
+    "contact_damping": "2m₁ω₁",
     "force": "k₁A",
     "impulse": "m₁Aω₁",
 }
@@ -97,7 +105,7 @@ def shown_field(name: str, setting: Setting) -> ShownField:
         return _defining_field(name, rule, setting)
     share = {"%": 0.01} if name in SHARES else {}
     if setting.scale is None:
-        natural = _NATURAL.get(FIELD_QUANTITIES.get(name, ""), "")
+        natural = unit_of(quantity_of_field(name, setting), setting) if name in FIELD_QUANTITIES else ""
         if natural == "base amplitude" and not setting.base:
             natural = "A"  # of another length
         hint = rule.doc if name != "eta" or setting.is_driven else _NOT_DRIVEN
@@ -105,12 +113,24 @@ def shown_field(name: str, setting: Setting) -> ShownField:
     if name not in FIELD_QUANTITIES:
         ratio = {"Hz": 2 * math.pi / setting.omega1} if name in FREQUENCY_RATIOS else {}
         return ShownField(rule.label, rule.doc, "", 1.0, {"": 1.0, **share, **ratio})
-    quantity = FIELD_QUANTITIES[name]
+    quantity = quantity_of_field(name, setting)
     label, hint = _LABELS.get(name, (rule.label, rule.doc))
     hint = hint if name != "eta" or setting.is_driven else _NOT_DRIVEN
     factor = setting.scale.factor(quantity)
     one = replace(setting.scale, system="si").factor(quantity)
-    return ShownField(label, hint, setting.scale.unit(quantity), factor, {"": 1 / factor, **sizes(quantity, one)})
+    typed = {"": 1 / factor, **sizes(quantity, one, length_power(setting.scale, quantity))}
+    return ShownField(label, hint, setting.scale.unit(quantity), factor, typed)
+
+
+def quantity_of_field(name: str, setting: Setting) -> str:
+    """The physical quantity of a number of the setting that has one; of the base that which is held."""
+    return setting.held if name == "base" else FIELD_QUANTITIES[name]
+
+
+def held_in_words(setting: Setting) -> str:
+    """What of the base keeps its amplitude over the frequency, as "base acceleration 4 m/s²"; empty if it rests."""
+    forms = ("base_acceleration_g",) if setting.acceleration_form == "g" else ()
+    return held_text(setting.system.excitation, setting.scale, forms)
 
 
 def _defining_field(name: str, rule, setting: Setting) -> ShownField:
@@ -135,7 +155,18 @@ def typed_units(quantity: str, unit: str) -> dict[str, float]:
 
 def unit_of(quantity: str, setting: Setting) -> str:
     """The unit in which numbers of a quantity are shown: what they are multiples of where they have no dimension."""
-    return _NATURAL[quantity] if setting.scale is None else setting.scale.unit(quantity)
+    if setting.scale is not None:
+        return setting.scale.unit(quantity)
+    natural = _NATURAL.get(quantity, "")
+    if natural == "base amplitude" and setting.held != "displacement":
+        natural = "A"
+    power = length_power(setting.own_units, quantity)
+    return f"{natural}/A^{power:.6g}" if power else natural
+
+
+def length_power(units: Units, quantity: str) -> float:
+    """The power of length that K or D of the contact law of these units is divided by; 0 of a linear law."""
+    return -units.quantity(quantity).length if quantity.startswith("contact_") else 0.0
 
 
 def time_text(seconds: float) -> str:

@@ -212,7 +212,7 @@ def place(comparison: MeasuredComparison, setting: Setting, drawn: Columns) -> P
     turns, values, velocity = _folded(shown, eta, solved.alignment.phase, solved.period, own.period)
     drive = setting.system.excitation
     turned = 2 * math.pi * turns + drive.base_phase
-    base = drive.base * np.array([np.cos(turned), -eta * np.sin(turned)])
+    base = drive.base_amplitude(eta) * np.array([np.cos(turned), -eta * np.sin(turned)])
     if comparison.measurement.frame == "absolute":
         values, velocity = values - base[0], velocity - base[1]
     phase = dict(zip(_PHASE, (values[0], velocity[0], values[1], velocity[1]), strict=True))

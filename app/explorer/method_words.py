@@ -17,7 +17,7 @@ from vibroscope.engine import (
 
 INTEGRATOR_NAMES = {name: kind.title for name, kind in INTEGRATORS.items()}
 STATUS_NAMES = {"start": "start of the step", "end": "end, iterated"}
-STIFFNESS_NAMES = {"typed": "K as typed", "step": "follows the step"}
+STIFFNESS_NAMES = {"typed": "K as typed", "system": "from the natural period", "step": "follows the step"}
 DAMPER_NAMES = {"typed": "D as typed", "restitution": "from the restitution"}
 WITHOUT_SOLUTION_NAMES = {"stop": "stop", "keep": "keep status", "halve": "halve step"}
 LAW_NAMES = {

@@ -17,7 +17,7 @@ from vibroscope.engine import (
     Units,
     end_text,
 )
-from vibroscope.engine.excitation import AMPLITUDE_RANGE, PHASE_RANGE
+from vibroscope.engine.excitation import AMPLITUDE_RANGE, HELD, PHASE_RANGE
 from vibroscope.engine.integrators import ALPHA_RANGE, BETA_RANGE, GAMMA_RANGE, RHO_RANGE
 from vibroscope.engine.law_table import HERTZ
 from vibroscope.engine.laws import STEP_SCALE_RANGE
@@ -42,6 +42,11 @@ def _choice(names: Iterable[str], label: str, doc: str, default: str | None = No
     """One of these names; by default the first."""
     objects = list(names)
     return param.Selector(default=default or objects[0], objects=objects, label=label, doc=doc)
+
+
+def _form(label: str, names: Iterable[str]) -> param.Selector:
+    """The form in which a number of the system is typed and shown in units."""
+    return _choice(names, label, "Form in which it is typed, shown and kept in units")
 
 
 class Explorer(param.Parameterized):
@@ -90,10 +95,10 @@ class Explorer(param.Parameterized):
         doc="penetration from which on the damper of IMPACT acts in full",
     )
     stiffness = _choice(
-        ("typed", "step"),
+        ("typed", "system", "step"),
         label="Stiffness",
-        doc="K as typed, or K = s m/Δτ² from the time step and the reduced mass m, as the soft constraint contact of "
-        "explicit codes has it (LS-DYNA: SOFT = 1)",
+        doc="K as typed; K with which a contact lasts 1 % of the shorter natural period; or K = s m/Δτ² from the time "
+        "step and the reduced mass m, as the soft constraint contact of explicit codes has it (LS-DYNA: SOFT = 1)",
     )
     step_scale = param.Number(
         0.1,
@@ -105,8 +110,8 @@ class Explorer(param.Parameterized):
     damper = _choice(
         ("typed", "restitution"),
         label="Damper",
-        doc="Damper of a law that has a formula for it: D as typed, or from the restitution e by the formula of its "
-        "authors",
+        doc="D as typed, or not known: then it follows from the restitution e, by the formula of the law's authors "
+        "where it has one",
     )
     initial_acceleration = _choice(
         INITIAL_ACCELERATIONS,
@@ -139,7 +144,12 @@ class Explorer(param.Parameterized):
     clearance = param.Number(
         _PAPER.clearance, bounds=CLEARANCE_RANGE, label="g₀", doc="clearance with relaxed springs; below 0: preload"
     )
-    base = param.Number(_DRIVE.base, bounds=AMPLITUDE_RANGE, label="a", doc="amplitude of the base motion a·cos ητ")
+    base = param.Number(_DRIVE.base, bounds=AMPLITUDE_RANGE, label="a", doc="amplitude of the base motion")
+    held = _choice(
+        HELD,
+        label="Held of the base",
+        doc="What of the base keeps its amplitude when the frequency changes: displacement, velocity or acceleration",
+    )
     base_phase = param.Number(_DRIVE.base_phase, bounds=PHASE_RANGE, label="φ", doc="phase of the base motion, rad")
     force1 = param.Number(_DRIVE.force1, bounds=AMPLITUDE_RANGE, label="F₁", doc="harmonic force on body 1")
     force1_phase = param.Number(_DRIVE.force1_phase, bounds=PHASE_RANGE, label="φ₁", doc="phase of F₁, rad")
@@ -177,6 +187,9 @@ class Explorer(param.Parameterized):
         doc="Without dimension as in the paper, or in a consistent system of units, as an FE input file has them; "
         "the system is then given by masses in kg, springs in N/m and so on",
     )
+    spring1_form, spring2_form = (_form(f"Spring {body}", ("stiffness", "frequency")) for body in (1, 2))
+    damper1_form, damper2_form = (_form(f"Damper {body}", ("ratio", "damper")) for body in (1, 2))
+    acceleration_form = _form("Acceleration of the base", ("metres", "g"))
     omega1 = param.Number(_UNITS.omega1, bounds=OMEGA1_RANGE, label="ω₁", doc="angular frequency of body 1")
     m1 = param.Number(_UNITS.m1, bounds=M1_RANGE, label="m₁", doc="mass of body 1")
     amplitude = param.Number(
@@ -203,7 +216,8 @@ STEPPING_FIELDS = ("integrator", "beta", "gamma", "alpha", "rho", "status", "wit
 STEPPING_FIELDS += ("exponent", "penetration", "stiffness", "step_scale", "damper", "initial_acceleration")
 # A scene of the paper sets them to their defaults.
 PAPER_FIELDS = (*SYSTEM_FIELDS, "zero_start", *START_FIELDS, "threshold", "located", *STEPPING_FIELDS)
-DRAWING_FIELDS = ("frame", "coordinate", "units", "omega1", "m1", "amplitude")  # results do not depend on them
+FORM_FIELDS = ("spring1_form", "spring2_form", "damper1_form", "damper2_form", "acceleration_form")
+DRAWING_FIELDS = ("frame", "coordinate", "units", *FORM_FIELDS, "omega1", "m1", "amplitude")  # of no result
 
 
 def bounds_of(name: str) -> tuple[float, float]:

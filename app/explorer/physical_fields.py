@@ -14,13 +14,14 @@ from typing import NamedTuple
 
 from vibroscope.app.explorer.errors import Refused
 from vibroscope.app.explorer.field_units import ShownField, typed_units
-from vibroscope.app.explorer.parameters import EXCITATION_FIELDS
+from vibroscope.app.explorer.parameters import EXCITATION_FIELDS, FORM_FIELDS, Explorer
 from vibroscope.app.explorer.ranges import slider_range
 from vibroscope.app.explorer.reading import read_number
 from vibroscope.app.explorer.state import Setting
-from vibroscope.app.runtime.number_text import print_value
-from vibroscope.engine import System, Units
-from vibroscope.engine.physical import EITHER, KEYS, physical_entry, system_of_physical
+from vibroscope.app.runtime.number_text import plain_unit, print_value
+from vibroscope.engine import QUANTITIES, UNIT_SYSTEMS, System, Units
+from vibroscope.engine.excitation import HELD
+from vibroscope.engine.physical import EITHER, KEYS, OF_BASE, physical_entry, system_of_physical
 
 _NAMED = {  # by the name in `KEYS`: symbol, and the quantity whose units may be typed
     "mass1_kg": ("m₁", "mass"),
@@ -36,7 +37,9 @@ _NAMED = {  # by the name in `KEYS`: symbol, and the quantity whose units may be
     "joint_damping_ratio": ("d₃", "share"),
     "clearance_mm": ("g₀", "displacement"),
     "base_amplitude_mm": ("A", "displacement"),
+    "base_velocity_mm_per_s": ("AΩ", "velocity"),
     "base_acceleration_m_per_s2": ("AΩ²", "acceleration"),
+    "base_acceleration_g": ("AΩ²", "acceleration"),
     "base_phase_rad": ("φ", "angle"),
     "force1_N": ("F₁", "force"),
     "force1_phase_rad": ("φ₁", "angle"),
@@ -47,23 +50,37 @@ _NAMED = {  # by the name in `KEYS`: symbol, and the quantity whose units may be
     "length_mm": ("A", "displacement"),
 }
 PHYSICAL_FIELDS = tuple(_NAMED)
-OTHER_FORM = {name: other for pair in EITHER for name, other in (pair, pair[::-1])}
-_BASE = ("base_amplitude_mm", "base_acceleration_m_per_s2")
+# What is chosen where a number of several forms is given in one of them: of a field, its choice.
+FORMS: dict[str, dict[str, str]] = {
+    "base_amplitude_mm": {"held": "displacement"},
+    "base_velocity_mm_per_s": {"held": "velocity"},
+    "base_acceleration_m_per_s2": {"held": "acceleration", "acceleration_form": "metres"},
+    "base_acceleration_g": {"held": "acceleration", "acceleration_form": "g"},
+}
+for _field, _forms in zip(FORM_FIELDS[:-1], EITHER[:-1], strict=True):  # of springs and dampers
+    FORMS |= {name: {_field: choice} for name, choice in zip(_forms, Explorer.param[_field].objects, strict=True)}
+_BASE = tuple(OF_BASE)
+CONTACT_OF_SYSTEM = {"stiffness": "system", "damper": "restitution"}  # of a system that comes without K and D
 _OF_BODY_2 = {"joint_damping_ratio", *(name for name in PHYSICAL_FIELDS if "2" in name.partition("_")[0])}
 _CARRIED = {"start_xi1": "displacement", "start_v1": "velocity", "start_xi2": "displacement", "start_v2": "velocity"}
-_CARRIED |= {"K": "stiffness", "D": "damping"}  # what keeps its physical value where the units change
+_CARRIED |= {"K": "contact_stiffness", "D": "contact_damping"}  # what keeps its physical value where the units change
 _ROUNDING = 1e-12
 # What numbers without dimension are counted in.
 _DEFINING = ("mass1_kg", "stiffness1_N_per_m", "frequency1_Hz", "length_mm", *_BASE)
+_OF_TONNES = ("mass", "stiffness", "damping")  # quantities whose unit is that of the unit system; lengths are in mm
 _LEAST = 1e-12  # of what is more than 0
-_FORMS = "forms"  # in what the browser sends: names of the numbers in two forms, each in the form that is shown
 
 
 # ---- from a system to the setting ------------------------------------------------------------------------------------
 
 
-def values_of_system(system: System, units: Units | None = None, eta: float | None = None) -> dict[str, float | str]:
-    """The values of the setting that describe a system, with the units that its numbers are counted in."""
+def values_of_system(
+    system: System, units: Units | None = None, eta: float | None = None, forms: Sequence[str] = ()
+) -> dict[str, float | str]:
+    """The values of the setting that describe a system, with the units that its numbers are counted in.
+
+    ``forms``: see `engine.PhysicalSystem`.
+    """
     kind = "wall" if system.wall else "pendulums" if system.mu is None else "two"
     values: dict[str, float | str] = {"bodies": kind}
     own = ("d1", "restitution", "clearance") + (() if system.wall else ("kappa", "d2"))
@@ -77,16 +94,24 @@ def values_of_system(system: System, units: Units | None = None, eta: float | No
     values |= {name: getattr(system.excitation, name) for name in EXCITATION_FIELDS}
     if units is not None:
         values |= {"omega1": units.omega1, "m1": units.m1, "amplitude": units.base_amplitude}
+        values |= {name: Explorer.param[name].default for name in FORM_FIELDS}
+    for name in forms:
+        values |= FORMS[name]
     return values if eta is None else values | {"eta": eta}
 
 
 # ---- how the fields are shown ----------------------------------------------------------------------------------------
 
 
-def physical_field(name: str) -> ShownField:
-    """How the physical number ``name`` of `PHYSICAL_FIELDS` is shown, and what may be typed for it."""
+def physical_field(name: str, units: str = "si") -> ShownField:
+    """How the physical number ``name`` of `PHYSICAL_FIELDS` is shown in a unit system, and what may be typed for it."""
     (symbol, quantity), (meaning, unit, *_) = _NAMED[name], KEYS[name]
-    return ShownField(symbol, meaning, unit, 1.0, typed_units(quantity, unit))
+    typed, factor = typed_units(quantity, unit), 1.0
+    if units == "mm-t-s" and quantity in _OF_TONNES:
+        unit = QUANTITIES[quantity].units[list(UNIT_SYSTEMS).index(units)]
+        factor = 1.0 / typed[plain_unit(unit)]
+        typed |= {"": 1.0 / factor}
+    return ShownField(symbol, meaning, unit, factor, typed)
 
 
 def physical_bounds(name: str) -> tuple[float, float]:
@@ -98,15 +123,19 @@ def physical_bounds(name: str) -> tuple[float, float]:
 
 def physical_numbers(setting: Setting) -> dict[str, float]:
     """Every number of `PHYSICAL_FIELDS` that applies to the system of the setting."""
-    entry = _entry(setting)
+    entry = physical_entry(setting.system, setting.own_units, setting.eta)
     found = dict.fromkeys((n for n in PHYSICAL_FIELDS if setting.bodies != "wall" or n not in _OF_BODY_2), 0.0)
     found |= {name: value for name, value in entry.items() if name in found}
     for body in ("1", "2") if setting.bodies != "wall" else ("1",):
         mass, stiffness = entry[f"mass{body}_kg"], entry[f"stiffness{body}_N_per_m"]
         found[f"frequency{body}_Hz"] = math.sqrt(stiffness / mass) / (2 * math.pi)
         found[f"damping{body}_Ns_per_m"] = 2 * entry[f"damping{body}_ratio"] * math.sqrt(stiffness * mass)
-    omega = 2 * math.pi * entry["frequency_Hz"]
-    found["base_acceleration_m_per_s2"] = 1e-3 * found["base_amplitude_mm"] * omega**2
+    omega, amplitude = 2 * math.pi * entry["frequency_Hz"], setting.system.excitation.base_amplitude(setting.eta)
+    for name, (held, unit) in OF_BASE.items():
+        found[name] = 1e-3 * abs(amplitude) * setting.amplitude * omega ** HELD.index(held) / unit
+    shown = next(name for name in _BASE if is_shown(name, setting))
+    given = physical_entry(setting.system, setting.own_units, setting.eta, (shown,)).get(shown, 0.0)
+    found[shown] = given  # to its last digit
     if setting.bodies != "wall":
         found["joint_damping_ratio"] = setting.system.joint_damping(setting.joint_damping)
     if setting.base:
@@ -114,9 +143,15 @@ def physical_numbers(setting: Setting) -> dict[str, float]:
     return found
 
 
+def is_shown(name: str, setting: Setting) -> bool:
+    """Whether a number that has several forms is shown in this one, which is that in which it was given."""
+    return all(getattr(setting, field) == choice for field, choice in FORMS.get(name, {}).items())
+
+
 def _entry(setting: Setting) -> dict[str, float | bool]:
-    units = Units(setting.omega1, setting.m1, setting.amplitude)
-    return physical_entry(setting.system, units, setting.eta)
+    """The entry that describes the setting's system, each number in the form that is shown: so it stays."""
+    forms = [name for name in FORMS if is_shown(name, setting)]
+    return physical_entry(setting.system, setting.own_units, setting.eta, forms)
 
 
 # ---- what a person enters --------------------------------------------------------------------------------------------
@@ -139,14 +174,20 @@ def entered(texts: Mapping[str, object], setting: Setting) -> dict[str, object]:
         If the physical numbers give no system.
     """
     typed = {name: text for name, text in texts.items() if name in PHYSICAL_FIELDS}
-    rest: dict[str, object] = {name: text for name, text in texts.items() if name not in (*typed, _FORMS)}
+    rest: dict[str, object] = {name: text for name, text in texts.items() if name not in typed}
     if typed:
-        forms = texts.get(_FORMS)
-        shown = [name for name in OTHER_FORM if isinstance(forms, str) and name in forms.split()]
-        return _printed(_of_physical(typed, setting, shown)) | rest
+        return _printed(_of_physical(typed, setting)) | rest
+    if rest.get("held") in HELD and "base" not in rest:  # the same motion, whatever is held of it
+        change = HELD.index(rest["held"]) - HELD.index(setting.held)
+        return {"base": print_value(float(f"{setting.base * setting.eta**change:.15g}"))} | rest
     if isinstance(texts.get("bodies"), str) and texts["bodies"] != setting.bodies:
-        return _printed(_of_other_bodies(texts["bodies"], setting)) | rest
+        return _printed(_of_other_bodies(texts["bodies"], setting)) | _new_contact(setting) | rest
     return rest
+
+
+def _new_contact(setting: Setting) -> dict[str, str]:
+    """K and D of a system of one's own follow from it until they are typed: those of a scene are not meant for it."""
+    return dict(CONTACT_OF_SYSTEM) if setting.bodies == "pendulums" else {}
 
 
 def _printed(values: Mapping[str, float | str]) -> dict[str, str]:
@@ -167,37 +208,33 @@ def _of_other_bodies(kind: str, setting: Setting) -> dict[str, float | str]:
     return {"joint_damping": "table"} | ({"kappa3": kappa3} if fits else {"kappa": usual.kappa, "kappa3": usual.kappa3})
 
 
-def _of_physical(typed: Mapping[str, object], setting: Setting, shown: Sequence[str]) -> dict[str, float | str]:
+def _of_physical(typed: Mapping[str, object], setting: Setting) -> dict[str, float | str]:
     """The typed numbers, and those that follow from them.
 
-    ``shown``: numbers in two forms, in the form that the person sees. What is seen and not typed stays. Where it would
-    leave its range because what all is counted in has changed, it keeps its number without dimension instead.
+    What is seen and not typed stays. Where it would leave its range because what all is counted in has changed, it
+    keeps its number without dimension instead.
     """
     name = next(iter(typed))
     numbers = {each: read_number(each, text, physical_bounds(each), whole=False) for each, text in typed.items()}
     before = _convert(_entry(setting), setting, name)
     try:
-        after = _convert(_changed(_entry(setting), setting, numbers, shown), setting, name)
+        after = _convert(_changed(_entry(setting), setting, numbers), setting, name)
     except Refused as refused:
         try:
             after = _convert(_in_another_way(numbers, setting, name), setting, name)
         except (Refused, ValueError):
             raise refused from None
     changed = {each: value for each, value in after.values.items() if value != before.values.get(each)}
+    for each in typed:
+        changed |= {field: form for field, form in FORMS.get(each, {}).items() if getattr(setting, field) != form}
     return changed | (_carried(setting, before.units, after) if before.units != after.units else {})
 
 
-def _changed(
-    entry: dict[str, float | bool], setting: Setting, numbers: Mapping[str, float], shown: Sequence[str]
-) -> dict[str, float | bool]:
+def _changed(entry: dict[str, float | bool], setting: Setting, numbers: Mapping[str, float]) -> dict[str, float | bool]:
     """The entry with what was typed."""
-    known = physical_numbers(setting)
-    for name in shown:
-        if OTHER_FORM[name] in entry and name in known:
-            del entry[OTHER_FORM[name]]
-            entry[name] = known[name]
     for name, value in numbers.items():
-        entry.pop(OTHER_FORM.get(name, ""), None)
+        for other in next((forms for forms in EITHER if name in forms), ()):
+            entry.pop(other, None)
         entry[name] = value
         if name in _BASE and value == 0:
             del entry[name]
@@ -218,22 +255,27 @@ def _in_another_way(numbers: Mapping[str, float], setting: Setting, name: str) -
         If there is no such entry.
     """
     if name == "mass2_kg":
-        return _changed(_entry(setting), setting, numbers, ("frequency2_Hz",))
+        return _changed(_entry(setting._replace(spring2_form="frequency")), setting, numbers)
     if name not in _DEFINING:
         raise ValueError(name)
-    given = _changed(_entry(setting), setting, numbers, ())
-    mass, length = given["mass1_kg"], given.get("base_amplitude_mm", given.get("length_mm", setting.amplitude))
+    given = _changed(_entry(setting), setting, numbers)
+    mass, length = given["mass1_kg"], given.get("length_mm", setting.amplitude)
+    form = next((each for each in _BASE if each in given), None)
+    if form is not None and "length_mm" not in given:
+        held, unit = OF_BASE[form]
+        length = 1e3 * unit * given[form] / (setting.eta * setting.omega1) ** HELD.index(held)
     spring = given.get("stiffness1_N_per_m") or mass * (2 * math.pi * given["frequency1_Hz"]) ** 2
     return physical_entry(setting.system, Units(math.sqrt(spring / mass), mass, length), setting.eta)
 
 
 def _convert(entry: Mapping[str, float | bool], setting: Setting, name: str) -> _Converted:
     try:
-        system, units, eta = system_of_physical(_with_frequency(entry, setting))
+        system, units, eta, _ = system_of_physical(_with_frequency(entry, setting))
     except ValueError as error:
         raise Refused(name, f"{_in_symbols(str(error))}.") from None
     values = values_of_system(system, units, eta)
-    del values["bodies"]
+    for kept in ("bodies", "held", *FORM_FIELDS):  # what is typed says its form itself
+        del values[kept]
     values.pop("joint_damping", None)  # typing a number does not change what d₃ is
     if setting.bodies == "pendulums":
         if system.kappa == 1:
@@ -252,10 +294,9 @@ def _in_symbols(text: str) -> str:
 
 def _with_frequency(entry: Mapping[str, float | bool], setting: Setting) -> dict[str, float | bool]:
     """The entry with the frequency of the excitation; where its slider would not reach it, with that of the same η."""
-    bare = {name: value for name, value in entry.items() if name not in ("frequency_Hz", "base_acceleration_m_per_s2")}
-    if "base_acceleration_m_per_s2" in entry:
-        bare["base_amplitude_mm"] = setting.amplitude
-    system, units, _ = system_of_physical(bare)
+    bare = {name: value for name, value in entry.items() if name not in ("frequency_Hz", *_BASE)}
+    bare.setdefault("length_mm", setting.amplitude)
+    system, units, *_ = system_of_physical(bare)
     eta = 2 * math.pi * entry["frequency_Hz"] / units.omega1
     if _is_covered("eta", eta, system) or not _is_covered("eta", setting.eta, setting.system):
         return dict(entry)
@@ -266,7 +307,7 @@ def _carried(setting: Setting, before: Units, after: _Converted) -> dict[str, fl
     """The numbers that keep their physical value: the start, and K and D unless K would leave its slider."""
     found = {}
     for name, quantity in _CARRIED.items():
-        ratio = before.factor(quantity) / after.units.factor(quantity)
+        ratio = before.of_contact(setting).factor(quantity) / after.units.of_contact(setting).factor(quantity)
         if abs(ratio - 1) > _ROUNDING and getattr(setting, name):
             found[name] = float(f"{getattr(setting, name) * ratio:.12g}")
     if not _is_covered("K", found.get("K", setting.K), after.system):

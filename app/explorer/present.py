@@ -88,7 +88,11 @@ def _displacements(runs: RunPair) -> Columns:
     grid = np.linspace(0.0, WINDOW, TIME_POINTS)
     # The window starts at τ ≡ 0 (mod T), so the base moves as a cos(2πτ/T + φ).
     drive = runs.setting.system.excitation
-    moved = drive.base * np.cos(2 * np.pi * grid + drive.base_phase) if runs.setting.frame == "absolute" else 0.0
+    moved = (
+        drive.base_amplitude(runs.setting.eta) * np.cos(2 * np.pi * grid + drive.base_phase)
+        if runs.setting.frame == "absolute"
+        else 0.0
+    )
     columns = {"t": grid}
     for name, run in (("reference", runs.reference), ("penalty", runs.penalty)):
         for row in (0, 1):

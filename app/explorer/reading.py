@@ -54,6 +54,10 @@ def read_setting_at_any_cost(texts: Mapping[str, object], base: Setting | None =
     _check_combination(setting)
     if setting.follows_step:
         setting = setting._replace(K=_stiffness_of_step(setting, texts))
+    if setting.follows_system:
+        setting = setting._replace(K=setting.stiffness_of_system)
+    if setting.finds_damping:
+        setting = setting._replace(D=_damping_of_restitution(setting, texts))
     _check_damper(setting, texts)
     given = (name for name in texts if name in ("start_xi1", "start_xi2"))
     _check_gap(setting, "start_xi1" if setting.bodies == "wall" else next(given, "start_xi2"))
@@ -118,6 +122,14 @@ def _stiffness_of_step(setting: Setting, given: Mapping[str, object]) -> float:
         name = next((name for name in ("steps", "eta", "step_scale") if name in given), "stiffness")
         raise Refused(name, f"K must be from {end_text(low)} to {end_text(high)}, not s m/Δτ² = {K:.3g}.")
     return K
+
+
+def _damping_of_restitution(setting: Setting, given: Mapping[str, object]) -> float:
+    """D as it follows from the restitution; raises `Refused` for what was given last where no D gives it."""
+    try:
+        return setting.damping_of_restitution
+    except ValueError as error:
+        raise Refused("restitution" if "restitution" in given else "damper", f"{error}.") from None
 
 
 def _check_damper(setting: Setting, given: Mapping[str, object]) -> None:

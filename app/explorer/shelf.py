@@ -6,7 +6,7 @@ import tomllib
 from dataclasses import dataclass
 from functools import cache
 
-from vibroscope.app.explorer.parameters import DRAWING_FIELDS, MAIN_FIELDS, PAPER_FIELDS, START_FIELDS
+from vibroscope.app.explorer.parameters import FORM_FIELDS, MAIN_FIELDS, PAPER_FIELDS, START_FIELDS
 from vibroscope.app.explorer.physical_fields import values_of_system
 from vibroscope.app.explorer.reading import read_setting_at_any_cost
 from vibroscope.app.explorer.state import Setting
@@ -68,7 +68,7 @@ class ShelfSystem:
         }
 
 
-_UNIT_FIELDS = tuple(name for name in DRAWING_FIELDS if name in ("units", "omega1", "m1", "amplitude"))
+_UNIT_FIELDS = ("units", *FORM_FIELDS, "omega1", "m1", "amplitude")
 
 
 @cache
@@ -87,11 +87,11 @@ def read_shelf(text: str) -> dict[str, ShelfSystem]:
 
 
 def _read(row: dict) -> ShelfSystem:
-    system, units, eta = system_of_physical(row["physical"])
+    system, units, eta, forms = system_of_physical(row["physical"])
     texts = {name: row.get(name, "") for name in ("key", "title", "question", "source", "note")}
-    values = values_of_system(system, units, eta) | {"units": "si", "steps": row["steps"]}
-    values["K"] = units.model("stiffness", row["contact_stiffness_N_per_m"])
-    values["D"] = units.model("damping", row["contact_damping_Ns_per_m"])
+    values = values_of_system(system, units, eta, forms) | {"units": "si", "steps": row["steps"]}
+    values["K"] = units.model("contact_stiffness", row["contact_stiffness_N_per_m"])
+    values["D"] = units.model("contact_damping", row["contact_damping_Ns_per_m"])
     start = zip(START_FIELDS, ("displacement", "velocity") * 2, row.get("start_SI", ()), strict=False)
     values |= {name: units.model(quantity, value) for name, quantity, value in start}
     values = {name: float(f"{value:.15g}") if isinstance(value, float) else value for name, value in values.items()}

@@ -7,7 +7,8 @@ from __future__ import annotations
 
 import math
 from collections import namedtuple
-from dataclasses import fields
+from collections.abc import Mapping
+from dataclasses import fields, replace
 
 from vibroscope.app.explorer.parameters import (
     DESCRIBED_BY,
@@ -27,11 +28,15 @@ from vibroscope.engine import (
     System,
     TimeStepping,
     Units,
+    damping_of_restitution,
+    stiffness_of_duration,
     stiffness_of_step,
 )
 from vibroscope.engine.law_table import numbers_of
 from vibroscope.engine.laws import damper_of
 from vibroscope.engine.methods import LAWS_BY_RESTITUTION
+
+LAWS_OF_RATIO = ("kelvin-voigt", "cut", "compression")  # whose restitution follows from the damping ratio alone
 
 
 class Setting(namedtuple("Setting", FIELDS, defaults=[Explorer.param[name].default for name in FIELDS])):
@@ -85,6 +90,39 @@ class Setting(namedtuple("Setting", FIELDS, defaults=[Explorer.param[name].defau
     def follows_restitution(self) -> bool:
         """Whether the law takes its damper from the restitution, whatever D is."""
         return self.damper == "restitution" and self.law in LAWS_BY_RESTITUTION
+
+    @property
+    def finds_damping(self) -> bool:
+        """Whether D is not known, and `reading.read_setting` makes it from the restitution."""
+        return self.damper == "restitution" and self.law in LAWS_OF_RATIO
+
+    @property
+    def damping_of_restitution(self) -> float:
+        """D with which a contact has the restitution of the system, to six digits.
+
+        Raises ValueError where no damper gives so small a restitution.
+        """
+        system = self.system
+        D = damping_of_restitution(self.law, system.restitution, self.K, mass=system.mass_share)
+        return float(f"{D:.6g}")
+
+    @property
+    def follows_system(self) -> bool:
+        """Whether K is that of the natural periods: `reading.read_setting` then makes it from them."""
+        return self.stiffness == "system"
+
+    @property
+    def stiffness_of_system(self) -> float:
+        """K with which a contact lasts 1 % of the shorter natural period, to six digits."""
+        return float(f"{stiffness_of_duration(self.system):.6g}")
+
+    def with_contact(self, texts: Mapping[str, str]) -> dict[str, str]:
+        """``texts`` with the present K where they set the step that it follows, and the present D that would follow K.
+
+        For what was computed with the present numbers beside the one that is set: they are no longer to follow.
+        """
+        kept = {"K": self.follows_step and "steps" in texts, "D": self.finds_damping and "K" in texts}
+        return {name: print_value(getattr(self, name)) for name in kept if kept[name]} | dict(texts)
 
     @property
     def follows_step(self) -> bool:
@@ -150,7 +188,12 @@ class Setting(namedtuple("Setting", FIELDS, defaults=[Explorer.param[name].defau
     @property
     def scale(self) -> Units | None:
         """The units in which numbers are shown; None where they are shown without dimension."""
-        return None if self.units == "none" else Units(self.omega1, self.m1, self.amplitude, self.units)
+        return None if self.units == "none" else replace(self.own_units, system=self.units)
+
+    @property
+    def own_units(self) -> Units:
+        """The SI units that numbers are counted in, K and D by the contact law."""
+        return Units(self.omega1, self.m1, self.amplitude, law=self.law, exponent=self.exponent)
 
     @property
     def period(self) -> float:

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 from vibroscope.app.explorer.errors import Refused
 from vibroscope.app.explorer.explanation import Explanation, sentence
-from vibroscope.app.explorer.field_units import shown_field, time_text
+from vibroscope.app.explorer.field_units import held_in_words, shown_field, time_text
 from vibroscope.app.explorer.method_words import name_of_method, scheme_texts
 from vibroscope.app.explorer.parameters import bounds_of
 from vibroscope.app.explorer.reading import most_steps
@@ -269,17 +269,32 @@ def suggestion_content(found: Found, setting: Setting) -> dict:
         ``front``: lists of steps, error, texts of a setting, the error as a text, and K and D in words, at most
         ten. The page takes each of these settings, since `make_question` has limited the search to those that it takes.
     """
-    best = found.best
+    best, setting = found.best, in_law_of(found, setting)
     return {
         "met": found.met,
         "head": _head(found),
         "lines": [plain_symbols(in_units(line, setting.scale)) for line in _lines(found, setting)]
+        + _held_lines(found, setting)
         + _start_lines(setting),
         "use": trial_texts(best, found, setting) if best is not None else {},
         "possible": percent(found.possible) if best is not None else "",
         "tolerance": found.tolerance,
         "front": [_point(trial, found, setting) for trial in _thin_front(found.front, best)],
     }
+
+
+def _held_lines(found: Found, setting: Setting) -> list[str]:
+    """What of the base keeps its amplitude over a range of frequencies."""
+    held = held_in_words(setting) if isinstance(found, RangeRecommendation) else ""
+    return [f"Over the range, {held} is held."] if held else []
+
+
+def in_law_of(found: Found, setting: Setting) -> Setting:
+    """The setting with the contact law of a result, which says in which units its K and D are."""
+    scheme = found.scheme
+    if scheme is None:  # Newmark's method as it is set
+        return setting
+    return setting._replace(law=scheme.law, exponent=getattr(scheme, "exponent", setting.exponent))
 
 
 def partial_content(so_far: SoFar, setting: Setting) -> dict:

@@ -96,7 +96,7 @@ def _own_start(setting: Setting, plain: Mapping[str, object]) -> dict[str, objec
 
 def _read_field(name: str, text: object, setting: Setting) -> object:
     if name in PHYSICAL_FIELDS:
-        return _read_number(name, text, physical_field(name), physical_bounds(name))
+        return _read_number(name, text, physical_field(name, setting.units), physical_bounds(name))
     rule = Explorer.param[name] if name in FIELDS else None
     if not isinstance(rule, param.Number):
         return text

@@ -21,13 +21,13 @@ _NUMBER = r"([0-9]+(?:\.[0-9]+)?(?:e[+-]?[0-9]+)?)"
 _RULES = tuple(
     (re.compile(before + _NUMBER), shown, quantity)
     for before, shown, quantity in (
-        (r"(?<!\w)K = ", "K = ", "stiffness"),
-        (r"(?<!\w)K ≈ ", "K ≈ ", "stiffness"),
-        (r"(?<!\w)D ≈ ", "2D ≈ ", "damping"),
-        (r"(?<!\w)K up to ", "K up to ", "stiffness"),
-        (r"(?<=K is to blame: )up to ", "up to ", "stiffness"),
-        (r"(?<!\w)D = ", "2D = ", "damping"),
-        (r"(?<!\w)D than ", "2D than ", "damping"),
+        (r"(?<!\w)K = ", "K = ", "contact_stiffness"),
+        (r"(?<!\w)K ≈ ", "K ≈ ", "contact_stiffness"),
+        (r"(?<!\w)D ≈ ", "2D ≈ ", "contact_damping"),
+        (r"(?<!\w)K up to ", "K up to ", "contact_stiffness"),
+        (r"(?<=K is to blame: )up to ", "up to ", "contact_stiffness"),
+        (r"(?<!\w)D = ", "2D = ", "contact_damping"),
+        (r"(?<!\w)D than ", "2D than ", "contact_damping"),
         (r"(?<!\w)(?:η|eta) = ", "f = ", "frequency"),
         (r"ξ₁ by ±", "x₁ by ±", "displacement"),
         (r"ξ₂ by ±", "x₂ by ±", "displacement"),
@@ -39,7 +39,7 @@ _RULES = tuple(
 )
 _POWER = re.compile(r"(?<![\w.])[0-9]+(?:\.[0-9]+)?e[+-]?[0-9]+")
 _RANGE = re.compile(rf"(?<!\w)([ηKD]) = {_NUMBER} to {_NUMBER}")
-_RANGES = {"η": ("f", "frequency"), "K": ("K", "stiffness"), "D": ("2D", "damping")}
+_RANGES = {"η": ("f", "frequency"), "K": ("K", "contact_stiffness"), "D": ("2D", "contact_damping")}
 _CHOICES = re.compile(
     r"(?<![\w-])(integrator|numerical damping of|law|status|without[-_]solution(?: =)?) "
     r"('?[a-z2]+(?:-[a-z2]+)*'?(?: or '[a-z]+')*)"

@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 from vibroscope.app.explorer.parameters import FIELDS, SYSTEM_FIELDS
-from vibroscope.app.explorer.physical_fields import values_of_system
+from vibroscope.app.explorer.physical_fields import CONTACT_OF_SYSTEM, values_of_system
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.runtime.number_text import print_value
 from vibroscope.engine import Units, system_of_tables, toml_tables
@@ -113,8 +113,9 @@ def loaded_from_toml(text: str) -> Loaded:
     values, assumed = {}, ()
     if rest.keys() & set(_OF_SYSTEM) or ("units" in rest and "setting" not in tables):
         file = system_of_tables(rest)
-        values, assumed = values_of_system(file.system, file.units, file.eta), file.assumed
+        values, assumed = values_of_system(file.system, file.units, file.eta, file.forms), file.assumed
         values |= {"units": "si"} if "physical" in rest else {}
+        values |= CONTACT_OF_SYSTEM if "setting" not in tables and "physical" in rest else {}
     elif "units" in rest:
         values = _read_table(rest, "units", {unit: name for name, unit in _UNITS.items()})
     if "setting" in tables or not values:

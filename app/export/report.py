@@ -1,5 +1,6 @@
 """The report of one state of the page: HTML that opens without a server. No panel import.
 
+What a colleague needs: the system as it was entered, the question, the verdict, figures, the suggestion, limits.
 The browser inserts its figures as SVG into the elements with a ``data-figure``, and saves the result as a file.
 """
 
@@ -7,10 +8,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from html import escape
+from typing import NamedTuple
 
+from vibroscope.app.explorer.method_words import LAW_NAMES, name_of_method
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.export.formats import Figure
-from vibroscope.app.export.label import setting_rows
+from vibroscope.app.export.label import Rows, contact_rows, system_rows
 
 STYLE = """
 body { max-width: 60rem; margin: 2rem auto; padding: 0 1rem; font: 16px/1.5 system-ui, sans-serif; color: #22303c; }
@@ -26,9 +29,35 @@ pre { padding: 10px; white-space: pre-wrap; background: #f3f5f7; font-size: 13px
 """
 
 
+LIMITS = (
+    "Two bodies, or one and a wall, with one degree of freedom each; one contact, normal force only: no friction, no "
+    "stress, no flexibility of the bodies.",
+    "The excitation is harmonic. What is compared is the motion after the transient of one start; other starts may "
+    "lead to other motions.",
+    "The reference is a model, too: impacts have no duration, and a restitution e that does not depend on the speed.",
+    "An error is the rms of the difference of the displacements, relative to the reference. The peak force of a "
+    "contact model follows from its K, about as √K: it is a number of the model, not of the system.",
+)
+
+
+class Findings(NamedTuple):
+    """What a tab says.
+
+    Attributes
+    ----------
+    words : mapping of str to str
+        The verdict and what is behind it: paragraphs by their headings.
+    suggestion : sequence of str
+        What to set instead, in sentences; empty where nothing was searched for.
+    """
+
+    words: Mapping[str, str]
+    suggestion: Sequence[str] = ()
+
+
 def as_report(
     title: str,
-    words: Mapping[str, str],
+    findings: Findings,
     setting: Setting | None,
     figures: Sequence[Figure],
     scripts: Sequence[str],
@@ -40,8 +69,7 @@ def as_report(
     ----------
     title : str
         Title of the tab.
-    words : mapping of str to str
-        Paragraphs by their headings.
+    findings : Findings
     setting : Setting or None
         The setting of the figures, if they depend on one.
     figures : sequence of Figure
@@ -51,7 +79,7 @@ def as_report(
     source : mapping of str to str
         ``program``, ``made`` (date), ``address`` of the page.
     """
-    lines = "".join(f"<h3>{escape(head)}</h3><p>{escape(text)}</p>" for head, text in words.items())
+    lines = "".join(f"<h3>{escape(head)}</h3><p>{escape(text)}</p>" for head, text in findings.words.items())
     drawn = "".join(
         f'<figure><div data-figure="{escape(one.name)}"></div><figcaption>{escape(one.caption)}</figcaption></figure>'
         for one in figures
@@ -62,9 +90,11 @@ def as_report(
 <title>Vibroscope report: {escape(title)}</title>
 <style>{STYLE}</style></head><body>
 <h1>Vibroscope report: {escape(title)}</h1>
-<h2>What it means</h2>{lines}
-{_setting_table(setting) if setting else ""}
+{_question(setting) if setting else ""}
+<h2>Verdict</h2>{lines}
 <h2>Figures</h2>{drawn}
+{_suggestion(findings.suggestion) if setting else ""}
+<h2>Limits</h2>{_list(LIMITS)}
 <h2>How to reproduce these numbers</h2>{commands}
 <p>{escape(source["program"])}, {escape(source["made"])}; the page:
 <a data-page>{escape(source["address"])}</a></p>
@@ -72,9 +102,28 @@ def as_report(
 """
 
 
-def _setting_table(setting: Setting) -> str:
-    rows = "".join(
-        f"<tr><th>{escape(label)}</th><td>{escape(text)}</td><td>{escape(doc)}</td></tr>"
-        for label, text, doc in setting_rows(setting)
+def _question(setting: Setting) -> str:
+    """The system as it was entered, what is asked of it, and the contact that is asked about."""
+    numbers = ", ".join(f"{label} = {text}" for label, text, _ in contact_rows(setting)[:3])
+    law = LAW_NAMES[setting.law]
+    return f"""<h2>System</h2>{_table(system_rows(setting))}
+<h2>Question</h2>
+<p>Is the motion that a penalty contact shows real, or an artefact of its stiffness K, its damping D or the time step?
+Here: {escape(numbers)} steps a period; contact law {escape(law)}; {escape(name_of_method(setting.penalty))}.</p>
+{_table(contact_rows(setting))}"""
+
+
+def _suggestion(lines: Sequence[str]) -> str:
+    searched = lines or ("None was searched for: “Suggest K, D, Δτ” on the page does.",)
+    return f"<h2>Suggestion</h2>{_list(searched)}"
+
+
+def _list(lines: Sequence[str]) -> str:
+    return f"<ul>{''.join(f'<li>{escape(line)}</li>' for line in lines)}</ul>"
+
+
+def _table(rows: Rows) -> str:
+    cells = "".join(
+        f"<tr><th>{escape(label)}</th><td>{escape(text)}</td><td>{escape(doc)}</td></tr>" for label, text, doc in rows
     )
-    return f"<h2>Setting</h2><table>{rows}</table>"
+    return f"<table>{cells}</table>"

@@ -106,8 +106,9 @@ class Session:
         self._show_move()
 
     def reset(self) -> None:
-        """Return to the opening scene, without pins."""
-        self.pinned = ()
+        """Return to the opening scene, without pins and without a code."""
+        self.pinned, self.code = (), ""
+        self.tab_area.reset()
         self.set(opening_setting().texts(), fresh=True)
 
     def pin(self, on: bool) -> None:

@@ -114,6 +114,9 @@ class Tab(ABC):
     def hide(self) -> None:  # noqa: B027 - most tabs have nothing to stop
         """Another tab was opened: stop what runs."""
 
+    def reset(self) -> None:  # noqa: B027 - most tabs have nothing beside their view
+        """The user has asked for the page as it is at first, also of a tab that is not open."""
+
     def close(self) -> None:
         """The session has ended."""
         self.hide()
@@ -181,6 +184,10 @@ class Tab(ABC):
     def data(self) -> dict[str, object]:
         """The data of all figures: numbers, texts, arrays, and dictionaries of those."""
         return {}
+
+    def suggestion(self) -> list[str]:
+        """What to set instead, in sentences; empty where nothing was searched for."""
+        return []
 
     def words(self) -> dict[str, str]:
         """The meaning of the figures: paragraphs by their headings."""

@@ -57,6 +57,11 @@ class TabArea:
         self._open = key
         self._places[key].visible = True
 
+    def reset(self) -> None:
+        """The user has asked for the page as it is at first."""
+        for tab in self._tabs.values():
+            tab.reset()
+
     def close(self) -> None:
         """The session has ended."""
         for tab in self._tabs.values():

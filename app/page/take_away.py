@@ -23,7 +23,7 @@ from vibroscope.app.export.formats import (
 )
 from vibroscope.app.export.label import figure_label
 from vibroscope.app.export.plots import plot_script
-from vibroscope.app.export.report import as_report
+from vibroscope.app.export.report import Findings, as_report
 from vibroscope.app.export.tables import table_in_units
 from vibroscope.app.page.tab import Tab, TabHost
 from vibroscope.app.runtime import logs
@@ -128,7 +128,8 @@ def file_writer(tab: Tab, what: str, setting: Setting, address: str) -> Callable
         drawn = [figure for figure in figures.values() if figure.drawn]
         scripts = [tab.command(setting), tab.python(setting)]
         source = _source(address) | {"made": datetime.now(UTC).strftime("%d %B %Y, %H:%M UTC")}
-        report = tab.title, tab.words(), tab.shown_setting(), drawn, scripts, source
+        findings = Findings(tab.words(), tab.suggestion())
+        report = tab.title, findings, tab.shown_setting(), drawn, scripts, source
         return partial(_write, "vibroscope-report.html", "text/html", as_report, *report)
     return None
 

@@ -13,7 +13,8 @@ from typing import NamedTuple
 
 LONGEST_NUMBER = 40
 _LONGEST_QUOTE = 30
-_SPACING = str.maketrans(dict.fromkeys(" ·⋅*.") | {"µ": "u", "μ": "u"})
+_SPACING = str.maketrans(dict.fromkeys(" ·⋅*") | {"µ": "u", "μ": "u"})
+_POINTS = re.compile(r"(?<![0-9])\.|\.(?![0-9])")  # between parts of a unit, as in N.s/m; not that in m^1.5
 _SUPERSCRIPTS = str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹⁻⁺", "0123456789-+")
 # Sign, digits with separators, power of ten as 1e5 or 1·10⁵, and the rest: a unit.
 _TYPED = re.compile(
@@ -91,7 +92,7 @@ def two_meanings(text: str, numbers: tuple[float, float], unit: str = "") -> str
 
 def plain_unit(text: str) -> str:
     """A unit as typed, without spaces and points between its parts."""
-    return text.translate(_SPACING)
+    return _POINTS.sub("", text.replace("**", "^").translate(_SPACING))
 
 
 def quote(text: object) -> str:

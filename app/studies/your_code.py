@@ -7,10 +7,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 from vibroscope.app.codes.catalogue import Code
-from vibroscope.app.codes.rules import AS_SET, Rule, RuleOutcome, RuleQuestion, judge, rules
+from vibroscope.app.codes.rules import AS_SET, EXPLICIT, Rule, RuleOutcome, RuleQuestion, judge, rules
 from vibroscope.app.explorer.compute import RunPair, compute_runs, run_length
 from vibroscope.app.explorer.errors import Refused
 from vibroscope.app.explorer.explanation import sentence
@@ -22,6 +23,19 @@ from vibroscope.engine import METHOD_NUMBERS, TimeStepping, is_located, simulate
 
 _POINTS = 240  # of a small picture
 _CACHE = Cache(24)  # runs of rules, which shall not take the place of those that the page draws
+
+
+class CodeQuestion(NamedTuple):
+    """A setting with default `DRAWING_FIELDS`, and EA/h of the elements in contact in units of k₁, if it is known."""
+
+    setting: Setting
+    element_stiffness: float | None = None
+
+    @property
+    def asked(self) -> RuleQuestion:
+        """The question of a rule."""
+        setting = self.setting
+        return RuleQuestion(setting.system, setting.eta, setting.penalty, self.element_stiffness)
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,8 +52,7 @@ class PartialCode:
 
     Attributes
     ----------
-    question : Setting
-        With default `DRAWING_FIELDS`.
+    question : CodeQuestion
     runs : RunPair
         Of the setting.
     solvable : str
@@ -48,7 +61,7 @@ class PartialCode:
         The setting itself, then the rules of thumb, as far as they are judged.
     """
 
-    question: Setting
+    question: CodeQuestion
     runs: RunPair
     solvable: str = ""
     judged: tuple[Judged, ...] = ()
@@ -66,41 +79,37 @@ class PartialCode:
         }
 
 
-def question_of(setting: Setting) -> Setting:
+def question_of(setting: Setting, element_stiffness: float | None = None) -> CodeQuestion:
     """Everything that the results depend on."""
-    return setting.drawn_like(Setting())
+    return CodeQuestion(setting.drawn_like(Setting()), element_stiffness)
 
 
-def grow_code(question: Setting, last: PartialCode | None, cancelled: Callable[[], bool]) -> Iterator[PartialCode]:
+def grow_code(question: CodeQuestion, last: PartialCode | None, cancelled: Callable[[], bool]) -> Iterator[PartialCode]:
     """Partial results, from ``last`` on; raises `Cancelled`."""
-    result = last or PartialCode(question, compute_runs(question, cancelled))
+    result = last or PartialCode(question, compute_runs(question.setting, cancelled))
     yield result
     if not result.solvable:
-        result = replace(result, solvable=_solvable(question, cancelled))
+        result = replace(result, solvable=_solvable(question.setting, cancelled))
     for rule in (AS_SET, *rules().values())[len(result.judged) :]:
         result = replace(result, judged=(*result.judged, _judge(rule, question, cancelled)))
         yield result
 
 
-def rule_texts(rule: Rule, setting: Setting) -> dict[str, str]:
+def rule_texts(rule: Rule, question: CodeQuestion) -> dict[str, str]:
     """The numbers that a rule gives, as texts for `read_setting`; raises ValueError where it gives none."""
-    method = rule.method(RuleQuestion(setting.system, setting.eta, setting.penalty))
-    return {name: print_number(getattr(method, METHOD_NUMBERS[name])) for name in rule.gives}
+    method, setting = rule.method(question.asked), question.setting
+    given = {name: print_number(getattr(method, METHOD_NUMBERS[name])) for name in rule.gives}
+    return setting.with_contact(given)
 
 
-def code_texts(code: Code, setting: Setting) -> dict[str, str]:
-    """The texts that choosing a code sets: integrator, status, law, and K, D and the step by its first rules."""
-    texts = {"located": "no", **code.texts()}
-    for name in METHOD_NUMBERS:
-        rule = next((rules()[key] for key in code.rules if rules()[key].gives == (name,)), None)
-        if rule is not None:
-            texts |= rule_texts(rule, read_setting(texts, setting))
-    return texts
+def code_texts(code: Code) -> dict[str, str]:
+    """The texts that choosing a code sets: integrator, status and law. K, D and the step stay; its rules are judged."""
+    return {"located": "no", **code.texts()}
 
 
-def code_lines(code: Code, setting: Setting) -> tuple[str, ...]:
+def code_lines(code: Code, setting: Setting, contact_area: float | None = None) -> tuple[str, ...]:
     """The input of a code for what is set, in the units that are shown; without units, without dimension."""
-    return code.words_for(setting.system, setting.eta, setting.penalty, setting.scale)
+    return code.words_for(setting.system, setting.eta, setting.penalty, setting.scale, contact_area)
 
 
 def _solvable(setting: Setting, cancelled: Callable[[], bool]) -> str:
@@ -126,26 +135,26 @@ def _first_without_solution(message: str, handled: str) -> str:
     return sentence(f"{where}; {_HANDLED[handled]}" if then and handled in _HANDLED else message)
 
 
-def _judge(rule: Rule, setting: Setting, cancelled: Callable[[], bool]) -> Judged:
-    asked = RuleQuestion(setting.system, setting.eta, setting.penalty)
+def _judge(rule: Rule, question: CodeQuestion, cancelled: Callable[[], bool]) -> Judged:
+    asked, setting = question.asked, question.setting
     empty = np.empty((2, 0))
     try:
-        with_rule = read_setting(rule_texts(rule, setting), setting)
+        with_rule = read_setting(rule_texts(rule, question), setting)
     except Refused as error:  # more than this server computes
         return Judged(RuleOutcome(rule, rule.method(asked), "", np.nan, np.nan, None, str(error)), empty)
     except ValueError as error:
         return Judged(RuleOutcome(rule, None, "", np.nan, np.nan, None, f"{error}."), empty)
-    runs = compute_runs(with_rule, cancelled, _CACHE)
+    runs = None if rule.kind == EXPLICIT else compute_runs(with_rule, cancelled, _CACHE)
     outcome = judge(
         rule,
         asked,
         reference=setting.reference,
-        responses=[run.response for run in (runs.reference, runs.penalty)],
+        responses=[run.response for run in (runs.reference, runs.penalty)] if runs else (),
         initial=setting.initial,
         cancelled=cancelled,
         **run_length(setting.system),
     )
-    return Judged(outcome, small_orbit(runs.penalty.orbit, setting))
+    return Judged(outcome, small_orbit(runs.penalty.orbit, setting) if runs else empty)
 
 
 def small_orbit(orbit, setting: Setting) -> np.ndarray:

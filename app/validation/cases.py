@@ -98,7 +98,7 @@ def cases() -> tuple[PublishedCase, ...]:
 def _case(table: dict) -> PublishedCase:
     run = table["run"]
     if "physical" in table:
-        system, units, eta = system_of_physical(table["physical"])
+        system, units, eta, _ = system_of_physical(table["physical"])
     else:
         content = system_of_tables({name: table[name] for name in ("system", "excitation") if name in table})
         system, units, eta = content.system, None, run["eta"]
@@ -124,8 +124,8 @@ def _method(run: dict, units: Units | None) -> Method:
         return Reference("derived", run.get("threshold", 0.0))
     stiffness, damping = run.get("K"), run.get("D", 0.0)
     if units is not None and stiffness is None:
-        stiffness = units.model("stiffness", run["contact_stiffness_N_per_m"])
-        damping = units.model("damping", run.get("contact_damping_Ns_per_m", 0.0))
+        stiffness = units.model("contact_stiffness", run["contact_stiffness_N_per_m"])
+        damping = units.model("contact_damping", run.get("contact_damping_Ns_per_m", 0.0))
     if run["method"] == ExactPenalty.name:
         return ExactPenalty(stiffness, damping)
     return Newmark(stiffness, damping, run["steps"])

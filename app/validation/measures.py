@@ -165,7 +165,7 @@ def grazing_force(run: SolvedCase) -> float:
 def _impacts(case: PublishedCase, force: float) -> int:
     """Impacts of one period that begins in the steady motion which body 1 would have without contact."""
     system, eta = case.system, case.eta
-    cosine, sine = replace(system.excitation, force1=force).harmonic("force1")
+    cosine, sine = replace(system.excitation, force1=force).harmonic("force1", eta)
     response = (cosine - 1j * sine) / (1 - eta**2 + 2j * system.d1 * eta)  # ξ₁ = Re(response e^(iητ))
     start = (response.real, -eta * response.imag, 0.0, 0.0)
     if start[0] > system.clearance:  # the motion goes beyond the wall, and begins there

@@ -172,7 +172,7 @@ class OrbitEquations:
 
     def _row_of(self, system: System, eta: float, method: Reference | ExactPenalty) -> np.ndarray:
         """The parameters of another problem; where only η differs from this one, its own with that η."""
-        if self._system is not system or self._method is not method:
+        if self._system is not system or self._method is not method or system.excitation.power:
             return np.array(parameters_of(system, eta, method))
         row = self._problem[0].copy()
         row[ETA] = eta

@@ -24,7 +24,7 @@ def parameters_of(system: System, eta: float, method: Method) -> Parameters:
     """The parameters of one run; 0 for those that its method does not have."""
     rigid, wall = isinstance(method, Reference), system.wall
     law = LAWS.index(getattr(method, "law", LAWS[KELVIN_VOIGT]))
-    base, force1, force2 = (system.excitation.harmonic(name) for name in ("base", "force1", "force2"))
+    base, force1, force2 = (system.excitation.harmonic(name, eta) for name in ("base", "force1", "force2"))
     mu = 1.0 if wall else system.mass_ratio
     gain, relative = (0.0, False) if rigid else damper_of(system, method)
     return Parameters(
@@ -67,7 +67,7 @@ def wall_of(system: System) -> tuple | None:
 
 def loads(system: System, eta: float) -> tuple[np.ndarray, np.ndarray]:
     """The load of each body, per unit of its mass, as factors of cos ητ and sin ητ, (2,) each; zeros for a wall."""
-    base, force1, force2 = (np.array(system.excitation.harmonic(name)) for name in ("base", "force1", "force2"))
+    base, force1, force2 = (np.array(system.excitation.harmonic(name, eta)) for name in ("base", "force1", "force2"))
     first = eta * eta * base + force1
     return first, np.zeros(2) if system.wall else eta * eta * base + force2 / system.mass_ratio
 
@@ -77,6 +77,16 @@ def parameter_rows(rows: np.ndarray, columns: Mapping[str, np.ndarray]) -> np.nd
     for name, values in columns.items():
         rows[:, Parameters._fields.index(name)] = values
     return rows
+
+
+def at_eta(rows: np.ndarray, eta: np.ndarray, power: int | np.ndarray) -> np.ndarray:
+    """Rows of parameters at η = 1, where all amplitudes of the base are the same, at other η, (n,), in place.
+
+    ``power``: the p of the amplitude base/ηᵖ (:class:`..excitation.Excitation`), or one for each row.
+    """
+    columns = [Parameters._fields.index(name) for name in ("base_cosine", "base_sine")]
+    rows[:, columns] /= (eta**power)[:, None]
+    return parameter_rows(rows, {"eta": eta})
 
 
 def generators(system: System, eta: float, method: Method) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -140,7 +140,7 @@ def _changes(setup: SimulationSetup) -> Iterator[Change]:
             yield lambda old, r, name=name: replace(old, system=_scaled(old.system, name, 1 + r))
     if isinstance(setup.method, Reference) and 0 < setup.system.restitution < 1:
         yield lambda old, r: replace(old, system=_scaled(old.system, "restitution", 1 + r))
-    for name, value in setup.system.excitation.as_dict().items():
+    for name, value in setup.system.excitation.numbers().items():
         if value != 0 and (name, value) != ("base", 1.0):  # with a base of 1 the lengths are counted in it
             yield lambda old, r, name=name: replace(
                 old, system=replace(old.system, excitation=_scaled(old.system.excitation, name, 1 + r))

@@ -24,11 +24,18 @@ def _together(setting):
     if setting.located == "yes":
         setting = setting._replace(**{name: getattr(Setting(), name) for name in STEPPING_FIELDS})
     setting = setting._replace(status="start") if INTEGRATORS[setting.integrator].explicit else setting
-    if not setting.follows_step:
+    if setting.follows_step:
+        K = setting.stiffness_of_step
+        low, high = bounds_of("K")
+        setting = setting._replace(**({"K": K} if low <= K <= high else {"stiffness": "typed"}))
+    if setting.follows_system:
+        setting = setting._replace(K=setting.stiffness_of_system)
+    if not setting.finds_damping:
         return setting
-    K = setting.stiffness_of_step
-    low, high = bounds_of("K")
-    return setting._replace(**({"K": K} if low <= K <= high else {"stiffness": "typed"}))
+    try:
+        return setting._replace(D=setting.damping_of_restitution)
+    except ValueError:  # no damper gives so small a restitution
+        return setting._replace(damper="typed")
 
 
 def _apart(setting):

@@ -69,13 +69,13 @@ def test_the_numbers_of_other_codes_follow_from_ours():
     system, eta = System(), 2.76
     method = TimeStepping(12000, 18, 2000, HHT(-0.1))
     step = 2 * math.pi / (eta * 2000)
-    numbers = {name: float(text) for name, text in input_numbers(system, eta, method, 1, 2, 3 * step, 12).items()}
+    numbers = {name: float(text) for name, text in input_numbers(system, eta, method, 1, 2, 3 * step).items()}
     assert numbers["openseesalpha"] == 0.9
     assert numbers["hhtdecay"] == 0.1
-    assert numbers["zeta"] == pytest.approx(18 / math.sqrt(12000 * system.mass_share), rel=1e-9)
-    assert numbers["percent"] == pytest.approx(100 * numbers["zeta"], rel=1e-9)
+    assert numbers["zeta"] == pytest.approx(18 / math.sqrt(12000 * system.mass_share), rel=5e-6)
+    assert numbers["percent"] == pytest.approx(100 * numbers["zeta"], rel=5e-6)
     damped = 18 / system.mass_share  # ζω_c, half the damper over the reduced mass
-    assert numbers["timeconst"] == pytest.approx(3 / damped, rel=1e-9)
+    assert numbers["timeconst"] == pytest.approx(3 / damped, rel=5e-6)
     assert "timeconst" not in input_numbers(
         system, eta, replace(method, damping=0.0, integrator=NewmarkBeta()), 1, 0, 1
     )

@@ -17,7 +17,7 @@ from vibroscope.app.explorer.present import present
 from vibroscope.app.explorer.reading import read_setting, read_values
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.export.formats import Series, as_csv, as_json, as_toml, loaded_from_toml
-from vibroscope.app.export.report import as_report
+from vibroscope.app.export.report import Findings, as_report
 from vibroscope.app.export.scripts import as_command, as_python
 from vibroscope.app.export.tables import FIGURES, figure_table
 from vibroscope.app.page.tabs import TABS
@@ -151,7 +151,7 @@ def test_the_data_file_holds_null_where_there_is_no_number():
 def test_the_report_is_whole_and_asks_no_server():
     text = paragraphs(describe(runs_of(PLAIN)), None) | {"<b>": "a < b"}
     source = {"program": "vibroscope 1", "address": "?eta=1&K=<i>", "made": "today"}
-    report = as_report("Explore", text, PLAIN, list(FIGURES.values()), [as_command(PLAIN)], source)
+    report = as_report("Explore", Findings(text), PLAIN, list(FIGURES.values()), [as_command(PLAIN)], source)
     assert text["Reference"] in report
     assert "<b>" not in report
     assert "<i>" not in report

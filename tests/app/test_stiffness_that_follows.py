@@ -69,7 +69,7 @@ def test_it_is_linked_kept_and_taken_away():
     assert read_setting(loaded_from_toml(as_toml(FOLLOWS)).texts) == FOLLOWS
     assert read_setting(FOLLOWS.texts()) == FOLLOWS
     rows = dict(row[:2] for row in setting_rows(FOLLOWS))
-    assert (rows["Stiffness"], rows["s"]) == ("step", "0.1")
+    assert (rows["Stiffness"], rows["s"]) == ("follows the step", "0.1")
     assert repr(FOLLOWS.K) in as_python(FOLLOWS)
     assert f"--K {FOLLOWS.K!r}" in as_command(FOLLOWS)
 

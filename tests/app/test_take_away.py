@@ -41,7 +41,7 @@ def test_an_offered_file_has_its_format(filled, key):  # noqa: F811
             assert label["title"] == f"Vibroscope, {tab.title}: {title}"
             assert f"Made by {program()}" in label["description"]
             assert label["address"] == ADDRESS
-            assert key == "paper" or "Setting: η = 2.76, K = 12000, D = 18, T/Δτ = 200" in label["description"]
+            assert key == "paper" or "η = 2.76, K = 12000, D = 18, T/Δτ = 200" in label["description"]
         if not tabled:
             assert file_writer(tab, f"csv:{name}", SETTING, ADDRESS) is None
             continue

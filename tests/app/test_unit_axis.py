@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.export.formats import Series
-from vibroscope.app.export.report import as_report
+from vibroscope.app.export.report import Findings, as_report
 from vibroscope.app.export.tables import table_in_units
 from vibroscope.app.page.bifurcation.figure import BifurcationView
 from vibroscope.app.page.plane.figure import PlaneView
@@ -46,7 +46,7 @@ def test_the_second_range_follows_what_the_page_does():
         (
             lambda: BifurcationView(None, None),
             lambda view, setting: view.update(setting, None, "xi2", None),
-            ["excitation frequency f / Hz", "displacement x₂ once a period / mm"],
+            ["frequency f / Hz, base displacement 2.5 mm held", "displacement x₂ once a period / mm"],
         ),
         (
             lambda: PlaneView(None, None),
@@ -88,6 +88,6 @@ def test_tables_of_studies_name_their_units():
 
 
 def test_a_report_has_the_setting_in_units():
-    report = as_report("t", {}, PHYSICAL, [], [], {"program": "", "made": "", "address": ""})
+    report = as_report("t", Findings({}), PHYSICAL, [], [], {"program": "", "made": "", "address": ""})
     for cells in ("<th>K</th><td>3000 N/mm</td>", "<th>2D</th><td>0.96 N·s/mm</td>", "<th>m₁</th><td>0.003 t</td>"):
         assert cells in report

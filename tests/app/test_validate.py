@@ -136,7 +136,7 @@ def test_a_system_of_the_shelf_can_be_solved_as_it_stands(entry):
     assert entry["question"].endswith("?")
     assert entry["source"]
     assert entry["note"]
-    system, units, eta = system_of_physical(entry["physical"])
+    system, units, eta, _ = system_of_physical(entry["physical"])
     stiffness = units.model("stiffness", entry["contact_stiffness_N_per_m"])
     damping = units.model("damping", entry["contact_damping_Ns_per_m"])
     duration = math.pi / math.sqrt(stiffness / system.mass_share)

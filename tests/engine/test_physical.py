@@ -34,12 +34,14 @@ WALL = {
 
 
 def test_numbers_of_a_data_sheet():
-    system, units, eta = system_of_physical(WALL)
+    system, units, eta, _ = system_of_physical(WALL)
     omega1, amplitude = math.sqrt(98696.0 / 25.0), 1 / (20 * math.pi) ** 2
     assert eta == pytest.approx(20 * math.pi / omega1)
     assert units.base_amplitude == pytest.approx(1e3 * amplitude)
     assert system.clearance == pytest.approx(0.5e-3 / amplitude)
-    assert (system.wall, system.d1, system.excitation) == (True, 0.07, Excitation())
+    assert (system.wall, system.d1) == (True, 0.07)
+    assert system.excitation == Excitation(base=system.excitation.base, held="acceleration")
+    assert system.excitation.base == pytest.approx(eta**2)
 
 
 @pytest.mark.parametrize("name", ["base_amplitude_mm", "base_acceleration_m_per_s2"])
@@ -63,7 +65,7 @@ def test_the_motion_in_millimetres_does_not_depend_on_the_unit_of_length():
     kept = {name: value for name, value in WALL.items() if not name.startswith("base")}
     ends = []
     for length in ({}, {"length_mm": 1.7}):
-        system, units, eta = system_of_physical(kept | force | length)
+        system, units, eta, _ = system_of_physical(kept | force | length)
         method = ExactPenalty(units.model("stiffness", 5.76e7), units.model("damping", 300.0))
         ends.append(simulate(system, eta, method, periods=20, keep=1).section[0, 0] * units.base_amplitude)
     assert ends[1] == pytest.approx(ends[0], rel=1e-9)
@@ -80,8 +82,8 @@ def test_an_entry_describes_the_system_that_it_was_made_of(system, omega1, m1, l
     assert found.system.clearance * scale == pytest.approx(system.clearance, abs=1e-12)
     assert found.system.rest == pytest.approx(np.array(system.rest) / scale, abs=1e-9)
     for name in ("base", "force1", "force2"):
-        expected = np.array(system.excitation.harmonic(name)) / scale
-        np.testing.assert_allclose(found.system.excitation.harmonic(name), expected, atol=1e-9)
+        expected = np.array(system.excitation.harmonic(name, eta)) / scale
+        np.testing.assert_allclose(found.system.excitation.harmonic(name, eta), expected, atol=1e-9)
     for name in ("wall", "d1", "d2", "restitution"):
         assert getattr(found.system, name) == pytest.approx(getattr(system, name))
     assert found.system.mass_ratio == pytest.approx(system.mass_ratio)
@@ -134,8 +136,11 @@ def test_a_number_is_written_as_it_was_given():
         ({"mass2_kg": 1.0}, "wall = true and mass2_kg"),
         ({"wall": None}, "neither mass2_kg nor wall = true"),
         ({"damping1_ratio": 1.0}, "damping1_ratio must be from 0 to below 1; 1 was given"),
-        ({"length_mm": 1.0}, "length_mm although the base moves"),
-        ({"frequency_Hz": None}, "base_acceleration_m_per_s2 needs frequency_Hz"),
+        (
+            {"length_mm": 1.0, "base_amplitude_mm": 1.0, "base_acceleration_m_per_s2": None},
+            "length_mm although the base moves",
+        ),
+        ({"base_acceleration_g": 1.0}, "both base_acceleration_m_per_s2 and base_acceleration_g"),
         ({"base_acceleration_m_per_s2": None, "clearance_mm": None}, "give length_mm"),
     ],
 )

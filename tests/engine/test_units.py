@@ -101,6 +101,7 @@ def test_both_systems_mean_the_same():
     for quantity in QUANTITIES:
         si, other = UNITS.unit(quantity), MILLIMETRES.unit(quantity)
         expected = 1e3 if sizes.get(si) == other else 1e-3 if thousandths.get(si) == other else 1.0
+        expected = 1e6 if (si, other) == ("m²", "mm²") else expected
         assert (expected == 1.0) == (si == other)
         assert MILLIMETRES.factor(quantity) == pytest.approx(expected * UNITS.factor(quantity))
     assert UNITS.text("stiffness", 300.0, 3) == "1070000 N/m"

@@ -188,7 +188,7 @@ def random_message(chance):
     """Return a message to a component of the page: a key that one of them knows, with a value that may fit."""
     if chance.random() < 0.3:
         text = random_text(chance)
-        name = chance.choice((*Setting._fields, *PHYSICAL_FIELDS, "forms"))
+        name = chance.choice((*Setting._fields, *PHYSICAL_FIELDS))
         return move({name: chance.choice((text, text, mapped({"typed": text})))}, chance.randint(0, 9))
     fitting = {
         "tab": chance.choice([*TABS]),

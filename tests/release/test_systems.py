@@ -7,7 +7,7 @@ import pytest
 from vibroscope.app.explorer.errors import Refused
 from vibroscope.app.explorer.link import print_address
 from vibroscope.app.explorer.parameters import DRAWING_FIELDS, START_FIELDS, SYSTEM_FIELDS
-from vibroscope.app.explorer.physical_fields import OTHER_FORM, PHYSICAL_FIELDS, entered
+from vibroscope.app.explorer.physical_fields import PHYSICAL_FIELDS, entered
 from vibroscope.app.explorer.reading import read_setting
 from vibroscope.app.explorer.scenes import scenes
 from vibroscope.app.explorer.shelf import shelf
@@ -17,7 +17,8 @@ from vibroscope.app.export.formats import as_toml, loaded_from_toml
 from vibroscope.app.page.address import read_opening
 from vibroscope.app.page.controls.controls import Controls
 from vibroscope.engine import parse_system, physical_text, system_text
-from vibroscope.engine.physical import KEYS
+from vibroscope.engine.excitation import HELD
+from vibroscope.engine.physical import EITHER, KEYS
 from vibroscope.engine.system_file import EXCITATION_CONSTANTS, SYSTEM_CONSTANTS, UNIT_CONSTANTS
 
 from tests.app.test_sentences import NO_NUMBER
@@ -52,7 +53,9 @@ def random_file(chance):
         for _ in range(chance.randint(0, 3)):
             name = chance.choice((*KEYS, "wall"))
             table[name] = chance.choice(("true", "false")) if name == "wall" else odd_number(chance)
-            table.pop(chance.choice((OTHER_FORM.get(name, ""), "")), None)
+            for other in chance.choice((next((forms for forms in EITHER if name in forms), ()), ())):
+                if other != name:
+                    table.pop(other, None)
         tables = {"physical": table}
     else:
         tables = {name: {} for name in OF_SYSTEM if chance.random() < 0.7}
@@ -111,15 +114,15 @@ def typed_number(chance):
 
 
 def of_panel(chance):
-    """What the panel sends: numbers as typed with the forms that are shown, another kind of system, or units."""
+    """What the panel sends: numbers as typed, their forms, another kind of system, or units."""
     if chance.random() < 0.15:
         return {"bodies": chance.choice(("pendulums", "two", "wall", random_text(chance)))}
     if chance.random() < 0.15:
         return {"units": chance.choice(("none", "si", "mm-t-s"))}
     names = (*PHYSICAL_FIELDS, *PHYSICAL_FIELDS, *SYSTEM_FIELDS[1:], *START_FIELDS, *DRAWING_FIELDS, "eta", "K", "D")
     texts = {chance.choice(names): typed_number(chance) for _ in range(chance.choice((1, 1, 1, 2)))}
-    forms = chance.sample([*OTHER_FORM], 3)
-    return texts | chance.choice(({}, {"forms": " ".join(forms)}, {"forms": chance.choice((None, 3, "x" * 50))}))
+    forms = {"held": chance.choice((*HELD, "speed")), "spring1_form": chance.choice(("frequency", "stiffness", None))}
+    return texts | chance.choice(({}, forms))
 
 
 def test_panel(chance, inputs, report):

@@ -25,7 +25,7 @@ def test_a_picture_has_the_size_that_was_asked_for_and_says_what_it_shows(visit)
         assert image.info["dpi"] == pytest.approx((600, 600), abs=0.1)
         assert image.text["Title"] == "Vibroscope, Explore: Phase plot 1"
         about = image.text["Description"]
-    assert "Setting: η = 1.08, K = 100, D = 50, T/Δτ = 2000" in about
+    assert "η = 1.08, K = 100, D = 50, T/Δτ = 2000" in about
     assert f"vibroscope {version('vibroscope')}" in about
     assert f"{explorer.server}/?eta=1.08" in about
     root = ET.fromstring(taken(explorer, "Phase plot 1 as SVG")[1])

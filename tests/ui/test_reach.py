@@ -2,7 +2,7 @@
 
 import pytest
 from vibroscope.app.explorer.state import Setting
-from vibroscope.app.export.report import as_report
+from vibroscope.app.export.report import Findings, as_report
 
 from .explorer import wait_until
 
@@ -101,7 +101,7 @@ def test_a_report_does_not_scroll_sideways_on_a_phone(visit):
     page = visit(width=320, height=568).page
     source = {"program": "Vibroscope", "made": "today", "address": "?" + "&".join(f"name{i}={i}" for i in range(200))}
     words = {"A very_long_word" + "x" * 80: "y" * 200}
-    page.set_content(as_report("Explore", words, Setting(), [], ["print(" + "z" * 300 + ")"], source))
+    page.set_content(as_report("Explore", Findings(words), Setting(), [], ["print(" + "z" * 300 + ")"], source))
     assert page.evaluate("document.scrollingElement.scrollWidth") == 320
 
 

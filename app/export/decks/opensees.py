@@ -160,7 +160,7 @@ def _contact(problem: DeckProblem) -> str:
         raise refuse(NAME, "a start with overlap for this law", "give a start at which the bodies are apart")
     damper, by_speed = damper_of(system, method)
     power = spring_exponent(method)
-    stiffness = method.stiffness * problem.scale.factor("force") / problem.length**power
+    stiffness, _ = problem.contact
     if method.law == "jankowski":
         ratio = damper / (2.0 * sqrt(method.stiffness * system.mass_share))
         mass = problem.scale.physical("mass", system.mass_share)

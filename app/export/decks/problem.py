@@ -144,9 +144,10 @@ class DeckProblem:
 
     @property
     def contact(self) -> tuple[float, float]:
-        """Stiffness and damper (force per speed) of the contact."""
-        method = self.method
-        return self.scale.physical("stiffness", method.stiffness), self.scale.physical("damping", method.damping)
+        """K and c of the contact in the units of its law; c is 0 where it follows from the restitution."""
+        method, units = self.method, self.scale.of_contact(self.method)
+        damper = 0.0 if method.damping is None else method.damping
+        return units.physical("contact_stiffness", method.stiffness), units.physical("contact_damping", damper)
 
     @property
     def start(self) -> tuple[float, float, float, float]:
@@ -164,8 +165,8 @@ class DeckProblem:
         """Body 1 or 2."""
         drive, force = self.system.excitation, self.scale.factor("force")
         share = mass / self.scale.factor("mass")
-        inertia = (share * self.eta**2 * number for number in drive.harmonic("base"))
-        own = Load(*drive.harmonic(f"force{i}"), getattr(drive, f"constant{i}"))
+        inertia = (share * self.eta**2 * number for number in drive.harmonic("base", self.eta))
+        own = Load(*drive.harmonic(f"force{i}", self.eta), getattr(drive, f"constant{i}"))
         load = Load(*(force * number for number in Load(*inertia, 0.0) + own))
         x, v = self.start[2 * i - 2 : 2 * i]
         scale = self.scale

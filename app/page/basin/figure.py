@@ -37,7 +37,7 @@ class BasinView:
 
     def __init__(self, on_start: Callable[[float, float], None], on_zoom: Callable[[], None]) -> None:
         self._on_start = on_start
-        first = default_span(System())
+        first = default_span(System(), 1.0)
         self.ranges = {name: OwnedRange(*first) for name in ("start_x", "start_y")}
         self.sources = {side: cells_source(f"basin_{side}_cells", "motion", "period") for side in SIDES}
         self.mark = empty_source("basin_mark", "x", "y")
@@ -56,7 +56,7 @@ class BasinView:
 
     def hold(self, setting: Setting, axes: tuple[str, str]) -> None:
         """Set the axes to the range of starts that suits the system, and that of a phase to one period."""
-        span = default_span(setting.system)
+        span = default_span(setting.system, setting.eta)
         for owned, axis in zip(self.ranges.values(), axes, strict=True):
             owned.put(*(WHOLE if axis == PHASE else span))
 
@@ -97,10 +97,10 @@ class BasinView:
             self._on_start(float(f"{event.x:.4g}"), float(f"{event.y:.4g}"))
 
 
-def default_span(system: System) -> tuple[float, float]:
+def default_span(system: System, eta: float) -> tuple[float, float]:
     """How far starts reach at first: REACH times the largest amplitude or clearance of the system."""
     drive = system.excitation
-    size = max(abs(value) for value in (drive.base, drive.force1, drive.force2, system.clearance)) or 1.0
+    size = max(abs(value) for value in (drive.base_amplitude(eta), drive.force1, drive.force2, system.clearance)) or 1.0
     reach = float(f"{REACH * size:.2g}")
     return -reach, reach
 

@@ -26,6 +26,7 @@ from vibroscope.app.page.shared.figure import (
     VERMILLION,
     divisor,
     empty_source,
+    eta_axis,
     hover_tool,
     make_figure,
     quantity_axis,
@@ -243,7 +244,7 @@ class BifurcationView:
         """Label axes and hover; returns what one of the model's units is worth on both axes."""
         unit = field.unit or field.natural
         head = f"{field.hint} {field.label}" + (f" / {divisor(unit)}" if unit else "")
-        self._axes[0].show(_ETA_LABEL if self.over == "eta" and not unit else head, field.factor)
+        self._axes[0].show(eta_axis(setting)[0] if self.over == "eta" and setting.is_driven else head, field.factor)
         self.strip.xaxis[0].axis_label = ""
         quantity = "velocity" if coordinate.startswith("v") else "displacement"
         shown = quantity_axis(setting, f"{COORDINATES[coordinate]} once a period", quantity)

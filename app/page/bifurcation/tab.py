@@ -265,7 +265,7 @@ class Bifurcation(StudyTab):
         return {f"branches_{solver}": result.question for solver, result in self.branches.results.items()}
 
     def _set(self, value: float) -> None:
-        self.host.set({self.view.over: print_number(value)})
+        self.host.set(self._move.setting.with_contact({self.view.over: print_number(value)}))
 
 
 _BRANCH_TABLES = {"bifurcation_branches": "orbit_table", "bifurcation_points": "point_table"}

@@ -244,7 +244,9 @@ function sliderRow(slider, link) {
   const note = element("div", "note");
   const field = typedField(slider, link, note);
   const noteText = element("span");
-  note.prepend(noteText);
+  const offer = button("", "", () => link.set(offered), "offer"); // for who does not know the number
+  let offered = {};
+  note.prepend(noteText, offer);
   range.addEventListener("input", () => {
     const text = scale.text(Number(range.value));
     field.fill(field.preview(text));
@@ -259,6 +261,12 @@ function sliderRow(slider, link) {
     setText(symbol, name);
     setText(hint, words);
     noteText.textContent = shown.notes[slider.name] ?? "";
+    const found = shown.offers[slider.name];
+    offer.hidden = !found;
+    if (found) {
+      setText(offer, found.text);
+      offered = found.set;
+    }
     field.draw(shown, isLatest);
     if (!isLatest || shown.refused.name === slider.name) return;
     range.value = scale.position(Number(shown.texts[slider.name]));

@@ -14,10 +14,11 @@ from vibroscope.app.explorer.drawing import drawing, drawing_in_words
 from vibroscope.app.explorer.field_units import shown_field, time_text
 from vibroscope.app.explorer.method_words import CHOICE_NAMES
 from vibroscope.app.explorer.parameters import MAIN_FIELDS, START_FIELDS, Explorer
+from vibroscope.app.explorer.physical_fields import CONTACT_OF_SYSTEM
 from vibroscope.app.explorer.ranges import slider_range
 from vibroscope.app.explorer.scenes import Scene, buttons, scene_key
 from vibroscope.app.explorer.shelf import shelf, shelf_key
-from vibroscope.app.explorer.state import Setting, integrator_numbers, law_numbers
+from vibroscope.app.explorer.state import LAWS_OF_RATIO, Setting, integrator_numbers, law_numbers
 from vibroscope.app.page.controls.system import (
     group_spec,
     plain_description,
@@ -31,6 +32,7 @@ from vibroscope.app.page.files import script, style
 from vibroscope.app.page.shared.component import Component
 from vibroscope.app.runtime.number_text import print_number
 from vibroscope.engine import LAWS_BY_RESTITUTION, written
+from vibroscope.engine.law_table import LAWS
 
 _STEP = 0.01  # of one arrow key: in η, and in decades of the other sliders
 _BODIES = {"pendulums": "the paper’s pendulums", "two": "two bodies", "wall": "a body and a wall"}
@@ -100,6 +102,7 @@ class Controls(Component):
             "numbers": {name: plain_number(name, setting) for name in _other_fields(setting)}
             | {name: number for name, (number, _) in numbers.items()},
             "notes": _notes(setting),
+            "offers": _offers(setting),
             "scene": scene_key(setting) or shelf_key(setting),
             **answer,
         }
@@ -129,10 +132,31 @@ def _notes(setting: Setting) -> dict[str, str]:
     notes = _numbers_below(setting)
     if setting.follows_restitution:
         notes["D"] = _of_restitution(setting)
+    if setting.finds_damping:
+        notes["D"] = _with("; ", notes.get("D"), f"from e = {written(setting.restitution)} until it is typed")
+    if setting.follows_system:
+        rule = "a contact lasts 1 % of the shorter natural period, until K is typed"
+        notes["K"] = _with("; ", notes.get("K"), rule)
     if setting.follows_step:
-        own = f"{notes['K']}; " if "K" in notes else ""
-        notes["K"] = f"{own}{written(setting.step_scale)} m/Δτ²: half the step gives four times K"
-    return notes | {name: "; ".join(filter(None, (notes.get(name), words))) for name, words in beyond.items()}
+        rule = f"{written(setting.step_scale)} m/Δτ²: half the step gives four times K"
+        notes["K"] = _with("; ", notes.get("K"), rule)
+    return notes | {name: _with("; ", notes.get(name), words) for name, words in beyond.items()}
+
+
+def _with(joint: str, *texts: str | None) -> str:
+    return joint.join(filter(None, texts))
+
+
+def _offers(setting: Setting) -> dict[str, dict]:
+    """Buttons beside K and D of a system of one's own, for who does not know them: what sets them by the system."""
+    offers = {}
+    if setting.bodies == "pendulums":
+        return offers
+    if setting.stiffness == "typed" and LAWS[setting.law].exponent == 1.0:
+        offers["K"] = {"text": "I do not know K", "set": {"stiffness": CONTACT_OF_SYSTEM["stiffness"]}}
+    if setting.damper == "typed" and setting.law in (*LAWS_OF_RATIO, *LAWS_BY_RESTITUTION):
+        offers["D"] = {"text": "I do not know D", "set": {"damper": CONTACT_OF_SYSTEM["damper"]}}
+    return offers
 
 
 def _of_restitution(setting: Setting) -> str:
@@ -183,7 +207,7 @@ def _spec() -> dict:
         "viewSwitches": [_switch(name, choices) for name, choices in _VIEW_SWITCHES.items()],
         "scenes": [_button(scene) for scene in buttons()],
         "shelf": [each.button() for each in shelf().values()],
-        "dampedByRestitution": list(LAWS_BY_RESTITUTION),
+        "dampedByRestitution": [*LAWS_OF_RATIO, *LAWS_BY_RESTITUTION],
         "defaults": Setting().texts(),
     }
 

@@ -59,7 +59,7 @@ function actions(link) {
   const row = element("div", "row actions");
   const undo = button("↶ Undo", "Undo the last move (Ctrl+Z)", () => link.act({ undo: true }));
   const redo = button("↷ Redo", "Redo (Ctrl+Shift+Z)", () => link.act({ redo: true }));
-  const reset = button("Reset", "Back to the opening scene, its ranges and no pins (R)", () => link.act({ reset: true }));
+  const reset = button("Reset", "Back to the opening scene, its ranges, no pins and no code (R)", () => link.act({ reset: true }));
   const pin = button("Pin", "Keep this result, to compare others with it in curves and a table (P)",
     () => link.act({ pin: pin.getAttribute("aria-pressed") !== "true" }));
   listen("toggle-pin", () => pin.click());

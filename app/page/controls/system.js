@@ -17,10 +17,12 @@ function systemDetails(spec, link, model) {
   const groups = spec.groups.map((group) => numberGroup(group, link));
   box.append(head, bodies.element, elsewhere, picture.element, ...groups.map((part) => part.element));
   const rows = groups.flatMap((group) => group.rows);
-  box.addEventListener("input", () => picture.show(typedLengths(rows)));
+  box.addEventListener("input", () => picture.show(typedLengths(rows, held)));
   let known = null;
+  let held = "displacement"; // of the base: another amplitude is no length of the drawing
   const names = rows.map((row) => row.name);
   const draw = (shown) => {
+    held = shown.texts.held;
     head.textContent = `System: ${model.system.title}`;
     const away = ["bodies", ...names].includes(shown.refused.name) && !shown.fields[shown.refused.name];
     elsewhere.hidden = !away;
@@ -35,10 +37,11 @@ function systemDetails(spec, link, model) {
 }
 
 // Numbers as they stand in the fields, which the server has not seen yet; only those that are plain.
-function typedLengths(rows) {
+function typedLengths(rows, held) {
   const found = {};
   for (const { name, element: row, field } of rows) {
     const value = Number(field.value.trim().replace(",", "."));
+    if (DRAWN[name] === "base" && held !== "displacement") continue;
     if (DRAWN[name] && !row.hidden && field.value.trim() && Number.isFinite(value)) found[DRAWN[name]] = value;
   }
   const { mass1, mass2, ...rest } = found;
@@ -49,48 +52,36 @@ function typedLengths(rows) {
 function numberGroup({ title, numbers }, link) {
   const box = element("fieldset", "numbers");
   box.append(element("legend", "", title));
-  // What is shown and not typed stays, so the message names the forms that are shown.
-  const withForms = { set: (texts) => link.set({ ...texts, forms: rows.filter((row) => row.other && isShown(row)).map(({ name }) => name).join(" ") }) };
-  const rows = numbers.map((number) => systemRow(number, withForms));
+  const rows = numbers.map((number) => systemRow(number, link));
   box.append(...rows.map((row) => row.element));
-  const chosen = new Set(); // of numbers in two forms, those that are shown in the second
-  for (const row of rows) {
-    row.form?.addEventListener("change", () => {
-      const other = rows.find(({ name }) => name === row.other);
-      if (chosen.has(row.other)) chosen.delete(row.other);
-      chosen.delete(row.name);
-      chosen.add(row.other);
-      draw(last, false);
-      choose(row.form, row.name);
-      other.form.focus();
-    });
-  }
-  const first = new Map(numbers.map(({ name }, i) => [name, i]));
-  const isShown = ({ name, other }) => !other || chosen.has(name) || (!chosen.has(other) && first.get(name) < first.get(other));
-  let last = null;
   const draw = (shown, isLatest) => {
-    last = shown;
+    const left = rows.find((row) => row.form === row.element.getRootNode().activeElement && !shown.fields[row.name]);
     for (const row of rows) {
       const applies = Boolean(shown.fields[row.name]);
-      row.element.hidden = !applies || !isShown(row);
+      row.element.hidden = !applies;
       if (applies) row.draw(shown, isLatest);
     }
+    if (left?.form) rows.find((row) => !row.element.hidden && sameForms(row, left))?.form.focus(); // the row in its place
     box.hidden = rows.every((row) => !shown.fields[row.name]);
   };
   return { element: box, rows, draw };
 }
 
-// A number; one that has another form has a choice of the unit, which shows the row of that form in its place.
+const sameForms = (one, other) => JSON.stringify(one.forms) === JSON.stringify(other.forms);
+
+// A number; one that has several forms has a choice of the unit, which the server keeps: it then shows the row of that form.
 function systemRow(number, link) {
   const row = numberRow(number, link);
   const about = element("small", "about");
   about.id = `vibroscope-${number.name}-about`;
   row.element.append(about);
   const field = row.element.querySelector("input");
-  const made = { ...row, name: number.name, other: number.other, field };
-  if (number.other) {
+  const made = { ...row, name: number.name, forms: number.forms, field };
+  if (number.forms.length) {
     made.form = element("select", "form");
     made.form.setAttribute("aria-label", `${number.hint}: its unit`);
+    made.form.append(...number.forms.map(({ name }) => Object.assign(element("option", "", name), { value: name })));
+    made.form.addEventListener("change", () => link.set(number.forms.find(({ name }) => name === made.form.value).set));
     row.element.querySelector("label").after(made.form);
     row.element.classList.add("two-forms");
   }
@@ -98,15 +89,14 @@ function systemRow(number, link) {
     row.draw(shown, isLatest);
     setText(about, shown.fields[number.name].about);
     field.setAttribute("aria-describedby", [field.getAttribute("aria-describedby"), about.id].filter(Boolean).join(" "));
-    if (made.form) drawForms(made.form, number, shown.fields);
+    if (made.form && isLatest) {
+      const isSet = ({ set }) => Object.entries(set).every(([field, choice]) => shown.texts[field] === choice);
+      choose(made.form, number.forms.find(isSet).name);
+      const units = shown.fields[number.name].forms;
+      if (units) for (const option of made.form.options) setText(option, units[option.value]);
+    }
   };
   return { ...made, draw };
-}
-
-function drawForms(form, { name, other }, fields) {
-  const unit = (each) => fields[each].unit || "ratio";
-  if (form.childElementCount) return;
-  form.append(...[name, other].map((each) => Object.assign(element("option", "", unit(each)), { value: each })));
 }
 
 // The system at rest: bodies where their springs hold them, the clearance with its length, and how far the base moves.

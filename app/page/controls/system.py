@@ -5,8 +5,9 @@ from __future__ import annotations
 from vibroscope.app.explorer.field_units import plain_unit, shown_field
 from vibroscope.app.explorer.parameters import EXCITATION_FIELDS, START_FIELDS, Explorer, bounds_of, range_text
 from vibroscope.app.explorer.physical_fields import (
-    OTHER_FORM,
+    FORMS,
     PHYSICAL_FIELDS,
+    is_shown,
     physical_bounds,
     physical_field,
     physical_numbers,
@@ -14,11 +15,13 @@ from vibroscope.app.explorer.physical_fields import (
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.runtime.number_text import print_number
 from vibroscope.engine import written
+from vibroscope.engine.excitation import HELD
+from vibroscope.engine.physical import EITHER
 
 # Titles and fields of the groups; of the fields those are shown that apply to the system and to the units.
 _BODY = ("mass{}_kg", "stiffness{}_N_per_m", "frequency{}_Hz", "damping{}_ratio", "damping{}_Ns_per_m")
 _BODY_1, _BODY_2 = (tuple(name.format(body) for name in _BODY) for body in (1, 2))
-_BASE = ("base_amplitude_mm", "base_acceleration_m_per_s2", "base")
+_BASE = ("base_amplitude_mm", "base_velocity_mm_per_s", "base_acceleration_m_per_s2", "base_acceleration_g", "base")
 _FORCES = ("force1_N", "force1", "force2_N", "force2", "constant1_N", "constant1", "constant2_N", "constant2")
 _PHASES = ("base_phase_rad", "base_phase", "force1_phase_rad", "force1_phase", "force2_phase_rad", "force2_phase")
 GROUPS = {
@@ -31,6 +34,7 @@ GROUPS = {
 }
 FIELDS = tuple(name for names in GROUPS.values() for name in names)
 _ALWAYS = ("restitution",)
+_DIGITS = 6  # of a number in physical units: as many as its field has room for
 _OF_BODY_2 = ("kappa", "d2", "d3", "force2", "force2_phase", "constant2")
 _OF_KIND = {"pendulums": ("kappa3",), "two": ("mass_ratio",), "wall": ()}
 _OF_BOTH = "follows from both dampers; choose “as measured” under Solver to type it"
@@ -39,14 +43,21 @@ _OF_RESTITUTION = "follows from the restitution; choose “D as typed” under S
 
 
 def group_spec() -> list[dict]:
-    """The groups for the browser; ``other`` is the field of the same number in another form."""
+    """The groups for the browser; ``forms`` are the forms that a number may have, and what chooses each."""
     return [
         {
             "title": title,
-            "numbers": [{"name": name, **_words(name), "other": OTHER_FORM.get(name, "")} for name in names],
+            "numbers": [{"name": name, **_words(name), "forms": _forms_of(name)} for name in names],
         }
         for title, names in GROUPS.items()
     ]
+
+
+def _forms_of(name: str) -> list[dict]:
+    if name == "base":
+        return [{"name": held, "set": {"held": held}} for held in HELD]
+    group = next((forms for forms in EITHER if name in forms), ())
+    return [{"name": each, "set": FORMS[each]} for each in group]
 
 
 def _words(name: str) -> dict[str, str]:
@@ -72,7 +83,8 @@ def system_fields(setting: Setting) -> dict[str, dict]:
     plain = {name: plain_description(name, setting) for name in FIELDS if _is_plain(name) and applies(name, setting)}
     if setting.scale is None:
         return plain
-    return plain | {name: _physical_description(name, setting) for name in physical_numbers(setting)}
+    numbers = (name for name in physical_numbers(setting) if is_shown(name, setting))
+    return plain | {name: _physical_description(name, setting) for name in numbers}
 
 
 def system_numbers(setting: Setting) -> dict[str, tuple[str, str]]:
@@ -82,14 +94,11 @@ def system_numbers(setting: Setting) -> dict[str, tuple[str, str]]:
         if _is_plain(name) and applies(name, setting):
             found[name] = plain_number(name, setting), print_number(getattr(setting, name))
     if setting.scale is not None:
-        numbers = physical_numbers(setting)
-        found |= {name: (physical_field_text(value), print_number(value)) for name, value in numbers.items()}
+        numbers = {name: value for name, value in physical_numbers(setting).items() if is_shown(name, setting)}
+        for name, value in numbers.items():
+            field = physical_field(name, setting.units)
+            found[name] = written(field.factor * value, _DIGITS), print_number(value)
     return found
-
-
-def physical_field_text(value: float) -> str:
-    """A physical number with as many digits as its field has room for."""
-    return written(value, 6)
 
 
 def plain_description(name: str, setting: Setting) -> dict:
@@ -103,7 +112,11 @@ def plain_description(name: str, setting: Setting) -> dict:
 
 
 def _physical_description(name: str, setting: Setting) -> dict:
-    return _description(physical_field(name), range_text(physical_bounds(name)), why_locked(name, setting))
+    field = physical_field(name, setting.units)
+    group = next((forms for forms in EITHER if name in forms), ())
+    forms = {each: physical_field(each, setting.units).unit or "ratio" for each in group}
+    allowed = range_text(physical_bounds(name), field.factor)
+    return _description(field, allowed, why_locked(name, setting)) | {"forms": forms}
 
 
 def _description(field, allowed: str, locked: str) -> dict:

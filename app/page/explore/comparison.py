@@ -15,7 +15,7 @@ from vibroscope.app.page.explore.result import Result
 from vibroscope.app.page.files import script, style
 from vibroscope.app.page.shared.component import Component
 from vibroscope.app.page.shared.figure import PARTS, name_of_part
-from vibroscope.engine import percent
+from vibroscope.engine import Excitation, percent
 
 _OTHER_FIELDS = [name for name in FIELDS if name not in (*MAIN_FIELDS, *DRAWING_FIELDS)]
 
@@ -56,6 +56,9 @@ class PinComparison(Component):
         """The columns of the table as numbers; not a number where an error is unknown."""
         names = self.rows[0]["texts"] if self.rows else {}
         columns = {name: [_as_number(row["texts"][name]) for row in self.rows] for name in names}
+        if self.rows:  # of the base, whatever is held, the amplitude of its displacement
+            drives = (Excitation(base, held=held) for base, held in zip(columns["base"], columns["held"], strict=True))
+            columns["base"] = [drive.base_amplitude(eta) for drive, eta in zip(drives, columns["eta"], strict=True)]
         errors = {name: [row["errors"].get(name, math.nan) for row in self.rows] for name in self.parts}
         return columns | {f"error {name}": column for name, column in errors.items()}
 

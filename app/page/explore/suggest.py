@@ -105,6 +105,12 @@ class Suggester:
         }
         return {"steps": [*steps], "error": [*errors], **numbers}
 
+    @property
+    def sentences(self) -> list[str]:
+        """The result of the search in words; empty while there is none."""
+        content = self.view.content
+        return [f"{content['head']}.", *content["lines"]] if self._found is not None else []
+
     def suggest(self, typed: object) -> None:
         """Search for a setting, with the tolerance and the limits that were typed."""
         if self._setting is None:

@@ -238,6 +238,10 @@ class Explore(Tab):
         """The text of the findings."""
         return self._interpretation.paragraphs() | self._measured.words
 
+    def suggestion(self) -> list[str]:
+        """The result of the search, if there is one."""
+        return self._suggester.sentences
+
     def command(self, setting: Setting) -> str:
         """Commands that find the same numbers, those of the measurement too."""
         return as_command(setting, *self._measured.arguments)

@@ -10,7 +10,7 @@ import numpy as np
 from bokeh.models import ColumnDataSource, Glyph, GlyphRenderer, HoverTool, Legend, LegendItem, Line, NoOverlap
 from bokeh.plotting import figure
 from bokeh.themes import Theme
-from vibroscope.app.explorer.field_units import unit_of
+from vibroscope.app.explorer.field_units import held_in_words, unit_of
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.page.shared.muting import show_entry
 from vibroscope.engine import PART_NAMES
@@ -172,9 +172,11 @@ def _rows(tooltips: Mapping[str, str]) -> list[tuple[str, str]]:
 
 def eta_axis(setting: Setting) -> tuple[str, float]:
     """Label of an axis over η, and the factor of its numbers."""
+    held = held_in_words(setting)
+    begin, end = ("frequency", f", {held} held") if held else ("excitation frequency", "")
     if setting.scale is None:
-        return "excitation frequency η = Ω/ω₁", 1.0
-    return "excitation frequency f / Hz", setting.scale.factor("frequency")
+        return f"{begin} η = Ω/ω₁{end}", 1.0
+    return f"{begin} f / Hz{end}", setting.scale.factor("frequency")
 
 
 def quantity_axis(setting: Setting, words: str, quantity: str) -> tuple[str, float]:

@@ -9,6 +9,7 @@ import panel as pn
 from vibroscope.app.codes.catalogue import Code, codes
 from vibroscope.app.codes.rules import rules
 from vibroscope.app.explorer.explanation import describe, motion_texts
+from vibroscope.app.explorer.field_units import ShownField
 from vibroscope.app.explorer.link import LINEAR
 from vibroscope.app.explorer.method_words import name_of_method, words_of_method
 from vibroscope.app.explorer.state import Setting
@@ -19,7 +20,9 @@ from vibroscope.app.page.study.tab import StudyTab
 from vibroscope.app.page.tab import Move
 from vibroscope.app.page.your_code.figure import YourCodeView
 from vibroscope.app.page.your_code.rules import RulesTable, brief_why, rows_of
+from vibroscope.app.runtime.typed_units import sizes
 from vibroscope.app.studies.your_code import (
+    CodeQuestion,
     PartialCode,
     code_lines,
     code_texts,
@@ -30,6 +33,10 @@ from vibroscope.app.studies.your_code import (
 )
 from vibroscope.engine import counted
 
+_NUMBERS = {  # of the model beside the system: symbol, meaning, quantity, what one of it is without units
+    "area": ("A", "contact area; 0: not known", "area", "A²"),
+    "elements": ("EA/h", "stiffness of the elements in contact; 0: not known", "stiffness", "k₁"),
+}
 _SENTENCES = ("motion", "why")  # of a rule
 _WITHOUT_UNITS = "Without dimension; the damper of the force is 2D. Choose units under “Units” for those of your model."
 NONE = "none"  # no code is chosen: the page's own choice of integrator, status and law
@@ -42,7 +49,7 @@ class YourCode(StudyTab):
     key = "code"
     title = "Your code"
     grow = staticmethod(grow_code)
-    chosen = {"code": NONE}  # noqa: RUF012 - read only
+    chosen = {"code": NONE, "area": 0.0, "elements": 0.0}  # noqa: RUF012 - read only; 0: not known
     axes = dict.fromkeys(("x", "v", "time", "displacement"), LINEAR)
     legends = dict.fromkeys(("code_phase", "code_displacement"), ("reference", "penalty"))
     pictures = (
@@ -68,8 +75,12 @@ class YourCode(StudyTab):
             "title": "Your code",
             "switches": [{"name": "code", "label": "Code", "choices": names}],
             "limits": [],
-            "hint": "Choosing a code sets its integrator, contact status and law, and of K, D and the step what its "
-            "rules of thumb give; Undo goes back. Everything can be changed under Solver.",
+            "numbers": [
+                {"name": name, "label": label, "low": 0.0, "high": 1e15, "whole": False}
+                for name, (label, *_) in _NUMBERS.items()
+            ],
+            "hint": "Choosing a code sets its integrator, contact status and law. K, D and the step stay as they are: "
+            "what its rules of thumb give is tried in the table, and “Set” takes it over.",
         }
 
     def show(self, move: Move) -> None:
@@ -85,29 +96,28 @@ class YourCode(StudyTab):
             super()._choose(chosen)
             return
         self.panel.chosen = chosen
-        try:
-            texts = code_texts(code, self._move.setting)
-        except ValueError as error:
-            self.host.report_error(f"{code.name} could not be set: {error}")
-            self.refresh()
-        else:
-            self.host.set(texts)
+        self.host.set(code_texts(code))
+
+    def reset(self) -> None:
+        """Choose no code."""
+        self.panel.chosen = dict(self.chosen)
 
     def _set_rule(self, key: str) -> None:
         """Set what a rule gives."""
         if key in rules() and self._move is not None:
             try:
-                self.host.set(rule_texts(rules()[key], self._move.setting))
+                self.host.set(rule_texts(rules()[key], self.question(self._move.setting)))
             except ValueError as error:
                 self.host.report_error(f"This rule gives no number here: {error}.")
 
-    def question(self, setting: Setting) -> Setting:
-        """All that is set but how it is drawn."""
-        return question_of(setting)
+    def question(self, setting: Setting) -> CodeQuestion:
+        """All that is set but how it is drawn, and what is known of the elements."""
+        return question_of(setting, self.panel.chosen["elements"] or None)
 
     def draw(self, setting: Setting, result: PartialCode | None) -> None:
         """Figures and table."""
-        shown = result if result is not None and result.question == question_of(setting) else None
+        self.panel.show_fields({name: _field(name, setting) for name in _NUMBERS})
+        shown = result if result is not None and result.question == self.question(setting) else None
         self.view.update(setting, shown and shown.runs, name_of_method(setting.penalty))
         self.rules.param.update(**self._content(setting, shown))
 
@@ -118,7 +128,7 @@ class YourCode(StudyTab):
             own = {
                 "name": code.name,
                 "units": "" if setting.scale else _WITHOUT_UNITS,
-                "lines": list(code_lines(code, setting)),
+                "lines": list(code_lines(code, setting, self.panel.chosen["area"] or None)),
                 "leaves_out": code.leaves_out,
                 "sources": [vars(source) for source in code.sources],
             }
@@ -173,6 +183,15 @@ class YourCode(StudyTab):
     def command(self, setting: Setting) -> str:
         """The commands of the setting."""
         return as_command(setting)
+
+
+def _field(name: str, setting: Setting) -> ShownField:
+    """How the contact area, or the stiffness of the elements, is shown."""
+    label, hint, quantity, natural = _NUMBERS[name]
+    if setting.scale is None:
+        return ShownField(label, hint, "", 1.0, {"": 1.0}, natural)
+    factor, one = setting.scale.factor(quantity), setting.own_units.factor(quantity)
+    return ShownField(label, hint, setting.scale.unit(quantity), factor, {"": 1 / factor, **sizes(quantity, one)})
 
 
 def _cell(value: object) -> object:
