@@ -37,7 +37,7 @@
 
   // What can be done: the elements stay in `window.walked`, by their places in this list.
   const choices = () => {
-    window.walked = interactive().filter((node) => !node.disabled && !node.closest("dialog, [popover]"));
+    window.walked = interactive().filter((node) => !node.disabled && !node.closest("dialog, [popover], .suggest")); // no link holds a search
     return window.walked.map((node) => ({
       kind: kindOf(node),
       name: nameOf(node),
