@@ -75,7 +75,16 @@ def test_the_keys_of_one_setting_for_a_range(capsys):
     search = ["--eta-range", "2.7:2.76:2", "--one-setting", "--K", "200", "--D", "4", "--tolerance", "0.9"]
     found = printed(capsys, "recommend", *search, "--steps-max", "64")
     assert set(found) == keys_of("`recommend --one-setting`")
-    assert set(found["etas"][0]) == {"eta", "steps", "error", "robust"}
+    assert set(found["etas"][0]) == {
+        "eta",
+        "steps",
+        "error",
+        "robust",
+        "restitution",
+        "peak_force",
+        "peak_force_without_step",
+        "steps_per_contact",
+    }
 
 
 def test_the_keys_of_hard_cases_and_claims():
