@@ -2,8 +2,8 @@
 
 They print their figures, and the sums at the end. ``RELEASE_INPUTS`` sets how many inputs of each kind are tried,
 ``RELEASE_SEED`` makes them others, ``RELEASE_SETTINGS`` sets how many settings a verdict is tested of, ``RELEASE_SOAK``
-sets the seconds of the soak; many visitors at once, and a thousand
-that come and go, are measured by ``benchmarks/sessions.py``.
+sets the seconds of the soak; many visitors at once, and a thousand that come and go, are measured by
+``benchmarks/sessions.py``.
 """
 
 import json
