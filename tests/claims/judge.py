@@ -58,6 +58,12 @@ def graded(found, wanted, close, far, absolute=0.0):
     return MISLEADING if within(found, wanted, far, 2 * absolute) else FALSE
 
 
+def scaled(method, factor):
+    """A method with another K, and the damper that rebounds as before."""
+    damping = method.damping and method.damping * math.sqrt(factor)
+    return changed(method, stiffness=method.stiffness * factor, damping=damping)
+
+
 def scatter(values, period):
     """Standard deviation about the points of a cycle."""
     whole = len(values) // period * period
@@ -177,7 +183,7 @@ class _Judge:
         if said:
             outcome = MISLEADING if said[0] > total * 1.02 else FALSE if alone_left < said[0] / MUCH_BETTER else TRUE
             yield Claim("a4", outcome, f"at best {said[0]:.3g}; {best and best[:2]} of {total:.3g}")
-        if not self.words.together:
+        if "that was tried" in self.words.headline:
             yield from self.unmended(HALF * total * MUCH_BETTER)
 
     def stands_for_impact(self, method):
@@ -203,7 +209,7 @@ class _Judge:
         if method.law in SLOW_LAWS:
             return
         candidates = sorted(found, key=self.scanned)[:2]
-        best = min((self.median(lambda f, m=m: changed(m, stiffness=m.stiffness * f)), str(m)) for m in candidates)
+        best = min((self.median(lambda f, m=m: scaled(m, f)), str(m)) for m in candidates)
         worst = max(best[0], self.chance)
         outcome = FALSE if worst <= left / 2 else MISLEADING if worst <= left / MUCH_BETTER / 1.05 else TRUE
         yield Claim("a8", outcome, f"{best[1]} leaves {best[0]:.3g} of {left:.3g}")
@@ -285,13 +291,13 @@ class _Judge:
         run = simulate(self.runs.system, self.runs.eta, method, periods=2000, keep=200, initial=start)
         return period_of(run.section, 100) if run.ok else 0
 
-    def exponent(self, method, state, pieces=120):
+    def exponent(self, method, state, pieces=250, settling=50):
         """Largest Lyapunov exponent per period, of two runs that are brought close again after each period."""
         system, eta, distance = self.runs.system, self.runs.eta, 1e-7
         one = np.array(state, float)
         direction = np.array([1.0, 0.5, 0.0, 0.0] if system.wall else [1.0, 0.5, -0.7, 0.3])
         other, total = one + distance * direction / np.linalg.norm(direction), 0.0
-        for _ in range(pieces):
+        for piece in range(pieces):
             ends = []
             for start in (one, other):
                 begin = Checkpoint(system, eta, method, 0, tuple(start))
@@ -301,9 +307,9 @@ class _Judge:
                 ends.append(run.section[-1])
             one, away = ends[0], ends[1] - ends[0]
             grown = max(float(np.linalg.norm(away)), 1e-14)
-            total += math.log(grown / distance)
+            total += math.log(grown / distance) * (piece >= settling)
             other = one + away * (distance / grown)
-        return total / pieces
+        return total / (pieces - settling)
 
     @staticmethod
     def agrees(said, found):

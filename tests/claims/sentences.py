@@ -4,7 +4,7 @@ import re
 from dataclasses import replace
 from typing import NamedTuple
 
-from vibroscope.engine import ExactPenalty, Newmark, NewmarkBeta, TimeStepping
+from vibroscope.engine import Newmark, NewmarkBeta, TimeStepping
 
 _SHARE = r"(?P<left>more than 1000|\d+(?:\.\d+)?) %"
 _NUMBER = r"[\d.]+(?:e[+-]?\d+)?"
@@ -86,8 +86,3 @@ def kinds_in(headline):
         r"the penalty solution ((?:is|repeats|nearly|does|blew)[^;]*?), the reference ([^;]*?)(?:, and |;)", headline
     )
     return found and found.groups()
-
-
-def name_of_limit(method):
-    """Whether a method has no time step."""
-    return isinstance(method, ExactPenalty)

@@ -22,7 +22,7 @@ IMPLICIT = (NewmarkBeta(0.3025, 0.6), HHT(), HHTInterpolated(), GeneralisedAlpha
 EXPLICIT = (CentralDifference(), SemiImplicitEuler())
 LAWS = ("cut", "limited", "compression", "hunt-crossley", "flores", "jankowski")
 RATIO_LAWS = ("hunt-crossley", "flores")
-MOST_STEPS = 4000  # of a method whose steps cannot be skipped
+MOST_STEPS = 2000  # of a method whose steps cannot be skipped
 
 
 class Setting(NamedTuple):

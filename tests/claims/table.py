@@ -68,7 +68,7 @@ Written by `python -m tests.claims --write` on {date.today():%-d %B %Y}: {settin
 {len(claims):,} claims, {seconds / 60:.0f} minutes of one processor.
 
 The settings are of the paper's system and of random ones (two bodies or a wall, apart, touching or pressed together,
-with forces and weights), η 0.5 to 4, K 10 to 1e5, D 0.1 to 100, 200 to 20,000 steps a period (4000 where steps cannot
+with forces and weights), η 0.5 to 4, K 10 to 1e5, D 0.1 to 100, 200 to 20,000 steps a period (2000 where steps cannot
 be skipped), all contact statuses, integrators and laws. Each sentence of `compare` is read from its words and tested by
 runs of `simulate` alone, with an error measure, an alignment and counts of its own (`tests/claims/`). A value counts by
 the median of its neighbours within 10 %, so that luck does not. `make release` runs the check again, and fails if more

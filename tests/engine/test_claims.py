@@ -11,7 +11,7 @@ from tests.claims.sentences import changes_in
 from tests.claims.settings import Setting
 from tests.share import every
 
-SETTINGS = (0, 1, 2, 3, 4, 5)
+SETTINGS = (0, 3, 5, 8, 9, 11, 13)  # quick ones: a wall, a located step, another integrator and law
 
 
 @pytest.mark.parametrize("number", every(SETTINGS))

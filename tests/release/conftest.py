@@ -1,8 +1,9 @@
 """The long tests of `make release`: thousands of fuzzed inputs, faults, hostile clients, a stop under load, a soak.
 
 They print their figures, and the sums at the end. ``RELEASE_INPUTS`` sets how many inputs of each kind are tried,
-``RELEASE_SEED`` makes them others, ``RELEASE_SOAK`` sets the seconds of the soak; many visitors at once, and a thousand
-that come and go, are measured by ``benchmarks/sessions.py``.
+``RELEASE_SEED`` makes them others, ``RELEASE_SETTINGS`` sets how many settings a verdict is tested of, ``RELEASE_SOAK``
+sets the seconds of the soak; many visitors at once, and a thousand that come and go, are measured by
+``benchmarks/sessions.py``.
 """
 
 import json
