@@ -44,7 +44,8 @@ from .remaining import Remaining
 from .time_step import with_located_steps
 
 FINE = 1.05  # ratio of neighbours on the grid of K and D
-COARSE = 12  # of its places from one point of the first search to the next: four in a decade
+COARSE = 8  # of its places from one point of the first search to the next: six in a decade
+COARSER = 12  # where steps are not skipped
 NEAR = 2  # places on each side that count with a value: within 10 %
 STIFFNESS_DECADES = 6  # of K above the stiffer of both springs
 DAMPING_DECADES = 3  # of D on each side of equal restitution
@@ -302,7 +303,8 @@ class _GridSearch:
         self.equal, self.resolved = equal, resolved
         first, last = math.ceil(math.log(ends[0], FINE)), math.floor(math.log(ends[1], FINE))
         marked = [round(math.log(equal, FINE))] if ends[0] <= equal <= ends[1] else []
-        self._coarse = sorted({*range(first, last + 1, COARSE), *marked})
+        self._stride = COARSE if remaining.quick else COARSER
+        self._coarse = sorted({*range(first, last + 1, self._stride), *marked})
         self._ends, self._marked = (first, last), marked
         self._left: dict[int, float] = {}
 
@@ -325,15 +327,16 @@ class _GridSearch:
             return None
         place = self._middle(lowest)
         near = [self._make(_value(each)) for each in self._around(place)]
-        typical = sorted(near, key=self._remaining.whole)[NEAR]
-        robust = self._remaining.whole(typical)
+        measure = self._remaining.whole if self._remaining.quick else self._remaining
+        typical = sorted(near, key=measure)[NEAR]
+        robust = measure(typical)
         if not math.isfinite(robust):
             return None
         for method in (self._make(rounded_to(_value(place), 2)), self._make(_value(place)), typical):
             left = self._remaining.whole(method)
             if robust / WORKS <= left <= WORKS * robust:  # what is said of it is no luck
                 break
-        return Change(self.name, left, robust, method)
+        return Change(self.name, left, max(robust, left / WORKS), method) if math.isfinite(left) else None
 
     def _at(self, place: int) -> float:
         if place not in self._left:
@@ -353,7 +356,7 @@ class _GridSearch:
         low = [place for i, place in enumerate(self._coarse) if rows[i] <= min(rows[max(i - 1, 0) : i + 2])]
         tried = {*sorted(low, key=self._left.__getitem__)[:3], *self._marked}
         lowest = min(sorted(tried), key=self._robust)
-        for step in (COARSE // 2, COARSE // 4, 1):
+        for step in (self._stride // 2, self._stride // 4, 1):
             around = (lowest, lowest - step, lowest + step)
             lowest = min((place for place in around if self._ends[0] <= place <= self._ends[1]), key=self._robust)
         return lowest
@@ -386,7 +389,7 @@ class _TogetherSearch(_GridSearch):
         """The softest place that leaves little enough, not at the edge of those."""
         enough = max(WORKS * self._robust(lowest), self._enough)
         for place in self._coarse:
-            inside = min(place + COARSE // 2, self._ends[1])
+            inside = min(place + self._stride // 2, self._ends[1])
             if self._left[place] <= enough and self._robust(inside) <= enough:
                 return inside
         return lowest
@@ -496,7 +499,7 @@ def _choices(comparison: Comparison, remaining: Remaining) -> Iterator[Change]:
     for name, method in changed_choices(comparison.runs.penalty.method):
         left = remaining.whole(method)
         beside = (min(max(method.stiffness * FINE**step, STIFFNESS_RANGE[0]), STIFFNESS_RANGE[1]) for step in (-1, 1))
-        around = [remaining.whole(replace(method, stiffness=stiffness)) for stiffness in beside]
+        around = [remaining(replace(method, stiffness=stiffness)) for stiffness in beside]
         if math.isfinite(left):
             yield Change(name, left, float(np.median([left, *around])), method)
     if "joint_damping" in comparison.part_names:

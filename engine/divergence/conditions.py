@@ -29,8 +29,9 @@ class Conditions:
         Restitution e of the reference.
     restitution : float
         That of K, D and law at the closing speed; nan where nothing collides and the law needs a speed.
-    measured : float
-        That which the short contacts of a run have, with its step and with all forces; nan where there are none.
+    measured, lasts : float
+        That which the short contacts of a run have, with its step and all forces, and the median τ that its contacts
+        last; nan where there are none.
     duration : float
         τ that a contact lasts, undamped; nan likewise.
     steps : float
@@ -45,6 +46,7 @@ class Conditions:
     steps: float
     cut: bool
     measured: float = math.nan
+    lasts: float = math.nan
 
     @property
     def given(self) -> float:
@@ -77,6 +79,7 @@ class Conditions:
         return {
             **{name: finite_or_none(value) for name, value in numbers.items()},
             "duration": finite_or_none(self.duration),
+            "lasts": finite_or_none(self.lasts),
             "steps": finite_or_none(self.steps),
             "rebounds": self.rebounds,
             "resolved": self.resolved,

@@ -17,7 +17,7 @@ from .encounters import delivered_restitution, mean_closing_speed
 from .sentences import plain, share, value_text
 
 EQUAL = 0.01  # relative: what is as close as this to a present number is no other one
-AS_ASKED = 0.1  # relative: a restitution that is measured is as asked
+AS_ASKED = 0.07  # relative: a restitution that is measured is as asked
 
 
 def detail_sentences(comparison: Comparison, found: Alone | None, contact: Conditions) -> tuple[str, ...]:

@@ -21,8 +21,10 @@ from .compare import Comparison
 from .error import Target
 from .grid import PER_PERIOD
 from .statistics import SECTION
+from .window import LONGER
 
 Penalty = ExactPenalty | Newmark | TimeStepping
+SEARCHED = 5000  # periods of a run of a search at most
 SHORT_TRANSIENT = 200  # periods of a short run before those that are compared
 
 
@@ -42,6 +44,13 @@ class Remaining:
         With ``parts``.
     cancelled : callable, optional
         Polled by every run; when it returns true, `Cancelled` is raised.
+
+    Attributes
+    ----------
+    method : Newmark or TimeStepping
+        Of the comparison.
+    quick : bool
+        Whether a whole run takes milliseconds, so that neighbours of what is proposed have whole runs, too.
     """
 
     def __init__(self, comparison: Comparison, cancelled: Callable[[], bool] | None = None) -> None:
@@ -53,9 +62,10 @@ class Remaining:
         self._target = Target(comparison.runs.reference, period) if period else None
         self._keep = run.keep if period else SECTION
         self._skipping = SkippedSamples(run.system, run.eta, cancelled)
-        whole = _Plan(comparison.initial, max(comparison.asked, self._keep))
-        self._settled = whole._replace(periods=run.periods)
-        self._search = whole
+        asked = max(comparison.asked, self._keep)
+        self.quick = self._is_skipped(run.method)
+        self._settled = _Plan(comparison.initial, run.periods if self.quick else min(run.periods, LONGER[0] * asked))
+        self._search = self._settled._replace(periods=min(asked, max(SEARCHED, self._keep)))
         if not skips_steps(run.method):
             self._search = _Plan(tuple(comparison.runs.reference.section[-1].tolist()), SHORT_TRANSIENT + self._keep)
         self._known: dict[tuple[Penalty, _Plan], float] = {}
@@ -65,7 +75,7 @@ class Remaining:
         return self._left(method, self._search)
 
     def whole(self, method: Penalty) -> float:
-        """The same after all periods in which the compared motions settled."""
+        """The same after the periods in which the compared motions settled; where runs take long, after fewer."""
         return self._left(method, self._settled)
 
     def _left(self, method: Penalty, plan: "_Plan") -> float:

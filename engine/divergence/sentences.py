@@ -113,8 +113,8 @@ def _reason(comparison: Comparison, change: Change, now: Conditions | None) -> s
     if change.changed != "D" and not stiffer and not now.resolved:
         return f", since a contact takes only {rounded(now.steps, 2)} steps"
     if stiffer:
-        share = now.duration * comparison.runs.penalty.eta / (2 * math.pi)
-        return f", since the contact is too soft and lasts {percent(share)} of a period"
+        share = now.lasts * comparison.runs.penalty.eta / (2 * math.pi)
+        return f", since contacts are too soft and last {percent(share)} of a period" if math.isfinite(share) else ""
     return ""
 
 

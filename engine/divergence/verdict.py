@@ -175,7 +175,8 @@ def contact_conditions(comparison: Comparison) -> Conditions:
     """What the contact of the penalty solution does, measured where it has short contacts."""
     run = comparison.runs.penalty
     alone = conditions(run.system, run.eta, run.method, mean_closing_speed(comparison.runs.reference))
-    return replace(alone, measured=delivered_restitution(run))
+    lasts = float(np.median(np.diff(run.contacts, axis=1))) if len(run.contacts) else np.nan
+    return replace(alone, measured=delivered_restitution(run), lasts=lasts)
 
 
 def _blamed(blame: Blame) -> tuple[str, ...]:
