@@ -41,7 +41,7 @@ def marks(view, name):
 def tapped(view, name, x):
     sets = []
     view.set_texts = sets.append
-    view._tap(name, x)
+    view.take(name, x)
     return sets[0]
 
 
@@ -166,5 +166,5 @@ def test_there_is_no_curve_over_d_where_the_law_takes_its_damper_from_the_restit
     facts = found[0].alone
     facts = facts | {"curves": {name: facts["curves"][name] for name in ("K", "steps")}}
     view = shown(facts, read_setting({"law": "hunt-crossley", "damper": "restitution"}, OPENING))
-    assert [pane.visible for pane in view._cells.values()] == [True, False, True]
+    assert [pane.visible for pane in view.panes.values()] == [True, False, True]
     assert not view.curves["D"].data["x"].size

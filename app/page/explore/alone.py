@@ -80,7 +80,7 @@ class AloneView:
         self._left, self._ticks = Range1d(1.0, 100.0), FixedTicker(ticks=[1.0, 10.0, 100.0])
         self.figures = {name: self._build(name) for name in NUMBERS}
         panes = [pn.pane.Bokeh(plot, sizing_mode="stretch_both") for plot in self.figures.values()]
-        self._cells = dict(zip(NUMBERS, panes, strict=True))
+        self.panes = dict(zip(NUMBERS, panes, strict=True))
         for pane in panes:
             pane.css_classes = [*pane.css_classes, "alone-figure"]
         sheet = style("explore/alone_row")
@@ -125,7 +125,7 @@ class AloneView:
         best = {"marker": "circle", "size": 9, "fill_color": None, "line_color": GREEN, "line_width": 2.2}
         add_glyph(plot, Scatter(x="best", y="best_left", **best), marks)
         plot.add_tools(hover_tool([line], {"": "@x", "left": "@left %"}, mode="vline", line_policy="nearest"))
-        plot.on_event(Tap, lambda event: self._tap(name, event.x))
+        plot.on_event(Tap, lambda event: self.take(name, event.x))
         return plot
 
     def wait(self, put: Put) -> None:
@@ -147,7 +147,7 @@ class AloneView:
         self._left.update(start=low, end=high)
         self._ticks.ticks = _ticks(low, high)
         has_d = setting.penalty.damping is not None
-        self._cells["D"].visible = has_d
+        self.panes["D"].visible = has_d
         for name in NUMBERS:
             if name in facts["curves"]:
                 self._draw(name, facts, put)
@@ -193,7 +193,7 @@ class AloneView:
         scaled = {n: [math.nan if marks.get(n) is None else share.get(n, field.factor) * marks[n]] for n in _MARKS}
         put(self.marks[name], as_float32(scaled))
 
-    def _tap(self, name: str, x: float | None) -> None:
+    def take(self, name: str, x: float | None) -> None:
         """Set the number of a click, that of a mark if it is near."""
         if self.facts is None or name not in self.facts["curves"] or x is None or not x > 0:
             return
