@@ -24,7 +24,8 @@ def alone_lines(found: Alone | None, eta: float, method: Method, units: Units | 
     for name, curve in found.curves.items():
         rows = [(_HEADS[name], _unit(name, units), "left", "")]
         rows += [
-            (written(v), _physical(name, v, eta, method, units), left, mark) for v, left, mark in _rows(found, curve)
+            ("none" if math.isinf(v) else written(v), _physical(name, v, eta, method, units), left, mark)
+            for v, left, mark in _rows(found, curve)
         ]
         widths = [max(len(row[i]) for row in rows) for i in range(3)]
         lines.append("")

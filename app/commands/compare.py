@@ -4,7 +4,7 @@ import argparse
 import json
 import math
 from collections.abc import Iterable
-from dataclasses import fields
+from dataclasses import fields, replace
 from textwrap import wrap
 
 from vibroscope.app.commands.alone_table import alone_lines
@@ -34,6 +34,7 @@ from vibroscope.app.commands.physical_units import (
     wanted_units,
 )
 from vibroscope.app.explorer.force import plain_motion
+from vibroscope.app.explorer.words_in_units import in_units
 from vibroscope.engine import (
     FREE_PERIODS,
     PARTS,
@@ -127,7 +128,14 @@ def run(options: argparse.Namespace) -> None:
             report["physical"] = _physical_json(comparison, units)
         print(json.dumps(report, allow_nan=False))
     else:
-        print(as_text(comparison, judgement, split, of_step))
+        print(
+            as_text(
+                comparison,
+                judgement if units is None else _in_units(judgement, units.of_contact(comparison.runs.penalty.method)),
+                split,
+                of_step,
+            )
+        )
         if options.alone:
             print("\n".join(alone_lines(judgement.alone, eta, comparison.runs.penalty.method, units)))
         if units:
@@ -321,6 +329,12 @@ def _motion_rows(comparison: Comparison) -> list[tuple[str, str]]:
 def _motion_text(motion: Motion) -> str:
     rate = f"; Lyapunov exponent {motion.lyapunov:+.3g} a period" if math.isfinite(motion.lyapunov) else ""
     return f"{repetition(motion)}{rate}"
+
+
+def _in_units(judgement: Verdict, units: Units) -> Verdict:
+    """The verdict with the numbers of its sentences in units."""
+    details = tuple(in_units(text, units) for text in judgement.details)
+    return replace(judgement, headline=in_units(judgement.headline, units), details=details)
 
 
 def _physical_lines(comparison: Comparison, units: Units) -> list[str]:

@@ -25,7 +25,6 @@ _RULES = tuple(
         (r"(?<!\w)K ≈ ", "K ≈ ", "contact_stiffness"),
         (r"(?<!\w)D ≈ ", "2D ≈ ", "contact_damping"),
         (r"(?<!\w)K up to ", "K up to ", "contact_stiffness"),
-        (r"(?<=K is to blame: )up to ", "up to ", "contact_stiffness"),
         (r"(?<!\w)D = ", "2D = ", "contact_damping"),
         (r"(?<!\w)D than ", "2D than ", "contact_damping"),
         (r"(?<!\w)(?:η|eta) = ", "f = ", "frequency"),

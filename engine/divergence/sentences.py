@@ -141,8 +141,8 @@ def _more_steps(blame: Blame, change: Change) -> str:
 
 
 def _cancels(blame: Blame, change: Change) -> str:
-    """Whether a change is as good only where errors cancel: another one leaves a contact that does what it should."""
-    return " by errors that cancel" if change in blame.cancelling and len(blame.changes) > 1 else ""
+    """Whether a change leaves so little only where errors cancel: its contact does not do what it should."""
+    return " by errors that cancel" if change in blame.cancelling else ""
 
 
 def _together_sentence(comparison: Comparison, found: Alone, blame: Blame, now: Conditions | None) -> str:
