@@ -10,6 +10,7 @@ from ..motions.words import touching
 from ..simulate import simulate
 from ..wording import percent, rounded
 from .alone import Alone
+from .blame import HALF
 from .compare import Comparison
 from .conditions import Conditions, equal_damping, equal_stiffness
 from .contact import contact_frequency, damping_ratio
@@ -40,10 +41,9 @@ def detail_sentences(comparison: Comparison, found: Alone | None, contact: Condi
     shares = [percent(motion.contact_share) for motion in (comparison.reference, comparison.penalty)]
     lines.append(f"Contact takes {shares[0]} of the time in the reference, {shares[1]} in the penalty solution.")
     if found is not None and found.changes:
-        left = "; ".join(
-            f"{value_text(each)} {percent(each.left)}" for each in found.changes if each.left < found.total
-        )
-        lines.append(f"What is left at best if one number alone is changed: {left or percent(found.total)}.")
+        halving = [each for each in found.changes if max(each.left, each.robust) <= HALF * found.total]
+        left = "; ".join(f"{value_text(each)} {percent(each.left)}" for each in halving or found.changes[:1])
+        lines.append(f"What is left at best if one number alone is changed: {left}.")
     run = comparison.runs.penalty
     if run.periods > comparison.asked:
         lines.append(
