@@ -53,6 +53,8 @@ def difference_in_kind(reference: Motion, penalty: Motion) -> str:
     """
     if penalty.near_period == reference.near_period and penalty.type is not Kind.DIVERGED:
         return ""
+    if penalty.type is reference.type in (Kind.CHAOTIC, Kind.QUASI_PERIODIC):  # though one of them may nearly repeat
+        return ""
     return f"the penalty solution {repetition(penalty)}, the reference {repetition(reference)}"
 
 
