@@ -206,10 +206,10 @@ class Comparison:
         return None if self.initial == self.runs.reference.system.rest else self.initial
 
     def _judge(self, run: Response, described: Motion, cancelled) -> Motion:
-        """Return the motion that a run has settled to with its evidence; its counts stay those of the kept periods."""
-        state = run.section[-1]
-        settled = bool(np.abs(state).max() <= FARTHEST)
-        start = tuple(without_penetration(run.system, state)) if settled else self.start
+        """Return the motion that a run has settled to, with evidence; its counts stay those of the kept periods."""
+        state, start = run.section[-1], self.start
+        if run.periods > self.asked and np.abs(state).max() <= FARTHEST:
+            start = tuple(without_penetration(run.system, state))
         judged = motion(run.system, run.eta, run.method, initial=start, cancelled=cancelled)
         return replace(judged, **{name: getattr(described, name) for name in COUNTS})
 

@@ -145,7 +145,7 @@ def recommend_range(
     etas : sequence of float
         Excitation frequencies at which settings are tried, at least two.
     tolerance, restitution_tolerance, force_tolerance, located, scheme, reference, threads, progress, cancelled, \
-    **limits
+    limits
         As for :func:`.recommend.recommend`; ``steps_max`` holds for the lowest η, where a period has the most steps.
     partial : callable, optional
         As there, with the η at which the steps per period of the front count: the highest that has an error.

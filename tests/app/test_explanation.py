@@ -58,6 +58,9 @@ def test_the_numbers_say_what_each_change_leaves():
     found = explain(runs_of("9B"))
     line = next(line for line in found.details if line.startswith(begin))
     for name, curve in found.alone["curves"].items():
+        if curve["best"]["left"] > found.parts["total"] / 2:
+            assert "no time step" not in line
+            continue
         value = "no time step" if curve["best"]["value"] is None else f"{name} = {curve['best']['value']:g}"
         assert f"{value} {percent(curve['best']['left'])}" in line
 
