@@ -24,7 +24,7 @@ def test_no_word_opens_two_entries():
 
 def test_the_unit_of_the_damper_is_one():
     """Beside the number, in Help, in the glossary and in the table of symbols."""
-    unit = unit_of("damping", Setting())
+    unit = unit_of("contact_damping", Setting())
     assert any(f"a multiple of {unit}, D = c/({unit})" in entry.text for entry in glossary() if entry.head == "D")
     assert f"{unit} for dampings" in (ROOT / "app/page/help/help.html").read_text()
     assert f"| 1; {unit} | `damping`" in (ROOT / "docs/theory/symbols.md").read_text()
