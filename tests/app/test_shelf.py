@@ -133,7 +133,7 @@ def test_a_free_vibration_is_compared_from_its_start_in_words_script_and_command
     assert runs.penalty.motion.peak_force * FREE.scale.factor("force") == pytest.approx(9950.37, rel=3e-3)  # SDND101
     found = explain(runs)
     assert "free vibration" in found.headline
-    assert found.in_units(FREE.scale).details == ("A contact of this K and D lasts 31.42 ms: 25 steps.",)
+    assert found.in_units(FREE.scale).details == ("A contact of this K and D alone lasts 31.42 ms: 25 steps.",)
     assert found.series["total"].shape[0] == 2
     assert "Free vibration. 4 impacts in 2 periods T" in describe(runs).lines(found)["reference"]
     exec(as_python(FREE), {})
