@@ -65,7 +65,8 @@ class Remaining:
         asked = max(comparison.asked, self._keep)
         self.quick = self._is_skipped(run.method)
         self._settled = _Plan(comparison.initial, run.periods if self.quick else min(run.periods, LONGER[0] * asked))
-        self._search = self._settled._replace(periods=min(asked, max(SEARCHED, self._keep)))
+        searched = min(self._settled.periods, max(SEARCHED, self._keep))
+        self._search = self._settled._replace(periods=searched)
         if not skips_steps(run.method):
             self._search = _Plan(tuple(comparison.runs.reference.section[-1].tolist()), SHORT_TRANSIENT + self._keep)
         self._known: dict[tuple[Penalty, _Plan], float] = {}

@@ -28,6 +28,7 @@ from .remaining import Remaining
 from .sentences import blame_sentence, change_of, rebound_text
 from .window import SECTION
 
+NEARBY = (0.0, -3e-6, 3e-6, -1e-4, 1e-4)  # relative: shifts of η at which what finishes must do so, too
 DOUBLINGS = 6  # of the steps, tried for a run that diverged, or that had no solution; and halvings of D then
 
 
@@ -311,10 +312,14 @@ def _more_steps(method: Newmark | TimeStepping) -> list[Newmark | TimeStepping]:
 
 
 def _first_that_finishes(comparison: Comparison, methods: Iterable, cancelled) -> Newmark | TimeStepping | None:
-    """Return the first of some methods whose run reaches its end; None if none does."""
+    """Return the first of some methods whose run reaches its end, not at this η alone; None if none does."""
     run = comparison.runs.penalty
     options = {"periods": run.periods, "keep": 1, "initial": comparison.start, "cancelled": cancelled}
-    return next((each for each in methods if simulate(run.system, run.eta, each, **options).ok), None)
+
+    def finishes(method: Newmark | TimeStepping) -> bool:
+        return all(simulate(run.system, run.eta * (1.0 + shift), method, **options).ok for shift in NEARBY)
+
+    return next(filter(finishes, methods), None)
 
 
 def _of_no_solution(comparison: Comparison, cancelled) -> Verdict:

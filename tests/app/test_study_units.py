@@ -16,7 +16,7 @@ def test_hover_and_data_of_a_diagram_follow_the_units(filled):  # noqa: F811
     assert tab.view.hover.tooltips[0][1] == "@eta"
     tab.show(Move(2, physical))
     assert tab.view.hover.tooltips[:2] == [
-        ("excitation frequency f / Hz", "@shown_eta{%.4g}"),
+        ("frequency f / Hz, base displacement 2 mm held", "@shown_eta{%.4g}"),
         ("displacement x₂ once a period / mm", "@shown_value{%.4g}"),
     ]
     np.testing.assert_allclose(source.data["shown_eta"], source.data["eta"] * 20 / (2 * np.pi), rtol=1e-6)

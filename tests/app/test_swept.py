@@ -73,7 +73,10 @@ def test_any_number_is_swept_by_a_solver_that_has_it_and_moving_it_asks_nothing(
     assert question.over == over
     assert question.span == slider_range(over, System())
     assert tab.panel.chosen["solver"] in SWEPT[over].solvers
-    assert f"{SWEPT[over].choice} {SWEPT[over].symbol}" in tab.view.hover.tooltips[0][0]
+    named = (
+        "frequency η = Ω/ω₁, base displacement held" if over == "eta" else f"{SWEPT[over].choice} {SWEPT[over].symbol}"
+    )
+    assert named in tab.view.hover.tooltips[0][0]
     assert question.study().cells == len(question.axis)  # the engine takes it
     moved = SETTING._replace(**{over: {"eta": 2.0, "restitution": 0.7}.get(over, 3000)})
     assert tab.question(moved) == question

@@ -161,7 +161,7 @@ def test_what_finishes_does_so_for_frequencies_nearby():
     ways = re.search(r"each tried alone: (.*)\.$", words.headline).group(1).split(", or ")
     kinds = {"without-solution": "without_solution", "D": "damping", "law": "law", "status": "status"}
     for way in ways:
-        name, value = re.match(r"([\w-]+)(?: =)? ([\w.-]+)$", way).groups()
+        name, value = re.match(r"([\w,-]+)(?: =)? ([\w.-]+)$", way).groups()
         numbers = {"steps": int(name.replace(",", ""))} if value == "steps" else {kinds[name]: value}
         numbers = {name: float(value) if name == "damping" else value for name, value in numbers.items()}
         changed = replace(method, **numbers)
