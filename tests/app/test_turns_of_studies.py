@@ -17,7 +17,7 @@ from vibroscope.app.studies.plane import PlaneQuestion, grow_plane
 from vibroscope.app.studies.plane_curves import CurvesQuestion, grow_curves
 from vibroscope.app.studies.speed import SpeedQuestion, grow_speed
 from vibroscope.app.studies.time_step import StepQuestion, grow_step
-from vibroscope.app.studies.your_code import grow_code
+from vibroscope.app.studies.your_code import CodeQuestion, grow_code
 from vibroscope.engine import Newmark, Reference, System
 
 SYSTEM, ETA, PENALTY = System(), 2.7613, Newmark(12_345.0, 18.0, 2000)  # of which no other test has runs in a cache
@@ -27,7 +27,7 @@ STUDIES = {
         BasinQuestion(SYSTEM, ETA, Reference(), PENALTY, ("xi2", "v2"), (-4.0, 4.0), (-9.0, 9.0), (0.0,) * 4),
     ),
     "branches": (grow_branches, BranchQuestion(SYSTEM, Reference(), (1.3, 1.5))),
-    "code": (grow_code, Setting(eta=ETA, K=12_345.0, D=18.0)),
+    "code": (grow_code, CodeQuestion(Setting(eta=ETA, K=12_345.0, D=18.0))),
     "coexisting": (search_coexisting, CoexistingQuestion(SYSTEM, ETA, Reference(), PENALTY)),
     "curves": (grow_curves, CurvesQuestion(SYSTEM, 2.78, (6000.0, 30_000.0), (15.0, 22.0))),
     "diagram": (grow_diagram, DiagramQuestion(SYSTEM, Reference(), "rest", (2.7, 2.9))),

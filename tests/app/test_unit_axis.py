@@ -50,7 +50,7 @@ def test_the_second_range_follows_what_the_page_does():
         ),
         (
             lambda: PlaneView(None, None),
-            lambda view, setting: view.update(setting, None, "period", None),
+            lambda view, setting: view.update(setting, None, "period", None, float("nan")),
             ["contact stiffness K / (N/mm)", "contact damper 2D / (N·s/mm)"],
         ),
         (

