@@ -22,7 +22,7 @@ from gallery import comparison, settings  # noqa: E402
 from vibroscope.app.explorer.scenes import scenes  # noqa: E402
 from vibroscope.app.explorer.shelf import shelf  # noqa: E402
 from vibroscope.app.export.formats import Figure  # noqa: E402
-from vibroscope.app.export.report import STYLE, as_report  # noqa: E402
+from vibroscope.app.export.report import STYLE, Findings, as_report  # noqa: E402
 from vibroscope.app.export.scripts import as_command, as_python  # noqa: E402
 from vibroscope.engine import percent, verdict  # noqa: E402
 
@@ -48,7 +48,9 @@ def page(key: str) -> str:
     words = {"What it shows": entry.caption, "Verdict": " ".join((said.headline, *said.details))}
     words |= {"Parts of the difference": "; ".join(f"{name} {text}" for name, text in parts.items())} if parts else {}
     source = {"program": f"Vibroscope {version('vibroscope')}", "made": f"{datetime.now(UTC):%d %B %Y}", "address": ""}
-    text = as_report(entry.title, words, setting, list(FIGURES), [as_command(setting), as_python(setting)], source)
+    text = as_report(
+        entry.title, Findings(words), setting, list(FIGURES), [as_command(setting), as_python(setting)], source
+    )
     for figure, draw in FIGURES.items():
         place = f'<div data-figure="{figure.name}"></div>'
         text = text.replace(place, f"<div>{drawn(draw(setting))}</div>")
