@@ -9,12 +9,12 @@ def test_a_link_restores_its_state(visit):
     first.moved(lambda: first.type("eta", "2.7612345"))
     first.page.get_by_text("Solver", exact=True).click()
     first.moved(lambda: first.page.locator("[name=vibroscope-joint_damping][value=derived]").set_checked(True))
-    first.moved(lambda: first.page.get_by_text("absolute").click())
+    first.moved(lambda: first.page.get_by_text("absolute", exact=True).click())
     first.wait_for_address(eta="2.7612345", joint_damping="derived", frame="absolute")
     second = visit(first.query())
     assert second.sources() == first.sources()
     assert second.typed("eta").input_value() == "2.7612345"
-    assert second.page.get_by_label("absolute").is_checked()
+    assert second.page.get_by_role("radio", name="absolute", exact=True).is_checked()
 
 
 def test_the_tab_is_part_of_the_address_and_an_unknown_one_is_refused(visit):
