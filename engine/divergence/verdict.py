@@ -28,7 +28,8 @@ from .remaining import Remaining
 from .sentences import blame_sentence, change_of, rebound_text
 from .window import SECTION
 
-NEARBY = (0.0, -1e-6, 1e-6, -2.5e-6, 2.5e-6, -1e-5, 1e-5, -1e-4, 1e-4)  # relative: shifts of η at which what finishes must do so, too
+# Relative: shifts of η at which what finishes must do so, too.
+NEARBY = (0.0, -1e-6, 1e-6, -2.5e-6, 2.5e-6, -1e-5, 1e-5, -1e-4, 1e-4)
 DOUBLINGS = 6  # of the steps, tried for a run that diverged, or that had no solution; and halvings of D then
 
 
