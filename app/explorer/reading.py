@@ -22,7 +22,6 @@ from vibroscope.engine import end_text, simulate
 from vibroscope.engine.methods import STEPS_RANGE
 
 _PERIODS = signature(simulate).parameters["periods"].default
-_FORMER_CHOICES = {("units", "physical"): "si"}  # in older links and files
 
 # A number as a person writes one. Stricter than float(), which also accepts "nan", "inf", "1_000", the digits of other
 # scripts, and text of any length.
@@ -94,7 +93,6 @@ def read_values(texts: Mapping[str, object]) -> dict[str, float | int | str]:
 def _read_value(name: str, text: object) -> float | int | str:
     rule = Explorer.param[name]
     if isinstance(rule, param.Selector):
-        text = _FORMER_CHOICES.get((name, text), text) if isinstance(text, str) else text
         return read_choice(name, text, rule.objects)
     return read_number(name, text, bounds_of(name), isinstance(rule, param.Integer))
 

@@ -13,7 +13,7 @@ from platform import python_version
 from typing import NamedTuple
 
 import numpy as np
-from vibroscope.app.explorer.parameters import FIELDS, SYSTEM_FIELDS
+from vibroscope.app.explorer.parameters import FIELDS
 from vibroscope.app.explorer.physical_fields import CONTACT_OF_SYSTEM, values_of_system
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.runtime.number_text import print_value
@@ -119,16 +119,8 @@ def loaded_from_toml(text: str) -> Loaded:
     elif "units" in rest:
         values = _read_table(rest, "units", {unit: name for name, unit in _UNITS.items()})
     if "setting" in tables or not values:
-        given = _read_table(tables, "setting", {name: name for name in FIELDS if name not in _UNITS})
-        values |= _of_older_file(given) | given
+        values |= _read_table(tables, "setting", {name: name for name in FIELDS if name not in _UNITS})
     return Loaded({name: print_value(value) for name, value in values.items()}, assumed)
-
-
-def _of_older_file(given: Mapping) -> dict:
-    """The defaults of the fields that a file of an older version leaves out; it had the paper's pendulums only."""
-    if "kappa" not in given or "bodies" in given:
-        return {}
-    return {name: getattr(Setting(), name) for name in SYSTEM_FIELDS if name not in given}
 
 
 def _read_table(tables: Mapping, table: str, names: Mapping[str, str]) -> dict:

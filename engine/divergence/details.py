@@ -1,6 +1,7 @@
 """The numbers behind a verdict, a sentence each."""
 
 import math
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -21,7 +22,9 @@ EQUAL = 0.01  # relative: what is as close as this to a present number is no oth
 AS_ASKED = 0.07  # relative: a restitution that is measured is as asked
 
 
-def detail_sentences(comparison: Comparison, found: Alone | None, contact: Conditions) -> tuple[str, ...]:
+def detail_sentences(
+    comparison: Comparison, found: Alone | None, contact: Conditions, cancelled: Callable[[], bool] | None
+) -> tuple[str, ...]:
     """Return the numbers behind the headline of a verdict as sentences; without a search if there was none."""
     difference, lines = comparison.difference, []
     if comparison.pointwise:
@@ -30,7 +33,7 @@ def detail_sentences(comparison: Comparison, found: Alone | None, contact: Condi
     elif difference.measure == "displacements":
         lines.append(_why_no_parts(comparison))
     if not touching(comparison.penalty) or not touching(comparison.reference):  # else nothing meets
-        lines += [*_restitution_sentences(comparison, contact), *duration_sentences(comparison)]
+        lines += [*_restitution_sentences(comparison, contact, cancelled), *duration_sentences(comparison)]
     if comparison.encounters is not None:
         matches = comparison.encounters
         late = "" if np.isnan(matches.phase_error) else f", {percent(matches.phase_error)} of a period apart"
@@ -68,7 +71,9 @@ def _why_no_parts(comparison: Comparison) -> str:
     )
 
 
-def _restitution_sentences(comparison: Comparison, contact: Conditions) -> tuple[str, ...]:
+def _restitution_sentences(
+    comparison: Comparison, contact: Conditions, cancelled: Callable[[], bool] | None
+) -> tuple[str, ...]:
     """Return how fast the bodies part, measured or as a contact alone has it, and what would give e."""
     run = comparison.runs.penalty
     method, system, speed = run.method, run.system, mean_closing_speed(comparison.runs.reference)
@@ -83,26 +88,23 @@ def _restitution_sentences(comparison: Comparison, contact: Conditions) -> tuple
     asked = f"the restitution e asks for {share(system.restitution)}"
     if method.damping is None:
         asked += f", from which the law {method.law} takes its damper"
-    ways = _ways_to_rebound(comparison, speed)
+    ways = _ways_to_rebound(comparison, speed, cancelled)
     if ways:
         asked += f", which {' or '.join(ways)} alone gives"
     return (f"{who} with {share(contact.given)} of the speed at which they meet{of_ratio}; {asked}.",)
 
 
-def _ways_to_rebound(comparison: Comparison, speed: float) -> list[str]:
+def _ways_to_rebound(comparison: Comparison, speed: float, cancelled: Callable[[], bool] | None) -> list[str]:
     """The D and K of equal restitution whose own runs rebound as asked: where other forces act, they do not."""
-    run, ways = comparison.runs.penalty, []
-    system, method, length = (
-        run.system,
-        run.method,
-        {"periods": comparison.asked, "keep": min(run.keep, comparison.asked)},
-    )
+    run, asked, ways = comparison.runs.penalty, comparison.asked, []
+    system, method = run.system, run.method
+    options = {"periods": asked, "keep": min(run.keep, asked), "cancelled": cancelled}
     found = {"D": equal_damping(system, method, speed), "K": equal_stiffness(system, method, speed)}
     for name, value in found.items():
         present = getattr(method, METHOD_NUMBERS[name])
         if not math.isfinite(value) or value <= 0.0 or abs(value - present) <= EQUAL * present:
             continue
-        changed = simulate(system, run.eta, replace(method, **{METHOD_NUMBERS[name]: value}), **length)
+        changed = simulate(system, run.eta, replace(method, **{METHOD_NUMBERS[name]: value}), **options)
         delivered = delivered_restitution(changed) if changed.ok else math.nan
         if abs(delivered - system.restitution) <= AS_ASKED * system.restitution:
             ways.append(f"{name} = {plain(value)}")

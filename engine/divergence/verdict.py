@@ -138,17 +138,17 @@ def verdict(
     if difference.measure == "displacements" and difference.total > CLOSE:
         elsewhere = error_from_penalty_state(comparison, cancelled)
         if elsewhere < min(CLOSE, difference.total / 2):
-            return _of_other_motion(comparison, elsewhere, scatter)
+            return _of_other_motion(comparison, elsewhere, scatter, cancelled)
     reference, penalty = comparison.reference, comparison.penalty
     unchanged = touching(reference) if touching(reference) == touching(penalty) else ""
     if unchanged and penalty.contact_share == reference.contact_share == 0.0:
-        return _without_contact(comparison, unchanged)
+        return _without_contact(comparison, unchanged, cancelled)
     remaining = Remaining(comparison, cancelled)
     found = search_alone(comparison, remaining, progress)
-    return _of_search(comparison, found, find_blame(comparison, found, remaining), unchanged)
+    return _of_search(comparison, found, find_blame(comparison, found, remaining), unchanged, cancelled)
 
 
-def _of_search(comparison: Comparison, found: Alone, blame: Blame, unchanged: str) -> Verdict:
+def _of_search(comparison: Comparison, found: Alone, blame: Blame, unchanged: str, cancelled) -> Verdict:
     """Return the verdict that the search gives."""
     agree, first = agreement(comparison)
     contact = contact_conditions(comparison)
@@ -165,7 +165,7 @@ def _of_search(comparison: Comparison, found: Alone, blame: Blame, unchanged: st
         left=first_change.left if first_change else np.nan,
         together=blame.together is not None,
         scatter=scatter,
-        details=detail_sentences(comparison, found, contact),
+        details=detail_sentences(comparison, found, contact, cancelled),
         alone=found,
         contact=contact,
         reference=comparison.reference,
@@ -212,14 +212,14 @@ def _of_changing_motion(comparison: Comparison, changing: dict[str, float]) -> V
     )
 
 
-def _without_contact(comparison: Comparison, fact: str) -> Verdict:
+def _without_contact(comparison: Comparison, fact: str, cancelled) -> Verdict:
     """Return the verdict where neither motion has a contact: what is left is the error of the steps."""
     total = comparison.difference.total
     return Verdict(
         f"{fact} The time step alone makes a difference of {percent(total)}.",
         "yes" if total <= SAME else "partly" if total <= CLOSE else "no",
         ("steps",) if total > SAME else (),
-        details=detail_sentences(comparison, None, contact_conditions(comparison)),
+        details=detail_sentences(comparison, None, contact_conditions(comparison), cancelled),
         reference=comparison.reference,
         penalty=comparison.penalty,
     )
@@ -263,7 +263,7 @@ def _scatter_sentence(comparison: Comparison, scatter: float) -> str:
     return f" The time step blurs each point of the section ({symbol} by ±{rounded(scatter, 2)})."
 
 
-def _of_other_motion(comparison: Comparison, elsewhere: float, scatter: float) -> Verdict:
+def _of_other_motion(comparison: Comparison, elsewhere: float, scatter: float, cancelled) -> Verdict:
     """Return the verdict on a penalty solution that agrees with another motion of the reference."""
     total = percent(comparison.difference.total)
     start = "rest" if comparison.initial == comparison.runs.reference.system.rest else "the same start"
@@ -276,7 +276,7 @@ def _of_other_motion(comparison: Comparison, elsewhere: float, scatter: float) -
         "partly",
         left=elsewhere,
         scatter=scatter,
-        details=detail_sentences(comparison, None, contact_conditions(comparison)),
+        details=detail_sentences(comparison, None, contact_conditions(comparison), cancelled),
         reference=comparison.reference,
         penalty=comparison.penalty,
     )

@@ -148,7 +148,7 @@ def test_words_count_what_the_located_step_would_save():
 
 
 def test_the_question_holds_what_counts_and_equals_no_other_study_s():
-    assert question_of(SETTING) == question_of(SETTING._replace(located="yes", units="physical"))
+    assert question_of(SETTING) == question_of(SETTING._replace(located="yes", units="si"))
     for change in ({"steps": 401}, {"K": 1.0}, {"kappa": 2.4}, {"joint_damping": "derived"}):
         assert question_of(SETTING) != question_of(SETTING._replace(**change))
     assert question_of(SETTING) != TimeStepTab.question(None, SETTING)

@@ -39,7 +39,7 @@ def test_links_files_and_commands_carry_a_start_of_zeros():
 
 
 @pytest.mark.parametrize("name", ["start_xi1", "start_xi2"])
-def test_an_older_link_of_zeros_means_rest(name):
+def test_a_zero_that_names_no_start_means_rest(name):
     assert read_setting({name: "0"}, LOADED).initial == LOADED.system.rest
     assert read_setting({"start_v1": "1"}, LOADED).initial == (0.0, 1.0, 0.0, 0.0)
 

@@ -27,7 +27,7 @@ def test_figures_data_and_report_can_be_taken_away(visit):
     assert json.loads(data)["setting"]["eta"] == 1.08
     _, report = taken(explorer, "Save the report")
     assert explorer.line("verdict") in report.decode()
-    assert report.count(b"<svg") == 7
+    assert report.count(b"<svg") == 10  # seven figures, three curves over one number alone
     _, toml = taken(explorer, "Save the parameters")
     assert b"eta = 1.08" in toml
 
@@ -50,7 +50,7 @@ def test_a_suggestion_is_offered_as_long_as_it_is_shown(visit):
 
 
 def test_the_report_opens_without_a_server(visit, tmp_path):
-    explorer = visit()
+    explorer = visit().explained()
     _, report = taken(explorer, "Save the report")
     path = tmp_path / "report.html"
     path.write_bytes(report)
@@ -58,7 +58,7 @@ def test_the_report_opens_without_a_server(visit, tmp_path):
     asked = []
     page.on("request", lambda request: asked.append(request.url))
     page.goto(path.as_uri())
-    assert page.locator("figure svg").count() == 7
+    assert page.locator("figure svg").count() == 10
     assert page.locator("figure svg").first.bounding_box()["height"] > 100
     link = page.locator("a[data-page]")
     assert link.get_attribute("href") == link.text_content()
