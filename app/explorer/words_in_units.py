@@ -31,7 +31,7 @@ _RULES = tuple(
         (r"ξ₁ by ±", "x₁ by ±", "displacement"),
         (r"ξ₂ by ±", "x₂ by ±", "displacement"),
         (r"±(?=[0-9.e+-]+ (?:in ξ[₁₂]|at T/))", "±", "displacement"),
-        (r"(?<=lasts )τ = ", "", "time"),
+        (r"(?:(?<=last )|(?<=lasts ))τ = ", "", "time"),
         (r"the residual \(", "the residual (", "displacement"),
         (r"own noise \(", "own noise (", "displacement"),
     )

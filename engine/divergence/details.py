@@ -19,6 +19,7 @@ from .encounters import delivered_restitution, mean_closing_speed
 from .sentences import plain, share, value_text
 
 EQUAL = 0.01  # relative: what is as close as this to a present number is no other one
+OTHER = 0.25  # relative: a duration that is further from another is no longer the same
 AS_ASKED = 0.07  # relative: a restitution that is measured is as asked
 
 
@@ -33,7 +34,10 @@ def detail_sentences(
     elif difference.measure == "displacements":
         lines.append(_why_no_parts(comparison))
     if not touching(comparison.penalty) or not touching(comparison.reference):  # else nothing meets
-        lines += [*_restitution_sentences(comparison, contact, cancelled), *duration_sentences(comparison)]
+        lines += [
+            *_restitution_sentences(comparison, contact, cancelled),
+            *duration_sentences(comparison, contact.lasts),
+        ]
     if comparison.encounters is not None:
         matches = comparison.encounters
         late = "" if np.isnan(matches.phase_error) else f", {percent(matches.phase_error)} of a period apart"
@@ -111,8 +115,11 @@ def _ways_to_rebound(comparison: Comparison, speed: float, cancelled: Callable[[
     return ways
 
 
-def duration_sentences(comparison: Comparison) -> tuple[str, ...]:
-    """Return how long a contact lasts, half an oscillation of its mode, and how many steps; nothing if it creeps."""
+def duration_sentences(comparison: Comparison, lasts: float = math.nan) -> tuple[str, ...]:
+    """Return how long a contact lasts, half an oscillation of its mode, and how many steps; nothing if it creeps.
+
+    ``lasts``: the median of the contacts in the motion, which other forces may hold together for longer.
+    """
     run = comparison.runs.penalty
     if run.method.law != CONTACT_LAWS[0]:
         return ()
@@ -121,4 +128,7 @@ def duration_sentences(comparison: Comparison) -> tuple[str, ...]:
         return ()
     duration = math.pi / (contact_frequency(run.system, run.method.stiffness) * math.sqrt((1 - ratio) * (1 + ratio)))
     steps = duration * run.eta * run.method.steps / (2 * math.pi)
-    return (f"A contact of this K and D alone lasts τ = {duration:.4g}: {rounded(steps, 2)} steps.",)
+    beside = (
+        f" In the motion contacts last τ = {lasts:.3g} (median)." if abs(lasts - duration) > OTHER * duration else ""
+    )
+    return (f"A contact of this K and D alone lasts τ = {duration:.4g}: {rounded(steps, 2)} steps.{beside}",)

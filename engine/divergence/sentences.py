@@ -87,8 +87,9 @@ def joined(words: list[str], last: str) -> str:
 
 
 def rebound_text(now: Conditions) -> str:
-    """Return the restitution of the contact beside the one that is asked for."""
-    return f"rebounds with {share(now.given)} of its speed in place of {share(now.asked)}"
+    """Return what rebounds, with which restitution: measured, or as a contact alone does it; and the one asked for."""
+    which = "a contact alone" if math.isnan(now.measured) else "the contact"
+    return f"{which} rebounds with {share(now.given)} of its speed in place of {share(now.asked)}"
 
 
 def share(restitution: float) -> str:
@@ -109,7 +110,7 @@ def _reason(comparison: Comparison, change: Change, now: Conditions | None) -> s
     of_contact = change.changed in ("K", "D", "K and D", "K, D and the step")
     stiffer = of_contact and change.method.stiffness > present.stiffness
     if of_contact and not (now.rebounds or now.fit):
-        return f", since the contact {rebound_text(now)}"
+        return f", since {rebound_text(now)}"
     if change.changed != "D" and not stiffer and not now.resolved:
         return f", since a contact takes only {rounded(now.steps, 2)} steps"
     if stiffer:

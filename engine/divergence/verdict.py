@@ -191,10 +191,10 @@ def _cancelling_sentence(comparison: Comparison, contact: Conditions) -> str:
     """Where motions agree although the contact does not do what is asked: errors cancel."""
     if contact.hold or comparison.difference.total > CLOSE or not comparison.penalty.impacts_per_period:
         return ""
-    failing = [] if contact.rebounds else [rebound_text(contact)]
-    failing += [] if contact.resolved else [f"takes only {rounded(contact.steps, 2)} steps"]
     gains = ": it gains energy" if contact.given > 1 else ""
-    return f"But the contact {' and '.join(failing)}{gains}."
+    failing = [] if contact.rebounds else [f"{rebound_text(contact)}{gains}"]
+    failing += [] if contact.resolved else [f"a contact takes only {rounded(contact.steps, 2)} steps"]
+    return f"But {' and '.join(failing)}."
 
 
 def _of_changing_motion(comparison: Comparison, changing: dict[str, float]) -> Verdict:

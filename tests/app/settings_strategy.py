@@ -30,11 +30,10 @@ def _together(setting):
         setting = setting._replace(**({"K": K} if low <= K <= high else {"stiffness": "typed"}))
     if setting.follows_system:
         setting = setting._replace(K=setting.stiffness_of_system)
-    if not setting.finds_damping:
-        return setting
     try:
-        return setting._replace(D=setting.damping_of_restitution)
-    except ValueError:  # no damper gives so small a restitution
+        _ = setting.damping
+        return setting._replace(D=setting.damping_of_restitution) if setting.finds_damping else setting
+    except ValueError:  # no damper, or formula, gives so small a restitution
         return setting._replace(damper="typed")
 
 

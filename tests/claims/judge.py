@@ -8,7 +8,7 @@ import numpy as np
 from vibroscope.engine import Checkpoint, Kind, Newmark, Record, Reference, compare, simulate, verdict
 
 from . import runs as own
-from .runs import Runs, changed, energy_lost, period_of, rebound_alone
+from .runs import Runs, changed, energy_lost, period_of, rebound_alone, undamped_duration
 from .sentences import Left, apply, changes_in, first, kinds_in, share
 
 TRUE, MISLEADING, FALSE = "true", "misleading", "false"
@@ -191,9 +191,9 @@ class _Judge:
         wanted = self.setting.system.restitution
         if method.law == "kelvin-voigt":
             rebound = rebound_alone(self.setting.system, method)
-            lasting = self.duration(method) / 2
+            lasting = float(undamped_duration(self.setting.system, method, 1.0))
         else:
-            rebound, lasting = self.measured(self.runs.run(method), self.duration(method))
+            rebound, lasting = self.measured(self.runs.run(method), method)
         steps = lasting * self.setting.eta * getattr(method, "steps", math.inf) / (2 * math.pi)
         return abs(rebound - wanted) <= REBOUNDS and (steps >= RESOLVED or getattr(method, "located", False))
 
@@ -338,10 +338,13 @@ class _Judge:
             yield Claim("c4", TRUE if min(shares) > 0.999 else FALSE, f"{shares}")
         if (said := first(r"[Tt]he bodies part with ([\d.]+) of the speed", text)) is not None:
             yield from self.rebounds(said[0], text)
-        if (said := first(r"rebounds with ([\d.]+) of its speed", text)) is not None:
+        if (said := first(r"a contact alone rebounds with ([\d.]+) of its speed", text)) is not None:
+            yield from self.rebound_of_alone("d6", said[0])
+        elif (said := first(r"rebounds with ([\d.]+) of its speed", text)) is not None:
             yield self.rebound("d6", said[0])
         if (said := first(r"A contact of this K and D alone lasts τ = ([\d.e+-]+)", text)) is not None:
-            yield self.lasts(said[0])
+            yield self.lasts_alone(said[0])
+            yield self.lasts(*(first(r"In the motion contacts last τ = ([\d.e+-]+)", text) or said))
         if (said := first(r"lasts ([\d.]+) % of a period", [words.headline])) is not None:
             yield self.lasts(said[0] / 100 * found.runs.penalty.period)
         if (said := first(r"takes only ([\d.]+) steps", [words.headline])) is not None:
@@ -412,30 +415,23 @@ class _Judge:
                     "d3", graded(said.peak_force, peak, 1.1, 1.3), f"{said.peak_force:.4g} said, {peak:.4g} found"
                 )
 
-    def measured(self, run, duration):
+    def measured(self, run, method):
         """Restitution of the short contacts of a run, and the median of how long all last; nan without any."""
         times = run.impacts.time
         ends = dict(run.contacts)
         lasting = np.array([ends.get(time, math.nan) - time for time in times])
         closing = -np.diff(run.impacts.velocity_before, axis=1)[:, 0]
         parting = np.diff(run.impacts.velocity_after, axis=1)[:, 0]
-        short = (closing > 0) & (lasting <= duration)
+        speeds = np.where(closing > 0, closing, math.nan)
+        short = lasting <= 2 * undamped_duration(self.setting.system, method, speeds)
         rebound = float(parting[short].sum() / closing[short].sum()) if short.any() else math.nan
         known = lasting[np.isfinite(lasting)]
         return rebound, float(np.median(known)) if len(known) else math.nan
 
-    def duration(self, method):
-        """Longest contact that counts as a rebound: twice that of the spring alone; a tenth of T for other laws."""
-        if method.law != "kelvin-voigt":
-            return self.found.runs.penalty.period / 10
-        return 2 * math.pi * math.sqrt(self.setting.system.mass_share / method.stiffness)
-
     def rebounds(self, said, text):
         linear = self.method.law == "kelvin-voigt"
         if any("alone the bodies part" in each for each in text):
-            if linear:
-                given = rebound_alone(self.setting.system, self.method)
-                yield Claim("d6", graded(said, given, 1.05, 1.2, 0.02), f"alone {said} said, {given:.3g} found")
+            yield from self.rebound_of_alone("d6", said)
         else:
             yield self.rebound("d6", said)
         ways = {"damping": first(r"which (?:K = [\d.e+]+ or )?D = ([\d.e+-]+)", text)}
@@ -446,7 +442,7 @@ class _Judge:
             method = changed(self.method.limit, **{name: value[0]})
             given = rebound_alone(self.setting.system, method)
             run = self.runs.run(method)
-            seen = self.measured(run, self.duration(method))[0] if run.ok else math.nan
+            seen = self.measured(run, method)[0] if run.ok else math.nan
             wanted = self.setting.system.restitution
             outcome = graded(given, wanted, 1.1, 1.3, 0.02)
             if outcome == TRUE and math.isfinite(seen) and not within(seen, wanted, 1.1, 0.02):
@@ -455,8 +451,21 @@ class _Judge:
                 "d5", outcome, f"{name} {value[0]:g}: {given:.3g} alone, {seen:.3g} in the motion, e {wanted:g}"
             )
 
+    def rebound_of_alone(self, row, said):
+        if self.method.law != "kelvin-voigt":
+            return
+        given = max(rebound_alone(self.setting.system, self.method), 0.0)
+        yield Claim(row, graded(said, given, 1.05, 1.2, 0.02), f"alone {said} said, {given:.3g} found")
+
+    def lasts_alone(self, said):
+        """Half an oscillation of the damped contact."""
+        stiffness, mass = self.method.stiffness, self.setting.system.mass_share
+        decay = self.method.damping / mass
+        lasting = math.pi / math.sqrt(stiffness / mass - decay**2)
+        return Claim("d7", graded(said, lasting, 1.01, 1.1), f"alone {said:.3g} said, {lasting:.3g} found")
+
     def rebound(self, row, said):
-        seen = self.measured(self.runs.penalty, self.duration(self.method))[0]
+        seen = self.measured(self.runs.penalty, self.method)[0]
         if not math.isfinite(seen):
             lasting = self.method.law != "kelvin-voigt" and len(self.runs.penalty.impacts)
             return Claim(row, TRUE if said <= 0.02 or lasting else MISLEADING, f"{said} said, none measured")
@@ -464,7 +473,7 @@ class _Judge:
         return Claim(row, graded(said, seen, 1.05, 1.2, 0.02), f"{said} said, {seen:.3g} found")
 
     def lasts(self, said):
-        median = self.measured(self.runs.penalty, self.duration(self.method))[1]
+        median = self.measured(self.runs.penalty, self.method)[1]
         if not math.isfinite(median):
             return Claim("d7", TRUE, f"{said:.3g} said, no contact")
         return Claim("d7", TRUE if within(said, median, 1.5) else MISLEADING, f"{said:.3g} said, {median:.3g} found")

@@ -6,6 +6,7 @@ from functools import cached_property
 
 import numpy as np
 from vibroscope.engine import Checkpoint, Record, Reference, simulate
+from vibroscope.engine.methods import spring_exponent
 
 PER_PERIOD = 200  # samples
 SECTION = 1000  # periods of a section that is compared as a distribution
@@ -181,6 +182,15 @@ def rebound_alone(system, method):
     """Restitution of a contact of a spring and a damper between free bodies, the textbook's."""
     ratio = method.damping / math.sqrt(method.stiffness * system.mass_share)
     return math.exp(-math.pi * ratio / math.sqrt(1 - ratio**2)) if ratio < 1 else 0.0
+
+
+def undamped_duration(system, method, speed):
+    """How long a contact of the spring Kδⁿ alone lasts between free bodies that close with a speed."""
+    power = spring_exponent(method) + 1
+    depth = (power * system.mass_share * speed**2 / (2 * method.stiffness)) ** (1 / power)
+    # ∫ dx/√(1 − x^power) from 0 to 1
+    whole = math.sqrt(math.pi) * math.gamma(1 + 1 / power) / math.gamma(0.5 + 1 / power)
+    return 2 * depth / speed * whole
 
 
 def changed(method, **numbers):

@@ -116,7 +116,7 @@ def test_contacts_that_do_not_rebound_as_asked_are_named_where_motions_agree():
     """Without contacts that rebound, the lasting contact of this motion is still there."""
     found = verdict(compare(SYSTEM, 1.08, Newmark(100, 5, 2000)))
     assert found.agree == "partly"
-    assert "But the contact rebounds with 0.0" in found.headline
+    assert "But a contact alone rebounds with 0.0" in found.headline
     assert not found.contact.rebounds
 
 

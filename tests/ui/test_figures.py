@@ -61,11 +61,15 @@ def test_the_difference_is_drawn_in_parts_in_place_of_the_displacements(visit):
     form = explorer.page.get_by_role("form", name="Settings")
     explorer.moved(lambda: form.get_by_text("difference", exact=True).click())
     wait_until(lambda: len(explorer.source("difference")["total"]) > 100, what="the difference")
-    labels = [" ".join(label.split()) for label in explorer.figure("displacement")["labels"]]  # long: in two lines
-    assert "difference of ξ₂ / base amplitude" in labels
+    assert "difference of ξ₂ / base amplitude" in labels_of(explorer, "displacement")
     explorer.wait_for_address(frame="difference")
     explorer.moved(lambda: explorer.page.get_by_text("relative", exact=True).click())
-    assert "displacements ξ₁, ξ₂ / base amplitude" in explorer.figure("displacement")["labels"]
+    assert "displacements ξ₁, ξ₂ / base amplitude" in labels_of(explorer, "displacement")
+
+
+def labels_of(explorer, figure):
+    """Labels of its axes; a long one is in two lines."""
+    return [" ".join(label.split()) for label in explorer.figure(figure)["labels"]]
 
 
 DRAWN = """name => Bokeh.documents[0].get_model_by_name(name).center.find(part => part.type === "Legend").items
@@ -157,12 +161,12 @@ def pinned_rows(table):
 def test_the_first_thing_to_change_is_a_button(visit):
     explorer = visit("?eta=1.08&K=100&D=50&steps=2000").explained()
     before = float(explorer.page.locator(".part.total .number").text_content().split()[0])
-    explorer.moved(lambda: explorer.page.get_by_role("button", name="Try K =").click())
+    explorer.moved(lambda: explorer.page.get_by_role("button", name="Try D =").click())
     explorer.explained()
-    assert float(explorer.typed("K").input_value()) > 100
+    assert float(explorer.typed("D").input_value()) < 20
     assert float(explorer.page.locator(".part.total .number").text_content().split()[0]) < before / 3
     explorer.moved(lambda: explorer.page.get_by_role("button", name="Undo").click())
-    assert explorer.typed("K").input_value() == "100"
+    assert explorer.typed("D").input_value() == "50"
 
 
 COLOURED = """name => {

@@ -38,7 +38,7 @@ def test_every_stop_of_the_keyboard_has_a_name(visit):
     wait_until(lambda: explorer.page.get_by_role("figure").count() == 4, what="figures with names")
     assert explorer.page.evaluate(UNNAMED) == []
     explorer.open_tab("Explore")
-    wait_until(lambda: explorer.page.get_by_role("figure").count() == 6, what="figures with names")
+    wait_until(lambda: explorer.page.get_by_role("figure").count() == 9, what="figures with names")
     assert explorer.page.evaluate(UNNAMED) == []
     names = [figure.get_attribute("aria-label") for figure in explorer.page.get_by_role("figure").all()]
     assert "Phase plot, body 1, displacement ξ₁ / base amplitude, velocity ξ₁′ / (Aω₁)" in names
@@ -85,7 +85,7 @@ def test_figures_get_their_names_however_late_they_come(visit):
     explorer.open_tab("Explore")
     explorer.page.wait_for_timeout(3000)
     explorer.page.evaluate("delete Bokeh.documents[0].is_idle")
-    wait_until(lambda: explorer.page.evaluate(NAMED) == 10, what="names of all figures, hidden ones too")
+    wait_until(lambda: explorer.page.evaluate(NAMED) == 13, what="names of all figures, hidden ones too")
 
 
 def test_on_a_phone_legends_are_for_fingers_and_the_question_mark_is_help(visit):
