@@ -32,8 +32,8 @@ LEAST_INK = 40  # pixels; a single mark has more
 BESIDE, BELOW = 1.0, 3.5
 
 # In mm, s and N a label ends in its unit; these are ratios all the same.
-UNIT = re.compile(r" / (%|µs|mm|m|s|N|Hz|\(mm/s\)|\(m/s\)|\(N·s\)|\(N/m\)|\(N·s/m\)|\(N/mm\)|\(N·s/mm\))(?= |$)")
-RATIO = re.compile(r"η = Ω/ω₁|n = T/Δτ|relative|non-dimensional")
+UNIT = re.compile(r" / (%|µs|mm|m|s|N|Hz|\(mm/s\)|\(m/s\)|\(N·s\)|\(N/m\)|\(N·s/m\)|\(N/mm\)|\(N·s/mm\))(?=[ ,]|$)")
+RATIO = re.compile(r"η = Ω/ω₁|T/Δτ|relative|non-dimensional")
 # Otherwise it names a number of the model or its divisor.
 NUMBER = re.compile(r"[ηξτλKD]|/ base amplitude|error after")
 

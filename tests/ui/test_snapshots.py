@@ -48,7 +48,7 @@ def of_scenes():
 
 
 VIEWS = of_scenes() | {
-    "units": View("?eta=1.08&K=2500&D=8&steps=2000&units=physical&omega1=20&m1=3&amplitude=2.5"),
+    "units": View("?eta=1.08&K=2500&D=8&steps=2000&units=si&omega1=20&m1=3&amplitude=2.5"),
     "diverged": View("?eta=2.76&K=100000&D=100&steps=100"),
     "refused": View("?eta=nan"),
     # A system that no other test sweeps, since other directions that were computed before are drawn in grey.

@@ -59,7 +59,7 @@ FIELDS = {  # a part of each name: unit in mm-t-s, and what a number without dim
     "displacement of body 1": ("mm", "base amplitude"),
     "velocity of body 2": ("mm/s", "Aω₁"),
     "separation speed": ("mm/s", "Aω₁"),
-    "mass of": ("kg", "kg"),
+    "mass of": ("t", "kg"),
 }
 
 

@@ -96,7 +96,7 @@ COLUMNS = {  # some of them, by figure
     "speed": {"steps", "us_per_period", "error"},
     "claims": {"claim", "agrees", "found"},
 }
-KEYS = dict.fromkeys(("plane_penalty", "plane_exact"), ("Period:", "1", "above 8", "blown up"))  # of colours
+KEYS = dict.fromkeys(("plane_penalty", "plane_exact"), ("below 1 %", "above 100 %", "blown up"))  # of colours
 KEYS |= dict.fromkeys(("basin_reference", "basin_penalty"), ("Motion:", "motion 1 (period 1)"))
 KEYS["bifurcation_strip"] = ("period 1", "artefact of the time step", "chaotic", "ended early")
 CALLS = {

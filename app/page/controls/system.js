@@ -83,7 +83,7 @@ function systemRow(number, link) {
     made.form.append(...number.forms.map(({ name }) => Object.assign(element("option", "", name), { value: name })));
     made.form.addEventListener("change", () => link.set(number.forms.find(({ name }) => name === made.form.value).set));
     row.element.querySelector("label").after(made.form);
-    row.element.classList.add("two-forms");
+    row.element.classList.add(number.name === "base" ? "worded-forms" : "two-forms");
   }
   const draw = (shown, isLatest) => {
     row.draw(shown, isLatest);

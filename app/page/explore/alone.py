@@ -185,7 +185,7 @@ class AloneView:
         unit = field.unit or field.natural
         plot.xaxis[0].axis_label = f"{field.hint} {field.label}" + (f" / {divisor(unit)}" if unit else "")
         plot.title.text = _title(curve, field, facts["total"])
-        show_rows(plot.hover[0], {f"{field.label} / {divisor(unit)}" if unit else field.label: "@x", "left": "@left %"})
+        show_rows(plot.hover[0], {plot.xaxis[0].axis_label: "@x", "left": "@left %"})
         x, left = _floats(curve["values"]), _floats(curve["left"])
         put(self.curves[name], as_float32({"x": field.factor * x, "left": 100 * left}))
         marks = _marks(curve, name, facts)

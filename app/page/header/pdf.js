@@ -263,7 +263,7 @@ function outlineOf(shape) {
   const of = (name) => shape[name].baseVal.value;
   const points = (list) => [...list].map(({ x, y }, i) => `${pointText(x, y)} ${i ? "l" : "m"}`).join(" ");
   switch (shape.tagName) {
-    case "path": return pathOutline(shape.getAttribute("d"));
+    case "path": return pathOutline(shape.getAttribute("d") ?? ""); // a curve without points
     case "rect": return `${pointText(of("x"), of("y"), of("width"), of("height"))} re`;
     case "line": return `${pointText(of("x1"), of("y1"))} m ${pointText(of("x2"), of("y2"))} l`;
     case "polyline": return points(shape.points);

@@ -14,6 +14,7 @@ from vibroscope.app.export.scripts import PAPER_COMMAND, PAPER_PYTHON
 from vibroscope.app.page.files import style
 from vibroscope.app.page.paper.card import ClaimCard
 from vibroscope.app.page.paper.figures import draw
+from vibroscope.app.page.shared.figure import THEME
 from vibroscope.app.page.shared.muting import Muting
 from vibroscope.app.page.tab import Move, Tab, TabHost
 from vibroscope.app.paper import CLAIMS, Claim, Finding, as_dict, count_verdicts
@@ -125,7 +126,7 @@ class Paper(Tab):
         return f"Checking {counted(count, 'claim')} for this file …" if count else ""
 
     def _take_if_ready(self) -> None:
-        if self._take is not None and self._needed <= self._findings.keys():
+        if self._take is not None and self._needed <= self._findings.keys() - set(self._undrawn):
             take = self._take
             self._drop_file()
             take()
@@ -212,7 +213,6 @@ class Paper(Tab):
         self._findings[key] = result
         self._undrawn.append(key)
         self._draw_soon()
-        self._take_if_ready()
         self.host.update_offers()
         if self._visible and not self._requested:  # for screen readers: once, when all in view is known
             self.host.summarise(self._tally())
@@ -220,7 +220,7 @@ class Paper(Tab):
     def _draw_soon(self) -> None:
         if self._undrawn and not self._draw_is_due:
             self._draw_is_due = True
-            self.host.doc.add_timeout_callback(self._draw, _GATHERED)
+            self.host.doc.add_timeout_callback(partial(self.host.call_later, self._draw), _GATHERED)
 
     def _draw(self) -> None:
         """Draw the findings that have come; none while the tab is hidden, or the browser would be busy with them."""
@@ -230,9 +230,12 @@ class Paper(Tab):
         keys, self._undrawn = self._undrawn, []
         with pn.io.hold(self.host.doc, freeze=True):
             for key in keys:
-                result = self._findings[key]
-                plot = draw(result.picture, f"paper{key}")
+                plot = draw(self._findings[key].picture, f"paper{key}")
                 for name, item in zip(ENTRIES, plot.legend[0].items if plot.legend else (), strict=False):
                     self.muting.watch(plot.name, name, item)
-                self.slots[key].append(pn.pane.Bokeh(plot, css_classes=["picture"], sizing_mode="stretch_width"))
-                self.cards[key].show_finding(CLAIMS[key].verdict(result), result)
+                # without a theme of its own Panel gives it the dark one of its own for a link with "theme=dark"
+                picture = pn.pane.Bokeh(plot, theme=THEME, css_classes=["picture"], sizing_mode="stretch_width")
+                self.slots[key].append(picture)
+        for key in keys:  # after its figure, to which the browser then gives the theme
+            self.cards[key].show_finding(CLAIMS[key].verdict(self._findings[key]), self._findings[key])
+        self._take_if_ready()
