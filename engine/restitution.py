@@ -15,12 +15,13 @@ damping ratio ζ = c/(2√(Km)), c = 2D, and φ = arccos ζ,
 
 import math
 from collections.abc import Callable, Sequence
+from functools import lru_cache
 
 import numpy as np
 
 from .checks import require
 from .drivers.law_driven import restitution_by_steps
-from .law_table import HERTZ, LAWS
+from .law_table import HERTZ, LAWS, powers_of
 from .laws import damper_of, given_gain, restitution_of, restitution_without_pull
 from .methods import ExactPenalty, Newmark, TimeStepping, spring_exponent
 from .model import System
@@ -140,18 +141,31 @@ def damping_of_restitution(
     54.479
     """
     e = require("restitution", restitution, 0.0, 1.0, "give the restitution that the contact shall have")
-    more = {"closing_speed": closing_speed, "exponent": exponent, "penetration": penetration}
-    unit = math.sqrt(require("K", stiffness, 1e-6, 1e12, "give a contact stiffness") * _mass(mass))
+    method = ExactPenalty(stiffness, 0.0, law, exponent, penetration)
+    mass, speed = _mass(mass), _speed(closing_speed)
+    n, power = powers_of(law, exponent)
+    length = (mass * speed**2 / method.stiffness) ** (1.0 / (n + 1.0))
+    found = _unit_damping(law, e, exponent, None if penetration is None else penetration / length)
+    return found * mass * speed / length ** (power + 1.0)
+
+
+@lru_cache(maxsize=1000)
+def _unit_damping(law: str, e: float, exponent: float, penetration: float | None) -> float:
+    """D for K, mass and closing speed of one.
+
+    With lengths in (mv₀²/K)^(1/(n + 1)) and times in that length over v₀, every contact is this one, and D that of
+    another mass, length and speed: the damper's force cδᵖδ̇ makes it m v₀ over that length to the power p + 1.
+    """
 
     def given(damping: float) -> float:
-        return restitution_of_damping(law, damping, stiffness, mass=mass, **more)
+        return restitution_of_damping(law, damping, 1.0, exponent=exponent, penetration=penetration)
 
     if given(0.0) <= e:
         return 0.0
-    high = unit
+    high = 1.0
     while given(high) > e:
         high *= 2.0
-        if high > LARGEST * unit:
+        if high > LARGEST:
             raise ValueError(f"restitution = {e:g} is less than any damping gives with law {law!r}: take a larger one")
     return _bisect(lambda damping: given(damping) - e, 0.0, high)
 
