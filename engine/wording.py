@@ -49,6 +49,11 @@ def percent(fraction: float, beside: float | None = None) -> str:
     return f"{text} %"
 
 
+def rounded_to(value: float, digits: int) -> float:
+    """Round to so many significant digits."""
+    return float(f"{value:.{digits}g}")
+
+
 def rounded(value: float, digits: int) -> str:
     """A number with so many significant digits, or all those before the point; no exponent, no zeros at the end.
 

@@ -19,11 +19,12 @@ from dataclasses import dataclass
 
 from ..methods import ExactPenalty
 from .agreement import SAME
-from .alone import Alone, Change, enough_steps, search_all_three, search_pair
+from .alone import Alone, Change
 from .compare import Comparison
 from .conditions import conditions
 from .encounters import mean_closing_speed
 from .remaining import Remaining
+from .search import enough_steps, search_all_three, search_pair
 
 REMOVED = 0.75  # share of what can be removed that a number to blame removes
 HALF = 0.5  # share of the difference that may be left by what is to blame

@@ -4,13 +4,14 @@ import math
 
 from ..drivers.step_maps import damps
 from ..methods import ExactPenalty, Newmark, integrator_name, status_of
-from ..wording import percent, rounded
+from ..wording import percent, rounded, rounded_to
 from .agreement import SAME
-from .alone import Alone, Change, joint_damping_part, rounded_to
+from .alone import Alone, Change
 from .blame import OF_STEPS, Blame
 from .compare import Comparison
 from .conditions import Conditions
 from .difference import Difference
+from .search import joint_damping_part
 
 _NAMES = {"steps": "the time step", "joint damping": "the joint damping", "law": "the damper's jump at touch"}
 _STATUSES = {"located": "steps cut where contact changes", "end": "that at the end", "start": "that at the start"}

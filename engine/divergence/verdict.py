@@ -17,7 +17,7 @@ from ..result import Status
 from ..simulate import simulate
 from ..wording import finite_or_none, percent, rounded
 from .agreement import CLOSE, SAME, agreement, is_visible, time_step_scatter
-from .alone import Alone, search_alone, without_jump
+from .alone import Alone
 from .blame import Blame, find_blame
 from .compare import Comparison, error_from_penalty_state
 from .conditions import Conditions, conditions
@@ -25,6 +25,7 @@ from .details import detail_sentences, duration_sentences
 from .encounters import delivered_restitution, mean_closing_speed
 from .grid import rms
 from .remaining import Remaining
+from .search import search_alone, without_jump
 from .sentences import blame_sentence, change_of, rebound_text
 from .window import SECTION
 

@@ -17,11 +17,11 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ..divergence.alone import rounded_to
 from ..divergence.contact import damping_for, damping_of_law, damping_ratio, damping_ratio_for, stiffness_for
 from ..law_table import RATIO_LAWS
 from ..methods import CONTACT_LAWS, STIFFNESS_RANGE
 from ..model import System
+from ..wording import rounded_to
 from .limits import Limits
 from .range_trials import RangeTrials
 from .trials import NEIGHBOURS, NewmarkSetting, Trial, Trials

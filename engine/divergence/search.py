@@ -1,0 +1,195 @@
+"""The search over K, D and the time step, each alone, everything else as it is, and over the choices.
+
+A curve marks the value of equal restitution, D_e(K) or K_e(D) (:mod:`.conditions`), and the largest K, or the least
+number of steps, with RESOLVED steps in a contact. Steps are halved and doubled; their limit is the solution without a
+step. The choices that codes differ in are changed alone, too: the contact status, the integrator, and a law without the
+damper's jump at touch.
+
+Where no number alone does, two and three are changed together: K with D at equal restitution, and both with a step that
+resolves the contact.
+"""
+
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+
+import numpy as np
+
+from ..integrators import NewmarkBeta
+from ..law_table import LAWS
+from ..methods import (
+    DAMPING_RANGE,
+    STEPS_RANGE,
+    STIFFNESS_RANGE,
+    Newmark,
+    TimeStepping,
+    is_located,
+    spring_exponent,
+)
+from .alone import Alone, Change
+from .compare import Comparison
+from .conditions import RESOLVED, conditions, equal_damping, equal_stiffness, with_equal_damping
+from .encounters import mean_closing_speed
+from .number_search import FINE, GridSearch, StepSearch, TogetherSearch
+from .remaining import Remaining
+from .time_step import with_located_steps
+
+STIFFNESS_DECADES = 6  # of K above the stiffer of both springs
+DAMPING_DECADES = 3  # of D on each side of equal restitution
+MOST_STEPS = 64  # times as many steps as the penalty solution has are tried at most
+AMPLE = 5 * RESOLVED  # steps in a contact where K, D and the step are changed together
+WITHOUT_JUMP = "limited"  # the law of the same spring and damper without the damper's jump
+
+
+def search_alone(
+    comparison: Comparison, remaining: Remaining, progress: Callable[[Alone], None] = lambda found: None
+) -> Alone:
+    """Change every number alone.
+
+    Parameters
+    ----------
+    comparison : Comparison
+        With ``parts``.
+    remaining : Remaining
+        Makes the runs; may raise `Cancelled`.
+    progress : callable, optional
+        Called with the coarse curves, one more each time, and with each curve whose lowest point is known.
+    """
+    total, floor = comparison.difference.total, joint_damping_part(comparison)
+    searches, curves = _searches(comparison, remaining), {}
+    for name, search in searches.items():
+        search.run_coarse()
+        curves[name] = search.curve()
+        progress(Alone(total, floor, dict(curves)))
+    for name, search in searches.items():
+        curves[name] = replace(search.curve(), best=search.best())
+        progress(Alone(total, floor, dict(curves)))
+    return Alone(total, floor, curves, tuple(_choices(comparison, remaining)), done=True)
+
+
+def search_pair(comparison: Comparison, remaining: Remaining) -> Change | None:
+    """Change K with D at equal restitution; None where the law takes its damper from the restitution."""
+    method, system = comparison.runs.penalty.method, comparison.runs.penalty.system
+    speed = mean_closing_speed(comparison.runs.reference)
+    if method.damping is None:
+        return None
+
+    def make(stiffness: float) -> Newmark | TimeStepping:
+        return with_equal_damping(system, method, stiffness, speed)
+
+    return TogetherSearch("K and D", make, remaining, stiffness_ends(comparison)).search(comparison.difference.total)
+
+
+def search_all_three(comparison: Comparison, remaining: Remaining) -> Change | None:
+    """Change K with D at equal restitution, and with a step that takes AMPLE steps in a contact."""
+    run, speed = comparison.runs.penalty, mean_closing_speed(comparison.runs.reference)
+    if run.method.damping is None:
+        return None
+
+    def make(stiffness: float) -> Newmark | TimeStepping:
+        fitting = with_equal_damping(run.system, run.method, stiffness, speed)
+        steps = conditions(run.system, run.eta, fitting, speed).steps
+        enough = fitting.steps * AMPLE / steps if steps > 0 else math.inf
+        most = min(MOST_STEPS * fitting.steps, STEPS_RANGE[1])
+        return replace(fitting, steps=_rounded_up(min(max(fitting.steps, enough), most)))
+
+    search = TogetherSearch("K, D and the step", make, remaining, stiffness_ends(comparison))
+    found = search.search(comparison.difference.total)
+    return found and (replace(found, changed="K and D") if found.method.steps == run.method.steps else found)
+
+
+def joint_damping_part(comparison: Comparison) -> float:
+    """The part of the joint damping, which neither K nor D nor the step has; 0 if there is none, or it is not known."""
+    return comparison.difference.parts.get("joint_damping", 0.0)
+
+
+def enough_steps(comparison: Comparison, remaining: Remaining, most_left: float) -> Change | None:
+    """The least doubled number of steps with which, and with twice as many, no more is left; None if there is none."""
+    search = StepSearch(comparison.runs.penalty.method, remaining, math.nan)
+    return search.enough(most_left)
+
+
+def stiffness_ends(comparison: Comparison) -> tuple[float, float]:
+    """The range of K that is searched: from the stiffer spring of the bodies on, and about the present one."""
+    system, present = comparison.runs.penalty.system, comparison.runs.penalty.method.stiffness
+    soft = system.stiffer_spring
+    ends = min(soft, present / 10.0), max(soft * 10.0**STIFFNESS_DECADES, present * 10.0)
+    return max(ends[0], STIFFNESS_RANGE[0]), min(ends[1], STIFFNESS_RANGE[1])
+
+
+def _rounded_up(steps: float) -> int:
+    """A number of steps in two digits, no less; whole numbers up to a hundred."""
+    digit = 10 ** max(0, math.floor(math.log10(steps)) - 1)
+    return math.ceil(steps / digit) * digit
+
+
+def _searches(comparison: Comparison, remaining: Remaining) -> dict[str, "GridSearch | StepSearch"]:
+    run = comparison.runs.penalty
+    system, method, speed = run.system, run.method, mean_closing_speed(comparison.runs.reference)
+
+    def holds(changed: Newmark | TimeStepping) -> bool:
+        return conditions(system, run.eta, changed, speed).hold
+
+    equal = equal_stiffness(system, method, speed)
+    steps = conditions(system, run.eta, method, speed).steps
+    # a contact of the force Kδⁿ lasts as K^(-1/(n + 1))
+    resolved = (
+        math.nan if is_located(method) else method.stiffness * (steps / RESOLVED) ** (spring_exponent(method) + 1)
+    )
+    searches: dict[str, GridSearch | StepSearch] = {
+        "K": GridSearch(
+            "K", lambda k: replace(method, stiffness=k), remaining, stiffness_ends(comparison), holds, equal, resolved
+        )
+    }
+    if method.damping is not None:
+        equal = equal_damping(system, method, speed)
+        middle = equal if equal > 0 else math.sqrt(method.stiffness * system.mass_share)
+        ends = [middle * 10.0**power for power in (-DAMPING_DECADES, DAMPING_DECADES)]
+        if method.damping > 0:
+            ends = min(ends[0], method.damping), max(ends[1], method.damping)
+        ends = max(ends[0], 1e-9), min(ends[1], DAMPING_RANGE[1])
+        searches["D"] = GridSearch("D", lambda d: replace(method, damping=d), remaining, ends, holds, equal)
+    least = math.nan if is_located(method) else method.steps * RESOLVED / steps
+    return searches | {"steps": StepSearch(method, remaining, least)}
+
+
+# --- choices ----------------------------------------------------------------------------------------------------------
+
+
+def changed_choices(method: Newmark | TimeStepping) -> Iterator[tuple[str, Newmark | TimeStepping]]:
+    """Yield the name of a choice that codes differ in, and the method with this choice changed."""
+    own = _as_time_stepping(method)
+    if not is_located(method):
+        yield "status", with_located_steps(method)
+        if not own.integrator.explicit:
+            yield "status", replace(own, status="start" if own.status == "end" else "end")
+    if own.integrator != NewmarkBeta():
+        yield "integrator", replace(own, integrator=NewmarkBeta())
+    if (smooth := without_jump(method)) is not None:
+        yield "law", smooth
+
+
+def without_jump(method: Newmark | TimeStepping) -> TimeStepping | None:
+    """Return a method with a contact law whose damper does not jump where the bodies touch; None if there is none."""
+    if is_located(method) or not LAWS[method.law].jumps or not method.damping:
+        return None
+    return replace(_as_time_stepping(method), law=WITHOUT_JUMP)
+
+
+def _as_time_stepping(method: Newmark | TimeStepping) -> TimeStepping:
+    """Return the method itself, or the same steps as Newmark's under the name that has all choices."""
+    if isinstance(method, TimeStepping):
+        return method
+    return TimeStepping(method.stiffness, method.damping, method.steps, law=method.law, every_step=method.every_step)
+
+
+def _choices(comparison: Comparison, remaining: Remaining) -> Iterator[Change]:
+    for name, method in changed_choices(comparison.runs.penalty.method):
+        left = remaining.whole(method)
+        beside = (min(max(method.stiffness * FINE**step, STIFFNESS_RANGE[0]), STIFFNESS_RANGE[1]) for step in (-1, 1))
+        around = [remaining(replace(method, stiffness=stiffness)) for stiffness in beside]
+        if math.isfinite(left):
+            yield Change(name, left, float(np.median([left, *around])), method)
+    if "joint_damping" in comparison.part_names:
+        left = remaining.without_joint_damping()
+        yield Change("joint damping", left, left)
