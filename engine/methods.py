@@ -288,6 +288,8 @@ def _check_law(method: ExactPenalty | TimeStepping, law: str) -> None:
         raise ValueError(f"exponent = {n:g} is no number of the law {law!r}: leave it at {HERTZ}")
     if "penetration" in own:
         advice = f"give the penetration from which on the damper of the law {law!r} acts in full"
+        if method.penetration is None:
+            raise ValueError(f"penetration is missing: {advice}")
         d = require("penetration", method.penetration, *PENETRATION_RANGE, advice, open_low=True)
         object.__setattr__(method, "penetration", d)
     elif method.penetration is not None:

@@ -364,7 +364,7 @@ def _of_comparison(
     if rule.gives and not math.isfinite(part) and not found.is_free:
         part, why = _part_by_limit(found, name, cancelled)
     elif rule.gives and math.isfinite(part):
-        why = f"{'the time step causes' if name == 'time_step' else 'K and D cause'} {percent(part)} of the difference"
+        why = f"{'the time step alone makes' if name == 'time_step' else 'K and D alone make'} {percent(part)}"
     else:
         why = f"the solutions differ by {percent(difference.total)}"
     holds = (part if math.isfinite(part) else difference.total) <= CLOSE

@@ -32,6 +32,8 @@ def alone_lines(found: Alone | None, eta: float, method: Method, units: Units | 
         for row in rows:
             cells = [cell.rjust(width) for cell, width in zip(row, widths, strict=False) if width]
             lines.append("  ".join([*cells, row[-1]]).rstrip())
+    if any(curve.best is not None for curve in found.curves.values()):
+        lines += ["", "At best: the middle of where a number works, by the median of the values within 10 %."]
     if found.floor > _LEAST:
         lines += ["", f"The joint damping makes {percent(found.floor)}: no K, D or step mends that."]
     return lines
@@ -40,7 +42,8 @@ def alone_lines(found: Alone | None, eta: float, method: Method, units: Units | 
 def _rows(found: Alone, curve: Curve) -> Iterator[tuple[float, str, str]]:
     """Value, what it leaves, and marks, by ascending values; inf steps are none."""
     left = dict(zip(curve.values.tolist(), curve.left.tolist(), strict=True))
-    marks: dict[float, list[str]] = {curve.present: ["present"]}
+    better = "" if curve.best is not None else "; no value that was tried leaves less"
+    marks: dict[float, list[str]] = {curve.present: [f"present{better}"]}
     left[curve.present] = found.total
     if curve.best is not None:
         left[curve.best.value] = curve.best.left

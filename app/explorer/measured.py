@@ -137,7 +137,7 @@ def comparison_rows(comparison: MeasuredComparison, scale: Units | None = None) 
         ["difference (rms)", f"{shown('displacement', recurrence.noise, 3)} noise", *both(lambda a: percent(a.rms))],
         ["begins at" if scale else "begins at tau", "", *both(lambda a: shown("time", a.phase, 4))],
         ["contacts per period", *of_sensor(lambda one: f"{one.per_period:.3g}")],
-        ["time in contact", *of_sensor(lambda one: percent(one.share))],
+        ["time in contact, by samples", *of_sensor(lambda one: percent(one.share))],
         ["contact start error", "", *both(closings)],
         ["mean differs by", "", *both(lambda a: ", ".join(shown("displacement", value, 2) for value in a.offset))],
     ]

@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 from vibroscope.app.explorer.errors import Refused
 from vibroscope.app.explorer.field_units import ShownField, typed_units
-from vibroscope.app.explorer.parameters import EXCITATION_FIELDS, FORM_FIELDS, Explorer
+from vibroscope.app.explorer.parameters import EXCITATION_FIELDS, FORM_FIELDS, Explorer, bounds_of
 from vibroscope.app.explorer.ranges import slider_range
 from vibroscope.app.explorer.reading import read_number
 from vibroscope.app.explorer.state import Setting
@@ -65,6 +65,7 @@ _OF_BODY_2 = {"joint_damping_ratio", *(name for name in PHYSICAL_FIELDS if "2" i
 _CARRIED = {"start_xi1": "displacement", "start_v1": "velocity", "start_xi2": "displacement", "start_v2": "velocity"}
 _CARRIED |= {"K": "contact_stiffness", "D": "contact_damping"}  # what keeps its physical value where the units change
 _ROUNDING = 1e-12
+FAR = 10.0  # times the unit of length, or as many times less: a base that moves so far does not go with it
 # What numbers without dimension are counted in.
 _DEFINING = ("mass1_kg", "stiffness1_N_per_m", "frequency1_Hz", "length_mm", *_BASE)
 _OF_TONNES = ("mass", "stiffness", "damping")  # quantities whose unit is that of the unit system; lengths are in mm
@@ -177,12 +178,35 @@ def entered(texts: Mapping[str, object], setting: Setting) -> dict[str, object]:
     rest: dict[str, object] = {name: text for name, text in texts.items() if name not in typed}
     if typed:
         return _printed(_of_physical(typed, setting)) | rest
+    if "eta" in rest and (follows := _unit_of_length_at(rest["eta"], setting)):
+        return _printed(follows) | rest
     if rest.get("held") in HELD and "base" not in rest:  # the same motion, whatever is held of it
         change = HELD.index(rest["held"]) - HELD.index(setting.held)
         return {"base": print_value(float(f"{setting.base * setting.eta**change:.15g}"))} | rest
     if isinstance(texts.get("bodies"), str) and texts["bodies"] != setting.bodies:
         return _printed(_of_other_bodies(texts["bodies"], setting)) | _new_contact(setting) | rest
     return rest
+
+
+def _unit_of_length_at(eta: object, setting: Setting) -> dict[str, float | str]:
+    """What follows where the base moves by far more or less than the unit of length at another frequency.
+
+    The unit becomes the base's amplitude there, as if what is held of it had been typed after the frequency. Otherwise
+    numbers that are no part of the system, as the separation speed ε, would be of a motion that is not shown.
+    """
+    if setting.scale is None or not setting.base or not isinstance(eta, str):
+        return {}
+    try:
+        there = setting._replace(eta=read_number("eta", eta, bounds_of("eta"), whole=False))
+    except Refused:
+        return {}  # told where it is read
+    if 1 / FAR <= abs(there.system.excitation.base_amplitude(there.eta)) <= FAR:
+        return {}
+    held = next(name for name in _BASE if is_shown(name, there))
+    try:
+        return _of_physical({held: print_value(physical_numbers(there)[held])}, there)
+    except Refused:
+        return {}
 
 
 def _new_contact(setting: Setting) -> dict[str, str]:

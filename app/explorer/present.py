@@ -150,9 +150,9 @@ def _with_corners(run: SolverRun, time: np.ndarray, states: np.ndarray) -> tuple
     impacts = run.response.impacts
     within = (impacts.time > time[0]) & (impacts.time < time[-1])
     where = np.repeat(np.searchsorted(time, impacts.time[within]), 2)
-    position = np.repeat(impacts.position[within], 2)
+    places = [np.repeat(place[within], 2) for place in (impacts.position, impacts.position2(run.response.system))]
     velocity = np.stack([impacts.velocity_before[within], impacts.velocity_after[within]], 1).reshape(-1, 2)
-    added = np.vstack([position, position, velocity.T])
+    added = np.vstack([*places, velocity.T])
     return (
         np.insert(time, where, np.repeat(impacts.time[within], 2)),
         np.insert(states, where, added, axis=1),
@@ -241,12 +241,15 @@ def _arg_in_bins(y: np.ndarray, starts: np.ndarray) -> np.ndarray:
 
 
 def _impulses(run: SolverRun) -> Columns:
-    """Impulse of each impact in the window; of the penalty solution, of each contact."""
+    """Impulse of each impact in the window; of the penalty solution, of each contact that has ended by then."""
     if not run.response.ok:
         return {"t": _EMPTY, "impulse": _EMPTY}
     impacts = run.response.impacts
     time = (impacts.time - _window_start(run)) * run.response.eta / (2 * np.pi)
     within = (time >= 0) & (time <= WINDOW)
+    if run.response.method.name != "reference":
+        spans = run.response.contacts
+        within &= ~np.isin(impacts.time, spans[spans[:, 1] >= run.response.window[1], 0])
     return as_float32({"t": time[within], "impulse": impacts.impulse[within]})
 
 

@@ -51,7 +51,7 @@ class Curve:
     values, left : (n,) ndarray
         Ascending values, and what each leaves; inf where the run ends early.
     best : Change or None
-        What it leaves at best; None as long as it is not known, and if no run reaches its end.
+        What it leaves at best; None as long as it is not known, and if no value leaves less than the present one.
     equal : float
         The value of equal restitution; nan for the steps, and where there is none.
     resolved : float

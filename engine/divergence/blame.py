@@ -70,7 +70,7 @@ def find_blame(comparison: Comparison, found: Alone, remaining: Remaining) -> Bl
         return Blame(least=min(alone, total))
     most, pair = min(HALF * total, APART), None
     if alone > (1.0 - REMOVED) * total:
-        pair = _better(search_pair(comparison, remaining), alone)
+        pair = _better(search_pair(comparison, remaining), alone, chance)
     least = pair.robust if pair else alone
     if alone <= min(most, enough := total - REMOVED * (total - least)):
         enough = max(EQUAL * alone, min(TIE * alone, enough))
@@ -79,15 +79,15 @@ def find_blame(comparison: Comparison, found: Alone, remaining: Remaining) -> Bl
         if pair is None or len(found_alone.cancelling) < len(found_alone.changes):
             return found_alone
     if pair is None or pair.robust > most:
-        pair = _better(search_all_three(comparison, remaining), least) or pair
+        pair = _better(search_all_three(comparison, remaining), least, chance) or pair
     if pair is not None and pair.robust <= most:
         return Blame(together=pair, least=pair.robust)
     return Blame(least=min(alone, total))
 
 
-def _better(together: Change | None, alone: float) -> Change | None:
-    """The change of several numbers if it leaves less than two thirds of what one alone leaves."""
-    return together if together is not None and TIE * together.robust <= alone else None
+def _better(together: Change | None, alone: float, chance: float) -> Change | None:
+    """The change of several numbers if it leaves less than two thirds of what one alone leaves, and not by chance."""
+    return together if together is not None and TIE * max(together.robust, chance) <= alone else None
 
 
 def _of_numbers(comparison: Comparison, named: list[Change], remaining: Remaining, least: float) -> Blame:
@@ -98,13 +98,15 @@ def _of_numbers(comparison: Comparison, named: list[Change], remaining: Remainin
         more = enough_steps(comparison, remaining, max(NEARLY * steps.robust, SAME, comparison.difference.chance))
     if more is not None and steps.changed == "steps":
         named = [more if each is steps else each for each in named]
+    cancelling = tuple(each for each in named if fails(comparison, each))
+    named = sorted(named, key=lambda each: (each in cancelling, each.robust))
+    return Blame(tuple(named), None, least, more, tuple(each for each in named if each in cancelling))
+
+
+def fails(comparison: Comparison, change: Change) -> bool:
+    """Whether after a change the contact does not rebound as asked, or is not resolved: what agrees then is luck."""
     run, speed = comparison.runs.penalty, mean_closing_speed(comparison.runs.reference)
-
-    def fails(change: Change) -> bool:
-        return change.method is not None and not conditions(run.system, run.eta, change.method, speed).hold
-
-    named = sorted(named, key=lambda each: (fails(each), each.robust))
-    return Blame(tuple(named), None, least, more, tuple(filter(fails, named)))
+    return change.method is not None and not conditions(run.system, run.eta, change.method, speed).hold
 
 
 def _counts(comparison: Comparison) -> bool:

@@ -317,7 +317,10 @@ def compare(
     reference = reference or Reference()
     runs = _settled_runs(system, eta, penalty, reference, responses, (periods, keep, initial, cancelled))
     late = 0 if runs.reference.ok and period_of(runs.reference.section) > keep // 2 else None  # to be in step with
-    motions = PerSolution(*(describe(run, late if run is runs.reference else None) for run in runs))
+    known = PerSolution(None, None, None, late)
+    if not system.excitation.drives:  # what comes to rest repeats its section, and not what led there
+        known = PerSolution(0, 0, 0, 0)
+    motions = PerSolution(*(describe(run, period) for run, period in zip(runs, known, strict=True)))
     # a reference that repeats itself only nearly has no time step that scatters it: nothing stays in phase with it
     pointwise = bool(motions.reference.period) and all(described.near_period for described in motions)
     if not system.excitation.drives:

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from ..drivers.section import NEAR_TOLERANCE
 from ..methods import CONTACT_LAWS, METHOD_NUMBERS
 from ..motions.words import touching
 from ..simulate import simulate
@@ -61,7 +62,7 @@ def detail_sentences(
 
 
 def _why_no_parts(comparison: Comparison) -> str:
-    """Which motions the kept periods do not show to repeat: a blurred one does, over more periods."""
+    """Which motions the kept periods do not show to repeat: one that is blurred much does over more of them."""
     names = {
         "penalty": "the penalty solution",
         "exact": "the penalty solution without a time step",
@@ -70,8 +71,8 @@ def _why_no_parts(comparison: Comparison) -> str:
     far = [text for name, text in names.items() if not getattr(comparison.motions, name).near_period]
     which = f"{' and '.join(far)} {'does' if len(far) == 1 else 'do'}"
     return (
-        f"Over the {comparison.runs.penalty.keep} kept periods {which} not come close to repeating, so that the "
-        "difference, an average over them, has no parts."
+        f"Over the {comparison.runs.penalty.keep} kept periods {which} not come back within "
+        f"{percent(NEAR_TOLERANCE)} of the section's size, so that the difference, an average over them, has no parts."
     )
 
 
@@ -92,7 +93,8 @@ def _restitution_sentences(
     asked = f"the restitution e asks for {share(system.restitution)}"
     if method.damping is None:
         asked += f", from which the law {method.law} takes its damper"
-    ways = _ways_to_rebound(comparison, speed, cancelled)
+    as_asked = abs(contact.given - system.restitution) <= AS_ASKED * system.restitution
+    ways = [] if as_asked else _ways_to_rebound(comparison, speed, cancelled)
     if ways:
         asked += f", which {' or '.join(ways)} alone gives"
     return (f"{who} with {share(contact.given)} of the speed at which they meet{of_ratio}; {asked}.",)

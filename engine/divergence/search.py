@@ -38,6 +38,7 @@ STIFFNESS_DECADES = 6  # of K above the stiffer of both springs
 DAMPING_DECADES = 3  # of D on each side of equal restitution
 MOST_STEPS = 64  # times as many steps as the penalty solution has are tried at most
 AMPLE = 5 * RESOLVED  # steps in a contact where K, D and the step are changed together
+LESS = 0.98  # of the difference: a change that leaves more of it is no better one
 WITHOUT_JUMP = "limited"  # the law of the same spring and damper without the damper's jump
 
 
@@ -62,7 +63,8 @@ def search_alone(
         curves[name] = search.curve()
         progress(Alone(total, floor, dict(curves)))
     for name, search in searches.items():
-        curves[name] = replace(search.curve(), best=search.best())
+        best = search.best()
+        curves[name] = replace(search.curve(), best=best if best and best.left < LESS * total else None)
         progress(Alone(total, floor, dict(curves)))
     return Alone(total, floor, curves, tuple(_choices(comparison, remaining)), done=True)
 

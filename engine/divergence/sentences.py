@@ -5,9 +5,9 @@ import math
 from ..drivers.step_maps import damps
 from ..methods import ExactPenalty, Newmark, integrator_name, status_of
 from ..wording import percent, rounded, rounded_to
-from .agreement import SAME
+from .agreement import CLOSE, SAME
 from .alone import Alone, Change
-from .blame import OF_STEPS, Blame
+from .blame import OF_STEPS, Blame, fails
 from .compare import Comparison
 from .conditions import Conditions
 from .difference import Difference
@@ -29,8 +29,9 @@ def blame_sentence(comparison: Comparison, found: Alone, blame: Blame, now: Cond
     if not blame.changes:
         return _nothing_sentence(comparison, found, blame)
     names = [name_of(comparison, each.changed) for each in blame.changes]
-    values = [_leaves(each) + _more_steps(blame, each) + _cancels(blame, each) for each in blame.changes]
-    verb = "is to blame" if len(names) == 1 else "are to blame, each alone"
+    only = len(names) == 1
+    values = [_leaves(each, only) + _more_steps(blame, each) + _cancels(blame, each) for each in blame.changes]
+    verb = "is to blame" if only else "are to blame, each alone"
     subject = joined(names, "and")
     why = _reason(comparison, blame.changes[0], now)
     return f"{subject[0].upper()}{subject[1:]} {verb}{why}: {joined(values, 'or')}."
@@ -120,10 +121,11 @@ def _reason(comparison: Comparison, change: Change, now: Conditions | None) -> s
     return ""
 
 
-def _leaves(change: Change) -> str:
+def _leaves(change: Change, only: bool) -> str:
+    """What a change leaves; ``only``: it is the only one that is named."""
     left = percent(change.left)
     if change.changed == "joint damping":
-        return f"without it {left} would be left; neither K nor D nor the step mends it"
+        return f"without it {left} would be left{'; neither K nor D nor the step mends it' if only else ''}"
     if change.changed == "steps" and isinstance(change.method, ExactPenalty):
         return f"without it {left} would be left"
     if change.changed == "status":
@@ -150,11 +152,12 @@ def _cancels(blame: Blame, change: Change) -> str:
 def _together_sentence(comparison: Comparison, found: Alone, blame: Blame, now: Conditions | None) -> str:
     best = found.changes[0] if found.changes else None
     helps = best is not None and best.left < found.total
-    alone = f"; alone at best {value_text(best)} leaves {percent(best.left)}" if helps else ""
+    alone = f"; alone at best {_best_text(comparison, best)}" if helps else ""
     names = joined(["K", "D", "the time step"] if "step" in blame.together.changed else ["K", "D"], "and")
     left = percent(blame.together.left)
     why = _reason(comparison, blame.together, now) if blame.together.changed == "K and D" else ""
-    return f"{names} have to be changed together{why}: {value_text(blame.together)} leave {left}{alone}."
+    have = "would have" if found.total <= CLOSE else "have"  # motions that agree roughly may do
+    return f"{names} {have} to be changed together{why}: {value_text(blame.together)} leave {left}{alone}."
 
 
 def _nothing_sentence(comparison: Comparison, found: Alone, blame: Blame) -> str:
@@ -164,7 +167,13 @@ def _nothing_sentence(comparison: Comparison, found: Alone, blame: Blame) -> str
     if best is None or best.left >= found.total:
         return f"No K, D or time step that was tried leaves less.{of_model}"
     does = "mends" if best.robust <= found.total / 2 else "halves"
-    return f"No number alone {does} it: at best {value_text(best)} leaves {percent(best.left)}.{of_model}"
+    return f"No number alone {does} it: at best {_best_text(comparison, best)}.{of_model}"
+
+
+def _best_text(comparison: Comparison, best: Change) -> str:
+    """What the best change of one number leaves, which is luck where its contact does not do what it should."""
+    cancels = " by errors that cancel" if fails(comparison, best) else ""
+    return f"{value_text(best)} leaves {percent(best.left)}{cancels}"
 
 
 def _largest_sentence(difference: Difference) -> str:

@@ -229,13 +229,11 @@ def _without_contact(comparison: Comparison, fact: str, cancelled) -> Verdict:
 def _of_free_vibration(comparison: Comparison) -> Verdict:
     """Return the verdict on two free vibrations from one start: no number is to blame, since nothing lasts."""
     run, difference = comparison.runs.penalty, comparison.difference
-    total, sizes = (
-        difference.total,
-        (f"{difference.name(name)} {percent(share)}" for name, share in difference.parts.items()),
-    )
-    which = (
-        f"first {run.periods} periods T" if run.keep == run.periods else f"last {run.keep} of {run.periods} periods T"
-    )
+    total = difference.total
+    sizes = (f"{difference.name(name)} {percent(share)}" for name, share in difference.parts.items())
+    which = f"last {run.keep} of {run.periods} periods T"
+    if run.keep == run.periods:
+        which = "first period T" if run.periods == 1 else f"first {run.periods} periods T"
     parts = f" Its parts: {', '.join(sizes)}." if difference.parts else ""
     return Verdict(
         f"Nothing drives the bodies: in the {which} the displacements of this free vibration differ by "

@@ -14,7 +14,7 @@ from itertools import combinations
 
 import numpy as np
 
-from ..drivers.section import TOLERANCE, period_of
+from ..drivers.section import period_of
 from ..law_table import LAWS
 from ..methods import skips_steps
 from ..motions.sameness import cycle_points
@@ -27,7 +27,7 @@ AFFORDED_PERIODS = {True: math.inf, False: 10_000}  # of the same, by whether it
 SECTION = 1000  # periods: quick to compute, and their distribution is known to about 1/√SECTION
 NARROW = 0.2  # of the cycle's size: the width of a band that a time step makes about it
 BURSTS = 4.0  # of its widths: how far the middle of such a band may lie from the cycle
-COARSER = 4.0  # times the tolerance within which a motion that has settled repeats itself after as many periods
+NEARER = 0.99  # times as far apart a cycle later: points that draw nearer to each other become one
 BLOCKS = 8  # of a section, whose distances show what chance does
 DRIFT = 2.0  # times the distance of halves: sections that differ by more belong to a motion that still changes
 NOTICED = 0.02  # of the section's size: less is no change that matters
@@ -72,13 +72,19 @@ def settled_length(run: Callable[[str, int, int], Response], periods: int, keep:
 
 
 def repeats(section: np.ndarray, keep: int) -> bool:
-    """Whether a section repeats itself within half of ``keep`` periods.
-
-    One that is still on its way may come back by chance a little nearer after a multiple of its period: it repeats
-    itself after as many periods with a coarser tolerance.
-    """
+    """Whether a section repeats itself within half of ``keep`` periods, and is not on its way to a shorter cycle."""
     period = period_of(section)
-    return 0 < period <= keep // 2 and period_of(section, COARSER * TOLERANCE) == period
+    return 0 < period <= keep // 2 and not _approaches_shorter_cycle(section, period)
+
+
+def _approaches_shorter_cycle(section: np.ndarray, period: int) -> bool:
+    """Whether the points of a cycle draw nearer to each other: a spiral comes back by chance after some turns."""
+    for part in range(1, period // 2 + 1):
+        if period % part == 0:
+            apart = np.abs(section[part:] - section[:-part]).max(axis=1)
+            if apart[period:].max(initial=0.0) < NEARER * apart[:-period].max(initial=0.0):
+                return True
+    return False
 
 
 def _is_blurred(section: np.ndarray, limit: Response) -> bool:

@@ -102,7 +102,7 @@ OPENING = "--eta 1.08 --K 100 --D 50 --steps 2000"
 def test_the_difference_over_each_number_alone_is_printed(capsys):
     _, out, _ = run(capsys, OPENING, "--alone", "--units")
     expected = verdict(compare(System(), 1.08, Newmark(100, 50, 2000))).alone
-    tables = dict(zip(expected.curves, re.split(r"\n\n", out)[-5:-2], strict=True))
+    tables = dict(zip(expected.curves, re.split(r"\n\n", out)[-6:-3], strict=True))
     for name, curve in expected.curves.items():
         lines = tables[name].splitlines()
         present, best = (next(line for line in lines if line.endswith(words)) for words in ("present", "at best"))

@@ -134,3 +134,11 @@ def test_the_file_of_the_command_line_keeps_the_form(tmp_path, capsys):
     _, out, _ = run_command(capsys, "system", "--system", str(path), "--to", "physical")
     for line in FILE.splitlines()[1:]:
         assert f"{line} " in out
+
+
+def test_the_order_of_typing_does_not_change_the_separation_speed():
+    """What is typed before the frequency is of another motion of the base, thousands of times as large."""
+    late = {name: text for name, text in BRACKET.items() if name != "eta"} | {"eta": "18 Hz"}
+    one, other = enter(WALL, **BRACKET), enter(WALL._replace(eta=0.01), **late)
+    assert shown(one)["base_acceleration_m_per_s2"] == shown(other)["base_acceleration_m_per_s2"]
+    assert other.threshold * other.amplitude == pytest.approx(one.threshold * one.amplitude, rel=1e-9)

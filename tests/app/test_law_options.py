@@ -54,7 +54,7 @@ def test_options_reach_the_method(capsys, arguments, method, restitution):
     ("arguments", "text"),
     [
         ("--solver exact --K 1200 --law cut", "the exact solver needs --D"),
-        ("--solver exact --K 1200 --law impact --D 1", "penetration = None is outside"),
+        ("--solver exact --K 1200 --law impact --D 1", "penetration is missing"),
         ("--solver exact --K 1200 --law flores --restitution 0", "since its formula divides by it: give D"),
         (f"{NEWMARK} --D 1 --stiffness-of-step -1", "stiffness_of_step = -1.0 is outside (0, 1e+06]"),
     ],

@@ -61,6 +61,15 @@ def test_phase_plots_hold_both_velocities_of_every_impact():
         assert tuple(np.float32(after)) in drawn
 
 
+def test_corners_of_the_phase_plots_lie_where_each_body_is():
+    """The bodies are apart by the clearance where they touch."""
+    columns = present(runs_at(bodies="two", clearance=3.0, eta=1.2, K=2000.0, D=8.0))
+    shown, drawn = columns["phase_reference"], columns["displacements"]
+    for body in "12":
+        far = np.abs(drawn[f"reference{body}"]).max()
+        assert np.abs(shown[f"x{body}"]).max() == pytest.approx(far, rel=0.02)
+
+
 def test_impulses_and_strips_show_every_impact_of_the_two_periods():
     columns = present(scene_runs("A"))
     assert len(columns["impulse_reference"]["t"]) == 20

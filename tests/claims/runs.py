@@ -11,7 +11,7 @@ from vibroscope.engine.methods import spring_exponent
 PER_PERIOD = 200  # samples
 SECTION = 1000  # periods of a section that is compared as a distribution
 LONG = 40_000  # periods after which a motion is what it stays
-SAME_POINT = 1e-6  # of the section's size
+SAME_POINT = 1e-5  # of the section's size, as docs/theory/comparison.md says
 SLOW = 0.03  # s: a run that takes longer is made short in a scan
 SHORT = 250  # periods of a short run before those that are kept
 
@@ -24,11 +24,13 @@ class Runs:
     setting : Setting
     periods, keep : int
         That a comparison says it is of.
+    sections : bool
+        Whether it compares sections, since a motion does not repeat itself.
     """
 
-    def __init__(self, setting, periods, keep):
+    def __init__(self, setting, periods, keep, sections=False):
         self.system, self.eta, self.method = setting
-        self.periods, self.keep = periods, keep
+        self.periods, self.keep, self.sections = periods, keep, sections
         self._cycles, self._errors = {}, {}
 
     def run(self, method, periods=None, keep=None, **how):
@@ -51,7 +53,7 @@ class Runs:
     @cached_property
     def period(self):
         """Periods after which the reference repeats itself; 0 if it does not in the kept ones."""
-        return period_of(self.reference.section, self.keep // 2)
+        return 0 if self.sections else period_of(self.reference.section, self.keep // 2)
 
     @cached_property
     def is_slow(self):

@@ -43,7 +43,7 @@ def _left(found, text):
         return Left("several", left, settings, what)
     if numbers:
         return Left(next(iter(numbers)), left, settings, what)
-    joint = "joint damping" in what or (what == "without it" and "joint damping is to blame" in text)
+    joint = "joint damping" in what or (what == "without it" and re.search("[Jj]oint damping[^:]* to blame", text))
     if joint:
         return Left("joint damping", left, {}, what)
     if what in ("no time step", "without it"):

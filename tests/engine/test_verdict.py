@@ -30,8 +30,8 @@ def test_a_blurred_motion_is_not_said_not_to_repeat():
     assert repetition(found.penalty).startswith("repeats every period, blurred")
     first = verdict(found).details[0]
     assert first == (
-        "Over the 50 kept periods the penalty solution does not come close to repeating, so that the difference, an "
-        "average over them, has no parts."
+        "Over the 50 kept periods the penalty solution does not come back within 3 % of the section's size, so that "
+        "the difference, an average over them, has no parts."
     )
 
 

@@ -184,7 +184,7 @@ class AloneView:
         plot.x_range.update(start=field.factor * low, end=field.factor * high)
         unit = field.unit or field.natural
         plot.xaxis[0].axis_label = f"{field.hint} {field.label}" + (f" / {divisor(unit)}" if unit else "")
-        plot.title.text = _title(curve, field, facts["total"])
+        plot.title.text = _title(curve, field, facts["total"], done=facts["done"])
         show_rows(plot.hover[0], {plot.xaxis[0].axis_label: "@x", "left": "@left %"})
         x, left = _floats(curve["values"]), _floats(curve["left"])
         put(self.curves[name], as_float32({"x": field.factor * x, "left": 100 * left}))
@@ -231,11 +231,11 @@ def _state(facts: AloneFacts) -> str:
     return f"searching: {', '.join(found)} known …" if found else "searching: coarse so far …"
 
 
-def _title(curve: Mapping, field: ShownField, total: float) -> str:
+def _title(curve: Mapping, field: ShownField, total: float, *, done: bool) -> str:
     """What is left now, and at best with which value."""
     now, best = f"now {percent(total)}", curve["best"]
     if best is None:
-        return now
+        return f"{now}; no value leaves less" if done else now
     value = best["value"]
     at = "no time step" if value is None else f"{field.label} = {written(float(f'{field.factor * value:.4g}'))}"
     return f"{now}; at best {percent(best['left'])}: {at}"

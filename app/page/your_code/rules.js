@@ -18,7 +18,10 @@ export function render({ model }) {
   top.append(head);
   table.append(element("caption", "", "Rules of thumb: what each gives here, and whether it holds"), top, body);
   root.append(own, table);
-  const drawCode = () => drawOwn(own, model.code);
+  const drawCode = () => {
+    drawOwn(own, model.code);
+    root.getRootNode().host?.scrollTo?.(0, 0); // else the input of another code comes out of sight, above the table
+  };
   const drawRows = () => {
     model.rows.forEach((row, place) => {
       const text = JSON.stringify([row, model.reference]);
