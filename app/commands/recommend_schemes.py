@@ -20,6 +20,7 @@ from vibroscope.engine import (
     Recommendation,
     TimeStepping,
     Units,
+    counted,
     is_located,
     percent,
     recommend_schemes,
@@ -55,6 +56,7 @@ def find_and_print(options: argparse.Namespace, search: dict, units: Units | Non
     every = {"integrator": _every_scheme, "law": _every_law}[_searched(options)]
     schemes = code.schemes() if code else every(options)
     system, eta = system_of(options), eta_of(options)
+    note(f"searching with {counted(len(schemes), 'method')}: some take a minute")
     found = recommend_schemes(system, eta, schemes, **search)
     best = found[0]
     words = code.words_for(system, eta, best.method, units, options.contact_area) if code and best.best else ()

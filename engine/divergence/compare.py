@@ -177,7 +177,8 @@ class Comparison:
 
         A motion that repeats itself is plain; Newmark's only if the exact penalty solution repeats after as many
         periods. Otherwise a time step may have scattered its section, or locked the scatter into a long cycle. Where
-        neither motion comes near to repeating itself, that is all that a comparison needs.
+        neither motion comes near to repeating itself, nor does the exact penalty solution repeat, that is all that a
+        comparison needs.
 
         Raises
         ------
@@ -189,7 +190,7 @@ class Comparison:
             "reference": described.reference.period > 0,
             "penalty": described.penalty.period == described.exact.period > 0,
         }
-        if not described.reference.near_period and not described.penalty.near_period:
+        if not (described.reference.near_period or described.penalty.near_period or described.exact.period):
             return self
         unclear = [name for name in plain if not plain[name] and getattr(self, name) is getattr(described, name)]
         runs = {name: getattr(self.runs, name) for name in unclear}

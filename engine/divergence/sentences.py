@@ -179,5 +179,5 @@ def _best_text(comparison: Comparison, best: Change) -> str:
 def _largest_sentence(difference: Difference) -> str:
     if not difference.largest:
         return "So little needs no change."
-    part = f"{difference.name(difference.largest)} ({percent(difference.parts[difference.largest])})"
-    return f"Its largest part is that of {part}."
+    name, share = difference.name(difference.largest), percent(difference.parts[difference.largest])
+    return f"Its largest part is that of {name if name.startswith('K') else f'the {name}'} ({share})."
