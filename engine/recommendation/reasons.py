@@ -16,7 +16,7 @@ from ..simulate import simulate
 from ..wording import percent, rounded
 from .contacts import Tolerances
 from .limits import Limits
-from .trials import Trial, Trials
+from .trials import MISSES, VERIFIED, Trial, Trials
 
 
 def aperiodic_reference_reason(found: Steady) -> str:
@@ -146,7 +146,10 @@ def _contacts_reason(least: Trial, tolerances: Tolerances) -> str:
     """Say that displacements are met, and what is not."""
     found = f"the displacements keep to {percent(tolerances.displacement)} with {least.setting.steps} steps per period"
     if least.excess <= 1.0:
-        return f"{found}, but only single settings do, and not their neighbours: allow more steps"
+        return (
+            f"{found}, but not reliably: run from rest, more than {MISSES} of {VERIFIED} settings within one or two "
+            "per cent of K, D and the steps miss it, or stop: allow more steps"
+        )
     asked = [
         f"{name} within {value}"
         for name, value in (

@@ -74,7 +74,8 @@ class _Judge:
     def __init__(self, setting, found, words):
         self.setting, self.found, self.words = setting, found, words
         run = found.runs.penalty
-        self.runs = Runs(setting, run.periods, run.keep, found.difference.measure != "displacements")
+        sections = found.parts is not None and found.difference.measure != "displacements"
+        self.runs = Runs(setting, run.periods, run.keep, sections)
         self.method = setting.method
 
     def claims(self):
