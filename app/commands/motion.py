@@ -2,6 +2,7 @@
 
 import argparse
 import json
+from collections.abc import Sequence
 from textwrap import wrap
 
 from vibroscope.app.commands.numbers import count
@@ -74,6 +75,9 @@ def run(options: argparse.Namespace) -> None:
         lines = [f"{problem[2]}, eta = {options.eta:g}", *_motion_lines(found)]
         if units:
             physical = settings_text(units, *problem[1:]), motion_text(units, options.eta, found, problem[2])
+            if _has_impact_list(found):
+                speeds = _speeds_text(units.physical("velocity", found.closing_speeds))
+                physical += (f"closing speeds {speeds} {units.unit('velocity')}",)
             lines += [f"physical          {line}" for line in physical if line]
         print("\n".join([*lines, *map(_attractor_line, others)]))
 
@@ -103,10 +107,9 @@ def _motion_lines(found: Motion) -> list[str]:
         f"contacts          {_rate_text(found.contacts_per_period, found.contact_share)}",
         f"lasting contacts  {_rate_text(found.permanent_per_period, found.permanent_share)}",
     ]
-    if found.period and not found.step_noise and len(found.impact_phases):
+    if _has_impact_list(found):
         at = ", ".join(f"{phase:.4f}" for phase in found.impact_phases[:_MOST_IMPACTS])
-        speeds = ", ".join(f"{speed:.3g}" for speed in found.closing_speeds[:_MOST_IMPACTS])
-        lines += [f"impacts at        {at} periods", f"closing speeds    {speeds}"]
+        lines += [f"impacts at        {at} periods", f"closing speeds    {_speeds_text(found.closing_speeds)}"]
     lines += [
         f"each period       impulse {_number(found.impulse)}, {_energy(found)}",
         f"peak force        {_peak_force(found)}",
@@ -116,6 +119,15 @@ def _motion_lines(found: Motion) -> list[str]:
         lines += [f"multipliers       {values}", f"nearest           {found.bifurcation}, {found.margin:.3g} off"]
     error = f" ± {found.lyapunov_error:.2g}" if found.lyapunov_error > 0 else ""
     return [*lines, f"Lyapunov          {_number(found.lyapunov)}{error} per period"]
+
+
+def _has_impact_list(found: Motion) -> bool:
+    """Whether the impacts of a cycle are those of every other one, so that they can be listed."""
+    return bool(found.period and not found.step_noise and len(found.impact_phases))
+
+
+def _speeds_text(speeds: Sequence[float]) -> str:
+    return ", ".join(f"{speed:.3g}" for speed in speeds[:_MOST_IMPACTS])
 
 
 def _attractor_line(found: Attractor) -> str:
