@@ -115,15 +115,6 @@ def test_a_file_in_physical_units_sets_system_units_and_frequency():
     assert setting.system.rest[0] == pytest.approx(setting.clearance)
 
 
-def test_a_file_of_the_page_before_other_systems_sets_the_papers_pendulums():
-    old = {"kappa", "d1", "eta"}
-    lines = [line for line in as_toml(Setting(kappa=2.6)).splitlines() if line.partition(" ")[0] in old]
-    wall = Setting(bodies="wall", clearance=2.0, coordinate="xi1")
-    setting = read_setting(loaded_from_toml("[setting]\n" + "\n".join(lines)).texts, wall)
-    assert setting.system == System(kappa=2.6)
-    assert read_setting(loaded_from_toml("[setting]\neta = 2\n").texts, wall).system == wall.system
-
-
 FREE = shelf()["thrown"].setting
 
 

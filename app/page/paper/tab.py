@@ -220,7 +220,7 @@ class Paper(Tab):
     def _draw_soon(self) -> None:
         if self._undrawn and not self._draw_is_due:
             self._draw_is_due = True
-            self.host.doc.add_timeout_callback(partial(self.host.call_later, self._draw), _GATHERED)
+            self.host.doc.add_timeout_callback(self._draw, _GATHERED)
 
     def _draw(self) -> None:
         """Draw the findings that have come; none while the tab is hidden, or the browser would be busy with them."""
