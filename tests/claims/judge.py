@@ -21,6 +21,7 @@ NOTHING = re.compile("No K, D or time step that was tried|No number alone")
 AROUND = (0.91, 0.955, 1.0, 1.05, 1.1)  # neighbours whose median counts, so that luck does not
 EXPONENT = 0.005  # per period: a larger Lyapunov exponent is positive
 SLOW_LAWS = ("hunt-crossley", "flores", "jankowski")  # a contact without a step is integrated
+SHRINKS = 0.7  # times as wide with more steps: a band that the time step makes
 STEPPED = ("steps", "limit", "status", "integrator")
 
 
@@ -508,22 +509,26 @@ class _Judge:
         if said is None:
             return
         period = max(self.words.penalty.near_period, 1)
-        finer = changed(self.method, steps=4 * self.method.steps)
         sizes = {1: self.scatters(self.method, period)}
-        # with more steps the motion may have another period
-        sizes[4] = min((self.scatters(finer, each * period) for each in (1, 2, 3, 4)), key=np.median)
+        for factor in (4, 16):  # four times the steps may still blur another way
+            finer = changed(self.method, steps=factor * self.method.steps)
+            # with more steps the motion may have another period
+            sizes[4] = min((self.scatters(finer, each * period) for each in (1, 2, 3, 4)), key=np.median)
+            if np.median(sizes[4]) < SHRINKS * np.median(sizes[1]):
+                break
         # a few jumps of its phase would make more of it over all periods
         nearest = float(np.clip(said[0], min(sizes[1]), max(sizes[1])))
         outcome = graded(said[0], nearest, 1.3, 2.0)
         sizes = {factor: float(np.median(each)) for factor, each in sizes.items()}
-        if outcome == TRUE and not sizes[4] < 0.7 * sizes[1]:
+        if outcome == TRUE and not sizes[4] < SHRINKS * sizes[1]:
             outcome = MISLEADING
-        yield Claim("b", outcome, f"±{said[0]} said, {sizes[1]:.3g} found, {sizes[4]:.3g} with four times the steps")
+        yield Claim("b", outcome, f"±{said[0]} said, {sizes[1]:.3g} found, {sizes[4]:.3g} with more steps")
 
     def scatters(self, method, period):
-        """Standard deviations of the section about a cycle, of pieces of a run."""
-        row = 0 if self.runs.system.wall else 2
-        run = self.runs.run(method, self.runs.periods + 400, 400 // period * period)
+        """Standard deviations of the section about a cycle, of pieces of a run from the penalty solution's state on."""
+        row, state = 0 if self.runs.system.wall else 2, tuple(self.runs.penalty.section[-1])
+        start = Checkpoint(self.runs.system, self.runs.eta, method, 0, state)
+        run = self.runs.run(method, 1000, 400 // period * period, initial=start)
         if not run.ok:
             return [math.nan]
         pieces = np.array_split(run.section[:, row], max(1, 400 // max(self.runs.keep, period)))

@@ -16,7 +16,7 @@ ROWS = {
     "a7": "what is blamed leaves the motions something in common (not over 85 %, and half the total)",
     "a8": "“no K, D or time step”, “neither K nor D nor the step”: 44 pairs of K and D without a step",
     "a9": "“by errors that cancel”: the contact does not rebound as asked, or is not resolved",
-    "b": "“the time step blurs”: size, and less with four times the steps",
+    "b": "“the time step blurs”: size, and less with 4 or 16 times the steps",
     "c1": "kind and period of the reference, after 40,000 periods",
     "c2": "kind and period of the penalty solution, five times later or after 40,000 periods",
     "c3": "“the penalty solution …, the reference …”: they do differ",
