@@ -69,7 +69,7 @@ class Explorer:
 
     def explained(self):
         """Wait until the difference is explained; that comes a moment after the last move."""
-        self.page.locator(".lines[data-pending=false]").wait_for()
+        self.page.locator(".lines[data-pending=false]").wait_for(timeout=60_000)
         return self
 
     def judged(self):
