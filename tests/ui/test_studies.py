@@ -98,7 +98,7 @@ def test_the_plane_follows_the_limit_of_steps_and_the_quantity(visit):
 
 
 def test_the_plane_offers_steps_without_a_solution_where_the_status_is_that_of_the_end(visit):
-    numbers = "eta=2.76&K=12000&D=18&steps=200&integrator=hht&status=end&without_solution=keep"
+    numbers = "eta=2.76&K=12000&D=18&steps=200&integrator=hht&status=end&without_solution=keep&choice=quantity:period"
     explorer = complete(visit(f"?tab=plane&{numbers}"))
     colour = explorer.page.get_by_role("combobox", name="Colour")
     colour.select_option("without_solution")
