@@ -25,7 +25,7 @@ def seen(explorer, name):
 
 def searched(explorer):
     explorer.explained()
-    wait_until(lambda: "at best" in seen(explorer, "alone_steps")["title"], what="curves")
+    wait_until(lambda: "; " in seen(explorer, "alone_steps")["title"], what="at best, or that there is no better value")
     return explorer
 
 
