@@ -22,7 +22,7 @@ from .blame import Blame, find_blame
 from .compare import Comparison, error_from_penalty_state
 from .conditions import Conditions, conditions
 from .details import detail_sentences, duration_sentences
-from .encounters import delivered_restitution, mean_closing_speed
+from .encounters import SHORT, delivered_restitution, mean_closing_speed
 from .grid import rms
 from .remaining import Remaining
 from .search import search_alone, without_jump
@@ -175,11 +175,15 @@ def _of_search(comparison: Comparison, found: Alone, blame: Blame, unchanged: st
 
 
 def contact_conditions(comparison: Comparison) -> Conditions:
-    """What the contact of the penalty solution does, measured where it has short contacts."""
+    """What the contact of the penalty solution does, measured where it has short contacts.
+
+    The steps are those of a contact alone, or of the motion's where these last far longer.
+    """
     run = comparison.runs.penalty
     alone = conditions(run.system, run.eta, run.method, mean_closing_speed(comparison.runs.reference))
     lasts = float(np.median(np.diff(run.contacts, axis=1))) if len(run.contacts) else np.nan
-    return replace(alone, measured=delivered_restitution(run), lasts=lasts)
+    steps = alone.steps * lasts / alone.duration if lasts > SHORT * alone.duration else alone.steps
+    return replace(alone, measured=delivered_restitution(run), lasts=lasts, steps=steps)
 
 
 def _blamed(blame: Blame) -> tuple[str, ...]:
