@@ -129,9 +129,9 @@ class Walk:
             self.slow += 1
             self.page.evaluate("document.activeElement?.blur()")
             self.page.keyboard.press("r")
-            if self.explorer.page.locator(".entry:popover-open").count():
-            self.explorer.page.keyboard.press("Escape")  # an entry of the glossary, which may cover the tabs
-        self.explorer.open_tab("Explore")
+            if self.page.locator(".entry:popover-open").count():
+                self.page.keyboard.press("Escape")  # an entry of the glossary, which may cover the tabs
+            self.explorer.open_tab("Explore")
             assert self._is_quiet(120), f"still {self.page.evaluate('walk.busy()')}; moves: {self.moves}"
 
     def _is_quiet(self, seconds):
