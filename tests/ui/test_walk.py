@@ -41,6 +41,7 @@ def walk_and_compare(visit, device, seed, legs):
             keep(f"walk-{device}-{seed}-{leg}", here["picture"], there["picture"])
         assert found == [], "\n".join([*found, f"link: {explorer.query()}", "moves:", *walk.moves])
         linked.page.close()
+    explorer.page.evaluate("localStorage.clear()")  # the theme, which the next page of this window would have
     assert walk.slow <= SLOW * legs * LEG, walk.moves
 
 
