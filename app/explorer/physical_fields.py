@@ -199,7 +199,7 @@ def _unit_of_length_at(eta: object, setting: Setting) -> dict[str, float | str]:
     try:
         there = setting._replace(eta=read_number("eta", eta, bounds_of("eta"), whole=False))
     except Refused:
-        return {}  # told where it is read
+        return {}  # refused where it is read
     if 1 / FAR <= abs(there.system.excitation.base_amplitude(there.eta)) <= FAR:
         return {}
     held = next(name for name in _BASE if is_shown(name, there))

@@ -98,12 +98,12 @@ def _of_numbers(comparison: Comparison, named: list[Change], remaining: Remainin
         more = enough_steps(comparison, remaining, max(NEARLY * steps.robust, SAME, comparison.difference.chance))
     if more is not None and steps.changed == "steps":
         named = [more if each is steps else each for each in named]
-    cancelling = tuple(each for each in named if fails(comparison, each))
+    cancelling = tuple(each for each in named if contact_fails(comparison, each))
     named = sorted(named, key=lambda each: (each in cancelling, each.robust))
     return Blame(tuple(named), None, least, more, tuple(each for each in named if each in cancelling))
 
 
-def fails(comparison: Comparison, change: Change) -> bool:
+def contact_fails(comparison: Comparison, change: Change) -> bool:
     """Whether after a change the contact does not rebound as asked, or is not resolved: what agrees then is luck."""
     run, speed = comparison.runs.penalty, mean_closing_speed(comparison.runs.reference)
     return change.method is not None and not conditions(run.system, run.eta, change.method, speed).hold

@@ -7,7 +7,7 @@ from ..methods import ExactPenalty, Newmark, integrator_name, status_of
 from ..wording import percent, rounded, rounded_to
 from .agreement import CLOSE, SAME
 from .alone import Alone, Change
-from .blame import OF_STEPS, Blame, fails
+from .blame import OF_STEPS, Blame, contact_fails
 from .compare import Comparison
 from .conditions import Conditions
 from .difference import Difference
@@ -172,7 +172,7 @@ def _nothing_sentence(comparison: Comparison, found: Alone, blame: Blame) -> str
 
 def _best_text(comparison: Comparison, best: Change) -> str:
     """What the best change of one number leaves, which is luck where its contact does not do what it should."""
-    cancels = " by errors that cancel" if fails(comparison, best) else ""
+    cancels = " by errors that cancel" if contact_fails(comparison, best) else ""
     return f"{value_text(best)} leaves {percent(best.left)}{cancels}"
 
 

@@ -70,6 +70,13 @@ def test_corners_of_the_phase_plots_lie_where_each_body_is():
         assert np.abs(shown[f"x{body}"]).max() == pytest.approx(far, rel=0.02)
 
 
+def test_a_contact_that_the_window_cuts_has_no_impulse_in_the_figure():
+    """The scene repeats every period: what is left of an impulse would look like another one."""
+    shown = present(scene_runs("9B"))["impulse_penalty"]["impulse"]
+    assert len(shown) >= 1
+    assert shown == pytest.approx(shown[0], rel=0.05)
+
+
 def test_impulses_and_strips_show_every_impact_of_the_two_periods():
     columns = present(scene_runs("A"))
     assert len(columns["impulse_reference"]["t"]) == 20

@@ -19,6 +19,8 @@ from vibroscope.engine import (
     simulate,
     verdict,
 )
+from vibroscope.engine.divergence.window import repeats
+from vibroscope.engine.drivers.section import period_of
 
 from tests.claims.runs import Runs, energy_lost
 from tests.claims.sentences import apply, changes_in
@@ -185,3 +187,13 @@ def test_a_value_that_is_said_to_give_the_restitution_does_so_in_the_motion(syst
         run = runs.run(changed)
         closing, parting = (np.diff(each, axis=1) for each in (run.impacts.velocity_before, run.impacts.velocity_after))
         assert -parting.sum() / closing.sum() == pytest.approx(system.restitution, rel=0.1), (name, value)
+
+
+def test_a_spiral_that_comes_back_by_chance_has_not_settled():
+    """Its points turn by a quarter and draw nearer: they are one point in the end."""
+    turns = np.exp((-0.01 + 0.5j * np.pi) * np.arange(50))
+    spiral = 1.0 + 2e-4 * np.column_stack([turns.real, turns.imag, turns.real, turns.imag])
+    assert period_of(spiral) == 4
+    assert not repeats(spiral, 50)
+    square = 1.0 + 1e-2 * np.column_stack([(1j ** np.arange(50)).real] * 4)
+    assert repeats(square, 50)
