@@ -81,10 +81,10 @@ class Evaluation(NamedTuple):
     section: np.ndarray
 
     @classmethod
-    def zeros(cls, events: int, periods: int, facts: int) -> "Evaluation":
-        """Room for the equations of so many events and periods, with so many facts of each event."""
+    def zeros(cls, events: int, periods: int) -> "Evaluation":
+        """Room for the equations of so many events and periods."""
         n = 4 + events
-        return cls(*map(np.zeros, (n, (n, n), (events + 1, facts), (events + 1, 5), (periods, 4))))
+        return cls(*map(np.zeros, (n, (n, n), (events + 1, FACTS), (events + 1, 5), (periods, 4))))
 
     @classmethod
     def without_facts(cls, events: int) -> "Evaluation":
@@ -176,7 +176,7 @@ class OrbitEquations:
         out : Evaluation, optional
             To be filled, instead of a new one.
         """
-        found = Evaluation.zeros(len(kinds), period, FACTS) if out is None else out
+        found = Evaluation.zeros(len(kinds), period) if out is None else out
         evaluate_orbit(
             self._tables, self._problem, (numbers_of(tuple(kinds)), first, float(period)), unknowns, tuple(found)
         )
@@ -196,7 +196,7 @@ class OrbitEquations:
         width : float
             The unit of α₁.
         """
-        found = Evaluation.zeros(len(kinds), period, FACTS)
+        found = Evaluation.zeros(len(kinds), period)
         sequence = numbers_of(tuple(kinds)), first, float(period)
         return found if solve_orbit(self._tables, self._problem, sequence, unknowns, width, tuple(found)) else None
 
