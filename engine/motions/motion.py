@@ -69,7 +69,8 @@ def motion(
     eta : float
         Excitation frequency η = Ω/ω₁; with a system.
     method : Reference, ExactPenalty, Newmark or TimeStepping
-        With a system. If its contact law has no closed form, the section alone says what the motion is.
+        With a system. If the damper of its contact law depends on the speed with which a contact closed, the section
+        alone says what the motion is.
     initial : (4,) sequence
         ξ₁, ξ₁′, ξ₂, ξ₂′ at τ = 0, by default rest; with a system.
     cancelled : callable, optional
