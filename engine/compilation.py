@@ -19,8 +19,7 @@ from .divergence.verdict import verdict
 from .drivers import orbit_steps, settle
 from .drivers.code_cache import CompileListener, compilable_functions, complete_mark
 from .drivers.event_driven import hybrid_state
-from .drivers.orbit import PART, numbers_of
-from .drivers.orbit_equations import Followed, equations_of
+from .drivers.orbit import PART, OrbitEquations, numbers_of
 from .methods import ExactPenalty, Newmark, Reference, TimeStepping
 from .model import System
 from .motions.steady import steady
@@ -118,13 +117,13 @@ def _settle(cells: Cells) -> None:
     settle.settle(cells.method, cells.parameters(), *start, traps, periods=2, stride=1, threads=1)
 
 
-def _step(system: System, method: Followed) -> None:
+def _step(system: System) -> None:
     """Take a step of Newton's method to an orbit, and find what a branch needs at one."""
-    equations, start, ones = equations_of(system, 1.08, method), np.zeros(4), np.ones(5)
-    if isinstance(method, Reference):
-        hybrid_state(system, 1.08, method, start)
+    problem, start, ones = (system, 1.08, Reference()), np.zeros(4), np.ones(5)
+    equations = OrbitEquations(*problem)
+    hybrid_state(*problem, start)
     found = equations((), False, 1, start)
-    equations.slope((system, 1.08, method), 1e-7, (), False, 1, start, found.residual)
+    equations.slope(problem, 1e-7, (), False, 1, start, found.residual)
     equations.state_later(PART, start, 0.0, 0.1)
     equations.solve((), False, 1, start.copy(), 1.0)
     scales = orbit_steps.scales_of(start, 1.0)
@@ -153,6 +152,5 @@ def calls(system: System) -> Iterator[tuple[str, Callable[[], object]]]:
     for name in _BATCHES:
         cells = Cells(system, [1.08], _RUNS[name])
         yield f"{name}, for studies", lambda cells=cells: run_cells(cells, transient=1, sample=2)
-    for name in ("reference",) if system.wall else ("reference", "other contact laws", "Newmark, located"):
-        yield "branches", lambda method=_RUNS[name]: _step(system, method)
+    yield "branches", lambda: _step(system)
     yield "basins of attraction", lambda: _settle(Cells(system, [1.08], Reference()))

@@ -39,7 +39,6 @@ LAWS = {
 LAWS_BY_RESTITUTION = tuple(name for name, law in LAWS.items() if law.by_restitution)
 CONTACT_LAWS = tuple(LAWS)
 RATIO_LAWS = tuple(name for name, law in LAWS.items() if law.relative)
-PIECEWISE_LINEAR = tuple(name for name, law in LAWS.items() if law.closed_form)
 NEWMARK_LAWS = tuple(name for name, law in LAWS.items() if law.newmark)
 
 

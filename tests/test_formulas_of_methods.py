@@ -93,11 +93,11 @@ def test_steps_in_contact_are_as_long_as_they_may_be(stiffness):
 
 
 @pytest.mark.parametrize("pressed", [False, True])
-@compares(61)
+@compares(60)
 def test_the_gap_after_a_step_at_a_wall(pressed):
     wall = System(wall=True, d1=0.01, excitation=Excitation(force1=1.0))
     m = located.located_scheme(parameters_of(wall, ETA, Newmark(700.0, 4.0, 60, located=True)))
-    e, length, (left, right) = contact_location.side(m, pressed), 0.07, sides(PAGES[61])
+    e, length, (left, right) = contact_location.side(m, pressed), 0.07, sides(PAGES[60])
     for g, u, before, after in RANDOM.uniform(-2, 2, (5, 4)):
         b = e.bg * g + e.bu * u + before
         reached, *_ = wall_step.step_alone(e, g, u, b, length, after)

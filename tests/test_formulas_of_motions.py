@@ -6,14 +6,11 @@ import re
 import numpy as np
 import pytest
 from scipy.linalg import expm
-from vibroscope.engine import ExactPenalty, Newmark, Reference, System, fit, steady, synthetic_measurement
+from vibroscope.engine import ExactPenalty, Reference, System, fit, steady, synthetic_measurement
 from vibroscope.engine.drivers.orbit import IMPACT, PART, TOUCH, OrbitEquations
 from vibroscope.engine.drivers.parameters import parameters_of
 from vibroscope.engine.kernels.equations.motion import pressed_generator, separated_generator
 from vibroscope.engine.kernels.linear.tables import full_generator
-from vibroscope.engine.kernels.located_orbit import rate_by_length
-from vibroscope.engine.kernels.time_stepping.contact_location import forcing_at, step
-from vibroscope.engine.kernels.time_stepping.located import located_scheme
 from vibroscope.engine.measurement.alignment import align
 from vibroscope.engine.measurement.cycle import reference_cycle
 from vibroscope.engine.measurement.least_squares import FitProblem
@@ -126,19 +123,3 @@ def test_the_standard_errors_of_a_fit():
     covariance = value(sides(PAGES[59])[1], {"σ_n": math.sqrt(squared), "J": J, "Jᵀ": Matrix(J.rows.T)})
     errors = np.sqrt(np.diag(covariance.rows))[: len(names)]
     np.testing.assert_allclose(errors, list(found.errors.values()), rtol=1e-4)
-
-
-@compares(60)
-def test_how_the_end_of_a_step_moves_with_its_length():
-    """The displayed rates of both motions, and the rate of their accelerations, are differences of steps."""
-    method = Newmark(12000.0, 18.0, 2000, located=True)
-    m, s, small = located_scheme(parameters_of(System(), 2.76, method)), 2e-3, 1e-6
-    for e in (m.separated, m.pressed):
-        z = tuple(RANDOM.uniform(-1, 1, 6))
-        end, later, before = (step(e, z, length, forcing_at(m, 0, s)) for length in (s, s + small, s - small))
-        rate = rate_by_length(e, z, end, s, (0.0, 0.0))
-        np.testing.assert_allclose(rate, (np.array(later) - before) / (2 * small), rtol=1e-6)
-        for i in (0, 3):
-            symbols = {"s": s, "v₁": end[i + 1], "a": z[i + 2], "a₁": end[i + 2], "∂a₁/∂s": rate[i + 2]}
-            shown = [value(sides(PAGES[60], k)[1], symbols) for k in (0, 1)]
-            assert shown == pytest.approx(rate[i : i + 2], rel=1e-12)

@@ -38,12 +38,11 @@ def add(commands) -> None:
         "branch",
         allow_abbrev=False,
         help="follow periodic motions, stable and unstable, over a number, and locate their bifurcations",
-        description="Follow every branch of periodic motions of the reference, the exact penalty solution or Newmark's "
-        "method with located steps through a range of one number, from all motions that coexist at some of its values, "
-        "and locate folds, period doublings, Neimark-Sacker points, branch points, grazing, and where sticking begins "
-        "or ends, to 1e-10 of the range. Newmark's method with whole steps has no branches: its map over a period "
-        "jumps where a contact passes a step. With located steps that map has kinks, so that at a point a multiplier "
-        "may pass 1 or -1 without taking that value.",
+        description="Follow every branch of periodic motions of the reference or the exact penalty solution through a "
+        "range of one number, from all motions that coexist at some of its values, and locate folds, period doublings, "
+        "Neimark-Sacker points, branch points, grazing, and where sticking begins or ends, to 1e-10 of the range. "
+        "Methods with a time step have no branches: the exact penalty solution is what they tend to with smaller "
+        "steps.",
         epilog="Ctrl-C ends the search; what was found is printed. With --out each branch is kept once it is followed: "
         "after a stop or a kill the same command reads what is kept, and goes on from there.",
     )

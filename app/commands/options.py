@@ -5,7 +5,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import fields, replace
 from inspect import signature
 
-from vibroscope.app.commands.numbers import count, measured, measured_count, number, state_numbers
+from vibroscope.app.commands.numbers import measured, measured_count, number, state_numbers
 from vibroscope.app.commands.output import note
 from vibroscope.engine import (
     CONTACT_LAWS,
@@ -27,7 +27,7 @@ from vibroscope.engine import (
     read_system,
     stiffness_of_step,
 )
-from vibroscope.engine.law_table import HERTZ, PIECEWISE_LINEAR, laws_with, numbers_of
+from vibroscope.engine.law_table import HERTZ, laws_with, numbers_of
 from vibroscope.engine.physical import held_text
 
 # What can be asked of a method with a time step, beside its numbers
@@ -150,17 +150,25 @@ def add_branch_options(command: argparse.ArgumentParser) -> None:
     add(
         "--solver",
         default="reference",
-        choices=tuple(SOLVER_OPTIONS),
-        help="semi-analytical reference; penalty model without a time step, or by Newmark's method with --located "
-        "(default %(default)s)",
+        type=_without_step,
+        choices=("reference", "exact"),
+        help="semi-analytical reference; penalty model without a time step, its contact a spring and a damper (default "
+        "%(default)s)",
     )
     add("--eta", **ETA)
-    add("--K", type=measured, metavar="F", help=f"exact, newmark: {_STIFFNESS}")
-    add("--D", type=measured, metavar="F", help=f"exact, newmark: {_DAMPING}")
-    add("--steps", type=count, metavar="N", help="newmark: steps per excitation period, the time step is T/N")
-    add("--located", action="store_true", help="newmark: cut each step at a contact change; branches need it")
-    add("--law", choices=PIECEWISE_LINEAR, help=f"exact: {_LAW}; those that are linear by pieces")
+    add("--K", type=measured, metavar="F", help=f"exact: {_STIFFNESS}")
+    add("--D", type=measured, metavar="F", help=f"exact: {_DAMPING}")
     _add_reference_options(command)
+
+
+def _without_step(solver: str) -> str:
+    """A solver that has branches."""
+    if solver == "newmark":
+        raise argparse.ArgumentTypeError(
+            f"{solver!r} has a time step, and so no branches: give 'reference', or 'exact', to which it tends with "
+            "smaller steps"
+        )
+    return solver
 
 
 def _add_reference_options(command: argparse.ArgumentParser) -> None:

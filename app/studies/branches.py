@@ -14,6 +14,7 @@ import numpy as np
 from vibroscope.app.runtime.settings import current_settings
 from vibroscope.app.studies.time_limit import TimeLimit
 from vibroscope.engine import (
+    CONTACT_LAWS,
     COORDINATES,
     METHOD_NUMBERS,
     PARAMETERS,
@@ -25,7 +26,6 @@ from vibroscope.engine import (
     System,
     search_branches,
 )
-from vibroscope.engine.law_table import PIECEWISE_LINEAR
 
 MAX_PERIOD = 4  # longest cycle that is looked for, in excitation periods
 MOST_BRANCHES = 60
@@ -187,9 +187,8 @@ def why_none(over: str, method: Reference | ExactPenalty) -> str:
         return "Branches are of motions without a time step: sweep another number than the steps per period."
     if not isinstance(method, _OF_ONE_SOLVER.get(over, object)):
         return f"The {'reference' if isinstance(method, Reference) else 'penalty model'} has no {over}."
-    if isinstance(method, ExactPenalty) and method.law not in PIECEWISE_LINEAR:
-        laws = f"{', '.join(PIECEWISE_LINEAR[:-1])} or {PIECEWISE_LINEAR[-1]}"
-        return f"There are no branches with the contact law {method.law}, which has no closed form: choose {laws}."
+    if isinstance(method, ExactPenalty) and method.law != CONTACT_LAWS[0]:
+        return f"There are no branches with the contact law {method.law}: choose {CONTACT_LAWS[0]}."
     return ""
 
 

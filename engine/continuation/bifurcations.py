@@ -9,8 +9,6 @@ from .roots import first_zero
 REAL = 1e-6  # a pair of multipliers with smaller imaginary parts is real, and no Neimark–Sacker point
 MULTIPLIERS = {FOLD: 1.0, DOUBLING: -1.0}
 UNLIKE = 1e-3  # of the largest: where a phase has no length rounding decides the sign of the determinants
-UNLIKE_AT_KINK = 0.1  # the same where a multiplier may pass the value by a kink of the map
-BESIDE = 10.0 ** np.arange(-7, -1.5, 0.5)  # of a distance at which the equations jump
 SINGULAR = 1e-5  # of the other singular values: a smaller one makes a branch point
 
 
@@ -25,26 +23,19 @@ def bifurcations_ahead(
     for k in (before * after < 0).nonzero()[0]:
         kind = BIFURCATIONS[k]
         located = first_zero(lambda s, kind=kind: _indicator(curve, here, s, kind), 0.0, step)
-        point = None if located is None else _orbit_ahead(curve, here, located)
-        if point is not None and _is_bifurcation(kind, point, UNLIKE_AT_KINK if curve.family.jumps else UNLIKE):
+        point = None if located is None else curve.ahead(here, located)
+        if point is not None and _is_bifurcation(kind, point):
             found.append((located, kind, point))
     return [(kind, point) for _, kind, point in sorted(found, key=lambda each: each[0])]
 
 
 def _indicator(curve: Curve, here: CurvePoint, s: float, kind: str) -> float:
-    point = _orbit_ahead(curve, here, s) if s else here
+    point = curve.ahead(here, s) if s else here
     return np.nan if point is None else indicator(kind, point)
 
 
-def _orbit_ahead(curve: Curve, here: CurvePoint, s: float) -> CurvePoint | None:
-    """The orbit at a distance; where the equations jump and there is none, the nearest on the way to it or beyond."""
-    beside = (0.0, *(side * share for share in BESIDE for side in (-1.0, 1.0))) if curve.family.jumps else (0.0,)
-    found = (curve.ahead(here, s * (1.0 + share)) for share in beside)
-    return next((point for point in found if point is not None), None)
-
-
-def _is_bifurcation(kind: str, point: CurvePoint, unlike: float) -> bool:
-    """Whether a change of sign is what it seems to be; ``unlike``: how far a multiplier may be off, of the largest."""
+def _is_bifurcation(kind: str, point: CurvePoint) -> bool:
+    """Whether a change of sign is what it seems to be."""
     if kind == NEIMARK_SACKER:
         values = point.multipliers
         return bool((np.abs(values.imag[np.abs(np.abs(values) - 1) < REAL]) > REAL).any())
@@ -53,7 +44,7 @@ def _is_bifurcation(kind: str, point: CurvePoint, unlike: float) -> bool:
     if kind in MULTIPLIERS:
         values = point.multipliers
         off = np.abs(values - MULTIPLIERS[kind]).min()
-        return not off >= unlike * np.abs(values[0])  # infinite at a grazing impact, where there are no others
+        return not off >= UNLIKE * np.abs(values[0])  # infinite at a grazing impact, where there are no others
     if kind == BRANCH_POINT:
         singular = np.linalg.svd(point.extended * point.scales, compute_uv=False)
         return bool(singular[-1] < SINGULAR * singular[-2])

@@ -18,9 +18,9 @@ class Point:
     ----------
     kind : str
         "fold", "period doubling", "Neimark-Sacker", "branch point", "grazing", "sticking begins", "sticking ends",
-        "contact opens", "chatter completes" or "damper switches". A point has the same kind from both sides: where a
-        contact opens there is a flight more on one of them. Where an impact begins or ceases to stick the motion jumps,
-        and both ends of the jump are points.
+        "contact opens" or "chatter completes". A point has the same kind from both sides: where a contact opens there
+        is a flight more on one of them. Where an impact begins or ceases to stick the motion jumps, and both ends of
+        the jump are points.
     value : float
         The number over which the branch is followed, to 1e-10 of its range.
     period : int
@@ -30,9 +30,7 @@ class Point:
     state : (4,) ndarray
         ξ₁, ξ₁′, ξ₂, ξ₂′ at τ ≡ 0 mod pT.
     events : tuple of str
-        What happens in the cycle, in its order: "impact", "stick", "chatter" and "release", or "touch" and "part",
-        and between them, with another contact law, "force ends", "force begins", "damper limited", "damper in full",
-        "damper off" and "damper on".
+        What happens in the cycle, in its order: "impact", "stick", "chatter" and "release", or "touch" and "part".
     instants : (m,) ndarray
         When, in excitation periods.
     index : int

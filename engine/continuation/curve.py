@@ -11,9 +11,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ..drivers.law_driven import needs_law
-from ..drivers.orbit import Evaluation
-from ..drivers.orbit_equations import Equations, equations_of
+from ..drivers.orbit import Evaluation, OrbitEquations
 from ..drivers.orbit_steps import CONVERGED, NEWTON_STEPS, STALLED, interpolated, scales_of, step_in_plane, tangent_of
 from .family import Family
 from .orbit import Orbit
@@ -126,11 +124,8 @@ class CurvePoint:
     def predicted(self, s: float) -> np.ndarray:
         """X at a distance along the tangent: the polynomial through the nearest known points.
 
-        Interpolation by divided differences (Newton), at points whose tangent is known with that (Hermite). Kinks and
-        jumps between near points would grow in these: a curve that has some is predicted by its tangent.
+        Interpolation by divided differences (Newton), at points whose tangent is known with that (Hermite).
         """
-        if self._curve.family.jumps:
-            return self.unknowns + s * self.along
         nearest = list(self._around)
         if len(nearest) > 1:
             nearest = sorted(nearest, key=lambda known: abs(known - s))[:NEIGHBOURS]
@@ -144,7 +139,7 @@ class CurvePoint:
     def predicted_slope(self, s: float) -> np.ndarray:
         """∂F/∂α₁ at a distance along the tangent: in a straight line from here to the last point whose own is known."""
         for distance, point in reversed(self._around.items()):
-            if not self._curve.family.jumps and "slope" in point.__dict__:
+            if "slope" in point.__dict__:
                 return self.slope + s / distance * (point.slope - self.slope)
         return self.slope
 
@@ -166,17 +161,16 @@ class Curve:
 
     def __init__(self, family: Family, span: ParameterRange) -> None:
         self.family, self.low, self.high, self.width = family, span.low, span.high, span.width
-        self._rough = np.inf if needs_law(family.method) else ROUGH  # with a law short phases divide what is rounding
-        self._known: dict[float, Equations] = {}
+        self._known: dict[float, OrbitEquations] = {}
 
-    def equations(self, value: float) -> Equations:
+    def equations(self, value: float) -> OrbitEquations:
         """The equations at α₁; the last ones are kept."""
         found = self._known.get(value)
         if found is None:
             last = next(reversed(self._known.values()), None)
             if len(self._known) > 8:
                 self._known.clear()
-            found = self._known[value] = equations_of(*self.family.at(value), like=last)
+            found = self._known[value] = OrbitEquations(*self.family.at(value), like=last)
         return found
 
     def evaluate(self, orbit: Orbit, value: float) -> Evaluation:
@@ -234,7 +228,7 @@ class Curve:
             return None
         if found is None:
             return None
-        if np.abs(found.evaluation.residual).max() > self._rough:  # the last steps shrank less than foreseen
+        if np.abs(found.evaluation.residual).max() > ROUGH:  # the last steps shrank less than foreseen
             orbit = self.corrected(found.orbit, found.value)
             found = orbit and CurvePoint(self, orbit, found.value, towards)
             if found is None or np.abs(found.evaluation.residual).max() > ROUGH:

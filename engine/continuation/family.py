@@ -3,10 +3,7 @@
 from dataclasses import dataclass, replace
 
 from ..arguments import shown
-from ..drivers.law_driven import by_steps
-from ..drivers.orbit_equations import Followed
-from ..law_table import PIECEWISE_LINEAR
-from ..methods import METHOD_NUMBERS, NEWMARK_LAWS, ExactPenalty, Newmark, Reference
+from ..methods import CONTACT_LAWS, METHOD_NUMBERS, ExactPenalty, Reference
 from ..model import System, check_eta
 
 OF_METHOD = {"K": METHOD_NUMBERS["K"], "D": METHOD_NUMBERS["D"], "threshold": "threshold"}
@@ -14,6 +11,7 @@ OF_SYSTEM = (
     "kappa", "kappa3", "d1", "d2", "d3", "restitution", "clearance",
     "base", "force1", "force2", "constant1", "constant2", "base_phase", "force1_phase", "force2_phase",
 )  # fmt: skip
+LAW = CONTACT_LAWS[0]  # of the exact penalty solution whose orbits have equations
 PARAMETERS = ("eta", *OF_METHOD, *OF_SYSTEM, "mass_ratio")
 
 
@@ -30,23 +28,20 @@ class Family:
     over: str
     system: System
     eta: float
-    method: Followed
+    method: Reference | ExactPenalty
 
     def __post_init__(self) -> None:
         if self.over not in PARAMETERS:
             names = ", ".join(PARAMETERS)
             raise ValueError(f"over = {shown(self.over)} is no number to follow a motion over: give one of {names}")
-        if not isinstance(self.method, Followed):
+        if not isinstance(self.method, Reference | ExactPenalty):
             raise ValueError(
-                f"{self.method} has a time step: branches need a closed form, Reference or ExactPenalty, or Newmark's "
-                "method with located=True"
+                f"{self.method} has a time step: branches are those of a solution in closed form. Give Reference, or "
+                "ExactPenalty (--solver exact), to which it tends with smaller steps"
             )
-        if isinstance(self.method, Newmark):
-            _check_located(self.method)
-        if by_steps(self.method):
-            laws = ", ".join(PIECEWISE_LINEAR)
+        if isinstance(self.method, ExactPenalty) and self.method.law != LAW:
             raise ValueError(
-                f"law = {self.method.law!r} has no closed form in contact: branches are followed with {laws}"
+                f"law = {self.method.law!r} has no branches: give {LAW!r}, or sweep the number over runs with this law"
             )
         own = OF_METHOD.get(self.over)
         if own and not hasattr(self.method, own):
@@ -55,7 +50,7 @@ class Family:
             raise ValueError("the exact method has no impact law and so no restitution: follow the motion over D")
         check_eta(self.eta)
 
-    def at(self, value: float) -> tuple[System, float, Followed]:
+    def at(self, value: float) -> tuple[System, float, Reference | ExactPenalty]:
         """The problem where the number has this value.
 
         Raises
@@ -65,36 +60,17 @@ class Family:
         """
         if self.over == "eta":
             return self.system, check_eta(value), self.method
-        if self.over == "D" and value == 0.0 and self.method.law != PIECEWISE_LINEAR[0]:
-            law = self.method.law
-            raise ValueError(
-                f"D = 0: without a damper the law {law} is kelvin-voigt: follow from a D above 0, or take that"
-            )
         if self.over in OF_METHOD:
             return self.system, self.eta, self.method_at(value)
         own = "mu" if self.over == "mass_ratio" else self.over
         return self.system.changed({own: value}), self.eta, self.method
 
     @property
-    def jumps(self) -> bool:
-        """Whether the equations of a sequence of events may jump (:mod:`..kernels.located_orbit`)."""
-        return isinstance(self.method, Newmark)
-
-    @property
-    def searched(self) -> Reference | ExactPenalty:
-        """The method whose runs show where motions are: the own one, or what Newmark's method tends to."""
-        return self.method.limit if self.jumps else self.method
-
-    def searched_at(self, value: float) -> tuple[System, float, Reference | ExactPenalty]:
-        """The problem of those runs where the number has this value."""
-        return replace(self, method=self.searched).at(value)
-
-    @property
     def changes_system(self) -> bool:
         """Whether the number is one of the system, not η or one of the method."""
         return self.over != "eta" and self.over not in OF_METHOD
 
-    def method_at(self, value: float) -> Followed:
+    def method_at(self, value: float) -> Reference | ExactPenalty:
         """The method where the number has this value, which :meth:`at` has checked."""
         own = OF_METHOD.get(self.over)
         return replace(self.method, **{own: value}) if own else self.method
@@ -107,18 +83,3 @@ class Family:
         if self.over in OF_METHOD:
             return getattr(self.method, OF_METHOD[self.over])
         return getattr(self.system.excitation if hasattr(self.system.excitation, self.over) else self.system, self.over)
-
-
-def _check_located(method: Newmark) -> None:
-    """Raise ValueError unless the map over a period is continuous in the state."""
-    if not method.located:
-        raise ValueError(
-            "Newmark's method with whole steps has no branches: contact begins and ends with a step, so that its map "
-            "over a period jumps wherever a contact passes one, and no orbit can be followed across. Give located=True "
-            "(--located), which cuts the step there, or ExactPenalty (--solver exact), what it tends to"
-        )
-    if method.law != NEWMARK_LAWS[0]:
-        raise ValueError(
-            f"branches of Newmark's method are followed with the law {NEWMARK_LAWS[0]}, not with {method.law}: "
-            "give ExactPenalty (--solver exact) with that law"
-        )

@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 
 from ..arguments import checked
-from ..methods import ExactPenalty, Newmark, Reference
+from ..methods import ExactPenalty, Reference
 from ..model import System
 from ..motions.poincare_map import unresolved
 from ..result import Cancelled
@@ -19,7 +19,7 @@ from .search_limits import SearchLimits
 def continue_branch(
     system: System,
     eta: float,
-    method: Reference | ExactPenalty | Newmark,
+    method: Reference | ExactPenalty,
     *,
     over: str = "eta",
     low: float,
@@ -37,10 +37,8 @@ def continue_branch(
     system : System
     eta : float
         Excitation frequency η = Ω/ω₁.
-    method : Reference, ExactPenalty or Newmark
-        The exact penalty with a piecewise linear law: "kelvin-voigt", "cut", "limited" or "compression". Newmark's
-        method with ``located=True`` and the law "kelvin-voigt"; motions to follow are looked for by runs of the exact
-        penalty, which it tends to.
+    method : Reference or ExactPenalty
+        The exact penalty with the law "kelvin-voigt".
     over : str
         The number that varies: "eta", "K", "D", "threshold", or a number of the system or its excitation. Where the
         motion starts it has the value that the other arguments give it.
@@ -92,7 +90,7 @@ def continue_branch(
 def search_branches(
     system: System,
     eta: float,
-    method: Reference | ExactPenalty | Newmark,
+    method: Reference | ExactPenalty,
     *,
     over: str = "eta",
     low: float,
@@ -146,9 +144,7 @@ def search_branches(
     yield from search.all(initial, note or (lambda _: None))
 
 
-def find_branches(
-    system: System, eta: float, method: Reference | ExactPenalty | Newmark, **search: object
-) -> tuple[Branch, ...]:
+def find_branches(system: System, eta: float, method: Reference | ExactPenalty, **search: object) -> tuple[Branch, ...]:
     """Follow every branch of periodic motions through a range of one number.
 
     Parameters

@@ -27,7 +27,6 @@ from .margins import (
     OPENS,
     STICKING_BEGINS,
     STICKING_ENDS,
-    SWITCHES_LESS,
     Margin,
     impacts_that_may_stick,
     indicators,
@@ -53,7 +52,6 @@ ACCUMULATED = (
 )
 SERIES = 6
 MOST_SHORT = 200  # orbits, from where a new flight is long enough to be an orbit beyond rounding, back to its beginning
-JUMPS = 10.0 ** np.arange(-8, -1.9, 0.5)  # scaled steps that are tried where the equations of a sequence jump
 OTHER_END = {STICKING_BEGINS: STICKING_ENDS, STICKING_ENDS: STICKING_BEGINS}  # of a jump: its kind as a point
 INSIDE = 1e-6  # of a step: as far from the end of a sequence lies the last orbit that is kept
 
@@ -121,18 +119,14 @@ class Tracer:
             self.reason = f"{self.curve.family.over} leaves the range at {border:g}"
             return step
         step = min(step, way)  # beyond there may be no such system
-        if step < VANISHING[0] and self.least_margin(here) < VANISHING[1] and self._change_sequence(here, 0.0, True):
+        vanishes = step < VANISHING[0] and self.least_margin(here) < VANISHING[1]
+        if vanishes and self._change_sequence(here, 0.0, rounded=True):
             self.length += step
             return FIRST_STEP / 10
         there = self.curve.ahead(here, step) if step < way else self._at_border(here, way, border)
-        jumped = False
         while there is None or not there.tangent @ here.tangent >= TURN:
             step /= 2
             if step < SMALLEST_STEP:
-                there = self._across_jump(here)
-                if there is not None:
-                    step, jumped = here.way_to(there), True
-                    break
                 where = f"{self.curve.family.over} = {here.value:.10g}"
                 chatters = CHATTER in here.orbit.kinds and np.diff(here.orbit.instants).min() < ROUNDED
                 why = "the impacts of a chatter lie too close together" if chatters else "no orbit is found ahead"
@@ -151,7 +145,7 @@ class Tracer:
         end = step if self.least_margin(there) <= 0 else self._hidden_end(here, there, step)
         if end is not None:
             self.reason = ""
-            if not self._change_sequence(here, end, jumped):
+            if not self._change_sequence(here, end):
                 return step / 4
             here.forget()
             self.length += end
@@ -169,15 +163,10 @@ class Tracer:
         self.points.append(point_within_cycle(self.curve, there))
         self.length += step
         here.forget()
-        if self.points[-1] is there and not jumped:
+        if self.points[-1] is there:
             there.remember(there.way_to(here), here)
         self._indicators = after if self.points[-1] is there else indicators(self.points[-1])
         return min(step * min(BEND / max(angle, BEND / GROWTH), GROWTH), LARGEST_STEP)
-
-    def _across_jump(self, here: CurvePoint) -> CurvePoint | None:
-        """The next orbit beyond a jump of the equations right ahead of one; None if there is none."""
-        found = (self.curve.ahead(here, step) for step in (JUMPS if self.curve.family.jumps else ()))
-        return next((there for there in found if there is not None and there.tangent @ here.tangent >= TURN), None)
 
     def least_margin(self, point: CurvePoint) -> float:
         """The smallest margin of an orbit."""
@@ -252,12 +241,6 @@ class Tracer:
             noted = replace(noted, multipliers=regular.multipliers)
         self.marks.append((noted, point))
 
-    def _has_mark(self, kind: str, point: CurvePoint) -> bool:
-        """Whether the sequence of an orbit has ended there before: across jumps a branch may circle without closing."""
-        near = ACCUMULATED * self.curve.width
-        marks = (mark for mark, _ in self.marks if mark.kind == kind and mark.events == point.orbit.events)
-        return any(abs(mark.value - point.value) < near for mark in marks)
-
     def _limit_of_grazings(self) -> float | None:
         """Where a chatter completes, if grazing follows grazing, each with one more impact, ever closer; else None.
 
@@ -291,11 +274,11 @@ class Tracer:
     def _reasons_not_to_stick(self, point: CurvePoint) -> np.ndarray:
         return reasons_not_to_stick(point.evaluation, self.curve.family.method_at(point.value))
 
-    def _change_sequence(self, here: CurvePoint, step: float, jumped: bool) -> bool:
+    def _change_sequence(self, here: CurvePoint, step: float, rounded: bool = False) -> bool:
         """Locate where the sequence of events ceases to hold within a step, and go on with the one that follows.
 
-        False if the place is not found, since orbits on the way are missing: a shorter step may find it. ``jumped``:
-        none can, since the equations jump right ahead of the first orbit, or have no digit left; there the place is.
+        False if the place is not found, since orbits on the way are missing: a shorter step may find it. ``rounded``:
+        none can, since the equations have no digit left right ahead of the first orbit; there the place is.
         """
 
         def smallest(s: float) -> float:
@@ -304,7 +287,7 @@ class Tracer:
 
         located = first_zero(smallest, 0.0, step)
         last = None if located is None else self.curve.ahead(here, located)
-        if last is None and jumped:
+        if last is None and rounded:
             located, last = 0.0, here
         if last is None and step > SMALLEST_STEP:
             return False
@@ -337,9 +320,6 @@ class Tracer:
         following, margin, arrival, by_run = beyond(self.curve, last)
         kind = margin.point_at(last.orbit, self.curve.family.method)
         where = f"{self.curve.family.over} = {last.value:.10g}"
-        if self.curve.family.jumps and self._has_mark(kind, last):
-            self.reason = f"comes back to the {kind} at {where}"
-            return
         more = 0 if following is None else len(following.orbit.kinds) - len(last.orbit.kinds)
         flight = kind == OPENS and isinstance(self.curve.family.method, Reference)  # begins where more > 0, or vanishes
         if margin.kind != LATER_SUM:
@@ -406,9 +386,9 @@ class Tracer:
         return passed.have_point(ahead)
 
     def _is_singular(self, margin: Margin) -> bool:
-        """Whether a contact of the penalty, or a piece of its law, has no length at the zero of a margin."""
+        """Whether a contact of the penalty has no length at the zero of a margin."""
         vanishes = margin.kind == GRAZING and not margin.inside
-        return margin.kind == SWITCHES_LESS or (vanishes and not isinstance(self.curve.family.method, Reference))
+        return vanishes and not isinstance(self.curve.family.method, Reference)
 
     def _join(self, period: int, value: float) -> None:
         """End the branch where it meets one of a shorter period; α₁ turns there, which is no fold."""

@@ -10,15 +10,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..drivers.law_driven import needs_law
 from ..drivers.orbit import (
     CHATTER,
     CLOSING,
-    DAMP,
-    DEPTH,
     FORCE,
     IMPACT,
-    LOAD,
     LOWEST,
     PART,
     PARTING,
@@ -26,11 +22,9 @@ from ..drivers.orbit import (
     ROOM,
     STICK,
     TOUCH,
-    WHERE,
     Evaluation,
     numbers_of,
 )
-from ..drivers.orbit_equations import Followed
 from ..drivers.orbit_steps import (
     BEGINS,
     ENDS,
@@ -43,10 +37,9 @@ from ..drivers.orbit_steps import (
     margin_values,
     neimark_sacker_indicator,
 )
-from ..methods import Reference
+from ..methods import ExactPenalty, Reference
 from .curve import CurvePoint
-from .orbit import Orbit
-from .switches import CONTACT, flight_vanishes, switches_within
+from .orbit import Orbit, short_phase
 
 # kinds of points, in the order of their numbers in stores
 FOLD, DOUBLING, NEIMARK_SACKER, BRANCH_POINT = "fold", "period doubling", "Neimark-Sacker", "branch point"
@@ -54,7 +47,6 @@ GRAZING = "grazing"
 STICKING_BEGINS, STICKING_ENDS = "sticking begins", "sticking ends"
 CHATTER_COMPLETES = "chatter completes"
 OPENS = "contact opens"
-SWITCHES = "damper switches"  # of a contact law, once more on one side of the point
 POINT_KINDS = (
     FOLD,
     DOUBLING,
@@ -65,10 +57,9 @@ POINT_KINDS = (
     STICKING_ENDS,
     OPENS,
     CHATTER_COMPLETES,
-    SWITCHES,
 )
 LATER_SUM = "chatter summed later"  # no point of a branch: the orbit is the same
-STAYS_SHUT, SWITCHES_LESS = "contact no longer opens", "damper switches less"  # the same points from the other side
+STAYS_SHUT = "contact no longer opens"  # OPENS from the other side
 BIFURCATIONS = (FOLD, DOUBLING, BRANCH_POINT, NEIMARK_SACKER)
 _MORE = {
     (GRAZING, True): (IMPACT,),
@@ -85,42 +76,40 @@ class Margin(NamedTuple):
     event: int  # of the sequence; len(kinds) is the end of the cycle
     inside: bool  # whether it concerns the phase that ends with the event, not the event
     value: float = np.nan
-    column: int = WHERE  # of the facts: when, within the phase
     more: tuple[int, ...] = ()  # the events that follow each other at its zero
 
-    def point_at(self, orbit: Orbit, method: Followed) -> str:
+    def point_at(self, orbit: Orbit, method: Reference | ExactPenalty) -> str:
         """The kind of the point at its zero, with the orbit there: the same from both sides.
 
-        On one side there is a phase more, a contact or a flight, or a piece of a contact law. From there the point is
-        where that has no length, from the other side where a minimum is zero.
+        On one side there is a phase more, a contact or a flight. From there the point is where that has no length, from
+        the other side where a minimum is zero.
         """
-        if self.kind == SWITCHES_LESS:
-            return SWITCHES
         grazes = self.kind == GRAZING and not self.inside and not isinstance(method, Reference)
-        law = method.law if needs_law(method) else None
-        opens = self.kind == STAYS_SHUT or (grazes and flight_vanishes(orbit, self.event, law))
-        return OPENS if opens else self.kind
+        flight_vanishes = grazes and orbit.kinds[short_phase(orbit, self.event)[0]] == PART
+        return OPENS if self.kind == STAYS_SHUT or flight_vanishes else self.kind
 
 
-def margins(orbit: Orbit, evaluation: Evaluation, method: Followed) -> list[Margin]:
+def margins(orbit: Orbit, evaluation: Evaluation, method: Reference | ExactPenalty) -> list[Margin]:
     """All margins of an orbit, in a fixed order for each sequence of events."""
     conditions, columns = _conditions_of(orbit, method)
     values = margin_values(*_of_values(columns, orbit, evaluation, method)).tolist()
     return [margin._replace(value=value) for margin, value in zip(conditions, values, strict=True)]
 
 
-def least_margin(orbit: Orbit, evaluation: Evaluation, method: Followed) -> float:
+def least_margin(orbit: Orbit, evaluation: Evaluation, method: Reference | ExactPenalty) -> float:
     """The smallest margin of an orbit."""
     return least_of_margins(*_of_values(_conditions_of(orbit, method)[1], orbit, evaluation, method))
 
 
-def reasons_not_to_stick(evaluation: Evaluation, method: Followed) -> np.ndarray:
+def reasons_not_to_stick(evaluation: Evaluation, method: Reference | ExactPenalty) -> np.ndarray:
     """Why impacts do not stick, where one of two is positive: parting speed − ε, force that parts them, (m, 2)."""
     facts = evaluation.facts[:-1]
     return np.column_stack([facts[:, PARTING] - method.threshold, -facts[:, FORCE]])
 
 
-def impacts_that_may_stick(orbit: Orbit, before: Evaluation, after: Evaluation, method: Followed) -> Iterator[int]:
+def impacts_that_may_stick(
+    orbit: Orbit, before: Evaluation, after: Evaluation, method: Reference | ExactPenalty
+) -> Iterator[int]:
     """The impacts that may stick between two neighbours though they do at neither, for one reason each."""
     k, threshold = -1, getattr(method, "threshold", 0.0)
     while threshold > 0:
@@ -130,23 +119,22 @@ def impacts_that_may_stick(orbit: Orbit, before: Evaluation, after: Evaluation, 
         yield k
 
 
-def _of_values(conditions: np.ndarray, orbit: Orbit, evaluation: Evaluation, method: Followed) -> tuple:
+def _of_values(conditions: np.ndarray, orbit: Orbit, evaluation: Evaluation, method: Reference | ExactPenalty) -> tuple:
     """What the values of margins are made of."""
     return evaluation.facts, orbit.instants, float(getattr(method, "threshold", 0.0)), conditions
 
 
-def _conditions_of(orbit: Orbit, method: Followed) -> tuple[tuple[Margin, ...], np.ndarray]:
-    law = method.law if needs_law(method) else None
+def _conditions_of(orbit: Orbit, method: Reference | ExactPenalty) -> tuple[tuple[Margin, ...], np.ndarray]:
     rigid = isinstance(method, Reference)
-    return _conditions(orbit.kinds, orbit.first, rigid, rigid and method.threshold > 0, law)
+    return _conditions(orbit.kinds, orbit.first, rigid, rigid and method.threshold > 0)
 
 
 @lru_cache(maxsize=1024)
 def _conditions(
-    kinds: tuple[int, ...], first: bool, rigid: bool, sticks: bool, law: str | None
+    kinds: tuple[int, ...], first: bool, rigid: bool, sticks: bool
 ) -> tuple[tuple[Margin, ...], np.ndarray]:
     """The margins of a sequence of events, without their values, and where these stand: events and columns, (2, n)."""
-    found = list(_law_margins(kinds, first, law) if law else _margins(kinds, first, rigid, sticks))
+    found = list(_margins(kinds, first, rigid, sticks))
     return tuple(margin for margin, _ in found), np.array([[margin.event, column] for margin, column in found]).T
 
 
@@ -169,25 +157,6 @@ def _margins(kinds: tuple[int, ...], first: bool, rigid: bool, sticks: bool) -> 
         if kind == PART:
             yield Margin(GRAZING, k, False), PARTING
         touching = kind in (STICK, CHATTER, TOUCH)
-
-
-def _law_margins(kinds: tuple[int, ...], first: bool, law: str) -> Iterator[tuple[Margin, int]]:
-    """The same with a piecewise linear contact law."""
-    m = len(kinds)
-    began = kinds[-1] if m else TOUCH if first else PART
-    for k, kind in enumerate((*kinds, None)):
-        if began == PART:
-            yield Margin(GRAZING, k, True, more=CONTACT[law]), LOWEST
-        else:
-            for lowest, column, more in switches_within(law, began if m else None):
-                yield Margin(SWITCHES, k, True, column=column, more=more), lowest
-        if kind in (TOUCH, PART):
-            yield Margin(GRAZING, k, False), CLOSING
-        elif kind is not None:
-            yield Margin(SWITCHES_LESS, k, False), CLOSING
-            if kind in (LOAD, DAMP):
-                yield Margin(OPENS, k, False), DEPTH
-        began = kind
 
 
 def indicator(kind: str, point: CurvePoint) -> float:

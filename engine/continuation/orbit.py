@@ -4,27 +4,19 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..drivers.event_driven import displaced_state, hybrid_state
-from ..drivers.law_driven import needs_law
-from ..drivers.law_orbit import LawOrbitEquations
+from ..drivers.event_driven import hybrid_state
 from ..drivers.orbit import (
     CHATTER,
-    DAMP,
     IMPACT,
     JOINS,
-    LIMIT,
-    LOAD,
     PART,
-    RELAX,
     RELEASE,
     STICK,
     TOUCH,
-    UNLIMIT,
-    UNLOAD,
     Evaluation,
+    OrbitEquations,
 )
-from ..drivers.orbit_equations import Equations
-from ..methods import Newmark, Reference
+from ..methods import Reference
 from ..result import Cancelled, Checkpoint
 from ..simulate import simulate
 
@@ -36,12 +28,6 @@ NAMES = {
     RELEASE: "release",
     TOUCH: "touch",
     PART: "part",
-    UNLOAD: "force ends",
-    LOAD: "force begins",
-    LIMIT: "damper limited",
-    UNLIMIT: "damper in full",
-    RELAX: "damper off",
-    DAMP: "damper on",
 }
 KINDS = {name: kind for kind, name in NAMES.items()}
 
@@ -109,7 +95,7 @@ def touching_at_start(kinds: tuple[int, ...], default: bool) -> bool:
     return kinds[-1] in JOINS if kinds else default
 
 
-def within_cycle(orbit: Orbit, evaluation: Evaluation, equations: Equations) -> tuple[Orbit, int]:
+def within_cycle(orbit: Orbit, evaluation: Evaluation, equations: OrbitEquations) -> tuple[Orbit, int]:
     """The same orbit with all events in [0, p), and by how many places they are turned.
 
     Events that have passed an end of the cycle are counted at the other end; the state at τ = 0 then is that after
@@ -135,13 +121,7 @@ def within_cycle(orbit: Orbit, evaluation: Evaluation, equations: Equations) -> 
 def orbit_of_run(problem: tuple, y: np.ndarray, period: int) -> Orbit | None:
     """The orbit that a run over one cycle from y = (ξ₁, ξ₁′, g, g′) suggests; None if the run ends early."""
     system, eta, method = problem
-    if needs_law(method):
-        events = LawOrbitEquations(*problem).events(y, period)
-        return None if events is None else _orbit(y, period, events, y[2] < 0.0)
-    if isinstance(method, Newmark):
-        start = displaced_state(system, y)
-    else:
-        start = Checkpoint(system, eta, method, 0, tuple(hybrid_state(*problem, y).tolist()))
+    start = Checkpoint(system, eta, method, 0, tuple(hybrid_state(*problem, y).tolist()))
     run = simulate(system, eta, method, periods=period, keep=period, initial=start)
     if not run.ok:
         return None
@@ -149,13 +129,8 @@ def orbit_of_run(problem: tuple, y: np.ndarray, period: int) -> Orbit | None:
     events = (
         _impacts_and_contacts(run, cycle, period) if isinstance(method, Reference) else _contacts(run, cycle, period)
     )
-    return _orbit(y, period, events, len(run.contacts) > 0)
-
-
-def _orbit(y: np.ndarray, period: int, events: list[tuple[float, int]], touching: bool) -> Orbit:
-    """An orbit through y with these events; ``touching``: what it does if there are none."""
-    kinds = tuple(kind for _, kind in events)
-    return Orbit(period, kinds, touching_at_start(kinds, touching), np.array([*y, *(time for time, _ in events)]))
+    kinds, first = tuple(kind for _, kind in events), len(run.contacts) > 0
+    return Orbit(period, kinds, touching_at_start(kinds, first), np.array([*y, *(time for time, _ in events)]))
 
 
 def _contacts(run, cycle: float, period: int) -> list[tuple[float, int]]:
@@ -181,6 +156,20 @@ def _impacts_and_contacts(run, cycle: float, period: int) -> list[tuple[float, i
     events = list(zip(times.tolist(), kinds, strict=True))
     events += [(end, RELEASE) for end in ends.tolist() if end < period]
     return sorted(events)
+
+
+def short_phase(orbit: Orbit, k: int) -> tuple[int, int, float]:
+    """Event k and its neighbour that is nearer in time, in their order, and how long the phase between them lasts."""
+    m = len(orbit.kinds)
+    before, after = (k - 1) % m, (k + 1) % m
+    ahead, behind = _length(orbit, k, after), _length(orbit, before, k)
+    return (k, after, ahead) if abs(ahead) <= abs(behind) else (before, k, behind)
+
+
+def _length(orbit: Orbit, first: int, last: int) -> float:
+    """From one event to a later one, across the end of the cycle if that has the smaller number."""
+    length = orbit.instants[last] - orbit.instants[first]
+    return float(length if last > first else length + orbit.period)
 
 
 def check_cancelled(cancelled) -> None:

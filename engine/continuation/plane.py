@@ -4,8 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..drivers.orbit import WHERE, Evaluation
-from ..drivers.orbit_equations import Equations, equations_of
+from ..drivers.orbit import WHERE, Evaluation, OrbitEquations
 from ..methods import Reference
 from .family import Family
 from .margins import Margin, margins
@@ -34,7 +33,7 @@ class Plane:
 
     def __init__(self, over: Family, along: Family, axes: tuple[ParameterRange, ParameterRange]) -> None:
         self.over, self.along, self.axes = over, along, axes
-        self._known: dict[tuple[float, float], Equations] = {}
+        self._known: dict[tuple[float, float], OrbitEquations] = {}
 
     @property
     def rigid(self) -> bool:
@@ -51,7 +50,7 @@ class Plane:
         system, eta, method = self.along.at(along)
         return Family(self.over.over, system, eta, method).at(value)
 
-    def equations(self, shares: np.ndarray) -> Equations:
+    def equations(self, shares: np.ndarray) -> OrbitEquations:
         """The equations at shares of the ranges; raises ValueError where a number is out of its range."""
         key = float(shares[0]), float(shares[1])
         found = self._known.get(key)
@@ -59,7 +58,7 @@ class Plane:
             last = next(reversed(self._known.values()), None)
             if len(self._known) > MOST_TABLES:
                 self._known.clear()
-            found = self._known[key] = equations_of(*self.problem(shares), like=last)
+            found = self._known[key] = OrbitEquations(*self.problem(shares), like=last)
         return found
 
     def at(self, orbit: Orbit, shares: np.ndarray) -> Place:

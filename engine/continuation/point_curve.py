@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..drivers.event_driven import contact_state
-from ..methods import ExactPenalty, Newmark, Reference
+from ..methods import ExactPenalty, Reference
 from ..model import System
 from .branch import Point
 from .family import Family
@@ -130,11 +130,6 @@ class PointCurves:
     ) -> None:
         if along == over:
             raise ValueError(f"along = {along!r} is the number that varies already: give another one")
-        if isinstance(method, Newmark):
-            raise ValueError(
-                "points of Newmark's method are not followed along a second number: its map over a period has kinks, "
-                "at which their equations have no solution; follow those of ExactPenalty (--solver exact)"
-            )
         families = Family(over, system, eta, method), Family(along, system, eta, method)
         ranges = ParameterRange.of(families[0], low, high), ParameterRange.of(families[1], along_low, along_high)
         self._plane = Plane(*families, ranges)

@@ -20,7 +20,6 @@ from ..drivers.orbit import CLOSING, PART, TOUCH
 from .margins import DOUBLING, FOLD, GRAZING, indicator
 from .orbit import Orbit
 from .plane import Place, Plane
-from .switches import partners
 
 DIFFERENCE = 1e-6  # scaled, of differences
 SHORT = 0.02  # excitation periods, of a contact of the penalty
@@ -93,7 +92,7 @@ class Condition:
 
 
 def short_pairs(orbit: Orbit) -> list[tuple[int, int]]:
-    """First and last event of short contacts, flights and pieces of the penalty; each event belongs to one at most."""
+    """First and last event of short contacts and flights of the penalty; each event belongs to one at most."""
     kinds, instants, found = orbit.kinds, orbit.instants, []
     pairs = [(k, last) for k in range(len(kinds)) if (last := _end_of(kinds, k)) is not None]
     for first, last in sorted(pairs, key=lambda pair: instants[pair[1]] - instants[pair[0]]):
@@ -105,11 +104,10 @@ def short_pairs(orbit: Orbit) -> list[tuple[int, int]]:
 
 
 def _end_of(kinds: tuple[int, ...], first: int) -> int | None:
-    """The event that ends what another one begins: a contact, a flight, or a piece between zeros of one quantity."""
+    """The event that ends the contact, or the flight, which another one begins."""
     if kinds[first] == TOUCH:
         return next((k for k in range(first + 1, len(kinds)) if kinds[k] == PART), None)
-    last = first + 1
-    return last if last < len(kinds) and partners(kinds[first], kinds[last]) else None
+    return first + 1 if kinds[first : first + 2] == (PART, TOUCH) else None
 
 
 def regular(kind: str, place: Place, scales: np.ndarray, short: list[tuple[int, int]]) -> tuple[np.ndarray, np.ndarray]:

@@ -2,8 +2,6 @@
 
 A run that has not settled yet, but nearly repeats itself, lies near an orbit that Newton's method finds. The mean of a
 cycle lies near the unstable motion from which its period doubled or trebled.
-
-Runs of Newmark's method would take long: those of the exact penalty, which it tends to, lead to its orbits, too.
 """
 
 from collections import Counter
@@ -60,7 +58,7 @@ class OrbitFinder:
     def at(self, value: float, state: Sequence[float], period: int, beyond: float = ZERO) -> Orbit | None:
         """The orbit through a state at τ = 0, with its events; None if it is not found, or penetrates by more."""
         problem = self.family.at(value)
-        poincare = PoincareMap(*self.family.searched_at(value), None)
+        poincare = PoincareMap(*problem, None)
         y = poincare.coordinates(np.asarray(state, dtype=float))
         guess = orbit_of_run(problem, y, period)
         orbit = guess and self.curve.corrected(guess, value)
@@ -79,7 +77,7 @@ class OrbitFinder:
         None if there is none.
         """
         problem = self.family.at(value)
-        poincare = PoincareMap(*self.family.searched_at(value), self.cancelled)
+        poincare = PoincareMap(*problem, self.cancelled)
         y = poincare.coordinates(np.asarray(starting_checkpoint(state, *problem).state))
         size, near = max(np.abs(y).max(), 1e-9), None
         for period in range(1, self.max_period + 1):
@@ -106,7 +104,7 @@ class OrbitFinder:
         ValueError
             If there is none, or none that can be followed.
         """
-        problem, over = self.family.searched_at(value), self.family.over
+        problem, over = self.family.at(value), self.family.over
         how = {"initial": state, "max_period": self.max_period, "cancelled": self.cancelled}
         found = steady(*problem, **how)
         if not found.periodic:
@@ -121,7 +119,7 @@ class OrbitFinder:
 
     def by_newton(self, value: float, state: Sequence[float], period: int) -> Orbit | None:
         """The orbit that Newton's method on the Poincaré map finds from a state; None if it finds none."""
-        poincare = PoincareMap(*self.family.searched_at(value), self.cancelled)
+        poincare = PoincareMap(*self.family.at(value), self.cancelled)
         y = poincare.coordinates(np.asarray(state, dtype=float))
         size = max(np.abs(y).max(), 1e-9)
         for _ in range(NEWTON_STEPS):
@@ -185,7 +183,7 @@ class OrbitFinder:
     def _runs(self, values: np.ndarray, initial: Sequence[np.ndarray] | None) -> CellResults:
         """Runs at these values."""
         problems = [self.family.at(float(value)) for value in values]
-        cells = {"eta": [eta for _, eta, _ in problems], "method": self.family.searched, "initial": initial}
+        cells = {"eta": [eta for _, eta, _ in problems], "method": self.family.method, "initial": initial}
         if self.family.over in ("K", "D"):
             cells["stiffness" if self.family.over == "K" else "damping"] = values
         how = {"transient": TRANSIENT, "sample": SAMPLE, "threads": self.threads, "cancelled": self.cancelled}

@@ -14,23 +14,19 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..drivers.law_driven import needs_law
-from ..drivers.orbit import IMPACT, JOINS, PART, TOUCH
+from ..drivers.orbit import IMPACT, JOINS, WHERE
 from ..methods import Reference
 from .curve import Curve, CurvePoint
 from .jumps import after_jump
-from .margins import GRAZING, LATER_SUM, OPENS, STAYS_SHUT, SWITCHES, SWITCHES_LESS, Margin, margins
+from .margins import GRAZING, LATER_SUM, OPENS, STAYS_SHUT, Margin, margins
 from .nearby import first_ahead, holds, orbit_near, point_within_cycle
-from .orbit import Orbit, least_period, touching_at_start
+from .orbit import Orbit, least_period, short_phase, touching_at_start
 from .roots import first_zero
-from .switches import REOPENED, contact_of, flight_of, flight_vanishes, partner, short_phase
 
 STEPS = 10.0 ** np.arange(-7, -2.5, 0.5)  # scaled, along the new curve: the first that shows which way it goes
 ZERO = 1e-8  # a margin below that is zero where another one is
 REPEATED = 1e-10  # of the size: rounding; within the first step an orbit departs farther from one of a shorter period
 SHORTEST = 1e-6  # excitation periods: a new contact, or flight, of the penalty is followed from there on …
-LONGER = 10.0, 100.0, 1000.0  # than these
-SHORTEST_PIECE = 1e-4  # … a new piece of a contact law …
 SHORTEST_FLIGHT = 3e-3  # … and a new flight of the reference, whose gap is of third order in its length
 
 
@@ -57,8 +53,6 @@ def beyond(curve: Curve, last: CurvePoint) -> tuple[CurvePoint | None, Margin, C
     if shorter is not None:
         return shorter
     point, end = after_jump(curve, last, found[0])
-    if point is None and curve.family.jumps:
-        return next(_with_longer_phases(curve, last, crossed), None), found[0], end, False
     return point, found[0], end, True
 
 
@@ -97,30 +91,16 @@ def _neighbours(curve: Curve, last: CurvePoint, margin: Margin) -> Iterator[tupl
     orbit, k, method = last.orbit, margin.event, curve.family.method
     rigid = isinstance(method, Reference)
     if margin.inside:
-        if margin.kind == SWITCHES:
-            length = SHORTEST_PIECE
-        else:
-            length = SHORTEST_FLIGHT if rigid and margin.kind == OPENS else SHORTEST
-        n, where = len(margin.more), last.evaluation.facts[k, margin.column]
+        length = SHORTEST_FLIGHT if rigid and margin.kind == OPENS else SHORTEST
+        n, where = len(margin.more), last.evaluation.facts[k, WHERE]
         new = _with(orbit, k, where + length * np.linspace(0.0, 1.0, n), margin.more)
         yield new, (k, k + n - 1) if n > 1 else None
     elif margin.kind == LATER_SUM:
         yield _summed_later(orbit, k, last.evaluation.after[k, -1], curve.family.at(last.value)[0].restitution), None
     elif margin.kind == STAYS_SHUT:
         yield _without(orbit, {k - 1, k}), None
-    elif margin.kind == SWITCHES_LESS:
-        other = partner(orbit, k)
-        if other is not None:
-            yield _without(orbit, {k, other}, touching=True), None
-    elif margin.kind == OPENS:
-        yield _reopened(orbit, k, REOPENED[method.law])
     elif margin.kind == GRAZING and orbit.kinds[k] == IMPACT:
         yield _without(orbit, {k}), None
-    elif margin.kind == GRAZING and needs_law(method):
-        if flight_vanishes(orbit, k, method.law):
-            yield _closed(orbit, *flight_of(orbit, k)[0], REOPENED[method.law]), None
-        else:
-            yield _without(orbit, {*contact_of(orbit, k)[0]}, touching=False), None
     elif margin.kind == GRAZING and not rigid:
         yield _without(orbit, {*short_phase(orbit, k)[:2]}), None
 
@@ -135,33 +115,6 @@ def _summed_later(orbit: Orbit, k: int, end: float, restitution: float) -> Orbit
     return new
 
 
-def _reopened(orbit: Orbit, k: int, reopened: tuple[int, ...]) -> tuple[Orbit, tuple[int, int]]:
-    """The orbit with a short flight in place of the events at which its contact is about to open."""
-    kinds, unknowns = list(orbit.kinds), orbit.unknowns.copy()
-    kinds[k] = PART
-    if len(reopened) == 1:
-        after = k + 1
-        kinds.insert(after, TOUCH)
-        unknowns = np.insert(unknowns, 4 + after, orbit.instants[k] + SHORTEST)
-    else:
-        after = (k + 1) % len(kinds)
-        kinds[after] = TOUCH
-        unknowns[4 + after] = orbit.instants[k] + SHORTEST - (orbit.period if after == 0 else 0)
-    first = touching_at_start(tuple(kinds), True)
-    return replace(orbit, kinds=tuple(kinds), first=first, unknowns=unknowns), (k, after)
-
-
-def _closed(orbit: Orbit, part: int, touch: int, reopened: tuple[int, ...]) -> Orbit:
-    """The orbit without a short flight."""
-    kinds = list(orbit.kinds)
-    kinds[part] = reopened[0]
-    if len(reopened) > 1:
-        kinds[touch] = reopened[1]
-    there = replace(orbit, kinds=tuple(kinds))
-    there = there if len(reopened) > 1 else _without(there, {touch})
-    return replace(there, first=touching_at_start(there.kinds, True))
-
-
 def _with(orbit: Orbit, k: int, instants: np.ndarray, kinds: tuple[int, ...]) -> Orbit:
     return replace(
         orbit,
@@ -170,11 +123,10 @@ def _with(orbit: Orbit, k: int, instants: np.ndarray, kinds: tuple[int, ...]) ->
     )
 
 
-def _without(orbit: Orbit, events: set[int], touching: bool | None = None) -> Orbit:
-    """The orbit without some events; ``touching``: whether the bodies touch if no event is left."""
+def _without(orbit: Orbit, events: set[int]) -> Orbit:
+    """The orbit without some events."""
     kinds = tuple(kind for k, kind in enumerate(orbit.kinds) if k not in events)
-    if touching is None:
-        touching = orbit.kinds[min(events)] not in JOINS if len(events) > 1 and not kinds else False
+    touching = len(events) > 1 and not kinds and orbit.kinds[min(events)] not in JOINS
     first = touching_at_start(kinds, touching)
     return replace(orbit, kinds=kinds, first=first, unknowns=np.delete(orbit.unknowns, [4 + k for k in events]))
 
@@ -186,18 +138,6 @@ def _with_short_phase(curve: Curve, last: CurvePoint, orbit: Orbit, i: int, j: i
     point = curve.constrained(orbit, last.value, (row, float(orbit.instants[j] - orbit.instants[i])), row)
     point = point and point_within_cycle(curve, point)  # a new phase may lie across its ends
     return point if point is not None and holds(curve, point) else None
-
-
-def _with_longer_phases(curve: Curve, last: CurvePoint, crossed: Sequence[Margin]) -> Iterator[CurvePoint]:
-    """Orbits whose new phase is longer: where the equations jump at a grazing, the shortest may be none of an orbit."""
-    for longer in LONGER:
-        for orbit, phase in (each for margin in crossed for each in _neighbours(curve, last, margin)):
-            if phase:
-                i, j = phase
-                orbit.unknowns[4 + j] += (longer - 1.0) * (orbit.instants[j] - orbit.instants[i])
-                point = _with_short_phase(curve, last, orbit, i, j)
-                if point is not None:
-                    yield point
 
 
 def _on_its_side(curve: Curve, last: CurvePoint, guess: Orbit) -> CurvePoint | None:

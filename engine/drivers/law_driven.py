@@ -34,7 +34,6 @@ from ..kernels.linear.tables import (
     REACH,
     TERMS,
     WIDTH,
-    Phase,
     Scratch,
     full_generator,
     tabulate,
@@ -88,11 +87,8 @@ def _pieces(p: Parameters) -> dict[int, tuple[tuple[float, float], list[tuple[np
     return {}
 
 
-def set_up_law(system: System, eta: float, method: ExactPenalty, known: dict[tuple, Phase] | None = None) -> LawSystem:
-    """Tables and numbers of a run; those of a law that is not piecewise linear are the flight's alone.
-
-    ``known``: tables of other runs, which are taken where they are the same, and to which new ones are added.
-    """
+def set_up_law(system: System, eta: float, method: ExactPenalty) -> LawSystem:
+    """Tables and numbers of a run; those of a law that is not piecewise linear are the flight's alone."""
     p = parameters_of(system, eta, method)
     wall, c = p.wall > 0.0, uncompiled(coefficients)(p)
     tables = {
@@ -109,10 +105,9 @@ def set_up_law(system: System, eta: float, method: ExactPenalty, known: dict[tup
     }
     gap_row = np.zeros(6)
     gap_row[GAP] = 1.0
-    known = {} if known is None else known
-    flight = _add_piece(tables, known, p, 0, (0.0, 0.0), [(gap_row, COLLISION, -1)])
+    flight = _add_piece(tables, p, 0, (0.0, 0.0), [(gap_row, COLLISION, -1)])
     for piece, (contact, watched) in _pieces(p).items():
-        _add_piece(tables, known, p, piece, contact, watched)
+        _add_piece(tables, p, piece, contact, watched)
     return LawSystem(
         period=2 * np.pi / eta,
         frequency=eta / (2 * np.pi),
@@ -136,7 +131,7 @@ def set_up_law(system: System, eta: float, method: ExactPenalty, known: dict[tup
     )
 
 
-def _add_piece(tables: dict, known: dict, p: Parameters, piece: int, contact: tuple[float, float], watched: list):
+def _add_piece(tables: dict, p: Parameters, piece: int, contact: tuple[float, float], watched: list):
     """Add the tables of a piece, with its spring and damper; returns those of its first watched quantity."""
     own, wall = p._replace(stiffness=contact[0], damping=contact[1]), p.wall > 0.0
     acts = contact[0] > 0.0
@@ -148,10 +143,7 @@ def _add_piece(tables: dict, known: dict, p: Parameters, piece: int, contact: tu
     phases = []
     for k, (row, target, mirrored) in enumerate(watched):
         i, level = 2 * piece + k, float(row[GAP] * gap)
-        numbers = p.eta, h, position, gap, level, wall, generator.tobytes(), row.tobytes()
-        if numbers not in known:
-            known[numbers] = tabulate(generator, p.eta, row, h, (position, gap, level), wall)
-        phases.append(known[numbers])
+        phases.append(tabulate(generator, p.eta, row, h, (position, gap, level), wall))
         tables["watched"][i], tables["rows"][i], tables["transitions"][piece] = (
             level,
             phases[k].rows,

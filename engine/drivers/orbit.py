@@ -9,27 +9,17 @@ import numpy as np
 from ..kernels.event_driven.orbit import (
     CHATTER,
     CLOSING,
-    DAMP,
-    DEPTH,
     FACTS,
     FORCE,
     IMPACT,
     JOINS,
-    LAW_FACTS,
-    LIMIT,
-    LOAD,
     LOWEST,
-    OTHER_LOWEST,
-    OTHER_WHERE,
     PART,
     PARTING,
-    RELAX,
     RELEASE,
     ROOM,
     STICK,
     TOUCH,
-    UNLIMIT,
-    UNLOAD,
     WHERE,
     evaluate_orbit,
     orbit_slope,
@@ -47,26 +37,16 @@ from .parameters import parameters_of, wall_of
 __all__ = [
     "CHATTER",
     "CLOSING",
-    "DAMP",
-    "DEPTH",
     "FORCE",
     "IMPACT",
     "JOINS",
-    "LAW_FACTS",
-    "LIMIT",
-    "LOAD",
     "LOWEST",
-    "OTHER_LOWEST",
-    "OTHER_WHERE",
     "PART",
     "PARTING",
-    "RELAX",
     "RELEASE",
     "ROOM",
     "STICK",
     "TOUCH",
-    "UNLIMIT",
-    "UNLOAD",
     "WHERE",
     "Evaluation",
     "OrbitEquations",
@@ -101,10 +81,10 @@ class Evaluation(NamedTuple):
     section: np.ndarray
 
     @classmethod
-    def zeros(cls, events: int, periods: int, facts: int) -> "Evaluation":
-        """Room for the equations of so many events and periods, with so many facts of each event."""
+    def zeros(cls, events: int, periods: int) -> "Evaluation":
+        """Room for the equations of so many events and periods."""
         n = 4 + events
-        return cls(*map(np.zeros, (n, (n, n), (events + 1, facts), (events + 1, 5), (periods, 4))))
+        return cls(*map(np.zeros, (n, (n, n), (events + 1, FACTS), (events + 1, 5), (periods, 4))))
 
     @classmethod
     def without_facts(cls, events: int) -> "Evaluation":
@@ -196,7 +176,7 @@ class OrbitEquations:
         out : Evaluation, optional
             To be filled, instead of a new one.
         """
-        found = Evaluation.zeros(len(kinds), period, FACTS) if out is None else out
+        found = Evaluation.zeros(len(kinds), period) if out is None else out
         evaluate_orbit(
             self._tables, self._problem, (numbers_of(tuple(kinds)), first, float(period)), unknowns, tuple(found)
         )
@@ -216,7 +196,7 @@ class OrbitEquations:
         width : float
             The unit of α₁.
         """
-        found = Evaluation.zeros(len(kinds), period, FACTS)
+        found = Evaluation.zeros(len(kinds), period)
         sequence = numbers_of(tuple(kinds)), first, float(period)
         return found if solve_orbit(self._tables, self._problem, sequence, unknowns, width, tuple(found)) else None
 

@@ -165,11 +165,7 @@ def _limit_cycle(system, eta, method, run: Response, found: Motion, cancelled) -
     """The cycle, (p, 4), that a periodic motion of a solver with a time step tends to without one; None without any."""
     if not isinstance(method, STEPPING) or found.type is not Kind.PERIODIC:
         return None
-    try:
-        without_step = method.limit
-    except ValueError:  # its contact law has no closed form
-        return None
-    limit = steady(system, eta, without_step, initial=run.section[-1], max_period=found.period, cancelled=cancelled)
+    limit = steady(system, eta, method.limit, initial=run.section[-1], max_period=found.period, cancelled=cancelled)
     return limit.response.section if limit.periodic and limit.period == found.period else None
 
 

@@ -69,7 +69,8 @@ def motion(
     eta : float
         Excitation frequency η = Ω/ω₁; with a system.
     method : Reference, ExactPenalty, Newmark or TimeStepping
-        With a system. If its contact law has no closed form, the section alone says what the motion is.
+        With a system. If the damper of its contact law depends on the speed with which a contact closed, the section
+        alone says what the motion is.
     initial : (4,) sequence
         ξ₁, ξ₁′, ξ₂, ξ₂′ at τ = 0, by default rest; with a system.
     cancelled : callable, optional
@@ -102,7 +103,7 @@ def motion(
         raise ValueError("a system alone has no motion: give motion(system, eta, method), or a response")
     stepped = isinstance(method, STEPPING)
     find = _stepped_motion if stepped else _closed_form_motion
-    if remembers(subject, _limit_of(method) if stepped else method):
+    if remembers(subject, method.limit if stepped else method):
         find = _remembering_motion
     return find(subject, eta, method, initial, cancelled)
 
@@ -256,14 +257,6 @@ def _with_energy(described: Motion, run: Response, cancelled) -> Motion:
 # --------------------------------------------------------------------------------------------- methods with a time step
 
 
-def _limit_of(method: Newmark | TimeStepping) -> ExactPenalty | None:
-    """The method without a time step; None if the law has no closed form."""
-    try:
-        return method.limit
-    except ValueError:
-        return None
-
-
 def _with_samples(described: Motion, run: Response, cancelled) -> Motion:
     """Add what needs samples: peak force, impulse and energy, over whole cycles from the first kept period on.
 
@@ -284,7 +277,6 @@ def _with_samples(described: Motion, run: Response, cancelled) -> Motion:
 
 
 def _stepped_motion(system: System, eta, method: Newmark | TimeStepping, initial, cancelled) -> Motion:
-    without_step = _limit_of(method)
     run = simulate(system, eta, method, periods=LONG, keep=KEEP, initial=initial, cancelled=cancelled)
     if not run.ok:
         return describe(run)
@@ -293,9 +285,7 @@ def _stepped_motion(system: System, eta, method: Newmark | TimeStepping, initial
         return _unbounded_motion(run)
     if not system.excitation.drives and (own := own_period(run)) == own:
         return _free_motion(run, own, cancelled)
-    if without_step is None:
-        return describe(run)
-    limit = _closed_form_motion(system, eta, without_step, state, cancelled)
+    limit = _closed_form_motion(system, eta, method.limit, state, cancelled)
     judged = judge_newmark_section(run, limit, cancelled)
     while judged.bands and limit.period and (later := later_run(run, limit, cancelled)) is not None:
         run, state, judged = later, later.section[-1], judge_newmark_section(later, limit, cancelled)

@@ -7,7 +7,7 @@ from dataclasses import replace
 from ..divergence.contact import damping_of_law, equal_restitution_damping
 from ..divergence.error import Target
 from ..divergence.grid import PER_PERIOD
-from ..methods import ExactPenalty, Newmark, Reference, TimeStepping
+from ..methods import Newmark, Reference, TimeStepping
 from ..motions.description import describe
 from ..motions.steady import KEEP, LONG, Steady, steady
 from ..motions.words import touching
@@ -58,20 +58,10 @@ def joint_damping_error(target: Target, reference: Reference, cancelled: Callabl
 def error_without_time_step(
     target: Target, method: Newmark | TimeStepping, cancelled: Callable[[], bool] | None = None
 ) -> float:
-    """Return the error of the limit of a method without a time step, which K and D alone cause; nan if it has none."""
-    run, limit = target.reference, _limit_of(method)
-    if limit is None:
-        return math.nan
+    """Return the error of the limit of a method without a time step, which K and D alone cause."""
+    run = target.reference
     options = {"periods": LONG, "keep": KEEP, "record": Record(KEEP, PER_PERIOD), "cancelled": cancelled}
-    return target.error(simulate(run.system, run.eta, limit, **options), cancelled)
-
-
-def _limit_of(method: Newmark | TimeStepping) -> ExactPenalty | None:
-    """The limit of a method without a time step; None if it has none."""
-    try:
-        return method.limit
-    except ValueError:
-        return None
+    return target.error(simulate(run.system, run.eta, method.limit, **options), cancelled)
 
 
 def unmet_tolerance_reason(
@@ -125,9 +115,6 @@ def unmet_tolerance_reason(
     if min(error_without_time_step(target, method, cancelled) for method in methods) <= tolerance:
         advice = "allow more steps" + ("" if trials.located else ", or cut them where contact changes")
         return f"the time step is to blame: without one, K and D would meet the tolerance; {found}: {advice}"
-    law = trials.scheme.law
-    if _limit_of(trials.scheme) is None:
-        return f"{found}; the law {law} is not solved without a time step, to see why: allow more steps, or a larger K"
     held = [
         f"{name} = {value:g}" for name, value in (("K", limits.stiffness), ("D", limits.damping)) if value is not None
     ]

@@ -335,8 +335,6 @@ class _RangeSearch:
             where += f", {robust} with half the step or numbers nearby"
         part = next(part for part in parts if part.eta == worst.eta)
         left = error_without_time_step(part.target, method, self._cancelled)
-        if math.isnan(left):  # the contact law is not solved without a time step
-            return where
         if left > OTHERWISE * worst.error:
             return f"{where}, which has no parts: without a time step the motion is another one, {percent(left)} off"
         compared = compare(self.system, worst.eta, method, reference=self.reference, cancelled=self._cancelled)

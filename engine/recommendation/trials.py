@@ -249,10 +249,7 @@ class Trials:
         return simulate(self._system, self.eta, method, **options)
 
     def _peak_without_step(self, setting: NewmarkSetting, start: tuple | None) -> float:
-        try:
-            asked = with_setting(self.scheme, setting).limit, start
-        except ValueError:  # the law is not solved without a step
-            return math.nan
+        asked = with_setting(self.scheme, setting).limit, start
         if asked not in self._peaks:
             exact = self._simulate(*asked)
             self._peaks[asked] = peak_of(exact, self.target.period, self._cancelled) if exact.ok else math.nan

@@ -144,8 +144,6 @@ def judge_cells(
 
     Raises
     ------
-    ValueError
-        If the method has no limit without a time step.
     Cancelled
         If ``cancelled`` returned true.
     """

@@ -47,8 +47,6 @@ class PlaneStudy(Study):
     def __post_init__(self):
         super().__post_init__()
         self._set(K=ascending_values("K", self.K), D=ascending_values("D", self.D))
-        if self.parts and isinstance(self.method, STEPPING):
-            _ = self.method.limit  # raises for a law that has none
 
     @property
     def axes(self) -> dict[str, np.ndarray]:

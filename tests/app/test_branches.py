@@ -129,7 +129,7 @@ def test_points_are_paired_by_kind_period_and_nearest_value():
         ("steps", ExactPenalty(1e4, 10), "without a time step"),
         ("K", Reference(), "The reference has no K"),
         ("restitution", ExactPenalty(1e4, 10), "The penalty model has no restitution"),
-        ("eta", TimeStepping(1e4, 10, 500, law="cut").limit, ""),
+        ("eta", TimeStepping(1e4, 10, 500, law="cut").limit, "contact law cut: choose kelvin-voigt"),
         ("eta", ExactPenalty(1e4, 10, law="flores"), "contact law flores"),
     ],
 )

@@ -20,13 +20,12 @@ def no_search(monkeypatch):
 @pytest.mark.parametrize(
     ("options", "words"),
     [
-        ("--solver newmark --K 2500 --D 8 --steps 200", "Newmark's method with whole steps has no branches"),
-        ("--solver newmark --K 2500 --D 8 --steps 200 --located --law cut", "with the law kelvin-voigt, not with cut"),
-        ("--law flores --solver exact", "--law: invalid choice: 'flores'"),
+        ("--solver newmark", "'newmark' has a time step, and so no branches: give 'reference', or 'exact'"),
+        ("--law limited --solver exact", "--law is no option"),
         ("--every-step", "--every-step is no option"),
     ],
 )
-def test_what_has_no_smooth_map_is_refused_for_branches(capsys, options, words):
+def test_what_has_no_branches_is_refused(capsys, options, words):
     status, out, err = run_command(capsys, *BRANCH, *options.split())
     assert (status, out) == (2, "")
     assert words in err.splitlines()[-1]

@@ -18,19 +18,6 @@ def differences(eta, method, period, state):
     return np.abs(end(state) - state).max(), np.linalg.eigvals(np.transpose(columns))
 
 
-def test_large_multipliers_with_a_damper_in_compression():
-    method = ExactPenalty(12_000.0, 18.0, law="compression")
-    branch = continue_branch(PAPER, 2.76, method, low=2.4, high=3.2, max_period=2)
-    large = np.abs(branch.multipliers[:, 0]) > 1000
-    for first, _ in branch.sequences:  # next to a grazing contacts come and go by less
-        large[max(first - 3, 0) : first + 3] = False
-    assert large.sum() > 10
-    for k in np.flatnonzero(large)[:: large.sum() // 10]:
-        off, found = differences(branch.values[k], method, branch.period, branch.sections[k, 0])
-        assert off < 1e-9
-        assert np.abs(found / branch.multipliers[k, 0] - 1).min() < 1e-3
-
-
 @pytest.mark.parametrize(("eta", "low", "high"), [(0.69, 0.66, 0.7), (1.22, 1.14, 1.24)])
 def test_bifurcations_of_the_penalty_next_to_grazings_are_some(eta, low, high):
     # the damper of a new contact changes the multipliers with the root of the distance from its grazing
@@ -46,10 +33,9 @@ def test_bifurcations_of_the_penalty_next_to_grazings_are_some(eta, low, high):
         assert np.abs(found - sought[point.kind]).min() < 2e-3, f"{point.kind} at {point.value}"
 
 
-@pytest.mark.parametrize("law", ["kelvin-voigt", "limited", "compression"])
-def test_where_a_contact_grazes_the_multipliers_are_those_of_the_orbit_without_it(law):
+def test_where_a_contact_grazes_the_multipliers_are_those_of_the_orbit_without_it():
     # with a contact of no length the equations are singular
-    branch = continue_branch(PAPER, 1.3, ExactPenalty(100.0, 20.0, law), low=0.8, high=2.0, max_period=1)
+    branch = continue_branch(PAPER, 1.3, ExactPenalty(100.0, 20.0), low=0.8, high=2.0, max_period=1)
     grazings = [point for point in branch.points if point.kind in ("grazing", "contact opens")]
     assert grazings
     for point in grazings:

@@ -55,15 +55,6 @@ def test_newmarks_method_is_found_as_without_a_scheme():
     assert one.best == other.best
 
 
-def test_the_reason_names_a_law_that_has_no_limit_to_compare_with(monkeypatch):
-    def unknown(_):
-        raise ValueError("not solved in closed form")
-
-    monkeypatch.setattr(Newmark, "limit", property(unknown))
-    found = recommend(System(), 2.76, tolerance=1e-4, **FEW)
-    assert "the law kelvin-voigt is not solved without a time step" in found.reason
-
-
 def test_the_command_takes_what_a_code_has(capsys):
     problem = "recommend --eta 1.08 --tolerance 0.3 --K 100 --D 3.68 --steps-max 32"
     problem += " --restitution-tolerance off --force-tolerance off"

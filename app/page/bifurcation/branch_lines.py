@@ -26,7 +26,6 @@ MARKS = {
     "sticking ends": ("square_x", "⊠"),
     "contact opens": ("x", "×"),
     "chatter completes": ("square_cross", "⊞"),
-    "damper switches": ("inverted_triangle", "▽"),
 }
 _LOOKS = {
     "reference": {"line_color": BLUE, "line_width": 2.4},

@@ -36,13 +36,10 @@ from .state import absolute, unpack_system
 
 # what happens at an event
 IMPACT, STICK, CHATTER, RELEASE, TOUCH, PART = range(6)
-UNLOAD, LOAD, LIMIT, UNLIMIT, RELAX, DAMP = range(6, 12)  # within a contact of another law: :mod:`.law_orbit`
-JOINS = (STICK, CHATTER, TOUCH, UNLOAD, LOAD, LIMIT, UNLIMIT, RELAX, DAMP)  # events after which the bodies touch
+JOINS = (STICK, CHATTER, TOUCH)  # events after which the bodies touch
 ORDERS = (1, 0, 0, 3, 1, 1)  # derivatives of what is watched that vanish where the phase after an event begins
 CLOSING, PARTING, FORCE, LOWEST, WHERE, ROOM = range(6)  # columns of the facts of an event
 FACTS = 6
-DEPTH, OTHER_LOWEST, OTHER_WHERE = range(FACTS, FACTS + 3)  # further columns with another contact law
-LAW_FACTS = FACTS + 3
 
 
 @jit_no_alloc

@@ -13,7 +13,7 @@ def solve_orbit(tables, problem, sequence, unknowns, width, out):
 
     ``width``: the unit of α₁; the other arguments are those of :func:`evaluate_orbit`, filled at the orbit.
 
-    Plain twin: ``vibroscope.engine.drivers.orbit_newton.solve_stepwise``.
+    Plain twin: a step a call (tests/engine/kernels/test_orbit_newton.py).
     """
     residual, jacobian, facts, after, section = out
     scales = scales_of(unknowns, width)

@@ -1,8 +1,7 @@
 """A phase of given length: the state at its end and on its way, and the lowest minimum of what is watched in it.
 
-The event loop searches for the end of a phase; an orbit's equations (:mod:`.orbit`, :mod:`.law_orbit`) are given it. So
-the tables of :func:`..linear.tables.tabulate_flow` are enough here, and those of :func:`..linear.tables.tabulate` serve
-as well.
+The event loop searches for the end of a phase; an orbit's equations (:mod:`.orbit`) are given it. So the tables of
+:func:`..linear.tables.tabulate_flow` are enough here.
 """
 
 import numpy as np

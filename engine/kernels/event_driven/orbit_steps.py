@@ -1,6 +1,6 @@
 """Steps of Newton's method to an orbit, the tangent of a curve of orbits, and the Jacobian of its Poincaré map.
 
-The equations of an orbit and their Jacobian are those of :mod:`.orbit` or :mod:`.law_orbit`; what follows from them is
+The equations of an orbit and their Jacobian are those of :mod:`.orbit`; what follows from them is
 the same for both.
 """
 
@@ -8,10 +8,10 @@ import numpy as np
 
 from ..compile.options import jit
 from ..linear.small_systems import null_vector, relative_determinant, solve
-from .orbit import FORCE, IMPACT, LAW_FACTS, PARTING
+from .orbit import FACTS, FORCE, IMPACT, PARTING
 
 # what margins are made of, beside the facts of an event: for sticking, and a phase's length
-BEGINS, ENDS, LENGTH = range(LAW_FACTS, LAW_FACTS + 3)
+BEGINS, ENDS, LENGTH = range(FACTS, FACTS + 3)
 
 NEWTON_STEPS = 10  # to an orbit at given parameters
 CONVERGED = 1e-10  # scaled step of Newton's method, after which the next would be rounding

@@ -6,7 +6,7 @@ The gap g with its rate u and its acceleration b is all that moves (:mod:`.conta
 
 With this, and with the predictors of a step of length θ, the gap at its end is
 
-    (1 − θA₄ᵤ/2 − θ²A₄g/4) g(θ) = g + θ (u − A₄ᵤ g/2) + θ²/4 (b − A₄ᵤ u + f(θ)),                      (61)
+    (1 − θA₄ᵤ/2 − θ²A₄g/4) g(θ) = g + θ (u − A₄ᵤ g/2) + θ²/4 (b − A₄ᵤ u + f(θ)),                      (60)
 
 of which the factor is positive. But for f(θ), which changes little within a step, the right side is a parabola. Its
 zero, with f taken from both ends of the step, leaves so little that one step of third order (Chebyshev's) is enough.

@@ -7,7 +7,16 @@ from vibroscope.engine.continuation.curve import DIFFERENCE, Curve
 from vibroscope.engine.continuation.family import Family
 from vibroscope.engine.continuation.parameter_range import ParameterRange
 from vibroscope.engine.continuation.seeds import OrbitFinder
-from vibroscope.engine.drivers.orbit_newton import solve_stepwise
+from vibroscope.engine.drivers.orbit import Evaluation
+from vibroscope.engine.kernels.event_driven.orbit_steps import (
+    GO_ON,
+    LOST,
+    NEWTON_STEPS,
+    STALLED,
+    outcome_of_step,
+    scales_of,
+    step_at_value,
+)
 
 EXACT = ExactPenalty(12_000.0, 18.0)
 CASES = [(Reference(), 1.08), (Reference(), 2.76), (EXACT, 2.76), (Reference(threshold=0.0), 1.08)]
@@ -18,6 +27,22 @@ def orbit_at(method, eta):
     family = Family("eta", System(), eta, method)
     curve = Curve(family, ParameterRange.of(family, 0.5, 4.0))
     return curve, OrbitFinder(curve, 1, None, None).settled(eta, None)
+
+
+def solve_stepwise(equations, sequence, unknowns, width):
+    """The equations at the orbit near a guess, which is moved there, a step a call; None if none is found."""
+    scales, room = scales_of(unknowns, width), Evaluation.without_facts(len(sequence[0]))
+    before, said = np.inf, GO_ON
+    for _ in range(NEWTON_STEPS):
+        found = equations(*sequence, unknowns, room)
+        length = step_at_value(found.residual, found.jacobian, scales, unknowns)
+        said = outcome_of_step(length, before)
+        if said != GO_ON:
+            break
+        before = length
+    if said == LOST or (said == GO_ON and not before < STALLED):
+        return None
+    return equations(*sequence, unknowns)
 
 
 @pytest.mark.parametrize(("method", "eta"), CASES)

@@ -1,7 +1,7 @@
 """Prediction along a curve, and what margins are made of, against plain twins."""
 
 import numpy as np
-from vibroscope.engine.drivers.orbit import CHATTER, FORCE, IMPACT, LAW_FACTS, PARTING, STICK
+from vibroscope.engine.drivers.orbit import CHATTER, FORCE, IMPACT, PARTING, STICK
 from vibroscope.engine.drivers.orbit_steps import (
     BEGINS,
     ENDS,
@@ -10,6 +10,7 @@ from vibroscope.engine.drivers.orbit_steps import (
     interpolated,
     margin_values,
 )
+from vibroscope.engine.kernels.event_driven.orbit import FACTS
 
 RANDOM = np.random.default_rng(5)
 
@@ -28,7 +29,7 @@ def test_a_polynomial_is_predicted_from_points_and_tangents():
 
 
 def test_margins_are_of_facts_lengths_and_what_lets_an_impact_stick():
-    facts, instants, threshold = RANDOM.normal(size=(4, LAW_FACTS)), np.array([0.1, 0.4, 0.9]), 0.2
+    facts, instants, threshold = RANDOM.normal(size=(4, FACTS)), np.array([0.1, 0.4, 0.9]), 0.2
     conditions = np.array([[0, 3, 2, 1, 1], [2, 4, LENGTH, BEGINS, ENDS]])
     begins = max(facts[1, PARTING] - threshold, -facts[1, FORCE])
     expected = [facts[0, 2], facts[3, 4], instants[2] - instants[1], begins, -begins]
@@ -37,7 +38,7 @@ def test_margins_are_of_facts_lengths_and_what_lets_an_impact_stick():
 
 def test_an_impact_may_stick_between_orbits_where_it_does_not_for_different_reasons():
     kinds = np.array([IMPACT, STICK, CHATTER, IMPACT, IMPACT, IMPACT])
-    before, after = np.zeros((2, 7, LAW_FACTS))
+    before, after = np.zeros((2, 7, FACTS))
     before[:, FORCE] = after[:, FORCE] = 1.0
     before[:, PARTING] = 2.0
     after[:, FORCE] = -1.0
