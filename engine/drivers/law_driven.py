@@ -94,7 +94,7 @@ def set_up_law(system: System, eta: float, method: ExactPenalty, known: dict[tup
     ``known``: tables of other runs, which are taken where they are the same, and to which new ones are added.
     """
     p = parameters_of(system, eta, method)
-    wall, c = p.wall > 0.0, uncompiled(coefficients)(p)
+    c = uncompiled(coefficients)(p)
     tables = {
         "spacing": np.zeros(PIECES),
         "position": np.zeros(PIECES),
@@ -115,10 +115,9 @@ def set_up_law(system: System, eta: float, method: ExactPenalty, known: dict[tup
         _add_piece(tables, known, p, piece, contact, watched)
     return LawSystem(
         period=2 * np.pi / eta,
-        frequency=eta / (2 * np.pi),
         eta=p.eta,
         rigid=False,
-        wall=wall,
+        wall=p.wall,
         clearance=p.clearance,
         law=int(p.law),
         stiffness=p.stiffness,
@@ -138,7 +137,7 @@ def set_up_law(system: System, eta: float, method: ExactPenalty, known: dict[tup
 
 def _add_piece(tables: dict, known: dict, p: Parameters, piece: int, contact: tuple[float, float], watched: list):
     """Add the tables of a piece, with its spring and damper; returns those of its first watched quantity."""
-    own, wall = p._replace(stiffness=contact[0], damping=contact[1]), p.wall > 0.0
+    own = p._replace(stiffness=contact[0], damping=contact[1])
     acts = contact[0] > 0.0
     generator = pressed_generator(own) if acts else free_generator(p)
     position, gap = pressed_equilibrium(own) if acts else free_equilibrium(p)
@@ -148,9 +147,9 @@ def _add_piece(tables: dict, known: dict, p: Parameters, piece: int, contact: tu
     phases = []
     for k, (row, target, mirrored) in enumerate(watched):
         i, level = 2 * piece + k, float(row[GAP] * gap)
-        numbers = p.eta, h, position, gap, level, wall, generator.tobytes(), row.tobytes()
+        numbers = p.eta, h, position, gap, level, generator.tobytes(), row.tobytes()
         if numbers not in known:
-            known[numbers] = tabulate(generator, p.eta, row, h, (position, gap, level), wall)
+            known[numbers] = tabulate(generator, p.eta, row, h, (position, gap, level))
         phases.append(known[numbers])
         tables["watched"][i], tables["rows"][i], tables["transitions"][piece] = (
             level,

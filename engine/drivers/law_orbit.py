@@ -9,7 +9,7 @@ from ..kernels.equations.contact_law import COMPRESSION, LAWS
 from ..kernels.event_driven import law_integrate as loop
 from ..kernels.event_driven import law_orbit as kernel
 from ..kernels.event_driven.orbit import DAMP, LAW_FACTS, LIMIT, LOAD, PART, RELAX, TOUCH, UNLIMIT, UNLOAD
-from ..kernels.event_driven.state import in_periods, linear_state, start_state
+from ..kernels.event_driven.state import linear_state, start_state
 from ..methods import ExactPenalty
 from ..model import System
 from .law_driven import set_up_law
@@ -92,7 +92,7 @@ class LawOrbitEquations:
         a = uncompiled(start_state)(p, tuple(map(float, y)))
         for _ in range(MOST_BLOCKS):
             a, before = loop.resolve_law_event(p, a), piece
-            piece, turn = uncompiled(loop.piece_of)(a), a.period + uncompiled(in_periods)(p, a.tau)
+            piece, turn = uncompiled(loop.piece_of)(a), a.period + a.tau / p.period
             if turn >= period:
                 return found
             if before is not None and piece != before:

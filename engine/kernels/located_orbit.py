@@ -187,9 +187,9 @@ def find_located_orbit(m, kinds, pressed, periods, unknowns, out, d, begun):
     residual, jacobian, facts, after, section = out
     count, turn, began = kinds.shape[0], 0.0, -1
     d[:] = 0.0
-    for j in range(2 if m.wall else 0, 4):
-        d[ROWS[j], j] = 1.0
-    y = (0.0, 0.0, unknowns[2], unknowns[3]) if m.wall else (unknowns[0], unknowns[1], unknowns[2], unknowns[3])
+    for j in range(4):
+        d[ROWS[j], j] = 1.0 if j >= 2 else 1.0 - m.wall  # no start moves a wall
+    y = unknowns[0], unknowns[1], unknowns[2], unknowns[3]
     since = (periods - unknowns[3 + count]) * m.h * m.steps if count > 0 else np.inf
     for k in range(count + 1):
         end, ends = (unknowns[4 + k], 4 + k) if k < count else (periods, -1)

@@ -89,7 +89,7 @@ def test_a_move_waits_for_the_solvers_of_its_setting():
 def test_what_the_explorer_opens_with_is_compiled_first_whole_comparisons_last(monkeypatch, tmp_path):
     heard, real = [], engine.calls
     monkeypatch.setattr(engine, "complete_mark", lambda: tmp_path / "none" / "mark")
-    monkeypatch.setattr(engine, "calls", lambda system: ((name, lambda: None) for name, _ in real(system)))
+    monkeypatch.setattr(engine, "calls", lambda: ((name, lambda: None) for name, _ in real()))
     engine.compile_kernels(heard.append)
     opening = [progress.what for progress in heard if not progress.opens]
     assert opening[-1] == "differences"
@@ -175,7 +175,6 @@ def test_the_terminal_shows_a_bar_on_one_line(capsys, monkeypatch):
 
 
 def test_the_share_rises_to_all_without_a_jump(monkeypatch, tmp_path):
-    """Eight functions for two bodies, a few of them once more for a wall."""
     functions, compiled, shares = [f"function{i}" for i in range(8)], [], []
 
     class Listener(contextlib.nullcontext):
@@ -183,8 +182,8 @@ def test_the_share_rises_to_all_without_a_jump(monkeypatch, tmp_path):
             super().__init__()
             compiled.append(act)
 
-    def calls(system):
-        for name in functions[6:] if system.wall else functions:
+    def calls():
+        for name in functions:
             yield name, lambda name=name: compiled[0](name)
 
     monkeypatch.setattr(engine, "compilable_functions", lambda: {*functions})
