@@ -36,7 +36,7 @@ class CompileProgress(NamedTuple):
     what : str
         Which solver is being compiled.
     opens : bool
-        Whether all is compiled by which the explorer shows and explains the motions that it opens with: two bodies,
+        Whether all is compiled by which the explorer shows and explains the motions that it opens with, those of
         Newmark's method with constant steps.
     """
 
