@@ -9,15 +9,16 @@ from ..compile.options import jit_inlined
 
 
 @jit_inlined
-def users_displacements(p, x1, v1, x2, v2):
-    """ξ₁, ξ₁′, ξ₂, ξ₂′ as the user counts them, from those of the kernels' bodies."""
+def displacements(p, x1, v1, gap, rate):
+    """ξ₁, ξ₁′, ξ₂, ξ₂′ as the user counts them."""
+    x2, v2 = x1 + (gap - p.clearance), v1 + rate
     return x1 - p.wall * x2, v1 - p.wall * v2, x2 - p.wall * x2, v2 - p.wall * v2
 
 
 @jit_inlined
-def displacements(p, x1, v1, gap, rate):
-    """ξ₁, ξ₁′, ξ₂, ξ₂′ as the user counts them."""
-    return users_displacements(p, x1, v1, x1 + (gap - p.clearance), v1 + rate)
+def users_displacements(p, x1, v1, x2, v2):
+    """The same from the displacements of both of the kernels' bodies: by their difference it would round once more."""
+    return x1 - p.wall * x2, v1 - p.wall * v2, x2 - p.wall * x2, v2 - p.wall * v2
 
 
 @jit_inlined
