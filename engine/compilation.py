@@ -2,8 +2,7 @@
 
 A kernel is compiled when it is first called, once for each processor and each version of the sources; the machine code
 is kept in the cache folder. All of them together take some eight minutes on two cores, most of it in a few kernels,
-into which everything is inlined that they call. So progress is counted in compiled functions, not in kernels. The loops
-over a motion are compiled a second time for a wall, which takes a part of the time and is not counted again.
+into which everything is inlined that they call. So progress is counted in compiled functions, not in kernels.
 """
 
 from collections.abc import Callable, Iterator
@@ -36,7 +35,7 @@ class CompileProgress(NamedTuple):
     what : str
         Which solver is being compiled.
     opens : bool
-        Whether all is compiled by which the explorer shows and explains the motions that it opens with: two bodies,
+        Whether all is compiled by which the explorer shows and explains the motions that it opens with, those of
         Newmark's method with constant steps.
     """
 
@@ -73,14 +72,6 @@ _OPENING = (
     _EXPLAINED,
 )
 _SCENES = (1.08, 100.0, 50.0), (1.08, 2500.0, 8.0), (1.70, 12000.0, 18.0), (2.76, 12000.0, 18.0)  # η, K and D
-_SYSTEMS = System(), System(wall=True)  # each with machine code of its own
-_AT_WALL = (  # which have kernels of their own for a wall
-    "reference",
-    "Newmark",
-    "Newmark, every step",
-    "Newmark, located",
-    "other contact laws, located",
-)
 _BATCHES = ("reference", "Newmark", "exact penalty")
 
 
@@ -99,11 +90,10 @@ def compile_kernels(progress: Callable[[CompileProgress], None] | None = None) -
             progress(CompileProgress(len(ready) / len(functions), solver, opens))
 
     with CompileListener(count):
-        for system in _SYSTEMS:
-            for name, call in calls(system):
-                solver, opens = f"{name}, at a wall" if system.wall else name, opens or name not in _OPENING
-                count(None)
-                call()
+        for name, call in calls():
+            solver, opens = name, opens or name not in _OPENING
+            count(None)
+            call()
     if progress is not None:
         progress(CompileProgress(1.0, solver, True))
     mark = complete_mark()
@@ -141,9 +131,10 @@ def _step(system: System) -> None:
     orbit_steps.null_vector(np.eye(4, 5))
 
 
-def calls(system: System) -> Iterator[tuple[str, Callable[[], object]]]:
-    """Yield what is solved, in words, and a call that loads its kernels for this kind of system."""
-    for name in _AT_WALL if system.wall else (*_OPENING, *(name for name in _RUNS if name not in _OPENING)):
+def calls() -> Iterator[tuple[str, Callable[[], object]]]:
+    """Yield what is solved, in words, and a call that loads its kernels."""
+    system = System()
+    for name in (*_OPENING, *(name for name in _RUNS if name not in _OPENING)):
         if name == _EXPLAINED:
             yield name, lambda: [verdict(compare(system, eta, Newmark(*contact, 2000))) for eta, *contact in _SCENES]
         else:

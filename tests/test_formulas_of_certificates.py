@@ -14,7 +14,6 @@ from vibroscope.engine.kernels.accelerated.step_map import ENTRIES, FREE, PRESSE
 from vibroscope.engine.kernels.equations.motion import pressed_generator, separated_generator
 from vibroscope.engine.kernels.linear.slow_subspace import fast_projector
 from vibroscope.engine.kernels.linear.tables import POINTS, POWERS, curvature_bound, full_generator
-from vibroscope.engine.kernels.parameters import TWO_BODIES
 from vibroscope.engine.kernels.time_stepping.newmark import scheme_of
 
 from tests.displayed import Matrix, compares, of_pages, sides, value
@@ -62,7 +61,7 @@ def test_the_curvature_bound_of_a_block():
 def level_of_steps(state):
     """Of a level of Newmark's steps: the map of one, ρ with the sign of the state, stride, bound of b, signed gaps."""
     m = scheme_of(parameters_of(System(), 1.08, Newmark(2500.0, 8.0, 2000)))
-    tables = TABLES.read(TABLES.zeros(), TWO_BODIES)
+    tables = TABLES.read(TABLES.zeros())
     fill_tables(tables, m, 1.08, state, (2.41, 90.0)[state])
     one = step_map(m, 1.08, state == PRESSED)
     rho = one.gap * (-1 if state == PRESSED else 1)
@@ -114,4 +113,4 @@ def test_the_projector_on_the_slow_subspace():
     slow = value(before, {"i": 1j}) * total
     assert np.abs(slow.rows.imag).max() < 1e-9 * np.abs(slow.rows).max()
     fast = np.eye(6) - slow.rows.real
-    np.testing.assert_allclose(fast_projector(rows, 2.76, radius, False), fast[:4], atol=1e-9 * np.abs(fast).max())
+    np.testing.assert_allclose(fast_projector(rows, 2.76, radius), fast[:4], atol=1e-9 * np.abs(fast).max())

@@ -12,7 +12,6 @@ import pytest
 from vibroscope.engine import (
     HHT,
     ExactPenalty,
-    Excitation,
     GeneralisedAlpha,
     HHTInterpolated,
     Newmark,
@@ -37,7 +36,7 @@ from vibroscope.engine.hardcases.condition import attainable_error as attainable
 from vibroscope.engine.kernels.compile.options import uncompiled
 from vibroscope.engine.kernels.equations.contact_law import LAWS, contact_rate, law_force
 from vibroscope.engine.kernels.equations.motion import accelerations, coefficients, separated_generator
-from vibroscope.engine.kernels.time_stepping import contact_location, law_step, located, newmark, wall_step
+from vibroscope.engine.kernels.time_stepping import contact_location, law_step, located, newmark
 
 from tests.displayed import Matrix, compares, of_pages, sides, value
 from tests.law_numbers import law_numbers
@@ -90,19 +89,6 @@ def test_steps_in_contact_are_as_long_as_they_may_be(stiffness):
         _, pieces = located.halvings_at(m, True, t)
         assert m.h / pieces <= limit * (1 + 2e-6)
         assert pieces == 1 or 2 * m.h / pieces > limit
-
-
-@pytest.mark.parametrize("pressed", [False, True])
-@compares(60)
-def test_the_gap_after_a_step_at_a_wall(pressed):
-    wall = System(wall=True, d1=0.01, excitation=Excitation(force1=1.0))
-    m = located.located_scheme(parameters_of(wall, ETA, Newmark(700.0, 4.0, 60, located=True)))
-    e, length, (left, right) = contact_location.side(m, pressed), 0.07, sides(PAGES[60])
-    for g, u, before, after in RANDOM.uniform(-2, 2, (5, 4)):
-        b = e.bg * g + e.bu * u + before
-        reached, *_ = wall_step.step_alone(e, g, u, b, length, after)
-        symbols = {"θ": length, "A₄ᵤ": e.bu, "A₄g": e.bg, "g": g, "u": u, "b": b, "f(θ)": after, "g(θ)": reached}
-        assert value(left, symbols) == pytest.approx(value(right, symbols), rel=1e-12)
 
 
 METHODS = NewmarkBeta(0.3, 0.6), HHT(-0.2), HHTInterpolated(-0.2), GeneralisedAlpha(0.6)

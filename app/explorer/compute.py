@@ -165,7 +165,7 @@ def _tail(trajectory: Trajectory, intervals: int, stride: int) -> Trajectory:
 
 def opens_with(setting: Setting) -> bool:
     """Whether the solvers of a setting are those that the explorer opens with, which are compiled first."""
-    return setting.bodies != "wall" and isinstance(setting.penalty, Newmark)
+    return isinstance(setting.penalty, Newmark)
 
 
 def warm() -> None:

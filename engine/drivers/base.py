@@ -16,10 +16,10 @@ CAPACITY = 4096  # rows of impacts and contacts in the buffers, which the driver
 _USED = set()
 
 
-def is_first_use(kernel: Callable, wall: tuple | None) -> bool:
-    """Whether this process has not used a kernel with or without a wall before, so that a call compiles or loads it."""
+def is_first_use(kernel: Callable) -> bool:
+    """Whether this process has not used a kernel before, so that a call compiles or loads it."""
     known = len(_USED)
-    _USED.add((kernel, wall))
+    _USED.add(kernel)
     return len(_USED) > known
 
 

@@ -112,8 +112,7 @@ def make_worker(
     """
     kind, compiled = _KINDS[type(method)], are_compiled(method, rows)[order]
     columns = np.array(task.coordinates, dtype=np.int64)
-    wall = bool(Parameters(*rows.T).wall.any())  # all cells have the same bodies
-    plan = kernel.BatchPlan(kind, task.transient, task.sample, task.early_stop, columns, wall, COMPLETION)
+    plan = kernel.BatchPlan(kind, task.transient, task.sample, task.early_stop, columns, COMPLETION)
     circles = separating_circles(rows) if kind == EXACT else np.zeros((len(order), 2))
     cells = kernel.BatchCells(order, chained, rows, initial, circles)
 

@@ -27,7 +27,7 @@ from ..methods import ExactPenalty, Reference
 from ..model import System
 from ..result import Checkpoint, Cost, Record, Status
 from .base import Driver, is_first_use
-from .parameters import parameters_of, wall_of
+from .parameters import parameters_of
 from .slow_subspace import separating_circles
 
 PERIODS_PER_CALL = 2000
@@ -51,7 +51,7 @@ def set_up(
     circle = np.zeros(2) if rigid else separating_circles(row[None])[0]
     packed = SYSTEM.zeros()
     set_up_events(packed, no_keys(), row, rigid, circle, COMPLETION if completion is None else completion)
-    views = SYSTEM.read(packed, wall_of(system))
+    views = SYSTEM.read(packed)
     if not rigid:
         # z′ = A z gives ∫z dτ = A⁻¹ Δz; only single runs ask for impulses
         generator = full_pressed_generators(row[None])[0]
@@ -84,12 +84,11 @@ class EventDriver(Driver):
         phases = record.phases(record.steps or record.per_period) if record else np.zeros(1)
         self.run = system, eta, method
         super().__init__(eta, start.periods, keep, kept_from, phases, record.periods if record else 0)
-        self._wall = wall_of(system)
         self._events = self._evaluations = self._pauses = 0
         self._paused_in = -1.0
         self._window = (float(kept_from), float(self.sampled_from))
         self.begin(start)
-        if is_first_use(self.loop, self._wall):  # compile, or load, outside the measured seconds
+        if is_first_use(self.loop):  # compile, or load, outside the measured seconds
             state, self._state = self._state, self._state.copy()
             self.integrate(start.periods - 1, self._no_buffers)
             self._state = state
@@ -102,7 +101,7 @@ class EventDriver(Driver):
     def call(self, stop: int, buffers: PackedBuffers) -> tuple[int, int, int]:
         """Call the event loop."""
         packed, window = self._system.packed, self._window
-        return self.loop(packed, self._state, float(stop), window, buffers.flat, buffers.sizes, self._wall, None)
+        return self.loop(packed, self._state, float(stop), window, buffers.flat, buffers.sizes, None)
 
     def periods_per_call(self) -> int:
         return PERIODS_PER_CALL
@@ -156,7 +155,7 @@ class EventDriver(Driver):
 def start_at(system: EventDrivenSystem, y: Sequence[float]) -> np.ndarray:
     """The packed hybrid state at τ = 0 with y = (ξ₁, ξ₁′, g, g′)."""
     state = STATE.zeros()
-    write_start(system.packed, state, system.views.wall, *map(float, y))
+    write_start(system.packed, state, *map(float, y))
     return state
 
 
@@ -165,7 +164,7 @@ def hybrid_state(system: System, eta: float, method: Reference | ExactPenalty, y
     packed, state, rigid = SYSTEM.zeros(), STATE.zeros(), isinstance(method, Reference)
     write_laws(packed, parameters_of(system, eta, method), rigid, False, COMPLETION)
     x1, v1, gap, rate = map(float, y)
-    write_start(packed, state, wall_of(system), x1, v1, max(gap, 0.0) if rigid else gap, rate)
+    write_start(packed, state, x1, v1, max(gap, 0.0) if rigid else gap, rate)
     return state
 
 
@@ -210,7 +209,7 @@ def integrate_variation(
     """
     variation = uncompiled(make_variation)()
     status, _, _ = kernel.integrate(
-        system.packed, start, periods, (0.0, 0.0), NO_BUFFERS.flat, NO_BUFFERS.sizes, system.views.wall, variation
+        system.packed, start, periods, (0.0, 0.0), NO_BUFFERS.flat, NO_BUFFERS.sizes, variation
     )
     return (variation.end, variation.state, int(variation.course[0])) if status == OK else None
 

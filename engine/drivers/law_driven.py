@@ -90,7 +90,7 @@ def _pieces(p: Parameters) -> dict[int, tuple[tuple[float, float], list[tuple[np
 def set_up_law(system: System, eta: float, method: ExactPenalty) -> LawSystem:
     """Tables and numbers of a run; those of a law that is not piecewise linear are the flight's alone."""
     p = parameters_of(system, eta, method)
-    wall, c = p.wall > 0.0, uncompiled(coefficients)(p)
+    c = uncompiled(coefficients)(p)
     tables = {
         "spacing": np.zeros(PIECES),
         "position": np.zeros(PIECES),
@@ -110,10 +110,9 @@ def set_up_law(system: System, eta: float, method: ExactPenalty) -> LawSystem:
         _add_piece(tables, p, piece, contact, watched)
     return LawSystem(
         period=2 * np.pi / eta,
-        frequency=eta / (2 * np.pi),
         eta=p.eta,
         rigid=False,
-        wall=wall,
+        wall=p.wall,
         clearance=p.clearance,
         law=int(p.law),
         stiffness=p.stiffness,
@@ -133,7 +132,7 @@ def set_up_law(system: System, eta: float, method: ExactPenalty) -> LawSystem:
 
 def _add_piece(tables: dict, p: Parameters, piece: int, contact: tuple[float, float], watched: list):
     """Add the tables of a piece, with its spring and damper; returns those of its first watched quantity."""
-    own, wall = p._replace(stiffness=contact[0], damping=contact[1]), p.wall > 0.0
+    own = p._replace(stiffness=contact[0], damping=contact[1])
     acts = contact[0] > 0.0
     generator = pressed_generator(own) if acts else free_generator(p)
     position, gap = pressed_equilibrium(own) if acts else free_equilibrium(p)
@@ -143,7 +142,7 @@ def _add_piece(tables: dict, p: Parameters, piece: int, contact: tuple[float, fl
     phases = []
     for k, (row, target, mirrored) in enumerate(watched):
         i, level = 2 * piece + k, float(row[GAP] * gap)
-        phases.append(tabulate(generator, p.eta, row, h, (position, gap, level), wall))
+        phases.append(tabulate(generator, p.eta, row, h, (position, gap, level)))
         tables["watched"][i], tables["rows"][i], tables["transitions"][piece] = (
             level,
             phases[k].rows,

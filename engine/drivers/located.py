@@ -18,7 +18,6 @@ from ..methods import Newmark, TimeStepping, spring_exponent
 from ..result import Checkpoint, Cost, Status
 from .base import is_first_use
 from .newmark import has_strides
-from .parameters import wall_of
 from .skip_tables import LocatedTables
 from .step_modes import Piece, pieces_of
 from .stepping import SteppingDriver
@@ -59,7 +58,7 @@ class LocatedDriver(SteppingDriver):
             state = kernel.start_state(self._scheme, start.state, self.kept_from == 0)
             self._state = self._packed_start(state, getattr(method, "initial_acceleration", "") == "zero")
         self._started = self._now.solves
-        if is_first_use(self._kernel, wall_of(self.run[0])):  # compile or load outside the measured seconds
+        if is_first_use(self._kernel):  # compile or load outside the measured seconds
             state, self._state = self._state, self._state.copy()
             self._call(0, 0, self._no_buffers)
             self._state = state
@@ -108,7 +107,7 @@ class LocatedDriver(SteppingDriver):
     def _skip(self, last: int, most: int, buffers: PackedBuffers) -> int:
         """Integrate with skips."""
         arrays = self._forces, self._state, last, most, self._window, buffers.flat, buffers.sizes
-        return located_skip.integrate_skipping(self._packed, *self._tables.packed, *arrays, wall_of(self.run[0]))
+        return located_skip.integrate_skipping(self._packed, *self._tables.packed, *arrays)
 
     def _take_every_step(self, last: int, most: int, buffers: PackedBuffers) -> int:
         arrays = self._forces, self._state, last, most, self._window, buffers.flat, buffers.sizes

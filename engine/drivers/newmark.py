@@ -15,7 +15,7 @@ from ..kernels.time_stepping import newmark
 from ..methods import CONTACT_LAWS, Method, Newmark
 from ..result import Checkpoint, Status
 from .base import is_first_use
-from .parameters import parameters_of, wall_of
+from .parameters import parameters_of
 from .stepping import SteppingDriver
 
 STEPS_PER_CALL = 5_000_000
@@ -74,18 +74,13 @@ class NewmarkDriver(SteppingDriver):
 
     def _load(self) -> None:
         """Compile or load the kernels outside the measured seconds; a call up to step 0 does nothing."""
-        kernel = self._unrecorded if self._packed is None else skip.integrate_skipping
-        if is_first_use(kernel, wall_of(self.run[0])):
+        kernel = self.kernel.integrate if self._packed is None else skip.integrate_skipping
+        if is_first_use(kernel):
             state = self._state
             for buffers in (self._no_buffers, self._buffers):  # the plain loops that record are apart
                 self._state = state.copy()
                 self.integrate(0, buffers)
             self._state = state
-
-    @property
-    def _unrecorded(self):
-        """The plain loop that records nothing."""
-        return self.kernel.integrate_at_wall if self.run[0].wall else self.kernel.integrate
 
     @property
     def _now(self) -> newmark.StepState:
@@ -94,12 +89,12 @@ class NewmarkDriver(SteppingDriver):
     def integrate(self, stop: int, buffers: PackedBuffers) -> tuple[Status, bool]:
         last, window = stop * self._method.steps, self._window
         if self._packed is not None:
-            flat, sizes, wall = buffers.flat, buffers.sizes, wall_of(self.run[0])
-            code = skip.integrate_skipping(self._packed, self._state, last, window, flat, sizes, wall, True)
+            flat, sizes = buffers.flat, buffers.sizes
+            code = skip.integrate_skipping(self._packed, self._state, last, window, flat, sizes, True)
         elif buffers is not self._no_buffers:
             code = self.kernel.integrate_recorded(self._scheme, self._cosines, self._state, last, window, buffers.views)
         else:
-            code = self._unrecorded(self._scheme, self._cosines, self._state, last)
+            code = self.kernel.integrate(self._scheme, self._cosines, self._state, last)
         return Status.OK if code == FULL else STATUSES[code], code == FULL
 
     def explain(self, status: Status) -> str:
@@ -110,7 +105,7 @@ class NewmarkDriver(SteppingDriver):
         if not now.pressed or last <= self._window[0]:
             return
         if self._packed is not None:
-            skip.record_open_contact(self._packed, self._state, wall_of(self.run[0]), last, buffers)
+            skip.record_open_contact(self._packed, self._state, last, buffers)
         else:
             motion = uncompiled(self.kernel.motion_of)(self._scheme, now)
             self.kernel.end_contact(self._scheme, now.contact, last, motion, buffers)

@@ -14,7 +14,7 @@ from ..kernels.equations.motion import (
     separated_generator,
 )
 from ..kernels.linear.tables import full_generator
-from ..kernels.parameters import AT_WALL, TWO_BODIES, Parameters
+from ..kernels.parameters import Parameters
 from ..laws import damper_of
 from ..methods import Method, Reference, spring_exponent
 from ..model import System
@@ -58,11 +58,6 @@ def parameters_of(system: System, eta: float, method: Method) -> Parameters:
         gain=gain,
         relative=float(relative),
     )
-
-
-def wall_of(system: System) -> tuple | None:
-    """Whether the system has a wall, as kernels take it that are compiled once for each: AT_WALL or TWO_BODIES."""
-    return AT_WALL if system.wall else TWO_BODIES
 
 
 def loads(system: System, eta: float) -> tuple[np.ndarray, np.ndarray]:

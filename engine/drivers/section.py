@@ -70,7 +70,7 @@ def describe_section(response: Response, period: int | None = None) -> np.ndarra
         response.period,
         float(grid_steps(response.method)),
         UNKNOWN if period is None else period,
-        response.system.wall,
+        response.system.observed_body,
         np.zeros((rows, statistics.COLUMNS)),
         out,
     )

@@ -8,7 +8,6 @@ from ..kernels.batch import run as kernel
 from ..kernels.batch.course import EXACT, REFERENCE
 from ..kernels.batch.recurrence import CYCLE
 from ..kernels.batch.settle import NO_TRAP, Settled, Traps, settle_cells
-from ..kernels.parameters import Parameters
 from ..methods import Method, Reference
 from .batch import make_work_space
 from .event_driven import COMPLETION
@@ -65,8 +64,7 @@ def settle(
     )
     if n == 0:
         return results
-    wall = bool(Parameters(*rows.T).wall.any())
-    plan = kernel.BatchPlan(kind, periods, min(stride, CYCLE), False, np.zeros(0, np.int64), wall, COMPLETION)
+    plan = kernel.BatchPlan(kind, periods, min(stride, CYCLE), False, np.zeros(0, np.int64), COMPLETION)
     circles = separating_circles(rows[:1]).repeat(n, axis=0) if kind == EXACT else np.zeros((n, 2))
     cells = kernel.BatchCells(np.arange(n), np.zeros(n, bool), rows, initial, circles)
 

@@ -26,13 +26,12 @@ from ..kernels.accelerated.skip_search import (
     RISING,
     WORTHWHILE,
     SkipTables,
-    columns_of,
 )
 from ..kernels.accelerated.step_map import ENTRIES, PRESSED, REACHES
 from ..kernels.compile.options import uncompiled
 from ..kernels.compile.packing import aligned_zeros
 from ..kernels.equations.rates import free_rate, pressed_rate
-from ..kernels.parameters import AT_WALL, TWO_BODIES, Parameters
+from ..kernels.parameters import Parameters
 from ..kernels.time_stepping.contact_location import LocatedScheme
 from ..kernels.time_stepping.linear_step import COLUMNS, FORCE, STATE_ROWS, LinearScheme
 from ..kernels.time_stepping.located import halvings_at
@@ -42,7 +41,6 @@ from .step_modes import Mode, Piece, end_of_step, modes_of
 LONGEST = ENTRIES  # stride: every step is then one entry of each level away
 BLOCK = 16  # rows of a product: so small that BLAS does not wake other threads for it, which would take longer
 DEEPEST = 4 / 27  # of t(1 − t)² between 0 and 1
-ALONE = [1, 3, 5, 7, 8, 9]  # of u, what is left at a wall
 SAME = 1e-12  # rows that differ from a multiple of another by less, as a share of their size, are not watched
 
 
@@ -81,16 +79,15 @@ class LocatedTables:
 
     def __init__(self, m: LocatedScheme, p: Parameters, integrator: Integrator, pieces: list[Piece]):
         self._scheme, self._parameters, self._integrator, self._pieces = m, p, integrator, pieces
-        self._wall = AT_WALL if m.wall else TWO_BODIES
         halvings, _ = uncompiled(halvings_at)(m, True, 0.0)
         modes = CONTACT + len(pieces) * (1 + min(halvings, TABULATED))
         most = 1 + max((len(piece.kinks) for piece in pieces), default=0) * self._takes_of_force()
-        size = size_of_skips(modes, most, m.steps, columns_of(self._wall))
+        size = size_of_skips(modes, most, m.steps)
         self.packed = aligned_zeros(size), np.zeros(4 + 2 * modes, dtype=np.int64)
         floats, whole = self.packed
         numbers = 2 * math.pi / p.eta, float(p.free_position)
         whole[:4], floats[-2:] = (modes, most, len(pieces), m.steps), numbers
-        skips, angle = uncompiled(unpack_skips)(*self.packed, self._wall), 2 * math.pi * np.arange(m.steps) / m.steps
+        skips, angle = uncompiled(unpack_skips)(*self.packed), 2 * math.pi * np.arange(m.steps) / m.steps
         skips.angles[:] = np.cos(angle), np.sin(angle)
         self.arrays = skips.tables._replace(period=numbers[0])
         self.skips = skips._replace(tables=self.arrays, pieces=len(pieces), rest=numbers[1])
@@ -112,7 +109,7 @@ class LocatedTables:
         p = self._parameters
         if law:
             p = p._replace(stiffness=law.stiffness, damping=law.damping)
-        basis, unit = self._basis(law), np.eye(COLUMNS)
+        unit = np.eye(COLUMNS)
         piece, entries, stride = self._piece_matrix(p, law, h), ENTRIES, _stride(p, law is not None, h)
         if halvings > 0 and stride > 1:
             most = 2.0 / m.step_per_age  # no more pieces follow each other, Eq. (13); both levels are searched alike
@@ -122,40 +119,28 @@ class LocatedTables:
         begins = np.concatenate(
             [_rows_of([gap], 0), *(_rows_of(kinks, 0) + side * h / 3 * _rows_of(kinks, 1) for side in (-1, 1) if kinks)]
         )
-        begins = begins @ basis
-        rows = np.concatenate([begins @ piece, *(rows @ basis for rows in self._felt(p, law, h))])
+        rows = np.concatenate([begins @ piece, *self._felt(p, law, h)])
         tables.counts[mode], tables.begins[mode, : len(rows), -1] = len(rows), 1.0  # where a stage takes the force: one
         tables.begins[mode, : len(begins)] = begins
         tables.sizes[mode, : len(rows)] = 1.0
         if kinks:
-            of_motion = 2 if self._wall else 4  # displacements and velocities
-            tables.sizes[mode, : len(rows)] = np.maximum(1.0, np.abs(rows[:, :of_motion]).max(axis=1))
+            tables.sizes[mode, : len(rows)] = np.maximum(1.0, np.abs(rows[:, :4]).max(axis=1))  # ξ₁, g and their rates
         levels = _fill_mode(tables, mode, piece, rows, stride, entries)
         if mode == FREE:
-            rate = unit[3] @ basis
-            rates = np.vstack([rate, rate @ levels[0][: RISING * CHUNK - 1]])
+            rates = np.vstack([unit[3], unit[3] @ levels[0][: RISING * CHUNK - 1]])
             tables.rates[:] = rates.reshape(RISING, CHUNK, -1).transpose(0, 2, 1)
         with np.errstate(all="ignore"):
             within = levels[0][: max(stride - 1, 0)], levels[-1]
             if kinks:
-                mean = begins[:1] @ (piece - np.eye(len(piece))) / h
-                rates = _rows_of([gap], 1) @ basis
+                mean = begins[:1] @ (piece - unit) / h
+                rates = _rows_of([gap], 1)
                 bound = _supremum(rates - mean, *within) + _supremum(rates @ piece - mean, *within)
                 tables.dips[mode, :1] = bound * (h * DEEPEST)
             else:  # |g″| at ends of pieces
-                tables.dips[mode, :1] = _supremum(unit[5:6] @ basis, *within) * (h**2 / 2)
+                tables.dips[mode, :1] = _supremum(unit[5:6], *within) * (h**2 / 2)
         if law:
-            force = _rows_of([(law.stiffness, 2.0 * law.damping)], 0)[0] @ basis
-            _fill_impulses(tables, mode, 0.5 * h * force @ (np.eye(len(piece)) + piece), levels)
-
-    def _basis(self, law: Piece | None) -> np.ndarray:
-        """What the numbers of u are of those that the kernel has, (COLUMNS, n): at a wall λ follows from g and g′."""
-        if not self._wall:
-            return np.eye(COLUMNS)
-        basis = np.eye(COLUMNS)[:, ALONE]
-        if law:
-            basis[6] = _rows_of([(law.stiffness, 2.0 * law.damping)], 0)[0, ALONE]
-        return basis
+            force = _rows_of([(law.stiffness, 2.0 * law.damping)], 0)[0]
+            _fill_impulses(tables, mode, 0.5 * h * force @ (unit + piece), levels)
 
     def _takes_of_force(self) -> int:
         """Of each kink, how many rows are watched: two for steps, and where stages take the force elsewhere."""
@@ -178,10 +163,9 @@ class LocatedTables:
         m, pressed = self._scheme, law is not None
         if m.stages.count > 0:
             end = end_of_step(step_maps(bodies_of(p), self._integrator, h), int(pressed))
-            step = _step_matrix(end, p.eta * h, -p.free_gap)
-            return step[ALONE] @ self._basis(law) if self._wall else step
-        matrix = np.empty(2 * (columns_of(self._wall),))
-        write_piece_matrix(m, pressed, h, p.free_position, matrix, self._wall)
+            return _step_matrix(end, p.eta * h, -p.free_gap)
+        matrix = np.empty((COLUMNS, COLUMNS))
+        write_piece_matrix(m, pressed, h, p.free_position, matrix)
         return matrix
 
 
@@ -211,7 +195,6 @@ def _empty_tables(watched: list[np.ndarray], eta: float) -> SkipTables:
         dips=np.zeros((modes, 0, COLUMNS)),
         rates=np.zeros((0, COLUMNS, CHUNK)),
         period=2 * math.pi / eta,
-        wall=TWO_BODIES,
     )
 
 

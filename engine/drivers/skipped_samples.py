@@ -22,7 +22,7 @@ from ..model import System
 from ..result import Cancelled, Record
 from .base import CAPACITY
 from .newmark import STEPS_PER_CALL, can_skip
-from .parameters import parameter_rows, parameters_of, wall_of
+from .parameters import parameter_rows, parameters_of
 
 
 class SkippedSamples:
@@ -38,7 +38,7 @@ class SkippedSamples:
 
     def __init__(self, system: System, eta: float, cancelled: Callable[[], bool] | None):
         self._method = Newmark(1.0, 0.0, 1000)
-        self._eta, self._wall, self._cancelled = eta, wall_of(system), cancelled
+        self._eta, self._cancelled = eta, cancelled
         parameters = parameters_of(system, eta, self._method)
         self._rate = free_rate(parameters)
         self._rows = np.array([parameters])
@@ -82,9 +82,7 @@ class SkippedSamples:
         code = FULL
         while code == FULL:  # of impacts and contacts, which nobody asks for
             buffers.views.used[:] = 0
-            code = skip.integrate_skipping(
-                self._packed, self._state, stop, window, buffers.flat, buffers.sizes, self._wall, False
-            )
+            code = skip.integrate_skipping(self._packed, self._state, stop, window, buffers.flat, buffers.sizes, False)
         return code
 
     def _buffers(self, periods: int, per_period: int) -> PackedBuffers:

@@ -12,8 +12,10 @@ class Parameters(NamedTuple):
     """The numbers of one run, in the order in which tables depend on them: flight, contact, laws.
 
     **A wall.** The kernels see one body and a wall as two bodies of which the first never moves: the wall takes the
-    place of body 1, at rest, and the body, seen from the wall, that of body 2. Of the state (ξ₁, ξ₁′, g, g′) the first
-    two numbers then are zero. κ = κ₃ = μ = 1 and d₂ = d₁ belong to this view.
+    place of body 1, at rest, and the body, seen from the wall, that of body 2. κ = κ₃ = μ = 1 and d₂ = d₁ belong to
+    this view. Neither a load nor the contact force acts on body 1, nor is it coupled to body 2: the coefficients that
+    would move it are zero (:mod:`.equations.motion`). So the first two numbers of the state (ξ₁, ξ₁′, g, g′) stay zero
+    to the last digit, and no kernel asks whether there is a wall.
     """
 
     eta: float
@@ -47,12 +49,7 @@ class Parameters(NamedTuple):
     relative: float  # 1 or 0
 
 
-# Whether there is a wall, as kernels that are compiled once for each take it: as a condition the one is false and the
-# other true, and the type says which it is. So the compiler leaves out the branches of the other. The number is a float
-# since an integer or a flag has another type as a constant of compiled code than as an argument from Python.
-TWO_BODIES, AT_WALL = None, (1.0,)
-
-ETA, STEPS = Parameters._fields.index("eta"), Parameters._fields.index("steps")
+ETA = Parameters._fields.index("eta")
 FOR_FLIGHT = Parameters._fields.index("clearance") + 1  # numbers that the tables of flight depend on …
 FOR_CONTACT = Parameters._fields.index("damping") + 1  # … and those of contact
 

@@ -172,11 +172,11 @@ def variance(section, begin, rows, stride, column):
 
 
 @jit_no_alloc
-def describe(log, rows, period, wall, out):
+def describe(log, rows, period, body, out):
     """Write the description of the rows of a log to ``out``, (NUMBERS,); ``period``: if it is known, else −1.
 
-    Rates are those of whole cycles, the last ones. The longest contact is in periods. Scatters are those of ξ₂, of ξ₁
-    where body 2 is a ``wall``.
+    Rates are those of whole cycles, the last ones. The longest contact is in periods. Scatters are those of ξᵢ of the
+    ``body`` i, 1 or 2.
     """
     if period < 0:
         period = period_of(log, rows, TOLERANCE)
@@ -190,7 +190,7 @@ def describe(log, rows, period, wall, out):
             impacts += log[j, IMPACTS]
             begun += log[j, CONTACTS_BEGUN]
             contact += log[j, CONTACT_SHARE]
-    scattered, column = 0.0, SECTION if wall else SECTION + 2
+    scattered, column = 0.0, SECTION + 2 * (body - 1)
     for j in range(stride):
         scattered += variance(log, rows - cycles + j, rows, stride, column) / stride
     j = rows - stride
@@ -204,14 +204,14 @@ def describe(log, rows, period, wall, out):
 
 
 @jit_no_alloc
-def describe_run(section, impacts, contacts, origin, period, steps, known_period, wall, log, out):
+def describe_run(section, impacts, contacts, origin, period, steps, known_period, body, log, out):
     """Describe a run from its section, (n, 4), and its events, as :func:`add_events` takes them.
 
-    ``origin``: periods before the section; ``period``: T; ``known_period``, ``wall``: see :func:`describe`; ``log``,
+    ``origin``: periods before the section; ``period``: T; ``known_period``, ``body``: see :func:`describe`; ``log``,
     (n, COLUMNS): work space.
     """
     rows = section.shape[0]
     clear(log, rows)
     add_events(log, rows, origin, period, steps, impacts, contacts)
     write_section(log, rows, section)
-    describe(log, rows, known_period, wall, out)
+    describe(log, rows, known_period, body, out)

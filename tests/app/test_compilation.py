@@ -82,14 +82,15 @@ def test_what_the_explorer_opens_with_waits_for_its_own_solvers_alone(nothing_co
 
 def test_a_move_waits_for_the_solvers_of_its_setting():
     assert opens_with(opening_setting())
-    for other in ({"bodies": "wall"}, {"integrator": "hht"}, {"law": "cut"}, {"status": "end"}):
+    assert opens_with(opening_setting()._replace(bodies="wall"))  # the same solvers
+    for other in ({"integrator": "hht"}, {"law": "cut"}, {"status": "end"}):
         assert not opens_with(opening_setting()._replace(**other))
 
 
 def test_what_the_explorer_opens_with_is_compiled_first_whole_comparisons_last(monkeypatch, tmp_path):
     heard, real = [], engine.calls
     monkeypatch.setattr(engine, "complete_mark", lambda: tmp_path / "none" / "mark")
-    monkeypatch.setattr(engine, "calls", lambda system: ((name, lambda: None) for name, _ in real(system)))
+    monkeypatch.setattr(engine, "calls", lambda: ((name, lambda: None) for name, _ in real()))
     engine.compile_kernels(heard.append)
     opening = [progress.what for progress in heard if not progress.opens]
     assert opening[-1] == "differences"
@@ -175,7 +176,6 @@ def test_the_terminal_shows_a_bar_on_one_line(capsys, monkeypatch):
 
 
 def test_the_share_rises_to_all_without_a_jump(monkeypatch, tmp_path):
-    """Eight functions for two bodies, a few of them once more for a wall."""
     functions, compiled, shares = [f"function{i}" for i in range(8)], [], []
 
     class Listener(contextlib.nullcontext):
@@ -183,8 +183,8 @@ def test_the_share_rises_to_all_without_a_jump(monkeypatch, tmp_path):
             super().__init__()
             compiled.append(act)
 
-    def calls(system):
-        for name in functions[6:] if system.wall else functions:
+    def calls():
+        for name in functions:
             yield name, lambda name=name: compiled[0](name)
 
     monkeypatch.setattr(engine, "compilable_functions", lambda: {*functions})

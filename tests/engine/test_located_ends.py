@@ -87,7 +87,7 @@ def test_too_many_solves_in_one_step_have_a_status(monkeypatch):
 @pytest.mark.parametrize("steps", [20, 200])
 @pytest.mark.parametrize("clearance", [-0.3, 0.0])
 def test_pieces_at_a_wall_are_those_of_mirrored_bodies(steps, clearance):
-    """Which are solved one by one, at a wall in a loop of their own."""
+    """Which are solved one by one with 20 steps, and skipped with 200."""
     force = {"base": 0.0, "force1": 1.0}
     wall = System(wall=True, d1=0.01, clearance=clearance, excitation=Excitation(**force))
     both = Excitation(**force, force2=-1.0)
@@ -96,8 +96,7 @@ def test_pieces_at_a_wall_are_those_of_mirrored_bodies(steps, clearance):
     options = {"periods": 4, "keep": 4, "record": record}
     one = simulate(wall, 1.08, Newmark(2500.0, 8.0, steps, located=True), **options)
     two = simulate(both, 1.08, Newmark(1250.0, 4.0, steps, located=True), **options)
-    # a change of contact takes fewer at a wall, where it is nearly the zero of a parabola; else rounding decides
-    assert 0.95 * two.cost.steps - 3 * len(two.contacts) <= one.cost.steps <= 1.02 * two.cost.steps
+    assert one.cost.steps == pytest.approx(two.cost.steps, rel=0.02)  # where rounding decides it is one more
     assert len(one.impacts) == len(two.impacts) > 3
     np.testing.assert_allclose(one.contacts, two.contacts, atol=1e-8)
     np.testing.assert_allclose(one.impacts.impulse, two.impacts.impulse, rtol=1e-6)

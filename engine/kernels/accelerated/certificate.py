@@ -13,10 +13,9 @@ from typing import NamedTuple
 import numpy as np
 
 from ..compile.options import jit_inlined
-from ..linear.first_root import parabola_zero
 from ..linear.tables import apply_transition, dot
 from ..time_stepping.newmark import LIMIT
-from .step_map import ENTRIES, FEW_AT_WALL
+from .step_map import ENTRIES
 
 FAR = 1e-3 * LIMIT  # beyond it no step is skipped
 
@@ -26,7 +25,7 @@ SKIP_ON, TAKE_STEP, CHANGE = range(3)
 CERTAIN = 2.0**-40  # a gap beyond this share of the displacements has a sign that rounding cannot change
 CHUNK = 32  # entries that are examined together
 _NONE = np.int32(CHUNK)
-FEW = CHUNK  # steps of two bodies that are searched one by one: a level saves no time there
+FEW = CHUNK  # steps that are searched one by one: a level saves no time there
 
 
 class Skip(NamedTuple):
@@ -44,7 +43,7 @@ class Skip(NamedTuple):
 @jit_inlined
 def signed_gap_at(t, pressed, level, z, j):
     """The signed gap after j ≥ 1 strides."""
-    return dot(t.signed_gaps[pressed, level, :, j - 1], z, t.wall) - t.surfaces[pressed]
+    return dot(t.signed_gaps[pressed, level, :, j - 1], z) - t.surfaces[pressed]
 
 
 @jit_inlined
@@ -56,11 +55,6 @@ def entries_above(t, pressed, level, z, bound, begin):
     m3, m4, m5 = m[3, begin:end], m[4, begin:end], m[5, begin:end]
     first = _NONE
     # without a branch, and with indices of half the size: fewer vector instructions
-    if t.wall:
-        for j in range(CHUNK):
-            signed_gap = (m2[j] * z2 + m3[j] * z3) + (m4[j] * z4 + m5[j] * z5)
-            first = min(first, _NONE if signed_gap > bound else np.int32(j))
-        return begin + int(first)
     for j in range(CHUNK):
         signed_gap = m0[j] * z0 + m1[j] * z1 + m2[j] * z2 + m3[j] * z3 + m4[j] * z4 + m5[j] * z5
         first = min(first, _NONE if signed_gap > bound else np.int32(j))
@@ -70,7 +64,7 @@ def entries_above(t, pressed, level, z, bound, begin):
 @jit_inlined
 def gap_bound(t, pressed, level, z):
     """b of Eq. (45)."""
-    return dot(t.curvatures[pressed, level], (abs(z[0]), abs(z[1]), abs(z[2]), abs(z[3]), abs(z[4]), abs(z[5])), t.wall)
+    return dot(t.curvatures[pressed, level], (abs(z[0]), abs(z[1]), abs(z[2]), abs(z[3]), abs(z[4]), abs(z[5])))
 
 
 @jit_inlined
@@ -91,18 +85,12 @@ def certified_entries(t, pressed, level, z):
     if not (near > bound or (near > 0.0 and signed_gap_at(t, pressed, level, z, 1) > 4.0 * bound)):
         return 0
     bound += t.surfaces[pressed]
-    # Most contacts end sooner than a level is worth its search: one entry says so. At a wall alone, where a search is
-    # a larger share.
-    if t.wall:
-        worth = int(FEW_AT_WALL / t.strides[pressed, level]) + 1
-        if not dot(t.signed_gaps[pressed, level, :, worth - 1], z, t.wall) > bound:
-            return 0
     entries = 0
     for begin in range(0, ENTRIES, CHUNK):
         entries = entries_above(t, pressed, level, z, bound, begin)
         if entries < begin + CHUNK:
             break
-    return entries if entries * t.strides[pressed, level] > (FEW_AT_WALL if t.wall else FEW) else 0
+    return entries if entries * t.strides[pressed, level] > FEW else 0
 
 
 @jit_inlined
@@ -128,60 +116,23 @@ def single_steps(t, pressed, z, signed_gap):
 
 
 @jit_inlined
-def only_change(t, pressed, z, middle, beginning):
-    """The single steps from ``beginning`` to the only change of contact in a stride, and the signed gaps there.
-
-    No steps where that is not certain. ``z``: the state ``middle`` strides of level 1, at least two, before.
-
-    The differences of the signed gap from step to step vary over a stride by 8b over its steps at most, Eq. (45). Where
-    the gap falls by more than 8b, it falls with each step, and the signs before and after one of them show that contact
-    changes there alone. A parabola through entries says which step that is. So a wall, where a search through the
-    steps is a larger share of the time, does without it.
-    """
-    before, here = signed_gap_at(t, pressed, 1, z, middle - 1), signed_gap_at(t, pressed, 1, z, middle)
-    there, stride = signed_gap_at(t, pressed, 1, z, middle + 1), t.strides[pressed, 1]
-    if not (there < 0.0 and there - here < -8.0 * gap_bound(t, pressed, 1, z)):
-        return 0, here, here
-    k = min(int(parabola_zero(here, there, before - 2.0 * here + there) * stride), int(stride) - 1)
-    last = signed_gap_at(t, pressed, 0, beginning, k) if k > 0 else here
-    change = signed_gap_at(t, pressed, 0, beginning, k + 1)
-    return (k + 1 if min(last, -change) > uncertainty(t, pressed, beginning) else 0), last, change
-
-
-@jit_inlined
-def ends_soon(p, pressed, z):
-    """Whether a contact at a wall ends within steps that are searched one by one, as most do: no level has to be asked.
-
-    By the entry in the midst of the half cycle that follows the contact, since after that the linear motion leads back.
-    """
-    if p.tables.wall:
-        return pressed == 1 and not signed_gap_at(p.tables, pressed, 0, z, p.midst) > 0.0
-    return False
-
-
-@jit_inlined
 def certify_skip(p, pressed, z, signed_gap):
     """The skip from z; none where the motion is about to diverge."""
     t = p.tables
     if not abs(z[0]) + abs(z[2]) + p.steps * (abs(z[1]) + abs(z[3])) < FAR:
         return Skip(0, 0, 0, TAKE_STEP, signed_gap, signed_gap, z)
-    soon = ends_soon(p, pressed, z)
-    coarse = 0 if soon else certified_entries(t, pressed, 2, z)
+    coarse = certified_entries(t, pressed, 2, z)
     if coarse > 0:
         signed_gap = signed_gap_at(t, pressed, 2, z, coarse)
-        z = apply_transition(t.matrices[pressed, 2], z, coarse, t.wall)
+        z = apply_transition(t.matrices[pressed, 2], z, coarse)
     if coarse == ENTRIES:
         return Skip(coarse, 0, 0, SKIP_ON, signed_gap, signed_gap, z)
-    begin, middle = z, 0 if soon else certified_entries(t, pressed, 1, z)
+    middle = certified_entries(t, pressed, 1, z)
     if middle > 0:
         signed_gap = signed_gap_at(t, pressed, 1, z, middle)
-        z = apply_transition(t.matrices[pressed, 1], z, middle, t.wall)
+        z = apply_transition(t.matrices[pressed, 1], z, middle)
     if middle == ENTRIES:
         return Skip(coarse, middle, 0, SKIP_ON, signed_gap, signed_gap, z)
-    if t.wall and middle > 1:
-        fine, before, change = only_change(t, pressed, begin, middle, z)
-        if fine > 0:
-            return Skip(coarse, middle, fine, CHANGE, before, change, z)
     fine, outcome, before, signed_gap = single_steps(t, pressed, z, signed_gap)
     return Skip(coarse, middle, fine, outcome, before, signed_gap, z)
 

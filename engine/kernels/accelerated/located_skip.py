@@ -8,8 +8,7 @@ looked for where 2gb ≤ g′² and −g′ < bs (:func:`..time_stepping.contact
 the supremum of |g″| over all pieces of the table in the place of b, this *dip* is added to every bound. A flight that
 has just begun is nearer to the surface than that, and rises: in a step at whose beginning g′ > 0 no dip is looked for.
 
-The tables of a mode are made when a run first needs them: most runs need few. At a wall u has six numbers, since λ at
-the beginning of a piece follows from g and g′.
+The tables of a mode are made when a run first needs them: most runs need few.
 
 A flight is the same whatever the contact law is. So it is the one mode of laws whose contact is not linear. The pieces
 of a law that is piecewise linear (:mod:`..time_stepping.law_pieces`) are modes, too, each with the force of a spring
@@ -58,7 +57,6 @@ from .skip_search import (
     RISING,
     UNLIMITED,
     SkipTables,
-    columns_of,
     find_skip,
     impulse_of,
     write_u_at,
@@ -91,47 +89,46 @@ class LocatedSkips(NamedTuple):
     us: np.ndarray  # work space, (LEAST + 1, COLUMNS)
 
 
-def size_of_skips(modes, most, steps, columns):
-    """Numbers of a run's :class:`LocatedSkips` in its packed array; ``most``: watched rows; ``columns``: of u."""
-    tables = modes * LEVELS * ENTRIES * columns * (most + columns + 1) + RISING * CHUNK * columns
-    small = modes * most * (columns * (FIRSTS + 3) + 1)
+def size_of_skips(modes, most, steps):
+    """Numbers of a run's :class:`LocatedSkips` in its packed array; ``most``: watched rows."""
+    tables = modes * LEVELS * ENTRIES * COLUMNS * (most + COLUMNS + 1) + RISING * CHUNK * COLUMNS
+    small = modes * most * (COLUMNS * (FIRSTS + 3) + 1)
     return tables + small + 2 * steps + (LEAST + 1) * COLUMNS + 2
 
 
 @jit_spliced
-def unpack_skips(packed, whole, wall):
+def unpack_skips(packed, whole):
     """The :class:`LocatedSkips` as views of packed arrays, since a call from Python takes time for each argument.
 
     ``packed``: float64, as many as :func:`size_of_skips` says; ``whole``: int64: modes, watched rows, pieces, steps per
-    period, then ``counts`` and ``strides`` of the tables. ``wall``: AT_WALL or TWO_BODIES of :mod:`..parameters`.
+    period, then ``counts`` and ``strides`` of the tables.
     """
-    modes, most, pieces, steps, columns = whole[0], whole[1], whole[2], whole[3], columns_of(wall)
-    a = modes * most * LEVELS * columns * ENTRIES
-    b = a + modes * LEVELS * ENTRIES * columns * columns
-    c = b + modes * LEVELS * ENTRIES * columns
-    d = c + RISING * columns * CHUNK
-    e = d + modes * most * FIRSTS * columns
-    f, each = e + modes * most, modes * most * columns
+    modes, most, pieces, steps = whole[0], whole[1], whole[2], whole[3]
+    a = modes * most * LEVELS * COLUMNS * ENTRIES
+    b = a + modes * LEVELS * ENTRIES * COLUMNS * COLUMNS
+    c = b + modes * LEVELS * ENTRIES * COLUMNS
+    d = c + RISING * COLUMNS * CHUNK
+    e = d + modes * most * FIRSTS * COLUMNS
+    f, each = e + modes * most, modes * most * COLUMNS
     g, h, i = f + each, f + 2 * each, f + 3 * each
     j = i + 2 * steps
     k = j + (LEAST + 1) * COLUMNS
     tables = SkipTables(
-        packed[:a].reshape((modes, most, LEVELS, CHUNKS, columns, CHUNK)),
-        packed[d:e].reshape((modes, most, FIRSTS, columns)),
-        packed[f:g].reshape((modes, most, columns)),
+        packed[:a].reshape((modes, most, LEVELS, CHUNKS, COLUMNS, CHUNK)),
+        packed[d:e].reshape((modes, most, FIRSTS, COLUMNS)),
+        packed[f:g].reshape((modes, most, COLUMNS)),
         packed[e:f].reshape((modes, most)),
         whole[4 : 4 + modes],
         whole[4 : 4 + modes],  # all rows decide
         whole[4 : 4 + modes],
         whole[4 : 4 + modes],  # not needed
         whole[4 + modes :],
-        packed[a:b].reshape((modes, LEVELS, ENTRIES, columns, columns)),
-        packed[b:c].reshape((modes, LEVELS, ENTRIES, columns)),
-        packed[g:h].reshape((modes, most, columns)),
-        packed[h:i].reshape((modes, most, columns)),
-        packed[c:d].reshape((RISING, columns, CHUNK)),
+        packed[a:b].reshape((modes, LEVELS, ENTRIES, COLUMNS, COLUMNS)),
+        packed[b:c].reshape((modes, LEVELS, ENTRIES, COLUMNS)),
+        packed[g:h].reshape((modes, most, COLUMNS)),
+        packed[h:i].reshape((modes, most, COLUMNS)),
+        packed[c:d].reshape((RISING, COLUMNS, CHUNK)),
         packed[k],
-        wall,
     )
     us = packed[j:k].reshape((LEAST + 1, COLUMNS))
     return LocatedSkips(tables, pieces, packed[k + 1], packed[i:j].reshape((2, steps)), us)
@@ -155,37 +152,32 @@ def pieces_ahead(m, skips, s, kind):
 
 
 @jit_inlined
-def write_relative(wall, z, force, rest, cosine, sine, u):
+def write_relative(z, force, rest, cosine, sine, u):
     """Write u of a motion; ``rest``: ξ₁ at the static equilibrium of the separated bodies."""
-    if wall:
-        u[0], u[1], u[2], u[3], u[4], u[5] = z[3], z[4], z[5], cosine, sine, 1.0
-        return
     u[0], u[1], u[2], u[3], u[4], u[5] = z[0] - rest, z[3], z[1], z[4], z[2], z[5]
     u[6], u[7], u[8], u[9] = force, cosine, sine, 1.0
 
 
 @jit_inlined
-def motion_at(wall, u, rest):
+def motion_at(u, rest):
     """The motion of a u."""
-    if wall:
-        return 0.0, 0.0, 0.0, u[0], u[1], u[2]
     return u[0] + rest, u[2], u[4], u[1], u[3], u[5]
 
 
 @jit_no_alloc
-def write_piece_matrix(m, pressed, s, rest, out, wall):
+def write_piece_matrix(m, pressed, s, rest, out):
     """Write Φ of a piece of length s of Newmark's own step: what it makes of each unit vector u, a column each."""
     (f1, f2, f3), (f4, f5, f6) = m.forcing
     cosine, sine = cos_sin(s * m.frequency)
-    last = columns_of(wall) - 1
-    for j in range(last + 1):
+    last = COLUMNS - 1
+    for j in range(COLUMNS):
         u = out[:, j]
         u[:] = 0.0
         u[j] = 1.0
         one, c, d = u[last], cosine * u[last - 2] - sine * u[last - 1], sine * u[last - 2] + cosine * u[last - 1]
         forcing = f1 * c + f2 * d + f3 * one, f4 * c + f5 * d + f6 * one
-        z = step(side(m, pressed), motion_at(wall, u, rest * one), s, forcing)
-        write_relative(wall, z, contact_force(m, pressed, z), rest * one, c, d, u)
+        z = step(side(m, pressed), motion_at(u, rest * one), s, forcing)
+        write_relative(z, contact_force(m, pressed, z), rest * one, c, d, u)
         u[last] = one
 
 
@@ -197,7 +189,7 @@ def write_skipped(m, skips, ahead, s, coarse, end, window, buffers):
     while i <= end:
         if i > window[0] or i == window[1]:
             write_u_at(skips.tables, ahead.mode, (i - s.step) * ahead.parts - ahead.done, coarse, us)
-            z = motion_at(skips.tables.wall, us[4], skips.rest)
+            z = motion_at(us[4], skips.rest)
             write_output(m, i, i % m.steps, z, contact_force(m, s.pressed, z), window, buffers)
         i = next_output(i, m.steps, window, sampled)
 
@@ -220,7 +212,7 @@ def skip_pieces(m, skips, s, kind, stop, window, buffers):
         cosine, sine = skips.angles[0, k], skips.angles[1, k]
         if done > 0:
             cosine, sine = cos_sin((k * m.h + s.offset) * m.frequency)
-        write_relative(t.wall, z, contact_force(m, s.pressed, z), rest, cosine, sine, us[0])
+        write_relative(z, contact_force(m, s.pressed, z), rest, cosine, sine, us[0])
         coarse, fine = find_skip(t, mode, us, 0.0, ahead.most)
     if coarse + fine > 0:
         pieces = coarse * t.strides[mode] + fine
@@ -236,14 +228,14 @@ def skip_pieces(m, skips, s, kind, stop, window, buffers):
             if recorded:
                 contact = with_impulse(contact, contact.impulse + impulse_of(t, mode, coarse, fine, us))
         before = solves - after if steps > 0 else s.solves_before
-        x, v, a, g, u, b = motion_at(t.wall, us[2], rest)
+        x, v, a, g, u, b = motion_at(us[2], rest)
         offset = after * (m.h / parts)
         s = LocatedState(x, v, a, g, u, b, s.pressed, reached, offset, solves, before, since, contact)
     return s, TAKE_PIECE if max(coarse, fine) < ENTRIES else SKIP_ON
 
 
 @jit_no_alloc
-def integrate_skipping(packed, tables, whole, forces, state, stop, most, window, flat, sizes, wall):
+def integrate_skipping(packed, tables, whole, forces, state, stop, most, window, flat, sizes):
     """Integrate to the end of step ``stop`` of the grid as :func:`..time_stepping.located.integrate_located` does.
 
     A skip that reaches beyond is not made, as in :func:`.matrix_skip.integrate_skipping`.
@@ -254,15 +246,13 @@ def integrate_skipping(packed, tables, whole, forces, state, stop, most, window,
         As there.
     tables, whole
         A packed :class:`LocatedSkips`.
-    wall : AT_WALL or TWO_BODIES
-        Of :mod:`..parameters`: the loop is compiled once for each.
 
     Returns
     -------
     int
         As there; PAUSED, too, for want of tables: those of which ``counts`` is ASKED.
     """
-    m, skips, buffers = unpack_scheme(packed), unpack_skips(tables, whole, wall), unpack_buffers(flat, sizes)
+    m, skips, buffers = unpack_scheme(packed), unpack_skips(tables, whole), unpack_buffers(flat, sizes)
     s, status = unpack_state(state), OK
     pause = s.solves + most
     if s.offset == 0.0:

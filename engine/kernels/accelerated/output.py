@@ -14,9 +14,9 @@ from .step_map import ENTRIES, PRESSED
 @jit_inlined
 def state_at(t, pressed, z, coarse, middle, fine):
     """z after so many entries of each level, all with the same contact state."""
-    z = apply_transition(t.matrices[pressed, 2], z, coarse, t.wall)
-    z = apply_transition(t.matrices[pressed, 1], z, middle, t.wall)
-    return apply_transition(t.matrices[pressed, 0], z, fine, t.wall)
+    z = apply_transition(t.matrices[pressed, 2], z, coarse)
+    z = apply_transition(t.matrices[pressed, 1], z, middle)
+    return apply_transition(t.matrices[pressed, 0], z, fine)
 
 
 @jit_inlined
@@ -35,7 +35,7 @@ def motion_after(p, pressed, z, i, t):
     middle, fine = split(rest, int(strides[pressed, 1]))
     z = (*state_at(p.tables, pressed, z, coarse, middle, fine)[:4], c, s)  # before step t
     rows = p.tables.accelerations[pressed]
-    a1, a2 = dot(rows[0], z, p.tables.wall), dot(rows[1], z, p.tables.wall)
+    a1, a2 = dot(rows[0], z), dot(rows[1], z)
     x, gap = p.tables.origins[pressed, 0], p.tables.origins[pressed, 1]
     p1, q1, p2, q2 = z[0], z[1], z[0] + z[2], z[1] + z[3]
     return displaced(
@@ -51,11 +51,11 @@ def motion_after(p, pressed, z, i, t):
 def impulse_of(t, z, skip):
     """Δτ Σλ over the steps of a skip in contact."""
     total = t.origins[PRESSED, 2] * steps_of(t, PRESSED, skip)
-    total += dot(t.impulses[2, skip.coarse - 1], z, t.wall) if skip.coarse > 0 else 0.0
-    z = apply_transition(t.matrices[PRESSED, 2], z, skip.coarse, t.wall)
-    total += dot(t.impulses[1, skip.middle - 1], z, t.wall) if skip.middle > 0 else 0.0
-    z = apply_transition(t.matrices[PRESSED, 1], z, skip.middle, t.wall)
-    return total + (dot(t.impulses[0, skip.fine - 1], z, t.wall) if skip.fine > 0 else 0.0)
+    total += dot(t.impulses[2, skip.coarse - 1], z) if skip.coarse > 0 else 0.0
+    z = apply_transition(t.matrices[PRESSED, 2], z, skip.coarse)
+    total += dot(t.impulses[1, skip.middle - 1], z) if skip.middle > 0 else 0.0
+    z = apply_transition(t.matrices[PRESSED, 1], z, skip.middle)
+    return total + (dot(t.impulses[0, skip.fine - 1], z) if skip.fine > 0 else 0.0)
 
 
 @jit_no_alloc

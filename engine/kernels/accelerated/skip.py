@@ -33,7 +33,7 @@ from ..time_stepping.newmark import (
 )
 from .certificate import CHANGE, TAKE_STEP, certify_skip, steps_of
 from .output import impulse_of, motion_after, write_skipped
-from .step_map import turn_after, unpack_skipping
+from .step_map import unpack_skipping
 
 NOT_ASKED = (0.0, 0.0, 0.0, 0.0)  # a motion that no record asks for
 
@@ -48,11 +48,8 @@ class ExcitationPhase(NamedTuple):
 
 @jit_inlined
 def excitation_at(p, k):
-    """The excitation after k steps of a period; at a wall from tables, since a series takes a part of a skip's time."""
-    if p.tables.wall:
-        c, s = turn_after(p.tables.turns, p.shift, k)
-    else:
-        c, s = cos_sin(k * (1.0 / p.steps))
+    """The excitation after k steps of a period."""
+    c, s = cos_sin(k * (1.0 / p.steps))
     return ExcitationPhase(k, c, s)
 
 
@@ -60,8 +57,6 @@ def excitation_at(p, k):
 def relative_state(t, pressed, now, at):
     """z of the discrete solution, from which the next skip begins."""
     x, apart = t.origins[pressed, 0], t.origins[pressed, 1]
-    if t.wall:
-        return 0.0, 0.0, now.p2 - apart, now.q2, at.cosine, at.sine
     return now.p1 - x, now.q1, now.p2 - now.p1 - apart, now.q2 - now.q1, at.cosine, at.sine
 
 
@@ -70,12 +65,10 @@ def state_after_skip(p, now, skip, reached):
     """The discrete solution after a skip to step ``reached``; accelerations stay those of the last step taken."""
     pressed = int(now.pressed)
     t = p.tables
-    p1, q1, apart, drift, _, _ = apply_transition(t.matrices[pressed, 0], skip.beginning, skip.fine, t.wall)
+    p1, q1, apart, drift, _, _ = apply_transition(t.matrices[pressed, 0], skip.beginning, skip.fine)
     apart += t.origins[pressed, 1]
     gap = (-skip.signed_gap if now.pressed else skip.signed_gap) + p.scheme.touch
     after = now.pressed != (skip.outcome == CHANGE)
-    if t.wall:
-        return StepState(0.0, 0.0, apart, drift, now.a1, now.a2, gap, after, reached, now.contact)
     p1 += t.origins[pressed, 0]
     return StepState(p1, q1, p1 + apart, q1 + drift, now.a1, now.a2, gap, after, reached, now.contact)
 
@@ -104,7 +97,7 @@ def change_contact(m, now, there, closed, kept, buffers):
 
 
 @jit_no_alloc
-def integrate_skipping(packed, state, stop, window, flat, sizes, wall, full):
+def integrate_skipping(packed, state, stop, window, flat, sizes, full):
     """Integrate the discrete solution to the end of step ``stop``, as ``integrate_recorded`` does.
 
     Parameters
@@ -120,8 +113,6 @@ def integrate_skipping(packed, state, stop, window, flat, sizes, wall, full):
         sample, counted anew in each period.
     flat, sizes
         Packed record buffers. Nothing is recorded if they have no room for a section.
-    wall : AT_WALL or TWO_BODIES
-        Of :mod:`..parameters`: the loop is compiled once for each.
     full : bool
         Whether motion and impulse of an impact are asked for, and not only its instant and closing speed.
 
@@ -130,7 +121,7 @@ def integrate_skipping(packed, state, stop, window, flat, sizes, wall, full):
     int
         OK, DIVERGED or FULL.
     """
-    p, buffers, now, status = unpack_skipping(packed, wall), unpack_buffers(flat, sizes), unpack_state(state), OK
+    p, buffers, now, status = unpack_skipping(packed), unpack_buffers(flat, sizes), unpack_state(state), OK
     kept, sampled = buffers.section.shape[0] > 0, buffers.samples.shape[0] > 0
     at = excitation_at(p, now.step % p.steps)
     if sampled and now.step == window[1]:
@@ -173,9 +164,9 @@ def integrate_skipping(packed, state, stop, window, flat, sizes, wall, full):
 
 
 @jit_no_alloc
-def record_open_contact(packed, state, wall, stop, buffers):
+def record_open_contact(packed, state, stop, buffers):
     """Take the steps that are left of an open contact up to ``stop``, and record it as if it ended there."""
-    p, now = unpack_skipping(packed, wall), unpack_state(state)
+    p, now = unpack_skipping(packed), unpack_state(state)
     k = now.step % p.steps
     while now.step < stop:
         k = (k + 1) % p.steps

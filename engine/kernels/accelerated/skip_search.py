@@ -8,11 +8,6 @@ of which is formed when the tables are made (:mod:`engine.drivers.skip_tables`).
 
 Single steps are skipped by the sign of the rows. A skip ends before the first step of which a row is not positive, or
 so near to zero that rounding could change its sign.
-
-At a wall ξ₁ with its derivatives is zero. Where λ follows from g and g′, too (:mod:`.located_skip`), six numbers of u
-are left,
-
-    u = (g, g′, g″, cos ητ₀, sin ητ₀, 1).
 """
 
 from typing import NamedTuple
@@ -32,13 +27,12 @@ AFTER_STEP, AFTER_STRIDE, IN_MIDST, AT_WORTH = range(4)  # rows of ``SkipTables.
 FIRSTS = AT_WORTH + 1
 LEAST = 5  # row of the work space of a skip: what each watched row must exceed
 UNLIMITED = 1 << 62
-ALONE = 6  # numbers of u at a wall
 WORTHWHILE = 64  # steps that a skip by the coarser level has at least
 NOT_YET = -1  # entries of the coarser level that pays some steps later
 
 
 class SkipTables(NamedTuple):
-    """What many steps of each mode do; M modes, R the most watched rows of one. At a wall COLUMNS stands for ALONE."""
+    """What many steps of each mode do; M modes, R the most watched rows of one."""
 
     rows: np.ndarray  # (M, R, LEVELS, CHUNKS, COLUMNS, CHUNK) watched rows after 1 … ENTRIES strides
     firsts: np.ndarray  # (M, R, FIRSTS, COLUMNS) … after a step, a stride, half of WORTHWHILE steps, and as many
@@ -55,36 +49,27 @@ class SkipTables(NamedTuple):
     dips: np.ndarray  # the same shape: how far it may fall within a step
     rates: np.ndarray  # (RISING, COLUMNS, CHUNK) g′ of a flight at the beginning of each step; none without dips
     period: float  # of the excitation
-    wall: tuple | None  # AT_WALL where u has ALONE numbers, else TWO_BODIES (see ..parameters)
 
 
 @jit_inlined
-def columns_of(wall):
-    """Numbers of u."""
-    return ALONE if wall else COLUMNS
-
-
-@jit_inlined
-def dot(row, u, wall):
+def dot(row, u):
     """A row, or a column of a table, times u."""
     value = 0.0
-    for i in range(columns_of(wall)):
+    for i in range(COLUMNS):
         value += row[i] * u[i]
     return value
 
 
 @jit_inlined
-def value_of(row, u, wall):
+def value_of(row, u):
     """The same, by a shorter chain of sums."""
-    if wall:
-        return (row[0] * u[0] + row[1] * u[1]) + (row[2] * u[2] + row[3] * u[3]) + (row[4] * u[4] + row[5] * u[5])
     value = (row[0] * u[0] + row[1] * u[1] + row[2] * u[2]) + (row[3] * u[3] + row[4] * u[4] + row[5] * u[5])
     return value + ((row[6] * u[6] + row[7] * u[7]) + (row[8] * u[8] + row[9] * u[9]))
 
 
 @jit_no_alloc
-def steps_above_of_two(rows, u, bound, most):
-    """As :func:`steps_above`, of two bodies."""
+def steps_above(rows, u, bound, most):
+    """Entries, at most so many, before the first whose row times u does not exceed the bound."""
     u0, u1, u2, u3, u4, u5, u6, u7, u8, u9 = u[0], u[1], u[2], u[3], u[4], u[5], u[6], u[7], u[8], u[9]
     none = np.int32(CHUNK)  # indices of half the size: fewer vector instructions
     for c in range((most + CHUNK - 1) // CHUNK):
@@ -98,34 +83,11 @@ def steps_above_of_two(rows, u, bound, most):
     return most
 
 
-@jit_no_alloc
-def steps_above_at_wall(rows, u, bound, most):
-    """As :func:`steps_above`, of one body at a wall."""
-    u0, u1, u2, u3, u4, u5 = u[0], u[1], u[2], u[3], u[4], u[5]
-    none = np.int32(CHUNK)
-    for c in range((most + CHUNK - 1) // CHUNK):
-        r, first = rows[c], none
-        for j in range(CHUNK):
-            value = (r[0, j] * u0 + r[1, j] * u1) + (r[2, j] * u2 + r[3, j] * u3) + (r[4, j] * u4 + r[5, j] * u5)
-            first = min(first, none if value > bound else np.int32(j))
-        if first < none:
-            return min(most, c * CHUNK + int(first))
-    return most
-
-
 @jit_inlined
-def steps_above(rows, u, bound, most, wall):
-    """Entries, at most so many, before the first whose row times u does not exceed the bound."""
-    if wall:
-        return steps_above_at_wall(rows, u, bound, most)
-    return steps_above_of_two(rows, u, bound, most)
-
-
-@jit_inlined
-def bound_of(row, u, wall):
+def bound_of(row, u):
     """A row of bounds times |u|."""
     value = 0.0
-    for i in range(columns_of(wall)):
+    for i in range(COLUMNS):
         value += row[i] * abs(u[i])
     return value
 
@@ -145,19 +107,19 @@ def coarse_entries(t, mode, u, least):
     for r in range(t.counts[mode]):  # most contacts end sooner than the level is worth its search
         if is_implied(t, mode, r):
             continue
-        midst = value_of(t.firsts[mode, r, IN_MIDST], u, t.wall)
-        if not min(midst, value_of(t.firsts[mode, r, AT_WORTH], u, t.wall)) > least[r]:
+        midst = value_of(t.firsts[mode, r, IN_MIDST], u)
+        if not min(midst, value_of(t.firsts[mode, r, AT_WORTH], u)) > least[r]:
             return 0
     for r in range(t.counts[mode]):
         if is_implied(t, mode, r):
             continue
-        bound = bound_of(t.bounds[mode, r], u, t.wall)
+        bound = bound_of(t.bounds[mode, r], u)
         # a row that is small at the next step and grows to v at the first entry: the chord lies above its share of v,
         # and the row at most 4 times this share of the bound below the chord
-        near, first = dot(t.firsts[mode, r, AFTER_STEP], u, t.wall), dot(t.firsts[mode, r, AFTER_STRIDE], u, t.wall)
+        near, first = dot(t.firsts[mode, r, AFTER_STEP], u), dot(t.firsts[mode, r, AFTER_STRIDE], u)
         if not (near > bound + least[r] or (near > least[r] and first > 4.0 * bound + least[r])):
             return NOT_YET
-        entries = steps_above(t.rows[mode, r, 1], u, bound + least[r], entries, t.wall)
+        entries = steps_above(t.rows[mode, r, 1], u, bound + least[r], entries)
         if entries * stride < WORTHWHILE:
             return 0
     return entries
@@ -167,7 +129,7 @@ def coarse_entries(t, mode, u, least):
 def steps_of_rows(t, mode, count, u, least, entries):
     """Single steps, at most so many, before one at which one of the first watched rows, ``count``, is not positive."""
     for r in range(count):
-        entries = steps_above(t.rows[mode, r, 0], u, least[r], entries, t.wall)
+        entries = steps_above(t.rows[mode, r, 0], u, least[r], entries)
     return entries
 
 
@@ -176,7 +138,7 @@ def first_step_stays(t, mode, count, u, least):
     """Whether these rows are positive for the next step."""
     stays = True
     for r in range(count):
-        stays = stays and value_of(t.firsts[mode, r, AFTER_STEP], u, t.wall) > least[r]
+        stays = stays and value_of(t.firsts[mode, r, AFTER_STEP], u) > least[r]
     return stays
 
 
@@ -192,25 +154,12 @@ def apply(columns, u, out):
     out[5], out[6], out[7], out[8], out[9] = v5, v6, v7, v8, v9
 
 
-@jit_no_alloc
-def apply_at_wall(columns, u, out):
-    """The same at a wall."""
-    v0, v1, v2, v3, v4, v5 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-    for j in range(ALONE):
-        c, x = columns[j], u[j]
-        v0, v1, v2 = v0 + c[0] * x, v1 + c[1] * x, v2 + c[2] * x
-        v3, v4, v5 = v3 + c[3] * x, v4 + c[4] * x, v5 + c[5] * x
-    out[0], out[1], out[2], out[3], out[4], out[5] = v0, v1, v2, v3, v4, v5
-
-
 @jit_inlined
 def carry(t, mode, level, entries, u, out):
     """Write u after so many entries of a level."""
     if entries == 0:
-        for i in range(columns_of(t.wall)):
+        for i in range(COLUMNS):
             out[i] = u[i]
-    elif t.wall:
-        apply_at_wall(t.columns[mode, level, entries - 1], u, out)
     else:
         apply(t.columns[mode, level, entries - 1], u, out)
 
@@ -218,28 +167,26 @@ def carry(t, mode, level, entries, u, out):
 @jit_inlined
 def reach_of(t, u):
     """How far the motion may go within a period."""
-    if t.wall:
-        return abs(u[0]) + t.period * abs(u[1])
     return abs(u[0]) + abs(u[1]) + t.period * (abs(u[2]) + abs(u[3]))
 
 
 @jit_inlined
 def extent_of(t, u):
     """Sum of the displacements, by which rounding is judged."""
-    return abs(u[0]) if t.wall else abs(u[0]) + abs(u[1])
+    return abs(u[0]) + abs(u[1])
 
 
 @jit_inlined
 def gap_rate_of(t, u):
     """g′."""
-    return u[1] if t.wall else u[3]
+    return u[3]
 
 
 @jit_inlined
 def rising_steps(t, us, noise):
     """As :func:`find_skip`, of a flight whose first step ends within the dip: those at whose beginning it rises."""
-    positive = steps_above(t.rows[FREE, 0, 0], us[0], noise, RISING * CHUNK, t.wall)
-    steps = steps_above(t.rates, us[0], 0.0, positive, t.wall)
+    positive = steps_above(t.rows[FREE, 0, 0], us[0], noise, RISING * CHUNK)
+    steps = steps_above(t.rates, us[0], 0.0, positive)
     carry(t, FREE, 0, steps, us[0], us[2])
     carry(t, FREE, 1, 0, us[0], us[1])
     return 0, steps
@@ -256,13 +203,13 @@ def find_skip(t, mode, us, touch, most):
         return 0, 0
     noise = CERTAIN * (extent_of(t, u) + abs(touch))
     for r in range(t.counts[mode]):
-        dip = bound_of(t.dips[mode, r], u, t.wall)
-        if not dot(t.begins[mode, r], u, t.wall) > dip:
+        dip = bound_of(t.dips[mode, r], u)
+        if not dot(t.begins[mode, r], u) > dip:
             rises = mode == FREE and gap_rate_of(t, u) > 0.0
             if not rises:
                 return 0, 0
         least[r] = noise * t.sizes[mode, r] + dip
-    if rises and not dot(t.firsts[FREE, 0, AFTER_STEP], u, t.wall) > least[0]:
+    if rises and not dot(t.firsts[FREE, 0, AFTER_STEP], u) > least[0]:
         return rising_steps(t, us, noise)
     coarse = max(coarse_entries(t, mode, u, least), 0)
     if coarse * stride > most:
@@ -293,13 +240,13 @@ def find_steps(t, mode, us, touch):
         fine = steps_of_rows(t, mode, t.sought[mode], us[1], least, most)
         if deciding < t.counts[mode]:
             gaps, within = t.rows[mode, deciding, 0], fine
-            fine = steps_above(gaps, us[1], least[deciding], within, t.wall)
+            fine = steps_above(gaps, us[1], least[deciding], within)
             # the step at whose end the gap is on the other side is of this mode, too
             if fine < within:
-                turns = dot(gaps[fine // CHUNK, :, fine % CHUNK], us[1], t.wall) < -least[deciding]
+                turns = dot(gaps[fine // CHUNK, :, fine % CHUNK], us[1]) < -least[deciding]
                 for r in range(t.sought[mode], deciding):
                     row = t.rows[mode, r, 0, fine // CHUNK, :, fine % CHUNK]
-                    turns = turns and dot(row, us[1], t.wall) > least[r]
+                    turns = turns and dot(row, us[1]) > least[r]
                 fine += int(turns)
     carry(t, mode, 0, fine, us[1], us[2])
     return (coarse, fine, turns) if reach_of(t, us[2]) < FAR else (0, 0, False)
@@ -308,8 +255,8 @@ def find_steps(t, mode, us, touch):
 @jit_inlined
 def impulse_of(t, mode, coarse, fine, us):
     """Δτ Σλ over the steps of a skip."""
-    total = dot(t.impulses[mode, 1, coarse - 1], us[0], t.wall) if coarse > 0 else 0.0
-    return total + (dot(t.impulses[mode, 0, fine - 1], us[1], t.wall) if fine > 0 else 0.0)
+    total = dot(t.impulses[mode, 1, coarse - 1], us[0]) if coarse > 0 else 0.0
+    return total + (dot(t.impulses[mode, 0, fine - 1], us[1]) if fine > 0 else 0.0)
 
 
 @jit_inlined

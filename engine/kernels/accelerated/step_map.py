@@ -29,14 +29,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..compile.options import jit, jit_inlined, jit_no_alloc
-from ..compile.packing import GIVEN, Layout
-from ..equations.contact_law import contact_rate
-from ..equations.motion import coefficients, free_equilibrium, pressed_equilibrium
+from ..compile.options import jit, jit_no_alloc
+from ..compile.packing import Layout
+from ..equations.motion import free_equilibrium, pressed_equilibrium
 from ..equations.rates import free_rate, pressed_rate
-from ..linear.cos_sin import cos_sin
 from ..linear.matrices import fill_powers, image, raise_to_images, raise_within
-from ..parameters import FOR_CONTACT, FOR_FLIGHT, STEPS, TWO_BODIES, renew_key, unpack_parameters
+from ..parameters import FOR_CONTACT, FOR_FLIGHT, renew_key, unpack_parameters
 from ..time_stepping.newmark import Scheme, phased, scheme_of
 
 FREE, PRESSED = 0, 1  # contact states
@@ -44,8 +42,6 @@ LEVELS = 3
 ENTRIES = 128  # of a level
 REACHES = 0.15, 1.0  # |ν| times the longest stride, free and pressed: bounds are tight enough for most flights …
 SAMPLED = 0.25  # … if suprema are taken over steps no further apart than this
-FEW_AT_WALL = 64  # steps that are searched one by one at a wall: a level saves no time there
-TURNS = 4096  # its square is more than the steps of a period can be
 LONGEST = ENTRIES * ENTRIES // 2  # longest stride: every step is then one entry of each level away
 
 
@@ -66,8 +62,6 @@ class StepTables(NamedTuple):
     curvatures: np.ndarray  # (2, LEVELS, 6) bound of b between entries
     accelerations: np.ndarray  # (2, 2, 6) Δτ² ξ″ at the end of the next step
     impulses: np.ndarray  # (LEVELS, ENTRIES, 6) Δτ Σλ over the steps up to each entry, pressed, less that at rest
-    turns: np.ndarray  # (2, TURNS, 2) cos ητ and sin ητ after k steps, and after k times 2^shift steps; at a wall only
-    wall: tuple | None  # AT_WALL where the first two numbers of z are zero, else TWO_BODIES (see ..parameters)
     surfaces: np.ndarray  # (2,) what is tabulated as signed gap where the bodies touch
     origins: np.ndarray  # (2, 3) equilibrium less that of the separated bodies: ξ₁, gap; Δτ λ there
     strides: np.ndarray  # (2, LEVELS) steps from entry to entry; 0 if there is no such level
@@ -78,8 +72,6 @@ class SkippingScheme(NamedTuple):
 
     tables: StepTables
     steps: int  # n
-    shift: int  # of tables.turns
-    midst: int  # steps after the beginning of a contact in the midst of the cycle's other half, at most FEW_AT_WALL
     scheme: Scheme
 
 
@@ -90,15 +82,13 @@ TABLES = Layout(
     curvatures=(2, LEVELS, 6),
     accelerations=(2, 2, 6),
     impulses=(LEVELS, ENTRIES, 6),
-    turns=(2, TURNS, 2),
-    wall=GIVEN,
     surfaces=(2,),
     origins=(2, 3),
     strides=(2, LEVELS),
 )
 SKIPPING = Layout(SkippingScheme, tables=TABLES, scheme=Layout(Scheme))
 unpack_skipping = SKIPPING.unpack
-_write_numbers = SKIPPING.writer("steps", "shift", "midst", "scheme")
+_write_numbers = SKIPPING.writer("steps", "scheme")
 
 
 @jit
@@ -139,29 +129,29 @@ def step_map(m, eta, contact):
 
 
 @jit_no_alloc
-def fill_signed_gaps(signed_gaps, first, matrices, one_body):
+def fill_signed_gaps(signed_gaps, first, matrices):
     """Write the signed gaps of a level, of which the first is given."""
     g = signed_gaps
     for i in range(6):
         g[i, 0] = first[i]
     for j in range(1, ENTRIES):
-        g[0, j], g[1, j], g[2, j], g[3, j], g[4, j], g[5, j] = image(first, matrices[j - 1], one_body)
+        g[0, j], g[1, j], g[2, j], g[3, j], g[4, j], g[5, j] = image(first, matrices[j - 1])
 
 
 @jit_no_alloc
-def fill_impulses(impulses, first, matrices, one_body):
+def fill_impulses(impulses, first, matrices):
     """Write the impulses over the strides of a level, of which the first is given."""
     out = impulses
     s0, s1, s2, s3, s4, s5 = first[0], first[1], first[2], first[3], first[4], first[5]
     out[0, 0], out[0, 1], out[0, 2], out[0, 3], out[0, 4], out[0, 5] = s0, s1, s2, s3, s4, s5
     for j in range(1, ENTRIES):
-        f0, f1, f2, f3, f4, f5 = image(first, matrices[j - 1], one_body)
+        f0, f1, f2, f3, f4, f5 = image(first, matrices[j - 1])
         s0, s1, s2, s3, s4, s5 = s0 + f0, s1 + f1, s2 + f2, s3 + f3, s4 + f4, s5 + f5
         out[j, 0], out[j, 1], out[j, 2], out[j, 3], out[j, 4], out[j, 5] = s0, s1, s2, s3, s4, s5
 
 
 @jit
-def fill_curvature(tables, state, level, one, one_body):
+def fill_curvature(tables, state, level, one):
     """Write the bound b of a level.
 
     The supremum is taken over some steps of each stride, entries of the level below. It is extended to the steps that
@@ -173,13 +163,13 @@ def fill_curvature(tables, state, level, one, one_body):
     for i in range(6):
         change[i, i] -= 1.0
         bound[i] = 0.0
-    curvature = image(image(one.gap, change, one_body), change, one_body)
+    curvature = image(image(one.gap, change), change)
     entries = int(strides[level] / strides[level - 1])
     apart = math.ceil(entries * SAMPLED / REACHES[state])
     for k in range(0, entries, apart):
-        moved = image(curvature, below[k - 1], one_body) if k > 0 else curvature
-        raise_to_images(bound, moved, matrices, one_body)
-    raise_within(bound, change, apart * strides[level - 1], one_body)
+        moved = image(curvature, below[k - 1]) if k > 0 else curvature
+        raise_to_images(bound, moved, matrices)
+    raise_within(bound, change, apart * strides[level - 1])
     for i in range(6):
         bound[i] *= strides[level] ** 2 / 8
 
@@ -210,36 +200,12 @@ def fill_tables(tables, m, eta, state, rate):
             k = int(strides[level] / strides[level - 1]) - 1
             gap, impulse = signed_gaps[level - 1, :, k].copy(), tables.impulses[level - 1, k]
             stride = matrices[level - 1, k]
-        fill_powers(matrices[level], stride, m.wall)
-        fill_signed_gaps(signed_gaps[level], gap, matrices[level], m.wall)
+        fill_powers(matrices[level], stride)
+        fill_signed_gaps(signed_gaps[level], gap, matrices[level])
         if state == PRESSED:
-            fill_impulses(tables.impulses[level], impulse, matrices[level], m.wall)
+            fill_impulses(tables.impulses[level], impulse, matrices[level])
         if level > 0:
-            fill_curvature(tables, state, level, one, m.wall)
-
-
-@jit
-def fill_turns(turns, n, shift):
-    """Write the excitation after single steps of a period, and after every 2^shift-th, in all some 2√n of them."""
-    for k in range(1 << shift):
-        turns[0, k] = cos_sin(k / n % 1.0)
-    for k in range((int(n) >> shift) + 1):
-        turns[1, k] = cos_sin((k << shift) / n % 1.0)
-
-
-@jit_inlined
-def turn_after(turns, shift, k):
-    """cos ητ and sin ητ after k steps of a period, from what :func:`fill_turns` writes."""
-    c, s = turns[1, k >> shift, 0], turns[1, k >> shift, 1]
-    k &= (1 << shift) - 1
-    return c * turns[0, k, 0] - s * turns[0, k, 1], s * turns[0, k, 0] + c * turns[0, k, 1]
-
-
-@jit
-def steps_to_midst(p, h):
-    """Steps, at most FEW_AT_WALL, of three quarters of a cycle of the contact mode: most contacts last two quarters."""
-    rate = contact_rate(p.stiffness, p.damping, coefficients(p).inverse_mass)
-    return int(max(1.0, min(FEW_AT_WALL, 1.5 * math.pi / (rate * h))))
+            fill_curvature(tables, state, level, one)
 
 
 @jit
@@ -253,12 +219,9 @@ def set_up_skipping(packed, keys, row):
         The parameters for which the tables in ``packed`` were made; changed in place.
     row : (len(Parameters),) float64
     """
-    p, tables = unpack_parameters(row), unpack_skipping(packed, TWO_BODIES).tables
+    p, tables = unpack_parameters(row), unpack_skipping(packed).tables
     m, rates, counts = scheme_of(p), (free_rate(p), pressed_rate(p)), (FOR_FLIGHT, FOR_CONTACT)
-    shift = math.ceil(0.5 * math.log2(p.steps))
-    _write_numbers(packed, p.steps, shift, steps_to_midst(p, m.h), m)
-    if p.wall > 0.0 and keys[FREE, STEPS] != p.steps:
-        fill_turns(tables.turns, p.steps, shift)
+    _write_numbers(packed, p.steps, m)
     for state in range(2):  # a literal 0 or 1 would be compiled twice
         if renew_key(keys[state], row, counts[state]):
             fill_tables(tables, m, p.eta, state, rates[state])

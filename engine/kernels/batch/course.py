@@ -12,7 +12,6 @@ from ..compile.record import unpack_buffers
 from ..event_driven import output
 from ..event_driven.integrate import MOST_PAUSES, integrate
 from ..event_driven.state import unpack_state, unpack_system
-from ..parameters import AT_WALL, TWO_BODIES
 from ..status import FULL, OK, PAUSED, UNRESOLVED, WITHDRAWN
 from ..time_stepping.newmark import unpack_state as unpack_step_state
 from .recurrence import CYCLE, event_state_recurs, step_state_recurs
@@ -20,9 +19,8 @@ from .recurrence import CYCLE, event_state_recurs, step_state_recurs
 REFERENCE, EXACT, SKIPPING = range(3)  # how a cell is solved
 
 
-# Each loop over the motion is compiled once for two bodies and once for a wall, and called here for either: what sets
-# up, logs and describes a cell is compiled once for both. A constant that is handed on has the type of a variable, not
-# a type of its own for which everything that it reaches would be compiled again.
+# A constant that is handed on has the type of a variable, not a type of its own for which everything that it reaches
+# would be compiled again.
 BRIEFLY, NO_ORIGIN = np.bool_(False), np.int64(0)  # events without their motion; the origin of a record of nothing
 
 
@@ -35,10 +33,7 @@ def integrate_events(work, plan, p, stop, log, record, signals):
     flat, sizes, origin = record
     window, pauses, paused_in = (float(origin), float(stop)), 0, -1.0
     while signals[0] == 0:
-        if plan.wall:
-            status, _, _ = integrate(work.packed, work.state, float(stop), window, flat, sizes, AT_WALL, None)
-        else:
-            status, _, _ = integrate(work.packed, work.state, float(stop), window, flat, sizes, TWO_BODIES, None)
+        status, _, _ = integrate(work.packed, work.state, float(stop), window, flat, sizes, None)
         if status == FULL:
             log_events(work, p, log, record)
         elif status == PAUSED:
@@ -59,10 +54,7 @@ def integrate_steps(work, plan, p, stop, log, record, signals):
     n = int(p.steps)
     window = (origin * n, stop * n, n)
     while signals[0] == 0:
-        if plan.wall:
-            status = integrate_skipping(work.packed, work.state, stop * n, window, flat, sizes, AT_WALL, BRIEFLY)
-        else:
-            status = integrate_skipping(work.packed, work.state, stop * n, window, flat, sizes, TWO_BODIES, BRIEFLY)
+        status = integrate_skipping(work.packed, work.state, stop * n, window, flat, sizes, BRIEFLY)
         if status != FULL:
             return status
         log_events(work, p, log, record)
@@ -94,10 +86,10 @@ def log_open_contact(work, plan, p, stop, log, record):
     buffers = unpack_buffers(flat, sizes)
     if plan.kind == SKIPPING:
         if unpack_step_state(work.state).pressed:
-            record_open_steps(work.packed, work.state, plan.wall, stop * int(p.steps), buffers)
+            record_open_steps(work.packed, work.state, stop * int(p.steps), buffers)
     else:
         window = (float(origin), float(stop))
-        system = unpack_system(work.packed, plan.wall)
+        system = unpack_system(work.packed)
         output.record_open_contact(system, unpack_state(work.state), float(stop), window, buffers)
     log_events(work, p, log, record)
 

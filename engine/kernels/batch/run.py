@@ -27,7 +27,6 @@ class BatchPlan(NamedTuple):
     sample: int
     early_stop: bool
     coordinates: np.ndarray  # (c,) int64
-    wall: bool
     completion: float  # of a chatter (engine.drivers.event_driven)
 
 
@@ -84,7 +83,7 @@ def begin(work, plan, p, start):
     if plan.kind == SKIPPING:
         write_step_state(work.state, step_start_state(scheme_of(p), p, start))
     else:
-        system = unpack_system(work.packed, plan.wall)
+        system = unpack_system(work.packed)
         x1, v1, gap, rate = contact_coordinates(system, start[0], start[1], start[2], start[3])
         if plan.kind == REFERENCE:  # not even by rounding
             gap = max(gap, 0.0)
@@ -126,7 +125,7 @@ def run_cells(cells, places, plan, work, results, signals, slot):
 def describe_cell(work, plan, p, results, i):
     """Write the description, the section and the end of a cell from its log."""
     log = work.log
-    statistics.describe(log, plan.sample, -1, p.wall > 0.0, results.numbers[i])
+    statistics.describe(log, plan.sample, -1, 2 - int(p.wall), results.numbers[i])
     for j in range(plan.sample):
         for c in range(plan.coordinates.size):
             results.section[i, j, c] = log[j, statistics.SECTION + plan.coordinates[c]]

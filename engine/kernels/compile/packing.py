@@ -15,7 +15,6 @@ import numpy as np
 
 from .options import uncompiled
 
-GIVEN = object()  # as a field of a layout: takes no room, and is handed to ``unpack`` as an argument of its name
 LANES = 8  # numbers in a cache line and in the longest vector register
 
 
@@ -47,17 +46,15 @@ class Layout:
     kind : type
         A NamedTuple. Fields annotated float, int or bool take one number each; ``np.ndarray`` and ``tuple``, nested if
         it has more dimensions, as many as its shape says; a nested NamedTuple what its own layout says.
-    **fields : tuple of int, Layout or GIVEN
-        The shape of each array or tuple and the layout of each nested NamedTuple, by name; GIVEN for what is not
-        packed. Its type is that of the argument, so that the compiler may know what it is.
+    **fields : tuple of int, or Layout
+        The shape of each array or tuple and the layout of each nested NamedTuple, by name.
 
     Attributes
     ----------
     size : int
         Numbers in a packed array.
     unpack : compiled function
-        ``unpack(packed)`` returns the NamedTuple; its arrays are views of the packed one. Where this layout or one in
-        it has a given field, of one name in all of them, that is the second argument.
+        ``unpack(packed)`` returns the NamedTuple; its arrays are views of the packed one.
     write : compiled function
         ``write(packed, value)`` copies a NamedTuple into the packed array.
     """
@@ -66,16 +63,16 @@ class Layout:
         self.kind = kind
         self.fields = fields
         self.size = sum(self._length(name) for name in kind._fields)
-        self.unpack = self._generate(", ".join(("packed", *sorted(self._given()))), [f"return {self._reading(0)}"])
+        self.unpack = self._generate("packed", [f"return {self._reading(0)}"])
         self.write = self._generate("packed, value", self._writing("value", 0))
 
     def zeros(self) -> np.ndarray:
         """A packed array of zeros."""
         return aligned_zeros(self.size)
 
-    def read(self, packed: np.ndarray, *given) -> NamedTuple:
+    def read(self, packed: np.ndarray) -> NamedTuple:
         """As ``unpack``, from Python."""
-        return uncompiled(self.unpack)(packed, *given)
+        return uncompiled(self.unpack)(packed)
 
     def pack(self, value: NamedTuple) -> np.ndarray:
         """A packed array that holds a NamedTuple."""
@@ -95,8 +92,6 @@ class Layout:
 
     def _length(self, name: str) -> int:
         field = self.fields.get(name, ())
-        if field is GIVEN:
-            return 0
         return field.size if isinstance(field, Layout) else math.prod(field)
 
     def _reading(self, at: int) -> str:
@@ -110,8 +105,6 @@ class Layout:
         field, end = self.fields.get(name), at + self._length(name)
         if isinstance(field, Layout):
             return field._reading(at)
-        if field is GIVEN:
-            return name
         if self.kind.__annotations__[name] is tuple:
             return _nested_reading(field, at)
         if field is not None:
@@ -130,8 +123,6 @@ class Layout:
         field, end = self.fields.get(name), at + self._length(name)
         if isinstance(field, Layout):
             return field._writing(value, at)
-        if field is GIVEN:
-            return []
         if self.kind.__annotations__[name] is tuple:
             return [f"packed[{at + i}] = {value}{each}" for i, each in enumerate(_subscripts(field))]
         if field is not None:
@@ -144,10 +135,6 @@ class Layout:
         body = "\n    ".join(lines)
         exec(f"def generated({arguments}):\n    {body}\n", names)
         return numba.njit(names["generated"], inline="always")
-
-    def _given(self) -> set[str]:
-        nested = (field._given() for field in self.fields.values() if isinstance(field, Layout))
-        return {name for name, field in self.fields.items() if field is GIVEN}.union(*nested)
 
     def _kinds(self):
         yield self.kind.__name__, self.kind

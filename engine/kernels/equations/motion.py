@@ -31,7 +31,8 @@ series, the bodies rest at
     ξ₁* = ξ₁ₛ + κ̂gₛ,     g* = 0,   λ* = −κ̂gₛ             joined (ξ₁* is ξⱼ of (4))
     ξ₁* = ξ₁ₛ + Kg*,     g* = gₛκ̂/(κ̂ + K)                pressed together by a spring K
 
-A *wall* takes the place of body 1 (:mod:`..parameters`): its ξ₁ stays zero, and it feels neither force nor contact.
+A *wall* takes the place of body 1 (:mod:`..parameters`): neither −b″ and f₁ nor λ act in (1), so that ξ₁ stays zero,
+and the f of (3), which drives the gap between the wall and the body, is b″ − f₁.
 """
 
 from typing import NamedTuple
@@ -54,7 +55,7 @@ class Coefficients(NamedTuple):
     stiffening: float  # k₂ − k₁ as (κ − 1)(κ + 1), to all digits where κ is close to 1
     mu: float  # μ = m₂/m₁
     react1: float  # acceleration of body 1 by a unit of contact force: 1, 0 of a wall
-    inverse_mass: float  # 1 + 1/μ, the inverse of the reduced mass
+    inverse_mass: float  # the inverse of the reduced mass: 1 + 1/μ, 1 at a wall
 
 
 @jit
@@ -81,6 +82,12 @@ def accelerations(c, x1, v1, x2, v2, contact_force, cosine, sine):
 
 
 @jit
+def joint_share(p):
+    """What body 1 gains of a relative velocity, or of a relative acceleration, by joining: μ/(1 + μ), 0 of a wall."""
+    return coefficients(p).react1 * p.mass_share
+
+
+@jit
 def free_equilibrium(p):
     """ξ₁ and gap of the static equilibrium of the separated bodies."""
     return p.free_position, p.free_gap
@@ -89,14 +96,14 @@ def free_equilibrium(p):
 @jit
 def joined_equilibrium(p):
     """ξ₁ and gap of the static equilibrium of the joined bodies."""
-    return (0.0 if p.wall > 0.0 else p.free_position + p.stiffness_share * p.free_gap), 0.0
+    return p.free_position + coefficients(p).react1 * (p.stiffness_share * p.free_gap), 0.0
 
 
 @jit
 def pressed_equilibrium(p):
     """ξ₁ and gap of the static equilibrium of the bodies pressed together by a spring."""
     gap = p.free_gap * p.stiffness_share / (p.stiffness_share + p.stiffness)
-    return (0.0 if p.wall > 0.0 else p.free_position + p.stiffness * gap), gap
+    return p.free_position + coefficients(p).react1 * (p.stiffness * gap), gap
 
 
 @jit
@@ -115,9 +122,8 @@ def pressed_generator(p):
     """Generator in penalty contact, whose force is linear in g and g′, Eq. (5)."""
     c, a = coefficients(p), separated_generator(p)
     by_gap, by_rate = force(p.stiffness, p.damping, 1.0, 0.0), force(p.stiffness, p.damping, 0.0, 1.0)
-    if p.wall == 0.0:
-        a[1, 2] -= by_gap
-        a[1, 3] -= by_rate
+    a[1, 2] -= c.react1 * by_gap
+    a[1, 3] -= c.react1 * by_rate
     a[3, 2] += c.inverse_mass * by_gap
     a[3, 3] += c.inverse_mass * by_rate
     return a
@@ -129,6 +135,6 @@ def joined_generator(p):
     c, a = coefficients(p), np.zeros((4, 6))
     a[0, 1] = 1.0
     a[1, 0], a[1, 1] = -p.kappa3 * p.kappa3, -2.0 * p.d3 * p.kappa3  # Eq. (4)
-    if p.wall == 0.0:
-        a[1, 4], a[1, 5] = c.load1[0] + p.mass_share * c.push[0], c.load1[1] + p.mass_share * c.push[1]
+    share = joint_share(p)
+    a[1, 4], a[1, 5] = c.load1[0] + share * c.push[0], c.load1[1] + share * c.push[1]
     return a

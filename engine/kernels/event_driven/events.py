@@ -33,7 +33,7 @@ def first_nonzero_derivative(p, phase, z, start):
     """
     for order in range(start, HIGHEST_ORDER + 1):
         value, scale = 0.0, 0.0
-        for i in range(2 if p.wall else 0, 6):
+        for i in range(6):
             term = phase.rows[i, POWERS + order] * z[i]
             value += term
             scale += abs(term)
@@ -113,6 +113,15 @@ def resolve_collision(p, a):
 
 
 @jit_inlined
+def is_hidden(p, a):
+    """Whether rounding hides the rate with which a flight begins, so that higher derivatives decide.
+
+    What rounds is the motion of body 1, if it is no wall, and the distance of the gap from its equilibrium.
+    """
+    return a.rate <= ROUNDING * (abs(a.v1) + abs(a.x1) + abs(p.flight.gap))
+
+
+@jit_inlined
 def resolve_flight_start(p, a):
     """The hybrid state after what the start of a flight alone decides: the rest of a chatter, or too slow a start."""
     if a.mode != FLIGHT or a.order != 1.0:
@@ -124,9 +133,8 @@ def resolve_flight_start(p, a):
             return begin_contact(
                 p, later_state(p, a, s, (x + p.flight.position, v, 0.0, 0.0), FLIGHT, 0.0, a.contact), 0.0, 0.0
             )
-    # a wall does not move: what rounds beside it is the way of the body to its equilibrium
-    if a.rate <= ROUNDING * (abs(p.flight.gap) if p.wall else abs(a.v1) + abs(a.x1)):
-        return separate_or_touch(p, a, 2)  # rounding hides so slow a rate: higher derivatives decide
+    if is_hidden(p, a):
+        return separate_or_touch(p, a, 2)
     return a
 
 

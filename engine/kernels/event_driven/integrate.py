@@ -54,8 +54,7 @@ def drop_fast_part(p, a):
     if a.mode != CONTACT or a.order > 0.0 or not p.stiff:
         return a
     z = linear_state(p, p.contact, a)
-    x1, v1 = dot(p.fast[0], z, p.wall), dot(p.fast[1], z, p.wall)
-    gap, rate = dot(p.fast[2], z, p.wall), dot(p.fast[3], z, p.wall)
+    x1, v1, gap, rate = dot(p.fast[0], z), dot(p.fast[1], z), dot(p.fast[2], z), dot(p.fast[3], z)
     if abs(gap) + abs(rate) * p.contact.spacing > LOST * abs(a.gap):
         return a
     slow = a.x1 - x1, a.v1 - v1, a.gap - gap, a.rate - rate
@@ -82,7 +81,7 @@ def end_of_block(p, phase, a, z):
 
 
 @jit_no_alloc
-def integrate(packed, state, stop, window, flat, sizes, wall, variation):
+def integrate(packed, state, stop, window, flat, sizes, variation):
     """Integrate the motion to the end of period ``stop``.
 
     Parameters
@@ -98,8 +97,6 @@ def integrate(packed, state, stop, window, flat, sizes, wall, variation):
         Period at which the section begins, period at which sampling begins.
     flat, sizes
         Packed record buffers. Nothing is recorded if they have no room for a section.
-    wall : AT_WALL or TWO_BODIES
-        Of :mod:`..parameters`: the loop is compiled once for each.
     variation : Variation or None
         What small changes of the start change, at τ = ``stop`` T in the end.
 
@@ -109,7 +106,7 @@ def integrate(packed, state, stop, window, flat, sizes, wall, variation):
         Status: OK, PILED_UP or UNRESOLVED; FULL (empty the buffers and call again), PAUSED (call again). Events.
         Intervals examined. With a variation nothing but OK has a meaning for it.
     """
-    p, buffers, a = unpack_system(packed, wall), unpack_buffers(flat, sizes), unpack_state(state)
+    p, buffers, a = unpack_system(packed), unpack_buffers(flat, sizes), unpack_state(state)
     phases = (p.flight, p.contact, p.slow_contact)
     events, examined = 0, 0
     start_variation(p, variation, a)

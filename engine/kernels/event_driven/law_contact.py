@@ -47,10 +47,9 @@ class LawSystem(NamedTuple):
     """
 
     period: float
-    frequency: float  # 1/T
     eta: float
     rigid: bool  # false
-    wall: bool
+    wall: float  # as in HybridSystem
     clearance: float
     law: int
     stiffness: float

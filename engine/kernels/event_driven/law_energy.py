@@ -14,7 +14,7 @@ from ..linear.tables import TERMS
 from ..status import OK, UNRESOLVED
 from .law_contact import set_start
 from .law_integrate import SMOOTH, follow_piece, follow_smooth, law_motion, phase_of, piece_of, resolve_law_event
-from .state import FLIGHT, in_periods, linear_state, unpack_state, write_state
+from .state import FLIGHT, linear_state, unpack_state, write_state
 
 INTERVALS = 4.0  # of the tables, over which one rule is taken
 PARTS = 4.0  # of a step
@@ -26,7 +26,7 @@ WORK, DAMPERS, CONTACT = range(3)
 def add_powers(p, a, z, gain, t, weight, sums):
     """Add the powers t after a hybrid state, times a weight: of the excitation, of the dampers and of λ on δ."""
     _, v1, gap, rate = law_motion(p, a, z, t)
-    c, s = cos_sin(in_periods(p, a.tau + t))
+    c, s = cos_sin((a.tau + t) / p.period)
     g, v2, mu = p.generator, v1 + rate, 1.0 / (p.inverse_mass - p.react1)
     load = g[1, 4] * c + g[1, 5] * s
     push = g[3, 4] * c + g[3, 5] * s

@@ -21,7 +21,7 @@ from ..equations.coordinates import displacements
 from ..linear.first_root import first_root
 from ..linear.tables import POINTS, Phase, gap_at, position_at, state_after
 from ..status import FULL, OK, PAUSED, PILED_UP, UNRESOLVED
-from .events import begin_flight, first_nonzero_derivative
+from .events import begin_flight, first_nonzero_derivative, is_hidden
 from .law_contact import TABLE, extrapolate, set_start, stepped, take_step
 from .output import SLACK, append_contact, evaluate, first_sample, records, time_to_row, time_to_sample
 from .state import (
@@ -30,7 +30,6 @@ from .state import (
     FLIGHT,
     MOST_EFFORT,
     MOST_EVENTS,
-    ROUNDING,
     HybridState,
     absolute,
     count_event,
@@ -80,7 +79,7 @@ def resolve_law_event(p, a):
         if a.rate < 0.0:
             return begin_law_contact(p, a, a.rate, 0.0)
         start = 1
-    elif a.mode == FLIGHT and a.order == 1.0 and a.rate <= ROUNDING * (abs(a.v1) + abs(a.x1)):
+    elif a.mode == FLIGHT and a.order == 1.0 and is_hidden(p, a):
         start = 2
     if start == 0:
         return a
@@ -95,9 +94,7 @@ def resolve_law_event(p, a):
 def phase_of(p, piece, k):
     """The tables of a piece, for the k-th quantity that it watches."""
     i = 2 * piece + k
-    return Phase(
-        p.spacing[piece], p.position[piece], p.gap[piece], p.watched[i], p.wall, p.rows[i], p.transitions[piece]
-    )
+    return Phase(p.spacing[piece], p.position[piece], p.gap[piece], p.watched[i], p.rows[i], p.transitions[piece])
 
 
 @jit_no_alloc

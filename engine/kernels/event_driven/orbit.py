@@ -30,7 +30,7 @@ from ..linear.tables import CURVATURE, GAP
 from .chatter import room_for_sum, sum_up
 from .events import joint_force_at
 from .orbit_phase import BACKWARDS, flow, lowest_minimum, relative_state, state_later, write_section
-from .saltation import add_row, carry_over_sum, leave_event, make_variation, scale_row, shift, slope_of
+from .saltation import add_row, carry_over_sum, hold_wall, leave_event, make_variation, scale_row, shift, slope_of
 from .setup import set_up_flow
 from .state import absolute, unpack_system
 
@@ -148,11 +148,11 @@ def reset(p, d, y, end, kind):
 @jit_no_alloc
 def start_at(p, d, unknowns, touching):
     """y₀ of the unknowns, with the derivatives of what it does not depend on set to zero."""
-    if d is not None and p.wall:
-        d.state[0, 0] = d.state[1, 1] = 0.0
-    if d is not None and touching and p.rigid:
-        d.state[2, 2] = d.state[3, 3] = 0.0
-    x1, v1 = (0.0, 0.0) if p.wall else (unknowns[0], unknowns[1])
+    if d is not None:
+        hold_wall(p, d)
+        if touching and p.rigid:
+            d.state[2, 2] = d.state[3, 3] = 0.0
+    x1, v1 = unknowns[0], unknowns[1]
     return (x1, v1, 0.0, 0.0) if touching and p.rigid else (x1, v1, unknowns[2], unknowns[3])
 
 
@@ -262,8 +262,8 @@ def evaluate_orbit(tables, problem, sequence, unknowns, out):
         A packed :class:`.state.HybridSystem` and its keys (:func:`.setup.set_up_flow`): set up where ``problem`` has
         other numbers than they have.
     problem : tuple
-        The parameters (n,), whether the contact is the reference's, AT_WALL or TWO_BODIES, and how far a chatter must
-        have come to be summed up.
+        The parameters (n,), whether the contact is the reference's, and how far a chatter must have come to be summed
+        up.
     sequence : tuple
         ``kinds`` (m,) of int64: what happens at each event, in the order of time; ``first``: whether the bodies touch
         at τ = 0; the excitation periods after which the orbit returns.
@@ -278,11 +278,11 @@ def evaluate_orbit(tables, problem, sequence, unknowns, out):
         whole periods. ``facts`` and ``section`` are left out where they have no rows.
     """
     packed, keys = tables
-    row, rigid, wall, completion = problem
+    row, rigid, completion = problem
     kinds, first, periods = sequence
     n = unknowns.shape[0]
     set_up_flow(packed, keys, row, rigid, touches(kinds, first), completion, True)
-    p, d = unpack_system(packed, wall), make_variation(n)
+    p, d = unpack_system(packed), make_variation(n)
     if not are_within(unknowns, periods) or not find_orbit(p, kinds, first, periods, unknowns, out, d, np.zeros(n)):
         write_nan(out)
 
@@ -295,13 +295,13 @@ def orbit_slope(tables, row, problem, sequence, unknowns, residual, h):
     a difference errs more.
     """
     packed, keys = tables
-    _, rigid, wall, completion = problem
+    _, rigid, completion = problem
     kinds, first, periods = sequence
     m = kinds.shape[0]
     n = 4 + m
     there = np.zeros(n), np.zeros((n, n)), np.zeros((0, FACTS)), np.zeros((m + 1, 5)), np.zeros((0, 4))
     set_up_flow(packed, keys, row, rigid, touches(kinds, first), completion, False)
-    p = unpack_system(packed, wall)
+    p = unpack_system(packed)
     if not are_within(unknowns, periods) or not find_orbit(
         p, kinds, first, periods, unknowns, there, None, np.zeros(n)
     ):
@@ -313,7 +313,7 @@ def orbit_slope(tables, row, problem, sequence, unknowns, residual, h):
 def orbit_state_later(tables, problem, touching, y, turn, length):
     """(ξ₁, ξ₁′, g, g′) a number of excitation periods after y, which belongs to a time in them; without an event."""
     packed, keys = tables
-    row, rigid, wall, completion = problem
+    row, rigid, completion = problem
     set_up_flow(packed, keys, row, rigid, touching, completion, True)
-    p = unpack_system(packed, wall)
+    p = unpack_system(packed)
     return state_later(p, p.contact if touching else p.flight, y, turn, length * p.period)

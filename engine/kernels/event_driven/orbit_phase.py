@@ -32,8 +32,7 @@ FINEST = 16  # halvings of the first interval of a phase
 def relative_state(p, phase, y, turn):
     """z of y = (ξ₁, ξ₁′, g, g′) at a time in excitation periods."""
     c, s = cos_sin(turn - np.floor(turn))
-    first, speed = (0.0, 0.0) if p.wall else (y[0] - phase.position, y[1])
-    return first, speed, y[2] - phase.gap, y[3], c, s
+    return y[0] - phase.position, y[1], y[2] - phase.gap, y[3], c, s
 
 
 @jit_no_alloc

@@ -175,12 +175,18 @@ def leave_event(phase, d, z):
 
 
 @jit_no_alloc
+def hold_wall(p, d):
+    """No start moves a wall: the derivatives with respect to ξ₁ and ξ₁′ at the start are zero there."""
+    d.state[0, 0] *= 1.0 - p.wall
+    d.state[1, 1] *= 1.0 - p.wall
+
+
+@jit_no_alloc
 def start_variation(p, d, a):
     """Begin at a hybrid state, where a collision may be due."""
     if d is None:
         return
-    if p.wall:  # the wall never moves
-        d.state[0, 0] = d.state[1, 1] = 0.0
+    hold_wall(p, d)
     if a.mode == COLLISION and a.rate < 0.0:
         meet_event(p.flight, d, linear_state(p, p.flight, a), a.rate)
 

@@ -15,6 +15,7 @@ from ..equations.motion import (
     free_equilibrium,
     joined_equilibrium,
     joined_generator,
+    joint_share,
     pressed_equilibrium,
     pressed_generator,
     separated_generator,
@@ -27,7 +28,7 @@ from ..parameters import FOR_CONTACT, FOR_FLIGHT, renew_key, unpack_parameters
 from .state import SYSTEM, unpack_system
 
 _write_flight, _write_contact, _write_slow = (SYSTEM.writer(name) for name in ("flight", "contact", "slow_contact"))
-_write_fast, _write_numbers = SYSTEM.writer("fast"), SYSTEM.writer("period", "frequency", "rigid", "stiff")
+_write_fast, _write_numbers = SYSTEM.writer("fast"), SYSTEM.writer("period", "rigid", "stiff", "wall")
 _write_laws = SYSTEM.writer("force_position", "force_velocity", "force_gap", "force_rate")
 _write_other_force = SYSTEM.writer("force_cosine", "force_sine", "force_constant")
 _write_impact = SYSTEM.writer("clearance", "mass_share", "restitution", "threshold", "completion")
@@ -67,7 +68,7 @@ def watched_in_contact(p, rigid):
 def flight_phase(p):
     """Tables of the separated bodies, in which the gap is watched."""
     position, gap = free_equilibrium(p)
-    return tabulate(separated_generator(p), p.eta, unit(2), REACH / free_rate(p), (position, gap, gap), p.wall > 0.0)
+    return tabulate(separated_generator(p), p.eta, unit(2), REACH / free_rate(p), (position, gap, gap))
 
 
 @jit
@@ -83,7 +84,7 @@ def contact_phase(p, rigid):
     """Tables of the bodies in contact."""
     generator, fastest = contact_generator(p, rigid)
     row, equilibrium = watched_in_contact(p, rigid), contact_equilibrium(p, rigid)
-    return tabulate(generator, p.eta, row, REACH / fastest, equilibrium, p.wall > 0.0)
+    return tabulate(generator, p.eta, row, REACH / fastest, equilibrium)
 
 
 @jit
@@ -110,7 +111,7 @@ def slow_contact_phase(p, fast, slow_rate):
         contact_equilibrium(p, False),
         REACH / max(slow_rate, free_rate(p)),
     )
-    return tabulate(rest, p.eta, row, h, equilibrium, p.wall > 0.0)
+    return tabulate(rest, p.eta, row, h, equilibrium)
 
 
 @jit
@@ -136,13 +137,12 @@ def full_pressed_generators(rows):
 @jit
 def write_laws(packed, p, rigid, stiff, completion):
     """Write the numbers of a :class:`.state.HybridSystem` that are no tables."""
-    _write_numbers(packed, 2 * math.pi / p.eta, p.eta / (2 * math.pi), rigid, stiff)
+    _write_numbers(packed, 2 * math.pi / p.eta, rigid, stiff, p.wall)
     position, velocity, gap, rate = force_factors(p, rigid)
     _write_laws(packed, position, velocity, gap, rate)
     cosine, sine, constant = other_force_factors(p, rigid)
     _write_other_force(packed, cosine, sine, constant)
-    mass_share = 0.0 if p.wall > 0.0 else p.mass_share
-    _write_impact(packed, p.clearance, mass_share, p.restitution, p.threshold, completion)
+    _write_impact(packed, p.clearance, joint_share(p), p.restitution, p.threshold, completion)
 
 
 @jit
@@ -169,7 +169,7 @@ def set_up_events(packed, keys, row, rigid, circle, completion):
     if renew_key(keys[1], row, FOR_CONTACT):
         _write_contact(packed, contact_phase(p, rigid))
         if circle[0] > 0.0:
-            fast = fast_projector(pressed_generator(p), p.eta, circle[0], p.wall > 0.0)
+            fast = fast_projector(pressed_generator(p), p.eta, circle[0])
             _write_slow(packed, slow_contact_phase(p, fast, circle[1]))
             _write_fast(packed, fast)
 
@@ -181,15 +181,14 @@ def set_up_flow(packed, keys, row, rigid, touching, completion, exact):
     The tables are those of :func:`..linear.tables.tabulate_flow`, ``exact`` or not.
     """
     p = unpack_parameters(row)
-    wall = p.wall > 0.0
-    old = unpack_system(packed, wall)
+    old = unpack_system(packed)
     write_laws(packed, p, rigid, False, completion)
     if renew_key(keys[0], row, FOR_FLIGHT):
         position, gap = free_equilibrium(p)
         generator, h = separated_generator(p), REACH / free_rate(p)
         rest = position, gap, gap
-        _write_flight(packed, tabulate_flow(old.flight, generator, p.eta, unit(2), h, rest, wall, exact))
+        _write_flight(packed, tabulate_flow(old.flight, generator, p.eta, unit(2), h, rest, exact))
     if touching and renew_key(keys[1], row, FOR_CONTACT):
         generator, fastest = contact_generator(p, rigid)
         watched, h, rest = watched_in_contact(p, rigid), REACH / fastest, contact_equilibrium(p, rigid)
-        _write_contact(packed, tabulate_flow(old.contact, generator, p.eta, watched, h, rest, wall, exact))
+        _write_contact(packed, tabulate_flow(old.contact, generator, p.eta, watched, h, rest, exact))

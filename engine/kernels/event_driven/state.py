@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..compile.options import jit_inlined, jit_no_alloc
-from ..compile.packing import GIVEN, Layout
+from ..compile.packing import Layout
 from ..compile.record import OpenContact, no_contact
 from ..equations.coordinates import displacements
 from ..linear.cos_sin import cos_sin
@@ -30,7 +30,6 @@ class HybridSystem(NamedTuple):
     """
 
     period: float
-    frequency: float  # 1/T
     rigid: bool  # whether the contact is the reference's
     flight: Phase  # its watched quantity is the gap
     contact: Phase  # its watched quantity is the contact force (reference) or the penetration −g (penalty)
@@ -45,7 +44,7 @@ class HybridSystem(NamedTuple):
     force_cosine: float  # + force_cosine cos ητ + force_sine sin ητ + force_constant, of the reference
     force_sine: float
     force_constant: float
-    wall: tuple | None  # whether body 1 is a wall, as AT_WALL or TWO_BODIES of ..parameters, or as a bool
+    wall: float  # 1 if body 1 is a wall, else 0
     clearance: float
     restitution: float  # of the reference, as are the next two
     threshold: float
@@ -53,7 +52,7 @@ class HybridSystem(NamedTuple):
     scratch: Scratch
 
 
-SYSTEM = Layout(HybridSystem, flight=PHASE, contact=PHASE, slow_contact=PHASE, fast=(4, 6), wall=GIVEN, scratch=SCRATCH)
+SYSTEM = Layout(HybridSystem, flight=PHASE, contact=PHASE, slow_contact=PHASE, fast=(4, 6), scratch=SCRATCH)
 unpack_system = SYSTEM.unpack
 
 
@@ -88,17 +87,9 @@ def in_contact(a):
 
 
 @jit_inlined
-def in_periods(p, time):
-    """A time in excitation periods; at a wall by a product, since two divisions are a part of each flight's time."""
-    return time * p.frequency if p.wall else time / p.period
-
-
-@jit_inlined
 def linear_state(p, phase, a):
     """z of a hybrid state, relative to the equilibrium of a phase (see :mod:`..linear.tables`)."""
-    c, s = cos_sin(in_periods(p, a.tau))
-    if p.wall:
-        return 0.0, 0.0, a.gap - phase.gap, a.rate, c, s
+    c, s = cos_sin(a.tau / p.period)
     return a.x1 - phase.position, a.v1, a.gap - phase.gap, a.rate, c, s
 
 
@@ -119,7 +110,7 @@ def later_state(p, a, s, y, mode, order, contact):
     """The hybrid state s after a, where the motion is y = (ξ₁, ξ₁′, g, g′)."""
     x1, v1, gap, rate = y
     tau = a.tau + s
-    whole = np.floor(in_periods(p, tau))
+    whole = np.floor(tau / p.period)
     events = a.events if whole == 0.0 else 0.0
     return HybridState(a.period + whole, tau - whole * p.period, x1, v1, gap, rate, mode, order, events, contact)
 
@@ -141,6 +132,6 @@ def start_state(p, y):
 
 
 @jit_no_alloc
-def write_start(packed, state, wall, x1, v1, gap, rate):
+def write_start(packed, state, x1, v1, gap, rate):
     """Write the packed hybrid state of a run that starts at τ = 0 (:func:`start_state`)."""
-    write_state(state, start_state(unpack_system(packed, wall), (x1, v1, gap, rate)))
+    write_state(state, start_state(unpack_system(packed), (x1, v1, gap, rate)))

@@ -10,7 +10,7 @@ Plain twin: mpmath's matrix product and exponential (tests/engine/kernels/test_d
 
 import numpy as np
 
-from ..compile.options import jit, jit_inlined, jit_no_alloc, variant
+from ..compile.options import jit, jit_inlined, jit_no_alloc
 from . import matrices
 
 _SPLITTER = 134217729.0  # 2²⁷ + 1: splits a float64 into halves whose products are exact (Dekker)
@@ -46,82 +46,65 @@ def _quotient(high, low, divisor):
     return total, (quotient - total) + low
 
 
-def _products(begin):
-    # Constant bounds let the compiler unroll the loops. Rows and columns before ``begin`` are left out.
-    @jit_inlined
-    @variant(begin)
-    def block(out, a, b, divisor, rows, inner, columns):
-        for i in range(rows[0], rows[1]):
-            for j in range(columns[0], columns[1]):
-                high, low = 0.0, 0.0
-                for k in range(inner[0], inner[1]):
-                    high, low = _add_product(high, low, a[0, i, k], a[1, i, k], b[0, k, j], b[1, k, j])
-                out[0, i, j], out[1, i, j] = _quotient(high, low, divisor)
-
-    @jit_no_alloc
-    @variant(begin)
-    def multiply(out, a, b, divisor):
-        block(out, a, b, divisor, (begin, 4), (begin, 4), (begin, 4))
-        block(out, a, b, divisor, (begin, 4), (begin, 6), (4, 6))
-        block(out, a, b, divisor, (4, 6), (4, 6), (4, 6))
-
-    @jit_inlined
-    @variant(begin)
-    def round_block(out, a, b, rows, inner, columns):
-        # the factors are known to more digits than the product needs
-        for i in range(rows[0], rows[1]):
-            for j in range(columns[0], columns[1]):
-                high, low = 0.0, 0.0
-                for k in range(inner[0], inner[1]):
-                    high += a[0, i, k] * b[0, k, j]
-                    low += a[1, i, k] * b[0, k, j] + a[0, i, k] * b[1, k, j]
-                out[i, j] = high + low
-
-    @jit_no_alloc
-    @variant(begin)
-    def rounded_product(a, b, out):
-        round_block(out, a, b, (begin, 4), (begin, 4), (begin, 4))
-        round_block(out, a, b, (begin, 4), (begin, 6), (4, 6))
-        round_block(out, a, b, (4, 6), (4, 6), (4, 6))
-
-    return multiply, rounded_product
-
-
-_multiply, _rounded_product = _products(0)
-_short_multiply, _short_rounded_product = _products(2)
+@jit_inlined
+def _block(out, a, b, divisor, rows, inner, columns):
+    # bounds are constants where this is called, which lets the compiler unroll the loops
+    for i in range(rows[0], rows[1]):
+        for j in range(columns[0], columns[1]):
+            high, low = 0.0, 0.0
+            for k in range(inner[0], inner[1]):
+                high, low = _add_product(high, low, a[0, i, k], a[1, i, k], b[0, k, j], b[1, k, j])
+            out[0, i, j], out[1, i, j] = _quotient(high, low, divisor)
 
 
 @jit_no_alloc
-def multiply(out, a, b, divisor, one_body):
+def multiply(out, a, b, divisor):
     """Write a product of two (2, 6, 6) matrices, high parts first, divided by a small whole number, to ``out``.
 
-    It is accurate to about 2⁻¹⁰⁰. ``out`` is neither of the two, and holds zeros in the lower left. ``one_body``: the
-    first two rows and columns are left out (see :mod:`.matrices`), here and in what follows.
+    It is accurate to about 2⁻¹⁰⁰. ``out`` is neither of the two, and holds zeros in the lower left.
     """
-    if one_body:
-        _short_multiply(out, a, b, divisor)
-    else:
-        _multiply(out, a, b, divisor)
+    _block(out, a, b, divisor, (0, 4), (0, 4), (0, 4))
+    _block(out, a, b, divisor, (0, 4), (0, 6), (4, 6))
+    _block(out, a, b, divisor, (4, 6), (4, 6), (4, 6))
+
+
+@jit_inlined
+def _rounded_block(out, a, b, rows, inner, columns):
+    # the factors are known to more digits than the product needs
+    for i in range(rows[0], rows[1]):
+        for j in range(columns[0], columns[1]):
+            high, low = 0.0, 0.0
+            for k in range(inner[0], inner[1]):
+                high += a[0, i, k] * b[0, k, j]
+                low += a[1, i, k] * b[0, k, j] + a[0, i, k] * b[1, k, j]
+            out[i, j] = high + low
+
+
+@jit_no_alloc
+def _rounded_product(a, b, out):
+    _rounded_block(out, a, b, (0, 4), (0, 4), (0, 4))
+    _rounded_block(out, a, b, (0, 4), (0, 6), (4, 6))
+    _rounded_block(out, a, b, (4, 6), (4, 6), (4, 6))
 
 
 @jit
-def _times(a, h, one_body):
+def _times(a, h):
     """The matrix ah, (2, 6, 6)."""
     matrix, factor, plain = np.zeros((3, 2, 6, 6))
     for i in range(6):
         factor[0, i, i] = h
         for j in range(6):
             plain[0, i, j] = a[i, j]
-    multiply(matrix, plain, factor, 1.0, one_body)
+    multiply(matrix, plain, factor, 1.0)
     return matrix
 
 
 @jit
-def _sum_up(matrix, total, terms, one_body):
+def _sum_up(matrix, total, terms):
     """Horner's rule on the first terms of the series of exp(matrix); ``total``: what follows them, over the last."""
     other = np.zeros((2, 6, 6))
     for k in range(terms, 0, -1):
-        multiply(other, matrix, total, float(k), one_body)
+        multiply(other, matrix, total, float(k))
         total, other = other, total
         for i in range(6):
             high, low = total[0, i, i], total[1, i, i]
@@ -133,18 +116,18 @@ def _sum_up(matrix, total, terms, one_body):
 
 
 @jit
-def exponential(a, h, terms, one_body):
+def exponential(a, h, terms):
     """exp(ah) of a (6, 6) matrix, ah of norm at most about one, by Horner's rule on its series; (2, 6, 6)."""
     total = np.zeros((2, 6, 6))
     for i in range(6):
         total[0, i, i] = 1.0
-    return _sum_up(_times(a, h, one_body), total, terms, one_body)
+    return _sum_up(_times(a, h), total, terms)
 
 
 @jit
-def quick_exponential(a, h, terms, exact, one_body):
+def quick_exponential(a, h, terms, exact):
     """The same with no more than the first ``exact`` terms to twice the digits: the others are small where ah is."""
-    matrix, total, image = _times(a, h, one_body), np.zeros((2, 6, 6)), np.zeros((6, 6))
+    matrix, total, image = _times(a, h), np.zeros((2, 6, 6)), np.zeros((6, 6))
     for i in range(6):
         total[0, i, i] = 1.0
     for k in range(terms, exact, -1):
@@ -153,7 +136,7 @@ def quick_exponential(a, h, terms, exact, one_body):
             for j in range(6):
                 total[0, i, j] = image[i, j] / k
             total[0, i, i] += 1.0
-    return _sum_up(matrix, total, exact, one_body)
+    return _sum_up(matrix, total, exact)
 
 
 @jit_no_alloc
@@ -165,7 +148,7 @@ def _copy(out, a):
 
 
 @jit
-def powers(a, count, one_body):
+def powers(a, count):
     """aʲ of a (2, 6, 6) matrix for j = 1 … count, rounded to float64: (count, 6, 6).
 
     Every eighth power and the first eight are computed to twice the digits; each other power is one product of these.
@@ -175,13 +158,10 @@ def powers(a, count, one_body):
         first[0, 0, i, i] = eighths[0, 0, i, i] = 1.0
     _copy(first[1], a)
     for j in range(2, 9):
-        multiply(first[j], first[j // 2], first[j - j // 2], 1.0, one_body)
+        multiply(first[j], first[j // 2], first[j - j // 2], 1.0)
     _copy(eighths[1], first[8])
     for j in range(2, count // 8 + 1):
-        multiply(eighths[j], eighths[j // 2], eighths[j - j // 2], 1.0, one_body)
+        multiply(eighths[j], eighths[j // 2], eighths[j - j // 2], 1.0)
     for j in range(1, count + 1):
-        if one_body:
-            _short_rounded_product(eighths[j // 8], first[j % 8], out[j - 1])
-        else:
-            _rounded_product(eighths[j // 8], first[j % 8], out[j - 1])
+        _rounded_product(eighths[j // 8], first[j % 8], out[j - 1])
     return out

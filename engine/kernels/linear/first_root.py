@@ -40,7 +40,6 @@ from .tables import (
     WORK,
     curvature_bound,
     dot,
-    find_powers,
     find_values,
     find_watched,
     state_after,
@@ -48,8 +47,6 @@ from .tables import (
 
 _N = TERMS - 1
 HALLEY_LIMIT = 12  # iterations; two are enough for most zeros
-SHORT = 1e-8  # whose square is below rounding
-ROUGH = 8  # terms of a polynomial to 1e-11: REACH⁸/8!
 NONE = -1.0
 CHUNK = 8
 SAFE = 1e-12  # coefficients above this share of a constant that was added to them have a sign beyond rounding
@@ -101,15 +98,15 @@ def bisect(b, right):
 
 
 @jit_inlined
-def polynomial_and_derivatives(terms, u, count=TERMS):
-    """Σ terms[k] uᵏ of the first ``count`` terms, an even number, its derivative, and half its second derivative.
+def polynomial_and_derivatives(terms, u):
+    """Σ terms[k] uᵏ, its derivative, and half its second derivative.
 
     Even and odd powers apart: two short chains of dependent sums instead of a long one.
     """
     w = u * u
-    even, even1, even2 = terms[count - 2], 0.0, 0.0
-    odd, odd1, odd2 = terms[count - 1], 0.0, 0.0
-    for k in range(count - 4, -1, -2):
+    even, even1, even2 = terms[_N - 1], 0.0, 0.0
+    odd, odd1, odd2 = terms[_N], 0.0, 0.0
+    for k in range(_N - 3, -1, -2):
         even2, odd2 = even2 * w + even1, odd2 * w + odd1
         even1, odd1 = even1 * w + even, odd1 * w + odd
         even, odd = even * w + terms[k], odd * w + terms[k + 1]
@@ -120,10 +117,10 @@ def polynomial_and_derivatives(terms, u, count=TERMS):
 
 
 @jit_inlined
-def polygon_root(b, order, wall):
+def polygon_root(b, order):
     """Where the control polygon of f/uᵐ crosses zero, as a share of the interval; m = ``order`` is 0 or 1.
 
-    If f = u q, then jbⱼ = n q₍ⱼ₋₁₎. At a ``wall`` a product with what is known beforehand spares a division.
+    If f = u q, then jbⱼ = n q₍ⱼ₋₁₎.
     """
     k = order + 1
     while b[k] > 0.0:
@@ -131,8 +128,7 @@ def polygon_root(b, order, wall):
     before, here = b[k - 1], b[k]
     if order == 1:
         before, here = before * k, here * (k - 1.0)
-    place = k - 1.0 - order + before / (before - here)
-    return place * (1.0 / (_N - order)) if wall else place / (_N - order)
+    return (k - 1.0 - order + before / (before - here)) / (_N - order)
 
 
 @jit_inlined
@@ -158,61 +154,6 @@ def halley(terms, u, low, high):
     return u, polynomial_and_derivatives(terms, u)[1]
 
 
-@jit_inlined
-def two_steps(terms, u):
-    """Where a step of Halley's method and one of Newton's lead from ``u``, the slope there, and whether it is a zero.
-
-    So most zeros are found, without a bracket and a last evaluation that what follows would wait for. The first step
-    needs no more than ROUGH terms. The slope follows from the second step: what it leaves out, and what Newton's method
-    leaves of the zero, are of second order in the length of that.
-    """
-    value, slope, curve = polynomial_and_derivatives(terms, u, ROUGH)
-    u -= value * slope / (slope * slope - value * curve)
-    value, slope, curve = polynomial_and_derivatives(terms, u)
-    change = value / slope
-    short = abs(change) <= SHORT * u and abs(change) * abs(curve) <= SHORT * abs(slope)
-    u -= change
-    return u, slope - 2.0 * curve * change, short and u <= 1.0
-
-
-@jit_inlined
-def parabola_zero(here, there, bend):
-    """About where a sequence falls to zero between two entries, ``here`` and ``there``, as a share of the way.
-
-    That is the zero of a parabola with the second difference ``bend``: of the chord, and one step of Newton's method.
-    """
-    over = 1.0 / (here - there)
-    u = here * over
-    return u - 0.5 * u * (1.0 - u) * bend * over
-
-
-@jit_inlined
-def near_zero(here, there, values, i):
-    """About where f falls to zero in interval i ≥ 1, at whose ends it is ``here`` and ``there``, as u.
-
-    All that it needs is known before the interval is entered.
-    """
-    k = max(i, 2)
-    return parabola_zero(here, there, values[k - 2] - 2.0 * values[k - 1] + values[k])
-
-
-@jit_inlined
-def only_zero(phase, z, near, scratch):
-    """The zero in (0, h] of an f that falls all the way, as u, and f′ there; (NONE, 0) if that is not certain.
-
-    It falls where ∂f/∂u at the zero is below −Σ k(k − 1) |powers[k]|, since so much it varies at most.
-    """
-    find_powers(phase, z, scratch)
-    terms = scratch.products[POWERS:POSITION]
-    if phase.watched != 0.0:
-        terms[0] += phase.watched
-    u, slope, arrived = two_steps(terms, near)
-    varies = 0.0
-    for k in range(2, TERMS):
-        varies += k * (k - 1.0) * abs(terms[k])
-    return (u, slope / phase.spacing) if arrived and slope < -varies else (NONE, 0.0)
-
-
 @jit_no_alloc
 def first_zero_by_bisection(terms, b, scratch):
     """First zero in (0, 1), and the slope there, of a polynomial with terms[0] > 0 whose coefficients change sign."""
@@ -220,7 +161,7 @@ def first_zero_by_bisection(terms, b, scratch):
     while True:
         changes = sign_changes(b, 0)
         if changes == 1:
-            return halley(terms, low + width * polygon_root(b, 0, False), low, low + width)
+            return halley(terms, low + width * polygon_root(b, 0), low, low + width)
         if changes > 1 and width > 2.0**-DEEPEST:
             width *= 0.5
             bisect(b, scratch.stack[depth])
@@ -279,11 +220,7 @@ def first_zero_in_interval(phase, z, order, scratch):
     for k in range(TERMS):
         terms[k] = powers[k + shift] if k + shift < TERMS else 0.0
     if order <= 1 and shift == order and b[order] > 0.0 and sign_changes(b, order) == 1:
-        start, arrived = polygon_root(b, order, phase.wall), False
-        if phase.wall:
-            u, slope, arrived = two_steps(terms, start)
-        if not arrived:
-            u, slope = halley(terms, start, 0.0, 1.0)
+        u, slope = halley(terms, polygon_root(b, order), 0.0, 1.0)
     else:
         if shift > 0:
             to_bernstein(terms, b)
@@ -317,9 +254,9 @@ def first_root(phase, z, order, scratch):
     certain = False
     if order == 0:  # as for the others, from f at both ends
         find_values(phase, z, scratch)
-        certain = values[0] > level and dot(phase.rows[:, POWERS], z, phase.wall) > level
+        certain = values[0] > level and dot(phase.rows[:, POWERS], z) > level
     elif order == 1:  # f begins with u ∂f/∂u at u = 0, from which it deviates by 4u²b at most
-        certain = dot(phase.rows[:, POWERS + 1], z, phase.wall) > 4.0 * bound
+        certain = dot(phase.rows[:, POWERS + 1], z) > 4.0 * bound
     if not certain:
         u, slope = first_zero_in_interval(phase, z, order, scratch)
         if u >= 0.0:
@@ -335,16 +272,7 @@ def first_root(phase, z, order, scratch):
         i = max(i, k - 1)
         if i == POINTS:
             break
-        begin, u, slope = state_after(phase, z, i), NONE, 0.0
-        if phase.wall:
-            here, there = values[i - 1] + phase.watched, values[i] + phase.watched
-            if there > 0.0 and there - here < -8.0 * bound:  # ∂f/∂u varies by 8b at most: f falls, and not to zero
-                examined += 1
-                i += 1
-                continue
-            u, slope = only_zero(phase, begin, near_zero(here, there, values, i), scratch)
-        if u < 0.0:
-            u, slope = first_zero_in_interval(phase, begin, 0, scratch)
+        u, slope = first_zero_in_interval(phase, state_after(phase, z, i), 0, scratch)
         examined += 1
         if u >= 0.0:
             return i, u, slope, examined

@@ -2,8 +2,7 @@
 
 All of them act on z: a state of four numbers, then cos ητ and sin ητ. The excitation does not depend on the motion, so
 they are (6, 6) with zeros in the lower left, [B C; 0 R]. Products leave the zeros out, and with them nearly half of
-the sums. With ``one_body`` the first two numbers of z are zero (:mod:`..parameters`): the first two rows and columns
-are left out as well, and what is written there has no meaning.
+the sums.
 """
 
 import numpy as np
@@ -20,7 +19,7 @@ def unit(i):
 
 
 @jit_inlined
-def row_image(row, a):
+def image(row, a):
     """A row times a matrix, as six numbers.
 
     Not as an array: the compiler would have to assume that writing it changes the matrix.
@@ -42,57 +41,24 @@ def row_image(row, a):
 
 
 @jit_inlined
-def short_row_image(row, a):
-    """The same as `row_image` without the first two rows and columns."""
-    r2, r3, r4, r5 = row[2], row[3], row[4], row[5]
-    s4 = r2 * a[2, 4] + r3 * a[3, 4] + r4 * a[4, 4] + r5 * a[5, 4]
-    s5 = r2 * a[2, 5] + r3 * a[3, 5] + r4 * a[4, 5] + r5 * a[5, 5]
-    return 0.0, 0.0, r2 * a[2, 2] + r3 * a[3, 2], r2 * a[2, 3] + r3 * a[3, 3], s4, s5
-
-
-@jit_inlined
-def image(row, a, one_body):
-    """A row times a matrix, as six numbers; the first two are zero with ``one_body``."""
-    return short_row_image(row, a) if one_body else row_image(row, a)
-
-
-@jit_inlined
 def multiply(out, a, b):
     """Write the product of two matrices to ``out``, which is neither and holds zeros in the lower left."""
     for i in range(4):
-        out[i, 0], out[i, 1], out[i, 2], out[i, 3], out[i, 4], out[i, 5] = row_image(a[i], b)
-    multiply_turn(out, a, b)
-
-
-@jit_inlined
-def short_multiply(out, a, b):
-    """The same as `multiply` without the first two rows and columns, which stay as they are."""
-    for i in range(2, 4):
-        _, _, out[i, 2], out[i, 3], out[i, 4], out[i, 5] = short_row_image(a[i], b)
-    multiply_turn(out, a, b)
-
-
-@jit_inlined
-def multiply_turn(out, a, b):
-    """Write the lower right of a product."""
+        out[i, 0], out[i, 1], out[i, 2], out[i, 3], out[i, 4], out[i, 5] = image(a[i], b)
     for i in range(4, 6):
         c, s = a[i, 4], a[i, 5]
         out[i, 4], out[i, 5] = c * b[4, 4] + s * b[5, 4], c * b[4, 5] + s * b[5, 5]
 
 
 @jit_no_alloc
-def fill_powers(out, a, one_body):
+def fill_powers(out, a):
     """Write aʲ for j = 1 … len(out), each as a product of two earlier ones, so that rounding adds up only log₂ j times.
 
     ``out``, (n, 6, 6), holds zeros in the lower left of each.
     """
     for i in range(6):
         for j in range(6):
-            out[0, i, j] = 0.0 if one_body and i < 2 else a[i, j]
-    if one_body:
-        for j in range(2, out.shape[0] + 1):
-            short_multiply(out[j - 1], out[j // 2 - 1], out[j - j // 2 - 1])
-        return
+            out[0, i, j] = a[i, j]
     for j in range(2, out.shape[0] + 1):
         multiply(out[j - 1], out[j // 2 - 1], out[j - j // 2 - 1])
 
@@ -101,31 +67,31 @@ def fill_powers(out, a, one_body):
 def row_times(row, a):
     """A row times a matrix."""
     out = np.empty(6)
-    out[0], out[1], out[2], out[3], out[4], out[5] = row_image(row, a)
+    out[0], out[1], out[2], out[3], out[4], out[5] = image(row, a)
     return out
 
 
 @jit_no_alloc
-def rows_times(out, row, tables, one_body):
+def rows_times(out, row, tables):
     """Write a row times each matrix of a table, (n, 6, 6), to (n, 6)."""
     for j in range(out.shape[0]):
-        out[j, 0], out[j, 1], out[j, 2], out[j, 3], out[j, 4], out[j, 5] = image(row, tables[j], one_body)
+        out[j, 0], out[j, 1], out[j, 2], out[j, 3], out[j, 4], out[j, 5] = image(row, tables[j])
 
 
 @jit_no_alloc
-def raise_to_images(bound, row, tables, one_body):
+def raise_to_images(bound, row, tables):
     """Raise a row of bounds, in place, to |row| and to |row·M| for each matrix M of a table."""
     b0, b1, b2 = max(bound[0], abs(row[0])), max(bound[1], abs(row[1])), max(bound[2], abs(row[2]))
     b3, b4, b5 = max(bound[3], abs(row[3])), max(bound[4], abs(row[4])), max(bound[5], abs(row[5]))
     for j in range(tables.shape[0]):
-        s0, s1, s2, s3, s4, s5 = image(row, tables[j], one_body)
+        s0, s1, s2, s3, s4, s5 = image(row, tables[j])
         b0, b1, b2 = max(b0, abs(s0)), max(b1, abs(s1)), max(b2, abs(s2))
         b3, b4, b5 = max(b3, abs(s3)), max(b4, abs(s4)), max(b5, abs(s5))
     bound[0], bound[1], bound[2], bound[3], bound[4], bound[5] = b0, b1, b2, b3, b4, b5
 
 
 @jit
-def raise_within(bound, a, h, one_body):
+def raise_within(bound, a, h):
     """Raise a row of bounds to what they may become within h, by exp(|a|h), which majorises exp(as) for |s| ≤ h.
 
     24 terms suffice while the eigenvalues of |a|h are at most some units.
@@ -135,7 +101,7 @@ def raise_within(bound, a, h, one_body):
     b0, b1, b2, b3, b4, b5 = t0, t1, t2, t3, t4, t5
     for k in range(1, 24):
         share = h / k
-        t0, t1, t2, t3, t4, t5 = image((t0, t1, t2, t3, t4, t5), sizes, one_body)
+        t0, t1, t2, t3, t4, t5 = image((t0, t1, t2, t3, t4, t5), sizes)
         t0, t1, t2, t3, t4, t5 = t0 * share, t1 * share, t2 * share, t3 * share, t4 * share, t5 * share
         b0, b1, b2, b3, b4, b5 = b0 + t0, b1 + t1, b2 + t2, b3 + t3, b4 + t4, b5 + t5
     bound[0], bound[1], bound[2], bound[3], bound[4], bound[5] = b0, b1, b2, b3, b4, b5

@@ -27,12 +27,9 @@ _HALF = NODES // 2  # the nodes below the real axis give the complex conjugate
 
 
 @jit
-def eliminate(m, begin):
-    """Turn (4, 10) complex [M X] into [1 M⁻¹X], by Gauss-Jordan elimination with column pivots, from row ``begin`` on.
-
-    Rows and columns of M before it are left out.
-    """
-    for k in range(begin, 4):
+def eliminate(m):
+    """Turn (4, 10) complex [M X] into [1 M⁻¹X], by Gauss-Jordan elimination with column pivots."""
+    for k in range(4):
         pivot = k
         for i in range(k + 1, 4):
             if abs(m[i, k]) > abs(m[pivot, k]):
@@ -42,7 +39,7 @@ def eliminate(m, begin):
         scale = 1.0 / m[k, k]
         for j in range(k, 10):
             m[k, j] *= scale
-        for i in range(begin, 4):
+        for i in range(4):
             if i != k:
                 factor = m[i, k]
                 for j in range(k, 10):
@@ -50,7 +47,7 @@ def eliminate(m, begin):
 
 
 @jit
-def fast_projector(generator, eta, radius, one_body):
+def fast_projector(generator, eta, radius):
     """Upper rows of P_f = 1 − P_s, (4, 6), which give the fast part of a state; the other rows are zero.
 
     Parameters
@@ -60,16 +57,13 @@ def fast_projector(generator, eta, radius, one_body):
     eta : float
     radius : float
         Of a circle that encloses the slow eigenvalues and none of the fast ones.
-    one_body : bool
-        Whether the first two rows and columns are left out (see :mod:`.matrices`).
     """
-    begin = 2 if one_body else 0
     fast, m = np.zeros((4, 6)), np.zeros((4, 10), dtype=np.complex128)
     for k in range(_HALF):
         node = radius * cmath.exp(1j * math.pi * (k + 0.5) / _HALF)
         turning = 1.0 / (node * node + eta * eta)
-        for i in range(begin, 4):
-            for j in range(begin, 4):
+        for i in range(4):
+            for j in range(4):
                 m[i, j] = -generator[i, j]
                 m[i, 4 + j] = 0.0
             m[i, i] += node
@@ -77,10 +71,10 @@ def fast_projector(generator, eta, radius, one_body):
             c, s = generator[i, 4], generator[i, 5]
             m[i, 8] = (c * node + s * eta) * turning
             m[i, 9] = (s * node - c * eta) * turning
-        eliminate(m, begin)
-        for i in range(begin, 4):
-            for j in range(begin, 6):
+        eliminate(m)
+        for i in range(4):
+            for j in range(6):
                 fast[i, j] -= (node * m[i, 4 + j]).real / _HALF
-    for i in range(begin, 4):
+    for i in range(4):
         fast[i, i] += 1.0
     return fast

@@ -25,7 +25,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..compile.options import jit, jit_inlined, jit_no_alloc, variant
-from ..compile.packing import GIVEN, Layout
+from ..compile.packing import Layout
 from . import double_double
 from .matrices import image, multiply, raise_to_images, raise_within, row_times, rows_times, unit
 
@@ -56,7 +56,6 @@ class Phase(NamedTuple):
     position: float  # ξ₁*, g* and f*: what is counted from here
     gap: float
     watched: float
-    wall: tuple | None  # whether the first two numbers of z are zero (AT_WALL of ..parameters)
     rows: np.ndarray  # (6, INTEGRAL + 1)
     transitions: np.ndarray  # (POINTS, 6, 6) E(jh)
 
@@ -68,7 +67,7 @@ class Scratch(NamedTuple):
     stack: np.ndarray  # (DEEPEST, TERMS + 2) right halves still to search
 
 
-PHASE = Layout(Phase, wall=GIVEN, rows=(6, INTEGRAL + 1), transitions=(POINTS, 6, 6))
+PHASE = Layout(Phase, rows=(6, INTEGRAL + 1), transitions=(POINTS, 6, 6))
 SCRATCH = Layout(Scratch, products=(WIDTH,), stack=(DEEPEST, TERMS + 2))
 
 
@@ -89,13 +88,13 @@ def full_generator(generator, eta):
 
 
 @jit_no_alloc
-def fill_polynomial(out, begin, row, a, h, one_body):
+def fill_polynomial(out, begin, row, a, h):
     """Write w·z(s) as a polynomial in s/h: column begin + k of ``out`` becomes w Aᵏ hᵏ/k!."""
     w0, w1, w2, w3, w4, w5 = row[0], row[1], row[2], row[3], row[4], row[5]
     for k in range(TERMS):
         to, share = begin + k, h / (k + 1)
         out[0, to], out[1, to], out[2, to], out[3, to], out[4, to], out[5, to] = w0, w1, w2, w3, w4, w5
-        w0, w1, w2, w3, w4, w5 = image((w0, w1, w2, w3, w4, w5), a, one_body)
+        w0, w1, w2, w3, w4, w5 = image((w0, w1, w2, w3, w4, w5), a)
         w0, w1, w2, w3, w4, w5 = w0 * share, w1 * share, w2 * share, w3 * share, w4 * share, w5 * share
 
 
@@ -107,41 +106,15 @@ def write_turn(transition, turn):
     transition[5, 4], transition[4, 5] = sine, -sine
 
 
-@jit_no_alloc
-def is_at_rest(a):
-    """Whether one body does not move, with this generator, from where it is: joined to a wall."""
-    for i in range(2, 4):
-        for j in range(2, 6):
-            if a[i, j] != 0.0:
-                return False
-    return True
-
-
 @jit
-def transitions_of(a, eta, h, one_body):
-    """E(jh) for j = 1 … POINTS."""
-    resting = one_body and is_at_rest(a)
-    if resting:
-        transitions = np.zeros((POINTS, 6, 6))
-        for j in range(POINTS):
-            transitions[j, 2, 2] = transitions[j, 3, 3] = 1.0
-    else:
-        transitions = double_double.powers(double_double.exponential(a, h, _SERIES, one_body), POINTS, one_body)
-    if resting or not one_body:  # the products of one body hold the turn, too
-        for j in range(1, POINTS + 1):
-            write_turn(transitions[j - 1], j * h * eta)
-    return transitions
-
-
-@jit
-def tabulate_flow(old, generator, eta, row, h, equilibrium, one_body, exact):
+def tabulate_flow(old, generator, eta, row, h, equilibrium, exact):
     """Those tables of :func:`tabulate` that motions with given events need, in a fraction of the time.
 
     Of the transitions those over 1, 2, 4 … POINTS intervals; the values of f to fewer digits; no bounds. They are
     written in the place of those of an ``old`` phase. Transitions that are not ``exact`` lack the last two digits.
     """
     a, rows, transitions = full_generator(generator, eta), old.rows, old.transitions
-    step = double_double.quick_exponential(a, h, TERMS, _EXACT if exact else 0, one_body)
+    step = double_double.quick_exponential(a, h, TERMS, _EXACT if exact else 0)
     square = np.zeros((2, 6, 6))
     j = 1
     while j <= POINTS:
@@ -150,24 +123,23 @@ def tabulate_flow(old, generator, eta, row, h, equilibrium, one_body, exact):
             for k in range(6):
                 transitions[j - 1, i, k] = step[0, i, k]
         if exact:
-            double_double.multiply(square, step, step, 1.0, one_body)
+            double_double.multiply(square, step, step, 1.0)
         else:
             multiply(square[0], step[0], step[0])
         step, square, j = square, step, 2 * j
-    fill_polynomial(rows, POWERS, row, a, h, one_body)
-    if not one_body:
-        fill_polynomial(rows, POSITION, unit(0), a, h, one_body)
-    fill_polynomial(rows, GAP, unit(2), a, h, one_body)
+    fill_polynomial(rows, POWERS, row, a, h)
+    fill_polynomial(rows, POSITION, unit(0), a, h)
+    fill_polynomial(rows, GAP, unit(2), a, h)
     later = (row[0], row[1], row[2], row[3], row[4], row[5])
     for j in range(POINTS):
-        later = image(later, transitions[0], one_body)
+        later = image(later, transitions[0])
         for i in range(6):
             rows[i, VALUES + j] = later[i]
-    return Phase(h, equilibrium[0], equilibrium[1], equilibrium[2], one_body, rows, transitions)
+    return Phase(h, equilibrium[0], equilibrium[1], equilibrium[2], rows, transitions)
 
 
 @jit
-def tabulate(generator, eta, row, h, equilibrium, one_body):
+def tabulate(generator, eta, row, h, equilibrium):
     """Tables of the phase z′ = A z in which f = f* + ``row``·z is watched.
 
     Parameters
@@ -180,35 +152,35 @@ def tabulate(generator, eta, row, h, equilibrium, one_body):
         At most REACH over the largest |eigenvalue|.
     equilibrium : (3,) tuple of float64
         ξ₁*, g* and f*.
-    one_body : bool
 
     Returns
     -------
     Phase
     """
     a = full_generator(generator, eta)
-    transitions = transitions_of(a, eta, h, one_body)
+    transitions = double_double.powers(double_double.exponential(a, h, _SERIES), POINTS)
+    for j in range(1, POINTS + 1):
+        write_turn(transitions[j - 1], j * h * eta)
     rows = np.zeros((6, INTEGRAL + 1))
-    fill_polynomial(rows, POWERS, row, a, h, one_body)
-    if not one_body:
-        fill_polynomial(rows, POSITION, unit(0), a, h, one_body)
-    fill_polynomial(rows, GAP, unit(2), a, h, one_body)
+    fill_polynomial(rows, POWERS, row, a, h)
+    fill_polynomial(rows, POSITION, unit(0), a, h)
+    fill_polynomial(rows, GAP, unit(2), a, h)
     for i in range(6):
         for j in range(TERMS):
             for k in range(j + 1):
                 rows[i, BERNSTEIN + j] += rows[i, POWERS + k] * TO_BERNSTEIN[k, j]
     curvature = row_times(row_times(row, a), a)
     bound = np.zeros(6)
-    raise_to_images(bound, curvature, transitions, one_body)
+    raise_to_images(bound, curvature, transitions)
     values = np.empty((POINTS, 6))
-    rows_times(values, row, transitions, one_body)
+    rows_times(values, row, transitions)
     for j in range(POINTS):
         for i in range(6):
             rows[i, VALUES + j] = values[j, i]
-    raise_within(bound, a, h / 2, one_body)
+    raise_within(bound, a, h / 2)
     for i in range(6):
         rows[i, CURVATURE] = bound[i] * (h * h / 8)
-    return Phase(h, equilibrium[0], equilibrium[1], equilibrium[2], one_body, rows, transitions)
+    return Phase(h, equilibrium[0], equilibrium[1], equilibrium[2], rows, transitions)
 
 
 def _product(begin, end):
@@ -226,10 +198,6 @@ def _product(begin, end):
             phase.rows[5, begin:end],
         )
         out = scratch.products[begin:end]
-        if phase.wall:
-            for k in range(end - begin):
-                out[k] = t2[k] * z2 + t3[k] * z3 + t4[k] * z4 + t5[k] * z5
-            return
         for k in range(end - begin):
             out[k] = t0[k] * z0 + t1[k] * z1 + t2[k] * z2 + t3[k] * z3 + t4[k] * z4 + t5[k] * z5
 
@@ -247,35 +215,24 @@ find_gap = _product(GAP, CURVATURE)
 def curvature_bound(phase, z):
     """h²/8 times a bound of |f″| over the block that begins at z."""
     level = 0.0
-    for i in range(2 if phase.wall else 0, 6):
+    for i in range(6):
         level += phase.rows[i, CURVATURE] * abs(z[i])
     return level
 
 
 @jit_inlined
-def dot(row, z, wall):
-    """A row times z. At a ``wall`` the first two numbers of z are zero; the others are summed in pairs."""
-    if wall:
-        return (row[2] * z[2] + row[3] * z[3]) + (row[4] * z[4] + row[5] * z[5])
+def dot(row, z):
+    """A row times z."""
     return row[0] * z[0] + row[1] * z[1] + row[2] * z[2] + row[3] * z[3] + row[4] * z[4] + row[5] * z[5]
 
 
 @jit_inlined
-def apply_transition(transitions, z, j, wall):
-    """z times matrix j of a table, counted from 1; z itself for j = 0. At a ``wall`` its first two numbers are zero."""
+def apply_transition(transitions, z, j):
+    """z times matrix j of a table, counted from 1; z itself for j = 0."""
     if j == 0:
         return z
     m = transitions[j - 1]
     z0, z1, z2, z3, z4, z5 = z
-    if wall:
-        return (
-            0.0,
-            0.0,
-            dot(m[2], z, wall),
-            dot(m[3], z, wall),
-            m[4, 4] * z4 + m[4, 5] * z5,
-            m[5, 4] * z4 + m[5, 5] * z5,
-        )
     return (
         m[0, 0] * z0 + m[0, 1] * z1 + m[0, 2] * z2 + m[0, 3] * z3 + m[0, 4] * z4 + m[0, 5] * z5,
         m[1, 0] * z0 + m[1, 1] * z1 + m[1, 2] * z2 + m[1, 3] * z3 + m[1, 4] * z4 + m[1, 5] * z5,
@@ -289,7 +246,7 @@ def apply_transition(transitions, z, j, wall):
 @jit_inlined
 def state_after(phase, z, j):
     """z after j intervals."""
-    return apply_transition(phase.transitions, z, j, phase.wall)
+    return apply_transition(phase.transitions, z, j)
 
 
 @jit_inlined
@@ -309,8 +266,6 @@ def polynomial_at(terms, u):
 @jit_inlined
 def position_at(phase, z, u, scratch):
     """ξ₁ and ξ₁′ at s = uh."""
-    if phase.wall:
-        return 0.0, 0.0
     find_position(phase, z, scratch)
     x, v = polynomial_at(scratch.products[POSITION:GAP], u)
     return x, v / phase.spacing

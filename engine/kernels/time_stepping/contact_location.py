@@ -27,7 +27,6 @@ from ..compile.options import jit, jit_inlined, jit_no_alloc
 from ..compile.packing import Layout
 from ..equations.contact_law import force
 from ..linear.cos_sin import cos_sin
-from .wall_step import change_at_wall, step_alone
 
 NEWTON = 3  # iterations for the zero of a cubic, which are cheap, and the step there is solved in any case
 PRECISION = 1e-14  # of an instant of change, as a share of its step: the rounding of the gap allows little more
@@ -47,7 +46,6 @@ class Side(NamedTuple):
     bv: float
     bg: float
     bu: float
-    alone: bool  # whether body 1 is a wall: x, v and a are zero
 
 
 class Stages(NamedTuple):
@@ -72,7 +70,7 @@ class LocatedScheme(NamedTuple):
     pressed: Side
     forcing: tuple  # f₁ and f as factors of cos ητ and sin ητ, and constants: (2, 3)
     clearance: float
-    wall: bool  # whether body 1 is a wall (see ..parameters)
+    wall: float  # 1 if body 1 is a wall, else 0
     stiffness: float  # K
     damper: float  # D
     eta: float
@@ -90,10 +88,10 @@ unpack_scheme = SCHEME.unpack
 
 
 @jit
-def side_of(generator, alone):
+def side_of(generator):
     """The rows of a generator that accelerations follow from."""
     a, b = generator[1], generator[3]
-    return Side(a[0], a[1], a[2], a[3], b[0], b[1], b[2], b[3], alone)
+    return Side(a[0], a[1], a[2], a[3], b[0], b[1], b[2], b[3])
 
 
 @jit
@@ -124,8 +122,6 @@ def with_accelerations(e, z, forcing):
 def step(e, z, s, forcing):
     """The motion after a step of length ``s`` on one side of the surface; ``forcing``: f₁ and f at its end."""
     x, v, a, g, u, b = z
-    if e.alone:
-        return x, v, a, *step_alone(e, g, u, b, s, forcing[1])
     half, quarter = 0.5 * s, 0.25 * s * s
     p, q = x + s * v + quarter * a, v + half * a
     pg, qg = g + s * u + quarter * b, u + half * b
@@ -317,10 +313,6 @@ def locate_change(m, pressed, z, end, length, k, s):
     elif gap <= 0.0 and rate <= 0.0:
         # the step begins on the surface and does not move away from it: contact changes where it ends
         return length, end, 0
-    if m.wall and m.stages.count == 0:
-        theta, motion = change_at_wall(m, side(m, pressed), pressed, z, there, reach, k, s)
-        if theta > 0.0:
-            return theta, (z[0], z[1], z[2], 0.0, motion[1], motion[2]), solves + 1
     # it falls where the contact status ends; where this begins, in the last change, the gap is zero and rises
     low, high, theta, beyond, least = 0.0, reach, reach, there, 0.0 if gap > 0.0 else AWAY
     better = root_by_curvature(gap, rate, sign * z[5], sign * there[3], reach)

@@ -18,7 +18,7 @@ of which the last piece did not end at a point. All other pieces with one j are 
 (:mod:`..accelerated.located_skip`).
 
 Every step is then proportional to Δτ, and the method is of second order throughout. With N = T_f/Δτ an impact costs N/2
-to N solves and some four to locate each change (two at a wall), a contact of duration t > T_c/2 costs up to twice
+to N solves and some four to locate each change, a contact of duration t > T_c/2 costs up to twice
 N/2 (1 + ln(2t/T_c)), however stiff it is. (In an FE code a step of another length costs another factorisation too.)
 """
 
@@ -28,7 +28,7 @@ from typing import NamedTuple
 from ..compile.options import jit, jit_inlined, jit_no_alloc
 from ..compile.packing import Layout
 from ..compile.record import OpenContact, no_contact, no_room, record_contact, unpack_buffers, with_impulse
-from ..equations.contact_law import contact_rate, force
+from ..equations.contact_law import contact_rate
 from ..equations.coordinates import contact_coordinates, displacements
 from ..equations.motion import (
     coefficients,
@@ -53,8 +53,7 @@ from .contact_location import (
     unpack_scheme,
     with_accelerations,
 )
-from .newmark import LIMIT, next_output
-from .wall_step import step_alone
+from .newmark import LIMIT
 
 MOST_HALVINGS = 60  # of a step of the grid
 ROUNDING = 1e-6  # of a piece, and of its longest length: a contact from a step of the grid on has whole ratios, which …
@@ -90,17 +89,13 @@ def located_scheme(p):
     h, fastest = 2 * math.pi / p.eta / p.steps, free_rate(p)
     rate = contact_rate(p.stiffness, p.damping, coefficients(p).inverse_mass)
     separated = separated_generator(p)
-    sides, forcing = (
-        (side_of(separated, p.wall > 0.0), side_of(pressed_generator(p), p.wall > 0.0)),
-        forcing_of(separated, free_equilibrium(p)),
-    )
     shortest, per_age = h * fastest / rate, h * fastest / math.pi
     return LocatedScheme(
-        sides[0],
-        sides[1],
-        forcing,
+        side_of(separated),
+        side_of(pressed_generator(p)),
+        forcing_of(separated, free_equilibrium(p)),
         p.clearance,
-        p.wall > 0.0,
+        p.wall,
         p.stiffness,
         p.damping,
         p.eta,
@@ -245,55 +240,6 @@ def advance(m, forces, s, window, buffers):
     return LocatedState(x, v, a, g, u, b, pressed, i, offset, solves, before, since, contact), status
 
 
-@jit_inlined
-def stays(pressed, gap, rate, b, after, length):
-    """Whether a step to ``after``, from a gap with its rate and acceleration, certainly does not change contact.
-
-    As in :func:`.contact_location.locate_change`, but for the look at the vertex.
-    """
-    sign = -1.0 if pressed else 1.0
-    gap, rate, curvature = sign * gap, sign * rate, 0.5 * sign * (b + after[2])
-    turns = gap > 0.0 and rate < 0.0 and -rate < curvature * length and 2.0 * gap * curvature <= rate * rate
-    return (after[0] <= 0.0) == pressed and not turns and abs(after[0]) < LIMIT
-
-
-@jit_inlined
-def glide_at_wall(m, forces, s, stop, window, sampled):
-    """The state after the next pieces of one length, of one body at a wall, in which nothing happens.
-
-    As :func:`advance` takes them; that takes the piece that follows, and those at whose end something is recorded. Most
-    of its time goes into what these pieces do not need.
-    """
-    _, parts = halvings_at(m, s.pressed, s.since)
-    piece, k, whole = m.h / parts, s.step % m.steps, parts == 1.0
-    done = points_passed(piece, s.offset)
-    if done * piece != s.offset:
-        return s
-    left = min(next_output(s.step, m.steps, window, sampled), stop) - s.step if whole else int(parts) - int(done)
-    left = min(left - 1, SOLVES_PER_STEP - (s.solves - s.solves_before))
-    e, pressed, g, u, b, offset = side(m, s.pressed), s.pressed, s.g, s.u, s.b, s.offset
-    since, impulse, taken = s.since, s.contact.impulse, 0
-    while taken < left and (whole or 0.5 * parts * longest_piece(m, since) < m.h):
-        point = (done + taken + 1.0) * piece
-        length = m.h if whole else point - offset
-        push = forces[k + taken + 1, 1] if whole else forcing_at(m, k, point)[1]
-        after = step_alone(e, g, u, b, length, push)
-        if not stays(pressed, g, u, b, after, length):
-            break
-        if pressed:
-            since += length
-            twice = force(m.stiffness, m.damper, g, u) + force(m.stiffness, m.damper, after[0], after[1])
-            impulse += 0.5 * length * twice
-        g, u, b = after
-        taken += 1
-        offset = point
-    solves, contact = s.solves + taken, with_impulse(s.contact, impulse)
-    if not whole:
-        return LocatedState(s.x, s.v, s.a, g, u, b, pressed, s.step, offset, solves, s.solves_before, since, contact)
-    before = solves if taken > 0 else s.solves_before
-    return LocatedState(s.x, s.v, s.a, g, u, b, pressed, s.step + taken, 0.0, solves, before, since, contact)
-
-
 @jit_no_alloc
 def integrate_located(packed, forces, state, stop, most, window, flat, sizes):
     """Integrate to the end of step ``stop`` of the grid.
@@ -326,10 +272,7 @@ def integrate_located(packed, forces, state, stop, most, window, flat, sizes):
     if s.offset == 0.0:
         z = motion_of(s)
         write_output(m, s.step, s.step % m.steps, z, contact_force(m, s.pressed, z), window, buffers)
-    glides, sampled = m.wall and m.stages.count == 0, buffers.samples.shape[0] > 0
     while s.step < stop and status == OK:
-        if glides:
-            s = glide_at_wall(m, forces, s, stop, window, sampled)
         s, status = advance(m, forces, s, window, buffers)
         if status == OK and s.solves > pause and s.offset == 0.0 and s.step < stop:
             status = PAUSED

@@ -28,7 +28,7 @@ from ..compile.options import jit, jit_inlined, jit_uncontracted
 from ..compile.packing import Layout
 from ..compile.record import OpenContact, no_contact, no_room, record_contact, unrecorded_contact, with_impulse
 from ..equations.contact_law import force, force_of_law
-from ..equations.coordinates import contact_coordinates, displacements
+from ..equations.coordinates import contact_coordinates, users_displacements
 from ..equations.motion import accelerations, coefficients
 from ..parameters import unpack_parameters
 from ..status import DIVERGED, FULL, OK
@@ -63,7 +63,7 @@ class Scheme(NamedTuple):
     rest1: float  # static equilibrium of the separated bodies: ξ₁ and ξ₂
     rest2: float
     clearance: float
-    wall: bool  # whether body 1 is a wall (see ..parameters)
+    wall: float  # 1 if body 1 is a wall, else 0
     exponent: float  # of the other laws, as in ..parameters
     penetration: float
     gain: float
@@ -131,7 +131,7 @@ def scheme_of(p):
         p.free_position,
         p.free_position + p.free_gap - p.clearance,
         p.clearance,
-        p.wall > 0.0,
+        p.wall,
         p.exponent,
         p.penetration,
         p.gain,
@@ -233,42 +233,6 @@ def integrate(m, cosines, state, stop):
     return status
 
 
-@jit
-def integrate_at_wall(m, cosines, state, stop):
-    """As :func:`integrate`, of one body and a wall.
-
-    A step without contact, Q += A and p += Q with A = l cos(ητ + ψ) − c Q − k p, is one chain of dependent sums, which
-    a second body would not lengthen. So it is made shorter: Q becomes (1 − c) Q + l cos(ητ + ψ) − k p, and what
-    rounding takes from 1 − c is added to the load with the Q of the step before, long known.
-    """
-    p1, q1, p2, q2, a1, a2, gap, pressed, done, contact = unpack_state(state)
-    cosine = cosines[1]
-    n, status, touch = cosine.shape[0] - 1, OK, m.touch
-    kept = 1.0 - m.damping2
-    lost = (1.0 - kept) - m.damping2
-    old = q2
-    while done < stop and status == OK:
-        for k in range(1, n + 1):
-            if pressed:
-                _, a2, _ = step(m, 0.0, 0.0, p2, q2, True, 0.0, cosine[k])
-                gap = p2 + 0.25 * a2
-                old, q2 = q2, q2 + a2
-            else:
-                load = m.load2 * cosine[k] + lost * old
-                old, q2 = q2, kept * q2 + load - m.stiffness2 * p2
-                a2 = q2 - old
-                gap = p2 + 0.25 * a2
-            p2 += q2
-            if (gap <= touch) != pressed:
-                pressed, contact = change_contact(pressed, contact, (done + k) * m.h)
-            if not abs(gap) < LIMIT:
-                status, n = DIVERGED, k
-                break
-        done += n
-    write_state(state, StepState(p1, q1, p2, q2, a1, a2, gap, pressed, done, contact))
-    return status
-
-
 @jit_inlined
 def motion(m, p1, q1, a1, p2, q2, a2):
     """(ξ₁, ξ₁′, ξ₂, ξ₂′) at the end of a step, from the predictors of the next one and the accelerations."""
@@ -279,9 +243,7 @@ def motion(m, p1, q1, a1, p2, q2, a2):
 @jit_inlined
 def displaced(m, x1, v1, x2, v2):
     """ξ₁, ξ₁′, ξ₂, ξ₂′ of displacements from the equilibrium of the separated bodies."""
-    if m.wall:
-        return displacements(m, x1, v1, x2 - m.touch, v2)
-    return x1 + m.rest1, v1, x2 + m.rest2, v2  # not by their difference, which rounds once more
+    return users_displacements(m, x1 + m.rest1, v1, x2 + m.rest2, v2)
 
 
 @jit_inlined

@@ -20,10 +20,10 @@ class Table:
 
     SAMPLES = 4096
 
-    def __init__(self, generator, eta, row, fastest, constant=0.0, one_body=False):
+    def __init__(self, generator, eta, row, fastest, constant=0.0):
         self.a, self.row, self.h = full_generator(generator, eta), row, REACH / fastest
-        self.constant, self.one_body = constant, one_body
-        self.phase = tabulate(generator, eta, row, self.h, (0.0, 0.0, constant), one_body)
+        self.constant = constant
+        self.phase = tabulate(generator, eta, row, self.h, (0.0, 0.0, constant))
         self.length = POINTS * self.h
 
     @functools.cached_property

@@ -9,7 +9,7 @@ from vibroscope.engine.drivers.parameters import parameters_of
 from vibroscope.engine.kernels.event_driven.chatter import can_sum, sum_up
 from vibroscope.engine.kernels.event_driven.setup import set_up_events
 from vibroscope.engine.kernels.event_driven.state import SYSTEM
-from vibroscope.engine.kernels.parameters import TWO_BODIES, no_keys
+from vibroscope.engine.kernels.parameters import no_keys
 
 from tests import hard
 
@@ -48,7 +48,7 @@ def test_a_motion_that_has_died_away_has_the_same_sum():
     system, method = System(excitation=Excitation(base=0.0)), Reference(threshold=0.0)
     packed = SYSTEM.zeros()
     set_up_events(packed, no_keys(), np.array(parameters_of(system, 1.0, method)), True, np.zeros(2), COMPLETION)
-    p = SYSTEM.read(packed, TWO_BODIES)
+    p = SYSTEM.read(packed)
     scale, start = 2.0**-700, np.array([1.0, 0.5, 0.0, 1e-8, 0.0, 0.0])
     (s, x, v), (s_small, x_small, v_small) = (
         sum_up(p.flight, tuple(z.tolist()), 0.5, p.mass_share, p.scratch) for z in (start, scale * start)

@@ -6,7 +6,7 @@ from mpmath import mp
 from vibroscope.engine import ExactPenalty, System
 from vibroscope.engine.drivers.parameters import parameters_of
 from vibroscope.engine.kernels.equations.motion import pressed_generator
-from vibroscope.engine.kernels.linear.double_double import exponential, multiply, powers, quick_exponential
+from vibroscope.engine.kernels.linear.double_double import exponential, multiply, quick_exponential
 from vibroscope.engine.kernels.linear.tables import full_generator
 
 STIFF = System(), 2.76, ExactPenalty(1e8, 3e4)
@@ -25,24 +25,10 @@ def test_a_product_has_twice_the_digits(divisor):
     high[:, 4:, :4] = 0.0  # no product has others
     a, b = (np.stack([part, part * 2.0**-53 * rng.uniform(-0.5, 0.5, (6, 6))]) for part in high)
     out = np.zeros((2, 6, 6))
-    multiply(out, a, b, divisor, False)
+    multiply(out, a, b, divisor)
     with mp.workdps(50):
         error = exact(out) - exact(a) * exact(b) / divisor
         assert mp.norm(error, mp.inf) < 2.0**-95
-
-
-@pytest.mark.parametrize("system", [System(wall=True), System(wall=True, clearance=0.5, d1=0.3)])
-def test_the_powers_of_one_body_are_rounded_once(system):
-    """Two bodies: tests/engine/kernels/test_tables.py."""
-    a = full_generator(pressed_generator(parameters_of(system, 2.76, ExactPenalty(1e4, 20.0))), 2.76)
-    a[:2] = a[:, :2] = 0.0  # which are left out
-    found = powers(exponential(a, 1e-3, 16, True), 64, True)
-    with mp.workdps(50):
-        for j in (1, 7, 8, 50, 64):
-            right = mp.expm(mp.matrix(a.tolist()) * mp.mpf(1e-3) * j)
-            for row in range(2, 6):
-                error = max(abs(found[j - 1, row, k] - right[row, k]) for k in range(2, 6))
-                assert error <= 2.0**-49 * max(abs(right[row, k]) for k in range(2, 6))
 
 
 def error_of(a, h, found):
@@ -56,10 +42,10 @@ def error_of(a, h, found):
 def test_an_exponential_has_twice_the_digits():
     a = full_generator(pressed_generator(parameters_of(*STIFF)), 2.76)
     h = 0.5 / np.abs(a).sum(axis=1).max()
-    assert error_of(a, h, exponential(a, h, 24, False)) < 1e-28
+    assert error_of(a, h, exponential(a, h, 24)) < 1e-28
 
 
 def test_a_quick_exponential_of_a_small_matrix_has_more_digits_than_a_power_of_it_needs():
     a = full_generator(pressed_generator(parameters_of(*STIFF)), 2.76)
     h = 0.15 / np.abs(a).sum(axis=1).max()
-    assert 64 * error_of(a, h, quick_exponential(a, h, 12, 4, False)) < 0.01 * 2.0**-52
+    assert 64 * error_of(a, h, quick_exponential(a, h, 12, 4)) < 0.01 * 2.0**-52

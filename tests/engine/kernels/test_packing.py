@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numba
 import numpy as np
-from vibroscope.engine.kernels.compile.packing import GIVEN, LANES, Layout
+from vibroscope.engine.kernels.compile.packing import LANES, Layout
 
 
 class Inner(NamedTuple):
@@ -62,32 +62,3 @@ def test_fields_lie_where_the_layout_says():
 
 def test_a_packed_array_begins_with_a_cache_line():
     assert LAYOUT.zeros().ctypes.data % (8 * LANES) == 0
-
-
-class Part(NamedTuple):
-    kind: tuple | None
-    number: float
-
-
-class Whole(NamedTuple):
-    part: Part
-    kind: tuple | None
-    last: float
-
-
-WITH_GIVEN = Layout(Whole, part=Layout(Part, kind=GIVEN), kind=GIVEN)
-unpack_with = WITH_GIVEN.unpack
-
-
-@numba.njit
-def last_if_given(packed, kind):
-    value = unpack_with(packed, kind)
-    return value.last if value.kind and value.part.kind else 0.0
-
-
-def test_what_is_given_takes_no_room_and_is_known_by_its_type():
-    packed = WITH_GIVEN.pack(Whole(Part(None, 0.5), None, -1.5))
-    assert packed.size == 2
-    assert WITH_GIVEN.read(packed, (True,)) == Whole(Part((True,), 0.5), (True,), -1.5)
-    assert (last_if_given(packed, (True,)), last_if_given(packed, None)) == (-1.5, 0.0)
-    assert len(last_if_given.signatures) == 2  # compiled for each, so that the type decides

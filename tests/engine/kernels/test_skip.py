@@ -17,7 +17,6 @@ from vibroscope.engine.kernels.accelerated.step_map import (
     fill_tables,
     step_map,
 )
-from vibroscope.engine.kernels.parameters import TWO_BODIES
 from vibroscope.engine.kernels.time_stepping.newmark import scheme_of, step
 
 SETTINGS = [
@@ -122,7 +121,7 @@ def test_a_step_is_its_map(contact):
 
 def tables_of(m, eta, free_rate, pressed_rate):
     """Tables of both contact states, their steps' maps, and the rows that give the signed gap at a step itself."""
-    tables = TABLES.read(TABLES.zeros(), TWO_BODIES)
+    tables = TABLES.read(TABLES.zeros())
     maps = step_map(m, eta, False), step_map(m, eta, True)
     for state, rate in ((FREE, free_rate), (PRESSED, pressed_rate)):
         fill_tables(tables, m, eta, state, rate)

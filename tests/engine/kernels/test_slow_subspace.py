@@ -20,7 +20,7 @@ def test_the_fast_part_is_that_of_the_eigenvectors():
     assert 0 < fast.sum() < 6
     assert np.abs(values[~fast]).max() == pytest.approx(slowest)
     right = (vectors[:, fast] @ np.linalg.inv(vectors)[fast]).real
-    found = fast_projector(rows, 2.76, radius, False)
+    found = fast_projector(rows, 2.76, radius)
     np.testing.assert_allclose(found, right[:4], atol=1e-10 * np.abs(right).max())
 
 

@@ -1,79 +1,139 @@
-"""What kernels compute in another way at a wall: the excitation after a skip, and the way to most zeros and changes."""
+"""A wall is a body that does not move, by its coefficients alone: nothing else in the kernels depends on it."""
 
 import math
 from dataclasses import replace
 
 import numpy as np
 import pytest
-from vibroscope.engine import HHT, Bathe, Excitation, Newmark, NewmarkBeta, System, simulate
-from vibroscope.engine.drivers.located import stages_of
-from vibroscope.engine.drivers.parameters import parameters_of
-from vibroscope.engine.drivers.skip_tables import LocatedTables
-from vibroscope.engine.drivers.step_modes import Piece
-from vibroscope.engine.kernels.accelerated.located_skip import FREE
-from vibroscope.engine.kernels.accelerated.step_map import FEW_AT_WALL, SKIPPING, set_up_skipping, turn_after
-from vibroscope.engine.kernels.compile.options import uncompiled
-from vibroscope.engine.kernels.linear.first_root import two_steps
-from vibroscope.engine.kernels.linear.tables import REACH, TERMS
-from vibroscope.engine.kernels.parameters import AT_WALL, no_keys
-from vibroscope.engine.kernels.time_stepping import contact_location
-from vibroscope.engine.kernels.time_stepping.contact_location import (
-    contact_force,
-    forcing_at,
-    side,
-    step,
-    with_accelerations,
+from vibroscope.engine import (
+    HHT,
+    Bathe,
+    ExactPenalty,
+    Excitation,
+    Newmark,
+    Reference,
+    System,
+    TimeStepping,
+    continue_branch,
+    simulate,
 )
-from vibroscope.engine.kernels.time_stepping.located import located_scheme
-from vibroscope.engine.kernels.time_stepping.wall_step import NOT_FOUND
-from vibroscope.engine.methods import STEPS_RANGE
+from vibroscope.engine.drivers.event_driven import LinearFlow, set_up
+from vibroscope.engine.drivers.parameters import parameters_of
+from vibroscope.engine.kernels.accelerated import located_skip, skip
+from vibroscope.engine.kernels.equations.coordinates import contact_coordinates, displacements
+from vibroscope.engine.kernels.equations.motion import joined_generator, pressed_generator, separated_generator
+from vibroscope.engine.kernels.event_driven import integrate, law_integrate, state
+from vibroscope.engine.kernels.time_stepping import linear_step, located, newmark
+
+FORCES = Excitation(base=0.8, base_phase=0.4, force1=1.1, force1_phase=0.7, constant1=0.3)
+WALLS = System(wall=True), System(wall=True, clearance=0.2, d1=0.05, restitution=0.8, excitation=FORCES)
+NEWMARK = Newmark(1200.0, 5.0, 400)
+STEPS = TimeStepping(1200.0, 5.0, 400)
+SOLVERS = {  # a method, the layout of its state, the numbers of body 1 in it, and its loop
+    "reference": (Reference(), state.STATE, ("x1", "v1"), integrate.integrate),
+    "summed chatter": (Reference(threshold=0.0), state.STATE, ("x1", "v1"), integrate.integrate),
+    "exact": (ExactPenalty(1200.0, 5.0), state.STATE, ("x1", "v1"), integrate.integrate),
+    "stiff": (ExactPenalty(1e8, 3e4), state.STATE, ("x1", "v1"), integrate.integrate),
+    "pieces": (ExactPenalty(1200.0, 5.0, "limited"), state.STATE, ("x1", "v1"), law_integrate.integrate_law),
+    "smooth": (ExactPenalty(1200.0, 0.1, "flores"), state.STATE, ("x1", "v1"), law_integrate.integrate_law),
+    "skipping": (NEWMARK, newmark.STATE, ("p1", "q1", "a1"), skip.integrate_skipping),
+    "every step": (replace(NEWMARK, every_step=True), newmark.STATE, ("p1", "q1", "a1"), newmark.integrate_recorded),
+    "located": (replace(NEWMARK, located=True), located.STATE, ("x", "v", "a"), located_skip.integrate_skipping),
+    "located, every step": (
+        replace(NEWMARK, located=True, every_step=True),
+        located.STATE,
+        ("x", "v", "a"),
+        located.integrate_located,
+    ),
+}
+STEPPED = {
+    "start": STEPS,
+    "end": replace(STEPS, integrator=HHT(), status="end", without_solution="keep"),
+    "two stages": replace(STEPS, integrator=Bathe(), every_step=True),
+    "law": replace(STEPS, law="hunt-crossley"),
+    "located": replace(STEPS, integrator=HHT(), status="located"),
+}
 
 
-@pytest.mark.parametrize("n", [*STEPS_RANGE, 5, 2000, 2048, 99_991])
-def test_the_excitation_after_any_step(n):
-    packed = SKIPPING.zeros()
-    row = np.array(parameters_of(System(wall=True), 1.08, Newmark(100.0, 1.0, n)))
-    set_up_skipping(packed, no_keys(), row)
-    scheme = SKIPPING.read(packed, AT_WALL)
-    steps = np.unique(np.linspace(0, n - 1, 1000).astype(int))
-    found = [uncompiled(turn_after)(scheme.tables.turns, scheme.shift, k) for k in steps.tolist()]
-    angle = 2 * math.pi * (steps / n)
-    np.testing.assert_allclose(found, np.column_stack([np.cos(angle), np.sin(angle)]), atol=1.5e-15)
+def ended(system, method):
+    """The packed state at the end of a run in which the bodies meet."""
+    run = simulate(system, 0.9, method, periods=6, keep=6)
+    assert run.ok
+    assert len(run.contacts) + len(run.impacts.time) > 3
+    return np.array(run.checkpoint.state)
 
 
-def polynomial(root, order, rng):
-    """(root − u)ᵒʳᵈᵉʳ q(u) as powers of u, and q, whose coefficients fall as those of a motion do."""
-    sizes = np.cumprod(np.append(1.0, REACH / np.arange(1, TERMS - order)))
-    q = np.append(1.0, rng.normal(size=TERMS - order - 1)) * sizes
-    terms = q
-    for _ in range(order):
-        terms = np.convolve(terms, (root, -1.0))
-    return terms, q
+@pytest.mark.parametrize("system", WALLS, ids=["plain", "general"])
+@pytest.mark.parametrize("solver", SOLVERS)
+def test_body_1_does_not_move_by_a_single_bit(solver, system):
+    method, layout, names, _ = SOLVERS[solver]
+    found = layout.read(ended(system, method))
+    assert [getattr(found, name) for name in names] == [0.0] * len(names)
 
 
-def test_two_steps_reach_a_zero_and_know_it():
-    rng = np.random.default_rng(5)
-    for _ in range(500):
-        root = rng.uniform(0.02, 0.98)
-        terms, q = polynomial(root, 1, rng)
-        u, slope, arrived = two_steps(terms, root * (1 + 3e-3 * rng.uniform(-1, 1)))
-        assert arrived
-        assert u == pytest.approx(root, rel=1e-14)
-        assert slope == pytest.approx(-np.polynomial.Polynomial(q)(u), rel=1e-13)
+@pytest.mark.parametrize("system", WALLS, ids=["plain", "general"])
+@pytest.mark.parametrize("method", STEPPED.values(), ids=STEPPED)
+def test_nor_does_it_with_other_integrators_and_laws(method, system):
+    packed = ended(system, method)
+    if method.located:
+        found = located.STATE.read(packed)
+        assert (found.x, found.v, found.a) == (0.0, 0.0, 0.0)
+    else:
+        np.testing.assert_array_equal(linear_step.STATE.read(packed).y[[0, 2, 4]], 0.0)
 
 
-def test_two_steps_say_where_they_have_not_arrived():
-    rng = np.random.default_rng(6)
-    for _ in range(100):
-        root = rng.uniform(0.1, 0.9)
-        many, _ = polynomial(root, 3, rng)  # a threefold zero, to which a step goes half of the way
-        assert not two_steps(many, root + 0.05)[2]
-        beyond, _ = polynomial(1.0 + root, 1, rng)
-        assert not two_steps(beyond, 0.99)[2]
+@pytest.mark.parametrize("solver", SOLVERS)
+def test_a_loop_is_compiled_once_for_both_kinds_of_system(solver):
+    method, *_, loop = SOLVERS[solver]
+    ended(System(), method)
+    known = list(loop.signatures)
+    ended(WALLS[1], method)
+    assert list(loop.signatures) == known
+
+
+@pytest.mark.parametrize("system", WALLS, ids=["plain", "general"])
+def test_the_motions_of_the_two_bodies_are_not_coupled(system):
+    p = parameters_of(system, 1.3, ExactPenalty(1e4, 20.0))
+    for generator in (separated_generator(p), pressed_generator(p), joined_generator(p)):
+        assert not generator[:2, 2:].any()
+        assert not generator[2:, :2].any()
+
+
+@pytest.mark.parametrize("method", [Reference(), ExactPenalty(1200.0, 5.0)], ids=["reference", "exact"])
+def test_no_start_moves_body_1(method):
+    """So the derivative of the motion has two columns and two rows of zeros."""
+    flow = LinearFlow(set_up(WALLS[1], 0.9, method))
+    y, jacobian, _ = flow.with_jacobian(flow.start((0.0, 0.0, 0.3, -0.4)), 3.0)
+    assert not y[:2].any()
+    assert not jacobian[:2].any()
+    assert not jacobian[:, :2].any()
+    assert jacobian[2:, 2:].any()
+
+
+@pytest.mark.parametrize("method", [Reference(), ExactPenalty(1200.0, 5.0), replace(NEWMARK, located=True)], ids=repr)
+def test_two_multipliers_of_a_branch_are_zero(method):
+    branch = continue_branch(WALLS[1], 1.9, method, low=1.8, high=2.0)
+    assert len(branch.values) > 3
+    assert not branch.sections[..., 2:].any()
+    assert not np.abs(branch.multipliers[:, 2:]).any()
+
+
+def test_coordinates_of_a_wall_and_of_two_bodies():
+    x, v, y, w = 0.3, -0.7, 0.45, 0.2
+    for system in (System(clearance=0.1), System(mu=0.4, clearance=-0.3)):
+        found = contact_coordinates(system, x, v, y, w)
+        assert found == (x, v, system.clearance + (y - x), w - v)
+        assert displacements(system, *found)[:2] == (x, v)
+        assert displacements(system, *found)[2:] == pytest.approx((y, w), abs=1e-15)
+    wall = WALLS[1]
+    found = contact_coordinates(wall, x, v, 0.0, 0.0)
+    assert found == (0.0, 0.0, wall.clearance - x, -v)
+    assert displacements(wall, *found) == pytest.approx((x, v, 0.0, 0.0), abs=1e-16)
+    assert math.copysign(1.0, displacements(wall, *found)[2]) == 1.0  # it is printed, without a sign
 
 
 def test_a_wall_is_hit_at_the_same_steps():
-    """Skipped and plain steps of 120 settings: the change of contact in a stride, mostly without a search."""
+    """Skipped and plain steps of 120 settings."""
     rng, contacts = np.random.default_rng(8), 0
     for _ in range(120):
         eta, n = rng.uniform(0.5, 4.0), int(np.exp(rng.uniform(math.log(200), math.log(32000))))
@@ -89,76 +149,3 @@ def test_a_wall_is_hit_at_the_same_steps():
         np.testing.assert_allclose(skipped.contacts, plain.contacts, atol=1e-3 / n, err_msg=str((eta, method)))
         np.testing.assert_allclose(skipped.section, plain.section, atol=1e-7 * np.abs(plain.section).max())
     assert contacts > 400
-
-
-@pytest.mark.parametrize("steps", [8, 40, 200, 3000])
-def test_the_instant_of_a_change_is_that_of_the_secants(steps, monkeypatch):
-    """In steps with one change of contact; where the instant is not certain the secants follow."""
-    rng, found, exact = np.random.default_rng(steps), 0, uncompiled(contact_location.locate_change)
-    system = System(wall=True, d1=0.05, clearance=0.2, excitation=Excitation(base=0.8, force1=1.1, force1_phase=0.7))
-    for case in range(200):
-        p = parameters_of(system, 1.3, Newmark(10 ** rng.uniform(1, 5), rng.uniform(0, 20), steps, located=True))
-        m, pressed, k = located_scheme(p), bool(case % 2), int(rng.integers(steps))
-        e, length = side(m, pressed), min(m.h, m.shortest_step) if pressed else m.h
-        rate = rng.choice([-1.0, 1.0]) * rng.uniform(0.1, 3)
-        gap = 0.0 if rate < 0.0 and pressed else -rate * length * rng.uniform(0, 1)
-        z = with_accelerations(e, (0.0, 0.0, 0.0, gap, rate, 0.0), forcing_at(m, k, 0.0))
-        end = step(e, z, length, forcing_at(m, k, length))
-        if (end[3] <= 0.0) == pressed or (gap <= 0.0) != pressed:
-            continue
-        theta, motion, solves = exact(m, pressed, z, end, length, k, 0.0)
-        found += solves == 1
-        with monkeypatch.context() as secants:
-            secants.setattr(contact_location, "change_at_wall", lambda *_: (NOT_FOUND, (0.0, 0.0, 0.0)))
-            other, there, _ = exact(m, pressed, z, end, length, k, 0.0)
-        assert theta == pytest.approx(other, abs=1e-12 * length)
-        np.testing.assert_allclose(motion, there, rtol=1e-9, atol=1e-11 * max(1.0, abs(z[5])))
-        again = step(e, z, theta, forcing_at(m, k, theta))
-        assert abs(again[3]) <= 1e-13 * max(abs(gap), abs(rate) * length)
-    assert found >= (60 if steps >= 200 else 1)
-
-
-@pytest.mark.parametrize("integrator", [None, HHT(), Bathe()], ids=repr)
-def test_tables_at_a_wall_are_those_of_two_bodies(integrator):
-    """Of which the first does not move: the same values of what is watched, and the same motions."""
-    system = System(wall=True, d1=0.05, clearance=0.2, excitation=Excitation(base=0.8, constant1=0.3))
-    method, kind = Newmark(700.0, 6.0, 400, located=True), integrator or NewmarkBeta()
-    p = parameters_of(system, 1.3, method)
-    m = located_scheme(p)
-    if integrator:
-        m = m._replace(stages=stages_of(kind, p), shortest_step=m.h)
-    one, two = (LocatedTables(each, p, kind, [Piece(700.0, 6.0)]) for each in (m, m._replace(wall=False)))
-    for made in (one, two):
-        made.make_asked()
-    few, many = one.arrays, two.arrays
-    np.testing.assert_array_equal(few.counts, many.counts)
-    np.testing.assert_array_equal(few.strides, many.strides)
-    modes = np.flatnonzero(few.counts == 1)
-    assert modes[0] == FREE
-    assert len(modes) > 1
-    rng = np.random.default_rng(3)
-    for mode, pressed in ((mode, mode != FREE) for mode in modes):
-        u = np.append(rng.normal(size=5), 1.0)
-        whole = np.zeros(10)
-        whole[[1, 3, 5, 7, 8, 9]] = u
-        whole[6] = contact_force(m, pressed, (0.0, 0.0, 0.0, *u[:3]))
-        for level in range(2 if few.strides[mode] else 1):
-            close = {"rtol": 1e-9, "atol": 1e-9}
-            np.testing.assert_allclose(u @ few.rows[mode, 0, level], whole @ many.rows[mode, 0, level], **close)
-            after = np.einsum("eji,j->ei", few.columns[mode, level], u)
-            expected = np.einsum("eji,j->ei", many.columns[mode, level], whole)[:, [1, 3, 5, 7, 8, 9]]
-            np.testing.assert_allclose(after, expected, rtol=1e-8, atol=1e-8 * np.abs(expected).max())
-            np.testing.assert_allclose(few.impulses[mode, level] @ u, many.impulses[mode, level] @ whole, **close)
-    np.testing.assert_allclose(few.rates, many.rates[:, [1, 3, 5, 7, 8, 9]], rtol=1e-12, atol=1e-15)
-
-
-@pytest.mark.parametrize(("eta", "stiffness", "damping", "n"), [(1.7, 12000, 18, 2000), (2.76, 12000, 0, 2000)])
-def test_a_contact_is_seen_to_end_before_its_mode_leads_back(eta, stiffness, damping, n):
-    packed = SKIPPING.zeros()
-    row = np.array(parameters_of(System(wall=True), eta, Newmark(stiffness, damping, n)))
-    set_up_skipping(packed, no_keys(), row)
-    scheme = SKIPPING.read(packed, AT_WALL)
-    touches = np.array([0.0, 0.0, -scheme.scheme.h, -scheme.scheme.h, 0.0, 0.0])  # with a closing speed of one
-    signed_gaps = touches @ scheme.tables.signed_gaps[1, 0]
-    assert signed_gaps[scheme.midst - 1] < 0.0 < signed_gaps[: scheme.midst // 2].min()
-    assert scheme.midst <= FEW_AT_WALL
