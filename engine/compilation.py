@@ -1,11 +1,20 @@
 """Compilation of all kernels ahead of their first use: in what order, how far it is, and whether it has been done.
 
 A kernel is compiled when it is first called, once for each processor and each version of the sources; the machine code
-is kept in the cache folder. All of them together take some eight minutes on two cores, most of it in a few kernels,
-into which everything is inlined that they call. So progress is counted in compiled functions, not in kernels.
+is kept in the cache folder. It takes minutes, most of it in a few kernels, into which everything is inlined that they
+call. So progress is counted in compiled functions, not in kernels.
+
+Several processes fill one cache (:mod:`.compile_helpers`). Each makes the calls that no other has begun, the first
+process from the first call on and those that help it from the last: calls that share functions stand beside each other,
+so that one process makes them. In the end the first process makes all calls: it loads what others have compiled, and
+compiles what is missing.
 """
 
-from collections.abc import Callable, Iterator
+import itertools
+import os
+import sys
+import threading
+from collections.abc import Callable
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -13,10 +22,11 @@ import numpy as np
 
 from .batch import run_cells
 from .cells import Cells
+from .compile_helpers import Claims, Helpers, end_with_input, tell
 from .divergence.compare import compare
 from .divergence.verdict import verdict
 from .drivers import orbit_steps, settle
-from .drivers.code_cache import CompileListener, compilable_functions, complete_mark
+from .drivers.code_cache import CompileListener, compilable_functions, complete_mark, is_cache_private
 from .drivers.event_driven import hybrid_state
 from .drivers.orbit import PART, OrbitEquations, numbers_of
 from .methods import ExactPenalty, Newmark, Reference, TimeStepping
@@ -60,19 +70,19 @@ _RUNS = {  # what is called, by what it solves
         2500.0, 8.0, 2000, status="located", law="cut", every_step=True
     ),
 }
-_EXPLAINED = "differences"  # the last that the explorer opens with: runs and their parts, as it explains them
-_OPENING = (
+_OPENING = (  # what the explorer opens with, and what its verdict tries; those that share functions beside each other
     "reference",
-    "Newmark",
-    "Newmark, every step",  # of few steps all are taken
     "exact penalty",
     "other contact laws",
+    "other integrators",
     "Newmark, located",
-    "other integrators",  # which a verdict tries
-    _EXPLAINED,
+    "Newmark, every step",  # of few steps all are taken
+    "Newmark",
 )
 _SCENES = (1.08, 100.0, 50.0), (1.08, 2500.0, 8.0), (1.70, 12000.0, 18.0), (2.76, 12000.0, 18.0)  # η, K and D
-_BATCHES = ("reference", "Newmark", "exact penalty")
+_BATCHES = ("reference", "exact penalty", "Newmark")
+_OPENS = 2  # stages that the explorer opens with
+MOST_PROCESSES = 4  # each takes a gigabyte
 
 
 def is_compiled() -> bool:
@@ -80,25 +90,56 @@ def is_compiled() -> bool:
     return complete_mark().exists()
 
 
-def compile_kernels(progress: Callable[[CompileProgress], None] | None = None) -> None:
-    """Compile every kernel, or load it from the cache; ``progress`` is called whenever a function is ready."""
-    functions, ready, solver, opens = compilable_functions(), set(), "", False
+def compile_kernels(progress: Callable[[CompileProgress], None] | None = None, processes: int | None = 1) -> None:
+    """Compile every kernel, or load it from the cache.
+
+    Parameters
+    ----------
+    progress : callable, optional
+        Called whenever a function is ready, by one thread at a time.
+    processes : int, optional
+        Processes that compile, this one included; None: one for each core, MOST_PROCESSES at most.
+    """
+    functions, ready, lock, solver, opens = compilable_functions(), set(), threading.Lock(), "", False
 
     def count(function: str | None) -> None:
-        ready.update(functions & {function})
-        if progress is not None:
-            progress(CompileProgress(len(ready) / len(functions), solver, opens))
+        with lock:
+            ready.update(functions & {function})
+            if progress is not None:
+                progress(CompileProgress(len(ready) / len(functions), solver, opens))
 
-    with CompileListener(count):
-        for name, call in calls():
-            solver, opens = name, opens or name not in _OPENING
-            count(None)
-            call()
+    if processes is None:
+        processes = min(os.cpu_count() or 1, MOST_PROCESSES)
+    helping = 0 if is_cache_private() else processes - 1
+    with Helpers(helping, count) as helpers, CompileListener(count):
+        for number, stage in enumerate(stages()):
+            opens = number >= _OPENS
+            for call in stage:
+                if helpers.claims.take(call.number):
+                    solver = call.what
+                    count(None)
+                    call.make()
+                    helpers.made(call.number)
+            helpers.wait(call.number for call in stage)
+            if helping:
+                for call in stage:
+                    call.make()
     if progress is not None:
         progress(CompileProgress(1.0, solver, True))
     mark = complete_mark()
     if mark.parent.exists():
         mark.touch()
+
+
+def help_to_compile(folder: str) -> None:
+    """Make calls that no other process has begun, the last first, and tell the process that began them all."""
+    end_with_input()
+    claims, (solvers, _, others) = Claims(folder), stages()
+    with CompileListener(tell):
+        for call in (*reversed(solvers), *reversed(others)):
+            if claims.take(call.number):
+                call.make()
+                tell(call.number)
 
 
 def _settle(cells: Cells) -> None:
@@ -131,17 +172,39 @@ def _step(system: System) -> None:
     orbit_steps.null_vector(np.eye(4, 5))
 
 
-def calls() -> Iterator[tuple[str, Callable[[], object]]]:
-    """Yield what is solved, in words, and a call that loads its kernels."""
-    system = System()
-    for name in (*_OPENING, *(name for name in _RUNS if name not in _OPENING)):
-        if name == _EXPLAINED:
-            yield name, lambda: [verdict(compare(system, eta, Newmark(*contact, 2000))) for eta, *contact in _SCENES]
-        else:
-            yield name, lambda method=_RUNS[name]: simulate(system, 1.08, method, periods=2, keep=1)
-    yield "steady motions", lambda: steady(system, 1.08, Reference())
-    for name in _BATCHES:
-        cells = Cells(system, [1.08], _RUNS[name])
-        yield f"{name}, for studies", lambda cells=cells: run_cells(cells, transient=1, sample=2)
-    yield "branches", lambda: _step(system)
-    yield "basins of attraction", lambda: _settle(Cells(system, [1.08], Reference()))
+class Call(NamedTuple):
+    """A call that loads kernels: its place among all, what it solves, in words, and how it is made."""
+
+    number: int
+    what: str
+    make: Callable[[], object]
+
+
+def stages() -> list[list[Call]]:
+    """All calls, in stages that are made one after the other: solvers, their differences, everything else.
+
+    The differences need all solvers: no process makes them while another compiles one.
+    """
+    system, later = System(), [name for name in _RUNS if name not in _OPENING]
+    run = {
+        name: lambda method=method: simulate(system, 1.08, method, periods=2, keep=1) for name, method in _RUNS.items()
+    }
+    cells = {f"{name}, for studies": Cells(system, [1.08], _RUNS[name]) for name in _BATCHES}
+    studies = {what: lambda some=some: run_cells(some, transient=1, sample=2) for what, some in cells.items()}
+    found = [
+        {name: run[name] for name in _OPENING},
+        {"differences": lambda: [verdict(compare(system, eta, Newmark(*own, 2000))) for eta, *own in _SCENES]},
+        {
+            "steady motions": lambda: steady(system, 1.08, Reference()),
+            "basins of attraction": lambda: _settle(Cells(system, [1.08], Reference())),
+            "branches": lambda: _step(system),
+            **studies,
+            **{name: run[name] for name in later},
+        },
+    ]
+    number = itertools.count()
+    return [[Call(next(number), *each) for each in stage.items()] for stage in found]
+
+
+if __name__ == "__main__":
+    help_to_compile(sys.argv[1])

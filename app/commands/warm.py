@@ -19,5 +19,5 @@ def add(commands) -> None:
 
 def run(options: argparse.Namespace) -> None:
     """Compile every kernel, or load it from the cache."""
-    compile_kernels(show_compilation)
+    compile_kernels(show_compilation, processes=None)
     show_compilation(None)

@@ -127,4 +127,4 @@ def _print(progress: CompileProgress) -> None:
 
 if __name__ == "__main__":
     lower_priority()
-    compile_kernels(_print)
+    compile_kernels(_print, processes=None)

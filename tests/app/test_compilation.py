@@ -88,9 +88,9 @@ def test_a_move_waits_for_the_solvers_of_its_setting():
 
 
 def test_what_the_explorer_opens_with_is_compiled_first_whole_comparisons_last(monkeypatch, tmp_path):
-    heard, real = [], engine.calls
+    heard, real = [], engine.stages()
     monkeypatch.setattr(engine, "complete_mark", lambda: tmp_path / "none" / "mark")
-    monkeypatch.setattr(engine, "calls", lambda: ((name, lambda: None) for name, _ in real()))
+    monkeypatch.setattr(engine, "stages", lambda: [[call._replace(make=str) for call in stage] for stage in real])
     engine.compile_kernels(heard.append)
     opening = [progress.what for progress in heard if not progress.opens]
     assert opening[-1] == "differences"
@@ -183,14 +183,11 @@ def test_the_share_rises_to_all_without_a_jump(monkeypatch, tmp_path):
             super().__init__()
             compiled.append(act)
 
-    def calls():
-        for name in functions:
-            yield name, lambda name=name: compiled[0](name)
-
+    calls = [engine.Call(i, name, lambda name=name: compiled[0](name)) for i, name in enumerate(functions)]
     monkeypatch.setattr(engine, "compilable_functions", lambda: {*functions})
     monkeypatch.setattr(engine, "complete_mark", lambda: tmp_path / "complete")
     monkeypatch.setattr(engine, "CompileListener", Listener)
-    monkeypatch.setattr(engine, "calls", calls)
+    monkeypatch.setattr(engine, "stages", lambda: [calls])
     engine.compile_kernels(lambda progress: shares.append(progress.share))
     steps = [later - earlier for earlier, later in itertools.pairwise(shares)]
     assert (shares[0], shares[-1]) == (0, 1)
