@@ -133,6 +133,7 @@ def test_coordinates_of_a_wall_and_of_two_bodies():
     wall = WALLS[1]
     found = contact_coordinates(wall, x, v, 0.0, 0.0)
     assert found == (0.0, 0.0, wall.clearance - x, -v)
+    assert found == contact_coordinates(wall, x, v, y, w)  # whatever is given for body 2
     assert displacements(wall, *found) == pytest.approx((x, v, 0.0, 0.0), abs=1e-16)
     assert math.copysign(1.0, displacements(wall, *found)[2]) == 1.0  # it is printed, without a sign
 
