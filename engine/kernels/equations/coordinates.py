@@ -24,5 +24,6 @@ def users_displacements(p, x1, v1, x2, v2):
 @jit_inlined
 def contact_coordinates(p, x1, v1, x2, v2):
     """(ξ₁, ξ₁′, g, g′) as kernels count them."""
-    x1, v1, x2, v2 = x1 - p.wall * x1, v1 - p.wall * v1, x2 - p.wall * x1, v2 - p.wall * v1
+    x2, v2 = x2 - p.wall * (x1 + x2), v2 - p.wall * (v1 + v2)
+    x1, v1 = x1 - p.wall * x1, v1 - p.wall * v1
     return x1, v1, p.clearance + (x2 - x1), v2 - v1

@@ -20,7 +20,8 @@ from vibroscope.engine import (
 from vibroscope.engine.drivers.event_driven import LinearFlow, set_up
 from vibroscope.engine.drivers.parameters import parameters_of
 from vibroscope.engine.kernels.accelerated import located_skip, skip
-from vibroscope.engine.kernels.equations.coordinates import contact_coordinates, displacements
+from vibroscope.engine.kernels.compile.options import uncompiled
+from vibroscope.engine.kernels.equations import coordinates
 from vibroscope.engine.kernels.equations.motion import joined_generator, pressed_generator, separated_generator
 from vibroscope.engine.kernels.event_driven import integrate, law_integrate, state
 from vibroscope.engine.kernels.time_stepping import linear_step, located, newmark
@@ -119,6 +120,10 @@ def test_two_multipliers_of_a_branch_are_zero(method):
 
 
 def test_coordinates_of_a_wall_and_of_two_bodies():
+    contact_coordinates, displacements = (
+        uncompiled(coordinates.contact_coordinates),
+        uncompiled(coordinates.displacements),
+    )
     x, v, y, w = 0.3, -0.7, 0.45, 0.2
     for system in (System(clearance=0.1), System(mu=0.4, clearance=-0.3)):
         found = contact_coordinates(system, x, v, y, w)
@@ -128,6 +133,7 @@ def test_coordinates_of_a_wall_and_of_two_bodies():
     wall = WALLS[1]
     found = contact_coordinates(wall, x, v, 0.0, 0.0)
     assert found == (0.0, 0.0, wall.clearance - x, -v)
+    assert found == contact_coordinates(wall, x, v, y, w)  # whatever is given for body 2
     assert displacements(wall, *found) == pytest.approx((x, v, 0.0, 0.0), abs=1e-16)
     assert math.copysign(1.0, displacements(wall, *found)[2]) == 1.0  # it is printed, without a sign
 
