@@ -24,7 +24,7 @@ from ..model import System
 from ..wording import rounded_to
 from .limits import Limits
 from .range_trials import RangeTrials
-from .trials import NEIGHBOURS, NewmarkSetting, Trial, Trials
+from .trials import NEIGHBOURS, NewmarkSetting, Trial
 
 CONTACT_STEPS = (1.5, 100.0)  # steps in a contact that are worth a trial
 FORCE_STEPS = 2.0  # the least of them for a tolerance of the peak force, times that: Newmark's is off by some 3/steps
@@ -51,7 +51,7 @@ class ContactSearch:
         Settings that were judged with all their neighbours.
     """
 
-    trials: Trials | RangeTrials
+    trials: RangeTrials
     system: System
     limits: Limits
     tolerance: float

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from ..methods import DAMPING_RANGE, STIFFNESS_RANGE
 from .limits import Limits
 from .range_trials import RangeTrials
-from .trials import NewmarkSetting, Trial, Trials
+from .trials import NewmarkSetting, Trial
 
 STRIDE = 1.05  # from point to point of a range, a factor
 FARTHEST = 10  # points on each side: a factor of 1.6
@@ -43,7 +43,7 @@ class MiddleSearch:
 
     Parameters
     ----------
-    trials : Trials or RangeTrials
+    trials : RangeTrials
     limits : Limits
         What is held is not moved.
     tolerance : float
@@ -55,7 +55,7 @@ class MiddleSearch:
         By each verified setting: :attr:`Middle.ranges`.
     """
 
-    def __init__(self, trials: Trials | RangeTrials, limits: Limits, tolerance: float):
+    def __init__(self, trials: RangeTrials, limits: Limits, tolerance: float):
         self.trials, self.limits, self.tolerance = trials, limits, tolerance
         self.ranges: dict[NewmarkSetting, dict[str, tuple[float, float]]] = {}
         self._known: dict[NewmarkSetting, bool] = {}

@@ -99,7 +99,7 @@ class Trial(NamedTuple):
 
 
 class Trials:
-    """Runs of a method against one target, in a pool of threads (kernels release the GIL).
+    """Runs of a method against one target; a pool of threads verifies (kernels release the GIL).
 
     Parameters
     ----------
@@ -138,15 +138,8 @@ class Trials:
         self._short: dict[tuple, tuple[float, float]] = {}  # results of short runs, many of which are needed again
         self._excess: dict[NewmarkSetting, float] = {}
         self._verified: dict[NewmarkSetting, Trial] = {}
+        self._verified_alone: dict[NewmarkSetting, Trial] = {}
         self._peaks: dict[tuple, float] = {}  # peak forces without a time step
-
-    def screen(self, settings: Iterable[NewmarkSetting], neighbours: int = 0, bound: float = math.inf) -> list[Trial]:
-        """Try settings by short runs that begin on the reference's motion, to choose by."""
-        return list(self._pool.map(lambda setting: self.screen_one(setting, neighbours, bound), settings))
-
-    def confirm(self, settings: Iterable[NewmarkSetting], bound: float = math.inf) -> list[Trial]:
-        """Try settings by a run of 2,050 periods from rest, with neighbours that they were not chosen by."""
-        return list(self._pool.map(lambda setting: self.confirm_one(setting, bound), settings))
 
     def error_of_every_step(self, setting: NewmarkSetting) -> float:
         """Return the error of the run from rest that computes every step, as an FE code must, and skips none.
@@ -155,25 +148,17 @@ class Trials:
         """
         return self.run(setting, self._system.rest, LONG, KEEP, PER_PERIOD, every_step=True)[0]
 
-    def screen_one(self, setting: NewmarkSetting, neighbours: int = 0, bound: float = math.inf) -> Trial:
-        """One setting as in :meth:`screen`, in the calling thread."""
+    def screen(self, setting: NewmarkSetting, neighbours: int = 0, bound: float = math.inf) -> Trial:
+        """Try a setting by a short run that begins on the reference's motion, to choose by."""
         error, cost = self._run_short(setting)
         if neighbours == 0:
             return Trial(setting, error, math.inf, cost)
         around = (self._run_short(other)[0] for other in neighbourhood(setting, range(1, neighbours + 1)))
         return Trial(setting, error, self._robust(setting, error, around, neighbours, bound), cost)
 
-    def meets_one(self, setting: NewmarkSetting, bound: float) -> bool:
+    def meets(self, setting: NewmarkSetting, bound: float) -> bool:
         """Whether a setting seems to keep to all tolerances, by short runs."""
-        return self.screen_one(setting, NEIGHBOURS, bound).robust <= bound and self.excess(setting) <= 1.0
-
-    def all_meet(self, settings: Iterable[NewmarkSetting], bound: float) -> list[bool]:
-        """Whether each of several settings seems to keep to all tolerances."""
-        return list(self._pool.map(lambda setting: self.meets_one(setting, bound), settings))
-
-    def excesses(self, settings: Iterable[NewmarkSetting]) -> list[float]:
-        """See :meth:`excess`, of several settings."""
-        return list(self._pool.map(self.excess, settings))
+        return self.screen(setting, NEIGHBOURS, bound).robust <= bound and self.excess(setting) <= 1.0
 
     def excess(self, setting: NewmarkSetting) -> float:
         """Return :attr:`Trial.excess` of a short run, without that of half the step."""
@@ -188,8 +173,8 @@ class Trials:
         peak = self._peak_without_step(setting, self._start)
         return contacts_of(run, peak, self.target, self._cancelled).excess(self.tolerances)
 
-    def confirm_one(self, setting: NewmarkSetting, bound: float = math.inf) -> Trial:
-        """One setting as in :meth:`confirm`, in the calling thread."""
+    def confirm(self, setting: NewmarkSetting, bound: float = math.inf) -> Trial:
+        """Try a setting by a run of 2,050 periods from rest, with neighbours that it was not chosen by."""
         error, cost = self._run_from_rest(setting, PER_PERIOD)
         others = neighbourhood(setting, range(NEIGHBOURS + 1, NEIGHBOURS + NEW_NEIGHBOURS + 1))
         around = (
@@ -213,6 +198,11 @@ class Trials:
 
     def verify_alone(self, setting: NewmarkSetting) -> Trial:
         """Try a setting as :meth:`verify` does, but for its neighbours: the same with half the step counts as well."""
+        if setting not in self._verified_alone:
+            self._verified_alone[setting] = self._from_rest_and_halved(setting)
+        return self._verified_alone[setting]
+
+    def _from_rest_and_halved(self, setting: NewmarkSetting) -> Trial:
         peak = self._peak_without_step(setting, None)
         error, contacts = self._from_rest(setting, peak, MORE_SAMPLES)
         halved, of_half = self._from_rest(setting._replace(steps=2 * setting.steps), peak)
