@@ -3,10 +3,12 @@
     .venv/bin/python tools/regression_table.py --write build/before.npz     # on the commit before
     .venv/bin/python tools/regression_table.py --against build/before.npz   # after the change
 
-The table holds every solver on the scenes and the hard cases, 300 random systems, 20 sweeps, 20 comparisons and 20
-recommendations. Runs are short (``PERIODS``) where a motion may be chaotic: a difference in the last bit grows by the
-largest Lyapunov exponent, and would say nothing about the change after a hundred periods. The limits of what is
-compared are those of floating point: machine code may fuse a product and a sum on one version and not on the other.
+The table holds every solver on the scenes and the hard cases, every law with every integrator and contact status, 300
+random systems (walls and constant forces among them), some 20 sweeps of each kind, 30 comparisons, 30 recommendations,
+20 branches with their points and 10 basins. Runs are short (``PERIODS``) where a motion may be chaotic: a difference in
+the last bit grows by the largest Lyapunov exponent, and would say nothing about the change after a hundred periods. The
+limits of what is compared are those of floating point: machine code may fuse a product and a sum on one version and not
+on the other. Speeds are compared in pairs by `benchmarks/against.py`.
 """
 
 import argparse
@@ -29,6 +31,7 @@ ROOT = Path(__file__).resolve().parents[1]
 PERIODS = 12
 RANDOM_SYSTEMS = 300
 SEED = 20261122
+SWEPT = 1.08, 1.35, 1.70, 2.3, 2.76, 3.25, 3.5  # η of planes, of steps and of steps without a solution
 SAME = 1e-13  # relative to the largest number of an array: a sum in another order
 
 
@@ -80,23 +83,48 @@ def hard():
             yield case.name, run(task.system, task.eta, task.method, min(task.periods, 60), task.initial)
 
 
+def laws():
+    """Every law by every integrator and contact status, with few steps, at two motions; the ends of runs that stop."""
+    for eta, stiffness, damping in ((1.08, 2500.0, 8.0), (2.76, 12000.0, 18.0)):
+        for law in engine.CONTACT_LAWS:
+            more = {"penetration": 1e-3} if law == "impact" else {}
+            exact = engine.ExactPenalty(stiffness, damping, law, **more)
+            yield f"{eta}|{law}|exact", run(engine.System(), eta, exact)
+            for name, kind in engine.INTEGRATORS.items():
+                for status in engine.CONTACT_STATUSES:
+                    if status == "end" and kind().explicit:
+                        continue
+                    how = {"integrator": kind(), "status": status, "law": law, **more}
+                    method = engine.TimeStepping(stiffness, damping, 500, **how)
+                    yield f"{eta}|{law}|{name}|{status}", run(engine.System(), eta, method, periods=6)
+                    if status != "located":
+                        every = replace(method, every_step=True)
+                        yield f"{eta}|{law}|{name}|{status}|every step", run(engine.System(), eta, every, periods=6)
+
+
 def random_systems():
-    """κ on both sides of 1, e from 0 to 1, starts apart; every solver on each."""
+    """κ on both sides of 1, e from 0 to 1, starts apart, some at a wall and some loaded; every solver on each."""
     rng = np.random.default_rng(SEED)
     for i in range(RANDOM_SYSTEMS):
         kappa = float(np.exp(rng.uniform(np.log(1.1), np.log(5)))) ** (1 if i % 2 else -1)
         low, high = sorted((1.0, kappa))
-        system = engine.System(
-            kappa=kappa,
-            kappa3=float(low + (high - low) * rng.uniform(0.1, 0.9)),
-            d1=float(rng.uniform(0, 0.1)),
-            d2=float(rng.uniform(0, 0.1)),
-            d3=float(rng.uniform(0, 0.1)),
-            restitution=float(rng.choice([0.0, 1.0, rng.uniform()])),
-        )
-        eta = float(rng.uniform(0.3, 2.5) * max(1.0, kappa))
+        own = {"d1": float(rng.uniform(0, 0.1)), "restitution": float(rng.choice([0.0, 1.0, rng.uniform()]))}
+        other = {
+            "kappa": kappa,
+            "kappa3": float(low + (high - low) * rng.uniform(0.1, 0.9)),
+            "d2": float(rng.uniform(0, 0.1)),
+            "d3": float(rng.uniform(0, 0.1)),
+        }
+        own |= {"wall": True} if i % 5 == 4 else other
+        if i % 3 == 2:
+            own |= {"clearance": float(rng.normal()), "excitation": engine.Excitation(constant2=float(rng.normal()))}
+        system = engine.System(**own)
+        eta = float(rng.uniform(0.3, 2.5) * max(1.0, system.kappa))
         x, v = rng.normal(size=2).tolist()
-        initial = (x, v, x + float(rng.exponential()), float(rng.normal()))
+        gap, speed = float(rng.exponential()), float(rng.normal())
+        initial = (x, v, x + gap - system.clearance, speed)
+        if system.wall:
+            initial = (system.clearance - gap, v, 0.0, 0.0)
         stiffness = float(10 ** rng.uniform(1, 5))
         methods = penalty_methods(
             stiffness, float(np.sqrt(stiffness) * rng.uniform(0, 0.5)), int(rng.integers(50, 3000))
@@ -108,27 +136,55 @@ def random_systems():
 
 def sweeps():
     """Cells of one call over η, over K and D, over the step and over a system's constant; continued ones too."""
+    short = {"transient": 30, "sample": 12}
     methods = {"reference": engine.Reference(), **penalty_methods(12000.0, 18.0, 2000)}
+    methods["HHT"] = engine.TimeStepping(12000.0, 18.0, 500, integrator=engine.HHT(), status="end")
     etas = np.linspace(0.6, 3.9, 24)
     for name, method in methods.items():
-        for direction in ("rest", "up"):
-            how = {"transient": 30, "sample": 12, "direction": direction}
-            yield f"eta {direction}|{name}", numbers(engine.sweep_eta(engine.System(), method, etas, **how))
-    K, D = np.geomspace(100, 6e4, 6), np.geomspace(1, 100, 6)
-    for eta in (1.08, 2.76):
-        for steps in (2000, None):
-            found = engine.sweep_plane(engine.System(), eta, K, D, steps=steps, transient=30, sample=12)
-            yield f"plane {eta}|{steps}", numbers(found)
-    for eta in (1.08, 2.76, 3.25):
-        found = engine.sweep_step(engine.System(), eta, 12000.0, 18.0, [500, 1000, 2000], transient=30, sample=12)
-        yield f"step {eta}", numbers(found)
+        for direction in ("rest", "up", "down"):
+            found = engine.sweep_eta(engine.System(), method, etas, direction=direction, **short)
+            yield f"eta {direction}|{name}", numbers(found)
     for over, values in (("restitution", np.linspace(0, 1, 9)), ("kappa", np.linspace(1.9, 4, 9))):
-        found = engine.sweep_eta(
-            engine.System(), engine.Reference(), values, over=over, eta=2.76, transient=30, sample=12
-        )
+        found = engine.sweep_eta(engine.System(), engine.Reference(), values, over=over, eta=2.76, **short)
         yield f"over {over}", numbers(found)
-    found = engine.sweep_eta(engine.System(), engine.Reference(), etas, transient=30, sample=12, lyapunov=256)
+    found = engine.sweep_eta(engine.System(), engine.Reference(), etas, lyapunov=256, **short)
     yield "eta exponents", numbers(found)
+    K, D = np.geomspace(100, 6e4, 6), np.geomspace(1, 100, 6)
+    for eta in SWEPT:
+        for steps in (500, 2000, None):
+            yield f"plane {eta}|{steps}", numbers(engine.sweep_plane(engine.System(), eta, K, D, steps=steps, **short))
+        for stiffness in (500.0, 12000.0, 60000.0):
+            found = engine.sweep_step(engine.System(), eta, stiffness, 18.0, [500, 1000, 2000], **short)
+            yield f"step {eta}|{stiffness}", numbers(found)
+        for damping in (2.0, 18.0, 60.0):
+            cells = np.geomspace(100, 6e4, 12), damping, [100, 200, 500]
+            found = engine.sweep_no_solution(engine.System(), eta, *cells, **short)
+            yield f"no solution {eta}|{damping}", numbers(found)
+
+
+def branches():
+    """Branches of the reference and of the exact penalty from twenty settings, with the points on them."""
+    for eta in np.linspace(1.0, 3.6, 10):
+        for name, method in (("reference", engine.Reference()), ("exact", engine.ExactPenalty(2500.0, 8.0))):
+            where = {"low": float(eta) - 0.1, "high": float(eta) + 0.1}
+            try:
+                found = engine.continue_branch(engine.System(), float(eta), method, most_orbits=200, **where)
+            except ValueError as none:  # no periodic motion there
+                yield f"{eta:.2f}|{name}", {"none": np.array(str(none))}
+                continue
+            out = {"values": found.values, "multipliers": np.ascontiguousarray(found.multipliers).view(float)}
+            out["ends"] = np.array([found.sections[0, 0], found.sections[-1, 0]])
+            out["points"] = np.array([point.value for point in found.points])
+            out["kinds"] = np.array([point.kind for point in found.points], dtype=str)
+            yield f"{eta:.2f}|{name}", out
+
+
+def basins():
+    """Ten basins of attraction, each of 12 × 12 starts."""
+    x, y = np.linspace(-2, 2, 12), np.linspace(-2, 2, 12)
+    for eta in (1.08, 1.7, 2.3, 2.76, 3.25):
+        for name, method in (("reference", engine.Reference()), ("newmark", engine.Newmark(2500.0, 8.0, 500))):
+            yield f"{eta}|{name}", numbers(engine.sweep_basin(engine.System(), eta, method, x, y, transient=300))
 
 
 def numbers(dataset):
@@ -137,8 +193,8 @@ def numbers(dataset):
 
 
 def comparisons():
-    """Parts, statistics and words at 20 settings whose motion repeats or does not."""
-    for eta in (1.08, 1.35, 1.70, 2.76, 3.25):
+    """Parts, statistics and words at 30 settings whose motion repeats or does not."""
+    for eta in (1.08, 1.35, 1.70, 2.3, 2.76, 3.25, 3.5):
         for K, D, steps in ((2500.0, 8.0, 2000), (12000.0, 18.0, 2000), (12000.0, 18.0, 8000), (100.0, 50.0, 500)):
             found = engine.compare(engine.System(), eta, engine.Newmark(K, D, steps), periods=60, keep=24)
             parts = {name: getattr(found, name) for name in ("total", "time_step", "regularisation", "joint_damping")}
@@ -150,25 +206,28 @@ def comparisons():
 
 
 def recommendations():
-    """The front of 20 searches."""
-    for eta in np.linspace(2.3, 3.3, 10):
+    """The front of 30 searches."""
+    for eta in np.linspace(2.3, 3.3, 15):
         for located in (False, True):
             found = engine.recommend(engine.System(), float(eta), tolerance=0.1, located=located, steps_max=2048)
             rows = [[*trial.setting, trial.error, trial.robust, trial.cost] for trial in found.front]
             yield f"{eta:.3f}|{located}", {"front": np.array(rows).reshape(-1, 6), "reason": np.array(found.reason)}
 
 
-GROUPS = {f.__name__: f for f in (scenes, hard, random_systems, sweeps, comparisons, recommendations)}
+GROUPS = {
+    group.__name__: group
+    for group in (scenes, hard, laws, random_systems, sweeps, comparisons, recommendations, branches, basins)
+}
 
 
 def table(groups):
     """All numbers by "group/case/quantity"."""
     found = {}
     for group in groups:
-        begin = time.perf_counter()
+        begin = time.process_time()
         for case, values in GROUPS[group]():
             found |= {f"{group}/{case.replace('/', ':')}/{name}": value for name, value in values.items()}
-        print(f"{group}: {time.perf_counter() - begin:.0f} s", file=sys.stderr)
+        print(f"{group}: {time.process_time() - begin:.1f} s of CPU", file=sys.stderr)
     return found
 
 

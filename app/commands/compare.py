@@ -34,6 +34,7 @@ from vibroscope.app.commands.physical_units import (
     wanted_units,
 )
 from vibroscope.app.explorer.force import plain_motion
+from vibroscope.app.explorer.method_words import full_words
 from vibroscope.app.explorer.words_in_units import in_units
 from vibroscope.engine import (
     FREE_PERIODS,
@@ -277,8 +278,8 @@ def as_text(
     details = (line for text in judgement.details for line in wrap(text, 100, subsequent_indent="  "))
     return "\n".join(
         [
-            f"{penalty.method}",
-            f"eta = {penalty.eta:g}, against {reference.method}",
+            full_words(penalty.method),
+            f"eta = {penalty.eta:g}, against the {full_words(reference.method)}",
             "",
             *wrap(judgement.headline, 100),
             "",

@@ -19,6 +19,7 @@ from vibroscope.app.commands.options import (
     system_of,
 )
 from vibroscope.app.commands.output import progress_line
+from vibroscope.app.explorer.method_words import full_words
 from vibroscope.app.explorer.state import Setting
 from vibroscope.engine import METHOD_NUMBERS, Newmark, TimeStepping, compare, counted, percent, written
 
@@ -95,7 +96,7 @@ def _method_of(options: argparse.Namespace) -> Newmark | TimeStepping:
 
 
 def _lines(asked: RuleQuestion, found: list[RuleOutcome]) -> list[str]:
-    lines = [f"{asked.method}", f"eta = {asked.eta:g}", ""]
+    lines = [full_words(asked.method), f"eta = {asked.eta:g}", ""]
     lines.append(_COLUMNS.format("rule", "K", "D", "T/dt", "off by", "", "motion"))
     for each in found:
         lines += _row(each)

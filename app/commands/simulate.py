@@ -18,6 +18,7 @@ from vibroscope.app.commands.options import (
     problem_of,
 )
 from vibroscope.app.commands.physical_units import add_units_option, physical_run, settings_text, wanted_units
+from vibroscope.app.explorer.method_words import full_words
 from vibroscope.engine import Newmark, Response, TimeStepping, simulate
 
 _KEEP = default_of(simulate, "keep")
@@ -117,7 +118,7 @@ def steady_text(found: engine.Steady, initial: Sequence[float] | None = None) ->
     state = ", ".join(f"{value:.6g}" for value in found.state)
     return "\n".join(
         [
-            f"{response.method}",
+            full_words(response.method),
             f"eta = {response.eta:g}, steady motion found by running {found.periods} periods",
             f"motion            repeats every {'period' if p == 1 else f'{p} periods'}, to {found.residual:.2g}",
             f"multipliers       {multipliers}, {'stable' if found.stable else 'unstable'}",
@@ -131,7 +132,7 @@ def steady_text(found: engine.Steady, initial: Sequence[float] | None = None) ->
 def as_text(response: Response, initial: Sequence[float] | None = None) -> str:
     """A run as text; ``initial``: where it began."""
     lines = [
-        f"{response.method}",
+        full_words(response.method),
         f"eta = {response.eta:g}, {response.periods} periods, the last {response.keep} kept",
         f"solved in {response.cost.seconds * 1e3:.2f} ms",
     ]

@@ -38,6 +38,7 @@ LARGEST_FILE = 2 * 2**20  # bytes that the page takes, some 50,000 samples; the 
 _MOST_POINTS = 300  # drawn; more would hide the curves
 _SLOPE = 1 / 50  # of an excitation period: the time over which a velocity of the measurement is a mean
 # Symbol and name of each constant, as the page shows them.
+LEAST_ERROR = 1e-7  # that is written with the decimals of its constant
 FITTED_NAMES = {name: (Explorer.param[name].label, Explorer.param[name].doc) for name in FITTED}
 
 
@@ -147,13 +148,21 @@ def _shown(quantity: str, value: float, digits: int, scale: Units | None) -> str
     return written(value, digits) if scale is None else scale.text(quantity, value, digits)
 
 
+def _with_error(value: float, error: float) -> str:
+    """A constant to the second digit of its standard error, both with the same decimals."""
+    if not math.isfinite(error):
+        return f"{value:.6g}, not shown by the motion"
+    if error < LEAST_ERROR:
+        return f"{value:.8g} +- {error:.1g}"
+    decimals = max(0, 1 - math.floor(math.log10(error)))
+    return f"{value:.{decimals}f} +- {error:.{decimals}f}"
+
+
 def fit_rows(fitted: Fit, scale: Units | None = None) -> list[list[str]]:
     """Each fitted constant with its standard error, and the residual beside the measurement's own noise."""
     rows = []
     for name, value in fitted.values.items():
-        error = fitted.errors[name]
-        accuracy = f" +- {error:.2g}" if math.isfinite(error) else ", not shown by the motion"
-        rows.append([name, f"{value:.6g}{accuracy}"])
+        rows.append([name, _with_error(value, fitted.errors[name])])
     agreeing = f"{fitted.agreeing} of {fitted.starts} starts agree"
     residual, noise = (_shown("displacement", value, 3, scale) for value in (fitted.deviation, fitted.noise))
     rows.append(["residual", f"{residual}, noise {noise}; {agreeing}"])

@@ -7,13 +7,17 @@ from dataclasses import fields
 from vibroscope.engine import (
     CONTACT_LAWS,
     INTEGRATORS,
+    ExactPenalty,
     Method,
     Newmark,
+    NewmarkBeta,
+    Reference,
     TimeStepping,
     integrator_name,
     status_of,
     written,
 )
+from vibroscope.engine.law_table import numbers_of
 
 INTEGRATOR_NAMES = {name: kind.title for name, kind in INTEGRATORS.items()}
 STATUS_NAMES = {"start": "start of the step", "end": "end, iterated"}
@@ -82,6 +86,24 @@ def words_of_scheme(method: Newmark | TimeStepping) -> str:
     """Name, contact status and law of any method with a time step."""
     law = LAW_NAMES.get(method.law, method.law)
     return f"{name_of_integrator(integrator_name(method))}; {_STATUSES[status_of(method)]}; contact law {law}"
+
+
+def full_words(method: Method) -> str:
+    """Any method with its numbers, as the head of a report, in characters that each terminal has."""
+    if isinstance(method, Reference):
+        damping = {"table": "as measured", "derived": "that of both dampers"}[method.joint_damping]
+        return f"reference; joint damping {damping}; threshold {method.threshold:g}"
+    own = ", ".join(f"{name} {getattr(method, name):g}" for name in numbers_of(method.law))
+    law = f"{method.law} ({own})" if own else method.law
+    damper = "D from the restitution" if method.damping is None else f"D = {method.damping:g}"
+    numbers = f"K = {method.stiffness:g}, {damper}"
+    if isinstance(method, ExactPenalty):
+        return f"exact penalty; contact law {law}; {numbers}"
+    integrator = method.integrator if isinstance(method, TimeStepping) else NewmarkBeta()
+    own = ", ".join(f"{each.name} {getattr(integrator, each.name):g}" for each in fields(integrator))
+    name = f"{integrator.name} ({own})" if own else integrator.name
+    every = "; every step taken" if method.every_step else ""
+    return f"{name}; {_STATUSES[status_of(method)]}; contact law {law}; {numbers}, {method.steps} steps a period{every}"
 
 
 def brief_name(method: Newmark | TimeStepping) -> str:

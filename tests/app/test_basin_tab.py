@@ -7,6 +7,7 @@ import pytest
 from bokeh.events import Tap
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.page.basin.tab import BasinTab, statements
+from vibroscope.app.page.bifurcation.tab import Bifurcation
 from vibroscope.app.page.tab import Move
 from vibroscope.app.studies import basin
 from vibroscope.app.studies.basin import BasinQuestion, grow_basin
@@ -117,6 +118,16 @@ def test_at_a_wall_the_starts_are_those_of_body_1(opened):  # noqa: F811
     assert tab.view_texts()["choice"] == "plane:xi1-v1"
     assert Asked.all[-1].question.axes == ("xi1", "v1")
     assert tab.panel.away == {"plane": ["xi2-v2", "v1-v2", "xi1-xi2", "phase-xi2", "phase-v2"]}
+
+
+@pytest.mark.parametrize(("kind", "switch"), [(BasinTab, "plane"), (Bifurcation, "coordinate")])
+def test_a_wall_that_nothing_drives_is_offered_no_choices_of_body_2(opened, kind, switch):  # noqa: F811
+    """There is no study to draw, but the switches stand there."""
+    tab, _ = opened(kind)
+    free = Setting(bodies="wall", clearance=1.0, base=0.0, start_v1=1.0)
+    assert tab.obstacle(free)
+    tab.show(Move(2, free))
+    assert tab.panel.away[switch]
 
 
 def test_the_penalty_model_is_without_a_step_or_as_it_is_set(opened):  # noqa: F811

@@ -127,10 +127,12 @@ class BasinTab(StudyTab):
         chosen = self.panel.chosen["plane"]
         return PLANES[AT_WALL[0] if setting.bodies == "wall" and chosen not in AT_WALL else chosen]
 
+    def away(self, setting: Setting) -> dict[str, list[str]]:
+        """See `StudyTab`: planes of body 2, which a wall is not."""
+        return {"plane": [name for name in PLANES if name not in AT_WALL]} if setting.bodies == "wall" else {}
+
     def draw(self, setting: Setting, result: PartialBasin | None) -> None:
         """Both pictures and the key."""
-        away = {"plane": [name for name in PLANES if name not in AT_WALL]} if setting.bodies == "wall" else {}
-        self.panel.away = away
         if result is not None and result.question.axes != self._plane(setting):
             result = None  # of other axes
         self.view.update(setting, self._plane(setting), result)

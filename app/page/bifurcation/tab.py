@@ -197,12 +197,15 @@ class Bifurcation(StudyTab):
 
     def _start(self, setting: Setting) -> tuple[float, ...]:
         """The own start that is typed; a wall has none."""
-        away = _away(setting)
+        away = self.away(setting)
         return tuple(0.0 if name in away else self.panel.chosen[name] for name in START_FIELDS)
+
+    def away(self, setting: Setting) -> dict[str, list[str]]:
+        """See `StudyTab`: coordinates and start of a body 2, which a wall is not."""
+        return {"coordinate": ["xi2", "v2"], "start_xi2": [], "start_v2": []} if setting.bodies == "wall" else {}
 
     def draw(self, setting: Setting, result: PartialDiagram | None) -> None:
         """The diagram and the one to compare with."""
-        self.panel.away = _away(setting)
         other = None if result is None else _compared(setting, result.question)
         if self.panel.chosen["branches"] != "off":
             notes = self.branch_questions(setting)[1]
@@ -277,11 +280,6 @@ _STANDS_FOR = (
 
 def _branch_solver(solver: str) -> str:
     return "reference" if solver == "reference" else "penalty"
-
-
-def _away(setting: Setting) -> dict[str, list[str]]:
-    """The choices that the panel hides for the system: coordinates and start of a wall."""
-    return {"coordinate": ["xi2", "v2"], "start_xi2": [], "start_v2": []} if setting.bodies == "wall" else {}
 
 
 def _method(setting: Setting, solver: str) -> Method:

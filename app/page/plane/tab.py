@@ -159,11 +159,14 @@ class PlaneTab(StudyTab):
         super().close()
         self._explainer.close()
 
+    def away(self, setting: Setting) -> dict[str, list[str]]:
+        """See `StudyTab`: only a contact status iterated to the end of a step can leave it without a solution."""
+        return {} if self.question(setting).counted else {"quantity": ["without_solution"]}
+
     def draw(self, setting: Setting, result: PartialPlane | None) -> None:
         """Both planes and the key."""
         if self.panel.chosen["curves"] != "off":
             self.curves.draw(self.curves_question(setting)[1], setting)
-        self.panel.away = {} if self.question(setting).counted else {"quantity": ["without_solution"]}
         quantity = self.panel.chosen["quantity"]
         if result is not None:
             missing = {

@@ -75,6 +75,10 @@ class StudyTab(Tab):
         """Why the study has nothing to show of a setting, and what to do, in a sentence; empty if it has."""
         return ""
 
+    def away(self, setting: Setting) -> dict[str, list[str]]:
+        """The choices of each switch, and the numbers, that the panel hides for the system."""
+        return {}
+
     def fit_axes(self, setting: Setting) -> None:
         """Let the axes cover what the setting needs."""
 
@@ -197,6 +201,7 @@ class StudyTab(Tab):
         if not self._visible:
             return
         obstacle = self._obstacle
+        self.panel.away = self.away(self._move.setting)
         for cell in self.cells:
             cell.object.visible = not obstacle
         self.panel.statements = self._statements()
