@@ -6,8 +6,6 @@ import numpy as np
 import pytest
 import xarray
 from vibroscope.engine import (
-
-from tests.recommended import question
     HHT,
     Bathe,
     Newmark,
@@ -19,6 +17,7 @@ from tests.recommended import question
     verdict,
 )
 
+from tests.recommended import question
 from tests.share import every
 
 from .command_line import run_command

@@ -18,7 +18,6 @@ from vibroscope.engine import (
     Newmark,
     Recommendation,
     SettingQuestion,
-    Reference,
     System,
     TimeStepping,
     recommend_schemes,

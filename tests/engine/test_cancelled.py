@@ -6,7 +6,6 @@ from vibroscope.engine.drivers.base import Driver
 from vibroscope.engine.energy import events
 
 from tests.recommended import question
-
 from tests.share import every
 
 

@@ -22,7 +22,6 @@ from vibroscope.engine.drivers.skipped_samples import SkippedSamples
 from vibroscope.engine.recommendation import reasons
 
 from tests.recommended import question
-
 from tests.share import every
 
 SYSTEM = System()

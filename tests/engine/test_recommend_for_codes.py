@@ -5,8 +5,6 @@ import json
 import pytest
 from vibroscope.app.commands.cli import main
 from vibroscope.engine import (
-
-from tests.recommended import question
     HHT,
     ExactPenalty,
     Newmark,
@@ -16,6 +14,8 @@ from tests.recommended import question
     recommend,
     simulate,
 )
+
+from tests.recommended import question
 
 # Of the displacements alone: contacts have too few of these steps for a restitution or a force.
 ALONE = {"restitution_tolerance": None, "force_tolerance": None}

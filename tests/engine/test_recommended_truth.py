@@ -81,6 +81,8 @@ def test_the_largest_stiffness_is_one_rule():
 def test_the_contacts_of_a_run_without_a_solution_are_counted():
     method = TimeStepping(100.0, 3.68, 64, status="end", without_solution="halve")
     run = simulate(PAPER, 1.08, method)
-    found = recommend(question(PAPER, 1.08, tolerance=1.0, scheme=method, stiffness=100.0, damping=3.68, steps_max=64, restitution_tolerance=None, force_tolerance=None))  # fmt: skip
+    held = {"stiffness": 100.0, "damping": 3.68, "steps_max": 64}
+    free = {"restitution_tolerance": None, "force_tolerance": None}
+    found = recommend(question(PAPER, 1.08, tolerance=1.0, scheme=method, **held, **free))
     if found.best.setting.steps == 64:
         assert found.best.contacts.unsolved == run.steps_without_solution

@@ -33,9 +33,9 @@ def test_what_is_printed_is_true(system, eta, tolerance, report):
         report(f"eta = {eta}: {found.reason}")
         assert found.reason
         return
-    question = Question(system, eta, tolerance)
-    assert question.complaints(found, 60) == []
+    asked = Question(system, eta, tolerance)
+    assert asked.complaints(found, 60) == []
     again = recommend(question(system, eta * (1 + 1e-12), tolerance=tolerance))
     assert (again.best.setting, again.ranges) == (found.best.setting, found.ranges)
-    assert next(question.cheaper(found, FEWER), None) is None
+    assert next(asked.cheaper(found, FEWER), None) is None
     report(f"eta = {eta}: {found.best.setting}, {found.best.error:.2%} and {found.best.robust:.2%}", inputs=1)
