@@ -53,13 +53,13 @@ CACHE = Cache(32)  # results by their question
 class Question(NamedTuple):
     """Everything that a search depends on: not K, D and Δτ, which it looks for, unless one of them is held."""
 
-    asked: SettingQuestion
+    search: SettingQuestion
     schemes: tuple[TimeStepping, ...] = ()  # all that is searched over where a code is asked for, in place of that set
 
     def follow(self, setting: Setting) -> Question:
         """The question for another setting, with the same tolerance, limits and range."""
-        etas = self.asked.etas if self.asked.is_range else setting.eta
-        asked = replace(self.asked, system=setting.system, etas=etas, reference=setting.reference)
+        etas = self.search.etas if self.search.is_range else setting.eta
+        asked = replace(self.search, system=setting.system, etas=etas, reference=setting.reference)
         return Question(asked if self.schemes else replace(asked, scheme=_scheme(setting)), self.schemes)
 
 
@@ -202,7 +202,7 @@ class Search(Job):
         super().__init__(question)
         self._on_progress = on_progress
         self._on_result = on_result
-        self._so_far = SoFar(question.asked, [])
+        self._so_far = SoFar(question.search, [])
         self._begin(search_threads())
 
     def _answer(self) -> Iterator[None]:
@@ -228,7 +228,7 @@ class Search(Job):
         return recommend(asked, **how, partial=self._keep)
 
     def _keep(self, front: list[Trial], eta: float) -> None:
-        self._so_far = SoFar(self.question.asked, front, eta)
+        self._so_far = SoFar(self.question.search, front, eta)
 
 
 def trial_texts(trial: Trial, found: Recommendation | SoFar, setting: Setting) -> dict[str, str]:

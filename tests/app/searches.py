@@ -14,8 +14,8 @@ RANGES = {"stiffness": (9023.4, 12345.0), "damping": (14.0, 17.0)}
 
 def found_for(question, *, met=True, best=TRIAL, front=(TRIAL,), joint=0.0, reason=""):
     return Recommendation(
-        question=question.asked,
-        eta=question.asked.etas[-1],
+        question=question.search,
+        eta=question.search.etas[-1],
         met=met,
         best=best,
         ranges=RANGES if met else {},

@@ -18,11 +18,11 @@ RANGE = {"tolerance": "20", "from": "2.7", "to": "2.76", "hold": "K"}
 
 def test_one_setting_is_asked_for_a_range_and_follows_no_single_frequency():
     asked = make_question(SETTING._replace(K=5000.0), RANGE)
-    assert asked.asked.etas == (2.7, 2.715, 2.73, 2.745, 2.76)
-    assert (asked.asked.limits.stiffness, asked.asked.limits.damping) == (5000.0, None)
+    assert asked.search.etas == (2.7, 2.715, 2.73, 2.745, 2.76)
+    assert (asked.search.limits.stiffness, asked.search.limits.damping) == (5000.0, None)
     assert asked == asked.follow(SETTING._replace(eta=1.2))
     hertz = make_question(SETTING._replace(units="si", omega1=20.0), RANGE | {"from": "8.6 Hz", "to": "8.8"})
-    assert hertz.asked.etas[0] == pytest.approx(8.6 * 2 * math.pi / 20, rel=1e-5)
+    assert hertz.search.etas[0] == pytest.approx(8.6 * 2 * math.pi / 20, rel=1e-5)
 
 
 def test_the_limits_that_are_offered_ask_the_same_question_in_all_units():
