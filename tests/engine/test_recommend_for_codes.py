@@ -42,18 +42,12 @@ def test_a_setting_that_stops_without_a_solution_is_not_offered():
 def test_a_range_is_served_by_the_method():
     found = recommend(question(System(), [1.07, 1.09], tolerance=0.5, scheme=KEEP, **FEW))
     assert found.met
-    assert found.method(1.07).integrator == HHT(-0.1)
+    assert found.method_at(1.07).integrator == HHT(-0.1)
 
 
 def test_what_has_no_time_step_is_refused():
     with pytest.raises(ValueError, match="has no time step"):
         recommend(question(System(), 1.08, scheme=ExactPenalty(1, 0)))
-
-
-def test_newmarks_method_is_found_as_without_a_scheme():
-    options = {"tolerance": 0.3, **FEW}
-    one, other = (recommend(question(System(), 1.08, scheme=each, **options)) for each in (None, Newmark(1, 0, 1000)))
-    assert one.best == other.best
 
 
 def test_the_reason_names_a_law_that_has_no_limit_to_compare_with(monkeypatch):
