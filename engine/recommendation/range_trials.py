@@ -67,6 +67,12 @@ class RangeTrials:
         """Whether each of several settings seems to keep to all tolerances."""
         return list(self._pool.map(lambda setting: self.meets(setting, bound), settings))
 
+    def all_hold(self, settings: Iterable[NewmarkSetting]) -> list[bool]:
+        """Whether each of several settings keeps to all tolerances at all frequencies, by runs from rest."""
+        return list(
+            self._pool.map(lambda setting: all(part.holds(self.at(part, setting)) for part in self.parts), settings)
+        )
+
     def verify(self, setting: NewmarkSetting) -> Trial:
         """See :meth:`.trials.Trials.verify`; the contacts are those of the part where they are furthest off."""
         return self._worst_of(setting, [part.verify(self.at(part, setting)) for part in self.parts])

@@ -220,11 +220,18 @@ class Trials:
             others = neighbourhood(setting, range(first, first + AT_ONCE))
             for error, contacts in self._pool.map(lambda other: self._from_rest(other, peak), others):
                 errors.append(error)
-                well = contacts is not None and contacts.excess(self.tolerances) <= 1.0
-                missed += not well or error > self.tolerances.displacement
+                missed += not self._holds(error, contacts)
             if missed > MISSES:
                 return math.inf
         return tolerant_maximum(errors, VERIFIED)
+
+    def holds(self, setting: NewmarkSetting) -> bool:
+        """Whether a run from rest keeps to all tolerances."""
+        return self._holds(*self._from_rest(setting, self._peak_without_step(setting, None)))
+
+    def _holds(self, error: float, contacts: Contacts | None) -> bool:
+        well = contacts is not None and contacts.excess(self.tolerances) <= 1.0
+        return well and error <= self.tolerances.displacement
 
     def _from_rest(self, setting: NewmarkSetting, peak: float, samples: int = SAMPLES) -> tuple[float, Contacts | None]:
         """Return error and contacts of a run from rest, as a user makes it; inf and None if it ends early."""

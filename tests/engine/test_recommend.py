@@ -132,7 +132,8 @@ def test_a_chaotic_reference_gives_no_recommendation():
 def test_a_search_is_repeatable_and_reports_progress():
     reported, fronts = [], []
     options = {"tolerance": 0.5, "steps_max": 64}
-    once = recommend(question(SYSTEM, 3.25, **options), progress=reported.append, partial=fronts.append)
+    heard = {"progress": reported.append, "partial": lambda front, _: fronts.append(front)}
+    once = recommend(question(SYSTEM, 3.25, **options), **heard)
     assert once.met
     assert (len(fronts[0]), len(fronts)) == (1, len(reported) - 1)
     within = [trial for front in fronts for trial in front if trial.robust <= 0.5]
