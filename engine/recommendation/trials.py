@@ -41,7 +41,7 @@ from ..methods import CONTACT_LAWS, STEPS_RANGE, Method, Newmark, TimeStepping, 
 from ..motions.steady import KEEP, LONG, Steady
 from ..result import Checkpoint, Record, Response
 from ..simulate import sample_run, simulate
-from .contacts import MORE_SAMPLES, SAMPLES, Contacts, Tolerances, contacts_of, peak_of
+from .contacts import MORE_SAMPLES, Contacts, Tolerances, contacts_of, peak_of
 
 FORGOTTEN = 1e-4  # remainder of a disturbance after the transient of a short run
 KEEP_LOCATED = 12  # periods of a short run that are kept: located steps leave no scatter
@@ -204,7 +204,7 @@ class Trials:
 
     def _from_rest_and_halved(self, setting: NewmarkSetting) -> Trial:
         peak = self._peak_without_step(setting, None)
-        error, contacts = self._from_rest(setting, peak, MORE_SAMPLES)
+        error, contacts = self._from_rest(setting, peak)
         halved, of_half = self._from_rest(setting._replace(steps=2 * setting.steps), peak)
         robust = max(error, halved, 0.0 if self.located else self.error_of_every_step(setting))
         excess = max((math.inf if one is None else one.excess(self.tolerances)) for one in (contacts, of_half))
@@ -233,10 +233,10 @@ class Trials:
         well = contacts is not None and contacts.excess(self.tolerances) <= 1.0
         return well and error <= self.tolerances.displacement
 
-    def _from_rest(self, setting: NewmarkSetting, peak: float, samples: int = SAMPLES) -> tuple[float, Contacts | None]:
+    def _from_rest(self, setting: NewmarkSetting, peak: float) -> tuple[float, Contacts | None]:
         """Return error and contacts of a run from rest, as a user makes it; inf and None if it ends early."""
         run = self._simulate(with_setting(self.scheme, setting), None, Record(KEEP, PER_PERIOD, setting.steps))
-        contacts = contacts_of(run, peak, self.target, self._cancelled, samples) if run.ok else None
+        contacts = contacts_of(run, peak, self.target, self._cancelled, MORE_SAMPLES) if run.ok else None
         return self.target.error(run, self._cancelled), contacts
 
     def _simulate(self, method: Method, start: tuple | None, record: Record | None = None) -> Response:
