@@ -3,6 +3,8 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
+import numpy as np
+
 from ..arguments import shown
 from ..methods import STEPPING, Newmark, Reference, TimeStepping, is_located
 from ..model import System, check_eta
@@ -11,6 +13,7 @@ from .limits import Limits
 from .trials import NewmarkSetting, with_setting
 
 MOST_ETAS = 50
+_KINDS = {"system": System, "tolerances": Tolerances, "limits": Limits, "reference": Reference}
 _UNSET = NewmarkSetting(1.0, 0.0, 1000)  # what a search does not read
 
 
@@ -54,12 +57,15 @@ class SettingQuestion:
     reference: Reference = field(default_factory=Reference)
 
     def __post_init__(self):
-        given = self.etas if isinstance(self.etas, Sequence) and not isinstance(self.etas, str) else [self.etas]
+        given = [self.etas] if isinstance(self.etas, str | bytes) or not np.iterable(self.etas) else self.etas
         etas = tuple(sorted({check_eta(eta) for eta in given}))
         if not 1 <= len(etas) <= MOST_ETAS:
             raise ValueError(
                 f"{len(etas)} different eta are outside [1, {MOST_ETAS}]: give the ends of the range and some between"
             )
+        for name, kind in _KINDS.items():
+            if not isinstance(getattr(self, name), kind):
+                raise ValueError(f"{name} = {shown(getattr(self, name))} is not a {kind.__name__}")
         if not isinstance(self.scheme, STEPPING):
             raise ValueError(f"scheme = {shown(self.scheme)} has no time step: give a Newmark or a TimeStepping")
         object.__setattr__(self, "etas", etas)
