@@ -60,7 +60,7 @@ def add(commands) -> None:
         "steps. The error is the rms difference of the displacements over 50 periods, relative to the reference. The "
         "contacts must deliver the restitution, and the peak force that the same K, D and law have without a time "
         "step. What is recommended lies in the middle of where all this is met, and was run from rest, with half the "
-        "step, and with 60 neighbours with other n (2 %), K and D (1 %).",
+        "step, and with 120 neighbours with other n (2 %), K and D (1 %).",
         epilog="A tolerance that nothing meets is a result, with the reason; the exit status is 2 only for bad input.",
     )
     add = command.add_argument

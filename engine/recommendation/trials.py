@@ -20,8 +20,8 @@ only (C(19, 0) (2/3)¹⁹ + C(19, 1) (1/3) (2/3)¹⁸).
 
 Most of these runs begin on the reference's motion, from which only a short transient is left. What is recommended is
 verified by runs that all begin at rest and last as long as the paper's, as those of a user do: itself, with and without
-steps skipped, with half the step, and 60 neighbours, of which two may miss one of the tolerances. If a tenth of the
-neighbourhood missed them, at most two of 60 would with a probability of 0.053 only.
+steps skipped, with half the step, and 120 neighbours, of which four may miss one of the tolerances. If a tenth of the
+neighbourhood missed them, at most four of 120 would with a probability of 0.006 only.
 """
 
 import math
@@ -53,7 +53,7 @@ NEIGHBOURS = 10  # to choose by
 NEW_NEIGHBOURS = 19  # to confirm by …
 EVERY_NTH_FROM_REST = 7  # … of which every seventh begins at rest
 AT_ONCE = 6  # runs that are made side by side before it is looked at what they say
-VERIFIED, MISSES = 60, 2  # neighbours that verify what is recommended, and how many of them may miss a tolerance
+VERIFIED, MISSES = 120, 4  # neighbours that verify what is recommended, and how many of them may miss a tolerance
 # Multiples of this vector, modulo 1, fill the unit cube evenly, however many are taken (M. Roberts's R₃; ρ⁴ = ρ + 1)
 _RHO = 1.2207440846057596
 _EVENLY = np.array([_RHO**-1, _RHO**-2, _RHO**-3])
