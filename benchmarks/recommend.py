@@ -14,9 +14,20 @@ import time
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
-from vibroscope.engine import Newmark, Record, Reference, System, recommend, simulate, steady
+from vibroscope.engine import (
+    Newmark,
+    Record,
+    Reference,
+    SettingQuestion,
+    System,
+    Tolerances,
+    recommend,
+    simulate,
+    steady,
+)
 from vibroscope.engine.divergence.contact import damping_for, damping_ratio_for, stiffness_for
 from vibroscope.engine.divergence.error import Target
+from vibroscope.engine.recommendation.range_trials import RangeTrials
 from vibroscope.engine.recommendation.trials import NewmarkSetting, Trials
 
 SYSTEM = System()
@@ -55,12 +66,17 @@ def fewest(found):
     motion = steady(SYSTEM, found.eta, Reference())
     best = found.best.setting.steps
     with ThreadPoolExecutor(os.cpu_count()) as pool:
-        trials = Trials(motion, found.scheme, pool)
+        trials = RangeTrials([Trials(motion, found.scheme, pool)], pool)
         for i in range(1, TRIES + 1):
             n = round(found.best.setting.steps * FEWER**i)
             if brute(trials, found.eta, found.tolerance, n, 1e6):
                 best = n
     return best
+
+
+def asked(eta, tolerance, located):
+    """The question at one η."""
+    return SettingQuestion(SYSTEM, eta, Tolerances(tolerance), scheme=Newmark(1, 0, 1000, located=located))
 
 
 def paper(eta):
@@ -74,13 +90,13 @@ def paper(eta):
 def main():
     """Print the table."""
     for located in (False, True):
-        recommend(SYSTEM, 2.76, tolerance=0.5, located=located)  # loads the kernels
+        recommend(asked(2.76, 0.5, located))  # loads the kernels
     print(
         " eta   tol  steps are   met         K        D      n  solves   error  robust  wall s   cpu s  fewest  paper"
     )
     for eta, tolerance, located in CASES:
         wall, cpu = time.perf_counter(), time.process_time()
-        found = recommend(SYSTEM, eta, tolerance=tolerance, located=located)
+        found = recommend(asked(eta, tolerance, located))
         wall, cpu = time.perf_counter() - wall, time.process_time() - cpu
         k, d, n = found.best.setting
         least = fewest(found) if found.met else "-"

@@ -4,7 +4,19 @@ Systems other than the paper's are of a random sample: gaps and preloads, a wall
 """
 
 import numpy as np
-from vibroscope.engine import ExactPenalty, Excitation, Newmark, Record, System, compare, simulate
+from vibroscope.engine import (
+    ExactPenalty,
+    Excitation,
+    Limits,
+    Newmark,
+    Record,
+    Reference,
+    SettingQuestion,
+    System,
+    Tolerances,
+    compare,
+    simulate,
+)
 
 PAPER = System()
 CLOSE = System(kappa=2.214, mu=0.2215, d2=0.0342, d3=None, d1=0.00589, restitution=0.277, clearance=-0.368)
@@ -16,6 +28,14 @@ FORCED = System(
 )  # fmt: skip
 LIVELY = System(kappa=3.617, mu=3.377, d2=0.00398, d3=0.0522, d1=0.0175, restitution=0.74, clearance=1.04)
 SOFTER = System(kappa=0.9117, mu=0.2788, d2=0.0444, d3=None, d1=0.0405, restitution=0.789)
+
+
+def question(system, etas, *, scheme=None, located=False, reference=None, **numbers):
+    """What is asked, with the tolerances and limits of these names."""
+    names = {"tolerance": "displacement", "restitution_tolerance": "restitution", "force_tolerance": "force"}
+    tolerances = {own: numbers.pop(name) for name, own in names.items() if name in numbers}
+    scheme = scheme or Newmark(1, 0, 1000, located=located)
+    return SettingQuestion(system, etas, Tolerances(**tolerances), Limits(**numbers), scheme, reference or Reference())
 
 
 class Question:

@@ -207,9 +207,11 @@ def comparisons():
 
 def recommendations():
     """The front of 30 searches."""
+    limits = engine.Tolerances(0.1), engine.Limits(steps_max=2048)
     for eta in np.linspace(2.3, 3.3, 15):
         for located in (False, True):
-            found = engine.recommend(engine.System(), float(eta), tolerance=0.1, located=located, steps_max=2048)
+            scheme = engine.Newmark(1.0, 0.0, 1000, located=located)
+            found = engine.recommend(engine.SettingQuestion(engine.System(), float(eta), *limits, scheme))
             rows = [[*trial.setting, trial.error, trial.robust, trial.cost] for trial in found.front]
             yield f"{eta:.3f}|{located}", {"front": np.array(rows).reshape(-1, 6), "reason": np.array(found.reason)}
 

@@ -3,6 +3,7 @@
 import argparse
 import json
 import math
+from collections.abc import Sequence
 
 from vibroscope.app.commands.numbers import count, measured, number, span
 from vibroscope.app.commands.options import (
@@ -26,17 +27,17 @@ from vibroscope.engine import (
     CONTACT_LAWS,
     Limits,
     Newmark,
-    RangeRecommendation,
     Recommendation,
     Served,
+    SettingQuestion,
     TimeStepping,
+    Tolerances,
     Units,
     design_curve,
     end_text,
     finite_or_none,
     percent,
     recommend,
-    recommend_range,
     stages_of,
     with_located_steps,
     written,
@@ -59,7 +60,7 @@ def add(commands) -> None:
         "steps. The error is the rms difference of the displacements over 50 periods, relative to the reference. The "
         "contacts must deliver the restitution, and the peak force that the same K, D and law have without a time "
         "step. What is recommended lies in the middle of where all this is met, and was run from rest, with half the "
-        "step, and with 60 neighbours with other n (2 %), K and D (1 %).",
+        "step, and with 120 neighbours with other n (2 %), K and D (1 %).",
         epilog="A tolerance that nothing meets is a result, with the reason; the exit status is 2 only for bad input.",
     )
     add = command.add_argument
@@ -106,8 +107,11 @@ def add(commands) -> None:
         help="print one JSON object (a list of them for --eta-range without --one-setting)",
     )
     command.set_defaults(steps_max=default_of(Limits, "steps_max"))
-    tolerances = ("tolerance", "restitution_tolerance", "force_tolerance")
-    command.set_defaults(**{name: default_of(recommend, name) for name in tolerances})
+    command.set_defaults(
+        tolerance=Tolerances.displacement,
+        restitution_tolerance=Tolerances.restitution,
+        force_tolerance=Tolerances.force,
+    )
     command.set_defaults(run=run)
 
 
@@ -134,44 +138,49 @@ def run(options: argparse.Namespace) -> None:
     """Search and print."""
     if options.K is not None and options.K_max is not None:
         note("--K-max has no effect where --K is held")
-    search = {
-        "tolerance": options.tolerance,
-        "restitution_tolerance": None if options.restitution_tolerance == OFF else options.restitution_tolerance,
-        "force_tolerance": None if options.force_tolerance == OFF else options.force_tolerance,
-        "reference": reference_of(options),
-        "stiffness_max": options.K_max,
-        "steps_max": options.steps_max,
-        "stiffness": options.K,
-        "damping": options.D,
-        "progress": progress_line(lambda share: f"searching {100 * share:3.0f} %", 1),
-    }
-    system, units = system_of(options), wanted_units(options)
+    units, progress = wanted_units(options), progress_line(lambda share: f"searching {100 * share:3.0f} %", 1)
     if is_asked(options):
-        find_and_print(options, search, units, as_json, as_text)
+        find_and_print(options, question_of, progress, units, as_json, as_text)
         return
     scheme = stepping_of(options, K=1.0, D=0.0, steps=1000)
-    chosen = scheme not in (Newmark(1.0, 0.0, 1000), Newmark(1.0, 0.0, 1000, located=True))
-    schemes = [scheme]
-    if not chosen and not options.located and options.status is None:
-        schemes.append(with_located_steps(scheme))
+    if options.one_setting and not options.eta_range:
+        raise ValueError("--one-setting needs a range: give --eta-range 2.6:2.8:5")
+    if not options.eta_range:
+        chosen = scheme not in (Newmark(1.0, 0.0, 1000), Newmark(1.0, 0.0, 1000, located=True))
+        both = not (chosen or options.located or options.status is not None or options.json)
+        for each in (scheme, with_located_steps(scheme)) if both else (scheme,):
+            found = recommend(question_of(options, eta_of(options), each), progress=progress)
+            print(
+                json.dumps(as_json(found, units), allow_nan=False) if options.json else as_text(found, units),
+                flush=True,
+            )
+        return
+    note_held(options)
+    etas = etas_of(*options.eta_range)
     if options.one_setting:
-        if not options.eta_range:
-            raise ValueError("--one-setting needs a range: give --eta-range 2.6:2.8:5")
-        note_held(options)
-        found = recommend_range(system, etas_of(*options.eta_range), scheme=scheme, **search)
+        found = recommend(question_of(options, etas, scheme), progress=progress)
         print(json.dumps(range_json(found, units), allow_nan=False) if options.json else range_text(found, units))
-    elif options.eta_range:
-        note_held(options)
-        curve = design_curve(system, etas_of(*options.eta_range), scheme=scheme, **search)
-        rows = [as_json(found, units) for found in curve]
-        print(json.dumps(rows, allow_nan=False) if options.json else _curve_text(curve))
-    elif options.json:
-        found = recommend(system, eta_of(options), scheme=scheme, **search)
-        print(json.dumps(as_json(found, units), allow_nan=False))
-    else:
-        eta = eta_of(options)
-        for each in schemes:
-            print(as_text(recommend(system, eta, scheme=each, **search), units), flush=True)
+        return
+    curve = design_curve(question_of(options, etas[0], scheme), etas, progress=progress)
+    rows = [as_json(found, units) for found in curve]
+    print(json.dumps(rows, allow_nan=False) if options.json else _curve_text(curve))
+
+
+def question_of(
+    options: argparse.Namespace, etas: float | Sequence[float], scheme: Newmark | TimeStepping
+) -> SettingQuestion:
+    """What the options ask for at these η, with this method."""
+    restitution, force = (
+        None if given == OFF else given for given in (options.restitution_tolerance, options.force_tolerance)
+    )
+    return SettingQuestion(
+        system_of(options),
+        etas,
+        Tolerances(options.tolerance, restitution, force),
+        Limits(options.K_max, options.steps_max, options.K, options.D),
+        scheme,
+        reference_of(options),
+    )
 
 
 def as_json(found: Recommendation, units: Units | None = None) -> dict:
@@ -196,7 +205,7 @@ def as_json(found: Recommendation, units: Units | None = None) -> dict:
     return report
 
 
-def range_json(found: RangeRecommendation, units: Units | None = None) -> dict:
+def range_json(found: Recommendation, units: Units | None = None) -> dict:
     """One setting for a range as JSON for scripts; None for numbers that do not exist."""
     best = found.best
     report = {
@@ -214,18 +223,18 @@ def range_json(found: RangeRecommendation, units: Units | None = None) -> dict:
         "reason": found.reason,
     }
     if units is not None and best:
-        report["physical"] = _physical(units, found, found.method(found.eta))
+        report["physical"] = _physical(units, found, found.method)
     return report
 
 
-def _setting_json(found: Recommendation | RangeRecommendation) -> dict:
+def _setting_json(found: Recommendation) -> dict:
     """The options of the search, and K, D and n of the best setting."""
     k, d, n = found.best.setting if found.best else (None, None, None)
     asked = {
         "tolerance": found.tolerance,
         "restitution_tolerance": found.tolerances.restitution,
         "force_tolerance": found.tolerances.force,
-        "located": found.located,
+        "located": found.question.located,
         **scheme_as_dict(found.scheme),
     }
     ranges = {f"{symbol}_range": found.ranges.get(name) for symbol, name in (("K", "stiffness"), ("D", "damping"))}
@@ -248,7 +257,7 @@ def _served_json(served: Served) -> dict:
     return numbers | _contacts_json(served.contacts)
 
 
-def _physical(units: Units, found: Recommendation | RangeRecommendation, method: Newmark | TimeStepping) -> dict:
+def _physical(units: Units, found: Recommendation, method: Newmark | TimeStepping) -> dict:
     """Setting and front in the units of an FE input file."""
     contact = units.of_contact(method)
     front = [
@@ -275,7 +284,7 @@ def as_text(found: Recommendation, units: Units | None = None) -> str:
         "and by 9 in 10 neighbours",
         *_contact_lines(found, units),
     ]
-    if found.located or stages_of(found.scheme) > 1:
+    if found.question.located or stages_of(found.scheme) > 1:
         lines.append(f"cost              {found.solves:.1f} solves per period")
     if found.kind:
         lines.append(f"mind              another kind of motion: {found.kind}")
@@ -289,7 +298,7 @@ def as_text(found: Recommendation, units: Units | None = None) -> str:
     return "\n".join([*lines, *_front_lines(found, units)])
 
 
-def _contact_lines(found: Recommendation | RangeRecommendation, units: Units | None) -> list[str]:
+def _contact_lines(found: Recommendation, units: Units | None) -> list[str]:
     """The ranges, the contacts, and what was verified."""
     force = written if units is None else lambda value: units.text("force", value)
     rows = {
@@ -301,29 +310,29 @@ def _contact_lines(found: Recommendation | RangeRecommendation, units: Units | N
     return [f"{name:18s}{text}" for name, text in rows.items() if text]
 
 
-def _asked_lines(found: Recommendation | RangeRecommendation, where: str) -> list[str]:
+def _asked_lines(found: Recommendation, where: str) -> list[str]:
     """What was asked, which codes it is for, and why nothing meets the tolerance."""
     lines = [f"{where}, {_kind_of_steps(found)}, tolerance {percent(found.tolerance)}"]
     lines.append(f"for               {for_codes(found.scheme)}")
     return lines if found.met else [*lines, f"not met           {found.reason}"]
 
 
-def _setting_text(found: Recommendation | RangeRecommendation) -> str:
+def _setting_text(found: Recommendation) -> str:
     """K and D of the best setting."""
     k, d, _ = found.best.setting
     return f"{'set' if found.met else 'best found':18s}K = {written(k, 6)}, D = {written(d, 6)}"
 
 
-def _kind_of_steps(found: Recommendation | RangeRecommendation) -> str:
+def _kind_of_steps(found: Recommendation) -> str:
     """The kind of steps that the settings were tried with, in words."""
-    steps, scheme = "steps cut at contact changes" if found.located else "constant step", found.scheme
+    steps, scheme = "steps cut at contact changes" if found.question.located else "constant step", found.scheme
     if not isinstance(scheme, TimeStepping):
         return steps if scheme.law == CONTACT_LAWS[0] else f"{steps}, law {scheme.law}"
-    contact = "" if found.located else f" contact at the {scheme.status} of steps,"
+    contact = "" if found.question.located else f" contact at the {scheme.status} of steps,"
     return f"{steps}, {scheme.integrator},{contact} law {scheme.law}"
 
 
-def range_text(found: RangeRecommendation, units: Units | None = None) -> str:
+def range_text(found: Recommendation, units: Units | None = None) -> str:
     """One setting for a range as text: the setting, what it does at each eta, what limits it, and the front."""
     lines = _asked_lines(found, "one setting for a range of eta")
     if found.left_out:
@@ -340,7 +349,7 @@ def range_text(found: RangeRecommendation, units: Units | None = None) -> str:
     if found.kind:
         lines.append(f"mind              another kind of motion: {found.kind}")
     if units is not None:
-        lines.append(f"physical          {settings_text(units, found.eta, found.method(found.eta))}")
+        lines.append(f"physical          {settings_text(units, found.eta, found.method)}")
     lines.append("eta               steps     error    robust")
     for one in found.served:
         error, robust = _beside(found, one.error), _beside(found, one.robust)
@@ -348,11 +357,11 @@ def range_text(found: RangeRecommendation, units: Units | None = None) -> str:
     return "\n".join([*lines, *_front_lines(found, units)])
 
 
-def _beside(found: Recommendation | RangeRecommendation, error: float) -> str:
+def _beside(found: Recommendation, error: float) -> str:
     return percent(error, beside=found.tolerance)
 
 
-def _front_lines(found: Recommendation | RangeRecommendation, units: Units | None) -> list[str]:
+def _front_lines(found: Recommendation, units: Units | None) -> list[str]:
     """The front as a table, with spring and damper in units where they are asked for."""
     heads = ["K", "D"]
     units = units and units.of_contact(found.scheme)

@@ -6,6 +6,7 @@ The best comes first.
 import argparse
 import copy
 import json
+from collections.abc import Callable
 from dataclasses import fields
 
 from vibroscope.app.codes.catalogue import Code
@@ -47,7 +48,9 @@ def is_asked(options: argparse.Namespace) -> bool:
     return options.code is not None or ALL in (options.integrator, options.law)
 
 
-def find_and_print(options: argparse.Namespace, search: dict, units: Units | None, as_json, as_text) -> None:
+def find_and_print(
+    options: argparse.Namespace, question_of: Callable, progress: Callable, units: Units | None, as_json, as_text
+) -> None:
     """Search for each integrator or law and print; ``as_json`` and ``as_text`` are those of one recommendation."""
     if options.eta_range or options.one_setting:
         what = "--code" if options.code is not None else f"--{_searched(options)} {ALL}"
@@ -57,7 +60,7 @@ def find_and_print(options: argparse.Namespace, search: dict, units: Units | Non
     schemes = code.schemes() if code else every(options)
     system, eta = system_of(options), eta_of(options)
     note(f"searching with {counted(len(schemes), 'method')}: some take a minute")
-    found = recommend_schemes(system, eta, schemes, **search)
+    found = recommend_schemes(question_of(options, eta, schemes[0]), schemes, progress=progress)
     best = found[0]
     words = code.words_for(system, eta, best.method, units, options.contact_area) if code and best.best else ()
     if options.json:

@@ -24,20 +24,19 @@ from vibroscope.app.runtime.settings import current_settings
 from vibroscope.app.runtime.workers import LONG, Workers, lower_priority, pool
 from vibroscope.engine import (
     Limits,
-    RangeRecommendation,
+    Newmark,
     Recommendation,
-    Reference,
-    System,
+    SettingQuestion,
     TimeStepping,
+    Tolerances,
     percent,
     recommend,
-    recommend_range,
     recommend_schemes,
     rounded,
     steps_at,
     written,
 )
-from vibroscope.engine.recommendation.contacts import FORCE_RANGE, RESTITUTION_RANGE, Tolerances
+from vibroscope.engine.recommendation.contacts import FORCE_RANGE, RESTITUTION_RANGE
 from vibroscope.engine.recommendation.limits import STEPS_MAX_RANGE, STIFFNESS_MAX_RANGE, largest_stiffness
 from vibroscope.engine.recommendation.trials import Trial
 
@@ -45,7 +44,6 @@ _THREADS = 2  # searches that run at the same time, of all sessions
 _PERCENT = (0.01, 100.0)  # range of a tolerance
 _OFF = "off"  # a tolerance that is not asked for
 _ETAS = 5  # of a range, at which settings are tried; between them what is found is tried, too
-Found = Recommendation | RangeRecommendation
 _OFFERED = (0.05, 0.1, 0.2, 0.5, 1.0)  # tolerances; the smallest one that can be met is offered
 _ABOVE = 1.2  # times the part of the joint damping, which no K, D or step removes
 _FRONT_POINTS = 10  # shown, at most
@@ -53,38 +51,29 @@ CACHE = Cache(32)  # results by their question
 
 
 class Question(NamedTuple):
-    """Everything that a search depends on: not K, D and Δτ, which it looks for, unless one of them is held.
+    """Everything that a search depends on: not K, D and Δτ, which it looks for, unless one of them is held."""
 
-    One setting is asked for all ``etas``; there is one of them unless it is to serve a range.
-    """
-
-    system: System
-    etas: tuple[float, ...]
-    reference: Reference
-    located: bool
-    tolerance: float
-    stiffness_max: float
-    steps_max: int
-    stiffness: float | None = None
-    damping: float | None = None
-    scheme: TimeStepping | None = None  # where it is not Newmark's method; its K, D and n have no effect
-    restitution_tolerance: float | None = Tolerances.restitution
-    force_tolerance: float | None = Tolerances.force
+    search: SettingQuestion
     schemes: tuple[TimeStepping, ...] = ()  # all that is searched over where a code is asked for, in place of that set
 
     def follow(self, setting: Setting) -> Question:
         """The question for another setting, with the same tolerance, limits and range."""
-        etas = self.etas if len(self.etas) > 1 else (setting.eta,)
-        asked = self._replace(system=setting.system, etas=etas, reference=setting.reference)
-        return asked if self.schemes else asked._replace(located=setting.located == "yes", scheme=_scheme(setting))
+        etas = self.search.etas if self.search.is_range else setting.eta
+        asked = replace(self.search, system=setting.system, etas=etas, reference=setting.reference)
+        return Question(asked if self.schemes else replace(asked, scheme=_scheme(setting)), self.schemes)
 
 
 class SoFar(NamedTuple):
     """What a search has found before its end: settings that no other one beats, cheapest first."""
 
-    tolerance: float
+    question: SettingQuestion
     front: list[Trial]
-    eta: float = math.nan  # of a range: at which the steps per period of the settings count
+    eta: float = math.nan  # to which the steps per period of the settings belong
+
+    @property
+    def tolerance(self) -> float:
+        """That of the displacements."""
+        return self.question.tolerances.displacement
 
 
 @dataclass(frozen=True)
@@ -153,26 +142,22 @@ def make_question(setting: Setting, typed: object, schemes: tuple[TimeStepping, 
     etas = _read_etas(setting, asked.get("from", ""), asked.get("to", ""))
     if schemes and len(etas) > 1:
         raise Refused("eta", "What a code has is searched at one frequency: leave the ends of the range empty.")
-    return Question(
-        system=setting.system,
-        etas=etas,
-        reference=setting.reference,
-        located=setting.located == "yes" and not schemes,
-        tolerance=tolerance,
-        stiffness_max=stiffness_max,
-        steps_max=steps_max,
-        stiffness=setting.K if "K" in held else None,
-        damping=setting.D if "D" in held else None,
-        scheme=None if schemes else _scheme(setting),
-        restitution_tolerance=restitution_tolerance,
-        force_tolerance=None if force_tolerance is None else force_tolerance / 100,
-        schemes=schemes,
+    force_tolerance = None if force_tolerance is None else force_tolerance / 100
+    K, D = (getattr(setting, name) if name in held else None for name in "KD")
+    asked = SettingQuestion(
+        setting.system,
+        etas,
+        Tolerances(tolerance, restitution_tolerance, force_tolerance),
+        Limits(stiffness_max, steps_max, K, D),
+        schemes[0] if schemes else _scheme(setting),
+        setting.reference,
     )
+    return Question(asked, schemes)
 
 
-def _scheme(setting: Setting) -> TimeStepping | None:
-    method = setting.penalty
-    return replace(method, stiffness=1.0, damping=0.0, steps=1000) if isinstance(method, TimeStepping) else None
+def _scheme(setting: Setting) -> Newmark | TimeStepping:
+    """What the settings are tried with; its K, D and n have no effect."""
+    return replace(setting.penalty, every_step=False)
 
 
 def _read_tolerance(name: str, text: object, allowed: tuple[float, float], **options) -> float | None:
@@ -212,12 +197,12 @@ class Search(Job):
         self,
         question: Question,
         on_progress: Callable[[Search, float, SoFar], None],
-        on_result: Callable[[Search, Found | Exception], None],
+        on_result: Callable[[Search, Recommendation | Exception], None],
     ) -> None:
         super().__init__(question)
         self._on_progress = on_progress
         self._on_result = on_result
-        self._so_far = SoFar(question.tolerance, [])
+        self._so_far = SoFar(question.search, [])
         self._begin(search_threads())
 
     def _answer(self) -> Iterator[None]:
@@ -230,35 +215,32 @@ class Search(Job):
     def _fail(self, error: Exception) -> None:
         self._on_result(self, error)
 
-    def _recommend(self) -> Found:
-        asked = self.question._asdict()
-        system, etas, schemes = (asked.pop(name) for name in ("system", "etas", "schemes"))
+    def _recommend(self) -> Recommendation:
+        asked, schemes = self.question
         how = {
             "threads": current_settings().threads,
             "progress": lambda share: self._on_progress(self, share, self._so_far),
             "cancelled": self._poll,
         }
         if schemes:
-            del asked["scheme"], asked["located"]
-            best, *others = recommend_schemes(system, etas[0], schemes, **asked, **how)
+            best, *others = recommend_schemes(asked, schemes, **how)
             return OfSchemes(**vars(best), others=tuple(others))
-        find, eta = (recommend, etas[0]) if len(etas) == 1 else (recommend_range, etas)
-        return find(system, eta, **asked, **how, partial=self._keep)
+        return recommend(asked, **how, partial=self._keep)
 
-    def _keep(self, *found: list[Trial] | float) -> None:
-        self._so_far = SoFar(self.question.tolerance, *found)
+    def _keep(self, front: list[Trial], eta: float) -> None:
+        self._so_far = SoFar(self.question.search, front, eta)
 
 
-def trial_texts(trial: Trial, found: Found | SoFar, setting: Setting) -> dict[str, str]:
+def trial_texts(trial: Trial, found: Recommendation | SoFar, setting: Setting) -> dict[str, str]:
     """K, D and n of a trial as texts for the controls; one Δτ for a range gives n at the η of the setting."""
     K, D, steps = trial.setting
-    if _is_of_range(found):
+    if found.question.is_range:
         steps = steps_at(setting.eta, found.eta, steps)
     own = {"located": "no", **scheme_texts(found.scheme)} if isinstance(found, OfSchemes) else {}
     return own | {"K": print_number(K), "D": print_number(D), "steps": print_number(steps)}
 
 
-def suggestion_content(found: Found, setting: Setting) -> dict:
+def suggestion_content(found: Recommendation, setting: Setting) -> dict:
     """The content of the page for a result, in the units of the setting.
 
     Returns
@@ -283,27 +265,25 @@ def suggestion_content(found: Found, setting: Setting) -> dict:
     }
 
 
-def _held_lines(found: Found, setting: Setting) -> list[str]:
+def _held_lines(found: Recommendation, setting: Setting) -> list[str]:
     """What of the base keeps its amplitude over a range of frequencies."""
-    held = held_in_words(setting) if isinstance(found, RangeRecommendation) else ""
+    held = held_in_words(setting) if found.question.is_range else ""
     return [f"Over the range, {held} is held."] if held else []
 
 
-def in_law_of(found: Found, setting: Setting) -> Setting:
+def in_law_of(found: Recommendation, setting: Setting) -> Setting:
     """The setting with the contact law of a result, which says in which units its K and D are."""
     scheme = found.scheme
-    if scheme is None:  # Newmark's method as it is set
-        return setting
     return setting._replace(law=scheme.law, exponent=getattr(scheme, "exponent", setting.exponent))
 
 
 def partial_content(so_far: SoFar, setting: Setting) -> dict:
     """The content of the page while a search goes on: ``lines``, ``tolerance``, ``front`` of `suggestion_content`."""
-    tolerance, front, eta = so_far
+    tolerance, front, eta = so_far.tolerance, so_far.front, so_far.eta
     if not front:
         return {}
     met = next((trial for trial in front if trial.robust <= tolerance), None)
-    at = f" at η = {eta:.6g} and more below" if _is_of_range(so_far) else ""
+    at = f" at η = {eta:.6g} and more below" if so_far.question.is_range else ""
     end = "; fewer steps may do." if met else "."
     line = f"So far: {_trial_words(met or front[-1], tolerance, at)}{end}"
     return {
@@ -314,18 +294,13 @@ def partial_content(so_far: SoFar, setting: Setting) -> dict:
     }
 
 
-def _is_of_range(found: Found | SoFar) -> bool:
-    """Whether one setting is for a range, so that the steps per period of its trials are those at ``found.eta``."""
-    return isinstance(found, RangeRecommendation) or (isinstance(found, SoFar) and not math.isnan(found.eta))
-
-
 def _trial_words(trial: Trial, tolerance: float, at: str = "") -> str:
     (stiffness, damping, steps), error = trial.setting, percent(trial.error, beside=tolerance)
     numbers = f"K = {print_number(stiffness)}, D = {print_number(damping)}, T/Δτ = {steps:,} steps a period"
     return f"{numbers}{at}: error {error}"
 
 
-def _point(trial: Trial, found: Found | SoFar, setting: Setting) -> list:
+def _point(trial: Trial, found: Recommendation | SoFar, setting: Setting) -> list:
     texts = trial_texts(trial, found, setting)
     words = words_of_change({name: texts[name] for name in "KD"}, setting)
     return [trial.setting.steps, trial.error, texts, percent(trial.error, beside=found.tolerance), words]
@@ -337,8 +312,8 @@ def offered_tolerance(explanation: Explanation) -> str:
     return rounded(100 * next((share for share in _OFFERED if share >= _ABOVE * floor), _OFFERED[-1]), 2)
 
 
-def _head(found: Found) -> str:
-    asked = percent(found.tolerance) + (" over the range" if isinstance(found, RangeRecommendation) else "")
+def _head(found: Recommendation) -> str:
+    asked = percent(found.tolerance) + (" over the range" if found.question.is_range else "")
     if found.met:
         return f"An error of {asked} is met" + (", by another kind of motion" if found.kind else "")
     if found.best is None:
@@ -348,15 +323,15 @@ def _head(found: Found) -> str:
     return f"An error of {asked} is not met; {percent(found.possible, beside=found.tolerance)} is possible"
 
 
-def _lines(found: Found, setting: Setting) -> list[str]:
+def _lines(found: Recommendation, setting: Setting) -> list[str]:
     of = f"{name_of_method(found.scheme)}: " if isinstance(found, OfSchemes) else ""
     if found.best is None:
         return [sentence(of + found.reason), *(_other_lines(found) if of else [])]
-    if isinstance(found, RangeRecommendation):
+    if found.question.is_range:
         return _range_lines(found, setting)
     best, robust = found.best, percent(found.best.robust, beside=found.tolerance)
     result = f"{of}{_trial_words(best, found.tolerance)}; nine in ten neighbouring settings have at most {robust}."
-    if found.located:
+    if found.question.located:
         result += f" It costs {best.cost:.0f} solves per period, since steps are cut where contact changes."
     lines = [result] if found.met else [f"Best found: {result}", sentence(found.reason)]
     if found.kind:
@@ -369,7 +344,7 @@ def _lines(found: Found, setting: Setting) -> list[str]:
     return [*lines, *_contact_lines(found, setting), *_other_lines(found)]
 
 
-def _contact_lines(found: Found, setting: Setting) -> list[str]:
+def _contact_lines(found: Recommendation, setting: Setting) -> list[str]:
     """The ranges, the contacts, and what was verified, a sentence each."""
     scale = setting.scale
     force = written if scale is None else lambda value: scale.text("force", value)
@@ -379,7 +354,7 @@ def _contact_lines(found: Found, setting: Setting) -> list[str]:
     lines.append(f"Peak force: {force_words(found, force)}.")
     other = (
         ""
-        if found.located or isinstance(found, OfSchemes)
+        if found.question.located or isinstance(found, OfSchemes)
         else (" For another code choose it under Your code: with another contact status a step may have no solution.")
     )
     return [*lines, f"Verified for {verified_words(found)}.{other}"]
@@ -398,7 +373,7 @@ def _other_lines(found: Recommendation) -> list[str]:
     return lines
 
 
-def _range_lines(found: RangeRecommendation, setting: Setting) -> list[str]:
+def _range_lines(found: Recommendation, setting: Setting) -> list[str]:
     (stiffness, damping, steps), best = found.best.setting, found.best
     error, robust = (percent(value, beside=found.tolerance) for value in (best.error, best.robust))
     scale = setting.scale

@@ -6,13 +6,12 @@ import math
 from collections.abc import Callable
 
 from vibroscope.app.explorer.method_words import words_of_scheme
-from vibroscope.engine import RangeRecommendation, Recommendation, percent, rounded, written
+from vibroscope.engine import Recommendation, percent, rounded, written
 
-Found = Recommendation | RangeRecommendation
 OF_THE_MODEL = "a number of the contact model, not of the system: it grows with K"
 
 
-def range_words(found: Found) -> str:
+def range_words(found: Recommendation) -> str:
     """The ranges of K and D, empty if there are none, as "K = 7920 to 11100 where D = 14.6"."""
     k, d, _ = found.best.setting if found.best else (None, None, None)
     rows = (("stiffness", "K", f"D = {written(d or 0)}"), ("damping", "D", f"K = {written(k or 0)}"))
@@ -31,7 +30,7 @@ def _inwards(value: float, *, up: bool) -> float:
     return float(f"{(math.ceil if up else math.floor)(value / unit) * unit:.3g}")
 
 
-def contact_words(found: Found) -> str:
+def contact_words(found: Recommendation) -> str:
     """How long the contacts are, and how the bodies rebound."""
     contacts, tolerance = found.best.contacts, found.tolerances.restitution
     if contacts is None:
@@ -47,11 +46,11 @@ def contact_words(found: Found) -> str:
     return "; ".join(parts)
 
 
-def force_words(found: Found, force: Callable[[float], str] = written) -> str:
+def force_words(found: Recommendation, force: Callable[[float], str] = written) -> str:
     """The peak force, and how far it is from that without a time step."""
     contacts, tolerance = found.best.contacts, found.tolerances.force
     if contacts is None or math.isnan(contacts.peak_force):
-        return "not known, since the steps are cut where contact changes" if found.located else "not known"
+        return "not known, since the steps are cut where contact changes" if found.question.located else "not known"
     text = f"{force(contacts.peak_force)}, {OF_THE_MODEL}"
     if math.isnan(contacts.force_error):
         return text
@@ -60,7 +59,7 @@ def force_words(found: Found, force: Callable[[float], str] = written) -> str:
     return f"{text}; {percent(abs(contacts.force_error))} {side} that without a time step ({limit})"
 
 
-def verified_words(found: Found) -> str:
+def verified_words(found: Recommendation) -> str:
     """The integrator, contact status and law that a suggestion was verified with."""
     return f"{words_of_scheme(found.scheme)}; from rest"
 

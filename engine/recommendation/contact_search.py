@@ -24,10 +24,10 @@ from ..model import System
 from ..wording import rounded_to
 from .limits import Limits
 from .range_trials import RangeTrials
-from .trials import NEIGHBOURS, NewmarkSetting, Trial, Trials
+from .trials import NEIGHBOURS, NewmarkSetting, Trial
 
 CONTACT_STEPS = (1.5, 100.0)  # steps in a contact that are worth a trial
-FORCE_STEPS = 2.0  # the least of them for a tolerance of the peak force, times that: Newmark's is off by some 3/steps
+FORCE_STEPS = 0.8  # the least of them for a tolerance of the peak force, times that: a strong damper makes up for few
 SOFTEST = 10.0  # K that is worth a trial
 RATIO, LOCATED_RATIO = 2.0, 4.0  # between neighbouring K of the grid
 DAMPING_FACTORS = (0.2, 0.4, 0.7, 0.85, 1.0, 1.15, 1.4, 2.5)  # ζ of the grid, in units of ζ(e)
@@ -51,7 +51,7 @@ class ContactSearch:
         Settings that were judged with all their neighbours.
     """
 
-    trials: Trials | RangeTrials
+    trials: RangeTrials
     system: System
     limits: Limits
     tolerance: float

@@ -8,34 +8,20 @@ some.
 
 import math
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+
+import numpy as np
 
 from ..methods import DAMPING_RANGE, STIFFNESS_RANGE
 from .limits import Limits
 from .range_trials import RangeTrials
-from .trials import NewmarkSetting, Trial, Trials
+from .trials import NewmarkSetting, Trial
 
 STRIDE = 1.05  # from point to point of a range, a factor
+CONFIRMED, ONE_MISS_IN = 6, 20  # points to a stride that confirm a range; one in so many of them may miss
 FARTHEST = 10  # points on each side: a factor of 1.6
 AT_ONCE = 4  # points that are tried side by side
 SPARE = (1.0, 1.1, 1.2, 1.35, 1.5, 1.75, 2.0, 2.5, 3.0, 4.0, 6.0, 8.0)  # times the least number of steps
 DIGITS = (2, 3)  # of K and D
-
-
-@dataclass(frozen=True)
-class Middle:
-    """A setting, and the ranges of K and D in which it keeps to the tolerances.
-
-    Attributes
-    ----------
-    setting : NewmarkSetting
-    ranges : dict
-        Of "stiffness" and "damping", without those that are held: the least and the largest value tried that keep to
-        the tolerances, with all between, where the other number stays.
-    """
-
-    setting: NewmarkSetting
-    ranges: dict[str, tuple[float, float]]
 
 
 class MiddleSearch:
@@ -43,7 +29,7 @@ class MiddleSearch:
 
     Parameters
     ----------
-    trials : Trials or RangeTrials
+    trials : RangeTrials
     limits : Limits
         What is held is not moved.
     tolerance : float
@@ -52,36 +38,40 @@ class MiddleSearch:
     Attributes
     ----------
     ranges : dict
-        By each verified setting: :attr:`Middle.ranges`.
+        By each verified setting: of "stiffness" and "damping", without those that are held, the least and the largest
+        value tried that keep to the tolerances, with all between, where the other number stays.
     """
 
-    def __init__(self, trials: Trials | RangeTrials, limits: Limits, tolerance: float):
+    def __init__(self, trials: RangeTrials, limits: Limits, tolerance: float):
         self.trials, self.limits, self.tolerance = trials, limits, tolerance
         self.ranges: dict[NewmarkSetting, dict[str, tuple[float, float]]] = {}
         self._known: dict[NewmarkSetting, bool] = {}
         self.free = [name for name in ("stiffness", "damping") if getattr(limits, name) is None]
 
-    def verified(self, steps: int, best_with: Callable[[int], Trial | None], verify) -> Iterator[Trial]:
+    def verified(self, steps: int, starts: Callable[[int], list[NewmarkSetting]], verify) -> Iterator[Trial]:
         """Yield verified middles, from the least number of steps that seems to meet the tolerances on.
 
         Parameters
         ----------
         steps : int
-        best_with : callable
-            :meth:`.contact_search.ContactSearch.best_with`: from the setting with the least error, the middle is near.
+        starts : callable
+            Gives the settings with so many steps from which a middle is looked for.
         verify : callable
             :meth:`.trials.Trials.verify` of the question as it is.
         """
+        edges: list[Trial] = []  # by runs from rest
         for n in spare_steps(steps, self.limits.steps_max):
-            best = best_with(n)
-            found = self.find(best.setting) if best is not None and best.robust <= self.tolerance else None
-            if found is not None:
-                trial = verify(found.setting)
-                if trial.meets(self.tolerance):
-                    self.ranges[found.setting] = found.ranges
+            for found in dict.fromkeys(map(self.find, starts(n))):
+                if found is None or not (trial := verify(found)).meets(self.tolerance):
+                    continue
+                self.ranges[found] = {name: self._confirmed(found, name) for name in self.free}
+                if self._is_inside(found, self.ranges[found]):
                     yield trial
+                else:
+                    edges.append(trial)
+        yield from edges
 
-    def find(self, setting: NewmarkSetting) -> Middle | None:
+    def find(self, setting: NewmarkSetting) -> NewmarkSetting | None:
         """Return the middle with the steps of a setting; None if one of its ranges has no middle."""
         if not self._all_meet([setting])[0]:
             return None
@@ -89,8 +79,27 @@ class MiddleSearch:
             middle = _few_digits(*self._range(setting, name))
             setting = setting if middle is None else setting._replace(**{name: middle})
         ranges = {name: self._range(setting, name) for name in self.free}
-        inside = all(self._has_room(name, getattr(setting, name), *ends) for name, ends in ranges.items())
-        return Middle(setting, ranges) if inside else None
+        return setting if self._is_inside(setting, ranges) else None
+
+    def _is_inside(self, setting: NewmarkSetting, ranges: dict[str, tuple[float, float]]) -> bool:
+        return all(self._has_room(name, getattr(setting, name), *ends) for name, ends in ranges.items())
+
+    def _confirmed(self, setting: NewmarkSetting, name: str) -> tuple[float, float]:
+        """Return the range of one number in which runs from rest keep to the tolerances, of more points than before.
+
+        Short runs choose; where a step scatters the motion, a run from rest may have another peak force. A few points
+        may miss, as neighbours may.
+        """
+        own, ends = getattr(setting, name), self._range(setting, name)
+        found = []
+        for end in ends:
+            count = math.ceil(abs(math.log(end / own)) / math.log(STRIDE) * CONFIRMED)
+            points = [own * (end / own) ** (i / count) for i in range(1, count + 1)]
+            holds = self.trials.all_hold([setting._replace(**{name: point}) for point in points])
+            misses = np.cumsum(np.logical_not(holds))
+            kept = [p for i, p in enumerate(points) if holds[i] and misses[i] * ONE_MISS_IN <= i + 1]
+            found.append(kept[-1] if kept else own)
+        return tuple(found)
 
     def _has_room(self, name: str, own: float, low: float, high: float) -> bool:
         """Whether a range leaves room on both sides, but for what a limit takes."""

@@ -16,7 +16,7 @@ from .trials import NewmarkSetting, Trial, Trials
 
 
 class RangeTrials:
-    """The trials of a range, with the methods of :class:`.trials.Trials`.
+    """The trials at one or several excitation frequencies.
 
     Parameters
     ----------
@@ -48,24 +48,30 @@ class RangeTrials:
         return sum(part.closing_speed for part in self.parts) / len(self.parts)
 
     def screen(self, settings: Iterable[NewmarkSetting], neighbours: int = 0, bound: float = math.inf) -> list[Trial]:
-        """See :meth:`.trials.Trials.screen`."""
-        return list(self._pool.map(lambda one: self._worst(one, bound, "screen_one", neighbours, bound), settings))
+        """Try settings by short runs on the reference's motion, to choose by: :meth:`.trials.Trials.screen`."""
+        return list(self._pool.map(lambda one: self._worst(one, bound, "screen", neighbours, bound), settings))
 
-    def meets_one(self, setting: NewmarkSetting, bound: float) -> bool:
-        """See :meth:`.trials.Trials.meets_one`."""
+    def meets(self, setting: NewmarkSetting, bound: float) -> bool:
+        """Whether a setting seems to keep to all tolerances at all frequencies, by short runs."""
         for part in tuple(self._order):
-            if not part.meets_one(self.at(part, setting), bound):
+            if not part.meets(self.at(part, setting), bound):
                 self._order = [part, *(other for other in self.parts if other is not part)]
                 return False
         return True
 
     def excesses(self, settings: Iterable[NewmarkSetting]) -> list[float]:
-        """See :meth:`.trials.Trials.excesses`."""
+        """The largest :meth:`.trials.Trials.excess` of each of several settings."""
         return list(self._pool.map(lambda one: max(part.excess(self.at(part, one)) for part in self.parts), settings))
 
     def all_meet(self, settings: Iterable[NewmarkSetting], bound: float) -> list[bool]:
-        """See :meth:`.trials.Trials.all_meet`."""
-        return list(self._pool.map(lambda setting: self.meets_one(setting, bound), settings))
+        """Whether each of several settings seems to keep to all tolerances."""
+        return list(self._pool.map(lambda setting: self.meets(setting, bound), settings))
+
+    def all_hold(self, settings: Iterable[NewmarkSetting]) -> list[bool]:
+        """Whether each of several settings keeps to all tolerances at all frequencies, by runs from rest."""
+        return list(
+            self._pool.map(lambda setting: all(part.holds(self.at(part, setting)) for part in self.parts), settings)
+        )
 
     def verify(self, setting: NewmarkSetting) -> Trial:
         """See :meth:`.trials.Trials.verify`; the contacts are those of the part where they are furthest off."""
@@ -83,12 +89,8 @@ class RangeTrials:
         return Trial(setting, error, robust, cost, worst.contacts, worst.excess)
 
     def confirm(self, settings: Iterable[NewmarkSetting], bound: float = math.inf) -> list[Trial]:
-        """See :meth:`.trials.Trials.confirm`."""
-        return list(self._pool.map(lambda one: self._worst(one, bound, "confirm_one", bound), settings))
-
-    def error_of_every_step(self, setting: NewmarkSetting) -> float:
-        """See :meth:`.trials.Trials.error_of_every_step`."""
-        return max(self._pool.map(lambda part: part.error_of_every_step(self.at(part, setting)), self.parts))
+        """Try settings by runs from rest, with further neighbours: :meth:`.trials.Trials.confirm`."""
+        return list(self._pool.map(lambda one: self._worst(one, bound, "confirm", bound), settings))
 
     def at(self, part: Trials, setting: NewmarkSetting) -> NewmarkSetting:
         """Return the setting with its steps per period at the frequency of one part."""

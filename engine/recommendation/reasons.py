@@ -15,7 +15,7 @@ from ..result import Record
 from ..simulate import simulate
 from ..wording import percent, rounded
 from .contacts import Tolerances
-from .limits import Limits
+from .question import SettingQuestion
 from .trials import MISSES, VERIFIED, Trial, Trials
 
 
@@ -68,8 +68,7 @@ def unmet_tolerance_reason(
     trials: Trials,
     front: list[Trial],
     joint_damping: float,
-    tolerances: Tolerances,
-    limits: Limits,
+    question: SettingQuestion,
     cancelled: Callable[[], bool] | None = None,
 ) -> str:
     """Say what keeps the error above the tolerance, and what to do about it.
@@ -81,10 +80,10 @@ def unmet_tolerance_reason(
         The settings found, least error last; may be empty.
     joint_damping : float
         From :func:`joint_damping_error`.
-    tolerances : Tolerances
-    limits : Limits
+    question : SettingQuestion
     """
-    target, tolerance = trials.target, tolerances.displacement
+    target, tolerances, limits = trials.target, question.tolerances, question.limits
+    tolerance = tolerances.displacement
     stiffness_max = limits.stiffness_max if limits.stiffness is None else limits.stiffness
     if not front:
         none = f"no K up to {stiffness_max:g} gave a run that reached its end within {limits.steps_max} steps"

@@ -18,12 +18,14 @@ from .trials import NewmarkSetting, Trial
 FIRST_STEPS, FIRST_STEPS_LOCATED = 16, 8  # the lowest level
 MEANINGFUL, MEANINGFUL_LOCATED = 512, 32  # from this n on, levels without gain end the search …
 CLOSER = 1.5  # located: below that n there is a level so many times each, too
+DENSE, DENSER = 128, 4  # constant steps: up to that n so many levels to a doubling, since what few steps do is luck
 PATIENCE = 2  # … after so many of them
 GAIN = 0.95  # a level that leaves more of the error than this is without gain
 BEYOND = 1  # levels above the first that meets the tolerance, for the front
 BISECTIONS = 3  # they leave n uncertain by 2^(1/8), 9 %
 CONFIRMED = 9  # settings of a level that are confirmed if they seem to meet the tolerance, until some do
 SHOWN = 2  # … so many at a time; and best settings of a level that are confirmed for the front, whatever their error …
+STARTS, APART = 3, 1.4  # settings from which a middle is looked for, and how far apart their K are, a factor
 LUCK = 2.0  # … and shown unless their neighbours' error is so many times as large as their own
 
 
@@ -55,7 +57,10 @@ class StepSearch:
         located = contact.trials.located
         first = min(FIRST_STEPS_LOCATED if located else FIRST_STEPS, steps_max)
         doubled = [first * 2**i for i in range(1 + math.floor(math.log2(steps_max / first)))]
-        between = [round(CLOSER * n) for n in doubled if located and n < MEANINGFUL_LOCATED]
+        if located:
+            between = [round(CLOSER * n) for n in doubled if n < MEANINGFUL_LOCATED]
+        else:
+            between = [round(n * 2 ** (i / DENSER)) for n in doubled if n < DENSE for i in range(1, DENSER)]
         levels = sorted({*doubled, *(n for n in between if n < steps_max), steps_max})
         self.levels = [n for n in levels if contact.is_worth(n)] or levels[-1:]
         self._meaningful = MEANINGFUL_LOCATED if located else MEANINGFUL
@@ -87,7 +92,17 @@ class StepSearch:
     def verified(self, middles: MiddleSearch, verify: Callable[[NewmarkSetting], Trial]) -> Iterator[Trial]:
         """Yield what can be recommended: see :meth:`.middle.MiddleSearch.verified`."""
         if self.met:
-            yield from middles.verified(self.met[0].setting.steps, self.contact.best_with, verify)
+            yield from middles.verified(self.met[0].setting.steps, self._starts, verify)
+
+    def _starts(self, n: int) -> list[NewmarkSetting]:
+        """The best settings with n steps that seem to meet the tolerances, with K well apart."""
+        self.contact.best_with(n)
+        starts: list[NewmarkSetting] = []
+        for trial in self._judged_with(n):
+            apart = (abs(math.log(trial.setting.stiffness / one.stiffness)) > math.log(APART) for one in starts)
+            if trial.meets(self.tolerance) and all(apart):
+                starts.append(trial.setting)
+        return starts[:STARTS]
 
     def _search_levels(self) -> None:
         """Go up the levels to a little above the first that meets the tolerance, or until nothing is gained."""

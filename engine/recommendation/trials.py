@@ -20,8 +20,8 @@ only (C(19, 0) (2/3)¹⁹ + C(19, 1) (1/3) (2/3)¹⁸).
 
 Most of these runs begin on the reference's motion, from which only a short transient is left. What is recommended is
 verified by runs that all begin at rest and last as long as the paper's, as those of a user do: itself, with and without
-steps skipped, with half the step, and 60 neighbours, of which two may miss one of the tolerances. If a tenth of the
-neighbourhood missed them, at most two of 60 would with a probability of 0.053 only.
+steps skipped, with half the step, and 120 neighbours, of which four may miss one of the tolerances. If a tenth of the
+neighbourhood missed them, at most four of 120 would with a probability of 0.006 only.
 """
 
 import math
@@ -41,7 +41,7 @@ from ..methods import CONTACT_LAWS, STEPS_RANGE, Method, Newmark, TimeStepping, 
 from ..motions.steady import KEEP, LONG, Steady
 from ..result import Checkpoint, Record, Response
 from ..simulate import sample_run, simulate
-from .contacts import MORE_SAMPLES, SAMPLES, Contacts, Tolerances, contacts_of, peak_of
+from .contacts import MORE_SAMPLES, Contacts, Tolerances, contacts_of, peak_of
 
 FORGOTTEN = 1e-4  # remainder of a disturbance after the transient of a short run
 KEEP_LOCATED = 12  # periods of a short run that are kept: located steps leave no scatter
@@ -53,7 +53,7 @@ NEIGHBOURS = 10  # to choose by
 NEW_NEIGHBOURS = 19  # to confirm by …
 EVERY_NTH_FROM_REST = 7  # … of which every seventh begins at rest
 AT_ONCE = 6  # runs that are made side by side before it is looked at what they say
-VERIFIED, MISSES = 60, 2  # neighbours that verify what is recommended, and how many of them may miss a tolerance
+VERIFIED, MISSES = 120, 4  # neighbours that verify what is recommended, and how many of them may miss a tolerance
 # Multiples of this vector, modulo 1, fill the unit cube evenly, however many are taken (M. Roberts's R₃; ρ⁴ = ρ + 1)
 _RHO = 1.2207440846057596
 _EVENLY = np.array([_RHO**-1, _RHO**-2, _RHO**-3])
@@ -99,7 +99,7 @@ class Trial(NamedTuple):
 
 
 class Trials:
-    """Runs of a method against one target, in a pool of threads (kernels release the GIL).
+    """Runs of a method against one target; a pool of threads verifies (kernels release the GIL).
 
     Parameters
     ----------
@@ -138,15 +138,8 @@ class Trials:
         self._short: dict[tuple, tuple[float, float]] = {}  # results of short runs, many of which are needed again
         self._excess: dict[NewmarkSetting, float] = {}
         self._verified: dict[NewmarkSetting, Trial] = {}
+        self._verified_alone: dict[NewmarkSetting, Trial] = {}
         self._peaks: dict[tuple, float] = {}  # peak forces without a time step
-
-    def screen(self, settings: Iterable[NewmarkSetting], neighbours: int = 0, bound: float = math.inf) -> list[Trial]:
-        """Try settings by short runs that begin on the reference's motion, to choose by."""
-        return list(self._pool.map(lambda setting: self.screen_one(setting, neighbours, bound), settings))
-
-    def confirm(self, settings: Iterable[NewmarkSetting], bound: float = math.inf) -> list[Trial]:
-        """Try settings by a run of 2,050 periods from rest, with neighbours that they were not chosen by."""
-        return list(self._pool.map(lambda setting: self.confirm_one(setting, bound), settings))
 
     def error_of_every_step(self, setting: NewmarkSetting) -> float:
         """Return the error of the run from rest that computes every step, as an FE code must, and skips none.
@@ -155,25 +148,17 @@ class Trials:
         """
         return self.run(setting, self._system.rest, LONG, KEEP, PER_PERIOD, every_step=True)[0]
 
-    def screen_one(self, setting: NewmarkSetting, neighbours: int = 0, bound: float = math.inf) -> Trial:
-        """One setting as in :meth:`screen`, in the calling thread."""
+    def screen(self, setting: NewmarkSetting, neighbours: int = 0, bound: float = math.inf) -> Trial:
+        """Try a setting by a short run that begins on the reference's motion, to choose by."""
         error, cost = self._run_short(setting)
         if neighbours == 0:
             return Trial(setting, error, math.inf, cost)
         around = (self._run_short(other)[0] for other in neighbourhood(setting, range(1, neighbours + 1)))
         return Trial(setting, error, self._robust(setting, error, around, neighbours, bound), cost)
 
-    def meets_one(self, setting: NewmarkSetting, bound: float) -> bool:
+    def meets(self, setting: NewmarkSetting, bound: float) -> bool:
         """Whether a setting seems to keep to all tolerances, by short runs."""
-        return self.screen_one(setting, NEIGHBOURS, bound).robust <= bound and self.excess(setting) <= 1.0
-
-    def all_meet(self, settings: Iterable[NewmarkSetting], bound: float) -> list[bool]:
-        """Whether each of several settings seems to keep to all tolerances."""
-        return list(self._pool.map(lambda setting: self.meets_one(setting, bound), settings))
-
-    def excesses(self, settings: Iterable[NewmarkSetting]) -> list[float]:
-        """See :meth:`excess`, of several settings."""
-        return list(self._pool.map(self.excess, settings))
+        return self.screen(setting, NEIGHBOURS, bound).robust <= bound and self.excess(setting) <= 1.0
 
     def excess(self, setting: NewmarkSetting) -> float:
         """Return :attr:`Trial.excess` of a short run, without that of half the step."""
@@ -188,8 +173,8 @@ class Trials:
         peak = self._peak_without_step(setting, self._start)
         return contacts_of(run, peak, self.target, self._cancelled).excess(self.tolerances)
 
-    def confirm_one(self, setting: NewmarkSetting, bound: float = math.inf) -> Trial:
-        """One setting as in :meth:`confirm`, in the calling thread."""
+    def confirm(self, setting: NewmarkSetting, bound: float = math.inf) -> Trial:
+        """Try a setting by a run of 2,050 periods from rest, with neighbours that it was not chosen by."""
         error, cost = self._run_from_rest(setting, PER_PERIOD)
         others = neighbourhood(setting, range(NEIGHBOURS + 1, NEIGHBOURS + NEW_NEIGHBOURS + 1))
         around = (
@@ -213,8 +198,13 @@ class Trials:
 
     def verify_alone(self, setting: NewmarkSetting) -> Trial:
         """Try a setting as :meth:`verify` does, but for its neighbours: the same with half the step counts as well."""
+        if setting not in self._verified_alone:
+            self._verified_alone[setting] = self._from_rest_and_halved(setting)
+        return self._verified_alone[setting]
+
+    def _from_rest_and_halved(self, setting: NewmarkSetting) -> Trial:
         peak = self._peak_without_step(setting, None)
-        error, contacts = self._from_rest(setting, peak, MORE_SAMPLES)
+        error, contacts = self._from_rest(setting, peak)
         halved, of_half = self._from_rest(setting._replace(steps=2 * setting.steps), peak)
         robust = max(error, halved, 0.0 if self.located else self.error_of_every_step(setting))
         excess = max((math.inf if one is None else one.excess(self.tolerances)) for one in (contacts, of_half))
@@ -230,16 +220,23 @@ class Trials:
             others = neighbourhood(setting, range(first, first + AT_ONCE))
             for error, contacts in self._pool.map(lambda other: self._from_rest(other, peak), others):
                 errors.append(error)
-                well = contacts is not None and contacts.excess(self.tolerances) <= 1.0
-                missed += not well or error > self.tolerances.displacement
+                missed += not self._holds(error, contacts)
             if missed > MISSES:
                 return math.inf
         return tolerant_maximum(errors, VERIFIED)
 
-    def _from_rest(self, setting: NewmarkSetting, peak: float, samples: int = SAMPLES) -> tuple[float, Contacts | None]:
+    def holds(self, setting: NewmarkSetting) -> bool:
+        """Whether a run from rest keeps to all tolerances."""
+        return self._holds(*self._from_rest(setting, self._peak_without_step(setting, None)))
+
+    def _holds(self, error: float, contacts: Contacts | None) -> bool:
+        well = contacts is not None and contacts.excess(self.tolerances) <= 1.0
+        return well and error <= self.tolerances.displacement
+
+    def _from_rest(self, setting: NewmarkSetting, peak: float) -> tuple[float, Contacts | None]:
         """Return error and contacts of a run from rest, as a user makes it; inf and None if it ends early."""
         run = self._simulate(with_setting(self.scheme, setting), None, Record(KEEP, PER_PERIOD, setting.steps))
-        contacts = contacts_of(run, peak, self.target, self._cancelled, samples) if run.ok else None
+        contacts = contacts_of(run, peak, self.target, self._cancelled, MORE_SAMPLES) if run.ok else None
         return self.target.error(run, self._cancelled), contacts
 
     def _simulate(self, method: Method, start: tuple | None, record: Record | None = None) -> Response:

@@ -15,16 +15,15 @@ def searches(monkeypatch):
     """`recommend` replaced by one that waits for its answer, at most until the test ends; what it was called with."""
     calls, ended = queue.Queue(), threading.Event()
 
-    def recommend(system, eta, *, cancelled, progress, **asked):  # of one eta, or of a range
+    def recommend(question, *, cancelled, progress, **asked):
         answer = queue.Queue()
-        calls.put((eta, asked, progress, answer, cancelled))
+        calls.put((question, asked, progress, answer, cancelled))
         while not (cancelled() or ended.is_set()):
             with suppress(queue.Empty):
                 return answer.get(timeout=0.01)
         raise Cancelled
 
     monkeypatch.setattr(suggestion, "recommend", recommend)
-    monkeypatch.setattr(suggestion, "recommend_range", recommend)
     monkeypatch.setattr(suggestion, "CACHE", Cache(2))
     yield calls
     ended.set()

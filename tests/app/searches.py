@@ -2,8 +2,7 @@
 
 from vibroscope.app.explorer.state import Setting
 from vibroscope.engine import Recommendation
-from vibroscope.engine.recommendation.contacts import Contacts, Tolerances
-from vibroscope.engine.recommendation.recommend import scheme_of
+from vibroscope.engine.recommendation.contacts import Contacts
 from vibroscope.engine.recommendation.trials import NewmarkSetting, Trial
 
 SETTING = Setting()
@@ -14,18 +13,13 @@ RANGES = {"stiffness": (9023.4, 12345.0), "damping": (14.0, 17.0)}
 
 
 def found_for(question, *, met=True, best=TRIAL, front=(TRIAL,), joint=0.0, reason=""):
-    system, (eta, *_), reference, located, tolerance, *_ = question
     return Recommendation(
-        system=system,
-        eta=eta,
-        reference=reference,
-        tolerances=Tolerances(tolerance),
-        located=located,
+        question=question.search,
+        eta=question.search.etas[-1],
         met=met,
         best=best,
         ranges=RANGES if met else {},
         front=front,
         joint_damping=joint,
         reason=reason,
-        scheme=scheme_of(None, located),
     )

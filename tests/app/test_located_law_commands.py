@@ -17,6 +17,7 @@ from vibroscope.engine import (
     verdict,
 )
 
+from tests.recommended import question
 from tests.share import every
 
 from .command_line import run_command
@@ -65,7 +66,7 @@ def test_recommend(capsys):
     found = asked(capsys, "recommend", how)
     scheme = TimeStepping(1.0, 0.0, 1000, HHT(), "located", law="limited")
     held = {"stiffness": 1200.0, "damping": 18.0}  # steps are searched alone, which is short
-    expected = recommend(System(), 2.76, tolerance=0.5, scheme=scheme, steps_max=16, **held)
+    expected = recommend(question(System(), 2.76, tolerance=0.5, scheme=scheme, steps_max=16, **held))
     assert (found["status"], found["law"], found["integrator"]) == ("located", "limited", "hht")
     best = expected.best
     assert (found["K"], found["D"], found["steps"]) == best.setting

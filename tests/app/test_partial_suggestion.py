@@ -14,12 +14,12 @@ def test_what_is_found_so_far_is_shown_in_the_units_of_the_page(searches):
     suggester.follow(SETTING._replace(units="mm-t-s", omega1=20.0, m1=3.0))  # K counts 1.2 N/mm
     send(suggester.view, {"suggest": {"tolerance": "5"}})
     _, asked, progress, answer, _ = searches.get(timeout=5)
-    asked["partial"]([WORSE])
+    asked["partial"]([WORSE], SETTING.eta)
     progress(0.4)
     host.catch_up()
     content = suggester.view.content
     assert content["lines"] == ["So far: K = 2400 N/mm, 2D = 0.84 N·s/mm, T/Δτ = 500 steps a period: error 30 %."]
-    asked["partial"]([WORSE, TRIAL])
+    asked["partial"]([WORSE, TRIAL], SETTING.eta)
     progress(0.6)
     host.catch_up()
     content = suggester.view.content

@@ -91,13 +91,13 @@ def test_bad_input_is_one_line_and_status_2(capsys, arguments):
 
 
 def test_one_setting_for_a_range_in_units(capsys, monkeypatch):
-    search, searched = command.recommend_range, []
+    search, searched = command.recommend, []
 
     def once(*arguments, **options):
         searched[:] = searched or [search(*arguments, **options)]
         return searched[0]
 
-    monkeypatch.setattr(command, "recommend_range", once)
+    monkeypatch.setattr(command, "recommend", once)
     range_ = ["--eta-range", "2.7:2.76:2", "--one-setting", "--K", "5000", "--located", "--tolerance", "0.2", "--units"]
     assert main(["recommend", *range_, "--json"]) == 0
     found = json.loads(capsys.readouterr().out)

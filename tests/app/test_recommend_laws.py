@@ -18,9 +18,7 @@ LAWS = sorted({*every(CONTACT_LAWS), "impact"}, key=CONTACT_LAWS.index)
 def asked(monkeypatch):
     """The schemes that the command asks for; nothing is searched."""
     schemes = []
-    monkeypatch.setattr(
-        command, "recommend_schemes", lambda _, __, each, **___: schemes.extend(each) or [*map(made, each)]
-    )
+    monkeypatch.setattr(command, "recommend_schemes", lambda _, each, **__: schemes.extend(each) or [*map(made, each)])
     return schemes
 
 

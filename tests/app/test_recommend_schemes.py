@@ -17,13 +17,14 @@ from vibroscope.engine import (
     CentralDifference,
     Newmark,
     Recommendation,
-    Reference,
+    SettingQuestion,
     System,
     TimeStepping,
     recommend_schemes,
 )
-from vibroscope.engine.recommendation.contacts import Tolerances
 from vibroscope.engine.recommendation.trials import NewmarkSetting, Trial
+
+from tests.recommended import question
 
 FEW = ["--eta", "1.08", "--tolerance", "0.3", "--K", "100", "--D", "3.68", "--steps-max", "16"]
 
@@ -36,20 +37,8 @@ def run(capsys, *arguments):
 def made(scheme, met=True, steps=100, robust=0.04):
     best = robust and Trial(NewmarkSetting(1000.0, 5.0, steps), robust / 2, robust, float(steps))
     front = (best,) if best else ()
-    return Recommendation(
-        system=System(),
-        eta=1.08,
-        reference=Reference(),
-        tolerances=Tolerances(),
-        ranges={},
-        located=False,
-        met=met,
-        best=best or None,
-        front=front,
-        joint_damping=0.0,
-        reason="" if met else "why",
-        scheme=scheme,
-    )
+    asked, reason = SettingQuestion(System(), 1.08, scheme=scheme), "" if met else "why"
+    return Recommendation(question=asked, eta=1.08, met=met, best=best or None, ranges={}, front=front, reason=reason)
 
 
 @pytest.fixture
@@ -57,7 +46,7 @@ def asked(monkeypatch):
     """The schemes that the command asks for; nothing is searched."""
     schemes = []
 
-    def listed(system, eta, each, **_):
+    def listed(question, each, **_):
         schemes.extend(each)
         return [made(scheme) for scheme in each]
 
@@ -76,13 +65,13 @@ def test_the_best_comes_first_and_two_stages_cost_twice(monkeypatch):
     }
     shares = []
 
-    def answered(system, eta, *, scheme, progress, cancelled):
+    def answered(question, *, progress, cancelled):
         progress(0.5)
-        return made(scheme, **answers[scheme.integrator.name])
+        return made(question.scheme, **answers[question.scheme.integrator.name])
 
     monkeypatch.setattr("vibroscope.engine.recommendation.recommend.recommend", answered)
     schemes = [TimeStepping(1, 0, 1000, INTEGRATORS[name]()) for name in answers]
-    found = recommend_schemes(System(), 1.08, schemes, progress=shares.append, cancelled=None)
+    found = recommend_schemes(question(System(), 1.08), schemes, progress=shares.append, cancelled=None)
     order = [each.scheme.integrator.name for each in found]
     assert order == ["hht", "newmark", "tr-bdf2", "semi-implicit-euler", "bathe", "central-difference"]
     assert [each.solves for each in found[:3]] == [150, 150, 200]
@@ -91,9 +80,9 @@ def test_the_best_comes_first_and_two_stages_cost_twice(monkeypatch):
 
 def test_a_search_over_nothing_is_refused_and_every_search_can_be_cancelled():
     with pytest.raises(ValueError, match="schemes is empty"):
-        recommend_schemes(System(), 1.08, [])
+        recommend_schemes(question(System(), 1.08), [])
     with pytest.raises(Cancelled):
-        recommend_schemes(System(), 1.08, [Newmark(1, 0, 100)], cancelled=lambda: True)
+        recommend_schemes(question(System(), 1.08), [Newmark(1, 0, 100)], cancelled=lambda: True)
 
 
 @pytest.mark.parametrize("key", codes())

@@ -94,8 +94,8 @@ def test_what_is_set_is_said_with_the_steps_that_have_no_solution():
     assert f"{found.steps_without_solution:,} steps without a solution".replace(",", "") in text
     assert words_of_method(Newmark(1.0, 1.0, 8)) == ""
     assert name_of_method(TimeStepping(1.0, 1.0, 8, HHT(-0.1))) == "HHT-α, forces averaged (α = −0.1)"
-    assert make_question(setting, {"tolerance": "5"}).scheme.status == "end"
-    assert make_question(Setting(), {"tolerance": "5"}).scheme is None
+    assert make_question(setting, {"tolerance": "5"}).search.scheme.status == "end"
+    assert make_question(Setting(), {"tolerance": "5"}).search.scheme == Newmark(1.0, 0.0, 1000)
 
 
 @pytest.mark.parametrize("texts", [{"integrator": "hht"}, {"law": "cut"}, {"status": "end"}])

@@ -6,9 +6,7 @@ import pytest
 from vibroscope.app.explorer.errors import Refused
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.explorer.suggestion import default_limits, make_question, suggestion_content
-from vibroscope.engine import RangeRecommendation, Served, System
-from vibroscope.engine.recommendation.contacts import Tolerances
-from vibroscope.engine.recommendation.recommend import scheme_of
+from vibroscope.engine import Recommendation, Served, SettingQuestion, System, Tolerances
 from vibroscope.engine.recommendation.trials import NewmarkSetting as Chosen
 from vibroscope.engine.recommendation.trials import Trial
 
@@ -20,11 +18,11 @@ RANGE = {"tolerance": "20", "from": "2.7", "to": "2.76", "hold": "K"}
 
 def test_one_setting_is_asked_for_a_range_and_follows_no_single_frequency():
     asked = make_question(SETTING._replace(K=5000.0), RANGE)
-    assert asked.etas == (2.7, 2.715, 2.73, 2.745, 2.76)
-    assert (asked.stiffness, asked.damping) == (5000.0, None)
+    assert asked.search.etas == (2.7, 2.715, 2.73, 2.745, 2.76)
+    assert (asked.search.limits.stiffness, asked.search.limits.damping) == (5000.0, None)
     assert asked == asked.follow(SETTING._replace(eta=1.2))
     hertz = make_question(SETTING._replace(units="si", omega1=20.0), RANGE | {"from": "8.6 Hz", "to": "8.8"})
-    assert hertz.etas[0] == pytest.approx(8.6 * 2 * math.pi / 20, rel=1e-5)
+    assert hertz.search.etas[0] == pytest.approx(8.6 * 2 * math.pi / 20, rel=1e-5)
 
 
 def test_the_limits_that_are_offered_ask_the_same_question_in_all_units():
@@ -46,11 +44,8 @@ def test_a_range_is_shown_with_its_limit_and_sets_the_steps_at_the_present_frequ
     served = (Served(2.0, 150, 0.04, 0.041, CONTACTS, 0.5), Served(3.0, 100, 0.05, 0.06, CONTACTS, 0.5))
     trial = Trial(Chosen(5000.0, 12.0, 100), 0.05, 0.06, 100.0, CONTACTS)
     limit = "the range is limited at eta = 3: an error of 5 % there, the largest part by time step (4 %)"
-    found = RangeRecommendation(
-        system=System(),
-        reference=SETTING.reference,
-        tolerances=Tolerances(0.1),
-        located=False,
+    found = Recommendation(
+        question=SettingQuestion(System(), [2.0, 3.0], Tolerances(0.1)),
         eta=3.0,
         met=True,
         best=trial,
@@ -59,9 +54,6 @@ def test_a_range_is_shown_with_its_limit_and_sets_the_steps_at_the_present_frequ
         served=served,
         left_out=(2.5,),
         limit=limit,
-        reason="",
-        kind="",
-        scheme=scheme_of(None, located=False),
     )
     content = suggestion_content(found, SETTING._replace(eta=1.5))
     assert content["head"] == "An error of 10 % over the range is met"

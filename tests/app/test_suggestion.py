@@ -45,7 +45,7 @@ def test_a_question_does_not_depend_on_what_the_search_looks_for():
     assert asked == make_question(SETTING._replace(K=10.0, D=1.0, steps=500, frame="absolute"), {"tolerance": "5.0"})
     assert asked != make_question(SETTING._replace(eta=1.1), {"tolerance": "5"})
     assert asked != make_question(SETTING._replace(located="yes"), {"tolerance": "5"})
-    assert asked.tolerance == 0.05
+    assert asked.search.tolerances.displacement == 0.05
 
 
 def test_a_result_that_meets_the_tolerance_moves_the_sliders_once(searches):
@@ -53,8 +53,8 @@ def test_a_result_that_meets_the_tolerance_moves_the_sliders_once(searches):
     suggester = Suggester(host)
     suggester.follow(SETTING)
     send(suggester.view, {"suggest": {"tolerance": "5"}})
-    _, asked, progress, answer, _ = searches.get(timeout=5)
-    assert (asked["stiffness_max"], asked["steps_max"]) == (largest_stiffness(System()), 65_536)
+    question, _, progress, answer, _ = searches.get(timeout=5)
+    assert question.limits == Limits(largest_stiffness(System()), 65_536)
     progress(0.4)
     host.catch_up()
     assert suggester.view.content == {"phase": "running", "share": 0.4}
@@ -141,8 +141,8 @@ def test_a_suggestion_is_in_the_units_that_are_shown(searches):
     tolerances = {"restitution": "0.1", "force": "20"}
     assert suggester.view.limits == {"K": "6120000", "steps": "65536", "unit": "N/mm"} | tolerances | RANGE
     send(suggester.view, {"suggest": {"tolerance": "5", "K": "600 000"}})
-    _, asked, _, answer, _ = searches.get(timeout=5)
-    assert asked["stiffness_max"] == 5e5
+    question, _, _, answer, _ = searches.get(timeout=5)
+    assert question.limits.stiffness_max == 5e5
     answer.put(found_for(make_question(physical, {"tolerance": "5"}), front=(WORSE, TRIAL)))
     host.catch_up()
     assert suggester.view.content["lines"][0].startswith("K = 12600 N/mm, 2D = 1.896 N·s/mm, T/Δτ = 5,793 ")
@@ -176,10 +176,9 @@ def test_a_front_is_thinned_to_ten_and_keeps_the_best():
 
 def test_the_limits_of_a_search_are_those_of_the_command_line_and_can_be_typed():
     asked = make_question(SETTING, {"tolerance": "5"})
-    limits = Limits().of(SETTING.system)
-    assert (asked.stiffness_max, asked.steps_max) == (limits.stiffness_max, limits.steps_max) == (5.1e6, 65_536)
+    assert asked.search.limits == Limits().of(SETTING.system) == Limits(5.1e6, 65_536)
     asked = make_question(SETTING, {"tolerance": "5", "K": "20 000 000", "steps": "20,000"})
-    assert (asked.stiffness_max, asked.steps_max) == (2e7, 20_000)
+    assert asked.search.limits == Limits(2e7, 20_000)
 
 
 @pytest.mark.parametrize(
@@ -192,8 +191,9 @@ def test_a_search_has_no_limit_beyond_what_the_page_takes(typed):
 
 def test_the_page_takes_every_setting_that_a_search_can_find():
     asked = make_question(SETTING, {"tolerance": "5", "K": "1e11", "steps": str(most_steps())})
-    damping = equal_restitution_damping(System(restitution=0.0), asked.stiffness_max)  # the largest that is tried
-    trial = Trial(Chosen(asked.stiffness_max, 10 * float(damping), asked.steps_max), 0.01, 0.01, 1.0)
+    limits = asked.search.limits
+    damping = equal_restitution_damping(System(restitution=0.0), limits.stiffness_max)  # the largest that is tried
+    trial = Trial(Chosen(limits.stiffness_max, 10 * float(damping), limits.steps_max), 0.01, 0.01, 1.0)
     use = suggestion_content(found_for(asked, best=trial, front=(trial,)), SETTING)["use"]
     assert read_setting(use).penalty == Newmark(*trial.setting)
 
@@ -252,9 +252,9 @@ def test_a_suggestion_says_its_ranges_its_contacts_and_what_it_was_verified_for(
 
 @pytest.mark.parametrize(("typed", "value"), [("0.05", 0.05), ("off", None), (" OFF ", None)])
 def test_the_tolerances_of_contacts_can_be_typed_or_switched_off(typed, value):
-    assert make_question(SETTING, {"tolerance": "5", "restitution": typed}).restitution_tolerance == value
+    assert make_question(SETTING, {"tolerance": "5", "restitution": typed}).search.tolerances.restitution == value
     asked = make_question(SETTING, {"tolerance": "5", "force": "off" if value is None else "5 %"})
-    assert asked.force_tolerance == value
+    assert asked.search.tolerances.force == value
 
 
 def test_a_tolerance_that_is_none_says_how_to_switch_it_off():

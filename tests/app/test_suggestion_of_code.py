@@ -8,12 +8,12 @@ from vibroscope.app.codes.catalogue import codes
 from vibroscope.app.explorer import suggestion
 from vibroscope.app.explorer.errors import Refused
 from vibroscope.app.explorer.reading import read_setting
-from vibroscope.app.explorer.suggestion import OfSchemes, make_question, suggestion_content
+from vibroscope.app.explorer.suggestion import OfSchemes, Question, make_question, suggestion_content
 from vibroscope.app.page.explore.suggest import Suggester
 from vibroscope.app.page.tab import Move
 from vibroscope.app.page.your_code.tab import YourCode
 from vibroscope.app.runtime.cache import Cache
-from vibroscope.engine import HHT, NewmarkBeta
+from vibroscope.engine import HHT, Newmark, NewmarkBeta
 
 from .fakes import FakeHost, QueueingHost, send
 from .searches import SETTING, TRIAL, WORSE, found_for
@@ -25,7 +25,8 @@ SCHEMES = ABAQUS.schemes()
 def found(others=(), **more):
     question = make_question(SETTING, {"tolerance": "5"})
     best, *rest = (
-        replace(found_for(question, **each), scheme=scheme) for scheme, each in ((SCHEMES[0], more), *others)
+        found_for(question._replace(search=replace(question.search, scheme=scheme)), **each)
+        for scheme, each in ((SCHEMES[0], more), *others)
     )
     return OfSchemes(**vars(best), others=tuple(rest))
 
@@ -35,10 +36,9 @@ def searched(monkeypatch):
     """`recommend_schemes` replaced by one that answers at once; what it was called with."""
     calls = queue.Queue()
 
-    def listed(system, eta, schemes, **asked):
-        calls.put((eta, schemes, asked))
-        answer = found_for(make_question(SETTING, {"tolerance": "5"}))
-        return [replace(answer, scheme=scheme) for scheme in schemes]
+    def listed(question, schemes, **_):
+        calls.put((question, schemes))
+        return [found_for(Question(replace(question, scheme=scheme))) for scheme in schemes]
 
     monkeypatch.setattr(suggestion, "recommend_schemes", listed)
     monkeypatch.setattr(suggestion, "CACHE", Cache(2))
@@ -47,7 +47,7 @@ def searched(monkeypatch):
 
 def test_the_question_is_of_the_code_whatever_integrator_is_set():
     asked = make_question(SETTING._replace(located="yes"), {"tolerance": "5"}, SCHEMES)
-    assert (asked.schemes, asked.scheme, asked.located) == (SCHEMES, None, False)
+    assert asked.schemes == SCHEMES
     other = read_setting({"integrator": "bathe", "law": "hunt-crossley"})
     assert asked.follow(other) == asked
     assert asked.follow(other._replace(eta=1.2)) != asked
@@ -63,9 +63,8 @@ def test_a_suggestion_of_a_code_sets_its_integrator_and_speaks_its_words(searche
     suggester.follow(SETTING)
     assert suggester.view.code == "Abaqus/Standard"
     send(suggester.view, {"suggest": {"tolerance": "5", "code": "yes"}})
-    eta, schemes, asked = searched.get(timeout=5)
-    assert (eta, schemes) == (SETTING.eta, SCHEMES)
-    assert not {"scheme", "located", "schemes"} & asked.keys()
+    question, schemes = searched.get(timeout=5)
+    assert (question.etas, schemes) == ((SETTING.eta,), SCHEMES)
     host.catch_up_until(lambda: suggester.view.content["phase"] == "done")
     method = read_setting(host.settings[-1], SETTING._replace(located="yes")).penalty
     assert method == replace(SCHEMES[0], stiffness=10500.0, damping=15.8, steps=5793)
@@ -91,8 +90,8 @@ def test_without_a_code_the_search_is_of_what_is_set(searches, unchecked):
     else:
         host.code = ""  # no longer chosen
         send(suggester.view, {"suggest": {"tolerance": "5", "code": "yes"}})
-    _, asked, _, answer, _ = searches.get(timeout=5)
-    assert asked["scheme"] is None
+    question, _, _, answer, _ = searches.get(timeout=5)
+    assert question.scheme == Newmark(1.0, 0.0, 1000)
     answer.put(found_for(make_question(SETTING, {"tolerance": "5"})))
     host.catch_up()
     assert "In the words" not in str(suggester.view.content)

@@ -156,7 +156,10 @@ def test_a_step_can_be_typed_as_a_part_of_the_period(text, units):
 
 
 def test_a_tolerance_is_typed_like_any_other_number():
-    found = [make_question(Setting(), {"tolerance": text}).tolerance for text in ("5", "5 %", "2,5", "0.5%")]
+    found = [
+        make_question(Setting(), {"tolerance": text}).search.tolerances.displacement
+        for text in ("5", "5 %", "2,5", "0.5%")
+    ]
     assert found == [0.05, 0.05, 0.025, 0.005]
 
 

@@ -3,7 +3,6 @@
 import json
 import math
 import re
-from dataclasses import replace
 
 import pytest
 from vibroscope.app.codes.catalogue import codes
@@ -116,8 +115,7 @@ def test_the_input_of_adams_is_in_units_of_its_law():
 def test_a_suggestion_for_a_code_has_the_units_of_its_law():
     """Adams' IMPACT has K in N/m^2.2, whatever law is set on the page."""
     setting = SETTING._replace(units="si", omega1=20.0, m1=3.0, amplitude=2.5)
-    found = found_for(make_question(SETTING, {"tolerance": "5"}))
-    (scheme, *_) = codes()["adams"].schemes()
-    content = suggestion_content(OfSchemes(**vars(replace(found, scheme=scheme)), others=()), setting)
+    found = found_for(make_question(SETTING, {"tolerance": "5"}, codes()["adams"].schemes()))
+    content = suggestion_content(OfSchemes(**vars(found), others=()), setting)
     stiffness = 10500 * 3 * 20**2 * 2.5e-3**-1.2
     assert f"K = {written(stiffness)} N/m^2.2" in content["lines"][0]

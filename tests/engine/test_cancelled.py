@@ -5,6 +5,7 @@ from vibroscope.engine import Newmark, Reference, System, attractors, compare, l
 from vibroscope.engine.drivers.base import Driver
 from vibroscope.engine.energy import events
 
+from tests.recommended import question
 from tests.share import every
 
 
@@ -30,7 +31,7 @@ CASES = {
     "motion": lambda: motion(System(), 1.7, Newmark(1000, 18, 300), cancelled=never),
     "attractors": lambda: attractors(System(), 2.76, Reference(), starts=3, cancelled=never),
     "exponent": lambda: lyapunov(System(), 1.7, Reference(), periods=256, cancelled=never),
-    "search": lambda: recommend(System(), 1.08, tolerance=0.3, steps_max=50, threads=1, cancelled=never),
+    "search": lambda: recommend(question(System(), 1.08, tolerance=0.3, steps_max=50), threads=1, cancelled=never),
 }
 
 

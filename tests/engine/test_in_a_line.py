@@ -7,8 +7,8 @@ from vibroscope.engine.cells import Cells
 from vibroscope.engine.continuation.branch import Branch
 from vibroscope.engine.continuation.point_curve import PointCurve
 from vibroscope.engine.motions.attractors import Attractor
-from vibroscope.engine.recommendation.contacts import Tolerances
-from vibroscope.engine.recommendation.recommend import Recommendation
+from vibroscope.engine.recommendation.question import SettingQuestion
+from vibroscope.engine.recommendation.recommendation import Recommendation
 from vibroscope.engine.recommendation.trials import NewmarkSetting, Trial
 from vibroscope.engine.sweeps.basin_difference import BasinDifference
 
@@ -45,14 +45,7 @@ def test_branches_curves_and_recommendations():
     branch = Branch("eta", 1, np.ones(2), np.zeros((2, 4)), np.zeros((2, 4), complex), (), (), ("a", "b"))
     assert branch._repr_html_().startswith("<p>Branch(period 1 over eta")
     trial = Trial(NewmarkSetting(1000.0, 5.0, 400), 0.01, 0.02, 400.0)
-    numbers = {
-        "tolerances": Tolerances(),
-        "ranges": {},
-        "located": False,
-        "met": True,
-        "joint_damping": 0.0,
-        "reason": "",
-    }
-    best = Recommendation(system=SYSTEM, eta=ETA, reference=Reference(), best=trial, front=(trial,), **numbers)
+    asked = SettingQuestion(SYSTEM, ETA)
+    best = Recommendation(question=asked, eta=ETA, met=True, best=trial, ranges={}, front=(trial,))
     assert repr(best) == f"Recommendation({Newmark(1000.0, 5.0, 400)} for a tolerance of 0.05, met)"
     assert "error 0.02" in best._repr_html_()

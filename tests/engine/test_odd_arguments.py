@@ -36,6 +36,7 @@ SYSTEM, NEWMARK, REFERENCE = System(), Newmark(1000, 18, 100), Reference()
 MOTION = motion(simulate(SYSTEM, 2.76, REFERENCE, periods=20, keep=4))
 PROBLEM = {"system": SYSTEM, "eta": 2.76, "method": REFERENCE}
 SHORT = {"transient": 2, "sample": 4}
+QUESTION = engine.SettingQuestion(SYSTEM, 2.76, limits=engine.Limits(steps_max=8, stiffness=100.0, damping=5.0))
 MEASURED = Measurement(np.linspace(0, 5, 41), np.ones((2, 41)), None, "absolute")
 MEASURED_AT = {"system": SYSTEM, "eta": 2.76, "measurement": MEASURED}
 
@@ -88,11 +89,19 @@ CALLS = {
     "parse_measurement": (engine.parse_measurement, {"content": b"", "units": None}, None),
     "diagram": (past_the_border(engine.diagram), {"system": SYSTEM, "method": REFERENCE}, None),
     "shipped_diagram": (engine.shipped_diagram, {"system": SYSTEM, "method": REFERENCE}, None),
-    "recommend_range": (
-        past_the_border(engine.recommend_range),
-        {"system": SYSTEM, "etas": [2.7, 2.8], "tolerance": 0.1, "threads": 1, "stiffness_max": 1e5, "damping": 5.0},
+    "SettingQuestion": (
+        engine.SettingQuestion,
+        {
+            "system": SYSTEM,
+            "etas": [2.7, 2.8],
+            "tolerances": engine.Tolerances(),
+            "limits": engine.Limits(),
+            "scheme": NEWMARK,
+            "reference": REFERENCE,
+        },
         None,
     ),
+    "Tolerances": (engine.Tolerances, {"displacement": 0.1, "restitution": 0.1, "force": 0.2}, None),
     "steps_at": (engine.steps_at, {"eta": 2.7, "highest": 2.8, "steps": 100}, None),
     "search_attractors": (
         past_the_border(lambda **given: list(engine.search_attractors(**given))),
@@ -121,12 +130,8 @@ CALLS = {
     "motion": (motion, {"subject": SYSTEM, "eta": 2.76, "method": REFERENCE}, ("subject", "method", "initial")),
     "lyapunov": (engine.lyapunov, PROBLEM, ("system", "method", "initial")),
     "attractors": (engine.attractors, PROBLEM | {"starts": 1}, ("system", "method", "seed")),
-    "recommend": (
-        engine.recommend,
-        {"system": SYSTEM, "eta": 2.76, "steps_max": 8, "stiffness": 100.0, "damping": 5.0},
-        ("system", "tolerance", "reference"),
-    ),
-    "design_curve": (engine.design_curve, {"system": SYSTEM, "etas": []}, ("system",)),
+    "recommend": (engine.recommend, {"question": QUESTION}, ("question",)),
+    "design_curve": (engine.design_curve, {"question": QUESTION, "etas": []}, None),
     "repetition": (engine.repetition, {}, ("found",)),
     "difference_in_kind": (engine.difference_in_kind, {"reference": MOTION, "penalty": MOTION}, None),
     "sweep_eta": (

@@ -21,6 +21,7 @@ from vibroscope.engine.divergence.contact import damping_for, damping_ratio, dam
 from vibroscope.engine.drivers.skipped_samples import SkippedSamples
 from vibroscope.engine.recommendation import reasons
 
+from tests.recommended import question
 from tests.share import every
 
 SYSTEM = System()
@@ -39,7 +40,7 @@ def error_of(eta, stiffness, damping, steps, located=False):
 def test_the_recommendation_needs_fewer_steps_than_the_paper_for_less_error(eta, paper):
     K, D, n = paper
     papers_error = max(error_of(eta, K, D, steps) for steps in (n, n + n // 80, n - n // 80))  # of neighbours, too
-    found = recommend(SYSTEM, eta, tolerance=papers_error, steps_max=paper[2])
+    found = recommend(question(SYSTEM, eta, tolerance=papers_error, steps_max=paper[2]))
     error = error_of(eta, *found.best.setting)
     assert found.met
     assert not found.reason
@@ -62,7 +63,7 @@ def check_front(found):
 
 
 def test_located_steps_need_fewer_than_a_hundred_solves():
-    found = recommend(SYSTEM, 2.76, tolerance=0.03, located=True)
+    found = recommend(question(SYSTEM, 2.76, tolerance=0.03, located=True))
     assert found.met
     assert found.method.located
     assert error_of(2.76, *found.best.setting, located=True) <= 0.03
@@ -76,7 +77,7 @@ def test_located_steps_need_fewer_than_a_hundred_solves():
 def test_the_error_that_located_steps_leave_does_not_grow_where_more_of_them_are_allowed(eta):
     left = []
     for steps_max in sorted((8, *every((32, 12, 16, 24, 64)))):
-        found = recommend(SYSTEM, eta, located=True, steps_max=steps_max)
+        found = recommend(question(SYSTEM, eta, located=True, steps_max=steps_max))
         assert found.best.setting.steps <= steps_max
         left.append(max(found.best.robust, found.tolerance))
     assert left == sorted(left, reverse=True)
@@ -85,7 +86,7 @@ def test_the_error_that_located_steps_leave_does_not_grow_where_more_of_them_are
 
 def test_the_joint_damping_is_the_reason_if_it_alone_exceeds_the_tolerance():
     options = {"tolerance": 0.05, "steps_max": 64, "restitution_tolerance": None, "force_tolerance": None}
-    found = recommend(SYSTEM, 1.08, **options)
+    found = recommend(question(SYSTEM, 1.08, **options))
     runs = [simulate(SYSTEM, 1.08, Reference(kind), record=Record(1)) for kind in ("derived", "table")]
     one, other = (run.trajectory.displacement for run in runs)
     assert found.joint_damping == pytest.approx(np.sqrt(np.mean((one - other) ** 2) / np.mean(other**2)), rel=0.01)
@@ -94,7 +95,7 @@ def test_the_joint_damping_is_the_reason_if_it_alone_exceeds_the_tolerance():
     assert found.best.error > 0.05
     check_front(found)
     # against a reference without that part the same tolerance is met
-    assert recommend(SYSTEM, 1.08, reference=Reference("derived"), **options).met
+    assert recommend(question(SYSTEM, 1.08, reference=Reference("derived"), **options)).met
 
 
 @pytest.mark.parametrize(
@@ -105,7 +106,7 @@ def test_the_joint_damping_is_the_reason_if_it_alone_exceeds_the_tolerance():
     ],
 )
 def test_the_limit_that_is_to_blame_is_the_reason(options, word):
-    found = recommend(SYSTEM, 2.76, **options)
+    found = recommend(question(SYSTEM, 2.76, **options))
     assert not found.met
     assert word in found.reason
     assert found.best.setting.steps <= options["steps_max"]
@@ -115,14 +116,14 @@ def test_the_limit_that_is_to_blame_is_the_reason(options, word):
 def test_a_contact_that_is_held_is_blamed_where_it_is_too_soft_after_one_run_without_a_time_step(monkeypatch):
     runs = []
     monkeypatch.setattr(reasons, "simulate", lambda *problem, **how: runs.append(problem) or simulate(*problem, **how))
-    found = recommend(SYSTEM, 2.76, tolerance=0.02, steps_max=256, stiffness=300.0, damping=4.0)
+    found = recommend(question(SYSTEM, 2.76, tolerance=0.02, steps_max=256, stiffness=300.0, damping=4.0))
     assert (found.met, found.best.setting[:2]) == (False, (300.0, 4.0))
     assert "K = 300 and D = 4, which is held, is to blame" in found.reason
     assert [method for *_, method in runs] == [ExactPenalty(300.0, 4.0)]
 
 
 def test_a_chaotic_reference_gives_no_recommendation():
-    found = recommend(SYSTEM, 1.70)
+    found = recommend(question(SYSTEM, 1.70))
     assert (found.met, found.best, found.front, found.method) == (False, None, (), None)
     assert "does not repeat itself" in found.reason
     assert "compare statistics" in found.reason
@@ -131,12 +132,13 @@ def test_a_chaotic_reference_gives_no_recommendation():
 def test_a_search_is_repeatable_and_reports_progress():
     reported, fronts = [], []
     options = {"tolerance": 0.5, "steps_max": 64}
-    once = recommend(SYSTEM, 3.25, progress=reported.append, partial=fronts.append, **options)
+    heard = {"progress": reported.append, "partial": lambda front, _: fronts.append(front)}
+    once = recommend(question(SYSTEM, 3.25, **options), **heard)
     assert once.met
     assert (len(fronts[0]), len(fronts)) == (1, len(reported) - 1)
     within = [trial for front in fronts for trial in front if trial.robust <= 0.5]
     assert min(trial.cost for trial in within) <= once.best.cost <= 2 * min(trial.cost for trial in within)
-    assert recommend(SYSTEM, 3.25, **options) == once
+    assert recommend(question(SYSTEM, 3.25, **options)) == once
     assert reported == sorted(reported)
     assert 0 < reported[0] < reported[-1] == 1
 
@@ -156,7 +158,7 @@ def test_a_search_that_is_cancelled_ends_no_run_that_begins_later(monkeypatch):
 
     monkeypatch.setattr(SkippedSamples, "run", counted)
     with pytest.raises(Cancelled):
-        recommend(SYSTEM, 2.76, tolerance=0.001, threads=2, cancelled=stop.is_set)
+        recommend(question(SYSTEM, 2.76, tolerance=0.001), threads=2, cancelled=stop.is_set)
     assert ended.count((True, True)) == 0
     assert ended.count((False, True)) <= 2
     assert len(ended) >= 90
@@ -165,9 +167,9 @@ def test_a_search_that_is_cancelled_ends_no_run_that_begins_later(monkeypatch):
 def test_a_design_curve_is_a_recommendation_for_each_eta():
     reported = []
     options = {"tolerance": 0.5, "steps_max": 16}
-    curve = design_curve(SYSTEM, [3.2, 3.25], progress=reported.append, **options)
+    curve = design_curve(question(SYSTEM, 3.2, **options), [3.2, 3.25], progress=reported.append)
     assert [one.eta for one in curve] == [3.2, 3.25]
-    assert curve[1] == recommend(SYSTEM, 3.25, **options)
+    assert curve[1] == recommend(question(SYSTEM, 3.25, **options))
     assert reported == sorted(reported)
     assert reported[-1] == 1
 
@@ -185,7 +187,7 @@ def test_a_design_curve_is_a_recommendation_for_each_eta():
 )
 def test_numbers_out_of_range_are_refused(options, words):
     with pytest.raises(ValueError, match=re.escape(words)):
-        recommend(SYSTEM, 2.76, **options)
+        recommend(question(SYSTEM, 2.76, **options))
 
 
 def test_the_contact_formulas_hold_for_a_free_contact():

@@ -7,14 +7,14 @@ from vibroscope.app.commands.cli import main
 from vibroscope.engine import (
     HHT,
     ExactPenalty,
-    Newmark,
     System,
     TimeStepping,
     compare,
     recommend,
-    recommend_range,
     simulate,
 )
+
+from tests.recommended import question
 
 # Of the displacements alone: contacts have too few of these steps for a restitution or a force.
 ALONE = {"restitution_tolerance": None, "force_tolerance": None}
@@ -23,7 +23,7 @@ KEEP = TimeStepping(1, 0, 1000, HHT(-0.1), "end", "keep")
 
 
 def test_every_setting_on_the_front_was_run_with_the_method():
-    found = recommend(System(), 1.08, tolerance=0.3, scheme=KEEP, **FEW)
+    found = recommend(question(System(), 1.08, tolerance=0.3, scheme=KEEP, **FEW))
     assert found.met
     k, d, n = found.best.setting
     assert found.method == TimeStepping(k, d, n, HHT(-0.1), "end", "keep")
@@ -33,26 +33,20 @@ def test_every_setting_on_the_front_was_run_with_the_method():
 def test_a_setting_that_stops_without_a_solution_is_not_offered():
     """With this K and D every run stops sooner or later, whatever its number of steps."""
     assert simulate(System(), 1.08, TimeStepping(100, 3.68, 32, HHT(-0.1), "end")).status == "without-solution"
-    found = recommend(System(), 1.08, tolerance=1.0, scheme=TimeStepping(1, 0, 1000, HHT(-0.1), "end"), **FEW)
+    found = recommend(question(System(), 1.08, tolerance=1.0, scheme=TimeStepping(1, 0, 1000, HHT(-0.1), "end"), **FEW))
     assert (found.met, found.best, found.front) == (False, None, ())
     assert "a step has no solution sooner or later" in found.reason
 
 
 def test_a_range_is_served_by_the_method():
-    found = recommend_range(System(), [1.07, 1.09], tolerance=0.5, scheme=KEEP, **FEW)
+    found = recommend(question(System(), [1.07, 1.09], tolerance=0.5, scheme=KEEP, **FEW))
     assert found.met
-    assert found.method(1.07).integrator == HHT(-0.1)
+    assert found.method_at(1.07).integrator == HHT(-0.1)
 
 
 def test_what_has_no_time_step_is_refused():
     with pytest.raises(ValueError, match="has no time step"):
-        recommend(System(), 1.08, scheme=ExactPenalty(1, 0))
-
-
-def test_newmarks_method_is_found_as_without_a_scheme():
-    options = {"tolerance": 0.3, **FEW}
-    one, other = (recommend(System(), 1.08, scheme=each, **options) for each in (None, Newmark(1, 0, 1000)))
-    assert one.best == other.best
+        recommend(question(System(), 1.08, scheme=ExactPenalty(1, 0)))
 
 
 def test_the_command_takes_what_a_code_has(capsys):

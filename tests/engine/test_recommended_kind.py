@@ -2,7 +2,8 @@
 
 import pytest
 from vibroscope.engine import Newmark, Reference, System, steady
-from vibroscope.engine.recommendation.recommend import of_same_kind, rounded_up
+from vibroscope.engine.recommendation.recommendation import rounded_up
+from vibroscope.engine.recommendation.search import of_same_kind
 from vibroscope.engine.recommendation.trials import NewmarkSetting, Trial
 
 SYSTEM = System()

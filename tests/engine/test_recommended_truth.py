@@ -9,16 +9,16 @@ from vibroscope.engine.recommendation.contacts import Contacts, Tolerances
 from vibroscope.engine.recommendation.limits import Limits
 from vibroscope.engine.recommendation.rounded import round_numbers
 
-from tests.recommended import FORCED, PAPER, WALL, Question
+from tests.recommended import FORCED, PAPER, WALL, Question, question
 from tests.share import every
 
 
 @pytest.mark.parametrize(("system", "eta", "tolerance"), every([(PAPER, 2.45, 0.05), (WALL, 2.71, 0.1)]))
 def test_what_is_printed_is_true_of_runs_from_rest(system, eta, tolerance):
-    found = recommend(system, eta, tolerance=tolerance)
+    found = recommend(question(system, eta, tolerance=tolerance))
     assert found.met
     assert Question(system, eta, tolerance).complaints(found, 20) == []
-    again = recommend(system, eta * (1 + 1e-12), tolerance=tolerance)
+    again = recommend(question(system, eta * (1 + 1e-12), tolerance=tolerance))
     assert (again.best.setting, again.ranges) == (found.best.setting, found.ranges)
     assert again.eta == eta * (1 + 1e-12)
 
@@ -48,8 +48,10 @@ def test_the_displacements_alone_hide_contacts_that_gain_energy():
 
 
 def test_without_tolerances_of_contacts_fewer_steps_do():
-    strict = recommend(PAPER, 3.25, tolerance=0.2, steps_max=1024)
-    loose = recommend(PAPER, 3.25, tolerance=0.2, steps_max=1024, restitution_tolerance=None, force_tolerance=None)
+    strict = recommend(question(PAPER, 3.25, tolerance=0.2, steps_max=1024))
+    loose = recommend(
+        question(PAPER, 3.25, tolerance=0.2, steps_max=1024, restitution_tolerance=None, force_tolerance=None)
+    )
     assert strict.met
     assert loose.met
     assert loose.best.setting.steps < strict.best.setting.steps
@@ -67,7 +69,7 @@ def test_without_tolerances_of_contacts_fewer_steps_do():
 )
 def test_a_tolerance_out_of_range_is_refused(options, words):
     with pytest.raises(ValueError, match=words):
-        recommend(PAPER, 2.76, **options)
+        recommend(question(PAPER, 2.76, **options))
 
 
 def test_the_largest_stiffness_is_one_rule():
@@ -79,7 +81,8 @@ def test_the_largest_stiffness_is_one_rule():
 def test_the_contacts_of_a_run_without_a_solution_are_counted():
     method = TimeStepping(100.0, 3.68, 64, status="end", without_solution="halve")
     run = simulate(PAPER, 1.08, method)
-    found = recommend(PAPER, 1.08, tolerance=1.0, scheme=method, stiffness=100.0, damping=3.68, steps_max=64,
-                      restitution_tolerance=None, force_tolerance=None)  # fmt: skip
+    held = {"stiffness": 100.0, "damping": 3.68, "steps_max": 64}
+    free = {"restitution_tolerance": None, "force_tolerance": None}
+    found = recommend(question(PAPER, 1.08, tolerance=1.0, scheme=method, **held, **free))
     if found.best.setting.steps == 64:
         assert found.best.contacts.unsolved == run.steps_without_solution

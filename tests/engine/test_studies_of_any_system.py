@@ -14,7 +14,6 @@ from vibroscope.engine import (
     compare,
     fit,
     motion,
-    recommend_range,
     simulate,
     sweep_plane,
     synthetic_measurement,
@@ -22,6 +21,8 @@ from vibroscope.engine import (
 )
 from vibroscope.engine.divergence.contact import damping_ratio_for
 from vibroscope.engine.recommendation.recommend import recommend
+
+from tests.recommended import question
 
 WALL = System(wall=True, d1=0.05, restitution=0.7, clearance=0.8)
 HELD = System(wall=True, clearance=-60.0)  # a preload that never opens
@@ -97,7 +98,7 @@ def test_where_nothing_meets_nothing_is_said_of_rebounds(system):
     ids=["apart", "free", "held"],
 )
 def test_there_is_nothing_to_recommend_where_k_and_d_do_nothing(system, words):
-    one, many = recommend(system, 1.3), recommend_range(system, [1.2, 1.4])
+    one, many = recommend(question(system, 1.3)), recommend(question(system, [1.2, 1.4]))
     assert words in one.reason
     assert words in many.reason
     assert one.best is many.best is None

@@ -3,7 +3,7 @@
 import pytest
 from vibroscope.engine import recommend
 
-from tests.recommended import APART, CLOSE, FORCED, LIVELY, PAPER, SOFTER, WALL, Question
+from tests.recommended import APART, CLOSE, FORCED, LIVELY, PAPER, SOFTER, WALL, Question, question
 
 CASES = [
     (PAPER, 2.76, 0.05),
@@ -28,14 +28,14 @@ FEWER = 0.55  # of the steps: nothing nearby keeps to the tolerances
 
 @pytest.mark.parametrize(("system", "eta", "tolerance"), CASES)
 def test_what_is_printed_is_true(system, eta, tolerance, report):
-    found = recommend(system, eta, tolerance=tolerance)
+    found = recommend(question(system, eta, tolerance=tolerance))
     if not found.met:
         report(f"eta = {eta}: {found.reason}")
         assert found.reason
         return
-    question = Question(system, eta, tolerance)
-    assert question.complaints(found, 60) == []
-    again = recommend(system, eta * (1 + 1e-12), tolerance=tolerance)
+    asked = Question(system, eta, tolerance)
+    assert asked.complaints(found, 60) == []
+    again = recommend(question(system, eta * (1 + 1e-12), tolerance=tolerance))
     assert (again.best.setting, again.ranges) == (found.best.setting, found.ranges)
-    assert next(question.cheaper(found, FEWER), None) is None
+    assert next(asked.cheaper(found, FEWER), None) is None
     report(f"eta = {eta}: {found.best.setting}, {found.best.error:.2%} and {found.best.robust:.2%}", inputs=1)

@@ -11,7 +11,6 @@ from vibroscope.app.explorer.explanation import Explanation
 from vibroscope.app.explorer.field_units import shown_field
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.explorer.suggestion import (
-    Found,
     Search,
     SoFar,
     default_limits,
@@ -23,6 +22,7 @@ from vibroscope.app.explorer.suggestion import (
 from vibroscope.app.page.files import script, style
 from vibroscope.app.page.shared.component import Component
 from vibroscope.app.page.tab import TabHost
+from vibroscope.engine import Recommendation
 
 
 class SuggestPanel(Component):
@@ -54,7 +54,7 @@ class Suggester:
         self._setting: Setting | None = None
         self._search: Search | None = None
         self._asked: Setting | None = None  # the setting at which the search began
-        self._found: Found | None = None  # by the search, once it is done
+        self._found: Recommendation | None = None  # by the search, once it is done
         self._searched_code: Code | None = None  # over which the search was asked
         self._moved = False  # whether K, D or Δτ were moved before it was
 
@@ -139,7 +139,7 @@ class Suggester:
         """Hand the progress to the session's loop; runs in a worker thread."""
         self.host.call_later(partial(self._show_progress, search, share, so_far))
 
-    def _on_result(self, search: Search, found: Found | Exception) -> None:
+    def _on_result(self, search: Search, found: Recommendation | Exception) -> None:
         """Hand the result to the session's loop; runs in a worker thread."""
         self.host.call_later(partial(self._show_result, search, found))
 
@@ -147,7 +147,7 @@ class Suggester:
         found = partial_content(so_far, self._setting)
         self._show_of(search, phase="running", share=round(share, 2), **found)
 
-    def _show_result(self, search: Search, found: Found | Exception) -> None:
+    def _show_result(self, search: Search, found: Recommendation | Exception) -> None:
         if isinstance(found, Exception):
             error = f"The search failed ({found}). Ask for another tolerance, or move η."
             self._show_of(search, phase="failed", error=error)
@@ -161,7 +161,7 @@ class Suggester:
         if content["met"] and content["use"] and not self._moved:
             self.host.set(content["use"])
 
-    def _show_found(self, found: Found) -> dict:
+    def _show_found(self, found: Recommendation) -> dict:
         """Show the result of the search in the units of the setting, and return what is shown."""
         content = suggestion_content(found, self._setting) | {"moved": self._moved}
         if self._searched_code and found.best:

@@ -1,0 +1,285 @@
+"""The search for one K, D and time step at a list of excitation frequencies, which may grow.
+
+Each setting is tried at all η of the question, and the one with the largest error counts (:mod:`.range_trials`). What
+meets the tolerances there is tried between them, too: an η that misses them joins the others, and the search begins
+again.
+"""
+
+import math
+from collections.abc import Callable, Iterable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
+from itertools import islice, pairwise
+from typing import NamedTuple
+
+from ..divergence.compare import compare
+from ..divergence.difference import PART_NAMES
+from ..methods import Newmark, TimeStepping
+from ..motions.description import describe
+from ..motions.motion import motion
+from ..motions.steady import Steady, steady
+from ..motions.words import difference_in_kind
+from ..simulate import simulate
+from ..wording import percent
+from .contact_search import ContactSearch
+from .front import monotone_front
+from .limits import STEPS_MAX_RANGE
+from .middle import MiddleSearch
+from .question import SettingQuestion
+from .range_trials import RangeTrials, steps_at
+from .reasons import (
+    aperiodic_reference_reason,
+    error_without_time_step,
+    idle_reason,
+    joint_damping_error,
+    unmet_tolerance_reason,
+)
+from .recommendation import Recommendation, Served
+from .rounded import round_numbers
+from .step_search import StepSearch
+from .trials import NewmarkSetting, Trial, Trials, verification, with_setting
+
+KINDS = 3  # settings whose kind of motion is looked at: evidence for one takes some tenths of a second
+ENOUGH = 1.05  # times the least error: if nothing meets the tolerance, the cheapest setting within it is returned
+OTHERWISE = 2.0  # times the error: further off, the motion without a time step is another one
+# Of the progress, before each search of a range and after the last. There are three at most: after each but the last,
+# an η between the others that misses the tolerances joins them.
+_SHARES = (0.05, 0.6, 0.8, 0.95)
+
+
+class _Part(NamedTuple):
+    """The trials at one η: of the question with ten digits, which the search sees, and of the question as it is."""
+
+    near: Trials
+    exact: Trials
+
+
+class Search:
+    """A search over the settings for a list of η that may grow.
+
+    Parameters
+    ----------
+    question : SettingQuestion
+    pool : ThreadPoolExecutor
+        Makes the runs.
+    cancelled : callable, optional
+    """
+
+    def __init__(self, question: SettingQuestion, pool: ThreadPoolExecutor, cancelled: Callable[[], bool] | None):
+        self.question = question
+        self._pool, self._cancelled = pool, cancelled
+        self._parts: list[_Part] = []
+        self._left_out: list[float] = []
+        self._idle: dict[float, str] = {}  # why K and D have no effect, where they have none
+        self._found: dict[float, Steady] = {}
+        self._between: list[Trials] = []  # η between the others at which the last setting meets the tolerances
+        self._best: Trial | None = None  # what the last search recommends; None if nothing meets the tolerances
+
+    def run(self, progress: Callable[[float], None], partial: Callable[[list[Trial], float], None]) -> Recommendation:
+        """Search until what is found holds between the η, too; see :func:`.recommend.recommend`."""
+        self._add(self.question.etas)
+        if not self._parts:
+            return self._nothing()
+        for begin, end in pairwise(_SHARES if self.question.is_range else (0.0, 1.0)):
+            self._search(lambda done, b=begin, e=end: progress(b + done * (e - b)), partial)
+            if self._best is None or not (missed := self._missed_between()):
+                break
+            self._add(missed)
+        return self._result()
+
+    # -- the η -------------------------------------------------------------------------
+
+    def _add(self, etas: Sequence[float]) -> None:
+        """Try settings at these η, too, where the reference repeats itself."""
+        self._parts = sorted([*self._parts, *self._new_parts(etas)], key=lambda part: part.exact.eta)
+
+    def _new_parts(self, etas: Sequence[float]) -> list[_Part]:
+        new = [eta for eta in etas if eta not in self._found]
+        self._found |= dict(zip(new, self._pool.map(self._steady, new), strict=True))
+        reasons = {eta: idle_reason(self._found[eta]) for eta in new if self._found[eta].periodic}
+        self._idle |= {eta: reason for eta, reason in reasons.items() if reason}
+        self._left_out += [eta for eta in new if eta not in reasons or eta in self._idle]
+        return [self._part(self._found[eta]) for eta in etas if eta not in self._left_out]
+
+    def _part(self, found: Steady) -> _Part:
+        asked = self.question
+        how = asked.scheme, self._pool, asked.tolerances, self._cancelled
+        exact, own = Trials(found, *how), (asked.system, found.response.eta, asked.reference)
+        rounded = tuple(map(round_numbers, own))
+        near = found if rounded == own else steady(*rounded, cancelled=self._cancelled)
+        return _Part(exact if near is found or not near.periodic else Trials(near, *how), exact)
+
+    def _steady(self, eta: float) -> Steady:
+        return steady(self.question.system, eta, self.question.reference, cancelled=self._cancelled)
+
+    def _missed_between(self) -> list[float]:
+        """Return the η halfway between two others at which the setting misses the tolerances."""
+        etas = [part.exact.eta for part in self._parts]
+        new = self._new_parts([(one + other) / 2 for one, other in pairwise(etas)])
+        self._between = [part.exact for part in new]
+        return [one.eta for one in self._served(self._best.setting, self._between) if not self._meets(one)]
+
+    # -- the search --------------------------------------------------------------------
+
+    def _search(self, progress: Callable[[float], None], partial: Callable[[list[Trial], float], None]) -> None:
+        """Search for the setting that meets the tolerances at all η."""
+        trials = RangeTrials([part.near for part in self._parts], self._pool)
+        self._trials = RangeTrials([part.exact for part in self._parts], self._pool)
+        asked, tolerance, eta = self.question, self.question.tolerances.displacement, self._trials.eta
+        most = max(math.floor(asked.limits.steps_max * trials.parts[0].eta / trials.eta), STEPS_MAX_RANGE[0])
+        contact = ContactSearch(trials, asked.system, asked.limits, tolerance, asked.tolerances.force)
+        search = StepSearch(contact, tolerance, most, progress, lambda front: partial(front, eta))
+        search.run()
+        middles = MiddleSearch(trials, replace(asked.limits, steps_max=most), tolerance)
+        near = all(part.near is part.exact for part in self._parts)
+        verified = search.verified(middles, verification(trials, trials if near else self._trials, tolerance))
+        founds = [self._found[part.exact.eta] for part in self._parts]
+        self._best, self._kind = of_same_kind(founds, verified, asked.scheme, self._cancelled)
+        self._front, self._ranges = search.front(), middles.ranges
+
+    # -- the result --------------------------------------------------------------------
+
+    def _result(self) -> Recommendation:
+        """What is recommended, with the η that limits it."""
+        parts, tolerance = [part.exact for part in self._parts], self.question.tolerances.displacement
+        best = self._best or self._described(cheapest_near_least(self._front))
+        if best is None:
+            reason = unmet_tolerance_reason(parts[0], [], math.nan, self.question, self._cancelled)
+            return self._recommendation(met=False, ranges={}, reason=reason)
+        parts += self._between if self._best else []
+        served = sorted(self._served(best.setting, parts), key=lambda one: one.eta)
+        worst = max(served, key=lambda one: (max(one.excess, 1.0), one.robust))
+        is_met = self._best is not None and self._meets(worst)
+        error, robust = (
+            max(getattr(best, name), *(getattr(one, name) for one in served)) for name in ("error", "robust")
+        )
+        largest = best._replace(error=error, robust=robust, contacts=worst.contacts, excess=worst.excess)
+        front = [one for one in self._front if one.robust > tolerance or one.cost > best.cost]
+        part = next(part for part in parts if part.eta == worst.eta)
+        joint_damping = joint_damping_error(part.target, self.question.reference, self._cancelled)
+        return self._recommendation(
+            met=is_met,
+            best=largest,
+            ranges=self._ranges[best.setting] if is_met else {},
+            front=tuple(monotone_front(front if is_met else self._front, largest)),
+            served=tuple(served),
+            joint_damping=joint_damping,
+            limit=self._limit(worst, part, best) if self.question.is_range else "",
+            reason="" if is_met else self._reason(worst, served, part, joint_damping, best),
+            kind=self._kind if self._best else "",
+        )
+
+    def _nothing(self) -> Recommendation:
+        """The result where no error exists at any η."""
+        etas = self.question.etas
+        if len(self._idle) == len(etas):
+            reason = self._idle[etas[0]]
+        elif self.question.is_range:
+            reason = _nowhere_periodic(etas)
+        else:
+            reason = aperiodic_reference_reason(self._found[etas[0]])
+        return self._recommendation(met=False, ranges={}, reason=reason)
+
+    def _recommendation(self, **found) -> Recommendation:
+        eta = max((part.exact.eta for part in self._parts), default=self.question.etas[0])
+        return Recommendation(question=self.question, eta=eta, left_out=tuple(sorted(self._left_out)), **found)
+
+    def _described(self, trial: Trial | None) -> Trial | None:
+        """A trial that does not meet the tolerances with what a run from rest says of its contacts."""
+        if trial is None:
+            return None
+        verified = self._trials.verify_alone(trial.setting)
+        robust = max(trial.robust, verified.error)
+        return trial._replace(error=verified.error, contacts=verified.contacts, excess=verified.excess, robust=robust)
+
+    def _meets(self, served: Served) -> bool:
+        return served.robust <= self.question.tolerances.displacement and served.excess <= 1.0
+
+    def _served(self, setting: NewmarkSetting, parts: Sequence[Trials]) -> list[Served]:
+        trials = [part.verify_alone(self._trials.at(part, setting)) for part in parts]
+        return [
+            Served(part.eta, one.setting.steps, one.error, one.robust, one.contacts, one.excess)
+            for part, one in zip(parts, trials, strict=True)
+        ]
+
+    def _limit(self, worst: Served, part: Trials, best: Trial) -> str:
+        """Say at which η the robust error is largest, and what makes most of it."""
+        asked = self.question
+        method = with_setting(asked.scheme, best.setting._replace(steps=worst.steps))
+        error, robust = (percent(value, asked.tolerances.displacement) for value in (worst.error, worst.robust))
+        where = f"the range is limited at eta = {worst.eta:.6g}: an error of {error} there"
+        if robust != error:
+            where += f", {robust} with half the step or numbers nearby"
+        left = error_without_time_step(part.target, method, self._cancelled)
+        if math.isnan(left):  # the contact law is not solved without a time step
+            return where
+        if left > OTHERWISE * worst.error:
+            return f"{where}, which has no parts: without a time step the motion is another one, {percent(left)} off"
+        compared = compare(asked.system, worst.eta, method, reference=asked.reference, cancelled=self._cancelled)
+        difference = compared.difference if compared.parts is not None else None
+        if difference is not None and difference.parts:
+            name = difference.largest
+            return f"{where}, the largest part by {difference.name(name)} ({percent(difference.parts[name])})"
+        # the steps scatter the motion: no exact split
+        name = "time_step" if left < worst.error / 2 else "regularisation"
+        return f"{where}, most of it by {PART_NAMES[name]}: {percent(left)} are left without a time step"
+
+    def _reason(self, worst: Served, served: Sequence[Served], part: Trials, joint_damping: float, best: Trial) -> str:
+        """Say where the tolerances are met and where not, and why not at the worst η."""
+        if not self.question.is_range:
+            return unmet_tolerance_reason(part, self._front, joint_damping, self.question, self._cancelled)
+        setting = best.setting._replace(steps=worst.steps)
+        front = [best._replace(setting=setting, excess=worst.excess, error=worst.error, robust=worst.robust)]
+        why = unmet_tolerance_reason(part, front, joint_damping, self.question, self._cancelled)
+        good = [f"eta = {one.eta:.6g}" for one in served if self._meets(one)]
+        where = f"met at {', '.join(good)} only" if good else "met at no eta of the range"
+        return f"{where}; at eta = {worst.eta:.6g} {why}"
+
+
+def of_same_kind(
+    found: Sequence[Steady],
+    trials: Iterable[Trial],
+    scheme: Newmark | TimeStepping,
+    cancelled: Callable[[], bool] | None,
+) -> tuple[Trial | None, str]:
+    """Return the first of a few trials whose motion is of the reference's kind, and ""; else the first, and why not.
+
+    With several motions of the reference, the setting of a trial holds at the highest η, and is that of a range. None
+    if there is no trial.
+    """
+    highest, first, kinds = max(one.response.eta for one in found), None, []
+    for trial in islice(trials, KINDS):
+        first, setting = first or trial, trial.setting
+        methods = (
+            with_setting(scheme, setting._replace(steps=steps_at(one.response.eta, highest, setting.steps)))
+            for one in found
+        )
+        kinds.append([_kind(one, method, cancelled) for one, method in zip(found, methods, strict=True)])
+        if not any(kinds[-1]):
+            return trial, ""
+    if first is None:
+        return None, ""
+    different = [(one.response.eta, kind) for one, kind in zip(found, kinds[0], strict=True) if kind]
+    return first, "; ".join(kind if len(found) == 1 else f"at eta = {eta:.4g} {kind}" for eta, kind in different)
+
+
+def _kind(found: Steady, method: Newmark | TimeStepping, cancelled: Callable[[], bool] | None) -> str:
+    """How the motion of a setting differs from the reference's in kind, in words; empty if it does not."""
+    reference, run = describe(found.response, found.period), found.response
+    penalty = describe(simulate(run.system, run.eta, method, cancelled=cancelled))
+    if penalty.near_period != reference.near_period:  # a time step may scatter the section
+        penalty = motion(run.system, run.eta, method, cancelled=cancelled)
+    return difference_in_kind(reference, penalty)
+
+
+def cheapest_near_least(front: list[Trial]) -> Trial | None:
+    """Return the cheapest trial whose robust error is hardly above the least."""
+    least = min((trial.robust for trial in front), default=math.inf)
+    return next((trial for trial in front if trial.robust <= ENOUGH * least), None)
+
+
+def _nowhere_periodic(etas: Sequence[float]) -> str:
+    return (
+        f"the reference repeats itself nowhere from eta = {etas[0]:.6g} to eta = {etas[-1]:.6g}, so no error exists "
+        "at each instant: give another range, and compare statistics (motion type, impacts per period, section)"
+    )
