@@ -211,8 +211,6 @@ class Search:
         if robust != error:
             where += f", {robust} with half the step or numbers nearby"
         left = error_without_time_step(part.target, method, self._cancelled)
-        if math.isnan(left):  # the contact law is not solved without a time step
-            return where
         if left > OTHERWISE * worst.error:
             return f"{where}, which has no parts: without a time step the motion is another one, {percent(left)} off"
         compared = compare(asked.system, worst.eta, method, reference=asked.reference, cancelled=self._cancelled)
