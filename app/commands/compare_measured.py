@@ -6,7 +6,6 @@ import math
 
 from vibroscope.app.commands.options import reference_of, stepping_of, system_of, units_of
 from vibroscope.app.commands.physical_units import wanted_units
-from vibroscope.app.explorer.measured import comparison_rows, fit_remarks, fit_rows, headline, measured_words
 from vibroscope.engine import (
     FITTED,
     Fit,
@@ -152,6 +151,9 @@ def _fit_json(fitted: Fit) -> dict:
 
 def as_text(comparison: MeasuredComparison, fitted: Fit | None = None, scale: Units | None = None) -> str:
     """The comparison as text, times and lengths in these units."""
+    # here, so that a comparison without a measurement need not wait for it
+    from vibroscope.app.explorer.measured import comparison_rows, fit_remarks, fit_rows, headline, measured_words
+
     lines = [
         headline(comparison, scale),
         *(_columns(row) for row in (fit_rows(fitted, scale) if fitted else ())),
