@@ -23,8 +23,10 @@ from .drivers.orbit import PART, numbers_of
 from .drivers.orbit_equations import Followed, equations_of
 from .methods import ExactPenalty, Newmark, Reference, TimeStepping
 from .model import System
+from .motions.lyapunov import lyapunov
 from .motions.steady import steady
 from .simulate import simulate
+from .sweeps.plane_study import PlaneStudy
 
 
 class CompileProgress(NamedTuple):
@@ -118,6 +120,11 @@ def _settle(cells: Cells) -> None:
     settle.settle(cells.method, cells.parameters(), *start, traps, periods=2, stride=1, threads=1)
 
 
+def _errors(system: System) -> None:
+    """Compare a cell with the reference."""
+    PlaneStudy(system, _NEWMARK, 2.76, 1, 2, K=[2500.0], D=[8.0]).compute()
+
+
 def _step(system: System, method: Followed) -> None:
     """Take a step of Newton's method to an orbit, and find what a branch needs at one."""
     equations, start, ones = equations_of(system, 1.08, method), np.zeros(4), np.ones(5)
@@ -153,6 +160,9 @@ def calls(system: System) -> Iterator[tuple[str, Callable[[], object]]]:
     for name in _BATCHES:
         cells = Cells(system, [1.08], _RUNS[name])
         yield f"{name}, for studies", lambda cells=cells: run_cells(cells, transient=1, sample=2)
+    yield "Lyapunov exponents", lambda: lyapunov(system, 1.08, Reference(), periods=256)
+    if not system.wall:
+        yield "errors of studies", lambda: _errors(system)
     for name in ("reference",) if system.wall else ("reference", "other contact laws", "Newmark, located"):
         yield "branches", lambda method=_RUNS[name]: _step(system, method)
     yield "basins of attraction", lambda: _settle(Cells(system, [1.08], Reference()))

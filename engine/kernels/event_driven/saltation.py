@@ -180,7 +180,8 @@ def start_variation(p, d, a):
     if d is None:
         return
     if p.wall:  # the wall never moves
-        d.state[0, 0] = d.state[1, 1] = 0.0
+        scale_row(d, 0, 0.0)
+        scale_row(d, 1, 0.0)
     if a.mode == COLLISION and a.rate < 0.0:
         meet_event(p.flight, d, linear_state(p, p.flight, a), a.rate)
 
