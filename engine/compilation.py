@@ -31,8 +31,10 @@ from .drivers.event_driven import hybrid_state
 from .drivers.orbit import PART, OrbitEquations, numbers_of
 from .methods import ExactPenalty, Newmark, Reference, TimeStepping
 from .model import System
+from .motions.lyapunov import lyapunov
 from .motions.steady import steady
 from .simulate import simulate
+from .sweeps.plane_study import PlaneStudy
 
 
 class CompileProgress(NamedTuple):
@@ -198,7 +200,9 @@ def stages() -> list[list[Call]]:
             "steady motions": lambda: steady(system, 1.08, Reference()),
             "basins of attraction": lambda: _settle(Cells(system, [1.08], Reference())),
             "branches": lambda: _step(system),
+            "Lyapunov exponents": lambda: lyapunov(system, 1.08, Reference(), periods=256),
             **studies,
+            "errors of studies": lambda: PlaneStudy(system, _NEWMARK, 2.76, 1, 2, K=[2500.0], D=[8.0]).compute(),
             **{name: run[name] for name in later},
         },
     ]

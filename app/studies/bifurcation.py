@@ -35,7 +35,7 @@ COUNT = 480  # values of the swept number, unless another count is typed
 TRANSIENT, SAMPLE = 1000, 48
 # What one update sends is bounded: so many points are drawn at most, and so many of what it is compared with.
 MOST_POINTS, MOST_BESIDE = 3400, 1000
-JUDGED_AT_ONCE = 24  # cells; each such part is a partial result
+JUDGED_AT_ONCE = 128  # cells; each such part is a partial result
 _EQUAL = 1e-5  # points nearer than this share of the picture's height are one
 
 

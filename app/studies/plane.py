@@ -18,14 +18,14 @@ from vibroscope.app.explorer.method_words import brief_name
 from vibroscope.app.runtime.settings import current_settings
 from vibroscope.app.studies.bifurcation import kind_names
 from vibroscope.app.studies.study_job import RESULTS
-from vibroscope.engine import STATUSES, Cells, Newmark, Status, System, TimeStepping, status_of
+from vibroscope.engine import STATUSES, Newmark, Status, System, TimeStepping, status_of
 from vibroscope.engine.sweeps import (
     MISSING,
     CellKind,
     PlaneStudy,
     RunOptions,
     grow_picture,
-    judge_runs,
+    judge_cells,
     nearest_known,
     unknown_kinds,
 )
@@ -35,7 +35,7 @@ TRANSIENT, SAMPLE = 450, 50
 SIDES = {"penalty": "", "exact": "exact_"}  # and how the names of their variables begin
 _SHOWN = ("status", "period", "near_period", "impacts_per_period", "longest_contact")
 _WITHOUT_SOLUTION = "steps_without_solution"
-JUDGED_AT_ONCE = 64  # cells; each such part is a partial result
+JUDGED_AT_ONCE = 256  # cells; each such part is a partial result
 _DIVERGED = STATUSES.index(Status.DIVERGED)
 
 
@@ -84,6 +84,7 @@ class PlaneQuestion(NamedTuple):
         if self.other is not None:
             method = replace(self.other, stiffness=K[0], damping=D[0])
         only = tuple(prefix + name for side, prefix in SIDES.items() for name in self.quantities(side))
+        only += ("end",)  # from which a motion is judged
         return PlaneStudy(self.system, method, self.eta, TRANSIENT, SAMPLE, K=K, D=D, only=only)
 
 
@@ -234,20 +235,13 @@ def grow_plane(
 
 def _judge(result: PartialPlane, options: RunOptions) -> Iterator[PartialPlane]:
     """The complete plane with more and more kinds of motion."""
-    question, cells = result.question, result.open_cells
+    study, cells = result.question.study(), result.open_cells
     judged = result.judged or unknown_kinds(result.known.size)
-    K, D = np.meshgrid(question.axis("K"), question.axis("D"))
+    how = {"threads": options.threads, "cancelled": options.cancelled}
     for begin in range(0, len(cells), JUDGED_AT_ONCE):
         some = cells[begin : begin + JUDGED_AT_ONCE]
-        runs = Cells(
-            question.system,
-            np.full(len(some), question.eta),
-            question.study().method,
-            stiffness=K.ravel()[some],
-            damping=D.ravel()[some],
-        )
-        how = {"transient": TRANSIENT, "sample": SAMPLE, "threads": options.threads, "cancelled": options.cancelled}
+        chosen = np.ravel_multi_index(np.unravel_index(some, result.known.shape)[::-1], study.shape)
         judged = {name: array.copy() for name, array in judged.items()}
-        for name, array in judge_runs(runs, **how).items():
+        for name, array in judge_cells(study, result.values, chosen, **how).items():
             judged[name][some] = array
         yield replace(result, judged=judged)

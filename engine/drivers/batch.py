@@ -110,18 +110,15 @@ def make_worker(
     run_cell : callable
         ``run_cell(i, start, signals)`` runs cell i, which the kernel does not run; false if it was cancelled.
     """
-    kind, compiled = _KINDS[type(method)], are_compiled(method, rows)[order]
-    columns = np.array(task.coordinates, dtype=np.int64)
-    plan = kernel.BatchPlan(kind, task.transient, task.sample, task.early_stop, columns, COMPLETION)
-    circles = separating_circles(rows) if kind == EXACT else np.zeros((len(order), 2))
-    cells = kernel.BatchCells(order, chained, rows, initial, circles)
+    compiled = are_compiled(method, rows)[order]
+    cells, plan = batch_of(method, rows, initial, order, chained, **task._asdict())
 
     def start_of(place: int) -> np.ndarray:
         before = order[place - 1]
         return results.end[before] if chained[place] and results.status[before] == 0 else initial[order[place]]
 
     def worker() -> Worker:
-        work = make_work_space(kind, task.sample) if compiled.any() else None
+        work = make_work_space(plan.kind, task.sample) if compiled.any() else None
 
         def run(places: tuple[int, int], signals: np.ndarray, slot: int) -> None:
             for by_kernel, group in groupby(range(*places), key=compiled.__getitem__):
@@ -139,10 +136,36 @@ def make_worker(
     return worker
 
 
-def make_work_space(kind: int, sample: int) -> kernel.WorkSpace:
-    """The work space of one thread."""
+def batch_of(
+    method: Method,
+    rows: np.ndarray,
+    initial: np.ndarray,
+    order: np.ndarray | None = None,
+    chained: np.ndarray | None = None,
+    *,
+    transient: int = 0,
+    sample: int,
+    early_stop: bool = False,
+    coordinates: tuple[int, ...] = (),
+) -> tuple[kernel.BatchCells, kernel.BatchPlan]:
+    """Cells, by default as they stand and each on its own, and their plan, as the kernels of many cells take them."""
+    kind, n = _KINDS[type(method)], len(rows)
+    columns = np.array(coordinates, dtype=np.int64)
+    plan = kernel.BatchPlan(kind, transient, sample, early_stop, columns, COMPLETION)
+    circles = separating_circles(rows) if kind == EXACT else np.zeros((n, 2))
+    order = np.arange(n) if order is None else order
+    chained = np.zeros(n, bool) if chained is None else chained
+    return kernel.BatchCells(order, chained, rows, initial, circles), plan
+
+
+def make_work_space(kind: int, sample: int, phases: np.ndarray | None = None) -> kernel.WorkSpace:
+    """The work space of one thread; ``phases``: the instants of a period to sample, as shares of T."""
     layout, state = (SKIPPING_LAYOUT, STEP_STATE) if kind == SKIPPING else (SYSTEM, EVENT_STATE)
-    nothing, cycle, kept = (make_buffers(rows, np.zeros(1), 0, CAPACITY if rows else 0) for rows in (0, CYCLE, sample))
+    instants = np.zeros(1) if phases is None else phases
+    nothing, cycle, kept = (
+        make_buffers(rows, instants, 0 if phases is None else rows, CAPACITY if rows else 0)
+        for rows in (0, CYCLE, sample)
+    )
     return kernel.WorkSpace(
         packed=layout.zeros(),
         keys=no_keys(),

@@ -9,6 +9,7 @@ from ..kernels.compile.options import uncompiled
 from ..kernels.compile.record import Buffers, PackedBuffers, make_buffers
 from ..kernels.equations.coordinates import contact_coordinates, displacements
 from ..kernels.event_driven import integrate as kernel
+from ..kernels.event_driven.disturbance import follow_disturbance
 from ..kernels.event_driven.output import record_open_contact
 from ..kernels.event_driven.saltation import make_variation
 from ..kernels.event_driven.setup import full_pressed_generators, set_up_events, watched_in_contact, write_laws
@@ -172,6 +173,7 @@ class LinearFlow(NamedTuple):
     """The flow of a solution in closed form, from τ = 0 on, in y = (ξ₁, ξ₁′, g, g′)."""
 
     system: EventDrivenSystem
+    periods_per_call: int = 512  # of a disturbance that is followed: some milliseconds
 
     def start(self, y: Sequence[float]) -> np.ndarray:
         """The packed hybrid state at y."""
@@ -181,12 +183,11 @@ class LinearFlow(NamedTuple):
         """The result of :func:`integrate_variation`."""
         return integrate_variation(self.system, start, periods)
 
-    def along(
-        self, start: np.ndarray, periods: float, direction: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray, int] | None:
-        """Integrate with the derivative in one direction, (4,), in place of the Jacobian."""
-        found = self.with_jacobian(start, periods)
-        return None if found is None else (found[0], found[1] @ direction, found[2])
+    def follow(self, y: np.ndarray, direction: np.ndarray, growth: np.ndarray, section: np.ndarray) -> None:
+        """The work of :func:`..kernels.event_driven.disturbance.follow_disturbance`."""
+        variation, nothing = uncompiled(make_variation)(1), (NO_BUFFERS.flat, NO_BUFFERS.sizes)
+        packed, _ = self.system
+        follow_disturbance(packed, STATE.zeros(), variation, nothing, y, direction, growth, section)
 
 
 def integrate_variation(

@@ -214,6 +214,8 @@ def remembers(system: System, method) -> bool:
 class LawFlow:
     """The flow of an exact penalty solution with such a law, from τ = 0 on, in y = (ξ₁, ξ₁′, g, g′)."""
 
+    periods_per_call = 1  # of a disturbance that is followed: some milliseconds
+
     def __init__(self, system: System, eta: float, method: ExactPenalty):
         if remembers(system, method):
             raise ValueError(
@@ -240,13 +242,19 @@ class LawFlow:
         y, _ = motion_after(p, a, (periods - a.period) * p.period - a.tau)
         return np.array(y), events
 
-    def along(
-        self, start: np.ndarray, periods: float, direction: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray, int] | None:
-        """Do as :meth:`with_jacobian`, with the derivative in one direction, (4,), in place of the Jacobian."""
-        found = self.end(start, periods)
-        derivative = None if found is None else self._derivative(start, periods, direction, found[1])
-        return None if derivative is None else (found[0], derivative, found[1])
+    def follow(self, y: np.ndarray, direction: np.ndarray, growth: np.ndarray, section: np.ndarray) -> None:
+        """Do as :meth:`.event_driven.LinearFlow.follow`, with the derivative by central differences."""
+        growth[:] = np.nan
+        for n in range(len(growth)):
+            start = self.start(y)
+            found = self.end(start, 1.0)
+            change = None if found is None else self._derivative(start, 1.0, direction, found[1])
+            length = np.nan if change is None else float(np.linalg.norm(change))
+            if not (length < np.inf and np.isfinite(found[0]).all()):
+                return
+            y[:] = section[n] = found[0]
+            direction[:] = change / length if length > 0.0 else 0.5
+            growth[n] = np.log(length) if length > 0.0 else -np.inf
 
     def _derivative(self, start: np.ndarray, periods: float, direction: np.ndarray, events: int) -> np.ndarray | None:
         """The derivative by a central difference; None if a neighbour has other events. A wall does not move."""

@@ -109,7 +109,7 @@ def lyapunov(
     periods : int
         Excitation periods to average over.
     cancelled : callable, optional
-        Polled every period; when it returns true the run is cancelled.
+        Polled many times a second; when it returns true the run is cancelled.
 
     Raises
     ------
@@ -130,21 +130,18 @@ def lyapunov(
     eta = check_eta(eta)
     periods = whole("periods", periods, *PERIODS_RANGE, "give the excitation periods to average over")
     poincare = PoincareMap(system, eta, method, cancelled)
-    y = poincare.coordinates(starting_checkpoint(initial, system, eta, method).state)
-    v = np.full(4, 0.5)
-    growth, section = np.empty(periods), np.empty((periods, 4))
-    for n in range(-SETTLING, periods):
-        found = poincare.step_along(y, v)
-        length = np.nan if found is None else float(np.linalg.norm(found[1]))
-        if not 0.0 <= length < np.inf:
-            return Lyapunov(np.nan, np.nan, np.nan, np.nan, poincare.displacements(section[: max(n, 0)]))
-        if length == 0.0 and n >= 0:
-            section[n] = found[0]
-            return Lyapunov(-np.inf, 0.0, 0.0, 0.0, poincare.displacements(section[: n + 1]))
-        y, v = found[0], found[1] / length if length > 0.0 else np.full(4, 0.5)
-        if n >= 0:
-            growth[n], section[n] = np.log(length), y
-    return average_growth(growth, poincare.displacements(section))
+    y, v = poincare.coordinates(starting_checkpoint(initial, system, eta, method).state), np.full(4, 0.5)
+    growth, _ = poincare.follow(y, v, SETTLING)
+    if np.isnan(growth[-1]):
+        return Lyapunov(np.nan, np.nan, np.nan, np.nan, np.empty((0, 4)))
+    growth, states = poincare.follow(y, v, periods)
+    section = poincare.displacements(states)
+    lost = np.flatnonzero(~np.isfinite(growth))
+    if not len(lost):
+        return average_growth(growth, section)
+    if np.isnan(growth[lost[0]]):
+        return Lyapunov(np.nan, np.nan, np.nan, np.nan, section[: lost[0]])
+    return Lyapunov(-np.inf, 0.0, 0.0, 0.0, section[: lost[0] + 1])
 
 
 def average_growth(growth: np.ndarray, section: np.ndarray) -> Lyapunov:

@@ -91,10 +91,33 @@ class PoincareMap:
         """Convert (…, 4) states of the map to ξ₁, ξ₁′, ξ₂, ξ₂′."""
         return displaced_state(self.mechanics, y)
 
-    def step_along(self, y: np.ndarray, direction: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
-        """P(y) and DP(y) applied to a direction, (4,) each; None as with a call. A law takes a third of the time."""
-        found = self._run(self.flow.along, y, 1, direction)
-        return None if found is None else found[:2]
+    def follow(self, y: np.ndarray, direction: np.ndarray, periods: int) -> tuple[np.ndarray, np.ndarray]:
+        """Follow a disturbance of a motion, at a third of the time that Jacobians take.
+
+        Parameters
+        ----------
+        y, direction : (4,) ndarray
+            The state and the disturbance; afterwards those at the end, the direction of length 1.
+        periods : int
+
+        Returns
+        -------
+        growth : (periods,) ndarray
+            ln of the growth of the disturbance in each period: −∞ where nothing is left of it, and another one begins;
+            nan from the period on that ends early or has no derivative.
+        states : (periods, 4) ndarray
+            P(y), P(P(y)), …
+        """
+        growth, states = np.full(periods, np.nan), np.full((periods, 4), np.nan)
+        for begin in range(0, periods, self.flow.periods_per_call):
+            if self.cancelled is not None and self.cancelled():
+                raise Cancelled
+            part = slice(begin, begin + self.flow.periods_per_call)
+            self.flow.follow(y, direction, growth[part], states[part])
+            if np.isnan(growth[part][-1]):
+                break
+        self.periods += int(np.isfinite(states[:, 0]).sum())
+        return growth, states
 
     def residual(self, y: np.ndarray, count: int) -> float:
         """Largest element of |P(y) − y| over ``count`` periods, without the Jacobian; inf if there is none."""

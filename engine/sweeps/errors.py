@@ -16,16 +16,17 @@ many periods, scatter forgiven; elsewhere a difference at each instant means not
 
 import functools
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 
 import numpy as np
 
 from ..cells import CellResults, Cells
 from ..divergence.error import Target
-from ..divergence.grid import best_shift, grid_of, relative_to, rms
-from ..divergence.grid import repeat_cycle as repeated
+from ..divergence.grid import closest_repetition, relative_to, rms
 from ..divergence.grid import samples_by_period as by_period
-from ..methods import ExactPenalty, Method, Reference
+from ..drivers.differences import ALONE, BESIDE, OWN_LIMIT, Cycles, Grid, Motions, differences
+from ..drivers.threads import thread_count
+from ..methods import ExactPenalty, Reference
 from ..model import System
 from ..result import Cancelled, Checkpoint, Record
 from ..simulate import simulate
@@ -66,7 +67,8 @@ class ReferenceMotion:
         if not self.splits:
             return np.nan
         table, size = self.table.cycle(Record(1, SAMPLES))
-        return relative_to(rms(self._in_step(self.derived, Record(1, SAMPLES), table) - table), size)
+        derived, _ = self.derived.cycle(Record(1, SAMPLES))
+        return relative_to(rms(closest_repetition(derived, table) - table), size)
 
     @functools.cached_property
     def first_impact(self) -> float:
@@ -90,6 +92,7 @@ class ReferenceMotion:
         found: CellResults,
         exact: CellResults | None,
         *,
+        periods: int,
         threads: int | None = None,
         progress: Callable[[int], None] | None = None,
         cancelled: Callable[[], bool] | None = None,
@@ -104,6 +107,8 @@ class ReferenceMotion:
             Of these cells.
         exact : CellResults or None
             Of the same by the exact penalty method, which may be ``found`` itself; None: only the error, not its parts.
+        periods : int
+            That the cells were asked to run; those that ran fewer repeat themselves.
 
         Raises
         ------
@@ -111,62 +116,63 @@ class ReferenceMotion:
             If ``cancelled`` returned true.
         """
         errors = np.full((3, len(cells)), np.nan)
-        if not self.period:
+        chosen = np.flatnonzero(found.ok)
+        if not self.period or not len(chosen):
             return errors
-
-        has_parts = np.zeros(len(cells), bool)
+        parts, limits = np.full(len(cells), ALONE), cells
         if exact is not None and self.splits:
-            has_parts = exact.ok & (exact.near_period == self.period)
+            own_limit = isinstance(cells.method, ExactPenalty)
+            limits = cells if own_limit else replace(cells, method=cells.method.limit, steps=None)
+            parts[exact.ok & (exact.near_period == self.period)] = OWN_LIMIT if own_limit else BESIDE
+        steps, grid = np.unique(cells.steps_each()[chosen].astype(int), return_inverse=True)
+        records = [_record_of(int(n)) for n in steps]
+        kept = self.period * max(1, (found.section.shape[1] - 1) // self.period)
 
-        cycles = max(1, (found.section.shape[1] - 1) // self.period)
+        def motions_of(cells: Cells, found: CellResults) -> Motions:
+            def sample(k: int, signals: np.ndarray) -> np.ndarray | None:
+                record, i = replace(records[grid[k]], periods=kept), chosen[k]
+                start = Checkpoint(self.system, self.eta, cells.method_of(i), 0, found.section[i, 0])
+                return _displacements(start, record, lambda: signals[0] != 0)
 
-        def fill(i: int) -> None:
-            if cancelled is not None and cancelled():
-                raise Cancelled
-            first = found.section[i, 0], exact.section[i, 0] if has_parts[i] else None
-            errors[:, i] = self._split(cells.method_of(i), cycles, *first)
+            rows, recurs = cells.parameters()[chosen], found.periods[chosen] < periods
+            return Motions(cells.method, rows, found.section[chosen, 0], recurs, sample)
 
-        with ThreadPoolExecutor(threads) as pool:
-            for done, _ in enumerate(pool.map(fill, np.flatnonzero(found.ok)), start=1):
-                if progress is not None:
-                    progress(done)
+        apart = differences(
+            motions_of(cells, found),
+            motions_of(limits, found if exact is None else exact),
+            parts[chosen],
+            [self._grid(record) for record in records],
+            grid,
+            kept,
+            threads=thread_count(threads),
+            progress=progress,
+            cancelled=cancelled,
+        )
+        sizes = [self.table.cycle(record)[1] for record in records]
+        relative = [[relative_to(each, sizes[g]) for each in row] for row, g in zip(apart.tolist(), grid, strict=True)]
+        errors[:, chosen] = np.array(relative).T
         return errors
 
-    def _split(
-        self, method: Method, cycles: int, state: np.ndarray, exact_state: np.ndarray | None
-    ) -> tuple[float, float, float]:
-        penalty, grid = self._sampled(method, cycles, state)
-        if penalty is None:
-            return np.nan, np.nan, np.nan
-        _, size = self.table.cycle(grid)
-        total = relative_to(rms(penalty - self._in_step(self.table, grid, penalty)), size)
-        if exact_state is None:
-            return total, np.nan, np.nan
-        if isinstance(method, ExactPenalty):
-            return total, 0.0, relative_to(rms(penalty - self._in_step(self.derived, grid, penalty)), size)
-        exact, _ = self._sampled(method.limit, cycles, exact_state, method.steps)
-        if exact is None:
-            return total, np.nan, np.nan
-        exact = repeated(exact, exact.shape[1], self._lead(exact, penalty))
-        derived = self._in_step(self.derived, grid, exact)
-        return total, relative_to(rms(penalty - exact), size), relative_to(rms(exact - derived), size)
+    def _grid(self, record: Record) -> Grid:
+        """The reference at the instants of a record."""
+        targets = self.table, self.derived if self.splits else self.table
+        cycles = (np.ascontiguousarray(target.cycle(record)[0].transpose(1, 2, 0)) for target in targets)
+        return Grid(record.phases(record.steps or record.per_period), Cycles(*cycles))
 
-    def _sampled(self, method: Method, cycles: int, state: np.ndarray, steps: int | None = None):
-        """Displacements over cycles from a state on, (2, periods, m), and their grid; None if the run ends."""
-        periods = self.period * cycles
-        record = Record(periods, SAMPLES, steps)
-        start = Checkpoint(self.system, self.eta, method, 0, state)  # it may lie anywhere
-        run = simulate(self.system, self.eta, method, periods=periods, keep=periods, initial=start, record=record)
-        return (by_period(run)[:2], grid_of(run) if steps is None else None) if run.ok else (None, None)
 
-    def _in_step(self, target: Target, grid: Record, displacement: np.ndarray) -> np.ndarray:
-        """The cycle of a reference, moved by whole periods to where it is closest to displacements."""
-        cycle, _ = target.cycle(grid)
-        return repeated(cycle, displacement.shape[1], best_shift(cycle, displacement))
+def _record_of(steps: int) -> Record:
+    """The record of a period that samples a method with so many steps per period, 0: none, at most SAMPLES times."""
+    return Record(1, len(Record(1, SAMPLES).phases(steps)), steps) if steps else Record(1, SAMPLES)
 
-    def _lead(self, one: np.ndarray, other: np.ndarray) -> int:
-        """Periods by which one motion is to begin later to come closest to another."""
-        return min(range(self.period), key=lambda shift: rms(np.roll(one, -shift, axis=1) - other))
+
+def _displacements(start: Checkpoint, record: Record, cancelled: Callable[[], bool]) -> np.ndarray | None:
+    """ξ₁ and ξ₂ over the periods of a record, (periods, m, 2); None if the run ends early or is cancelled."""
+    how = {"periods": record.periods, "keep": record.periods, "record": record, "cancelled": cancelled}
+    try:
+        run = simulate(start.system, start.eta, start.method, initial=start, **how)
+    except Cancelled:
+        return None
+    return np.ascontiguousarray(by_period(run)[:2].transpose(1, 2, 0)) if run.ok else None
 
 
 @functools.lru_cache(maxsize=8)

@@ -45,8 +45,9 @@ from ..motions.time_step_scatter import (
 from ..motions.words import repetition_of
 from .codes import MISSING, CellKind
 from .eta_study import EtaStudy
+from .plane_study import PlaneStudy
 
-FOLLOWED = (512, 4096)  # periods with the Jacobian; the second number only if the first does not decide
+FOLLOWED = (512, 4096)  # periods with a disturbance; the second number only if the first does not decide
 SETTLED = 256  # last periods of these that may show a cycle which the motion has settled to
 FINER_TRANSIENT = 256  # periods of a run with smaller steps before its section is taken
 
@@ -116,7 +117,7 @@ def _kind(number: int) -> Kind:
 
 
 def judge_cells(
-    study: EtaStudy,
+    study: EtaStudy | PlaneStudy,
     values: dict[str, np.ndarray],
     chosen: np.ndarray,
     *,
@@ -127,11 +128,11 @@ def judge_cells(
 
     Parameters
     ----------
-    study : EtaStudy
+    study : EtaStudy or PlaneStudy
     values : dict
-        Its variables.
+        Its variables, ``end`` among them.
     chosen : (m,) ndarray of int
-        The cells to judge.
+        The cells to judge, as indices of the flattened grid.
     threads : int, optional
         As many as there are processors, if not given.
     cancelled : callable, optional
@@ -147,9 +148,10 @@ def judge_cells(
     Cancelled
         If ``cancelled`` returned true.
     """
-    cells = study.cells_at({name: axis[chosen] for name, axis in study.axes.items()})
+    cells = study.cells_at({name: each.ravel()[chosen] for name, each in study.points().items()})
     run = {"transient": study.transient, "sample": study.sample}
-    return _judge(cells, values["period"][chosen], values["end"][chosen], run, _how(threads, cancelled))
+    period, end = values["period"].ravel()[chosen], values["end"].reshape(-1, 4)[chosen]
+    return _judge(cells, period, end, run, _how(threads, cancelled))
 
 
 def judge_runs(
@@ -326,7 +328,7 @@ def _follow(
 def _go_on(cells: Cells, period: np.ndarray, start: np.ndarray, found: dict, how: dict) -> tuple[np.ndarray, dict]:
     """Let motions without a period go on as long as a single one is followed; write to ``found`` which have settled.
 
-    A chaotic transient may last thousands of periods, which take less time than a few hundred with the Jacobian.
+    A chaotic transient may last thousands of periods.
 
     Returns
     -------

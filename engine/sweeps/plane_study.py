@@ -8,7 +8,7 @@ of impact against the reference's.
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 from typing import ClassVar
 
 import numpy as np
@@ -35,7 +35,8 @@ class PlaneStudy(Study):
         Also the exact penalty method beside Newmark, and the errors against the reference.
     only : tuple of str
         Names of the variables to compute, beside ``status``; empty: all. Runs that none of them needs are left out.
-        ``exact_error``, the exact penalty method's own error, is computed only where it is named here, with ``error``.
+        ``exact_error``, the exact penalty method's own error, and ``end``, from which kinds of motion are judged, are
+        computed only where they are named here, the first with ``error``.
     """
 
     K: np.ndarray = None
@@ -58,6 +59,11 @@ class PlaneStudy(Study):
         """Further numbers that the result depends on."""
         return {"parts": self.parts}
 
+    @property
+    def inner_lengths(self) -> dict[str, int]:
+        """Length of every dimension but those of the axes."""
+        return {"component": 4}
+
     @cached_property
     def variables(self) -> dict[str, Variable]:
         """The variables of each cell."""
@@ -79,6 +85,8 @@ class PlaneStudy(Study):
                 for name, variable in own.items()
             }
             found["exact_status"] = status_variable(dims, vocabulary.EXACT.format(vocabulary.STATUS))
+        if "end" in self.only:
+            found["end"] = Variable((*dims, "component"), "f8", vocabulary.END)
         if self.only:
             found = {name: found[name] for name in self.only if name != "status"}
         return found | {"status": status_variable(dims, f"{vocabulary.STATUS}; diverged: blown up")}
@@ -115,7 +123,7 @@ class PlaneStudy(Study):
         runs = 1 + beside + ("error" in names) + ("exact_error" in names)
         passes = _Passes(progress, len(cells), runs)
         common = {"threads": threads, "cancelled": cancelled}
-        periods = {"transient": self.transient, "sample": self.sample}
+        periods, whole = {"transient": self.transient, "sample": self.sample}, self.transient + self.sample
 
         found = exact = run_cells(cells, **periods, **common, progress=passes.next())
         values = self._described(found)
@@ -124,16 +132,16 @@ class PlaneStudy(Study):
             exact = run_cells(without_step, **periods, **common, progress=passes.next())
             values |= {f"exact_{name}": column for name, column in self._described(exact).items()}
         if "error" in names:
-            errors = reference_motion(self.system, self.eta).errors
-            found_errors = errors(cells, found, exact if split else None, **common, progress=passes.next())
+            errors = partial(reference_motion(self.system, self.eta).errors, **common, periods=whole)
+            found_errors = errors(cells, found, exact if split else None, progress=passes.next())
             values |= dict(zip(vocabulary.ERRORS, found_errors, strict=True))
             if "exact_error" in names:
-                values["exact_error"] = errors(without_step, exact, None, **common, progress=passes.next())[0]
-        return {name: values[name].reshape(points["K"].shape) for name in names}
+                values["exact_error"] = errors(without_step, exact, None, progress=passes.next())[0]
+        return {name: values[name].reshape(*points["K"].shape, *values[name].shape[1:]) for name in names}
 
     def _described(self, found: CellResults) -> dict[str, np.ndarray]:
         values = {name: getattr(found, name) for name in (*vocabulary.PENALTY_MOTION, *vocabulary.SOLUTION_COUNTS)}
-        values |= {"impact_phase": found.phase, "status": found.status}
+        values |= {"impact_phase": found.phase, "status": found.status, "end": found.end}
         if "impact_phase_error" in self.variables:
             apart = found.phase - reference_motion(self.system, self.eta).first_impact
             values["impact_phase_error"] = apart - np.round(apart)

@@ -170,7 +170,7 @@ class StepStudy(Study):
             cells = replace(self.cells_at(points), method=method)
             found = run_cells(cells, **periods, **common)
             values = {name: getattr(found, name) for name in (*vocabulary.PENALTY_MOTION, "status")}
-            errors = self._reference.errors(cells, found, exact, **common)
+            errors = self._reference.errors(cells, found, exact, periods=self.transient + self.sample, **common)
             values |= dict(zip(vocabulary.ERRORS, errors, strict=True))
             values |= {f"{name}_section": found.section[:, :, COLUMNS.index(name)] for name in self.shown}
             columns.append(values | phase_plots(cells, found))

@@ -49,9 +49,11 @@ def test_a_derivative_in_one_direction_is_that_of_the_jacobian(system, law):
     poincare = PoincareMap(system, 1.08, ExactPenalty(2500, 8, law), None)
     y = np.array([0.0, 0.0, 0.3, 2.0]) if system.wall else STATE
     whole, direction = poincare(y), np.array([0.3, -0.5, 0.7, 0.2])
-    state, along = poincare.step_along(y, direction)
-    np.testing.assert_array_equal(state, whole.state)
-    np.testing.assert_allclose(along, whole.jacobian @ direction, rtol=1e-4, atol=1e-6 * np.abs(whole.jacobian).max())
+    after = direction.copy()
+    growth, states = poincare.follow(y.copy(), after, 1)
+    np.testing.assert_array_equal(states[0], whole.state)
+    along, least = np.exp(growth[0]) * after, 1e-6 * np.abs(whole.jacobian).max()
+    np.testing.assert_allclose(along, whole.jacobian @ direction, rtol=1e-4, atol=least)
     assert poincare.periods == 2
 
 

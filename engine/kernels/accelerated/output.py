@@ -26,8 +26,8 @@ def split(steps, stride):
     return strides, steps - strides * stride
 
 
-@jit_no_alloc
-def motion_after(p, pressed, z, i, t):
+@jit_inlined
+def motion_at(p, pressed, z, i, t):
     """(ξ₁, ξ₁′, ξ₂, ξ₂′) at the end of step t, from z after step i < t."""
     h, strides = p.scheme.h, p.tables.strides
     c, s = cos_sin((t - 1) % p.steps / p.steps)
@@ -45,6 +45,12 @@ def motion_after(p, pressed, z, i, t):
         p2 + 0.25 * a2 + (x + gap),
         (q2 + 0.5 * a2) / h,
     )
+
+
+@jit_no_alloc
+def motion_after(p, pressed, z, i, t):
+    """The result of :func:`motion_at`, for one step: a call takes longer than the motion itself."""
+    return motion_at(p, pressed, z, i, t)
 
 
 @jit_inlined
@@ -67,14 +73,15 @@ def write_skipped(p, pressed, z, i, end, change, window, buffers):
     while t <= end:
         buffers.section[(t - kept_from) // n - 1] = motion_after(p, pressed, z, i, t)
         t += n
+    if buffers.samples.shape[0] == 0:
+        return
     t = max(i + 1, sampled_from)
-    while t <= end and buffers.samples.shape[0] > 0:
-        late = (t % n) % stride
-        if late > 0:
-            t += min(stride - late, n - t % n)
-            continue
-        j = (t - sampled_from) // n * buffers.phases.shape[0] + (t % n) // stride
-        if j < buffers.samples.shape[0]:
-            now = motion_after(p, pressed, z, i, t)
-            write_sample(p.scheme, buffers.samples[j], now, (pressed == PRESSED) != (t == change))
-        t += 1
+    late = (t % n) % stride
+    if late > 0:
+        t += min(stride - late, n - t % n)
+    k, j = t % n, (t - sampled_from) // n * buffers.phases.shape[0] + (t % n) // stride
+    while t <= end and j < buffers.samples.shape[0]:  # from sample to sample without a division
+        now = motion_at(p, pressed, z, i, t)
+        write_sample(p.scheme, buffers.samples[j], now, (pressed == PRESSED) != (t == change))
+        ahead = min(stride, n - k)
+        t, k, j = t + ahead, k + ahead if k + ahead < n else 0, j + 1

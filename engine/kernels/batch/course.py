@@ -28,10 +28,10 @@ BRIEFLY, NO_ORIGIN = np.bool_(False), np.int64(0)  # events without their motion
 def integrate_events(work, plan, p, stop, log, record, signals):
     """Integrate a motion in closed form to the end of period ``stop``; returns its status.
 
-    ``record``: packed buffers to fill, and the period with which they begin.
+    ``record``: packed buffers to fill, and the period with which they, and their samples, begin.
     """
     flat, sizes, origin = record
-    window, pauses, paused_in = (float(origin), float(stop)), 0, -1.0
+    window, pauses, paused_in = (float(origin), float(origin)), 0, -1.0
     while signals[0] == 0:
         status, _, _ = integrate(work.packed, work.state, float(stop), window, flat, sizes, None)
         if status == FULL:
@@ -52,7 +52,7 @@ def integrate_steps(work, plan, p, stop, log, record, signals):
     """Integrate Newmark's solution to the end of period ``stop``, as :func:`integrate_events`."""
     flat, sizes, origin = record
     n = int(p.steps)
-    window = (origin * n, stop * n, n)
+    window = (origin * n, origin * n, -(-n // sizes[3]))
     while signals[0] == 0:
         status = integrate_skipping(work.packed, work.state, stop * n, window, flat, sizes, BRIEFLY)
         if status != FULL:

@@ -177,8 +177,8 @@ def leave_event(phase, d, z):
 @jit_no_alloc
 def hold_wall(p, d):
     """No start moves a wall: the derivatives with respect to ξ₁ and ξ₁′ at the start are zero there."""
-    d.state[0, 0] *= 1.0 - p.wall
-    d.state[1, 1] *= 1.0 - p.wall
+    scale_row(d, 0, 1.0 - p.wall)
+    scale_row(d, 1, 1.0 - p.wall)
 
 
 @jit_no_alloc

@@ -1,0 +1,115 @@
+"""Driver of the differences of many cells from the reference (:mod:`..kernels.batch.differences`)."""
+
+from collections.abc import Callable, Sequence
+from itertools import groupby
+from typing import NamedTuple
+
+import numpy as np
+
+from ..kernels.batch import differences as kernel
+from ..kernels.batch.differences import ALONE, BESIDE, DIFFERENCES, OWN_LIMIT, Cycles
+from ..methods import Method
+from .batch import are_compiled, batch_of, make_work_space
+from .threads import Worker, share_out
+
+__all__ = ["ALONE", "BESIDE", "OWN_LIMIT", "Cycles", "Grid", "Motions", "differences"]
+
+
+class Motions(NamedTuple):
+    """A motion of each cell.
+
+    Attributes
+    ----------
+    method : Method
+    rows : (n, len(Parameters)) ndarray
+    initial : (n, 4) ndarray
+        ξ₁, ξ₁′, ξ₂, ξ₂′ where the samples begin.
+    recurs : (n,) ndarray of bool
+        Whether it repeats itself after CYCLE periods, so that no more of them are run.
+    sample : callable
+        ``sample(i, signals)`` samples a cell that the kernel does not run: ξ₁ and ξ₂, (periods, m, 2); None if it ends
+        early or was cancelled.
+    """
+
+    method: Method
+    rows: np.ndarray
+    initial: np.ndarray
+    recurs: np.ndarray
+    sample: Callable[[int, np.ndarray], np.ndarray | None]
+
+
+class Grid(NamedTuple):
+    """The instants at which a cell is compared, as shares of T, (m,), and the reference at these instants."""
+
+    phases: np.ndarray
+    cycles: Cycles
+
+
+def differences(
+    penalty: Motions,
+    limit: Motions,
+    parts: np.ndarray,
+    grids: Sequence[Grid],
+    grid: np.ndarray,
+    periods: int,
+    *,
+    threads: int,
+    progress: Callable[[int], None] | None = None,
+    cancelled: Callable[[], bool] | None = None,
+) -> np.ndarray:
+    """Root mean square differences of each cell, (n, DIFFERENCES): in all, by the time step, by the regularisation.
+
+    Parameters
+    ----------
+    penalty, limit : Motions
+        With and without the time step; the latter is run where ``parts`` is BESIDE.
+    parts : (n,) ndarray of int64
+        ALONE, OWN_LIMIT or BESIDE.
+    grids : sequence of Grid
+    grid : (n,) ndarray of int
+        Which of them each cell has.
+    periods : int
+        Periods to sample.
+    threads, progress, cancelled
+        As in :func:`.threads.share_out`.
+    """
+    found = np.full((len(parts), DIFFERENCES), np.nan)
+    compiled = are_compiled(penalty.method, penalty.rows)
+    batches = [batch_of(motions.method, motions.rows, motions.initial, sample=periods) for motions in (penalty, limit)]
+
+    def sides(phases: np.ndarray) -> list[kernel.Sampled]:
+        return [
+            kernel.Sampled(cells, plan, make_work_space(plan.kind, periods, phases), motions.recurs)
+            for (cells, plan), motions in zip(batches, (penalty, limit), strict=True)
+        ]
+
+    def worker() -> Worker:
+        made = {}  # for the grid of the last cells
+
+        def run(places: tuple[int, int], signals: np.ndarray, slot: int) -> None:
+            for (by_kernel, g), group in groupby(range(*places), key=lambda i: (compiled[i], grid[i])):
+                chosen, (phases, cycles) = list(group), grids[g]
+                if by_kernel:
+                    if g not in made:
+                        made.clear()
+                        made[g] = *sides(phases), np.empty((2, periods, len(phases), 2))
+                    cells = chosen[0], chosen[-1] + 1
+                    kernel.compare_cells(*made[g], cells, parts, cycles, found, signals, slot)
+                    continue
+                for i in chosen:
+                    if signals[0] == 0:
+                        compare_samples(i, cycles, signals)
+                        signals[slot] += 1
+
+        return run
+
+    def compare_samples(i: int, cycles: Cycles, signals: np.ndarray) -> None:
+        one = penalty.sample(i, signals)
+        if one is None:
+            return
+        other = limit.sample(i, signals) if parts[i] == BESIDE else None
+        kind = ALONE if parts[i] == BESIDE and other is None else parts[i]
+        kernel.write_differences(one, one if other is None else other, kind, cycles, found[i])
+
+    share_out(np.arange(1, len(parts) + 1), threads, worker, progress, cancelled)
+    return found
