@@ -279,7 +279,7 @@ def as_text(
     return "\n".join(
         [
             full_words(penalty.method),
-            f"eta = {penalty.eta:g}, against the {full_words(reference.method)}",
+            f"eta = {penalty.eta:g}, against the {full_words(reference.method, wall=reference.system.wall)}",
             "",
             *wrap(judgement.headline, 100),
             "",

@@ -18,7 +18,7 @@ from vibroscope.app.commands.options import (
     problem_of,
 )
 from vibroscope.app.commands.physical_units import add_units_option, physical_run, settings_text, wanted_units
-from vibroscope.engine import Method, Newmark, Response, TimeStepping, simulate
+from vibroscope.engine import Newmark, Response, TimeStepping, simulate
 
 _KEEP = default_of(simulate, "keep")
 STILL = 1e-9  # of the way from its start, below which a free vibration has come to rest
@@ -117,7 +117,7 @@ def steady_text(found: engine.Steady, initial: Sequence[float] | None = None) ->
     state = ", ".join(f"{value:.6g}" for value in found.state)
     return "\n".join(
         [
-            _head(response.method),
+            _head(response),
             f"eta = {response.eta:g}, steady motion found by running {found.periods} periods",
             f"motion            repeats every {'period' if p == 1 else f'{p} periods'}, to {found.residual:.2g}",
             f"multipliers       {multipliers}, {'stable' if found.stable else 'unstable'}",
@@ -128,17 +128,17 @@ def steady_text(found: engine.Steady, initial: Sequence[float] | None = None) ->
     )
 
 
-def _head(method: Method) -> str:
+def _head(response: Response) -> str:
     """What was run, in words."""
     from vibroscope.app.explorer.method_words import full_words  # for people: scripts need not wait for it
 
-    return full_words(method)
+    return full_words(response.method, wall=response.system.wall)
 
 
 def as_text(response: Response, initial: Sequence[float] | None = None) -> str:
     """A run as text; ``initial``: where it began."""
     lines = [
-        _head(response.method),
+        _head(response),
         f"eta = {response.eta:g}, {response.periods} periods, the last {response.keep} kept",
         f"solved in {response.cost.seconds * 1e3:.2f} ms",
     ]

@@ -88,11 +88,15 @@ def words_of_scheme(method: Newmark | TimeStepping) -> str:
     return f"{name_of_integrator(integrator_name(method))}; {_STATUSES[status_of(method)]}; contact law {law}"
 
 
-def full_words(method: Method) -> str:
-    """Any method with its numbers, as the head of a report, in characters that each terminal has."""
+def full_words(method: Method, *, wall: bool = False) -> str:
+    """Any method with its numbers, as the head of a report, in characters that each terminal has.
+
+    ``wall``: the system has one, and so no joint damping.
+    """
     if isinstance(method, Reference):
         damping = {"table": "as measured", "derived": "that of both dampers"}[method.joint_damping]
-        return f"reference; joint damping {damping}; threshold {method.threshold:g}"
+        joint = "" if wall else f"; joint damping {damping}"
+        return f"reference{joint}; threshold {method.threshold:g}"
     own = ", ".join(f"{name} {getattr(method, name):g}" for name in numbers_of(method.law))
     law = f"{method.law} ({own})" if own else method.law
     damper = "D from the restitution" if method.damping is None else f"D = {method.damping:g}"

@@ -23,3 +23,7 @@ HEADS = {
 @pytest.mark.parametrize(("method", "words"), HEADS.items())
 def test_a_method_is_said_with_its_numbers(method, words):
     assert full_words(method) == words
+
+
+def test_a_wall_has_no_joint_damping():
+    assert full_words(Reference(), wall=True) == "reference; threshold 0.002"
