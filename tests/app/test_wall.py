@@ -93,9 +93,8 @@ def test_a_diagram_offers_neither_coordinate_nor_start_of_the_wall():
     assert tab.question(WALL).initial == (0.25, 0.0, 0.0, 0.0)
     tab.draw(WALL, None)
     assert tab.panel.chosen["coordinate"] == "xi1"
-    assert tab.panel.away == {"coordinate": ["xi2", "v2"], "start_xi2": [], "start_v2": []}
-    tab.draw(Setting(), None)
-    assert tab.panel.away == {}
+    assert tab.away(WALL) == {"coordinate": ["xi2", "v2"], "start_xi2": [], "start_v2": []}
+    assert tab.away(Setting()) == {}
 
 
 def test_the_panel_has_no_start_of_the_wall():
