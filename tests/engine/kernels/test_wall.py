@@ -111,7 +111,7 @@ def test_no_start_moves_body_1(method):
     assert jacobian[2:, 2:].any()
 
 
-@pytest.mark.parametrize("method", [Reference(), ExactPenalty(1200.0, 5.0), replace(NEWMARK, located=True)], ids=repr)
+@pytest.mark.parametrize("method", [Reference(), ExactPenalty(1200.0, 5.0)], ids=repr)
 def test_two_multipliers_of_a_branch_are_zero(method):
     branch = continue_branch(WALLS[1], 1.9, method, low=1.8, high=2.0)
     assert len(branch.values) > 3
