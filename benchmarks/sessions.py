@@ -73,10 +73,10 @@ class Visitor:
 
 
 def brings_figures(message):
-    """Whether a message brings the columns that a move changes."""
+    """Whether a message brings the columns that a move changes; curves over each number come later by themselves."""
     events = message["content"].get("events", [])
     sent = (plain(event["msg_data"]["values"])["data"] for event in events if event["kind"] == "MessageSent")
-    return any("names" in data for data in sent)
+    return any(column == "v1" for data in sent for _, column, _ in data.get("names", ()))
 
 
 async def together(servers, numbers):
