@@ -22,7 +22,7 @@ import numpy as np
 
 from .batch import run_cells
 from .cells import Cells
-from .compile_helpers import Claims, Helpers, end_with_input, tell
+from .compile_helpers import Claims, Helpers, end_with_input, report
 from .divergence.compare import compare
 from .divergence.verdict import verdict
 from .drivers import orbit_steps, settle
@@ -134,14 +134,14 @@ def compile_kernels(progress: Callable[[CompileProgress], None] | None = None, p
 
 
 def help_to_compile(folder: str) -> None:
-    """Make calls that no other process has begun, the last first, and tell the process that began them all."""
+    """Make calls that no other process has begun, the last first, and report each to the process that is helped."""
     end_with_input()
     claims, (solvers, _, others) = Claims(folder), stages()
-    with CompileListener(tell):
+    with CompileListener(report):
         for call in (*reversed(solvers), *reversed(others)):
             if claims.take(call.number):
                 call.make()
-                tell(call.number)
+                report(call.number)
 
 
 def _settle(cells: Cells) -> None:

@@ -111,8 +111,8 @@ class Helpers:
                 self._changed.notify_all()
 
 
-def tell(what: str | int) -> None:
-    """Tell the process that is helped which function is compiled, or which call is made."""
+def report(what: str | int) -> None:
+    """Report to the process that is helped which function is compiled, or which call is made."""
     print(json.dumps(what), flush=True)
 
 

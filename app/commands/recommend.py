@@ -11,7 +11,6 @@ from vibroscope.app.commands.options import (
     add_integrator_options,
     add_joint_damping_option,
     add_system_option,
-    default_of,
     eta_of,
     note_held,
     reference_of,
@@ -72,13 +71,7 @@ def add(commands) -> None:
         action="store_true",
         help="with --eta-range: one K, D and time step for all of them and between them, and what limits the range",
     )
-    add("--tolerance", type=number, metavar="F", help="largest relative error (default %(default)s)")
-    for name, what in (
-        ("restitution", "restitution that the contacts deliver may be off"),
-        ("force", "peak force may be from that without a time step, relative to it"),
-    ):
-        words = f"how far the {what}, or {OFF} (default %(default)s)"
-        add(f"--{name}-tolerance", type=switchable, metavar=f"F|{OFF}", help=words)
+    _add_tolerances(command)
     add("--located", action="store_true", help="steps cut at contact changes only; the least solves per period")
     add_integrator_options(command, ALL)
     add(
@@ -94,11 +87,7 @@ def add(commands) -> None:
         help="with --code: the contact area, by which K and D are divided for keywords of a pressure, as '120 mm2'",
     )
     add_joint_damping_option(command)
-    add("--K", type=measured, metavar="F", help="hold K and look for the rest")
-    add("--D", type=measured, metavar="F", help="hold D and look for the rest")
-    largest = f"{end_text(STIFFEST)} times the stiffer spring"
-    add("--K-max", type=measured, metavar="F", help=f"largest K to try (default {largest})")
-    add("--steps-max", type=count, metavar="N", help="most steps per period to try (default %(default)s)")
+    _add_limits(command)
     add_units_option(command)
     add_system_option(command)
     add(
@@ -106,13 +95,30 @@ def add(commands) -> None:
         action="store_true",
         help="print one JSON object (a list of them for --eta-range without --one-setting)",
     )
-    command.set_defaults(steps_max=default_of(Limits, "steps_max"))
-    command.set_defaults(
-        tolerance=Tolerances.displacement,
-        restitution_tolerance=Tolerances.restitution,
-        force_tolerance=Tolerances.force,
-    )
     command.set_defaults(run=run)
+
+
+def _add_tolerances(command: argparse.ArgumentParser) -> None:
+    """Add an option for each of `Tolerances`."""
+    error = "largest relative error (default %(default)s)"
+    command.add_argument("--tolerance", type=number, default=Tolerances.displacement, metavar="F", help=error)
+    for name, usual, what in (
+        ("restitution", Tolerances.restitution, "restitution that the contacts deliver may be off"),
+        ("force", Tolerances.force, "peak force may be from that without a time step, relative to it"),
+    ):
+        words = f"how far the {what}, or {OFF} (default %(default)s)"
+        option = {"type": switchable, "default": usual, "metavar": f"F|{OFF}", "help": words}
+        command.add_argument(f"--{name}-tolerance", **option)
+
+
+def _add_limits(command: argparse.ArgumentParser) -> None:
+    """Add an option for each of `Limits`."""
+    add, largest = command.add_argument, f"{end_text(STIFFEST)} times the stiffer spring"
+    add("--K", type=measured, metavar="F", help="hold K and look for the rest")
+    add("--D", type=measured, metavar="F", help="hold D and look for the rest")
+    add("--K-max", type=measured, metavar="F", help=f"largest K to try (default {largest})")
+    steps, most = Limits.steps_max, "most steps per period to try (default %(default)s)"
+    add("--steps-max", type=count, default=steps, metavar="N", help=most)
 
 
 def switchable(text: str) -> float | str:

@@ -39,7 +39,7 @@ class MiddleSearch:
     ----------
     ranges : dict
         By each verified setting: of "stiffness" and "damping", without those that are held, the least and the largest
-        value tried that keep to the tolerances, with all between, where the other number stays.
+        value tried that keep to the tolerances, with nearly all between, where the other number stays.
     """
 
     def __init__(self, trials: RangeTrials, limits: Limits, tolerance: float):

@@ -66,14 +66,14 @@ def test_they_end_with_the_block():
 
 
 def test_a_process_that_helps_makes_the_last_calls_first_and_never_the_differences(monkeypatch, tmp_path):
-    made, told = [], []
+    made, reported = [], []
     stages = [[compilation.Call(i, str(i), lambda i=i: made.append(i)) for i in part] for part in ([0, 1], [2], [3, 4])]
     monkeypatch.setattr(compilation, "stages", lambda: stages)
     monkeypatch.setattr(compilation, "end_with_input", lambda: None)
-    monkeypatch.setattr(compilation, "tell", told.append)
+    monkeypatch.setattr(compilation, "report", reported.append)
     Claims(tmp_path).take(4)
     compilation.help_to_compile(tmp_path)
-    assert made == told == [1, 0, 3]
+    assert made == reported == [1, 0, 3]
 
 
 def test_all_calls_are_made_in_stages_whoever_compiles(monkeypatch, tmp_path):

@@ -9,11 +9,13 @@ from vibroscope.engine.recommendation.contacts import Contacts, Tolerances
 from vibroscope.engine.recommendation.limits import Limits
 from vibroscope.engine.recommendation.rounded import round_numbers
 
-from tests.recommended import FORCED, PAPER, WALL, Question, question
+from tests.recommended import FORCED, PAPER, SOFTER, WALL, Question, question
 from tests.share import every
 
 
-@pytest.mark.parametrize(("system", "eta", "tolerance"), every([(PAPER, 2.45, 0.05), (WALL, 2.71, 0.1)]))
+@pytest.mark.parametrize(
+    ("system", "eta", "tolerance"), every([(PAPER, 2.45, 0.05), (WALL, 2.71, 0.1), (SOFTER, 2.3, 0.05)])
+)
 def test_what_is_printed_is_true_of_runs_from_rest(system, eta, tolerance):
     found = recommend(question(system, eta, tolerance=tolerance))
     assert found.met
@@ -21,6 +23,13 @@ def test_what_is_printed_is_true_of_runs_from_rest(system, eta, tolerance):
     again = recommend(question(system, eta * (1 + 1e-12), tolerance=tolerance))
     assert (again.best.setting, again.ranges) == (found.best.setting, found.ranges)
     assert again.eta == eta * (1 + 1e-12)
+
+
+def test_no_setting_nearby_does_with_half_the_steps():
+    """A strong damper makes up for few steps in a contact."""
+    found = recommend(question(PAPER, 1.08, tolerance=0.1))
+    assert found.met
+    assert next(Question(PAPER, 1.08, 0.1).cheaper(found, 0.55), None) is None
 
 
 def test_numbers_are_rounded_to_ten_digits_and_no_further():
