@@ -256,8 +256,7 @@ class JobQueue:
         with self._lock:
             self._busy = again = self._waiting is not None
         if again:
-            with contextlib.suppress(RuntimeError):  # the server stops
-                self._pool.submit(self._work, session=self._session)
+            self._pool.submit(self._work, session=self._session)
 
     def _run(self, move: int, setting: Setting) -> None:
         begin, of_cancelled = own_time(), self._cancelled

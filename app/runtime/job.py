@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import logging
 import threading
 from abc import ABC, abstractmethod
@@ -63,8 +62,7 @@ class Job(ABC):
         if self.cancelled or not self._work_on():
             self._end()
             return
-        with contextlib.suppress(RuntimeError):  # the server stops
-            self._threads.submit(self._work, session=self._session)
+        self._threads.submit(self._work, session=self._session)
 
     def _work_on(self) -> bool:
         """Compute one slice; returns whether there are more."""

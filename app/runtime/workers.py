@@ -148,7 +148,11 @@ class Workers(ThreadPoolExecutor):
         self._counted = time.monotonic()  # when the last part of that was forgotten
 
     def submit(self, job: Callable, /, *args, session: str = "", **kwargs) -> Future:
-        """See `concurrent.futures.Executor.submit`; ``session`` is the one that the job belongs to."""
+        """See `concurrent.futures.Executor.submit`; ``session`` is the one that the job belongs to.
+
+        After the end of the pool the job is cancelled as those are that wait then: a page may still be built, or a job
+        go on, in a thread of its own while the server stops.
+        """
         entry = _Job(session, partial(job, *args, **kwargs), Future(), time.monotonic())
         with self._lock:
             self._waiting.append(entry)
@@ -157,7 +161,7 @@ class Workers(ThreadPoolExecutor):
         except RuntimeError:  # the pool is shut down
             with self._lock:
                 self._waiting.remove(entry)
-            raise
+            entry.future.cancel()
         return entry.future
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:

@@ -180,15 +180,14 @@ def test_the_own_time_of_a_job_stands_still_while_others_run_in_its_place(spend,
     assert list(took.items()) == [("c", 200), ("b", 20), ("a", 2)]
 
 
-def test_what_waits_is_cancelled_with_the_pool_and_counted_no_more(pool):
+def test_what_waits_or_comes_later_is_cancelled_with_the_pool_and_counted_no_more(pool):
     waiting = pool.submit(lambda: None)
     assert pool.jobs == 2
     pool.shutdown(wait=False, cancel_futures=True)
     pool.go()
     with pytest.raises(CancelledError):
         waiting.result(5)
-    with pytest.raises(RuntimeError, match="shutdown"):
-        pool.submit(lambda: None)
+    assert pool.submit(lambda: None).cancelled()  # by a page that is still being built
     assert pool.jobs <= 1
 
 
