@@ -11,7 +11,7 @@ from .cells import STATUSES, CellResults, Cells
 from .checks import require, whole
 from .drivers import batch as driver
 from .drivers.section import describe_section, name_numbers
-from .drivers.threads import GRAIN, Worker, share_out, thread_count
+from .drivers.threads import GRAIN, share_out, thread_count
 from .methods import STEPPING, Reference, is_located
 from .result import Cancelled, Response
 from .simulate import KEEP_LIMIT, PERIODS_LIMIT, STEPS_LIMIT, simulate
@@ -86,9 +86,7 @@ def run_cells(
         run_cell = _single_runs(cells, task, results, solutions)
         worker = driver.make_worker(cells.method, cells.parameters(), start, order, chained, task, results, run_cell)
         ends = np.append(np.flatnonzero(~chained)[1:], len(order))
-        if len(ends) <= FEW * threads:
-            worker, ends = _one_by_one(worker), GRAIN * ends
-        share_out(ends, threads, worker, progress, cancelled)
+        share_out(ends, threads, worker, progress, cancelled, grain=1 if len(ends) <= FEW * threads else GRAIN)
     return cell_results(cells, results, solutions)
 
 
@@ -102,16 +100,6 @@ def _in_chains(cells: Cells) -> tuple[np.ndarray, np.ndarray]:
     order = np.argsort(cells.chain, kind="stable")
     chained = np.append(False, np.diff(cells.chain[order]) == 0)
     return order, chained
-
-
-def _one_by_one(worker: Callable[[], Worker]) -> Callable[[], Worker]:
-    """A worker for places numbered in steps of GRAIN, so that a thread takes one of them at a time."""
-
-    def make() -> Worker:
-        run = worker()
-        return lambda places, signals, slot: run((places[0] // GRAIN, places[1] // GRAIN), signals, slot)
-
-    return make
 
 
 def _single_runs(

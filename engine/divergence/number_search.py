@@ -7,6 +7,7 @@ digits of the input.
 """
 
 import math
+from collections.abc import Iterable
 from dataclasses import replace
 
 import numpy as np
@@ -55,8 +56,7 @@ class GridSearch:
 
     def run_coarse(self) -> None:
         """Run the places of the first search."""
-        for place in self._coarse:
-            self._at(place)
+        self._run(self._coarse)
 
     def curve(self) -> Curve:
         """All that was run by now."""
@@ -73,6 +73,7 @@ class GridSearch:
         place = self._middle(lowest)
         near = [self._make(_value(each)) for each in self._around(place)]
         measure = self._remaining.whole if self._remaining.quick else self._remaining
+        self._remaining.run_ahead(near, whole=self._remaining.quick)
         typical = sorted(near, key=measure)[NEAR]
         robust = measure(typical)
         if not math.isfinite(robust):
@@ -83,13 +84,21 @@ class GridSearch:
                 break
         return Change(self.name, left, max(robust, left / WORKS), method) if math.isfinite(left) else None
 
-    def _at(self, place: int) -> float:
-        if place not in self._left:
-            self._left[place] = self._remaining(self._make(_value(place)))
-        return self._left[place]
+    def _run(self, places: Iterable[int]) -> None:
+        new = {place: self._make(_value(place)) for place in places if place not in self._left}
+        self._remaining.run_ahead(new.values())
+        self._left |= {place: self._remaining(method) for place, method in new.items()}
 
     def _robust(self, place: int) -> float:
-        return float(np.median([self._at(each) for each in self._around(place)]))
+        around = self._around(place)
+        self._run(around)
+        return float(np.median([self._left[each] for each in around]))
+
+    def _most_robust(self, places: Iterable[int]) -> int:
+        """The place with the least median, the first one of equals."""
+        places = list(places)
+        self._run(each for place in places for each in self._around(place))
+        return min(places, key=self._robust)
 
     def _around(self, place: int) -> list[int]:
         """The places that count with one, at an end of the range the last one more than once."""
@@ -100,10 +109,10 @@ class GridSearch:
         rows = [self._left[place] for place in self._coarse]
         low = [place for i, place in enumerate(self._coarse) if rows[i] <= min(rows[max(i - 1, 0) : i + 2])]
         tried = {*sorted(low, key=self._left.__getitem__)[:3], *self._marked}
-        lowest = min(sorted(tried), key=self._robust)
+        lowest = self._most_robust(sorted(tried))
         for step in (self._stride // 2, self._stride // 4, 1):
             around = (lowest, lowest - step, lowest + step)
-            lowest = min((place for place in around if self._ends[0] <= place <= self._ends[1]), key=self._robust)
+            lowest = self._most_robust(place for place in around if self._ends[0] <= place <= self._ends[1])
         return lowest
 
     def _middle(self, lowest: int) -> int:
@@ -152,6 +161,7 @@ class StepSearch:
 
     def run_coarse(self) -> None:
         """Run all halved and doubled numbers."""
+        self._remaining.run_ahead(map(self._with, self._steps))
         for steps in self._steps:
             self._at(steps)
 
@@ -196,8 +206,10 @@ class StepSearch:
         return self._left[steps]
 
     def _robust(self, steps: int) -> float:
-        around = {round(steps * FINE**step) for step in range(-NEAR, NEAR + 1)}
-        return float(np.median([self._at(min(max(n, STEPS_RANGE[0]), STEPS_RANGE[1])) for n in sorted(around)]))
+        near = {round(steps * FINE**step) for step in range(-NEAR, NEAR + 1)}
+        around = [min(max(n, STEPS_RANGE[0]), STEPS_RANGE[1]) for n in sorted(near)]
+        self._remaining.run_ahead(map(self._with, around))
+        return float(np.median([self._at(n) for n in around]))
 
 
 def _value(place: int) -> float:

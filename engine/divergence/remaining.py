@@ -7,19 +7,20 @@ itself what is left is the error of :class:`.error.Target`, otherwise the distan
 (:mod:`.statistics`).
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 
-from ..drivers.skipped_samples import SkippedSamples
-from ..methods import CONTACT_LAWS, ExactPenalty, Newmark, TimeStepping, is_located, skips_steps
+from ..drivers.threads import Worker, share_out, thread_count
+from ..methods import ExactPenalty, Newmark, TimeStepping, skips_steps
 from ..result import Checkpoint, Record
-from ..simulate import sample_run, simulate
+from ..simulate import simulate
 from .compare import Comparison
 from .error import Target
 from .grid import PER_PERIOD
+from .sampled_runs import SampledRuns
 from .statistics import SECTION
 from .window import LONGER
 
@@ -36,14 +37,18 @@ class _Plan(NamedTuple):
 
 
 class Remaining:
-    """What other penalty methods leave of a comparison's difference; not for several threads at once.
+    """What other penalty methods leave of a comparison's difference.
+
+    One is asked for at a time; those that will be can be run side by side before (:meth:`run_ahead`).
 
     Parameters
     ----------
     comparison : Comparison
         With ``parts``.
     cancelled : callable, optional
-        Polled by every run; when it returns true, `Cancelled` is raised.
+        Polled in the calling thread; when it returns true, `Cancelled` is raised.
+    threads : int, optional
+        That run side by side; by default one for each core.
 
     Attributes
     ----------
@@ -53,7 +58,9 @@ class Remaining:
         Whether a whole run takes milliseconds, so that neighbours of what is proposed have whole runs, too.
     """
 
-    def __init__(self, comparison: Comparison, cancelled: Callable[[], bool] | None = None) -> None:
+    def __init__(
+        self, comparison: Comparison, cancelled: Callable[[], bool] | None = None, threads: int | None = None
+    ) -> None:
         run = comparison.runs.penalty
         self._system, self._eta, self.method = run.system, run.eta, run.method
         self._cancelled = cancelled
@@ -61,9 +68,9 @@ class Remaining:
         period = comparison.motions.reference.period
         self._target = Target(comparison.runs.reference, period) if period else None
         self._keep = run.keep if period else SECTION
-        self._skipping = SkippedSamples(run.system, run.eta, cancelled)
+        self._runs = [SampledRuns(run.system, run.eta) for _ in range(thread_count(threads))]  # of each thread
         asked = max(comparison.asked, self._keep)
-        self.quick = self._is_skipped(run.method)
+        self.quick = self._runs[0].is_skipped(run.method)
         self._settled = _Plan(comparison.initial, run.periods if self.quick else min(run.periods, LONGER[0] * asked))
         searched = min(self._settled.periods, max(SEARCHED, self._keep))
         self._search = self._settled._replace(periods=searched)
@@ -79,10 +86,30 @@ class Remaining:
         """The same after the periods in which the compared motions settled; where runs take long, after fewer."""
         return self._left(method, self._settled)
 
+    def run_ahead(self, methods: Iterable[Penalty], whole: bool = False) -> None:
+        """Make the runs with several methods side by side, so that what they leave is known when it is asked for."""
+        plan = self._settled if whole else self._search
+        new = [each for each in dict.fromkeys(methods) if (each, plan) not in self._known]
+        left, idle = np.zeros(len(new)), iter(self._runs)
+
+        def worker() -> Worker:
+            runs = next(idle)
+
+            def run(places: tuple[int, int], signals: np.ndarray, slot: int) -> None:
+                for place in range(*places):
+                    left[place] = self._measure(new[place], plan, runs, lambda: signals[0] != 0)
+                    signals[slot] += 1
+
+            return run
+
+        if new:
+            threads = min(len(self._runs), len(new))
+            share_out(np.arange(1, len(new) + 1), threads, worker, None, self._cancelled, grain=1)
+        self._known |= {(method, plan): value for method, value in zip(new, left.tolist(), strict=True)}
+
     def _left(self, method: Penalty, plan: "_Plan") -> float:
         if (method, plan) not in self._known:
-            measure = self._of_displacements if self._target else self._of_sections
-            self._known[method, plan] = measure(method, plan)
+            self._known[method, plan] = self._measure(method, plan, self._runs[0], self._cancelled)
         return self._known[method, plan]
 
     def without_joint_damping(self) -> float:
@@ -93,27 +120,18 @@ class Remaining:
             return target.error(penalty, self._cancelled) if target and target.periodic else np.inf
         return self._comparison.statistics.without_joint_damping
 
-    def _of_displacements(self, method: Penalty, plan: "_Plan") -> float:
-        record = Record(self._keep, PER_PERIOD, getattr(method, "steps", None))
-        if self._is_skipped(method):
-            numbers = method.stiffness, method.damping, method.steps
-            displacement, _ = self._skipping.run(*numbers, plan.start, plan.periods, record)
-        else:
+    def _measure(
+        self, method: Penalty, plan: "_Plan", runs: SampledRuns, cancelled: Callable[[], bool] | None
+    ) -> float:
+        """Run a method, in any thread, and return what it leaves; inf if the run ends early."""
+        if self._target is None:
             start = Checkpoint(self._system, self._eta, method, 0, plan.start)
-            options = {"periods": plan.periods, "record": record, "cancelled": self._cancelled}
-            samples, _ = sample_run(self._system, self._eta, method, start, **options)
-            displacement = samples and samples.displacement[:, :-1].reshape(2, record.periods, -1)
+            options = {"periods": plan.periods, "keep": SECTION, "initial": start, "cancelled": cancelled}
+            run = simulate(self._system, self._eta, method, **options)
+            return self._comparison.statistics.total_of(run.section[:, [0, 2]]) if run.ok else np.inf
+        record = Record(self._keep, PER_PERIOD, getattr(method, "steps", None))
+        displacement, _ = runs.run(method, plan.start, plan.periods, record, cancelled)
         if displacement is None:
             return np.inf
         grid = replace(record, periods=1, per_period=displacement.shape[2])
-        return self._target.error_of_samples(displacement, grid, self._cancelled)
-
-    def _is_skipped(self, method: Penalty) -> bool:
-        plain = isinstance(method, Newmark) and not is_located(method) and method.law == CONTACT_LAWS[0]
-        return plain and self._skipping.can_run(method.steps)
-
-    def _of_sections(self, method: Penalty, plan: "_Plan") -> float:
-        start = Checkpoint(self._system, self._eta, method, 0, plan.start)
-        options = {"periods": plan.periods, "keep": SECTION, "initial": start, "cancelled": self._cancelled}
-        run = simulate(self._system, self._eta, method, **options)
-        return self._comparison.statistics.total_of(run.section[:, [0, 2]]) if run.ok else np.inf
+        return self._target.error_of_samples(displacement, grid, cancelled)

@@ -186,12 +186,19 @@ def _as_time_stepping(method: Newmark | TimeStepping) -> TimeStepping:
 
 
 def _choices(comparison: Comparison, remaining: Remaining) -> Iterator[Change]:
-    for name, method in changed_choices(comparison.runs.penalty.method):
-        left = remaining.whole(method)
-        beside = (min(max(method.stiffness * FINE**step, STIFFNESS_RANGE[0]), STIFFNESS_RANGE[1]) for step in (-1, 1))
-        around = [remaining(replace(method, stiffness=stiffness)) for stiffness in beside]
+    changed = list(changed_choices(comparison.runs.penalty.method))
+    remaining.run_ahead((method for _, method in changed), whole=True)
+    remaining.run_ahead(each for _, method in changed for each in _beside(method))
+    for name, method in changed:
+        left, around = remaining.whole(method), [remaining(each) for each in _beside(method)]
         if math.isfinite(left):
             yield Change(name, left, float(np.median([left, *around])), method)
     if "joint_damping" in comparison.part_names:
         left = remaining.without_joint_damping()
         yield Change("joint damping", left, left)
+
+
+def _beside(method: Newmark | TimeStepping) -> list[Newmark | TimeStepping]:
+    """The method with neighbours of its K."""
+    beside = (min(max(method.stiffness * FINE**step, STIFFNESS_RANGE[0]), STIFFNESS_RANGE[1]) for step in (-1, 1))
+    return [replace(method, stiffness=stiffness) for stiffness in beside]

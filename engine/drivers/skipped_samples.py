@@ -32,13 +32,11 @@ class SkippedSamples:
     ----------
     system : System
     eta : float
-    cancelled : callable, optional
-        Polled before each run, and many times a second.
     """
 
-    def __init__(self, system: System, eta: float, cancelled: Callable[[], bool] | None):
+    def __init__(self, system: System, eta: float):
         self._method = Newmark(1.0, 0.0, 1000)
-        self._eta, self._cancelled = eta, cancelled
+        self._eta = eta
         parameters = parameters_of(system, eta, self._method)
         self._rate = free_rate(parameters)
         self._rows = np.array([parameters])
@@ -52,18 +50,24 @@ class SkippedSamples:
         return bool(can_skip(self._eta, self._rate, steps, self._method))
 
     def run(
-        self, stiffness: float, damping: float, steps: int, start: tuple, periods: int, record: Record
+        self,
+        numbers: tuple[float, float, int],
+        start: tuple,
+        periods: int,
+        record: Record,
+        cancelled: Callable[[], bool] | None = None,
     ) -> tuple[np.ndarray | None, int]:
         """Return ξ₁ and ξ₂ over the recorded periods, (2, record.periods, m), and the steps taken.
 
-        There are no samples if the run ended early.
+        There are no samples if the run ended early. ``numbers`` are K, D and the steps per period.
 
         Raises
         ------
         Cancelled
-            If ``cancelled`` returned true.
+            If ``cancelled``, which is polled at first and many times a second, returned true.
         """
-        parameter_rows(self._rows, {"stiffness": stiffness, "damping": damping, "steps": steps})
+        steps = numbers[2]
+        parameter_rows(self._rows, dict(zip(("stiffness", "damping", "steps"), numbers, strict=True)))
         set_up_skipping(self._packed, self._keys, self._rows[0])
         write_start(self._rows[0], self._state, *start)
         stride, sampled = record.stride(steps), periods - record.periods
@@ -71,7 +75,7 @@ class SkippedSamples:
         for begin, end, recorded in ((0, sampled, self._nothing), (sampled, periods, buffers)):
             at_once = max(1, STEPS_PER_CALL // steps)
             for stop in (*range(begin + at_once, end, at_once), end):
-                if self._cancelled is not None and self._cancelled():
+                if cancelled is not None and cancelled():
                     raise Cancelled
                 if self._integrate(stop * steps, window, recorded) != OK:
                     return None, int(self._state[self._step])

@@ -13,7 +13,7 @@ import numpy as np
 from ..checks import whole
 from ..result import Cancelled
 
-GRAIN = 4  # cells that a thread takes at a time, at least; chains stay together
+GRAIN = 4  # cells that a thread takes at a time, at least, unless they are few; chains stay together
 MOST_THREADS = 1024
 POLL = 0.02  # seconds between two looks at how far the threads are
 
@@ -31,6 +31,7 @@ def share_out(
     worker: Callable[[], Worker],
     progress: Callable[[int], None] | None,
     cancelled: Callable[[], bool] | None,
+    grain: int = GRAIN,
 ) -> None:
     """Run the places 0 … ends[−1] of an order.
 
@@ -46,6 +47,8 @@ def share_out(
     progress, cancelled
         As in :func:`engine.run_cells`. While ``cancelled`` takes its time, the threads end what they have and take no
         more.
+    grain : int, optional
+        Places that a thread takes at a time, at least.
 
     Raises
     ------
@@ -55,7 +58,7 @@ def share_out(
     if cancelled is not None and cancelled():
         raise Cancelled
     signals = np.zeros(1 + threads, dtype=np.int64)
-    grains, lock = _grains(ends), threading.Lock()
+    grains, lock = _grains(ends, grain), threading.Lock()
 
     def work(slot: int) -> None:
         run = worker()
@@ -86,9 +89,9 @@ def share_out(
         progress(int(signals[1:].sum()))
 
 
-def _grains(ends: np.ndarray) -> Iterator[tuple[int, int]]:
+def _grains(ends: np.ndarray, grain: int) -> Iterator[tuple[int, int]]:
     begin = 0
     for end in ends.tolist():
-        if end - begin >= GRAIN or end == ends[-1]:
+        if end - begin >= grain or end == ends[-1]:
             yield begin, end
             begin = end

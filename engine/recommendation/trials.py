@@ -36,11 +36,11 @@ import numpy as np
 from ..divergence.encounters import mean_closing_speed
 from ..divergence.error import Target
 from ..divergence.grid import PER_PERIOD
-from ..drivers.skipped_samples import SkippedSamples
-from ..methods import CONTACT_LAWS, STEPS_RANGE, Method, Newmark, TimeStepping, is_located
+from ..divergence.sampled_runs import SampledRuns
+from ..methods import STEPS_RANGE, Method, Newmark, TimeStepping, is_located
 from ..motions.steady import KEEP, LONG, Steady
-from ..result import Checkpoint, Record, Response
-from ..simulate import sample_run, simulate
+from ..result import Record, Response
+from ..simulate import simulate
 from .contacts import MORE_SAMPLES, Contacts, Tolerances, contacts_of, peak_of
 
 FORGOTTEN = 1e-4  # remainder of a disturbance after the transient of a short run
@@ -127,14 +127,13 @@ class Trials:
         self.eta = found.response.eta
         self._system = found.response.system
         self.scheme, self.located = scheme, is_located(scheme)
-        self._skips = isinstance(scheme, Newmark) and not self.located and scheme.law == CONTACT_LAWS[0]
         self.closing_speed = mean_closing_speed(found.response)
         self._pool = pool
         self._cancelled = cancelled
         self._start = tuple(found.state.tolist())
         self._transient = transient_of(found)
         self._keep = KEEP_LOCATED if self.located else KEEP
-        self._of_thread = threading.local()  # what makes its runs by skips
+        self._of_thread = threading.local()  # what makes its runs
         self._short: dict[tuple, tuple[float, float]] = {}  # results of short runs, many of which are needed again
         self._excess: dict[NewmarkSetting, float] = {}
         self._verified: dict[NewmarkSetting, Trial] = {}
@@ -281,36 +280,19 @@ class Trials:
         self, setting: NewmarkSetting, start: tuple, periods: int, keep: int, per_period: int, every_step: bool = False
     ) -> tuple[float, float]:
         """Return error and solves per period."""
-        record = Record(keep, per_period, setting.steps)
-        if every_step or not self._skips or not self._skipping.can_run(setting.steps):
-            displacement, steps = self._run_alone(setting, start, periods, record, every_step)
-        else:
-            displacement, steps = self._skipping.run(*setting, start, periods, record)
+        method, record = with_setting(self.scheme, setting), Record(keep, per_period, setting.steps)
+        displacement, steps = self._runs.run(method, start, periods, record, self._cancelled, every_step)
         if displacement is None:
             return math.inf, steps / periods
         grid = Record(1, displacement.shape[2], setting.steps)
         return self.target.error_of_samples(displacement, grid, self._cancelled), steps / periods
 
     @property
-    def _skipping(self) -> SkippedSamples:
-        """The solver that makes the runs of this thread by skips."""
-        if not hasattr(self._of_thread, "skipping"):
-            self._of_thread.skipping = SkippedSamples(self._system, self.eta, self._cancelled)
-        return self._of_thread.skipping
-
-    def _run_alone(
-        self, setting: NewmarkSetting, start: tuple, periods: int, record: Record, every_step: bool
-    ) -> tuple[np.ndarray | None, int]:
-        """Return what `SkippedSamples.run` returns, of a run whose every step is taken."""
-        method = with_setting(self.scheme, setting)
-        if every_step and hasattr(method, "every_step"):
-            method = replace(method, every_step=True)
-        checkpoint = Checkpoint(self._system, self.eta, method, 0, start)
-        options = {"periods": periods, "record": record, "cancelled": self._cancelled}
-        samples, steps = sample_run(self._system, self.eta, method, checkpoint, **options)
-        if samples is None:
-            return None, steps
-        return samples.displacement[:, :-1].reshape(2, record.periods, -1), steps
+    def _runs(self) -> SampledRuns:
+        """What makes the runs of this thread."""
+        if not hasattr(self._of_thread, "runs"):
+            self._of_thread.runs = SampledRuns(self._system, self.eta)
+        return self._of_thread.runs
 
 
 def with_setting(scheme: Newmark | TimeStepping, setting: NewmarkSetting) -> Newmark | TimeStepping:
