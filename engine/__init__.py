@@ -77,7 +77,6 @@ _LATER = {
     "measurement.measurement_file": ("measurement_text", "parse_measurement", "read_measurement"),
     "measurement.synthetic": ("synthetic_measurement",),
     "measurement.verdict": ("measured_verdict",),
-    "methods": ("integrator_name", "is_located", "stages_of", "status_of"),
     "motions.attractors": ("Attractor", "attractors", "search_attractors"),
     "motions.description": ("Kind",),
     "motions.lyapunov": ("Lyapunov", "lyapunov"),

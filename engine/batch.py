@@ -12,7 +12,6 @@ from .checks import require, whole
 from .drivers import batch as driver
 from .drivers.section import describe_section, name_numbers
 from .drivers.threads import GRAIN, share_out, thread_count
-from .methods import STEPPING, Reference, is_located
 from .result import Cancelled, Response
 from .simulate import KEEP_LIMIT, PERIODS_LIMIT, STEPS_LIMIT, simulate
 
@@ -106,7 +105,7 @@ def _single_runs(
     cells: Cells, task: driver.Task, results, solutions: np.ndarray
 ) -> Callable[[int, np.ndarray, np.ndarray], bool]:
     """A function that runs one cell by :func:`engine.simulate`; false if it was cancelled."""
-    located = is_located(cells.method)
+    located = cells.method.located
     lengths = driver.lengths(task) if located else [task.transient + task.sample]
 
     def run_cell(i: int, start: np.ndarray, signals: np.ndarray) -> bool:
@@ -145,7 +144,7 @@ def write_response(response: Response, task: driver.Task, results, i: int) -> No
     results.numbers[i] = describe_section(response)
     results.section[i] = response.section[:, list(task.coordinates)]
     results.end[i] = response.section[-1]
-    if isinstance(response.method, Reference):  # a run that starts from there must not penetrate, not even by rounding
+    if response.method.rigid:  # a run that starts from there must not penetrate, not even by rounding
         results.end[i, 2] = max(results.end[i, 0], results.end[i, 2])
 
 
@@ -154,7 +153,7 @@ def cell_results(cells: Cells, results, solutions: np.ndarray) -> CellResults:
     numbers = name_numbers(results.numbers)
     periods = {name: np.nan_to_num(numbers.pop(name)).astype(np.int32) for name in ("period", "near_period")}
     share, phase = numbers.pop("longest_contact"), numbers.pop("impact_phase")
-    n = cells.steps_each() if isinstance(cells.method, STEPPING) else np.nan
+    n = cells.steps_each() if cells.method.has_step else np.nan
     return CellResults(
         status=results.status.astype(np.int8),
         section=results.section,

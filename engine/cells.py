@@ -10,7 +10,7 @@ from .arguments import shown
 from .checks import require
 from .drivers.event_driven import overlap_message
 from .drivers.parameters import at_eta, parameter_rows, parameters_of
-from .methods import ExactPenalty, Method, Newmark, Reference, TimeStepping
+from .methods import ExactPenalty, Method, Newmark, TimeStepping
 from .model import System, check_eta
 from .result import STATUSES, Status
 
@@ -110,7 +110,7 @@ class Cells:
         reach = 1e6 if self.chain is None else math.inf  # a chain may go on from a motion that has grown
         for pick in (np.min, np.max):
             require("initial", float(pick(self.initial)), -reach, reach, "start within a million units of length")
-        if isinstance(self.method, Reference):
+        if self.method.rigid:
             if isinstance(self.system, System):
                 overlaps = self.system.overlaps_of(self.initial)
             else:
@@ -124,7 +124,7 @@ class Cells:
 
     def steps_each(self) -> np.ndarray:
         """n of each cell, (n,); zeros for methods without."""
-        steps = getattr(self.method, "steps", 0) if self.steps is None else self.steps
+        steps = self.method.steps if self.steps is None else self.steps
         return np.broadcast_to(np.asarray(steps, dtype=float), len(self))
 
     def starts(self) -> np.ndarray:

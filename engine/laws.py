@@ -18,7 +18,7 @@ from typing import Any
 
 from .checks import require, whole
 from .law_table import LAWS
-from .methods import STEPS_RANGE, spring_exponent
+from .methods import STEPS_RANGE
 from .model import System, check_eta
 
 STEP_SCALE_RANGE = (0.0, 1e6)  # of s in K = s m/Δτ², 0 excluded
@@ -35,7 +35,7 @@ def damper_of(system: System, method: Any) -> tuple[float, bool]:
     """
     if method.damping is not None:
         return given_gain(method), False
-    n = spring_exponent(method)
+    n = method.spring_exponent
     return formula_damper(method.law, system.restitution, method.stiffness, system.mass_share, n)
 
 

@@ -1,4 +1,23 @@
-"""The solution methods, as frozen objects that hold their validated numbers and nothing else."""
+"""The solution methods, as frozen objects: their validated numbers, and what each of them is and can do.
+
+Other modules ask a method for these, never for its class:
+
+=====================  ==============================================================================================
+``rigid``              the bodies do not penetrate each other: impacts by restitution, and a permanent contact
+``has_step``           time is stepped through, with ``steps`` in an excitation period; 0 of the others
+``located``            steps are cut where contact changes
+``skips_steps``        steps in which contact does not change are skipped: many take hardly longer than few
+``grid_steps``         ``steps`` where the solution exists at those of the constant grid alone; else 0
+``numbers``            what can be varied, by symbol: ``threshold``, or K, D and the steps where there are any
+``has_choices``        integrator, contact status, law and steps without a solution are chosen
+``stages``             times that a step is solved for
+``counts_solutions``   a step may have no solution, or two: its contact status is that of the end
+``threshold``          parting speed below which a rigid contact lasts; 0 of the others
+=====================  ==============================================================================================
+
+All have the ``limit`` that they tend to with smaller steps. Those that are not rigid have ``law``, ``stiffness``,
+``damping``, the numbers of the law and ``spring_exponent``, those with a step ``integrator`` and ``status``.
+"""
 
 from dataclasses import dataclass, field, fields
 from typing import ClassVar
@@ -20,8 +39,74 @@ WITHOUT_SOLUTION = ("stop", "keep", "halve")
 INITIAL_ACCELERATIONS = ("equation", "zero")
 
 
+class _WithoutStep:
+    has_step: ClassVar[bool] = False
+    steps: ClassVar[int] = 0
+    located: ClassVar[bool] = False
+    skips_steps: ClassVar[bool] = False
+    grid_steps: ClassVar[int] = 0
+    counts_solutions: ClassVar[bool] = False
+    stages: ClassVar[int] = 1
+    has_choices: ClassVar[bool] = False
+
+    @property
+    def limit(self) -> "Reference | ExactPenalty":
+        """Itself: there is no step that could tend to zero."""
+        return self
+
+
+class _Penalty:
+    rigid: ClassVar[bool] = False
+    threshold: ClassVar[float] = 0.0
+
+    @property
+    def numbers(self) -> dict[str, float | int | None]:
+        """What can be varied, by the symbols of METHOD_NUMBERS: no steps if the method has none."""
+        symbols = {symbol: name for symbol, name in METHOD_NUMBERS.items() if self.has_step or symbol != "steps"}
+        return {symbol: getattr(self, name) for symbol, name in symbols.items()}
+
+    @property
+    def law_numbers(self) -> dict[str, float | None]:
+        """Exponent and penetration, as a method with the same law takes them."""
+        return {name: getattr(self, name) for name in ("exponent", "penetration")}
+
+    @property
+    def spring_exponent(self) -> float:
+        """The power n of the force Kδⁿ of the contact spring: the method's own where its law takes one."""
+        return powers_of(self.law, self.exponent)[0]
+
+
+class _Steps(_Penalty):
+    has_step: ClassVar[bool] = True
+
+    @property
+    def limit(self) -> "ExactPenalty":
+        """The solution that this one tends to as Δτ → 0."""
+        return ExactPenalty(self.stiffness, self.damping, self.law, **self.law_numbers)
+
+    @property
+    def skips_steps(self) -> bool:
+        """Whether steps in which contact does not change are skipped, so that many steps take hardly longer."""
+        return LAWS[self.law].closed_form and not self.located and not self.every_step
+
+    @property
+    def grid_steps(self) -> int:
+        """The steps, where the solution exists at those of the constant grid alone; else 0."""
+        return 0 if self.located else self.steps
+
+    @property
+    def stages(self) -> int:
+        """Of a step, each of which is solved for."""
+        return len(self.integrator.stages)
+
+    @property
+    def counts_solutions(self) -> bool:
+        """Whether a step may have no solution, or two: its contact status is that of the end."""
+        return self.status == "end"
+
+
 @dataclass(frozen=True)
-class Reference:
+class Reference(_WithoutStep):
     """Semi-analytical reference: closed form between events, Newton's impact law (paper, section 2).
 
     Attributes
@@ -50,15 +135,21 @@ class Reference:
     joint_damping: str = "table"
     threshold: float = 0.002
     name: ClassVar[str] = "reference"
+    rigid: ClassVar[bool] = True
 
     def __post_init__(self):
         one_of("joint_damping", self.joint_damping, JOINT_DAMPINGS)
         advice = "give a parting speed, or 0 for its limit; the paper uses 0.002"
         object.__setattr__(self, "threshold", require("threshold", self.threshold, *THRESHOLD_RANGE, advice))
 
+    @property
+    def numbers(self) -> dict[str, float]:
+        """The threshold, which alone can be varied."""
+        return {"threshold": self.threshold}
+
 
 @dataclass(frozen=True)
-class ExactPenalty:
+class ExactPenalty(_WithoutStep, _Penalty):
     """Penalty contact without a time step: closed form in flight, and in contact where the law is piecewise linear.
 
     Newmark's solution tends to it as Δτ → 0. In contact, a law that is not linear is integrated to 1e-12 by a method of
@@ -109,7 +200,7 @@ class ExactPenalty:
 
 
 @dataclass(frozen=True)
-class Newmark:
+class Newmark(_Steps):
     """Penalty contact integrated by Newmark's method, α = ½, β = ¼, constant step T/n (paper, section 4).
 
     Attributes
@@ -154,6 +245,12 @@ class Newmark:
     located: bool = False
     law: str = CONTACT_LAWS[0]
     name: ClassVar[str] = "newmark"
+    has_choices: ClassVar[bool] = False
+    integrator: ClassVar[Integrator] = NewmarkBeta()
+    without_solution: ClassVar[str] = WITHOUT_SOLUTION[0]
+    initial_acceleration: ClassVar[str] = INITIAL_ACCELERATIONS[0]
+    exponent: ClassVar[float] = HERTZ
+    penetration: ClassVar[None] = None
 
     def __post_init__(self):
         _check_contact(self)
@@ -164,13 +261,13 @@ class Newmark:
         _check_steps(self)
 
     @property
-    def limit(self) -> ExactPenalty:
-        """The solution that this one tends to as Δτ → 0."""
-        return _limit(self)
+    def status(self) -> str:
+        """Of a contact: "start" or "located", as those of :class:`TimeStepping`."""
+        return "located" if self.located else CONTACT_STATUSES[0]
 
 
 @dataclass(frozen=True)
-class TimeStepping:
+class TimeStepping(_Steps):
     """Penalty contact integrated by a one-step method of FE and physics codes, constant step T/n.
 
     Attributes
@@ -223,6 +320,7 @@ class TimeStepping:
     penetration: float | None = None
     every_step: bool = False
     name: ClassVar[str] = "time-stepping"
+    has_choices: ClassVar[bool] = True
 
     def __post_init__(self):
         _check_contact(self)
@@ -245,11 +343,6 @@ class TimeStepping:
     def __repr__(self) -> str:
         return _shown_numbers(self, "exponent", "penetration")
 
-    @property
-    def limit(self) -> ExactPenalty:
-        """The solution that this one tends to as Δτ → 0."""
-        return _limit(self)
-
 
 def _shown_numbers(method: ExactPenalty | TimeStepping, *left_out: str) -> str:
     """The method as Python writes it, numbers of these names left out where they are the default."""
@@ -257,11 +350,6 @@ def _shown_numbers(method: ExactPenalty | TimeStepping, *left_out: str) -> str:
     known = {each.name: each.default for each in fields(method) if each.name in left_out}
     parts = (f"{name}={value!r}" for name, value in named.items() if known.get(name, ...) != value)
     return f"{type(method).__name__}({', '.join(parts)})"
-
-
-def _limit(method: Newmark | TimeStepping) -> ExactPenalty:
-    more = {name: getattr(method, name) for name in ("exponent", "penetration") if hasattr(method, name)}
-    return ExactPenalty(method.stiffness, method.damping, method.law, **more)
 
 
 def _check_steps(method: Newmark | TimeStepping) -> None:
@@ -276,7 +364,7 @@ def _check_contact(method: ExactPenalty | Newmark | TimeStepping) -> None:
     if method.damping is not None or law not in LAWS_BY_RESTITUTION:
         d = require("D", method.damping, *DAMPING_RANGE, "give a contact damping; the paper uses 8 to 50")
         object.__setattr__(method, "damping", d)
-    if hasattr(method, "exponent"):
+    if "exponent" in (each.name for each in fields(method)):
         _check_law(method, law)
 
 
@@ -301,43 +389,3 @@ def _check_law(method: ExactPenalty | TimeStepping, law: str) -> None:
 Method = Reference | ExactPenalty | Newmark | TimeStepping
 STEPPING = Newmark, TimeStepping  # methods with a time step
 METHOD_NUMBERS = {"K": "stiffness", "D": "damping", "steps": "steps"}  # by their symbols: attributes of a method
-
-
-def spring_exponent(method: ExactPenalty | Newmark | TimeStepping) -> float:
-    """Return n of the force Kδⁿ of the contact spring: the method's own where its law takes one."""
-    return powers_of(method.law, getattr(method, "exponent", HERTZ))[0]
-
-
-def is_located(method: Method) -> bool:
-    """Whether a method cuts its steps where contact changes."""
-    return getattr(method, "located", False)
-
-
-def skips_steps(method: Newmark | TimeStepping) -> bool:
-    """Whether steps in which contact does not change are skipped, so that many steps take hardly longer than few."""
-    return LAWS[method.law].closed_form and not is_located(method) and not method.every_step
-
-
-def integrator_name(method: Newmark | TimeStepping) -> str:
-    """The name of the integrator of a method with a time step."""
-    return method.integrator.name if isinstance(method, TimeStepping) else NewmarkBeta.name
-
-
-def status_of(method: Newmark | TimeStepping) -> str:
-    """The contact status of a method with a time step: "start", "end" or "located"."""
-    return "located" if is_located(method) else getattr(method, "status", CONTACT_STATUSES[0])
-
-
-def counts_solutions(method: Method) -> bool:
-    """Whether steps of a method may have no solution, or two: its contact status is that of the end."""
-    return getattr(method, "status", "") == "end"
-
-
-def stages_of(method: Newmark | TimeStepping) -> int:
-    """Stages of a step, each of which is solved for."""
-    return len(method.integrator.stages) if isinstance(method, TimeStepping) else 1
-
-
-def grid_steps(method: Method) -> int:
-    """n of a method whose solution exists at the steps of its constant grid alone; 0 of the others."""
-    return method.steps if isinstance(method, STEPPING) and not is_located(method) else 0

@@ -23,7 +23,7 @@ from .checks import require
 from .drivers.law_driven import restitution_by_steps
 from .law_table import HERTZ, LAWS, powers_of
 from .laws import damper_of, given_gain, restitution_of, restitution_without_pull
-from .methods import ExactPenalty, Newmark, TimeStepping, spring_exponent
+from .methods import ExactPenalty, Newmark, TimeStepping
 from .model import System
 
 SPEED_RANGE = (0.0, 1e9)
@@ -60,7 +60,7 @@ def effective_restitution(
     0.672
     """
     gain, relative = damper_of(system, method)
-    contact = method if isinstance(method, ExactPenalty) else method.limit
+    contact = method.limit
     speeds = [_speed(each) for each in np.atleast_1d(np.asarray(closing_speed, dtype=object))]
     found = [_given(contact, gain / v if relative else gain, system.mass_share, v) for v in speeds]
     return found[0] if np.ndim(closing_speed) == 0 else np.array(found)
@@ -181,7 +181,7 @@ def _given(method: ExactPenalty, gain: float, mass: float, closing: float) -> fl
     if law == "compression":
         return math.sqrt(restitution_without_pull(ratio))  # Eq. (30)
     if law == "constant-restitution":
-        return restitution_of(2.0 * ratio / math.sqrt(2.0 * (spring_exponent(method) + 1.0)))  # Eq. (31)
+        return restitution_of(2.0 * ratio / math.sqrt(2.0 * (method.spring_exponent + 1.0)))  # Eq. (31)
     if LAWS[law].relative:
         return _ratio_law(gain * closing)
     return restitution_by_steps(method, gain, mass, closing)

@@ -10,7 +10,7 @@ from .drivers.law_driven import LawDriver, needs_law
 from .drivers.located import located_driver
 from .drivers.newmark import ONE_STEP_DRIVERS
 from .drivers.time_stepping import TimeSteppingDriver
-from .methods import ExactPenalty, Method, Reference, TimeStepping, is_located
+from .methods import ExactPenalty, Method, Reference, TimeStepping
 from .model import System, check_eta
 from .result import Checkpoint, Record, Response, Status, Trajectory
 
@@ -76,7 +76,7 @@ def simulate(
     eta = check_eta(eta)
     periods = whole("periods", periods, 1, PERIODS_LIMIT, "give the excitation periods to run")
     keep = whole("keep", keep, 1, min(periods, KEEP_LIMIT), "keep at least one period and at most all of them")
-    steps = periods * getattr(method, "steps", 0)
+    steps = periods * method.steps
     require("periods × steps", steps, 0, STEPS_LIMIT, "run fewer periods or fewer steps per period")
     if record is not None:
         record = _check_record(record, keep)
@@ -125,7 +125,7 @@ def sample_run(
 
 
 def _driver(method: Method) -> type[Driver]:
-    if is_located(method):
+    if method.located:
         return located_driver(method)
     if needs_law(method):
         return LawDriver

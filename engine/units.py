@@ -30,7 +30,7 @@ import numpy as np
 
 from .checks import one_of, require
 from .law_table import CONTACT_LAWS, HERTZ, powers_of
-from .methods import STEPPING, Method, Reference
+from .methods import Method
 from .model import System, check_eta
 from .result import Impacts, Trajectory
 
@@ -132,7 +132,7 @@ class Units:
 
     def of_contact(self, method: Method) -> "Units":
         """The same units, in which K and D are those of the contact law of a method."""
-        return replace(self, law=getattr(method, "law", CONTACT_LAWS[0]), exponent=getattr(method, "exponent", HERTZ))
+        return self if method.rigid else replace(self, law=method.law, exponent=method.exponent)
 
     def quantity(self, name: str) -> Quantity:
         """The quantity of this name, K and D (``"contact_stiffness"``, ``"contact_damping"``) those of the law.
@@ -245,12 +245,12 @@ class Units:
         eta = check_eta(eta)
         period = self.physical("time", 2 * math.pi / eta)
         numbers = {"excitation": self.physical("frequency", eta), "period": period}
-        if not isinstance(method, Reference):
+        if not method.rigid:
             contact = self.of_contact(method)
             numbers["stiffness"] = contact.physical("contact_stiffness", method.stiffness)
             if method.damping is not None:
                 numbers["damping"] = contact.physical("contact_damping", method.damping)
-        if isinstance(method, STEPPING):
+        if method.has_step:
             numbers["time_step"] = period / method.steps
         return numbers
 

@@ -26,13 +26,11 @@ from vibroscope.engine import (
     TimeStepping,
     Units,
     effective_restitution,
-    integrator_name,
     written,
 )
 from vibroscope.engine.checks import one_of
 from vibroscope.engine.divergence.contact import contact_frequency, damping_ratio
 from vibroscope.engine.law_table import numbers_of
-from vibroscope.engine.methods import spring_exponent
 from vibroscope.engine.model import System, check_eta
 
 _PENETRATION = 0.01  # of full damping where no source says one, in units of length
@@ -160,7 +158,7 @@ class Code:
             length = units.factor("displacement")
         numbers = input_numbers(system, eta, method, k, c, dt, length)
         area = None if contact_area is None else contact_area * length**2
-        return self.lines(numbers | _per_area(k, c, area), integrator_name(method))
+        return self.lines(numbers | _per_area(k, c, area), method.integrator.name)
 
     def lines(self, numbers: Mapping[str, str], integrator: str) -> tuple[str, ...]:
         """The input of the code for the numbers of `input_numbers`, with its words for the integrator that is set."""
@@ -231,8 +229,8 @@ def input_numbers(
     length : float
         The unit of length in the units of the input, for the penetration of the law.
     """
-    numbers = {"k": k, "dt": dt, "exponent": spring_exponent(method)}
-    if getattr(method, "penetration", None) is not None:
+    numbers = {"k": k, "dt": dt, "exponent": method.spring_exponent}
+    if method.penetration is not None:
         numbers["penetration"] = method.penetration * length
     if method.law == "constant-restitution":  # at any closing speed
         numbers["restitution"] = effective_restitution(system, method, closing_speed=1.0)
@@ -242,7 +240,7 @@ def input_numbers(
         if zeta:  # 2ζω_c = 2/time constant, as in MuJoCo's solref
             unit_of_time = dt * check_eta(eta) * method.steps / (2.0 * math.pi)
             numbers["timeconst"] = unit_of_time / (zeta * contact_frequency(system, method.stiffness))
-    numbers |= _integrator_numbers(getattr(method, "integrator", NewmarkBeta()), dt)
+    numbers |= _integrator_numbers(method.integrator, dt)
     return {name: written(value, _DIGITS) for name, value in numbers.items()}
 
 

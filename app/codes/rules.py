@@ -57,7 +57,6 @@ from vibroscope.engine.checks import require
 from vibroscope.engine.divergence.agreement import CLOSE
 from vibroscope.engine.divergence.contact import contact_frequency, damping_for, equal_restitution_damping
 from vibroscope.engine.divergence.remaining import Remaining
-from vibroscope.engine.methods import spring_exponent
 from vibroscope.engine.model import check_eta
 
 Stepping = Newmark | TimeStepping
@@ -171,8 +170,8 @@ _KINDS: Mapping[str, tuple[tuple[str, ...], Callable[[RuleQuestion, float], Numb
 
 def _explicit(method: Stepping) -> TimeStepping:
     """The same contact, stepped by central differences."""
-    more = {name: getattr(method, name) for name in ("exponent", "penetration") if hasattr(method, name)}
-    return TimeStepping(method.stiffness, method.damping, method.steps, CentralDifference(), law=method.law, **more)
+    contact = {"law": method.law} | method.law_numbers
+    return TimeStepping(method.stiffness, method.damping, method.steps, CentralDifference(), **contact)
 
 
 @dataclass(frozen=True)
@@ -212,7 +211,7 @@ class Rule:
         The steps are at least 4, the fewest that there are.
         """
         law = asked.method.law
-        if spring_exponent(asked.method) != 1.0 and self.kind not in ANY_LAW:
+        if asked.method.spring_exponent != 1.0 and self.kind not in ANY_LAW:
             raise ValueError(f"the rule is about a linear contact spring, which the law {law} does not have")
         numbers = _KINDS[self.kind][1](asked, self.number)
         if "steps" in numbers:
@@ -270,7 +269,7 @@ class RuleOutcome:
 
     def as_dict(self) -> dict[str, object]:
         """Plain values for JSON; None for what is not known."""
-        given = {} if self.method is None else {name: getattr(self.method, own) for name, own in METHOD_NUMBERS.items()}
+        given = {} if self.method is None else self.method.numbers
         return {
             **{name: getattr(self.rule, name) for name in ("key", "title", "claim", "source", "url")},
             "gives": list(self.rule.gives),

@@ -37,7 +37,6 @@ from vibroscope.engine import (
     finite_or_none,
     percent,
     recommend,
-    stages_of,
     with_located_steps,
     written,
 )
@@ -200,7 +199,7 @@ def as_json(found: Recommendation, units: Units | None = None) -> dict:
         "solves": best and found.solves,
         "met": found.met,
         "front": [_front_row(trial) for trial in found.front],
-        "front_solves": [trial.cost * stages_of(found.scheme) for trial in found.front],
+        "front_solves": [trial.cost * found.scheme.stages for trial in found.front],
         "joint_damping": None if math.isnan(found.joint_damping) else found.joint_damping,
         "compensated": found.compensated,
         "kind": found.kind,
@@ -290,7 +289,7 @@ def as_text(found: Recommendation, units: Units | None = None) -> str:
         "and by 9 in 10 neighbours",
         *_contact_lines(found, units),
     ]
-    if found.question.located or stages_of(found.scheme) > 1:
+    if found.question.located or found.scheme.stages > 1:
         lines.append(f"cost              {found.solves:.1f} solves per period")
     if found.kind:
         lines.append(f"mind              another kind of motion: {found.kind}")
@@ -332,7 +331,7 @@ def _setting_text(found: Recommendation) -> str:
 def _kind_of_steps(found: Recommendation) -> str:
     """The kind of steps that the settings were tried with, in words."""
     steps, scheme = "steps cut at contact changes" if found.question.located else "constant step", found.scheme
-    if not isinstance(scheme, TimeStepping):
+    if not scheme.has_choices:
         return steps if scheme.law == CONTACT_LAWS[0] else f"{steps}, law {scheme.law}"
     contact = "" if found.question.located else f" contact at the {scheme.status} of steps,"
     return f"{steps}, {scheme.integrator},{contact} law {scheme.law}"

@@ -17,15 +17,12 @@ from vibroscope.engine import (
     CONTACT_LAWS,
     INTEGRATORS,
     Newmark,
-    NewmarkBeta,
     Recommendation,
     TimeStepping,
     Units,
     counted,
-    is_located,
     percent,
     recommend_schemes,
-    status_of,
     with_located_steps,
     written,
 )
@@ -40,7 +37,7 @@ _COLUMNS = "{:<40} {:<8} {:>9} {:>9} {:>7} {:>7} {:>8} {:>8}  {}"
 
 def for_codes(scheme: Newmark | TimeStepping) -> str:
     """The codes that a setting is for, by its kind of steps."""
-    return CUT if is_located(scheme) else CONSTANT
+    return CUT if scheme.located else CONSTANT
 
 
 def is_asked(options: argparse.Namespace) -> bool:
@@ -79,7 +76,7 @@ def find_and_print(
     lines = [f"{head}; eta = {best.eta:g}, tolerance {percent(best.tolerance)}"]
     lines.append(_COLUMNS.format(searched, "status", "K", "D", "steps", "solves", "error", "robust", "met").rstrip())
     lines += [_row(each, searched) for each in found]
-    of_steps = {for_codes(each.scheme): status_of(each.scheme) for each in found}
+    of_steps = {for_codes(each.scheme): each.scheme.status for each in found}
     if len(of_steps) == 2:
         lines.append(f"located           for {CUT}; the other rows are for {CONSTANT}")
     lines += ["", as_text(best, units)]
@@ -134,8 +131,7 @@ def _every_scheme(options: argparse.Namespace) -> list[Newmark | TimeStepping]:
 
 
 def _numbers(scheme: Newmark | TimeStepping) -> dict[str, float]:
-    integrator = getattr(scheme, "integrator", NewmarkBeta())
-    return {each.name: getattr(integrator, each.name) for each in fields(integrator)}
+    return {each.name: getattr(scheme.integrator, each.name) for each in fields(scheme.integrator)}
 
 
 def _leaves_out(code: Code | None) -> str:
@@ -148,12 +144,12 @@ def _row(found: Recommendation, searched: str) -> str:
         numbers = {name: getattr(scheme, name) for name in numbers_of(scheme.law)}
         name = scheme.law
     else:
-        numbers, name = _numbers(scheme), getattr(scheme, "integrator", NewmarkBeta()).name
+        numbers, name = _numbers(scheme), scheme.integrator.name
     name = " ".join([name, *(f"{symbol}={value:.4g}" for symbol, value in numbers.items())])
     if found.best is None:
-        return f"{name:<40} {status_of(scheme):<8} {found.reason}"
+        return f"{name:<40} {scheme.status:<8} {found.reason}"
     (k, d, n), best = found.best.setting, found.best
     error, robust = (percent(value, beside=found.tolerance) for value in (best.error, best.robust))
     met = ("yes, of another kind" if found.kind else "yes") if found.met else "no"
     numbers = written(k, 4), written(d, 4), n, f"{found.solves:.0f}", error, robust, met
-    return _COLUMNS.format(name, status_of(scheme), *numbers).rstrip()
+    return _COLUMNS.format(name, scheme.status, *numbers).rstrip()

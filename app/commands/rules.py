@@ -107,7 +107,7 @@ def _lines(asked: RuleQuestion, found: list[RuleOutcome]) -> list[str]:
 def _row(found: RuleOutcome) -> list[str]:
     values = dict.fromkeys(METHOD_NUMBERS)
     if found.method is not None:
-        values = {name: getattr(found.method, number) for name, number in METHOD_NUMBERS.items()}
+        values = found.method.numbers
     numbers = [
         "-" if value is None else f"{written(value)}{'*' if name in found.rule.gives else ' '}"
         for name, value in values.items()

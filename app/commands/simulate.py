@@ -18,7 +18,7 @@ from vibroscope.app.commands.options import (
     problem_of,
 )
 from vibroscope.app.commands.physical_units import add_units_option, physical_run, settings_text, wanted_units
-from vibroscope.engine import Newmark, Response, TimeStepping, simulate
+from vibroscope.engine import Response, simulate
 
 _KEEP = default_of(simulate, "keep")
 STILL = 1e-9  # of the way from its start, below which a free vibration has come to rest
@@ -152,7 +152,7 @@ def as_text(response: Response, initial: Sequence[float] | None = None) -> str:
         f"contacts          {found.contacts_per_period:g} per period, {100 * found.contact_share:.2f} % of the time",
         f"section at end    xi1, xi1', xi2, xi2' = {last}",
     ]
-    if getattr(response.method, "status", None) == "end":
+    if response.method.counts_solutions:
         none, two = response.steps_without_solution, response.steps_with_two
         lines.append(f"status at the end  {none} steps without a solution, {two} with two")
     fact = engine.touching(found)
@@ -172,7 +172,7 @@ def _motion_text(response: Response, found: engine.Motion, initial: Sequence[flo
     method = response.method
     if not response.system.excitation.drives:  # T is then no time of the motion, which cannot repeat in it
         return f"free vibration, {'come to rest' if _is_at_rest(response, initial) else 'still moving'}"
-    if isinstance(method, Newmark | TimeStepping) and found.period != 1 and response.keep >= _KEEP:
+    if method.has_step and found.period != 1 and response.keep >= _KEEP:
         with suppress(ValueError):  # the engine does not judge such a motion
             return engine.repetition(engine.motion(response.system, response.eta, method, initial=initial))
     if not found.near_period and response.keep < 4:

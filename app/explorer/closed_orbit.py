@@ -36,7 +36,7 @@ class ClosedOrbit(NamedTuple):
 
     @property
     def _name(self) -> str:
-        return "reference_orbit" if isinstance(self.method, Reference) else "penalty_orbit"
+        return "reference_orbit" if self.method.rigid else "penalty_orbit"
 
     @property
     def solver(self) -> str:

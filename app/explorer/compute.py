@@ -165,7 +165,7 @@ def _tail(trajectory: Trajectory, intervals: int, stride: int) -> Trajectory:
 
 def opens_with(setting: Setting) -> bool:
     """Whether the solvers of a setting are those that the explorer opens with, which are compiled first."""
-    return isinstance(setting.penalty, Newmark)
+    return setting.penalty.has_step and not setting.penalty.has_choices
 
 
 def warm() -> None:

@@ -22,7 +22,6 @@ from vibroscope.engine import (
     Difference,
     Method,
     Motion,
-    Reference,
     Response,
     System,
     Units,
@@ -38,7 +37,6 @@ from vibroscope.engine import (
 from vibroscope.engine.divergence.agreement import agreement
 from vibroscope.engine.divergence.alone import Alone, Curve
 from vibroscope.engine.divergence.sentences import change_of
-from vibroscope.engine.methods import is_located
 
 _WITHOUT_IMPACTS = {  # by the share of contact
     0.0: "Nothing touches: the bodies move as if they were alone.",
@@ -198,7 +196,7 @@ def _settable(curve: Curve, found: Alone) -> dict[str, float | bool | str]:
         return {}
     if math.isfinite(curve.best.value):
         return change_of(curve.best)
-    cut = (each for each in found.choices if each.changed == "status" and is_located(each.method))
+    cut = (each for each in found.choices if each.changed == "status" and each.method.located)
     return next(map(change_of, cut), {})
 
 
@@ -322,7 +320,7 @@ def _stepping_text(response: Response) -> str:
 
 
 def _free_text(found: Motion, method: Method) -> str:
-    number = counted(WINDOW * found.impacts_per_period, "impact" if isinstance(method, Reference) else "contact")
+    number = counted(WINDOW * found.impacts_per_period, "impact" if method.rigid else "contact")
     if found.contact_share == 0 and found.impacts_per_period == 0:
         return f"Free vibration. {_WITHOUT_IMPACTS[0.0]}"
     return f"Free vibration. {number} in {WINDOW} periods T, in contact {percent(found.contact_share)} of that time."
@@ -340,7 +338,7 @@ def _motion_text(found: Motion, method: Method, system: System) -> str:
         return _free_text(found, method)
     if found.impacts_per_period == 0 and found.contact_share in (0.0, 1.0):
         return f"{sentence(repetition(found))} {_WITHOUT_IMPACTS[found.contact_share]}"
-    rate = counted(found.impacts_per_period, "impact" if isinstance(method, Reference) else "contact")
+    rate = counted(found.impacts_per_period, "impact" if method.rigid else "contact")
     return f"{sentence(repetition(found))} {rate} per period, in contact {percent(found.contact_share)} of the time."
 
 

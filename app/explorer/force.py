@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 
 from vibroscope.app.explorer.field_units import time_text
-from vibroscope.engine import Method, Motion, Reference, Units, counted
+from vibroscope.engine import Method, Motion, Units, counted
 
 
 def has_peak_force(motion: Motion) -> bool:
@@ -39,7 +39,7 @@ def force_text(units: Units, eta: float, motion: Motion, method: Method) -> str:
     peak = f"peak force {units.text('force', motion.peak_force)}" if motion.peak_force > 0 else ""
     if peak and not 0 < motion.period <= motion.sampled:
         peak += f" in {counted(motion.sampled, 'period')}"
-    if isinstance(method, Reference) and motion.impacts_per_period > 0:
+    if method.rigid and motion.impacts_per_period > 0:
         where = f"{peak} in permanent contact; " if peak else ""
         return f"{where}impacts have an impulse and no peak force: {impulse}"
     return peak

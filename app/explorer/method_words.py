@@ -7,14 +7,9 @@ from dataclasses import fields
 from vibroscope.engine import (
     CONTACT_LAWS,
     INTEGRATORS,
-    ExactPenalty,
     Method,
     Newmark,
-    NewmarkBeta,
-    Reference,
     TimeStepping,
-    integrator_name,
-    status_of,
     written,
 )
 from vibroscope.engine.law_table import numbers_of
@@ -61,10 +56,10 @@ def name_of_integrator(name: str) -> str:
 
 def name_of_method(method: Method) -> str:
     """A penalty solution with a time step in a few words, as "HHT-α, forces averaged (α = −0.05)"."""
-    if isinstance(method, Newmark):
-        return f"Newmark, {CUT}" if method.located else "Newmark"
-    if not isinstance(method, TimeStepping):
+    if not method.has_step:
         return str(method.name)
+    if not method.has_choices:
+        return f"Newmark, {CUT}" if method.located else "Newmark"
     own = method.integrator
     numbers = ", ".join(
         f"{_SYMBOLS.get(each.name, each.name)} = {written(getattr(own, each.name)).replace('-', '−')}"
@@ -75,7 +70,7 @@ def name_of_method(method: Method) -> str:
 
 def words_of_method(method: Method) -> str:
     """Name, contact status and law of a method; empty for Newmark's, the page's default."""
-    if not isinstance(method, TimeStepping):
+    if not method.has_choices:
         return ""
     law = LAW_NAMES.get(method.law, method.law)
     damper = ", its damper from the restitution" if method.damping is None else ""
@@ -85,7 +80,7 @@ def words_of_method(method: Method) -> str:
 def words_of_scheme(method: Newmark | TimeStepping) -> str:
     """Name, contact status and law of any method with a time step."""
     law = LAW_NAMES.get(method.law, method.law)
-    return f"{name_of_integrator(integrator_name(method))}; {_STATUSES[status_of(method)]}; contact law {law}"
+    return f"{name_of_integrator(method.integrator.name)}; {_STATUSES[method.status]}; contact law {law}"
 
 
 def full_words(method: Method, *, wall: bool = False) -> str:
@@ -93,7 +88,7 @@ def full_words(method: Method, *, wall: bool = False) -> str:
 
     ``wall``: the system has one, and so no joint damping.
     """
-    if isinstance(method, Reference):
+    if method.rigid:
         damping = {"table": "as measured", "derived": "that of both dampers"}[method.joint_damping]
         joint = "" if wall else f"; joint damping {damping}"
         return f"reference{joint}; threshold {method.threshold:g}"
@@ -101,19 +96,19 @@ def full_words(method: Method, *, wall: bool = False) -> str:
     law = f"{method.law} ({own})" if own else method.law
     damper = "D from the restitution" if method.damping is None else f"D = {method.damping:g}"
     numbers = f"K = {method.stiffness:g}, {damper}"
-    if isinstance(method, ExactPenalty):
+    if not method.has_step:
         return f"exact penalty; contact law {law}; {numbers}"
-    integrator = method.integrator if isinstance(method, TimeStepping) else NewmarkBeta()
+    integrator = method.integrator
     own = ", ".join(f"{each.name} {getattr(integrator, each.name):g}" for each in fields(integrator))
     name = f"{integrator.name} ({own})" if own else integrator.name
     every = "; every step taken" if method.every_step else ""
-    return f"{name}; {_STATUSES[status_of(method)]}; contact law {law}; {numbers}, {method.steps} steps a period{every}"
+    return f"{name}; {_STATUSES[method.status]}; contact law {law}; {numbers}, {method.steps} steps a period{every}"
 
 
 def brief_name(method: Newmark | TimeStepping) -> str:
     """The name of a method in titles and legends, without numbers and default choices, as "HHT-α, Hunt–Crossley"."""
-    parts = [name_of_integrator(integrator_name(method))]
-    if status_of(method) == "end":
+    parts = [name_of_integrator(method.integrator.name)]
+    if method.status == "end":
         parts.append("status at the end")
     if method.law != CONTACT_LAWS[0]:
         parts.append(LAW_NAMES.get(method.law, method.law))
@@ -122,7 +117,7 @@ def brief_name(method: Newmark | TimeStepping) -> str:
 
 def scheme_as_dict(method: Newmark | TimeStepping) -> dict[str, str]:
     """Integrator, contact status and law for a file."""
-    return {"integrator": integrator_name(method), "status": status_of(method), "law": method.law}
+    return {"integrator": method.integrator.name, "status": method.status, "law": method.law}
 
 
 def scheme_texts(method: TimeStepping) -> dict[str, str]:

@@ -12,7 +12,6 @@ from collections.abc import Mapping
 import numpy as np
 from vibroscope.app.explorer.compute import RunPair, SolverRun
 from vibroscope.app.explorer.state import Setting
-from vibroscope.engine import Reference, is_located
 from vibroscope.engine.motions.contact_force import FEWEST_SAMPLES
 
 Columns = dict[str, np.ndarray]
@@ -53,7 +52,7 @@ def present(runs: RunPair) -> dict[str, Columns]:
 
 def orbit_columns(run: SolverRun, setting: Setting) -> Columns:
     """The columns of a phase plot alone, for an orbit that is drawn beside those of a setting."""
-    columns = _orbit(run, corners=isinstance(run.response.method, Reference))
+    columns = _orbit(run, corners=run.response.method.rigid)
     return convert_units(_without_body_2(columns) if setting.bodies == "wall" else columns, setting)
 
 
@@ -184,7 +183,7 @@ def _force(run: SolverRun) -> Columns:
     if run.trace is None:
         return {"t": _EMPTY, "force": _EMPTY}
     time, force = envelope(_window_time(run), run.trace.force, _FORCE_BINS * WINDOW // 2)
-    if is_located(run.response.method):
+    if run.response.method.located:
         time, force = _with_short_contacts(run, time, force)
     return as_float32({"t": time, "force": force})
 

@@ -274,7 +274,7 @@ def _held_lines(found: Recommendation, setting: Setting) -> list[str]:
 def in_law_of(found: Recommendation, setting: Setting) -> Setting:
     """The setting with the contact law of a result, which says in which units its K and D are."""
     scheme = found.scheme
-    return setting._replace(law=scheme.law, exponent=getattr(scheme, "exponent", setting.exponent))
+    return setting._replace(law=scheme.law, exponent=scheme.exponent)
 
 
 def partial_content(so_far: SoFar, setting: Setting) -> dict:

@@ -54,7 +54,7 @@ for response in (reference, penalty):
 runs = {{"reference": reference.method, "responses": (reference, penalty)}}
 """
     compared = f"found = compare(system, {setting.eta!r}, penalty.method, **runs{start})\n{_VERDICT}"
-    if isinstance(p, TimeStepping):  # of which the engine may have no comparison, or no verdict
+    if p.has_choices:  # of which the engine may have no comparison, or no verdict
         compared = f"try:\n{indent(compared, '    ')}except ValueError as error:\n    print('not known:', error)\n"
     return script + compared
 
@@ -159,7 +159,7 @@ def initial_option(initial: Sequence[float] | None) -> str:
 
 def method_python(method: Newmark | TimeStepping) -> str:
     """The method as a script makes it; `names_in` is what it imports."""
-    if isinstance(method, TimeStepping):
+    if method.has_choices:
         return repr(method)
     more = ", located=True" if method.located else ""
     more += f", law={method.law!r}" if method.law != NEWMARK_LAWS[0] else ""
@@ -168,7 +168,7 @@ def method_python(method: Newmark | TimeStepping) -> str:
 
 def names_in(method: Newmark | TimeStepping) -> tuple[str, ...]:
     """The classes in `method_python`."""
-    own = (type(method.integrator).__name__,) if isinstance(method, TimeStepping) else ()
+    own = (type(method.integrator).__name__,) if method.has_choices else ()
     return (*own, type(method).__name__)
 
 
@@ -180,19 +180,19 @@ def method_options(method: Method) -> str:
 
 def penalty_options(method: Method) -> str:
     """The options of a method's numbers, without ``--solver``."""
-    if isinstance(method, Reference):
+    if method.rigid:
         usual = vars(Reference())
         return "".join(f" --{n.replace('_', '-')} {v}" for n, v in vars(method).items() if v != usual[n])
     numbers = f" --K {print_number(method.stiffness)}"
     numbers += "" if method.damping is None else f" --D {print_number(method.damping)}"
-    if isinstance(method, ExactPenalty):
+    if not method.has_step:
         return numbers + _changed(method, ExactPenalty(method.stiffness, 0.0), ("law", "exponent", "penetration"))
     return f"{numbers} --steps {method.steps}{scheme_options(method)}"
 
 
 def scheme_options(method: Newmark | TimeStepping) -> str:
     """The options of integrator, contact status and law, beside K, D and the steps."""
-    if isinstance(method, Newmark):
+    if not method.has_choices:
         usual = Newmark(method.stiffness, 0.0, method.steps)
         return (" --located" if method.located else "") + _changed(method, usual, ("law",))
     own, usual = method.integrator, TimeStepping(method.stiffness, 0.0, method.steps)

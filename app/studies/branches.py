@@ -39,7 +39,6 @@ _PLURALS = {
     "branch point": "branch points",
 }
 BIFURCATIONS = tuple(_PLURALS)
-_OF_ONE_SOLVER = {"K": ExactPenalty, "D": ExactPenalty, "restitution": Reference}
 
 
 class BranchQuestion(NamedTuple):
@@ -185,9 +184,9 @@ def why_none(over: str, method: Reference | ExactPenalty) -> str:
     """Why there are no branches of a solver over a number, in a sentence; empty where there are."""
     if over not in PARAMETERS:
         return "Branches are of motions without a time step: sweep another number than the steps per period."
-    if not isinstance(method, _OF_ONE_SOLVER.get(over, object)):
-        return f"The {'reference' if isinstance(method, Reference) else 'penalty model'} has no {over}."
-    if isinstance(method, ExactPenalty) and method.law != CONTACT_LAWS[0]:
+    if not method.rigid if over == "restitution" else over in METHOD_NUMBERS and over not in method.numbers:
+        return f"The {'reference' if method.rigid else 'penalty model'} has no {over}."
+    if not method.rigid and method.law != CONTACT_LAWS[0]:
         return f"There are no branches with the contact law {method.law}: choose {CONTACT_LAWS[0]}."
     return ""
 

@@ -18,7 +18,7 @@ from vibroscope.app.explorer.method_words import brief_name
 from vibroscope.app.runtime.settings import current_settings
 from vibroscope.app.studies.bifurcation import kind_names
 from vibroscope.app.studies.study_job import RESULTS
-from vibroscope.engine import STATUSES, Newmark, Status, System, TimeStepping, status_of
+from vibroscope.engine import STATUSES, Newmark, Status, System, TimeStepping
 from vibroscope.engine.sweeps import (
     MISSING,
     CellKind,
@@ -70,7 +70,7 @@ class PlaneQuestion(NamedTuple):
     @property
     def counted(self) -> bool:
         """Whether a step may have no solution, since its contact status is that of its end."""
-        return self.other is not None and status_of(self.other) == "end"
+        return self.other is not None and self.other.status == "end"
 
     def quantities(self, side: str) -> tuple[str, ...]:
         """Names of what is computed on a side."""

@@ -25,15 +25,12 @@ from vibroscope.app.performance.peers import plain_loop
 from vibroscope.engine import (
     NEWMARK_LAWS,
     Cancelled,
-    ExactPenalty,
     Method,
     Newmark,
     Reference,
     System,
     TimeStepping,
-    is_located,
     simulate,
-    stages_of,
     stiffness_of_step,
     with_located_steps,
 )
@@ -166,14 +163,14 @@ def solvers(question: SpeedQuestion) -> dict[SolverKey, Solve]:
 
 def _engine_solver(question: SpeedQuestion, method: Method) -> Solve:
     problem, start = (question.system, question.eta, method), {"keep": 1, "initial": question.initial}
-    stages = 1 if isinstance(method, Reference | ExactPenalty) else stages_of(method)
+    stages = method.stages
 
     def solve(periods, cancelled):
         seconds, response = engine_seconds(lambda: simulate(*problem, periods=periods, cancelled=cancelled, **start))
         if response.ok:
             return TimedRun(seconds, response.section[-1], stages * response.cost.steps)
         gone = np.full(4, math.nan)
-        if (taken := response.cost.steps) and not is_located(method):  # the cost of a period is that of its steps
+        if (taken := response.cost.steps) and not method.located:  # the cost of a period is that of its steps
             return TimedRun(seconds * periods * method.steps / taken, gone, stages * periods * method.steps)
         return TimedRun(seconds, gone, stages * taken)
 
@@ -185,7 +182,7 @@ def _plain_solver(question: SpeedQuestion, method: Newmark | TimeStepping) -> So
 
     The latter shows the cost of a step, and runs from rest and without clearance or forces, wherever the others do.
     """
-    if isinstance(method, TimeStepping):
+    if method.has_choices:
         return _engine_solver(question, replace(method, every_step=True))
     steps = method.steps
     run = plain_loop(question.system, question.eta, method.stiffness, method.damping, steps)

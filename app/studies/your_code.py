@@ -19,7 +19,7 @@ from vibroscope.app.explorer.reading import read_setting
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.runtime.cache import Cache
 from vibroscope.app.runtime.number_text import print_number
-from vibroscope.engine import METHOD_NUMBERS, TimeStepping, is_located, simulate
+from vibroscope.engine import simulate
 
 _POINTS = 240  # of a small picture
 _CACHE = Cache(24)  # runs of rules, which shall not take the place of those that the page draws
@@ -98,7 +98,7 @@ def grow_code(question: CodeQuestion, last: PartialCode | None, cancelled: Calla
 def rule_texts(rule: Rule, question: CodeQuestion) -> dict[str, str]:
     """The numbers that a rule gives, as texts for `read_setting`; raises ValueError where it gives none."""
     method, setting = rule.method(question.asked), question.setting
-    given = {name: print_number(getattr(method, METHOD_NUMBERS[name])) for name in rule.gives}
+    given = {name: print_number(method.numbers[name]) for name in rule.gives}
     return setting.with_contact(given)
 
 
@@ -115,9 +115,9 @@ def code_lines(code: Code, setting: Setting, contact_area: float | None = None) 
 def _solvable(setting: Setting, cancelled: Callable[[], bool]) -> str:
     """Whether the steps have solutions: by a run that stops at the first that has none."""
     method = setting.penalty
-    if is_located(method):
+    if method.located:
         return "Steps are cut where contact changes, so that every step has a solution."
-    if not isinstance(method, TimeStepping) or method.status != "end":
+    if method.status != "end":
         return "The contact status is taken from the start of the step, so that every step has a solution."
     how = run_length(setting.system) | {"initial": setting.initial, "cancelled": cancelled}
     run = simulate(setting.system, setting.eta, replace(method, without_solution="stop"), **how)

@@ -31,7 +31,7 @@ class SolvedCase:
     @cached_property
     def samples(self) -> Trajectory:
         """Samples of the whole run: of every step of Newmark's method, else SAMPLES of them."""
-        steps = getattr(self.case.method, "steps", SAMPLES // self.case.periods)
+        steps = self.case.method.steps or SAMPLES // self.case.periods
         return self._solve(self.case.periods, record=Record(self.case.periods, steps)).trajectory
 
     def _solve(self, keep: int, **options) -> Response:

@@ -34,19 +34,18 @@ class Family:
         if self.over not in PARAMETERS:
             names = ", ".join(PARAMETERS)
             raise ValueError(f"over = {shown(self.over)} is no number to follow a motion over: give one of {names}")
-        if not isinstance(self.method, Reference | ExactPenalty):
+        if self.method.has_step:
             raise ValueError(
                 f"{self.method} has a time step: branches are those of a solution in closed form. Give Reference, or "
                 "ExactPenalty (--solver exact), to which it tends with smaller steps"
             )
-        if isinstance(self.method, ExactPenalty) and self.method.law != LAW:
+        if not self.method.rigid and self.method.law != LAW:
             raise ValueError(
                 f"law = {self.method.law!r} has no branches: give {LAW!r}, or sweep the number over runs with this law"
             )
-        own = OF_METHOD.get(self.over)
-        if own and not hasattr(self.method, own):
+        if self.over in OF_METHOD and self.over not in self.method.numbers:
             raise ValueError(f"the {self.method.name} method has no {self.over}: give another number or solver")
-        if self.over == "restitution" and not isinstance(self.method, Reference):
+        if self.over == "restitution" and not self.method.rigid:
             raise ValueError("the exact method has no impact law and so no restitution: follow the motion over D")
         check_eta(self.eta)
 
@@ -81,5 +80,5 @@ class Family:
         if self.over == "eta":
             return self.eta
         if self.over in OF_METHOD:
-            return getattr(self.method, OF_METHOD[self.over])
+            return self.method.numbers[self.over]
         return getattr(self.system.excitation if hasattr(self.system.excitation, self.over) else self.system, self.over)

@@ -12,7 +12,6 @@ import numpy as np
 
 from ..drivers.event_driven import displaced_state
 from ..drivers.orbit import CHATTER
-from ..methods import Reference
 from .bifurcations import bifurcations_ahead
 from .branch import Point
 from .closing import halves_meet, is_first, share_of_first, value_of_meeting
@@ -321,7 +320,7 @@ class Tracer:
         kind = margin.point_at(last.orbit, self.curve.family.method)
         where = f"{self.curve.family.over} = {last.value:.10g}"
         more = 0 if following is None else len(following.orbit.kinds) - len(last.orbit.kinds)
-        flight = kind == OPENS and isinstance(self.curve.family.method, Reference)  # begins where more > 0, or vanishes
+        flight = kind == OPENS and self.curve.family.method.rigid  # begins where more > 0, or vanishes
         if margin.kind != LATER_SUM:
             at = (flight and more < 0 and where_contact_opens(self.curve, following)) or last
             self.mark(kind, at, (following or inside) if self._is_singular(margin) else None)
@@ -388,7 +387,7 @@ class Tracer:
     def _is_singular(self, margin: Margin) -> bool:
         """Whether a contact of the penalty has no length at the zero of a margin."""
         vanishes = margin.kind == GRAZING and not margin.inside
-        return vanishes and not isinstance(self.curve.family.method, Reference)
+        return vanishes and not self.curve.family.method.rigid
 
     def _join(self, period: int, value: float) -> None:
         """End the branch where it meets one of a shorter period; α₁ turns there, which is no fold."""

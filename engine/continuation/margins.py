@@ -84,7 +84,7 @@ class Margin(NamedTuple):
         On one side there is a phase more, a contact or a flight. From there the point is where that has no length, from
         the other side where a minimum is zero.
         """
-        grazes = self.kind == GRAZING and not self.inside and not isinstance(method, Reference)
+        grazes = self.kind == GRAZING and not self.inside and not method.rigid
         flight_vanishes = grazes and orbit.kinds[short_phase(orbit, self.event)[0]] == PART
         return OPENS if self.kind == STAYS_SHUT or flight_vanishes else self.kind
 
@@ -111,7 +111,7 @@ def impacts_that_may_stick(
     orbit: Orbit, before: Evaluation, after: Evaluation, method: Reference | ExactPenalty
 ) -> Iterator[int]:
     """The impacts that may stick between two neighbours though they do at neither, for one reason each."""
-    k, threshold = -1, getattr(method, "threshold", 0.0)
+    k, threshold = -1, method.threshold
     while threshold > 0:
         k = impact_that_may_stick(numbers_of(orbit.kinds), before.facts, after.facts, threshold, k + 1)
         if k < 0:
@@ -121,11 +121,11 @@ def impacts_that_may_stick(
 
 def _of_values(conditions: np.ndarray, orbit: Orbit, evaluation: Evaluation, method: Reference | ExactPenalty) -> tuple:
     """What the values of margins are made of."""
-    return evaluation.facts, orbit.instants, float(getattr(method, "threshold", 0.0)), conditions
+    return evaluation.facts, orbit.instants, float(method.threshold), conditions
 
 
 def _conditions_of(orbit: Orbit, method: Reference | ExactPenalty) -> tuple[tuple[Margin, ...], np.ndarray]:
-    rigid = isinstance(method, Reference)
+    rigid = method.rigid
     return _conditions(orbit.kinds, orbit.first, rigid, rigid and method.threshold > 0)
 
 

@@ -16,7 +16,6 @@ from ..drivers.orbit import (
     Evaluation,
     OrbitEquations,
 )
-from ..methods import Reference
 from ..result import Cancelled, Checkpoint
 from ..simulate import simulate
 
@@ -126,9 +125,7 @@ def orbit_of_run(problem: tuple, y: np.ndarray, period: int) -> Orbit | None:
     if not run.ok:
         return None
     cycle = run.period
-    events = (
-        _impacts_and_contacts(run, cycle, period) if isinstance(method, Reference) else _contacts(run, cycle, period)
-    )
+    events = _impacts_and_contacts(run, cycle, period) if method.rigid else _contacts(run, cycle, period)
     kinds, first = tuple(kind for _, kind in events), len(run.contacts) > 0
     return Orbit(period, kinds, touching_at_start(kinds, first), np.array([*y, *(time for time, _ in events)]))
 

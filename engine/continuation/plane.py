@@ -5,7 +5,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..drivers.orbit import WHERE, Evaluation, OrbitEquations
-from ..methods import Reference
 from .family import Family
 from .margins import Margin, margins
 from .orbit import Orbit
@@ -38,7 +37,7 @@ class Plane:
     @property
     def rigid(self) -> bool:
         """Whether impacts are instantaneous."""
-        return isinstance(self.over.method, Reference)
+        return self.over.method.rigid
 
     def values(self, shares: np.ndarray) -> tuple[float, float]:
         """α₁ and α₂ at shares of their ranges."""

@@ -14,7 +14,6 @@ from pathlib import Path
 import numpy as np
 
 from ..drivers.event_driven import check_apart
-from ..methods import Reference
 from ..result import Cancelled
 from ..simulate import starting_checkpoint
 from .branch import Branch
@@ -102,7 +101,7 @@ class BranchSearch:
         value = self.family.value
         if initial is not None:
             start = starting_checkpoint(initial, *self.family.at(value))  # refuses what is no state
-            if isinstance(self.family.method, Reference):
+            if self.family.method.rigid:
                 check_apart(start)
         if initial is not None and self.span.low <= value <= self.span.high:
             try:

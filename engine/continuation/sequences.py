@@ -15,7 +15,6 @@ from dataclasses import replace
 import numpy as np
 
 from ..drivers.orbit import IMPACT, JOINS, WHERE
-from ..methods import Reference
 from .curve import Curve, CurvePoint
 from .jumps import after_jump
 from .margins import GRAZING, LATER_SUM, OPENS, STAYS_SHUT, Margin, margins
@@ -89,7 +88,7 @@ def on_its_sequence(curve: Curve, start: CurvePoint) -> CurvePoint | None:
 def _neighbours(curve: Curve, last: CurvePoint, margin: Margin) -> Iterator[tuple[Orbit, tuple[int, int] | None]]:
     """The orbit at the zero of a margin with more events or fewer, and those between which a new phase is short."""
     orbit, k, method = last.orbit, margin.event, curve.family.method
-    rigid = isinstance(method, Reference)
+    rigid = method.rigid
     if margin.inside:
         length = SHORTEST_FLIGHT if rigid and margin.kind == OPENS else SHORTEST
         n, where = len(margin.more), last.evaluation.facts[k, WHERE]

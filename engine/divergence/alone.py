@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ..methods import METHOD_NUMBERS, ExactPenalty, Newmark, TimeStepping, integrator_name, status_of
+from ..methods import METHOD_NUMBERS, ExactPenalty, Newmark, TimeStepping
 from ..wording import finite_or_none
 
 
@@ -33,10 +33,9 @@ class Change:
     @property
     def value(self) -> float:
         """The changed number; inf steps for no time step, nan for a choice or several numbers."""
-        if self.changed == "steps" and isinstance(self.method, ExactPenalty):
+        if self.changed == "steps" and not self.method.has_step:
             return math.inf
-        name = METHOD_NUMBERS.get(self.changed)
-        return float(getattr(self.method, name)) if name else math.nan
+        return float(self.method.numbers[self.changed]) if self.changed in METHOD_NUMBERS else math.nan
 
 
 @dataclass(frozen=True)
@@ -122,8 +121,8 @@ def _plain_curve(curve: Curve) -> dict:
 def _plain_change(change: Change) -> dict:
     method = change.method
     numbers = {} if method is None else {"K": method.stiffness, "D": method.damping}
-    if method is not None and not isinstance(method, ExactPenalty):
-        numbers |= {"steps": method.steps, "status": status_of(method), "integrator": integrator_name(method)}
+    if method is not None and method.has_step:
+        numbers |= {"steps": method.steps, "status": method.status, "integrator": method.integrator.name}
     left, robust = finite_or_none(change.left), finite_or_none(change.robust)
     law = {} if method is None else {"law": method.law}
     return {"changed": change.changed, "left": left, "median_of_neighbours": robust, **numbers, **law}

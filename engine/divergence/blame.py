@@ -17,7 +17,6 @@ with D at equal restitution leaves, if that is less than two thirds of it.
 
 from dataclasses import dataclass
 
-from ..methods import ExactPenalty
 from .agreement import SAME
 from .alone import Alone, Change
 from .compare import Comparison
@@ -94,7 +93,7 @@ def _of_numbers(comparison: Comparison, named: list[Change], remaining: Remainin
     """Name changes, those after which the contact holds first; a step with a number of steps that does."""
     steps = next((each for each in named if each.changed in ("steps", *OF_STEPS)), None)
     more = None
-    if steps is not None and (steps.changed != "steps" or isinstance(steps.method, ExactPenalty)):
+    if steps is not None and (steps.changed != "steps" or not steps.method.has_step):
         more = enough_steps(comparison, remaining, max(NEARLY * steps.robust, SAME, comparison.difference.chance))
     if more is not None and steps.changed == "steps":
         named = [more if each is steps else each for each in named]

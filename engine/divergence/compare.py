@@ -9,7 +9,7 @@ import numpy as np
 
 from ..datasets import comparison_dataset
 from ..drivers.section import period_of
-from ..methods import STEPPING, Newmark, Reference, TimeStepping
+from ..methods import Newmark, Reference, TimeStepping
 from ..model import System
 from ..motions.description import Motion, describe
 from ..motions.motion import FARTHEST, motion
@@ -313,7 +313,7 @@ def compare(
     >>> print(f"{found.difference.total:.1%}", [f"{part:.1%}" for part in found.difference.parts.values()])
     7.9% ['0.0%', '0.2%', '7.7%']
     """
-    if not isinstance(penalty, STEPPING):
+    if not penalty.has_step:
         raise ValueError(f"{penalty} has no time step: compare Newmark, whose limit it is")
     reference = reference or Reference()
     runs = _settled_runs(system, eta, penalty, reference, responses, (periods, keep, initial, cancelled))

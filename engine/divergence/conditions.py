@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..methods import CONTACT_LAWS, DAMPING_RANGE, STIFFNESS_RANGE, ExactPenalty, Newmark, TimeStepping, is_located
+from ..methods import CONTACT_LAWS, DAMPING_RANGE, STIFFNESS_RANGE, ExactPenalty, Newmark, TimeStepping
 from ..model import System
 from ..restitution import effective_restitution
 from ..wording import finite_or_none
@@ -98,8 +98,8 @@ def conditions(
     else:
         restitution = float(effective_restitution(system, method, closing_speed))
     duration = float(contact_duration(system, method, 1.0 if linear else closing_speed))
-    steps = duration * eta * method.steps / (2 * math.pi) if not isinstance(method, ExactPenalty) else math.inf
-    return Conditions(system.restitution, restitution, duration, steps, is_located(method))
+    steps = duration * eta * method.steps / (2 * math.pi) if method.has_step else math.inf
+    return Conditions(system.restitution, restitution, duration, steps, method.located)
 
 
 def equal_damping(system: System, method: ExactPenalty | Newmark | TimeStepping, closing_speed: float) -> float:

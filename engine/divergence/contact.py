@@ -35,7 +35,7 @@ import numpy as np
 
 from ..arguments import shown
 from ..laws import restitution_of, restitution_without_pull
-from ..methods import CONTACT_LAWS, Method, spring_exponent
+from ..methods import CONTACT_LAWS, Method
 from ..model import System
 from ..restitution import damping_of_restitution
 
@@ -67,8 +67,7 @@ def damping_of_law(system: System, method: Method, stiffness: float, closing_spe
         return float(equal_restitution_damping(system, stiffness))
     if math.isnan(closing_speed):
         return math.nan
-    numbers = {name: getattr(method, name) for name in ("exponent", "penetration") if hasattr(method, name)}
-    numbers |= {"mass": system.mass_share, "closing_speed": closing_speed}
+    numbers = method.law_numbers | {"mass": system.mass_share, "closing_speed": closing_speed}
     try:
         return damping_of_restitution(method.law, system.restitution, stiffness, **numbers)
     except ValueError:
@@ -82,7 +81,7 @@ def contact_duration(system: System, method: Method, closing_speed: float | np.n
 
     2 (δₘ/v₀) √π Γ(1 + 1/(n + 1))/Γ(½ + 1/(n + 1)),        π/ω_c for n = 1.
     """
-    n = spring_exponent(method)
+    n = method.spring_exponent
     part = 1.0 / (n + 1.0)
     depth = ((n + 1.0) * system.mass_share * closing_speed**2 / (2.0 * method.stiffness)) ** part
     return 2.0 * depth / closing_speed * math.sqrt(math.pi) * math.gamma(1.0 + part) / math.gamma(0.5 + part)

@@ -107,7 +107,7 @@ def _ways_to_rebound(comparison: Comparison, speed: float, cancelled: Callable[[
     options = {"periods": asked, "keep": min(run.keep, asked), "cancelled": cancelled}
     found = {"D": equal_damping(system, method, speed), "K": equal_stiffness(system, method, speed)}
     for name, value in found.items():
-        present = getattr(method, METHOD_NUMBERS[name])
+        present = method.numbers[name]
         if not math.isfinite(value) or value <= 0.0 or abs(value - present) <= EQUAL * present:
             continue
         changed = simulate(system, run.eta, replace(method, **{METHOD_NUMBERS[name]: value}), **options)

@@ -11,7 +11,7 @@ from dataclasses import replace
 import numpy as np
 
 from ..drivers.section import period_of
-from ..methods import STEPPING, Reference
+from ..methods import Reference
 from ..model import System
 from ..motions.steady import steady
 from ..result import Record, Response
@@ -116,7 +116,7 @@ class Target:
         if not penalty.ok:
             return np.inf
         if penalty.trajectory is None:
-            steps = penalty.method.steps if isinstance(penalty.method, STEPPING) else None
+            steps = penalty.method.steps if penalty.method.has_step else None
             penalty = simulate_samples(penalty, Record(penalty.keep, PER_PERIOD, steps), cancelled)
         return self.error_of_samples(samples_by_period(penalty)[:2], grid_of(penalty), cancelled)
 

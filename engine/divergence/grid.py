@@ -10,7 +10,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..methods import STEPPING
 from ..model import System
 from ..result import Record, Response
 from ..simulate import simulate
@@ -81,7 +80,7 @@ def grid_of(response: Response) -> Record:
     """Return the record that samples one period of another solution at the same phases as this response."""
     sampled = response.trajectory
     m = samples_by_period(response).shape[2]
-    if isinstance(response.method, STEPPING):
+    if response.method.has_step:
         return Record(1, m, response.method.steps)
     spacing = (sampled.time[1] - sampled.time[0]) / response.period
     if abs(spacing * m - 1) > 1e-9:

@@ -12,7 +12,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..methods import METHOD_NUMBERS, STEPS_RANGE, Newmark, TimeStepping, skips_steps
+from ..methods import STEPS_RANGE, Newmark, TimeStepping
 from ..wording import rounded_to
 from .alone import Change, Curve
 from .remaining import Remaining
@@ -62,7 +62,7 @@ class GridSearch:
         """All that was run by now."""
         places = sorted(self._left)
         values, left = [_value(place) for place in places], [self._left[place] for place in places]
-        present = float(getattr(self._remaining.method, METHOD_NUMBERS[self.name]))
+        present = float(self._remaining.method.numbers[self.name])
         return Curve(self.name, present, np.array(values), np.array(left), None, self.equal, self.resolved)
 
     def best(self) -> Change | None:
@@ -154,7 +154,7 @@ class StepSearch:
 
     def __init__(self, method: Newmark | TimeStepping, remaining: Remaining, resolved: float) -> None:
         self._method, self._remaining, self._resolved = method, remaining, resolved
-        powers = range(-HALVINGS, (DOUBLINGS if skips_steps(method) else DOUBLINGS_WHOLE) + 1)
+        powers = range(-HALVINGS, (DOUBLINGS if method.skips_steps else DOUBLINGS_WHOLE) + 1)
         numbers = (round(method.steps * 2.0**power) for power in powers)
         self._steps = [steps for steps in numbers if STEPS_RANGE[0] <= steps <= STEPS_RANGE[1]]
         self._left: dict[int, float] = {}

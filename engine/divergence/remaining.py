@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..drivers.threads import Worker, share_out, thread_count
-from ..methods import ExactPenalty, Newmark, TimeStepping, skips_steps
+from ..methods import ExactPenalty, Newmark, TimeStepping
 from ..result import Checkpoint, Record
 from ..simulate import simulate
 from .compare import Comparison
@@ -74,7 +74,7 @@ class Remaining:
         self._settled = _Plan(comparison.initial, run.periods if self.quick else min(run.periods, LONGER[0] * asked))
         searched = min(self._settled.periods, max(SEARCHED, self._keep))
         self._search = self._settled._replace(periods=searched)
-        if not skips_steps(run.method):
+        if not run.method.skips_steps:
             self._search = _Plan(tuple(comparison.runs.reference.section[-1].tolist()), SHORT_TRANSIENT + self._keep)
         self._known: dict[tuple[Penalty, _Plan], float] = {}
 
@@ -129,7 +129,7 @@ class Remaining:
             options = {"periods": plan.periods, "keep": SECTION, "initial": start, "cancelled": cancelled}
             run = simulate(self._system, self._eta, method, **options)
             return self._comparison.statistics.total_of(run.section[:, [0, 2]]) if run.ok else np.inf
-        record = Record(self._keep, PER_PERIOD, getattr(method, "steps", None))
+        record = Record(self._keep, PER_PERIOD, method.steps or None)
         displacement, _ = runs.run(method, plan.start, plan.periods, record, cancelled)
         if displacement is None:
             return np.inf

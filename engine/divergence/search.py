@@ -23,8 +23,6 @@ from ..methods import (
     STIFFNESS_RANGE,
     Newmark,
     TimeStepping,
-    is_located,
-    spring_exponent,
 )
 from .alone import Alone, Change
 from .compare import Comparison
@@ -135,9 +133,7 @@ def _searches(comparison: Comparison, remaining: Remaining) -> dict[str, "GridSe
     equal = equal_stiffness(system, method, speed)
     steps = conditions(system, run.eta, method, speed).steps
     # a contact of the force Kδⁿ lasts as K^(-1/(n + 1))
-    resolved = (
-        math.nan if is_located(method) else method.stiffness * (steps / RESOLVED) ** (spring_exponent(method) + 1)
-    )
+    resolved = math.nan if method.located else method.stiffness * (steps / RESOLVED) ** (method.spring_exponent + 1)
     searches: dict[str, GridSearch | StepSearch] = {
         "K": GridSearch(
             "K", lambda k: replace(method, stiffness=k), remaining, stiffness_ends(comparison), holds, equal, resolved
@@ -151,7 +147,7 @@ def _searches(comparison: Comparison, remaining: Remaining) -> dict[str, "GridSe
             ends = min(ends[0], method.damping), max(ends[1], method.damping)
         ends = max(ends[0], 1e-9), min(ends[1], DAMPING_RANGE[1])
         searches["D"] = GridSearch("D", lambda d: replace(method, damping=d), remaining, ends, holds, equal)
-    least = math.nan if is_located(method) else method.steps * RESOLVED / steps
+    least = math.nan if method.located else method.steps * RESOLVED / steps
     return searches | {"steps": StepSearch(method, remaining, least)}
 
 
@@ -161,7 +157,7 @@ def _searches(comparison: Comparison, remaining: Remaining) -> dict[str, "GridSe
 def changed_choices(method: Newmark | TimeStepping) -> Iterator[tuple[str, Newmark | TimeStepping]]:
     """Yield the name of a choice that codes differ in, and the method with this choice changed."""
     own = _as_time_stepping(method)
-    if not is_located(method):
+    if not method.located:
         yield "status", with_located_steps(method)
         if not own.integrator.explicit:
             yield "status", replace(own, status="start" if own.status == "end" else "end")
@@ -173,14 +169,14 @@ def changed_choices(method: Newmark | TimeStepping) -> Iterator[tuple[str, Newma
 
 def without_jump(method: Newmark | TimeStepping) -> TimeStepping | None:
     """Return a method with a contact law whose damper does not jump where the bodies touch; None if there is none."""
-    if is_located(method) or not LAWS[method.law].jumps or not method.damping:
+    if method.located or not LAWS[method.law].jumps or not method.damping:
         return None
     return replace(_as_time_stepping(method), law=WITHOUT_JUMP)
 
 
 def _as_time_stepping(method: Newmark | TimeStepping) -> TimeStepping:
     """Return the method itself, or the same steps as Newmark's under the name that has all choices."""
-    if isinstance(method, TimeStepping):
+    if method.has_choices:
         return method
     return TimeStepping(method.stiffness, method.damping, method.steps, law=method.law, every_step=method.every_step)
 

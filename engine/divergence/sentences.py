@@ -3,7 +3,6 @@
 import math
 
 from ..drivers.step_maps import damps
-from ..methods import ExactPenalty, Newmark, integrator_name, status_of
 from ..wording import percent, rounded, rounded_to
 from .agreement import CLOSE, SAME
 from .alone import Alone, Change
@@ -41,7 +40,7 @@ def name_of(comparison: Comparison, changed: str) -> str:
     """Return the words for a number or a choice within a sentence."""
     method = comparison.runs.penalty.method
     if changed == "status":
-        return f"the contact status at the {status_of(method)} of the step"
+        return f"the contact status at the {method.status} of the step"
     if changed == "integrator":
         of = method.integrator
         return f"the numerical damping of {of.name}" if damps(of) else f"the integrator {of.name}"
@@ -51,10 +50,10 @@ def name_of(comparison: Comparison, changed: str) -> str:
 def change_of(change: Change) -> dict[str, float | bool | str]:
     """Return a change as numbers and choices to set; empty where no setting does it."""
     method = change.method
-    if method is None or isinstance(method, ExactPenalty):
+    if method is None or not method.has_step:
         return {}
     if change.changed == "status":
-        return {"located": True} if isinstance(method, Newmark) else {"status": status_of(method)}
+        return {"status": method.status} if method.has_choices else {"located": True}
     if change.changed == "integrator":
         return {"integrator": method.integrator.name, "beta": method.integrator.beta, "gamma": method.integrator.gamma}
     if change.changed == "law":
@@ -70,11 +69,11 @@ def value_text(change: Change) -> str:
     if change.changed == "joint damping":
         return "no joint damping of its own"
     if change.changed == "steps":
-        return "no time step" if isinstance(method, ExactPenalty) else f"{method.steps:,} steps a period"
+        return f"{method.steps:,} steps a period" if method.has_step else "no time step"
     if change.changed == "status":
-        return f"status {status_of(method)}"
+        return f"status {method.status}"
     if change.changed == "integrator":
-        return f"integrator {integrator_name(method)}"
+        return f"integrator {method.integrator.name}"
     if change.changed == "law":
         return f"law {method.law}"
     numbers = change_of(change)
@@ -126,10 +125,10 @@ def _leaves(change: Change, only: bool) -> str:
     left = percent(change.left)
     if change.changed == "joint damping":
         return f"without it {left} would be left{'; neither K nor D nor the step mends it' if only else ''}"
-    if change.changed == "steps" and isinstance(change.method, ExactPenalty):
+    if change.changed == "steps" and not change.method.has_step:
         return f"without it {left} would be left"
     if change.changed == "status":
-        return f"{_STATUSES[status_of(change.method)]} would leave {left}"
+        return f"{_STATUSES[change.method.status]} would leave {left}"
     if change.changed == "integrator":
         return f"Newmark's ¼ and ½, which damp nothing, leave {left}"
     if change.changed == "law":

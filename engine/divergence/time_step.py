@@ -52,9 +52,7 @@ def with_located_steps(method: Newmark | TimeStepping) -> Newmark | TimeStepping
     >>> with_located_steps(Newmark(2500, 8, 500)).located
     True
     """
-    if isinstance(method, Newmark):
-        return replace(method, every_step=False, located=True)
-    return replace(method, status="located")
+    return replace(method, status="located") if method.has_choices else replace(method, every_step=False, located=True)
 
 
 def split_time_step(

@@ -16,7 +16,6 @@ import numpy as np
 
 from ..drivers.section import period_of
 from ..law_table import LAWS
-from ..methods import skips_steps
 from ..motions.sameness import cycle_points
 from ..motions.section import band_width
 from ..result import Response
@@ -48,9 +47,7 @@ def settled_length(run: Callable[[str, int, int], Response], periods: int, keep:
         return periods, keep
     method, longer = first[1].method, max(periods, SECTION // 2)  # so that all of them have a section to keep
     most = (
-        math.inf
-        if skips_steps(method)
-        else min(AFFORDED / method.steps, AFFORDED_PERIODS[LAWS[method.law].closed_form])
+        math.inf if method.skips_steps else min(AFFORDED / method.steps, AFFORDED_PERIODS[LAWS[method.law].closed_form])
     )
     lengths = [periods, *(factor * longer for factor in LONGER if factor * longer <= most)]
     settled, kept = lengths[0], keep

@@ -47,10 +47,10 @@ def are_compiled(method: Method, rows: np.ndarray) -> np.ndarray:
 
     It runs none of :class:`engine.TimeStepping`.
     """
-    if isinstance(method, TimeStepping):
+    if method.has_choices:
         return np.zeros(len(rows), dtype=bool)
-    if not isinstance(method, Newmark):
-        return np.full(len(rows), getattr(method, "law", CONTACT_LAWS[0]) == CONTACT_LAWS[0])
+    if not method.has_step:
+        return np.full(len(rows), method.rigid or method.law == CONTACT_LAWS[0])
     p = Parameters(*rows.T)
     fastest = np.maximum(np.maximum(p.kappa, p.eta), 1.0)
     return np.broadcast_to(can_skip(p.eta, fastest, p.steps, method), len(rows))

@@ -47,7 +47,7 @@ def set_up(
     system: System, eta: float, method: Reference | ExactPenalty, completion: float | None = None
 ) -> EventDrivenSystem:
     """Phases and laws of a run; ``completion``: how far a chatter must have come to be summed (COMPLETION)."""
-    parameters, rigid = parameters_of(system, eta, method), isinstance(method, Reference)
+    parameters, rigid = parameters_of(system, eta, method), method.rigid
     row = np.array(parameters)
     circle = np.zeros(2) if rigid else separating_circles(row[None])[0]
     packed = SYSTEM.zeros()
@@ -162,7 +162,7 @@ def start_at(system: EventDrivenSystem, y: Sequence[float]) -> np.ndarray:
 
 def hybrid_state(system: System, eta: float, method: Reference | ExactPenalty, y: Sequence[float]) -> np.ndarray:
     """The same without the tables of a run, of which a start needs none; a penetration of the reference is left out."""
-    packed, state, rigid = SYSTEM.zeros(), STATE.zeros(), isinstance(method, Reference)
+    packed, state, rigid = SYSTEM.zeros(), STATE.zeros(), method.rigid
     write_laws(packed, parameters_of(system, eta, method), rigid, False, COMPLETION)
     x1, v1, gap, rate = map(float, y)
     write_start(packed, state, x1, v1, max(gap, 0.0) if rigid else gap, rate)

@@ -42,7 +42,7 @@ from ..kernels.parameters import Parameters
 from ..kernels.status import OK, PAUSED
 from ..law_table import LAWS
 from ..laws import damper_of
-from ..methods import CONTACT_LAWS, ExactPenalty, spring_exponent
+from ..methods import CONTACT_LAWS, ExactPenalty
 from ..model import System
 from ..result import Checkpoint, Status
 from .event_driven import NO_BUFFERS, EventDriver
@@ -57,14 +57,14 @@ OVERLAP, PUSH, EXTRA = 1, 2, 3  # numbers of pieces
 
 def needs_law(method) -> bool:
     """Whether a method is an exact penalty solution whose contact is not a spring and a damper all the time."""
-    if not isinstance(method, ExactPenalty) or method.law == CONTACT_LAWS[0]:
+    if method.rigid or method.has_step or method.law == CONTACT_LAWS[0]:
         return False
     return by_steps(method) or method.damping > 0.0  # without a damper those in closed form are one
 
 
 def by_steps(method) -> bool:
     """Whether a method is an exact penalty solution whose contact is integrated by steps, having no closed form."""
-    return isinstance(method, ExactPenalty) and not LAWS[method.law].closed_form
+    return not (method.rigid or method.has_step or LAWS[method.law].closed_form)
 
 
 def _pieces(p: Parameters) -> dict[int, tuple[tuple[float, float], list[tuple[np.ndarray, float, int]]]]:
@@ -303,7 +303,7 @@ def restitution_by_steps(method: ExactPenalty, gain: float, mass: float, closing
 
     ``gain``: c or h, whatever D the method has.
     """
-    n = spring_exponent(method)
+    n = method.spring_exponent
     depth = (0.5 * (n + 1.0) * mass * closing**2 / method.stiffness) ** (1.0 / (n + 1.0))
     p = set_up_law(System(wall=True), 1.0, replace(method, damping=0.0))
     p = p._replace(eta=0.0, gain=gain, react1=0.0, inverse_mass=1.0 / mass, generator=np.zeros((4, 6)))

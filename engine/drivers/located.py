@@ -14,7 +14,7 @@ from ..kernels.status import PAUSED, STATUSES
 from ..kernels.time_stepping import law_pieces, law_step, located_law
 from ..kernels.time_stepping import located as kernel
 from ..kernels.time_stepping.contact_location import SCHEME, LocatedScheme, Stages, forcing_with
-from ..methods import Newmark, TimeStepping, spring_exponent
+from ..methods import Newmark, TimeStepping
 from ..result import Checkpoint, Cost, Status
 from .base import is_first_use
 from .newmark import has_strides
@@ -46,7 +46,7 @@ class LocatedDriver(SteppingDriver):
     def begin(self, start: Checkpoint) -> None:
         method, p = self._method, parameters_of_steps(*self.run)
         self._scheme, integrator = kernel.located_scheme(p), NewmarkBeta()
-        if isinstance(method, TimeStepping):
+        if method.has_choices:
             integrator = method.integrator
             self.solution = f"the solution by {integrator.short_title()}"
             self._scheme = self._scheme._replace(stages=stages_of(integrator, p), shortest_step=self._scheme.h)
@@ -56,7 +56,7 @@ class LocatedDriver(SteppingDriver):
             self._state = np.array(start.state)
         else:
             state = kernel.start_state(self._scheme, start.state, self.kept_from == 0)
-            self._state = self._packed_start(state, getattr(method, "initial_acceleration", "") == "zero")
+            self._state = self._packed_start(state, method.initial_acceleration == "zero")
         self._started = self._now.solves
         if is_first_use(self._kernel):  # compile or load outside the measured seconds
             state, self._state = self._state, self._state.copy()
@@ -79,7 +79,7 @@ class LocatedDriver(SteppingDriver):
 
     def _can_skip(self, p: Parameters) -> bool:
         method = self._method
-        enough = isinstance(method, TimeStepping) or method.steps >= MANY_STEPS
+        enough = method.has_choices or method.steps >= MANY_STEPS
         return enough and not method.every_step and has_strides(p.eta, uncompiled(free_rate)(p), method.steps)
 
     def forces_of_steps(self) -> np.ndarray:
@@ -189,5 +189,5 @@ class LocatedLawDriver(LocatedDriver):
 
 def located_driver(method: Newmark | TimeStepping) -> type[LocatedDriver]:
     """The driver of a method with located steps."""
-    same = method.law == LAWS[CONSTANT] and spring_exponent(method) == 1.0  # Eq. (20) with n = 1 is Eq. (5)
+    same = method.law == LAWS[CONSTANT] and method.spring_exponent == 1.0  # Eq. (20) with n = 1 is Eq. (5)
     return LocatedDriver if same or method.law == LAWS[KELVIN_VOIGT] else LocatedLawDriver

@@ -51,7 +51,7 @@ class NewmarkDriver(SteppingDriver):
         row = np.array(parameters)
         self._scheme = self.kernel.scheme_of(parameters)
         self._packed = self._cosines = None
-        if isinstance(method, Newmark) and can_skip(eta, free_rate(parameters), method.steps, method):
+        if not method.has_choices and can_skip(eta, free_rate(parameters), method.steps, method):
             self._packed = SKIPPING.zeros()
             set_up_skipping(self._packed, no_keys(), row)
         else:

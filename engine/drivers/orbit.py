@@ -144,7 +144,7 @@ class OrbitEquations:
         self._system, self._method = system, method
         if like is None:
             row = np.array(parameters_of(system, eta, method))
-            self._problem = row, isinstance(method, Reference), COMPLETION
+            self._problem = row, method.rigid, COMPLETION
             self._tables, self._tables_beside = (SYSTEM.zeros(), no_keys()), (SYSTEM.zeros(), no_keys())
         else:
             self._problem = like._row_of(system, eta, method), *like._problem[1:]

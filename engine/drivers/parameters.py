@@ -16,14 +16,14 @@ from ..kernels.equations.motion import (
 from ..kernels.linear.tables import full_generator
 from ..kernels.parameters import Parameters
 from ..laws import damper_of
-from ..methods import Method, Reference, spring_exponent
+from ..methods import Method
 from ..model import System
 
 
 def parameters_of(system: System, eta: float, method: Method) -> Parameters:
     """The parameters of one run; 0 for those that its method does not have."""
-    rigid, wall = isinstance(method, Reference), system.wall
-    law = LAWS.index(getattr(method, "law", LAWS[KELVIN_VOIGT]))
+    rigid, wall = method.rigid, system.wall
+    law = LAWS.index(LAWS[KELVIN_VOIGT] if rigid else method.law)
     base, force1, force2 = (system.excitation.harmonic(name, eta) for name in ("base", "force1", "force2"))
     mu = 1.0 if wall else system.mass_ratio
     gain, relative = (0.0, False) if rigid else damper_of(system, method)
@@ -32,7 +32,7 @@ def parameters_of(system: System, eta: float, method: Method) -> Parameters:
         kappa=1.0 if wall else system.kappa,
         d1=system.d1,
         d2=system.d1 if wall else system.d2,
-        steps=float(getattr(method, "steps", 0)),
+        steps=float(method.steps),
         wall=float(wall),
         base_cosine=base[0],
         base_sine=base[1],
@@ -53,8 +53,8 @@ def parameters_of(system: System, eta: float, method: Method) -> Parameters:
         restitution=system.restitution,
         threshold=method.threshold if rigid else 0.0,
         law=float(law),
-        exponent=0.0 if rigid else spring_exponent(method),
-        penetration=getattr(method, "penetration", None) or 0.0,
+        exponent=0.0 if rigid else method.spring_exponent,
+        penetration=(0.0 if rigid else method.penetration) or 0.0,
         gain=gain,
         relative=float(relative),
     )
@@ -91,7 +91,7 @@ def generators(system: System, eta: float, method: Method) -> tuple[np.ndarray, 
     """
     p = parameters_of(system, eta, method)
     joined = joined_generator(p._replace(d3=system.derived_joint_damping))
-    contact = joined_generator(p) if isinstance(method, Reference) else pressed_generator(p)
+    contact = joined_generator(p) if method.rigid else pressed_generator(p)
     return tuple(full_generator(rows, eta) for rows in (separated_generator(p), contact, joined))
 
 
@@ -99,7 +99,7 @@ def equilibria(system: System, eta: float, method: Method) -> tuple[np.ndarray, 
     """z at the equilibrium of each of these motions, (6,), relative to that of the flight."""
     p = parameters_of(system, eta, method)
     free, joined = np.array(free_equilibrium(p)), np.array(joined_equilibrium(p))
-    contact = joined if isinstance(method, Reference) else np.array(pressed_equilibrium(p))
+    contact = joined if method.rigid else np.array(pressed_equilibrium(p))
     found = np.zeros((3, 6))
     found[:, [0, 2]] = np.array([free, contact, joined]) - free
     return tuple(found)

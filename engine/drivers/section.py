@@ -4,7 +4,6 @@ import numpy as np
 
 from ..kernels import section_statistics as statistics
 from ..kernels.section_statistics import LONGEST_NEAR_PERIOD, NEAR_TOLERANCE, TOLERANCE
-from ..methods import grid_steps
 from ..result import Response
 
 __all__ = [
@@ -68,7 +67,7 @@ def describe_section(response: Response, period: int | None = None) -> np.ndarra
         np.ascontiguousarray(response.contacts),
         response.checkpoint.periods,
         response.period,
-        float(grid_steps(response.method)),
+        float(response.method.grid_steps),
         UNKNOWN if period is None else period,
         response.system.observed_body,
         np.zeros((rows, statistics.COLUMNS)),

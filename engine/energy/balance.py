@@ -30,7 +30,6 @@ from collections.abc import Callable
 import numpy as np
 
 from ..drivers.law_driven import needs_law
-from ..methods import STEPPING, is_located
 from ..result import Response
 from .events import balance_between_events
 from .law import balance_of_law
@@ -70,11 +69,11 @@ def energy_balance(
     """
     if not response.ok:
         raise ValueError(response.ending)
-    if isinstance(response.method, STEPPING) and not is_located(response.method):
+    if response.method.has_step and not response.method.located:
         return balance_of_steps(response)
     rows = response.section if start is None else np.vstack([np.asarray(start, dtype=float), response.section])
     if len(rows) < 2:
         raise ValueError("the balance of one kept period needs its initial state: keep two periods, or give the start")
-    if needs_law(getattr(response.method, "limit", response.method)):
+    if needs_law(response.method.limit):
         return balance_of_law(response, rows)
     return balance_between_events(response, rows, cancelled)

@@ -12,7 +12,6 @@ from typing import NamedTuple
 import numpy as np
 
 from ..drivers.event_driven import contact_state
-from ..methods import Reference
 from ..result import Cancelled, Response
 from .quadratic_forms import EnergyForms, energy_forms, phase_integrals
 from .result import EnergyBalance
@@ -59,7 +58,7 @@ class _Segment(NamedTuple):
 
 def _segments(response: Response, periods: int) -> list[_Segment]:
     """Cut the last ``periods`` periods at the events and at their quarters."""
-    rigid = isinstance(response.method, Reference)
+    rigid = response.method.rigid
     impacts, contacts = response.impacts.time, response.contacts
     closed = contacts[contacts[:, 1] < response.window[1], 1]
     times = np.unique(np.concatenate([impacts if rigid else [], contacts[:, 0], closed]))

@@ -8,7 +8,7 @@ import numpy as np
 
 from ..drivers.event_driven import contact_state
 from ..drivers.law_driven import law_powers
-from ..methods import ExactPenalty, Newmark, TimeStepping, spring_exponent
+from ..methods import ExactPenalty, Newmark, TimeStepping
 from ..result import Response
 from .quadratic_forms import energy_forms
 from .result import EnergyBalance
@@ -16,7 +16,7 @@ from .result import EnergyBalance
 
 def spring_energy(method: ExactPenalty | Newmark | TimeStepping, gap: np.ndarray) -> np.ndarray:
     """Energy that the contact spring stores at each gap, Kδⁿ⁺¹/(n + 1)."""
-    n = spring_exponent(method)
+    n = method.spring_exponent
     return method.stiffness * np.maximum(-gap, 0.0) ** (n + 1.0) / (n + 1.0)
 
 
@@ -29,7 +29,7 @@ def balance_of_law(response: Response, rows: np.ndarray) -> EnergyBalance:
         Of the section; the last n + 1 of the kept periods, or with the start before them.
     """
     system, method, begun = response.system, response.method, response.checkpoint.periods
-    if isinstance(method, ExactPenalty):
+    if not method.has_step:
         periods = range(begun, begun + len(response.section))
         powers = law_powers(system, response.eta, method, response.checkpoint.state, periods)[1 - len(rows) :]
     else:

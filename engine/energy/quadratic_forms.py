@@ -15,7 +15,6 @@ from typing import NamedTuple
 import numpy as np
 
 from ..drivers.parameters import equilibria, generators, parameters_of
-from ..methods import Reference
 from ..result import Response
 
 _TERMS = 16  # of the series in A s with |A| s ≤ 1/4
@@ -54,7 +53,7 @@ def energy_forms(response: Response) -> EnergyForms:
     work = _product(load1, _V1) + mu * _product(load1 + push, v2)
     dampers = 2 * p.d1 * _product(_V1) + 2 * mu * p.d2 * p.kappa * _product(v2)
     zero = np.zeros((6, 6))
-    rigid = isinstance(method, Reference)
+    rigid = method.rigid
     if rigid:
         dissipated = np.array([2 * (1 + mu) * p.d3 * p.kappa3 * _product(_V1), zero])
         # the contact force is proportional to g″ of the motion without contact

@@ -20,7 +20,7 @@ import numpy as np
 
 from ..divergence.contact import contact_frequency
 from ..drivers.event_driven import contact_state, displaced_state
-from ..methods import ExactPenalty, Method, Reference
+from ..methods import Method
 from ..model import System
 from ..motions.steady import REST
 from ..result import Response
@@ -96,7 +96,7 @@ def accumulated_rounding(setup: SimulationSetup) -> float:
     response = setup.solve()
     angle = response.window[1] * max(1.0, setup.system.kappa, setup.eta)
     touching = float((response.contacts[:, 1] - response.contacts[:, 0]).sum())
-    angle += touching * contact_frequency(setup.system, getattr(setup.method, "stiffness", 0.0))
+    angle += touching * contact_frequency(setup.system, setup.method.numbers.get("K", 0.0))
     return _size(response) * (1 + angle / PIECE)
 
 
@@ -138,14 +138,14 @@ def _changes(setup: SimulationSetup) -> Iterator[Change]:
     for name in ("d1", "d2", "d3", "clearance"):
         if getattr(setup.system, name):
             yield lambda old, r, name=name: replace(old, system=_scaled(old.system, name, 1 + r))
-    if isinstance(setup.method, Reference) and 0 < setup.system.restitution < 1:
+    if setup.method.rigid and 0 < setup.system.restitution < 1:
         yield lambda old, r: replace(old, system=_scaled(old.system, "restitution", 1 + r))
     for name, value in setup.system.excitation.numbers().items():
         if value != 0 and (name, value) != ("base", 1.0):  # with a base of 1 the lengths are counted in it
             yield lambda old, r, name=name: replace(
                 old, system=replace(old.system, excitation=_scaled(old.system.excitation, name, 1 + r))
             )
-    if isinstance(setup.method, ExactPenalty):
+    if not (setup.method.rigid or setup.method.has_step):
         for name in ("stiffness", "damping"):
             if getattr(setup.method, name) > 0:
                 yield lambda old, r, name=name: replace(old, method=_scaled(old.method, name, 1 + r))

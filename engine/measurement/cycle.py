@@ -139,7 +139,7 @@ def _last_cycle(response: Response, periods: int) -> Cycle:
     time = sampled.time - begin
     values, slopes = sampled.displacement, sampled.velocity
     closings = impacts.time[inside] - begin
-    if isinstance(response.method, Reference):
+    if response.method.rigid:
         position = np.array([impacts.position[inside], impacts.position2(response.system)[inside]])
         time = np.concatenate([time, closings - INSTANT * length, closings + INSTANT * length])
         values = np.concatenate([values, position, position], axis=1)

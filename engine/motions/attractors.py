@@ -14,7 +14,7 @@ import numpy as np
 
 from ..checks import whole
 from ..drivers.section import period_of
-from ..methods import STEPPING, Method
+from ..methods import Method
 from ..model import System
 from ..result import Response
 from ..simulate import simulate
@@ -153,7 +153,7 @@ def _starts(system, eta, method, count, seed, cancelled) -> np.ndarray:
 
 def _long_term_response(system, eta, method, start, cancelled) -> Response:
     """Return one cycle of the steady motion of a closed-form solver, or else the last periods of a long run."""
-    if not isinstance(method, STEPPING):
+    if not method.has_step:
         found = steady(system, eta, method, initial=start, max_period=schedule_of(method).longest, cancelled=cancelled)
         if found.periodic or not found.response.ok:
             return found.response
@@ -163,7 +163,7 @@ def _long_term_response(system, eta, method, start, cancelled) -> Response:
 
 def _limit_cycle(system, eta, method, run: Response, found: Motion, cancelled) -> np.ndarray | None:
     """The cycle, (p, 4), that a periodic motion of a solver with a time step tends to without one; None without any."""
-    if not isinstance(method, STEPPING) or found.type is not Kind.PERIODIC:
+    if not method.has_step or found.type is not Kind.PERIODIC:
         return None
     limit = steady(system, eta, method.limit, initial=run.section[-1], max_period=found.period, cancelled=cancelled)
     return limit.response.section if limit.periodic and limit.period == found.period else None

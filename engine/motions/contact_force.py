@@ -3,7 +3,6 @@
 import numpy as np
 
 from ..law_table import LAWS
-from ..methods import Reference, grid_steps
 from ..result import Response
 
 FEWEST_SAMPLES = 8  # in a contact, to see the peak of its force: 2 % off at most for half a sine wave
@@ -15,9 +14,9 @@ def peak_force(response: Response) -> float:
     if sampled is None:
         return np.nan
     spacing = sampled.time[1] - sampled.time[0]
-    every_step = spacing * grid_steps(method) < 1.5 * response.period and grid_steps(method) > 0
+    every_step = spacing * method.grid_steps < 1.5 * response.period and method.grid_steps > 0
     largest = float(sampled.force.max())
-    if isinstance(method, Reference) or every_step:
+    if method.rigid or every_step:
         return largest
     contacts = response.contacts[response.contacts[:, 1] > sampled.time[0]]
     if np.diff(contacts, axis=1).min(initial=np.inf) < FEWEST_SAMPLES * spacing:
@@ -42,7 +41,7 @@ def impulse_per_period(response: Response) -> float:
         return np.nan
     time, x, v = sampled.time, sampled.displacement[0], sampled.velocity[0]
     total = v[0] - v[-1] + 2 * c.d1 * (x[0] - x[-1]) - np.trapezoid(x - c.separate_rest[0], time)
-    if isinstance(response.method, Reference):
+    if response.method.rigid:
         excess = 2 * c.kappa3 * (c.joint_damping(response.method.joint_damping) - c.derived_joint_damping)
         total -= excess * np.diff(np.interp(response.contacts, time, x), axis=1).sum()
         impacts = response.impacts

@@ -6,7 +6,6 @@ from enum import StrEnum
 import numpy as np
 
 from ..drivers.section import describe_section, name_numbers
-from ..methods import Reference
 from ..result import Response, Status
 from ..wording import html_table
 from .contact_force import impulse_per_period, peak_force
@@ -186,7 +185,7 @@ def describe(response: Response, period: int | None = None) -> Motion:
     spans = np.clip(response.contacts, begin, end)
     lengths = spans[:, 1] - spans[:, 0]
     lasting = np.diff(response.contacts, axis=1)[:, 0] > SUDDEN * response.period
-    lasting |= isinstance(response.method, Reference)
+    lasting |= response.method.rigid
     at_start = (response.contacts[:, 0] <= 0.0) & (begin <= 0.0)  # which the section does not count
     begun = (response.contacts[:, 0] > begin) | at_start
     last = response.impacts.time > end - (period or len(section)) * response.period

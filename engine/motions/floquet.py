@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from ..methods import ExactPenalty, Method, Reference
+from ..methods import Method
 from ..model import System
 from ..simulate import simulate
 from .poincare_map import PoincareMap
@@ -43,7 +43,7 @@ def multipliers(
     (4,) complex ndarray
         Largest first; empty if the map has no derivative there.
     """
-    if isinstance(method, Reference | ExactPenalty):
+    if not method.has_step:
         poincare = PoincareMap(system, eta, method, cancelled)
         returned = poincare(poincare.coordinates(state), period)
         return np.empty(0, complex) if returned is None else eigenvalues_by_modulus(returned.jacobian)

@@ -6,7 +6,6 @@ arbitrary. The motion repeats itself if its impacts do, in position and velociti
 
 import numpy as np
 
-from ..methods import STEPPING
 from ..result import Response
 
 MOST_IMPACTS = 8  # of a cycle
@@ -23,7 +22,7 @@ def own_period(response: Response) -> float:
     """
     found = response.impacts
     rows = np.column_stack([found.position, found.velocity_before])
-    tolerance = (STEPPED if isinstance(response.method, STEPPING) else EXACT) * np.abs(rows).max(initial=0.0)
+    tolerance = (STEPPED if response.method.has_step else EXACT) * np.abs(rows).max(initial=0.0)
     for count in range(1, min(MOST_IMPACTS, len(rows) // 2) + 1):
         times = found.time[count:] - found.time[:-count]
         if np.abs(rows[count:] - rows[:-count]).max() <= tolerance and np.ptp(times) <= tolerance:

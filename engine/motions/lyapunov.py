@@ -125,7 +125,7 @@ def lyapunov(
     >>> found.is_chaotic, bool(found.exponent > 5 * found.error)
     (True, True)
     """
-    if not isinstance(method, Reference | ExactPenalty):
+    if method.has_step:
         raise ValueError(f"{method} has a time step: an exponent needs a closed form, Reference or ExactPenalty")
     eta = check_eta(eta)
     periods = whole("periods", periods, *PERIODS_RANGE, "give the excitation periods to average over")

@@ -23,7 +23,7 @@ import numpy as np
 from ..drivers.law_driven import remembers
 from ..drivers.section import period_of
 from ..energy.balance import energy_balance
-from ..methods import STEPPING, ExactPenalty, Method, Newmark, Reference, TimeStepping, is_located
+from ..methods import ExactPenalty, Method, Newmark, Reference, TimeStepping
 from ..model import System
 from ..result import Record, Response
 from ..simulate import simulate
@@ -101,7 +101,7 @@ def motion(
         return describe(subject)
     if eta is None or method is None:
         raise ValueError("a system alone has no motion: give motion(system, eta, method), or a response")
-    stepped = isinstance(method, STEPPING)
+    stepped = method.has_step
     find = _stepped_motion if stepped else _closed_form_motion
     if remembers(subject, method.limit if stepped else method):
         find = _remembering_motion
@@ -245,12 +245,12 @@ def _with_energy(described: Motion, run: Response, cancelled) -> Motion:
         return described
     balance = energy_balance(run, cancelled=cancelled)
     # the balance follows located steps in closed form; coarse steps deviate from it, and the balance does not close
-    if is_located(run.method) and not np.abs(balance.residual).max() <= UNBALANCED * balance.size:
+    if run.method.located and not np.abs(balance.residual).max() <= UNBALANCED * balance.size:
         return described
     cycle = described.period or 1
     balanced = len(balance.lost) // cycle * cycle  # periods: whole cycles
     lost, created = (float(each[-balanced:].mean()) for each in (balance.lost, balance.residual))
-    stepped = isinstance(run.method, STEPPING)
+    stepped = run.method.has_step
     return replace(described, energy_lost=lost, energy_created=created if stepped else np.nan)
 
 
@@ -262,10 +262,10 @@ def _with_samples(described: Motion, run: Response, cancelled) -> Motion:
 
     Of a motion that does not repeat itself FEWEST periods are sampled at least; nothing if that takes too many steps.
     """
-    per_period = run.method.steps if isinstance(run.method, STEPPING) else SAMPLES
+    per_period = run.method.steps if run.method.has_step else SAMPLES
     cycle, most = described.period or 1, max(MOST_SAMPLES // per_period, 0 if described.period else FEWEST)
     periods = cycle * max(1, min(SAMPLED, most) // cycle)
-    if is_located(run.method) or not isinstance(run.method, STEPPING):
+    if run.method.located or not run.method.has_step:
         periods += cycle  # their balance begins with the second period
     if periods > run.keep or periods * per_period > STORED_SAMPLES:
         return described

@@ -71,7 +71,7 @@ class PoincareMap:
     def __init__(
         self, system: System, eta: float, method: Reference | ExactPenalty, cancelled: Callable[[], bool] | None
     ):
-        self.mechanics, self.rigid = system, isinstance(method, Reference)
+        self.mechanics, self.rigid = system, method.rigid
         self.by_differences = needs_law(method)
         self.flow = LawFlow(system, eta, method) if self.by_differences else LinearFlow(set_up(system, eta, method))
         self.cancelled = cancelled

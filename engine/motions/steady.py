@@ -167,7 +167,7 @@ def steady(
     >>> found.periodic, found.period, found.stable
     (True, 1, True)
     """
-    if not isinstance(method, Reference | ExactPenalty):
+    if method.has_step:
         raise ValueError(f"{method} has a time step: steady motion needs a closed form, Reference or ExactPenalty")
     eta = check_eta(eta)
     max_period = whole("max_period", max_period, 1, MAX_PERIOD_LIMIT, "give the longest cycle to look for")

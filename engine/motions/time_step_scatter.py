@@ -24,7 +24,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..drivers.section import TOLERANCE, period_of
-from ..methods import STEPS_RANGE, is_located
+from ..methods import STEPS_RANGE
 from ..result import Response
 from ..simulate import simulate
 from ..wording import counted, every, rounded
@@ -211,11 +211,11 @@ def type_of_band(own_period: int, limit: Kind, limit_period: int, shrinks: bool)
 def _finer_bands(run: Response, period: int, width: float, cancelled) -> list[Band]:
     """The band with more and more steps, until its width is clearly smaller than ``width``."""
     bands = []
-    for factor in FINER_LOCATED if is_located(run.method) else FINER:
+    for factor in FINER_LOCATED if run.method.located else FINER:
         steps = factor * run.method.steps
         if steps > STEPS_RANGE[1]:
             break
-        skipping = {"every_step": False} if hasattr(run.method, "every_step") else {}
+        skipping = {"every_step": False} if run.method.has_step else {}
         method = replace(run.method, steps=steps, **skipping)
         options = {"periods": TRANSIENT + KEEP, "keep": KEEP, "initial": run.section[-1], "cancelled": cancelled}
         finer = simulate(run.system, run.eta, method, **options)

@@ -96,7 +96,7 @@ def trapping_regions(
         if returned is None:
             return regions
         orbit = FixedPoint(turns * found.period, state, returned, 0)
-        factor = _factor_of_region(poincare, orbit, isinstance(method, Reference), size)
+        factor = _factor_of_region(poincare, orbit, method.rigid, size)
         if factor is not None:
             regions.append(Region(poincare.displacements(state), factor @ to_map))
         state = poincare(state, apart).state
@@ -107,7 +107,7 @@ def _dampers(system: System, method: Reference | ExactPenalty) -> tuple[float, .
     """Every damper that a motion may have to come to rest by: of each body, and of both joined."""
     if system.wall:
         return (system.d1,)
-    joined = (system.joint_damping(method.joint_damping),) if isinstance(method, Reference) else ()
+    joined = (system.joint_damping(method.joint_damping),) if method.rigid else ()
     return (system.d1, system.d2, *joined)
 
 

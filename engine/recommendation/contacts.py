@@ -19,7 +19,6 @@ from ..divergence.contact import contact_duration
 from ..divergence.encounters import SHORT, delivered_restitution, mean_closing_speed
 from ..divergence.error import Target
 from ..divergence.grid import simulate_samples
-from ..methods import grid_steps
 from ..motions.contact_force import peak_force
 from ..restitution import effective_restitution
 from ..result import Record, Response
@@ -136,7 +135,7 @@ def contacts_of(
 
 def peak_of(run: Response, period: int, cancelled: Callable[[], bool] | None, samples: int = SAMPLES) -> float:
     """Return the largest contact force in as many kept periods as the samples allow, and at least in one cycle."""
-    steps = grid_steps(run.method)
+    steps = run.method.grid_steps
     per_period = steps
     if not steps:
         shortest = np.diff(run.contacts, axis=1).min(initial=run.period)

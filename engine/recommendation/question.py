@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ..arguments import shown
-from ..methods import STEPPING, Newmark, Reference, TimeStepping, is_located
+from ..methods import Newmark, Reference, TimeStepping
 from ..model import System, check_eta
 from .contacts import Tolerances
 from .limits import Limits
@@ -66,7 +66,7 @@ class SettingQuestion:
         for name, kind in _KINDS.items():
             if not isinstance(getattr(self, name), kind):
                 raise ValueError(f"{name} = {shown(getattr(self, name))} is not a {kind.__name__}")
-        if not isinstance(self.scheme, STEPPING):
+        if not self.scheme.has_step:
             raise ValueError(f"scheme = {shown(self.scheme)} has no time step: give a Newmark or a TimeStepping")
         object.__setattr__(self, "etas", etas)
         object.__setattr__(self, "scheme", with_setting(self.scheme, _UNSET))
@@ -80,4 +80,4 @@ class SettingQuestion:
     @property
     def located(self) -> bool:
         """Whether steps are cut at contact changes, so that the cost counts solves."""
-        return is_located(self.scheme)
+        return self.scheme.located

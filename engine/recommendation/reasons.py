@@ -87,7 +87,7 @@ def unmet_tolerance_reason(
     stiffness_max = limits.stiffness_max if limits.stiffness is None else limits.stiffness
     if not front:
         none = f"no K up to {stiffness_max:g} gave a run that reached its end within {limits.steps_max} steps"
-        if getattr(trials.scheme, "without_solution", "") == "stop" and trials.scheme.status == "end":
+        if trials.scheme.counts_solutions and trials.scheme.without_solution == "stop":
             return (
                 f"{none}: with contact at the end, a step has no solution sooner or later; keep its status or halve it"
             )

@@ -3,7 +3,7 @@
 import math
 from dataclasses import dataclass
 
-from ..methods import Newmark, TimeStepping, stages_of
+from ..methods import Newmark, TimeStepping
 from ..wording import html_table
 from .contacts import Contacts, Tolerances
 from .question import SettingQuestion
@@ -139,7 +139,7 @@ class Recommendation:
     @property
     def solves(self) -> float:
         """Solves per period of ``best``: its cost, twice that with two stages in a step; nan if there is no setting."""
-        return math.nan if self.best is None else self.best.cost * stages_of(self.scheme)
+        return math.nan if self.best is None else self.best.cost * self.scheme.stages
 
     @property
     def compensated(self) -> bool:

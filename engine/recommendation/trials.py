@@ -37,7 +37,7 @@ from ..divergence.encounters import mean_closing_speed
 from ..divergence.error import Target
 from ..divergence.grid import PER_PERIOD
 from ..divergence.sampled_runs import SampledRuns
-from ..methods import STEPS_RANGE, Method, Newmark, TimeStepping, is_located
+from ..methods import STEPS_RANGE, Method, Newmark, TimeStepping
 from ..motions.steady import KEEP, LONG, Steady
 from ..result import Record, Response
 from ..simulate import simulate
@@ -126,7 +126,7 @@ class Trials:
         self.tolerances = tolerances or Tolerances()
         self.eta = found.response.eta
         self._system = found.response.system
-        self.scheme, self.located = scheme, is_located(scheme)
+        self.scheme, self.located = scheme, scheme.located
         self.closing_speed = mean_closing_speed(found.response)
         self._pool = pool
         self._cancelled = cancelled

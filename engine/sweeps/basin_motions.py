@@ -25,7 +25,7 @@ from ..drivers.batch import are_compiled
 from ..drivers.law_driven import remembers
 from ..drivers.section import period_of
 from ..drivers.threads import thread_count
-from ..methods import STEPPING, Method, Reference
+from ..methods import Method
 from ..model import System
 from ..motions.description import Kind
 from ..motions.motion import motion
@@ -125,9 +125,9 @@ class BasinSearch:
     def __init__(self, system: System, eta: float, method: Method, plane: StartPlane, transient: int, sample: int):
         self.system, self.eta, self.method, self.plane = system, eta, method, plane
         self.transient, self.sample = transient, sample
-        self.closed_form = not isinstance(method, STEPPING) and not remembers(system, method)
+        self.closed_form = not method.has_step and not remembers(system, method)
         self._row = Cells(system, [eta], method).parameters()
-        self.trapped = not isinstance(method, STEPPING) and bool(are_compiled(method, self._row)[0])
+        self.trapped = not method.has_step and bool(are_compiled(method, self._row)[0])
         self._least = 0.0
         self._found: list[BasinMotion] | None = None
 
@@ -239,7 +239,7 @@ class BasinSearch:
 
     def _clean(self, states: np.ndarray) -> np.ndarray:
         """States from which a run can go on: those of a reference do not penetrate, not even by rounding."""
-        if not isinstance(self.method, Reference):
+        if not self.method.rigid:
             return states
         return np.array([without_penetration(self.system, state) for state in states]).reshape(-1, 4)
 

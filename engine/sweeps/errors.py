@@ -26,7 +26,7 @@ from ..divergence.grid import closest_repetition, relative_to, rms
 from ..divergence.grid import samples_by_period as by_period
 from ..drivers.differences import ALONE, BESIDE, OWN_LIMIT, Cycles, Grid, Motions, differences
 from ..drivers.threads import thread_count
-from ..methods import ExactPenalty, Reference
+from ..methods import Reference
 from ..model import System
 from ..result import Cancelled, Checkpoint, Record
 from ..simulate import simulate
@@ -121,7 +121,7 @@ class ReferenceMotion:
             return errors
         parts, limits = np.full(len(cells), ALONE), cells
         if exact is not None and self.splits:
-            own_limit = isinstance(cells.method, ExactPenalty)
+            own_limit = not cells.method.has_step
             limits = cells if own_limit else replace(cells, method=cells.method.limit, steps=None)
             parts[exact.ok & (exact.near_period == self.period)] = OWN_LIMIT if own_limit else BESIDE
         steps, grid = np.unique(cells.steps_each()[chosen].astype(int), return_inverse=True)

@@ -18,7 +18,7 @@ from ..arguments import shown
 from ..batch import run_cells
 from ..cells import CellResults, Cells
 from ..checks import require, whole
-from ..methods import METHOD_NUMBERS, STEPPING, ExactPenalty, Reference, counts_solutions
+from ..methods import METHOD_NUMBERS
 from ..motions.lyapunov import PERIODS_RANGE, lyapunov
 from ..motions.motion import FARTHEST, classify
 from . import variables as vocabulary
@@ -80,11 +80,9 @@ class EtaStudy(Study):
         over, method = self.over, self.method
         if over not in OVER:
             raise ValueError(f"over = {shown(over)} is no parameter that can be swept: give one of {', '.join(OVER)}")
-        if over in METHOD_NUMBERS and not isinstance(
-            method, STEPPING if over == "steps" else (*STEPPING, ExactPenalty)
-        ):
+        if over in METHOD_NUMBERS and over not in method.numbers:
             raise ValueError(f"the {method.name} method has no {over}: sweep another parameter, or give another solver")
-        if over == "restitution" and not isinstance(method, Reference):
+        if over == "restitution" and not method.rigid:
             raise ValueError(f"the {method.name} method has no impact law and so no restitution: sweep D instead")
         if self.direction not in DIRECTIONS:
             raise ValueError(f"direction = {self.direction!r} is not one of {', '.join(DIRECTIONS)}")
@@ -123,14 +121,14 @@ class EtaStudy(Study):
         """The variables of each cell."""
         cell = (self.over,)
         found = variables_of(vocabulary.MOTION, cell)
-        if not isinstance(self.method, STEPPING):
+        if not self.method.has_step:
             del found["longest_contact_steps"]
         found |= {name: Variable((*cell, "sample"), "f8", vocabulary.SECTION.format(name)) for name in self.coordinates}
         if self.lyapunov:
             found |= variables_of(vocabulary.EXPONENT, cell)
         found["motion"] = Variable(cell, "i1", vocabulary.KIND, KIND_FLAGS)
         found |= variables_of(vocabulary.IMPACT_PHASE, cell)
-        if counts_solutions(self.method):
+        if self.method.counts_solutions:
             found |= variables_of(vocabulary.SOLUTION_COUNTS, cell)
         found["end"] = Variable((*cell, "component"), "f8", vocabulary.END)
         return found | {"status": status_variable(cell)}
@@ -212,7 +210,7 @@ class EtaStudy(Study):
         """
         super().check()
         require("cells after refinement", self.cells * 2.0**self.refine, 1, CELLS_LIMIT, "refine less")
-        if self.lyapunov and isinstance(self.method, STEPPING):
+        if self.lyapunov and self.method.has_step:
             raise ValueError("a Lyapunov exponent needs a closed form: sweep with the reference or exact solver")
 
     def refined(self, found: dict[str, np.ndarray]) -> "EtaStudy | None":

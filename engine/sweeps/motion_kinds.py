@@ -25,7 +25,7 @@ from ..batch import run_cells
 from ..cells import CellResults, Cells
 from ..drivers.section import TOLERANCE
 from ..drivers.threads import thread_count
-from ..methods import STEPPING, STEPS_RANGE, Method, is_located
+from ..methods import STEPS_RANGE, Method
 from ..model import System
 from ..motions.description import Kind
 from ..motions.lyapunov import lyapunov
@@ -77,7 +77,7 @@ def known_kinds(study: EtaStudy, values: dict[str, np.ndarray]) -> dict[str, np.
 
 def _known_kinds(method: Method, status: np.ndarray, period: np.ndarray) -> dict[str, np.ndarray]:
     found = unknown_kinds(len(status))
-    clear = (status == 0) & ((period == 1) if isinstance(method, STEPPING) else (period > 0))
+    clear = (status == 0) & ((period == 1) if method.has_step else (period > 0))
     found["kind"][clear] = CellKind.PERIODIC
     found["kind_period"][clear] = period[clear]
     found["kind"][(status != 0) & (status != MISSING)] = CellKind.ENDED_EARLY
@@ -199,7 +199,7 @@ def _judge(cells: Cells, period, end, run: dict, how: dict) -> dict[str, np.ndar
     found["kind"][:] = CellKind.UNDECIDED
     near = np.flatnonzero((np.abs(end) <= FARTHEST).all(axis=1))
     some = replace(_selected(cells, near), initial=end[near])
-    if isinstance(cells.method, STEPPING):
+    if cells.method.has_step:
         chosen, *late = _as_late(some, run, how)
         near, judged = near[chosen], _judge_newmark(*late, run, how)
     else:
@@ -363,8 +363,8 @@ def _shrinks(cells: Cells, limit: dict[str, np.ndarray], widths: np.ndarray, ask
     """
     shrinks = np.zeros(len(cells), bool)
     open_cells = np.flatnonzero(asked & (limit["kind"] != CellKind.UNDECIDED))
-    skipping = {"every_step": False} if hasattr(cells.method, "every_step") else {}
-    for factor in FINER_LOCATED if is_located(cells.method) else FINER:
+    skipping = {"every_step": False} if cells.method.has_step else {}
+    for factor in FINER_LOCATED if cells.method.located else FINER:
         steps = factor * cells.steps_each()[open_cells]
         open_cells, steps = open_cells[steps <= STEPS_RANGE[1]], steps[steps <= STEPS_RANGE[1]]
         if not len(open_cells):

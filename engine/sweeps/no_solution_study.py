@@ -11,7 +11,6 @@ from typing import ClassVar
 import numpy as np
 
 from ..batch import run_cells
-from ..methods import TimeStepping
 from ..result import STATUSES, Status
 from . import variables as vocabulary
 from .axis import ascending_values
@@ -38,7 +37,7 @@ class NoSolutionStudy(Study):
     def __post_init__(self):
         super().__post_init__()
         self._set(K=ascending_values("K", self.K), steps=ascending_values("steps", self.steps))
-        if not isinstance(self.method, TimeStepping) or self.method.status != "end":
+        if not self.method.counts_solutions:
             raise ValueError(
                 "each step has one solution: give a method that takes the contact status from the end of steps, "
                 "TimeStepping with status = 'end'"

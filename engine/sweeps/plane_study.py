@@ -16,7 +16,6 @@ import numpy as np
 from ..batch import run_cells
 from ..cells import CellResults
 from ..divergence.contact import equal_restitution_damping
-from ..methods import STEPPING, counts_solutions
 from . import variables as vocabulary
 from .axis import ascending_values
 from .errors import reference_motion
@@ -70,13 +69,13 @@ class PlaneStudy(Study):
         dims = ("K", "D")
         own = variables_of(vocabulary.PENALTY_MOTION | vocabulary.IMPACT_PHASE | vocabulary.PHASE_ERROR, dims)
         found = dict(own)
-        if not isinstance(self.method, STEPPING):
+        if not self.method.has_step:
             del found["longest_contact_steps"]
-        if counts_solutions(self.method):
+        if self.method.counts_solutions:
             found |= variables_of(vocabulary.SOLUTION_COUNTS, dims)
         if self.parts:
             found |= variables_of(vocabulary.ERRORS, dims)
-        if self.parts and isinstance(self.method, STEPPING):
+        if self.parts and self.method.has_step:
             del own["longest_contact_steps"]
             if "exact_error" in self.only:
                 own["error"] = found["error"]

@@ -6,7 +6,7 @@ import numpy as np
 
 from ..arguments import shown
 from ..checks import require
-from ..methods import Method, Reference
+from ..methods import Method
 from ..model import System
 
 PHASE = "phase"  # when a run begins, as a share of the excitation period
@@ -79,7 +79,7 @@ class StartPlane:
 
 def can_begin(system: System, method: Method, starts: np.ndarray) -> np.ndarray:
     """Whether a solver can begin from each start, (n,) of bool: the reference knows no penetration."""
-    if not isinstance(method, Reference):
+    if not method.rigid:
         return np.ones(len(starts), bool)
     return system.overlaps_of(starts) == 0
 

@@ -16,7 +16,7 @@ from .. import laws
 from ..batch import run_cells
 from ..cells import CellResults, Cells
 from ..divergence.time_step import with_located_steps
-from ..methods import Method, is_located
+from ..methods import Method
 from ..result import Record
 from ..simulate import simulate
 from . import variables as vocabulary
@@ -59,7 +59,7 @@ class StepStudy(Study):
     def __post_init__(self):
         super().__post_init__()
         self._set(steps=ascending_values("steps", self.steps), initial=start_of(self.initial))
-        if is_located(self.method):
+        if self.method.located:
             raise ValueError("located steps stand beside those of the study anyway: give status = 'start' or 'end'")
 
     @cached_property

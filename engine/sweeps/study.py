@@ -18,7 +18,7 @@ import numpy as np
 
 from ..cells import Cells
 from ..checks import require, whole
-from ..methods import METHOD_NUMBERS, Method, TimeStepping
+from ..methods import METHOD_NUMBERS, Method
 from ..model import BODY_2, FORCES_ON_BODY_2, System, check_eta
 from ..simulate import KEEP_LIMIT, PERIODS_LIMIT, STEPS_LIMIT
 from .digest import engine_digest
@@ -178,7 +178,7 @@ class Study(abc.ABC):
             method = replace(self.method, **own)
             check_eta(point.get("eta", self.eta))
             self.system.changed(constants)  # raises where constants do not go together
-            steps = getattr(method, "steps", 0) * self.periods_per_cell
+            steps = method.steps * self.periods_per_cell
             require("periods × steps", steps, 0, STEPS_LIMIT, "run fewer periods or fewer steps per period")
 
     def points(self, batch: "Batch | None" = None) -> dict[str, np.ndarray]:
@@ -227,6 +227,6 @@ class Study(abc.ABC):
 
 def _method_numbers(method: Method) -> dict[str, object]:
     numbers = {"name": method.name} | asdict(method)
-    if isinstance(method, TimeStepping):  # its class names the integrator, not its numbers
+    if method.has_choices:  # its class names the integrator, not its numbers
         numbers["integrator"] = {"name": method.integrator.name} | numbers["integrator"]
     return numbers

@@ -6,7 +6,6 @@ from functools import cached_property
 
 import numpy as np
 from vibroscope.engine import Checkpoint, Record, Reference, simulate
-from vibroscope.engine.methods import spring_exponent
 
 PER_PERIOD = 200  # samples
 SECTION = 1000  # periods of a section that is compared as a distribution
@@ -188,7 +187,7 @@ def rebound_alone(system, method):
 
 def undamped_duration(system, method, speed):
     """How long a contact of the spring Kδⁿ alone lasts between free bodies that close with a speed."""
-    power = spring_exponent(method) + 1
+    power = method.spring_exponent + 1
     depth = (power * system.mass_share * speed**2 / (2 * method.stiffness)) ** (1 / power)
     # ∫ dx/√(1 − x^power) from 0 to 1
     whole = math.sqrt(math.pi) * math.gamma(1 + 1 / power) / math.gamma(0.5 + 1 / power)

@@ -24,11 +24,10 @@ NEED_NONE = {
         "search_branches",
         "branches_dataset",
         "recommend_schemes",
-        "stages_of",
         "sweep_basin",
         "basin_difference",
     ),  # as those that they are named after
-    *("difference_in_kind", "touching", "integrator_name", "is_located", "status_of"),
+    *("difference_in_kind", "touching"),
     *("end_text", "finite_or_none", "many"),
 }
 

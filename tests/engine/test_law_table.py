@@ -12,7 +12,6 @@ from vibroscope.engine.energy.law import spring_energy
 from vibroscope.engine.kernels.equations.contact_law import law_force
 from vibroscope.engine.law_table import LAWS, laws_with, numbers_of
 from vibroscope.engine.laws import formula_damper
-from vibroscope.engine.methods import spring_exponent
 
 from tests.law_numbers import law_numbers
 from tests.naive_laws import force
@@ -65,7 +64,7 @@ def test_a_law_without_a_formula_needs_its_damping(law):
 def test_a_linear_law_has_the_duration_and_the_energy_of_a_linear_spring(law):
     system = System()
     for method in (ExactPenalty(K, 2.0, law), TimeStepping(K, 2.0, 500, law=law)):
-        assert spring_exponent(method) == parameters_of(system, 1.3, method).exponent == 1.0
+        assert method.spring_exponent == parameters_of(system, 1.3, method).exponent == 1.0
         assert contact_duration(system, method, 2.0) == pytest.approx(math.pi / contact_frequency(system, K))
         np.testing.assert_allclose(spring_energy(method, np.array([-DEPTH, DEPTH])), [0.5 * K * DEPTH**2, 0.0])
 
@@ -84,7 +83,7 @@ def test_numbers_and_defaults_are_those_of_the_methods():
 @pytest.mark.parametrize("law", CONTACT_LAWS)
 def test_newmark_takes_the_laws_that_the_table_says(law):
     if LAWS[law].newmark:
-        assert spring_exponent(Newmark(K, 2.0, 500, law=law)) == 1.0
+        assert Newmark(K, 2.0, 500, law=law).spring_exponent == 1.0
     else:
         with pytest.raises(ValueError, match="stepped by TimeStepping"):
             Newmark(K, 2.0, 500, law=law)

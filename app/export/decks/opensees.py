@@ -5,7 +5,6 @@ from math import sqrt
 from vibroscope.app.export.decks.problem import LINEAR, DeckProblem, check, refuse
 from vibroscope.engine.law_table import RATIO_LAWS
 from vibroscope.engine.laws import damper_of
-from vibroscope.engine.methods import spring_exponent
 
 NAME, SUFFIX, STATUS = "OpenSeesPy", "py", "end"
 LAWS = (LINEAR, *RATIO_LAWS, "jankowski")  # Hertzdamp has those whose damper is a factor of the spring's force
@@ -159,7 +158,7 @@ def _contact(problem: DeckProblem) -> str:
     if problem.gap() < 0.0:
         raise refuse(NAME, "a start with overlap for this law", "give a start at which the bodies are apart")
     damper, by_speed = damper_of(system, method)
-    power = spring_exponent(method)
+    power = method.spring_exponent
     stiffness, _ = problem.contact
     if method.law == "jankowski":
         ratio = damper / (2.0 * sqrt(method.stiffness * system.mass_share))

@@ -12,13 +12,11 @@ from vibroscope.engine import (
     CONTACT_LAWS,
     CONTACT_STATUSES,
     Newmark,
-    NewmarkBeta,
     Status,
     System,
     TimeStepping,
     Units,
     simulate,
-    status_of,
 )
 from vibroscope.engine.checks import whole
 from vibroscope.engine.integrators import Integrator
@@ -178,7 +176,7 @@ class DeckProblem:
 
     def accelerations(self) -> tuple[float, ...]:
         """Accelerations of the bodies at the start, by the equations of motion, or zero if the method says so."""
-        if getattr(self.method, "initial_acceleration", "equation") == "zero":
+        if self.method.initial_acceleration == "zero":
             return (0.0,) * len(self.bodies)
         gap, push = self.gap(), 0.0
         if gap <= 0.0 and self.method.law == LINEAR:  # another one is zero at touch
@@ -196,12 +194,12 @@ class DeckProblem:
     @property
     def integrator(self) -> Integrator:
         """The integrator of the method."""
-        return getattr(self.method, "integrator", NewmarkBeta())
+        return self.method.integrator
 
     @property
     def status(self) -> str | None:
         """The contact status that the method asks for: "end" or "located"; None: it is left to the code."""
-        status = status_of(self.method)
+        status = self.method.status
         return None if status == CONTACT_STATUSES[0] else status
 
     @property
@@ -233,7 +231,7 @@ class DeckProblem:
     def _stepping(self, status: str) -> TimeStepping:
         """The method with the contact status of a code."""
         found = self.method
-        if isinstance(found, Newmark):
+        if not found.has_choices:
             found = TimeStepping(found.stiffness, found.damping, found.steps, law=found.law)
         return replace(found, status=status)
 
@@ -288,5 +286,5 @@ def check(problem: DeckProblem, code: str, laws: tuple[str, ...], integrators: t
         raise refuse(code, f"integrator = {name!r}", f"this deck has {', '.join(integrators)}")
     if problem.status not in (None, status):
         raise refuse(code, f"status = {problem.status!r}", f"it has {status!r}; give that, or none")
-    if getattr(problem.method, "without_solution", "stop") != "stop":
+    if problem.method.without_solution != "stop":
         raise refuse(code, f"without_solution = {problem.method.without_solution!r}", "the deck's step is constant")

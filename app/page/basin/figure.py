@@ -118,7 +118,7 @@ def within(span: tuple[float, float]) -> tuple[float, float]:
 
 
 def _method_words(side: str, question: BasinQuestion) -> str:
-    steps = getattr(question.penalty, "steps", None)
+    steps = question.penalty.steps
     if side == "reference":
         return ""
     return " without a time step" if steps is None else f", T/{steps}"

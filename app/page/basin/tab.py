@@ -29,7 +29,7 @@ from vibroscope.app.studies.basin import (
     grow_basin,
 )
 from vibroscope.app.studies.cell_classes import DIVERGED, NO_NUMBER, SPECIAL
-from vibroscope.engine import CONTACT_LAWS, ExactPenalty, Method, percent
+from vibroscope.engine import CONTACT_LAWS, Method, percent
 from vibroscope.engine.sweeps.start_plane import PHASE, STATE
 
 _PLANE_NAMES = {
@@ -101,7 +101,7 @@ class BasinTab(StudyTab):
         if self.panel.chosen["model"] == "exact" and _limit(setting) is None:
             return 'This contact law has no solution without a time step: choose "as set under Solver" here.'
         penalty = self._penalty(setting)
-        closed = isinstance(penalty, ExactPenalty) and penalty.law == CONTACT_LAWS[0]
+        closed = not penalty.has_step and penalty.law == CONTACT_LAWS[0]
         if PHASE in self._plane(setting) and not closed:
             return (
                 "Starts at another phase need a solver in closed form: choose the penalty model without a time step "
@@ -160,7 +160,7 @@ class BasinTab(StudyTab):
         calls["difference"] = f"basin_difference({', '.join(SIDES)})"
         methods = [question.method(side) for side in SIDES]
         names = {type(method).__name__ for method in methods}
-        names |= {type(method.integrator).__name__ for method in methods if hasattr(method, "integrator")}
+        names |= {type(method.integrator).__name__ for method in methods if method.has_choices}
         return sweep_python(calls, question.system, *names)
 
     def command(self, setting: Setting) -> str:

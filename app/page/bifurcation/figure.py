@@ -42,7 +42,7 @@ from vibroscope.app.studies.bifurcation import (
     kind_names,
 )
 from vibroscope.app.studies.cell_classes import KINDS, PERIODS, period_class
-from vibroscope.engine import Newmark, Reference, System, TimeStepping, is_located
+from vibroscope.engine import System
 from vibroscope.engine.sweeps import CellKind
 
 COORDINATES = {"xi1": "displacement ξ₁", "v1": "velocity ξ₁′", "xi2": "displacement ξ₂", "v2": "velocity ξ₂′"}
@@ -229,7 +229,7 @@ class BifurcationView:
         self._title(result, setting)
         values, scattered = (_columns(result, coordinate, factors, artefacts=chosen) for chosen in (False, True))
         none = dict.fromkeys(values, values["eta"][:0])
-        drawn = "reference" if isinstance(result.question.method, Reference) else "penalty"
+        drawn = "reference" if result.question.method.rigid else "penalty"
         for solver, source in self.points.items():
             _put(source, values if solver == drawn else none)
         _put(self.artefacts, scattered)
@@ -292,11 +292,11 @@ class BifurcationView:
 
 def name_of(method, over: str = "eta") -> str:
     """A solver as the figures call it, without the number that is swept."""
-    if isinstance(method, Newmark | TimeStepping):
+    if method.has_step:
         steps = "" if over == "steps" else f" T/{method.steps}"
         name, _, located = name_of_method(method).partition(f", {CUT}")
-        return f"{name}{steps}{f', {CUT}' if located or is_located(method) else ''}"
-    return "Reference" if isinstance(method, Reference) else "Exact penalty"
+        return f"{name}{steps}{f', {CUT}' if located or method.located else ''}"
+    return "Reference" if method.rigid else "Exact penalty"
 
 
 def _look(period: int, kind: int) -> tuple[str, str]:

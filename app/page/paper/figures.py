@@ -13,7 +13,7 @@ from vibroscope.app.page.shared.figure import BLUE, CLICK, INK, PENALTY, REFEREN
 from vibroscope.app.page.shared.ranges import OwnedRange, extent
 from vibroscope.app.paper import CellMap, PhasePlots, Picture, TimeHistory
 from vibroscope.app.studies.raster import raster
-from vibroscope.engine import Diagram, Reference, Response, motion
+from vibroscope.engine import Diagram, Response, motion
 
 _LOOKS = {"reference": REFERENCE, "penalty": PENALTY}
 _DOTS = {
@@ -64,7 +64,7 @@ def _(picture: TimeHistory, name: str) -> figure:
     """Displacements over two periods, with the reference's force and impacts or the penalty's contacts as bands."""
     run, samples = picture.run, picture.run.trajectory
     series = {"ξ₁": samples.displacement[0], "ξ₂": samples.displacement[1]}
-    exact = isinstance(run.method, Reference)
+    exact = run.method.rigid
     if exact and samples.force.any():  # a penalty force is a hundred times as high
         series["force λ"] = samples.force
     series = {label: values.astype(np.float32) for label, values in series.items()}

@@ -22,7 +22,7 @@ from vibroscope.app.studies import cell_classes as classes
 from vibroscope.app.studies.branches import why_none
 from vibroscope.app.studies.plane import COUNT, SAMPLE, SIDES, TRANSIENT, PartialPlane, PlaneQuestion, grow_plane
 from vibroscope.app.studies.plane_curves import CurvesQuestion
-from vibroscope.engine import TimeStepping, counted, percent
+from vibroscope.engine import counted, percent
 from vibroscope.engine.sweeps import CellKind, kind_words
 
 _SUDDEN = 30  # steps: the paper takes a contact of fewer for one sudden impact
@@ -100,7 +100,7 @@ class PlaneTab(StudyTab):
         quantity, located = self.panel.chosen["quantity"], setting.located == "yes"
         more = {"errors": quantity == "error", "judged": quantity == "near_period"}
         penalty = setting.penalty
-        if isinstance(penalty, TimeStepping):  # what it computes does not depend on its K and D
+        if penalty.has_choices:  # what it computes does not depend on its K and D
             more["other"] = replace(penalty, stiffness=1.0, damping=1.0)
         return PlaneQuestion(setting.system, setting.eta, setting.steps, located, **more, **self.view.spans)
 

@@ -27,7 +27,7 @@ from vibroscope.app.page.shared.figure import (
 from vibroscope.app.page.shared.muting import show_entry
 from vibroscope.app.page.shared.ranges import OwnedRange
 from vibroscope.app.studies.speed import CHECKED, KINDS, SWEPT, PartialSpeed, SolverKey
-from vibroscope.engine import Newmark, TimeStepping, integrator_name
+from vibroscope.engine import Newmark, TimeStepping
 
 _LINES = {"reference": (BLUE, "solid", 4), "exact": (VIOLET, "dashed", 2)}
 _MARKS = {
@@ -202,7 +202,7 @@ def names_of(method: Newmark | TimeStepping, kinds: Sequence[str]) -> dict[str, 
         "exact": "exact penalty",
         "fixed": f"{name}, {'steps skipped' if 'plain' in kinds else 'every step taken'}",
         "plain": f"{name}, plain loop",
-        "located": f"{name_of_integrator(integrator_name(method))}, {CUT}",
+        "located": f"{name_of_integrator(method.integrator.name)}, {CUT}",
     }
     return {kind: names[kind] for kind in kinds}
 

@@ -15,7 +15,7 @@ from vibroscope.app.page.files import style
 from vibroscope.app.page.speed.figure import SpeedView, error_column
 from vibroscope.app.page.study.tab import StudyTab, free_obstacle
 from vibroscope.app.studies.speed import CHECKED, KINDS, PERIODS, PartialSpeed, SolverKey, SpeedQuestion, grow_speed
-from vibroscope.engine import Units, status_of, written
+from vibroscope.engine import Units, written
 
 # Served from assets/speed; `benchmarks/work_precision.py --write` renews it.
 FIGURE = "speed/work-precision.svg"
@@ -132,7 +132,7 @@ def statements(setting: Setting, result: PartialSpeed) -> list[list[str]]:
 
 def _cost(result: PartialSpeed, key: SolverKey, scale: Units | None) -> str:
     if not math.isfinite(result.errors[key]):
-        other = ", or another choice for steps without a solution" if status_of(result.question.method) == "end" else ""
+        other = ", or another choice for steps without a solution" if result.question.method.status == "end" else ""
         return (
             f"No error: this run or the exact penalty model's gave up within {CHECKED} periods. "
             f"Take a smaller step{other}."

@@ -24,7 +24,6 @@ from vibroscope.app.page.shared.muting import Muting
 from vibroscope.app.page.study.panel import StudyPanel
 from vibroscope.app.page.tab import COMPUTING, Move, Tab, TabHost, on_loop
 from vibroscope.app.studies.study_job import RESULTS, Grow, PartialResult, StudyJob
-from vibroscope.engine import TimeStepping
 
 
 class StudyTab(Tab):
@@ -282,7 +281,7 @@ def free_obstacle(setting: Setting, shown: str, why: str = "begins at rest, wher
 
 def engine_obstacle(setting: Setting, question) -> str:
     """Why the engine has no study of the integrator, status or law that is set; empty where it has one."""
-    if not isinstance(setting.penalty, TimeStepping):
+    if not setting.penalty.has_choices:
         return ""
     try:
         question.study()

@@ -16,7 +16,6 @@ from vibroscope.app.page.shared.figure import INK, VERMILLION, empty_source, leg
 from vibroscope.app.page.shared.ranges import OwnedRange
 from vibroscope.app.page.shared.unit_axis import UnitAxis
 from vibroscope.app.studies.time_step import STEPS, PartialStep
-from vibroscope.engine import Newmark
 from vibroscope.engine.sweeps import SCHEMES
 
 GREEN = "#009E73"  # the located step is neither of the two solutions that have a colour in Explore
@@ -151,7 +150,7 @@ class TimeStepView:
         numbers = {"eta": question.eta, "K": stiffness, "D": method.damping}
         fields = [(shown_field(name, setting), value) for name, value in numbers.items() if value is not None]
         at = ", ".join(field.words(value) if not field.unit else field.measure(value) for field, value in fields)
-        name = "" if isinstance(method, Newmark) else f", {brief_name(method)}"
+        name = f", {brief_name(method)}" if method.has_choices else ""
         self.phases[scheme].title.text = f"T/{result.steps[index]:.0f}, {STEP_NAMES[scheme]}{name}: {at}"
         for source, shown in ((self.orbits, result.orbit), (self.sections, result.section)):
             write(source[scheme], as_float32(dict(zip(_SHOWN, shown(index, scheme).values(), strict=True))))

@@ -67,7 +67,7 @@ def _row(judged: Judged, span: np.ndarray, marked: Sequence[str], setting: Setti
     found, rule = judged.outcome, judged.outcome.rule
     numbers = []
     if found.method is not None:
-        given = {name: getattr(found.method, METHOD_NUMBERS[name]) for name in rule.gives or METHOD_NUMBERS}
+        given = {name: found.method.numbers[name] for name in rule.gives or METHOD_NUMBERS}
         numbers = [_measure(setting, name, value) for name, value in given.items()]
     why = in_units(brief_why(found), setting.scale)
     if found.without_solution and found.motion != ENDED:
