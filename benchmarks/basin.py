@@ -11,7 +11,7 @@ import statistics
 import time
 
 import numpy as np
-from vibroscope.engine import ExactPenalty, Reference, System, run_cells, sweep_basin
+from vibroscope.engine import BasinStudy, ExactPenalty, Reference, System, run_cells, sweep
 from vibroscope.engine.cells import Cells
 from vibroscope.engine.motions.sameness import same_cycle
 from vibroscope.engine.sweeps.basin_motions import basin_search
@@ -27,7 +27,7 @@ def basin(method, axes, cells):
     basin_search.cache_clear()
     begin = time.perf_counter()
     values = np.linspace(-REACH, REACH, cells)
-    found = sweep_basin(SYSTEM, ETA, method, values, values, axes=axes)
+    found = sweep(BasinStudy.over(SYSTEM, method, ETA, dict(zip(axes, (values, values), strict=True))))
     return found, time.perf_counter() - begin
 
 

@@ -30,7 +30,9 @@ TRANSIENT, SAMPLE, STEPS = 450, 50, 2000
 
 def study(side, parts=True):
     K, D = np.geomspace(100, 60_000, side), np.geomspace(1, 100, side)
-    return PlaneStudy(System(), Newmark(K[0], D[0], STEPS), 2.76, TRANSIENT, SAMPLE, K=K, D=D, parts=parts)
+    return PlaneStudy(
+        System(), Newmark(K[0], D[0], STEPS), 2.76, transient=TRANSIENT, sample=SAMPLE, K=K, D=D, parts=parts
+    )
 
 
 def as_zarr(plane, order, results, folder):

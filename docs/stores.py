@@ -8,23 +8,32 @@ from docutils.statemachine import StringList
 from sphinx.application import Sphinx
 from sphinx.util.docutils import SphinxDirective
 from vibroscope.engine import (
+    BasinStudy,
+    EtaStudy,
+    Newmark,
+    NoSolutionStudy,
+    PlaneStudy,
     Reference,
+    StepStudy,
     System,
-    sweep_basin,
-    sweep_eta,
-    sweep_no_solution,
-    sweep_plane,
-    sweep_step,
+    TimeStepping,
+    sweep,
 )
 from xarray import Dataset
 
 SYSTEM, FEW = System(), {"transient": 20, "sample": 4}
 STUDIES: dict[str, Callable[[], Dataset]] = {
-    "eta": lambda: sweep_eta(SYSTEM, Reference(), [1.0, 1.1], lyapunov=256, **FEW),
-    "plane": lambda: sweep_plane(SYSTEM, 2.76, [1000.0, 2000.0], [10.0, 20.0], steps=500, **FEW),
-    "step": lambda: sweep_step(SYSTEM, 2.76, 12000.0, 18.0, [500, 1000], **FEW),
-    "no-solution": lambda: sweep_no_solution(SYSTEM, 2.76, [1000.0, 2000.0], 18.0, [100, 200], **FEW),
-    "basin": lambda: sweep_basin(SYSTEM, 3.2, Reference(), [-1.0, 1.0], [-1.0, 1.0], transient=200, sample=64),
+    "eta": lambda: sweep(EtaStudy(SYSTEM, Reference(), values=[1.0, 1.1], lyapunov=256, **FEW)),
+    "plane": lambda: sweep(PlaneStudy(SYSTEM, Newmark(1, 1, 500), 2.76, K=[1000.0, 2000.0], D=[10.0, 20.0], **FEW)),
+    "step": lambda: sweep(StepStudy(SYSTEM, Newmark(12000.0, 18.0, 2000), 2.76, steps=[500, 1000], **FEW)),
+    "no-solution": lambda: sweep(
+        NoSolutionStudy(
+            SYSTEM, TimeStepping(1, 18.0, 1000, status="end"), 2.76, K=[1000.0, 2000.0], steps=[100, 200], **FEW
+        )
+    ),
+    "basin": lambda: sweep(
+        BasinStudy.over(SYSTEM, Reference(), 3.2, {"xi2": [-1.0, 1.0], "v2": [-1.0, 1.0]}, transient=200, sample=64)
+    ),
 }
 
 

@@ -3,6 +3,7 @@
 Within the engine nothing is checked twice. Ranges are checked where the numbers are used (`checks.require`).
 """
 
+import dataclasses
 import functools
 import inspect
 import numbers
@@ -47,6 +48,19 @@ def checked(function: Callable) -> Callable:
         return function(*bound.args, **bound.kwargs)
 
     return call
+
+
+def check_fields(value: object) -> None:
+    """Check the attributes of a frozen dataclass, as those of a public function's arguments.
+
+    Raises
+    ------
+    ValueError
+        If one is of another kind than annotated.
+    """
+    for each in dataclasses.fields(value):
+        given = getattr(value, each.name)
+        object.__setattr__(value, each.name, _checked(each.name, each.type, given))
 
 
 def _plain_types(annotation: object) -> frozenset[type]:

@@ -202,7 +202,9 @@ def stages() -> list[list[Call]]:
             "branches": lambda: _step(system),
             "Lyapunov exponents": lambda: lyapunov(system, 1.08, Reference(), periods=256),
             **studies,
-            "errors of studies": lambda: PlaneStudy(system, _NEWMARK, 2.76, 1, 2, K=[2500.0], D=[8.0]).compute(),
+            "errors of studies": lambda: PlaneStudy(
+                system, _NEWMARK, 2.76, transient=1, sample=2, K=[2500.0], D=[8.0]
+            ).compute(),
             **{name: run[name] for name in later},
         },
     ]

@@ -142,23 +142,29 @@ def sweeps():
     etas = np.linspace(0.6, 3.9, 24)
     for name, method in methods.items():
         for direction in ("rest", "up", "down"):
-            found = engine.sweep_eta(engine.System(), method, etas, direction=direction, **short)
+            found = engine.sweep(engine.EtaStudy(engine.System(), method, values=etas, direction=direction, **short))
             yield f"eta {direction}|{name}", numbers(found)
     for over, values in (("restitution", np.linspace(0, 1, 9)), ("kappa", np.linspace(1.9, 4, 9))):
-        found = engine.sweep_eta(engine.System(), engine.Reference(), values, over=over, eta=2.76, **short)
+        found = engine.sweep(
+            engine.EtaStudy(engine.System(), engine.Reference(), values=values, over=over, eta=2.76, **short)
+        )
         yield f"over {over}", numbers(found)
-    found = engine.sweep_eta(engine.System(), engine.Reference(), etas, lyapunov=256, **short)
+    found = engine.sweep(engine.EtaStudy(engine.System(), engine.Reference(), values=etas, lyapunov=256, **short))
     yield "eta exponents", numbers(found)
     K, D = np.geomspace(100, 6e4, 6), np.geomspace(1, 100, 6)
     for eta in SWEPT:
         for steps in (500, 2000, None):
-            yield f"plane {eta}|{steps}", numbers(engine.sweep_plane(engine.System(), eta, K, D, steps=steps, **short))
+            method = engine.Newmark(1, 1, steps) if steps else engine.ExactPenalty(1, 1)
+            found = engine.sweep(engine.PlaneStudy(engine.System(), method, eta, K=K, D=D, **short))
+            yield f"plane {eta}|{steps}", numbers(found)
         for stiffness in (500.0, 12000.0, 60000.0):
-            found = engine.sweep_step(engine.System(), eta, stiffness, 18.0, [500, 1000, 2000], **short)
+            method = engine.Newmark(stiffness, 18.0, 500)
+            found = engine.sweep(engine.StepStudy(engine.System(), method, eta, steps=[500, 1000, 2000], **short))
             yield f"step {eta}|{stiffness}", numbers(found)
         for damping in (2.0, 18.0, 60.0):
-            cells = np.geomspace(100, 6e4, 12), damping, [100, 200, 500]
-            found = engine.sweep_no_solution(engine.System(), eta, *cells, **short)
+            axes = {"K": np.geomspace(100, 6e4, 12), "steps": [100, 200, 500]}
+            method = engine.TimeStepping(1, damping, 100, status="end")
+            found = engine.sweep(engine.NoSolutionStudy(engine.System(), method, eta, **axes, **short))
             yield f"no solution {eta}|{damping}", numbers(found)
 
 
@@ -184,7 +190,14 @@ def basins():
     x, y = np.linspace(-2, 2, 12), np.linspace(-2, 2, 12)
     for eta in (1.08, 1.7, 2.3, 2.76, 3.25):
         for name, method in (("reference", engine.Reference()), ("newmark", engine.Newmark(2500.0, 8.0, 500))):
-            yield f"{eta}|{name}", numbers(engine.sweep_basin(engine.System(), eta, method, x, y, transient=300))
+            yield (
+                f"{eta}|{name}",
+                numbers(
+                    engine.sweep(
+                        engine.BasinStudy.over(engine.System(), method, eta, {"xi2": x, "v2": y}, transient=300)
+                    )
+                ),
+            )
 
 
 def numbers(dataset):

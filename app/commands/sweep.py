@@ -35,23 +35,24 @@ from vibroscope.engine import (
     DIRECTIONS,
     LAWS_BY_RESTITUTION,
     OVER,
+    BasinStudy,
     Cancelled,
+    EtaStudy,
     ExactPenalty,
     Method,
     Newmark,
+    NoSolutionStudy,
+    PlaneStudy,
     Progress,
     Reference,
+    StepStudy,
     System,
     TimeStepping,
     is_compiled,
     spaced,
-    sweep_basin,
-    sweep_eta,
-    sweep_no_solution,
-    sweep_plane,
-    sweep_step,
+    sweep,
 )
-from vibroscope.engine.sweeps import AXES
+from vibroscope.engine.sweeps import AXES, Study
 
 _REDRAW_SECONDS = 0.2  # between two lines of progress
 
@@ -76,7 +77,7 @@ def add(commands) -> None:
 
 
 def _study(
-    studies, name: str, run: Callable, sweep: Callable, text: str, concluded: Callable | None = None
+    studies, name: str, make: Callable, kind: type[Study], text: str, concluded: Callable | None = None
 ) -> argparse.ArgumentParser:
     command = studies.add_parser(name, allow_abbrev=False, help=text, description=text)
     add = command.add_argument
@@ -87,8 +88,8 @@ def _study(
     add("--threads", type=int, metavar="N", help="solver threads on this machine, or for a chunk on the cluster")
     add("--json", action="store_true", help="print one JSON object")
     add_system_option(command)
-    defaults = {name: default_of(sweep, name) for name in ("transient", "sample")}
-    command.set_defaults(run=lambda options: _run(options, run, concluded), **defaults)
+    defaults = {name: default_of(kind, name) for name in ("transient", "sample")}
+    command.set_defaults(run=lambda options: _run(options, make, concluded), **defaults)
     return command
 
 
@@ -110,7 +111,7 @@ def _add_solver(command: argparse.ArgumentParser, *, follows: bool) -> None:
 
 def _add_eta(studies) -> None:
     text = "bifurcation diagram: sections over eta, or over another parameter"
-    command = _study(studies, "eta", _eta, sweep_eta, text)
+    command = _study(studies, "eta", _eta, EtaStudy, text)
     add = command.add_argument
     add("--from", required=True, type=measured, metavar="F", dest="low", help="smallest value")
     add("--to", required=True, type=measured, metavar="F", dest="high", help="largest value")
@@ -128,7 +129,7 @@ def _add_eta(studies) -> None:
 
 def _add_plane(studies) -> None:
     text = "K-D plane of the penalty model at one eta, with logarithmic axes"
-    command = _study(studies, "plane", _plane, sweep_plane, text)
+    command = _study(studies, "plane", _plane, PlaneStudy, text)
     add = command.add_argument
     add("--eta", **ETA)
     add("--K", required=True, type=span, metavar="a:b:n", help="contact stiffness, n values from a to b")
@@ -147,7 +148,7 @@ def _add_plane(studies) -> None:
 
 def _add_step(studies) -> None:
     text = "time-step study at one eta, K and D, fixed and located step, by any integrator, status and law"
-    command = _study(studies, "step", _step, sweep_step, text)
+    command = _study(studies, "step", _step, StepStudy, text)
     command.set_defaults(located=False)
     add = command.add_argument
     add("--eta", **ETA)
@@ -160,7 +161,7 @@ def _add_step(studies) -> None:
 
 def _add_no_solution(studies) -> None:
     text = "plane of steps without a solution over K and steps per period, contact at the end of steps"
-    command = _study(studies, "no-solution", _no_solution, sweep_no_solution, text)
+    command = _study(studies, "no-solution", _no_solution, NoSolutionStudy, text)
     command.set_defaults(located=False)
     add = command.add_argument
     add("--eta", **ETA)
@@ -172,7 +173,7 @@ def _add_no_solution(studies) -> None:
 
 def _add_basin(studies) -> None:
     text = "basins of attraction: which motion each start of a plane leads to, at one eta"
-    command = _study(studies, "basin", _basin, sweep_basin, text, basins.summary)
+    command = _study(studies, "basin", _basin, BasinStudy, text, basins.summary)
     command.set_defaults(over=None)
     add = command.add_argument
     add("--eta", **ETA)
@@ -232,17 +233,17 @@ def _start_axis(text: str) -> tuple[str, tuple]:
     return name, span(ends)
 
 
-def _eta(options: argparse.Namespace, **how):
+def _eta(options: argparse.Namespace, **periods: int) -> EtaStudy:
     system = _system(options)
     if options.over == "eta" and options.eta is not None:
         note("--eta has no effect where eta is swept")
     if options.over == "eta":
         note_held(options)
     values = spaced(options.over, options.low, options.high, options.count, logarithmic=options.logarithmic)
-    return sweep_eta(
+    return EtaStudy(
         system,
         _method(options),
-        values,
+        values=values,
         over=options.over,
         eta=None if options.over == "eta" else eta_of(options),
         direction=options.direction,
@@ -250,7 +251,7 @@ def _eta(options: argparse.Namespace, **how):
         refine=options.refine,
         lyapunov=options.lyapunov,
         initial=options.initial,
-        **how,
+        **periods,
     )
 
 
@@ -259,11 +260,10 @@ def _system(options: argparse.Namespace) -> System:
     return system if options.restitution is None else replace(system, restitution=options.restitution)
 
 
-def _basin(options: argparse.Namespace, **how):
-    (x, x_span), (y, y_span) = options.x, options.y
-    values = [spaced(name, *span) for name, span in ((x, x_span), (y, y_span))]
-    more = {"axes": (x, y), "start": options.start, "phase": options.phase}
-    return sweep_basin(_system(options), eta_of(options), _method(options), *values, **more, **how)
+def _basin(options: argparse.Namespace, **periods: int) -> BasinStudy:
+    axes = {name: spaced(name, *span) for name, span in (options.x, options.y)}
+    more = {"start": options.start, "phase": options.phase}
+    return BasinStudy.over(_system(options), _method(options), eta_of(options), axes, **more, **periods)
 
 
 def _method(options: argparse.Namespace) -> Method:
@@ -281,30 +281,30 @@ def _method(options: argparse.Namespace) -> Method:
     return stepping_of(options, **given)
 
 
-def _plane(options: argparse.Namespace, **how):
+def _plane(options: argparse.Namespace, **periods: int) -> PlaneStudy:
     exact = options.solver == "exact"
     if not exact and options.steps is None:
         raise ValueError("the newmark solver needs --steps; the paper takes --steps 2000")
     if exact and options.steps is not None:
         note("--steps has no effect on the exact solver")
-    axes = [spaced(name, *getattr(options, name), logarithmic=True) for name in ("K", "D")]
-    steps = None if exact else options.steps
-    more = {"parts": not options.no_error}
-    more |= {"located": options.located} if exact else {}
-    more |= {"scheme": _scheme(options)} if law_of(options) or not exact else {}
-    return sweep_plane(system_of(options), eta_of(options), *axes, steps=steps, **more, **how)
+    if exact and options.located:
+        raise ValueError("the exact penalty method has no step that could be located: leave --located out")
+    axes = {name: spaced(name, *getattr(options, name), logarithmic=True) for name in ("K", "D")}
+    method = ExactPenalty(1.0, 0.0, **law_of(options)) if exact else replace(_scheme(options), steps=options.steps)
+    return PlaneStudy(system_of(options), method, eta_of(options), **axes, parts=not options.no_error, **periods)
 
 
-def _step(options: argparse.Namespace, **how):
-    problem = system_of(options), eta_of(options), options.K, options.D, options.steps
+def _step(options: argparse.Namespace, **periods: int) -> StepStudy:
+    method = stepping_of(options, K=1.0 if options.K is None else options.K, D=options.D, steps=options.steps[0])
     more = {"stiffness_of_step": options.stiffness_of_step, "initial": options.initial}
-    return sweep_step(*problem, scheme=_scheme(options), **more, **how)
+    return StepStudy(system_of(options), method, eta_of(options), steps=options.steps, **more, **periods)
 
 
-def _no_solution(options: argparse.Namespace, **how):
+def _no_solution(options: argparse.Namespace, **periods: int) -> NoSolutionStudy:
     options.status = options.status or "end"
-    K, steps = (spaced(name, *getattr(options, name), logarithmic=True) for name in ("K", "steps"))
-    return sweep_no_solution(system_of(options), eta_of(options), K, options.D, steps, scheme=_scheme(options), **how)
+    axes = {name: spaced(name, *getattr(options, name), logarithmic=True) for name in ("K", "steps")}
+    method = replace(_scheme(options), damping=options.D)
+    return NoSolutionStudy(system_of(options), method, eta_of(options), **axes, **periods)
 
 
 def _scheme(options: argparse.Namespace) -> Newmark | TimeStepping:
@@ -312,7 +312,7 @@ def _scheme(options: argparse.Namespace) -> Newmark | TimeStepping:
     return stepping_of(options, K=1.0, D=0.0, steps=1000)
 
 
-def _run(options: argparse.Namespace, run: Callable, concluded: Callable | None = None) -> int:
+def _run(options: argparse.Namespace, make: Callable[..., Study], concluded: Callable | None = None) -> int:
     """Run the study with a line of progress until it is done or interrupted; print the summary.
 
     ``concluded``: what follows from the result, as a part of the JSON object and as lines.
@@ -320,10 +320,8 @@ def _run(options: argparse.Namespace, run: Callable, concluded: Callable | None 
     bar = _ProgressLine() if sys.stderr.isatty() else None
     with watch_interrupt() as cancelled, bar or contextlib.nullcontext():
         try:
-            found = run(
-                options,
-                transient=options.transient,
-                sample=options.sample,
+            found = sweep(
+                make(options, transient=options.transient, sample=options.sample),
                 out=options.out,
                 scheduler=options.scheduler,
                 threads=options.threads,

@@ -81,7 +81,7 @@ class BasinQuestion(NamedTuple):
         x, y = self.axis("x"), self.axis("y")
         plane = StartPlane(self.axes, (self.ends("x"), self.ends("y")), self.start)
         method = self.method(side)
-        return BasinStudy(self.system, method, self.eta, TRANSIENT, SAMPLE, plane=plane, x=x, y=y)
+        return BasinStudy(self.system, method, self.eta, transient=TRANSIENT, sample=SAMPLE, plane=plane, x=x, y=y)
 
 
 class FoundMotion(NamedTuple):

@@ -64,7 +64,7 @@ class DiagramQuestion(NamedTuple):
         choices = {"values": values, "direction": self.direction, "coordinates": COORDINATES, "over": self.over}
         if self.initial is not None:
             choices["initial"] = np.tile(self.initial, (len(values), 1))
-        return EtaStudy(self.system, self.method, self.eta, self.transient, SAMPLE, **choices)
+        return EtaStudy(self.system, self.method, self.eta, transient=self.transient, sample=SAMPLE, **choices)
 
     @property
     def preview_cells(self) -> np.ndarray:

@@ -85,7 +85,7 @@ class PlaneQuestion(NamedTuple):
             method = replace(self.other, stiffness=K[0], damping=D[0])
         only = tuple(prefix + name for side, prefix in SIDES.items() for name in self.quantities(side))
         only += ("end",)  # from which a motion is judged
-        return PlaneStudy(self.system, method, self.eta, TRANSIENT, SAMPLE, K=K, D=D, only=only)
+        return PlaneStudy(self.system, method, self.eta, transient=TRANSIENT, sample=SAMPLE, K=K, D=D, only=only)
 
 
 @dataclass(frozen=True, eq=False)

@@ -47,12 +47,12 @@ class StepQuestion(NamedTuple):
             first = stiffness_of_step(self.system, self.eta, STEPS[0], self.stiffness_of_step)
             method = replace(method, stiffness=first)
         own = {"initial": self.initial, "stiffness_of_step": self.stiffness_of_step}
-        return StepStudy(self.system, method, self.eta, TRANSIENT, SAMPLE, steps=STEPS, **own)
+        return StepStudy(self.system, method, self.eta, transient=TRANSIENT, sample=SAMPLE, steps=STEPS, **own)
 
 
 @dataclass(frozen=True, eq=False)
 class PartialStep:
-    """A time-step study so far: of the first of `STEPS`, the variables as `engine.sweep_step` names them."""
+    """A time-step study so far: of the first of `STEPS`, the variables as `engine.StepStudy` names them."""
 
     question: StepQuestion
     study: StepStudy
@@ -112,7 +112,7 @@ class PartialStep:
         return "the motions do not keep step" if complete else "no run came to its end"
 
     def data(self) -> dict[str, object]:
-        """The results so far, for a file: the variables as `engine.sweep_step` names them."""
+        """The results so far, for a file: the variables as `engine.StepStudy` names them."""
         method = self.question.method
         question = {"eta": self.question.eta, "K": self.stiffness, "D": method.damping, "steps": self.steps}
         question |= {"method": scheme_as_dict(method)}

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ..arguments import shown
+from ..arguments import check_fields, shown
 from ..methods import Newmark, Reference, TimeStepping
 from ..model import System, check_eta
 from .contacts import Tolerances
@@ -13,7 +13,6 @@ from .limits import Limits
 from .trials import NewmarkSetting, with_setting
 
 MOST_ETAS = 50
-_KINDS = {"system": System, "tolerances": Tolerances, "limits": Limits, "reference": Reference}
 _UNSET = NewmarkSetting(1.0, 0.0, 1000)  # what a search does not read
 
 
@@ -63,9 +62,7 @@ class SettingQuestion:
             raise ValueError(
                 f"{len(etas)} different eta are outside [1, {MOST_ETAS}]: give the ends of the range and some between"
             )
-        for name, kind in _KINDS.items():
-            if not isinstance(getattr(self, name), kind):
-                raise ValueError(f"{name} = {shown(getattr(self, name))} is not a {kind.__name__}")
+        check_fields(self)
         if not self.scheme.has_step:
             raise ValueError(f"scheme = {shown(self.scheme)} has no time step: give a Newmark or a TimeStepping")
         object.__setattr__(self, "etas", etas)

@@ -4,32 +4,38 @@ Every cell is certified by its own run (:mod:`.basin_motions`), never by its nei
 motions are numbered in the order of their shares, with those that a cell met for the first time.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import ClassVar
 
 import numpy as np
 
+from ..arguments import checked
 from ..checks import whole
+from ..methods import Method
+from ..model import System
 from ..motions.description import Kind
 from ..motions.sameness import BATCHES, SAME
 from ..simulate import KEEP_LIMIT
 from . import variables as vocabulary
-from .axis import ascending_values
+from .axis import ascending_values, start_of
 from .basin_boundary import boundary, share_error
 from .basin_motions import OTHER, BasinMotion, BasinSearch, basin_search
 from .codes import KIND_FLAGS
-from .start_plane import StartPlane, can_begin
+from .start_plane import AXES, StartPlane, can_begin
 from .study import Study
 from .variables import StudyArray, Variable, status_variable, variables_of
 
 _SCATTERED = 0.03  # of the size: what another motion of a method with a time step may be blurred by
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, kw_only=True)
 class BasinStudy(Study):
-    """Cells over two numbers of the start.
+    """Basins of attraction in a plane of starts: which motion each of them leads to.
+
+    ``transient`` and ``sample`` are the periods that a cell runs, and of these the last ones, by which its motion is
+    recognised, where no trapping region decides before. ``motion`` of the result numbers the motions by their shares.
 
     Attributes
     ----------
@@ -39,9 +45,11 @@ class BasinStudy(Study):
         Values along its axes, ascending.
     """
 
-    plane: StartPlane = None
-    x: np.ndarray = None
-    y: np.ndarray = None
+    plane: StartPlane
+    x: Sequence[float]
+    y: Sequence[float]
+    transient: int = 1800
+    sample: int = 256
     kind: ClassVar[str] = "basin"
 
     def __post_init__(self):
@@ -50,6 +58,58 @@ class BasinStudy(Study):
         whole("sample", self.sample, 2 * BATCHES, KEEP_LIMIT, advice)
         x, y = (ascending_values(name, values) for name, values in zip(self.plane.axes, (self.x, self.y), strict=True))
         self._set(x=x, y=y)
+
+    @classmethod
+    @checked
+    def over(
+        cls,
+        system: System,
+        method: Method,
+        eta: float,
+        axes: Mapping,
+        *,
+        start: Sequence[float] | None = None,
+        phase: float = 0.0,
+        **periods: int,
+    ) -> "BasinStudy":
+        """The study of a whole plane.
+
+        Parameters
+        ----------
+        system : System
+        method : Reference, ExactPenalty, Newmark or TimeStepping
+        eta : float
+            Excitation frequency η = Ω/ω₁.
+        axes : dict of str to (n,) sequence
+            Ascending values of two of ``xi1``, ``v1``, ``xi2``, ``v2``, and ``phase``, the share of the excitation
+            period at which a run begins (reference, and exact penalty of the first law).
+        start : (4,) sequence, optional
+            The initial numbers that are not on an axis, of ξ₁, ξ₁′, ξ₂, ξ₂′; by default those of rest.
+        phase : float
+            Of every start where it is not on an axis, 0 to 1.
+        **periods
+            ``transient`` and ``sample``.
+
+        Raises
+        ------
+        ValueError
+            If a number is out of range.
+
+        Examples
+        --------
+        >>> from vibroscope.engine import BasinStudy, Reference, System, sweep
+        >>> plane = BasinStudy.over(System(), Reference(), 1.7, {"xi2": [1.0, 3.0], "v2": [0.0, 2.0]})
+        >>> sweep(plane)["motion"].dims
+        ('xi2', 'v2')
+        """
+        if len(axes) != 2:
+            raise ValueError(
+                f"a plane of starts has two axes, not {len(axes)}: give two different ones of {', '.join(AXES)}"
+            )
+        x, y = (ascending_values(name, values) for name, values in axes.items())
+        spans = tuple((float(values[0]), float(values[-1])) for values in (x, y))
+        plane = StartPlane(tuple(axes), spans, start_of(start) or system.rest, phase)
+        return cls(system, method, eta, plane=plane, x=x, y=y, **periods)
 
     @property
     def axes(self) -> dict[str, np.ndarray]:

@@ -43,7 +43,7 @@ class Diagram:
 
 def diagram_study(system: System, method: Reference) -> EtaStudy:
     """The study that the diagram is made of; its key changes with any number and any code that goes in."""
-    return EtaStudy(system, method, float(GRID[0]), TRANSIENT, SAMPLE, values=GRID)
+    return EtaStudy(system, method, float(GRID[0]), transient=TRANSIENT, sample=SAMPLE, values=GRID)
 
 
 def diagram(

@@ -7,6 +7,7 @@ A cell that refinement (:mod:`.refinement`) puts in between starts from rest, or
 neighbour it comes from; so the cells that were there before stay as they are.
 """
 
+from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -22,7 +23,7 @@ from ..methods import METHOD_NUMBERS
 from ..motions.lyapunov import PERIODS_RANGE, lyapunov
 from ..motions.motion import FARTHEST, classify
 from . import variables as vocabulary
-from .axis import ascending_values
+from .axis import ascending_values, start_of
 from .codes import KIND_FLAGS, CellKind
 from .refinement import midpoints
 from .study import CELLS_LIMIT, Study
@@ -34,33 +35,43 @@ COORDINATES = ("xi1", "v1", "xi2", "v2")  # ξ₁, ξ₁′, ξ₂, ξ₂′: th
 LEVELS = 20  # of refinement
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, kw_only=True)
 class EtaStudy(Study):
-    """A bifurcation diagram.
+    """A bifurcation diagram over η (paper, Figure 3), or over another parameter.
 
     Attributes
     ----------
-    over : str
-        The parameter that is swept: ``eta``, or another one of `OVER`.
     values : (n,) ndarray
-        Ascending.
+        Of the swept parameter, ascending.
+    over : str
+        ``eta``, ``K``, ``D``, ``steps`` or a constant of the system: `OVER` lists them.
     direction : {"rest", "up", "down"}
-    coordinates : tuple of str
-        Of the section points to keep, out of `COORDINATES`.
-    initial : (n, 4) ndarray, optional
-        Where cells start that were put in by refinement of a continued diagram.
+        From rest (or from ``initial``), or each value from the end of its neighbour below or above.
+    coordinates : tuple of {"xi1", "v1", "xi2", "v2"}
+        Of the section points to keep.
+    initial : (4,) sequence or (n, 4) ndarray, optional
+        ξ₁, ξ₁′, ξ₂, ξ₂′ at τ = 0 of each value, in place of rest; not for a continued or refined diagram. That of each
+        cell where refinement of a continued diagram has put cells in.
     refine : int
-        Levels of refinement.
+        Levels of refinement: each halves the intervals at whose ends the motion differs.
     lyapunov : int
-        Periods over which the largest Lyapunov exponent is averaged, from the end of the sample on; 0: none is
-        computed. Only it distinguishes chaotic from quasi-periodic motion; without, both are undecided.
+        Periods over which the largest Lyapunov exponent is averaged, from the end of the sample on (some 8,000;
+        reference and exact penalty); 0: none is computed. Only it distinguishes chaotic from quasi-periodic motion;
+        without, both are undecided.
+
+    Examples
+    --------
+    >>> from vibroscope.engine import EtaStudy, Reference, System, sweep
+    >>> found = sweep(EtaStudy(System(), Reference(), values=[2.7, 2.8, 2.9], transient=1000, sample=20))
+    >>> found["period"].values.tolist(), found["xi2"].dims
+    ([1, 2, 2], ('eta', 'sample'))
     """
 
+    values: Sequence[float]
     over: str = "eta"
-    values: np.ndarray = None
     direction: str = "rest"
-    coordinates: tuple[str, ...] = ("xi1", "xi2")
-    initial: np.ndarray | None = None
+    coordinates: Sequence[str] = ("xi1", "xi2")
+    initial: Sequence[float] | None = None
     refine: int = 0
     lyapunov: int = 0
     kind: ClassVar[str] = "eta"
@@ -75,6 +86,12 @@ class EtaStudy(Study):
             "lyapunov", self.lyapunov, *PERIODS_RANGE, "give periods to average over, or 0"
         )
         self._set(values=values, eta=eta, coordinates=tuple(self.coordinates), refine=refine, lyapunov=int(lyapunov))
+        if self.initial is not None and not (isinstance(self.initial, np.ndarray) and self.initial.ndim == 2):
+            if self.direction != "rest" or refine:
+                raise ValueError(
+                    "an initial state is for each value its own start: give direction='rest' and no refine"
+                )
+            self._set(initial=np.tile(start_of(self.initial), (len(values), 1)))
 
     def _check_choices(self) -> None:
         over, method = self.over, self.method

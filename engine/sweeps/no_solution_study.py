@@ -5,6 +5,7 @@ jumps where the bodies touch (docs/theory/penalty.md). A cell counts such steps 
 solutions; a run that stops at the first one says after how many periods.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import ClassVar
 
@@ -20,18 +21,29 @@ from .variables import Variable, status_variable, variables_of
 _STOPPED = STATUSES.index(Status.WITHOUT_SOLUTION)
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, kw_only=True)
 class NoSolutionStudy(Study):
-    """Cells over K and the steps per period n, at one η and one D.
+    """Steps without a solution over K and the steps per period, at one η and the method's D.
 
     Attributes
     ----------
     K, steps : (n,), (m,) ndarray
-        Ascending.
+        Contact stiffness and steps per period, ascending; the method's own have no effect. ``transient`` and ``sample``
+        are run; the motion is described by the sample.
+
+    Examples
+    --------
+    >>> from vibroscope.engine import NoSolutionStudy, System, TimeStepping, sweep
+    >>> method = TimeStepping(500, 18, 100, status="end")
+    >>> study = NoSolutionStudy(System(), method, 2.76, K=[500, 5000], steps=[100, 400], transient=20, sample=10)
+    >>> found = sweep(study)
+    >>> found["steps_without_solution"].dims, bool(found["steps_without_solution"].any())
+    (('K', 'steps'), True)
     """
 
-    K: np.ndarray = None
-    steps: np.ndarray = None
+    K: Sequence[float]
+    steps: Sequence[int]
+    transient: int = 150
     kind: ClassVar[str] = "no-solution"
 
     def __post_init__(self):

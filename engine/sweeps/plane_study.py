@@ -6,7 +6,7 @@ takes a contact for a sudden impact); the third, which it names and leaves undon
 of impact against the reference's.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from typing import ClassVar
@@ -23,25 +23,36 @@ from .study import Study
 from .variables import StudyArray, Variable, status_variable, variables_of
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, kw_only=True)
 class PlaneStudy(Study):
-    """Penalty cells over K and D at one η.
+    """The K–D plane at one η (paper, Figures 11 and 12): cells of a penalty method, whose own K and D have no effect.
 
     Attributes
     ----------
     K, D : (n,), (m,) ndarray
+        Contact stiffness and damping, ascending, usually evenly spaced in the logarithm.
     parts : bool
-        Also the exact penalty method beside Newmark, and the errors against the reference.
+        Also the exact penalty method beside one with a time step, and the errors against the reference in three parts:
+        three to ten times the time.
     only : tuple of str
         Names of the variables to compute, beside ``status``; empty: all. Runs that none of them needs are left out.
         ``exact_error``, the exact penalty method's own error, and ``end``, from which kinds of motion are judged, are
         computed only where they are named here, the first with ``error``.
+
+    Examples
+    --------
+    >>> from vibroscope.engine import Newmark, PlaneStudy, System, sweep
+    >>> plane = PlaneStudy(System(), Newmark(1, 1, 500), 2.76, K=[2000, 12000], D=[8, 18], transient=200, sample=20)
+    >>> found = sweep(plane)
+    >>> found["error"].dims, found["exact_period"].shape
+    (('K', 'D'), (2, 2))
     """
 
-    K: np.ndarray = None
-    D: np.ndarray = None
+    K: Sequence[float]
+    D: Sequence[float]
+    transient: int = 450
     parts: bool = True
-    only: tuple[str, ...] = ()
+    only: Sequence[str] = ()
     kind: ClassVar[str] = "plane"
 
     def __post_init__(self):

@@ -6,6 +6,7 @@ stands the one whose steps are cut at the contact changes (:func:`..divergence.t
 contact law has such steps; and the error by the time step, this run − exact penalty, has an order too.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import ClassVar
@@ -31,9 +32,9 @@ COLUMNS = ("xi1", "v1", "xi2", "v2")
 SCHEMES = {"fixed": 0, "located": 1}
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, kw_only=True)
 class StepStudy(Study):
-    """A method with a time step over n, the step fixed and located.
+    """A method with a time step over n at one η, K and D (paper, Figure 14), the step fixed and located.
 
     Raises
     ------
@@ -43,16 +44,24 @@ class StepStudy(Study):
     Attributes
     ----------
     steps : (n,) ndarray
-        Ascending.
+        Steps per period, ascending; the method's own have no effect.
     initial : (4,) tuple of float, optional
         ξ₁, ξ₁′, ξ₂, ξ₂′ of every run at τ = 0; rest, if not given.
     stiffness_of_step : float, optional
-        s of K = s m/Δτ² (:func:`engine.stiffness_of_step`), if K follows the step: a smaller step is another model
-        then, and has an exact penalty solution of its own.
+        s of K = s m/Δτ² (:func:`engine.stiffness_of_step`), if K follows the step, in place of the method's own: each
+        number of steps has a K of its own, the array ``K`` of the result, and an exact penalty solution of its own.
+
+    Examples
+    --------
+    >>> from vibroscope.engine import Newmark, StepStudy, System, sweep
+    >>> method = Newmark(2500, 8, 2000)
+    >>> found = sweep(StepStudy(System(), method, 1.08, steps=[500, 1000, 2000], transient=200, sample=20))
+    >>> found["spread"].dims, found["spread"].shape
+    (('steps', 'scheme'), (3, 2))
     """
 
-    steps: np.ndarray = None
-    initial: tuple[float, ...] | None = None
+    steps: Sequence[int]
+    initial: Sequence[float] | None = None
     stiffness_of_step: float | None = None
     kind: ClassVar[str] = "step"
 
@@ -61,6 +70,9 @@ class StepStudy(Study):
         self._set(steps=ascending_values("steps", self.steps), initial=start_of(self.initial))
         if self.method.located:
             raise ValueError("located steps stand beside those of the study anyway: give status = 'start' or 'end'")
+        if self.stiffness_of_step is not None:
+            first = laws.stiffness_of_step(self.system, self.eta, float(self.steps[0]), self.stiffness_of_step)
+            self._set(method=replace(self.method, stiffness=first))
 
     @cached_property
     def schemes(self) -> dict[str, Method]:

@@ -10,12 +10,13 @@ import itertools
 import json
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
+from ..arguments import check_fields
 from ..cells import Cells
 from ..checks import require, whole
 from ..methods import METHOD_NUMBERS, Method
@@ -42,8 +43,8 @@ class Study(abc.ABC):
     system : System
     method : Method
         Holds for all cells but for the numbers that are swept.
-    eta : float
-        Excitation frequency where it is not swept itself.
+    eta : float, optional
+        Excitation frequency η = Ω/ω₁ where it is not swept itself.
     transient, sample : int
         Periods that each cell runs before the sample, and those that are described.
 
@@ -55,14 +56,15 @@ class Study(abc.ABC):
 
     system: System
     method: Method
-    eta: float
-    transient: int
-    sample: int
+    eta: float | None = None
+    transient: int = field(default=2000, kw_only=True)
+    sample: int = field(default=50, kw_only=True)
     kind: ClassVar[str]
     sequential: ClassVar[bool] = False  # whether a batch starts from the end of the one before
     backwards: ClassVar[bool] = False  # whether the last batch comes first
 
     def __post_init__(self):
+        check_fields(self)
         transient = whole("transient", self.transient, 0, PERIODS_LIMIT, "give the periods before the sample")
         sample = whole("sample", self.sample, 1, KEEP_LIMIT, "give the periods to describe")
         self._set(transient=transient, sample=sample)

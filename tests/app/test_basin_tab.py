@@ -12,6 +12,7 @@ from vibroscope.app.page.tab import Move
 from vibroscope.app.studies import basin
 from vibroscope.app.studies.basin import BasinQuestion, grow_basin
 from vibroscope.engine import (
+    BasinStudy,
     Cancelled,
     ExactPenalty,
     Reference,
@@ -19,7 +20,7 @@ from vibroscope.engine import (
     basin_difference,
     motion,
     simulate,
-    sweep_basin,
+    sweep,
 )
 
 from .fakes import FakeHost
@@ -43,7 +44,9 @@ def small(tmp_path_factory):
 def test_both_basins_are_those_of_the_engine(small):
     result = small[-1]
     x, y = QUESTION.axis("x"), QUESTION.axis("y")
-    found = {side: sweep_basin(System(), 3.2, QUESTION.method(side), x, y) for side in basin.SIDES}
+    found = {
+        side: sweep(BasinStudy.over(System(), QUESTION.method(side), 3.2, {"xi2": x, "v2": y})) for side in basin.SIDES
+    }
     for side, each in found.items():
         np.testing.assert_array_equal(result.concluded[side]["motion"], each["motion"])
         np.testing.assert_array_equal(result.columns(side)["periods"], each["periods"].values.T.ravel())
@@ -173,8 +176,10 @@ def test_a_plane_may_be_of_the_start_phase_and_a_number(opened):  # noqa: F811
 def test_a_run_with_its_excitation_ahead_is_that_from_the_phase_of_the_basin():
     question = QUESTION._replace(axes=("phase", "v2"), x=(0.0, 1.0), start=(0.0, 0.0, 0.5, 0.0))
     starts = np.linspace(0.05, 0.95, 6)
-    found = sweep_basin(
-        System(), 3.2, Reference(), starts, [2.0, 6.0], axes=("phase", "v2"), start=question.start, transient=300
+    found = sweep(
+        BasinStudy.over(
+            System(), Reference(), 3.2, {"phase": starts, "v2": [2.0, 6.0]}, start=question.start, transient=300
+        )
     )
     reached = set()
     for i, phase in enumerate(starts):

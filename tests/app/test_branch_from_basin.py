@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 from vibroscope.app.commands import branch
 from vibroscope.app.commands.basin_seeds import passes, read_basin
-from vibroscope.engine import Reference, System, continue_branch
-from vibroscope.engine.sweeps import sweep_basin
+from vibroscope.engine import BasinStudy, Reference, System, continue_branch, sweep
 
 from .command_line import run_command
 
@@ -19,7 +18,7 @@ WORDS = ("branch", "--solver", "reference", "--from", "3.195", "--to", "3.205", 
 def basin(tmp_path_factory):
     path = str(tmp_path_factory.mktemp("basin") / "found.zarr")
     axis = np.linspace(-8, 8, 6)
-    sweep_basin(System(), ETA, Reference(), axis, axis, axes=("xi2", "v2"), out=path)
+    sweep(BasinStudy.over(System(), Reference(), ETA, {"xi2": axis, "v2": axis}), out=path)
     return path
 
 

@@ -105,12 +105,12 @@ def test_the_question_changes_with_integrator_status_and_law_and_not_with_what_i
 
 def test_every_method_has_a_kept_study_of_its_own_and_located_ones_are_half_of_any():
     methods = Newmark(1, 1, 100), TimeStepping(1, 1, 100, HHT(-0.1)), TimeStepping(1, 1, 100, law="hunt-crossley")
-    study = StepStudy(System(), methods[0], 2.76, 10, 5, steps=[100])
-    keys = {StepStudy(System(), each, 2.76, 10, 5, steps=[100]).key for each in methods}
+    study = StepStudy(System(), methods[0], 2.76, transient=10, sample=5, steps=[100])
+    keys = {StepStudy(System(), each, 2.76, transient=10, sample=5, steps=[100]).key for each in methods}
     assert len(keys) == 3
     assert study.key in keys
     with pytest.raises(ValueError, match="give status = 'start' or 'end'"):
-        StepStudy(System(), Newmark(1, 1, 100, located=True), 2.76, 10, 5, steps=[100])
+        StepStudy(System(), Newmark(1, 1, 100, located=True), 2.76, transient=10, sample=5, steps=[100])
 
 
 def test_the_command_refuses_located_steps_and_keeps_both_schemes_of_other_laws(capsys, tmp_path):

@@ -166,7 +166,9 @@ def test_a_study_of_the_time_step_runs_from_there(monkeypatch, tmp_path):
 
 
 def test_the_errors_of_a_study_are_those_from_the_motion_that_the_reference_has_from_there():
-    study = StepStudy(OWN.system, Newmark(OWN.K, OWN.D, 2000), OWN.eta, 300, 24, steps=[2000], initial=START)
+    study = StepStudy(
+        OWN.system, Newmark(OWN.K, OWN.D, 2000), OWN.eta, transient=300, sample=24, steps=[2000], initial=START
+    )
     at_rest = replace(study, initial=None).compute()
     run = simulate(OWN.system, OWN.eta, OWN.penalty, periods=312, keep=12, initial=START, record=Record(12, 200, 2000))
     error = Target.find(OWN.system, OWN.eta, initial=START).error(run)

@@ -12,7 +12,7 @@ from vibroscope.app.runtime import limits, logs, metrics
 from vibroscope.app.runtime.limits import CostLimitError, TokenBucket, check_cost
 from vibroscope.app.runtime.settings import Settings, use_settings
 from vibroscope.app.server.housekeeping import limit_cache, trim_cache
-from vibroscope.engine import Reference, System, sweep_eta
+from vibroscope.engine import EtaStudy, Reference, System, sweep
 from vibroscope.engine.sweeps import cache
 
 
@@ -115,7 +115,9 @@ def test_the_least_recently_used_study_is_deleted_first_also_while_serving(tmp_p
     trim_cache()
     assert len([*(tmp_path / "studies").iterdir()]) == 3
     limit_cache(1)
-    sweep_eta(System(), Reference(), [2.7, 2.8], transient=20, sample=5, keep=True)  # as the engine keeps one more
+    sweep(
+        EtaStudy(System(), Reference(), values=[2.7, 2.8], transient=20, sample=5), keep=True
+    )  # as the engine keeps one more
     left = [path.name for path in (tmp_path / "studies").iterdir()]
     assert len(left) == 2
     assert "young" in left

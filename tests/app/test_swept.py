@@ -11,7 +11,7 @@ from vibroscope.app.page.bifurcation.tab import Bifurcation
 from vibroscope.app.page.study import tab as study
 from vibroscope.app.page.tab import Move
 from vibroscope.app.studies.bifurcation import DiagramQuestion, grow_diagram
-from vibroscope.engine import ExactPenalty, Newmark, Reference, System, simulate, sweep_eta
+from vibroscope.engine import EtaStudy, ExactPenalty, Newmark, Reference, System, simulate
 
 from .fakes import FakeHost
 
@@ -119,4 +119,4 @@ def test_an_own_start_on_the_command_line(tmp_path):
     sweep = ["sweep", "eta", "--solver", "reference", "--from", "2.7", "--to", "2.9", "--count", "3", "--out", out]
     assert main([*sweep, "--transient", "5", "--initial", "0.3,0,1.2,-0.5"]) == 0
     with pytest.raises(ValueError, match="own start"):
-        sweep_eta(System(), Reference(), [2.7, 2.9], initial=(0, 0, 1, 0), direction="up")
+        sweep(EtaStudy(System(), Reference(), values=[2.7, 2.9], initial=(0, 0, 1, 0), direction="up"))

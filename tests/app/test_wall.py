@@ -74,7 +74,9 @@ def test_scatter_is_told_of_the_body():
 def test_a_step_study_shows_the_body(monkeypatch):
     monkeypatch.setattr(time_step, "STEPS", (100, 200))
     question = StepQuestion(WALL.system, WALL.eta, Newmark(WALL.K, WALL.D, 100))
-    study = StepStudy(question.system, Newmark(WALL.K, WALL.D, 100), WALL.eta, 60, 20, steps=(100, 200))
+    study = StepStudy(
+        question.system, Newmark(WALL.K, WALL.D, 100), WALL.eta, transient=60, sample=20, steps=(100, 200)
+    )
     result = PartialStep(question, study, study.compute())
     assert list(result.orbit(0, "fixed")) == list(result.section(0, "fixed")) == ["xi1", "v1"]
     section = result.section(0, "fixed")["xi1"]

@@ -111,7 +111,14 @@ def contradictions(case):
     return faults
 
 
-@pytest.mark.parametrize(("count", "evidence"), [(300, False), (40, True)], ids=["described", "with evidence"])
+@pytest.mark.parametrize(
+    ("count", "evidence"),
+    [
+        pytest.param(75, False, id="described"),
+        pytest.param(300, False, id="many described", marks=pytest.mark.release),
+        pytest.param(40, True, id="with evidence"),
+    ],
+)
 def test_words_and_numbers_agree_for_random_settings_of_random_systems(count, evidence, monkeypatch):
     """As their kept periods show them, and, fewer, with the runs that decide what the motions are."""
     if not evidence:

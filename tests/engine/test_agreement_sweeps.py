@@ -22,8 +22,9 @@ from vibroscope.engine import (
     repetition,
     run_cells,
     simulate,
+    sweep,
 )
-from vibroscope.engine.sweeps import CellKind, EtaStudy, PlaneStudy, StepStudy, judge_runs, kind_words, sweep_step
+from vibroscope.engine.sweeps import CellKind, EtaStudy, PlaneStudy, StepStudy, judge_runs, kind_words
 
 from tests.share import every, share
 
@@ -175,7 +176,7 @@ def test_a_linear_motion_after_a_short_transient_has_the_period_of_its_excitatio
 @pytest.mark.parametrize(("eta", "steps"), every([(2.76, 2000), (2.76, 8000), (2.2, 2000), (3.25, 2000), (1.08, 500)]))
 def test_a_study_over_the_step_has_the_errors_of_single_comparisons(eta, steps):
     """All but the first of the same periods: scatter comes in bursts, and other periods have another error."""
-    study = sweep_step(System(), eta, 12000.0, 18.0, [steps], transient=2000, sample=50)
+    study = sweep(StepStudy(System(), Newmark(12000.0, 18.0, 2000), eta, steps=[steps], transient=2000, sample=50))
     found = compare(System(), eta, Newmark(12000.0, 18.0, steps))
     errors = [float(study[f"error{part}"][0, 0]) for part in ("", "_time_step", "_regularisation")]
     assert errors == pytest.approx([found.total, found.time_step, found.regularisation], rel=0.05)

@@ -246,16 +246,7 @@ def test_a_wall_has_no_start(start, name):
 def test_a_continued_sweep_goes_on_from_a_motion_that_has_grown_beyond_any_start():
     """In one piece or in two: the border between them changes nothing."""
     system = System(clearance=1e6, d1=1e-4, d2=1e-4, excitation=Excitation(base=0.0, force1=1e6))
-    study = EtaStudy(
-        system,
-        REFERENCE,
-        1.0,
-        transient=400,
-        sample=2,
-        over="eta",
-        values=np.array([1.0, 1.001, 1.002]),
-        direction="up",
-    )
+    study = EtaStudy(system, REFERENCE, values=[1.0, 1.001, 1.002], transient=400, sample=2, direction="up")
     whole = study.compute((slice(0, 3),))
     assert np.abs(whole["end"][1]).max() > 1e6
     before = study.compute((slice(0, 2),))

@@ -16,10 +16,12 @@ from vibroscope.engine import (
     System,
     TimeStepping,
     basin_difference,
-    sweep_basin,
+    sweep,
 )
 from vibroscope.engine.sweeps import BasinStudy, StartPlane, grow
 from vibroscope.engine.sweeps.basin_motions import BasinSearch
+
+from tests.studies import sweep_of
 
 SYSTEM, ETA = System(), 3.2
 VALUES = np.linspace(-8, 8, 16)
@@ -27,8 +29,8 @@ PENALTY = ExactPenalty(12000.0, 18.0)
 NAMES = ("reached", "reached_period", "periods", "point", "status", "motion", "motion_share", "motion_start")
 
 
-def basin(method=None, values=VALUES, **more):
-    return sweep_basin(SYSTEM, ETA, method or Reference(), values, values, **more)
+def basin(method=None, values=VALUES, axes=("xi2", "v2"), **more):
+    return sweep_of(BasinStudy.over, SYSTEM, method or Reference(), ETA, dict.fromkeys(axes, values), **more)
 
 
 @cache
@@ -39,7 +41,7 @@ def whole_basin():
 
 def study(method=None):
     plane = StartPlane(("xi2", "v2"), ((-8.0, 8.0),) * 2, SYSTEM.rest)
-    return BasinStudy(SYSTEM, method or Reference(), ETA, 1800, 256, plane=plane, x=VALUES, y=VALUES)
+    return BasinStudy(SYSTEM, method or Reference(), ETA, transient=1800, sample=256, plane=plane, x=VALUES, y=VALUES)
 
 
 def assert_same(one, other):
@@ -128,13 +130,15 @@ def test_methods_with_a_time_step_have_basins(method):
 
 
 def test_a_whole_period_later_is_the_same_start():
-    found = sweep_basin(SYSTEM, ETA, Reference(), [0.0, 0.4, 1.0], VALUES, axes=("phase", "v2"), start=(0, 0, 2, 0))
+    found = sweep(
+        BasinStudy.over(SYSTEM, Reference(), ETA, {"phase": [0.0, 0.4, 1.0], "v2": VALUES}, start=(0, 0, 2, 0))
+    )
     np.testing.assert_array_equal(found["periods"][0], found["periods"][2])
     assert (found["periods"][0] != found["periods"][1]).any()
 
 
 def test_chaos_is_a_motion():
-    found = sweep_basin(SYSTEM, 1.7, Reference(), [1.0, 3.0], [0.0, 2.0])
+    found = sweep(BasinStudy.over(SYSTEM, Reference(), 1.7, {"xi2": [1.0, 3.0], "v2": [0.0, 2.0]}))
     assert found["motion_kind"].values.tolist() == [3]
     assert (found["motion"] == 0).all()
 
@@ -142,7 +146,7 @@ def test_chaos_is_a_motion():
 @pytest.mark.parametrize(
     ("system", "method", "x", "y", "more", "text"),
     [
-        (SYSTEM, Reference(), VALUES, VALUES, {"axes": ("xi2", "xi2")}, "both axes are xi2: give two different"),
+        (SYSTEM, Reference(), VALUES, VALUES, {"axes": ("xi2", "xi2")}, "two axes, not 1: give two different"),
         (SYSTEM, Reference(), VALUES, VALUES, {"axes": ("xi2", "eta")}, "'eta' is no axis"),
         (SYSTEM, Reference(), VALUES, VALUES, {"axes": ("xi2",)}, "two axes, not 1"),
         (SYSTEM, Reference(), VALUES, VALUES, {"sample": 31}, "sample = 31 is outside [32"),
@@ -167,8 +171,9 @@ def test_chaos_is_a_motion():
     ],
 )
 def test_bad_input_is_refused_in_one_line(system, method, x, y, more, text):
+    axes = dict(zip(more.pop("axes", ("xi2", "v2")), (x, y), strict=False))
     with pytest.raises(ValueError, match=r"^[^\n]*$") as refused:
-        sweep_basin(system, ETA, method, x, y, **more)
+        sweep_of(BasinStudy.over, system, method, ETA, axes, **more)
     assert text in str(refused.value)
 
 

@@ -2,7 +2,17 @@
 
 import numpy as np
 import pytest
-from vibroscope.engine import ExactPenalty, Excitation, Record, Reference, System, run_cells, simulate, sweep_basin
+from vibroscope.engine import (
+    BasinStudy,
+    ExactPenalty,
+    Excitation,
+    Record,
+    Reference,
+    System,
+    run_cells,
+    simulate,
+    sweep,
+)
 from vibroscope.engine.cells import Cells
 from vibroscope.engine.drivers.section import period_of
 
@@ -43,7 +53,7 @@ def nearest_motion(found, section):
     ),
 )
 def test_each_cell_ends_on_the_motion_of_its_own_long_run(system, eta, method, axes, start):
-    found = sweep_basin(system, eta, method, VALUES, VALUES, axes=axes, start=start)
+    found = sweep(BasinStudy.over(system, method, eta, dict(zip(axes, (VALUES, VALUES), strict=True)), start=start))
     starts, labels = plain_starts(found, start), found["motion"].values.ravel()
     penetrates = isinstance(method, Reference) & (system.gap(starts[:, 0], starts[:, 2]) < 0)
     np.testing.assert_array_equal(labels == -4, penetrates)
@@ -64,7 +74,7 @@ def test_a_start_phase_is_the_excitation_turned_forward():
     """The run of the turned system, brought to phase 0 by a sample of its last period."""
     system, eta, method, phase = System(), 3.2, Reference(), 0.25
     speeds = np.linspace(-6, 7, 8)
-    found = sweep_basin(system, eta, method, [phase, 0.75], speeds, axes=("phase", "v2"), start=(-1, 0, 1, 0))
+    found = sweep(BasinStudy.over(system, method, eta, {"phase": [phase, 0.75], "v2": speeds}, start=(-1, 0, 1, 0)))
     turned = System(excitation=Excitation(base_phase=2 * np.pi * phase))
     for label, speed in zip(found["motion"].values[0], speeds, strict=True):
         run = simulate(turned, eta, method, periods=3000, keep=24, initial=(-1, 0, 1, speed), record=Record(24, 4))

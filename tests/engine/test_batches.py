@@ -15,7 +15,9 @@ from vibroscope.engine.sweeps.batches import (
 
 
 def continued(direction, n=37):
-    return EtaStudy(System(), Reference(), 1.0, 10, 5, values=np.linspace(1, 2, n), direction=direction)
+    return EtaStudy(
+        System(), Reference(), 1.0, transient=10, sample=5, values=np.linspace(1, 2, n), direction=direction
+    )
 
 
 @pytest.mark.parametrize("shape", [(1,), (7,), (64, 64), (1000, 3), (10_000, 10_000)])

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from vibroscope.engine import Reference, System, sweep_eta
+from vibroscope.engine import EtaStudy, Reference, System, sweep
 from vibroscope.engine.sweeps import diagrams
 
 
@@ -14,7 +14,7 @@ def test_the_shipped_diagram_is_up_to_date_and_right(kind):
     assert shipped is not None, "assets/diagrams is of another engine: run `make diagram`"
     assert len(shipped.eta) >= 1000
     rows = np.arange(0, len(shipped.eta), 40)
-    again = sweep_eta(System(), method, shipped.eta[rows])
+    again = sweep(EtaStudy(System(), method, values=shipped.eta[rows]))
     for row, one, two in zip(rows, again["xi1"].values, again["xi2"].values, strict=True):
         then, now = shipped.displacement[:, row], np.stack([one, two])
         if np.ptp(np.sort(now[1])[::25]) == 0 or np.allclose(now[:, :-8], now[:, 8:], atol=1e-4):

@@ -3,11 +3,12 @@
 import numpy as np
 import pytest
 import xarray
-from vibroscope.engine import Cancelled, Newmark, Reference, System, sweep_eta, sweep_plane, sweep_step
+from vibroscope.engine import Cancelled, ExactPenalty, Newmark, Reference, StepStudy, System, sweep
 from vibroscope.engine.sweeps import MISSING, EtaStudy, PlaneStudy, RunOptions, grow
 from vibroscope.engine.sweeps.errors import reference_motion
 
 from tests.share import every
+from tests.studies import sweep_of
 
 ETAS = np.linspace(2.6, 3.3, 40)
 PERIODS = {"transient": 60, "sample": 10}
@@ -15,12 +16,12 @@ DIRECTIONS = pytest.mark.parametrize("direction", ["rest", "up", "down"])
 
 
 def diagram(direction="rest"):
-    return EtaStudy(System(), Reference(), None, 60, 10, values=ETAS, direction=direction)
+    return EtaStudy(System(), Reference(), None, transient=60, sample=10, values=ETAS, direction=direction)
 
 
 def plane(**more):
     K, D = np.geomspace(100, 60_000, 9), np.geomspace(1, 100, 5)
-    return PlaneStudy(System(), Newmark(K[0], D[0], 500), 2.76, 60, 10, K=K, D=D, **more)
+    return PlaneStudy(System(), Newmark(K[0], D[0], 500), 2.76, transient=60, sample=10, K=K, D=D, **more)
 
 
 def known(values):
@@ -35,7 +36,7 @@ def grown(study, options=None, **more):
 @DIRECTIONS
 def test_a_picture_refines_to_the_numbers_of_the_sweep(direction):
     stages = grown(diagram(direction), picture=True)
-    whole = sweep_eta(System(), Reference(), ETAS, direction=direction, **PERIODS)
+    whole = sweep(EtaStudy(System(), Reference(), values=ETAS, direction=direction, **PERIODS))
     assert known(stages[-1]).all()
     for stage in stages:
         cells = known(stage)
@@ -91,7 +92,7 @@ def test_in_chunks_a_store_is_readable_while_it_grows(tmp_path):
 
 
 def test_of_a_refined_diagram_the_rounds_come_first_and_then_the_whole():
-    study = EtaStudy(System(), Reference(), None, 60, 10, values=ETAS[::4], refine=2)
+    study = EtaStudy(System(), Reference(), None, transient=60, sample=10, values=ETAS[::4], refine=2)
     *rounds, last = grow(study, RunOptions(cells_per_chunk=4))
     assert all(partial.progress.done < partial.progress.total for partial in rounds)
     assert last.study is study
@@ -99,11 +100,15 @@ def test_of_a_refined_diagram_the_rounds_come_first_and_then_the_whole():
 
 
 SWEEPS = {
-    "rest": lambda **how: sweep_eta(System(), Reference(), ETAS, **PERIODS, **how),
-    "down": lambda **how: sweep_eta(System(), Reference(), ETAS, direction="down", **PERIODS, **how),
-    "refined": lambda **how: sweep_eta(System(), Reference(), ETAS[::4], refine=2, **PERIODS, **how),
-    "plane": lambda **how: sweep_plane(System(), 2.76, [100, 1e3, 5e3], [5, 20], steps=500, **PERIODS, **how),
-    "step": lambda **how: sweep_step(System(), 2.76, 12_000, 18, [500, 1000], **PERIODS, **how),
+    "rest": lambda **how: sweep_of(EtaStudy, System(), Reference(), values=ETAS, **PERIODS, **how),
+    "down": lambda **how: sweep_of(EtaStudy, System(), Reference(), values=ETAS, direction="down", **PERIODS, **how),
+    "refined": lambda **how: sweep_of(EtaStudy, System(), Reference(), values=ETAS[::4], refine=2, **PERIODS, **how),
+    "plane": lambda **how: sweep_of(
+        PlaneStudy, System(), Newmark(1, 1, 500), 2.76, K=[100, 1e3, 5e3], D=[5, 20], **PERIODS, **how
+    ),
+    "step": lambda **how: sweep_of(
+        StepStudy, System(), Newmark(12_000, 18, 2000), 2.76, steps=[500, 1000], **PERIODS, **how
+    ),
 }
 
 
@@ -130,7 +135,7 @@ def test_the_error_alone_is_that_of_the_error_in_parts():
     only = grown(plane(only=("error", "exact_status", "exact_error")))[-1]
     np.testing.assert_array_equal(only["error"], grown(plane())[-1]["error"])
     K, D = plane().K, plane().D
-    exact = sweep_plane(System(), 2.76, K, D, steps=None, **PERIODS)
+    exact = sweep(PlaneStudy(System(), ExactPenalty(1, 1), 2.76, K=K, D=D, **PERIODS))
     np.testing.assert_array_equal(only["exact_error"], exact["error"])
 
 

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from vibroscope.engine import (
     Cells,
+    EtaStudy,
     ExactPenalty,
     Excitation,
     Newmark,
@@ -17,7 +18,7 @@ from vibroscope.engine import (
     physical_text,
     run_cells,
     simulate,
-    sweep_eta,
+    sweep,
     system_of_physical,
     system_text,
 )
@@ -89,7 +90,7 @@ def test_every_run_has_the_amplitude_of_its_frequency(held, method):
     system = System(excitation=Excitation(base=1.3, base_phase=0.4, held=held))
     cells = run_cells(Cells(system, etas, method), transient=40, sample=4, early_stop=False)
     of_each = run_cells(Cells([system] * 3, etas, method), transient=40, sample=4, early_stop=False)
-    swept = sweep_eta(system, method, etas, transient=40, sample=4)
+    swept = sweep(EtaStudy(system, method, values=etas, transient=40, sample=4))
     for i, eta in enumerate(etas):
         amplitude = 1.3 / eta ** HELD.index(held)
         plain = replace(system, excitation=Excitation(base=amplitude, base_phase=0.4))

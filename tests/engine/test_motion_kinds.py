@@ -26,7 +26,7 @@ NAMES = {CellKind.PERIODIC: "periodic", CellKind.QUASI_PERIODIC: "quasi-periodic
 
 def study_of(method, values, **more):
     choices = {"values": np.array(values, float), "coordinates": COORDINATES} | more
-    return EtaStudy(SYSTEM, method, 2.76, 1000, 48, **choices)
+    return EtaStudy(SYSTEM, method, 2.76, transient=1000, sample=48, **choices)
 
 
 def judged(study):
@@ -83,7 +83,7 @@ def test_cells_that_ended_early_need_no_run_and_a_cancelled_judgement_raises():
 def test_motions_that_have_grown_beyond_every_start_stay_undecided_beside_others():
     system = System(kappa=1.38, kappa3=1.08, d1=0.014, d2=0.0043, d3=0.049, restitution=0.6)
     study = EtaStudy(
-        *(system, Newmark(2320, 0.331, 600), 0.6163, 34, 16), values=np.array([0.6163, 1.0]), coordinates=COORDINATES
+        *(system, Newmark(2320, 0.331, 600)), transient=34, sample=16, values=[0.6163, 1.0], coordinates=COORDINATES
     )
     values = study.compute()
     assert values["status"].tolist() == [0, 0]

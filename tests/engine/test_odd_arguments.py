@@ -33,9 +33,11 @@ ODD = (
 UNCLEAR = ("ambiguous", "could not convert", "inhomogeneous", "broadcast", "string conversion", "unpack", "zero-size")
 
 SYSTEM, NEWMARK, REFERENCE = System(), Newmark(1000, 18, 100), Reference()
+AT_THE_END = TimeStepping(1000, 18, 100, status="end")
 MOTION = motion(simulate(SYSTEM, 2.76, REFERENCE, periods=20, keep=4))
 PROBLEM = {"system": SYSTEM, "eta": 2.76, "method": REFERENCE}
 SHORT = {"transient": 2, "sample": 4}
+STUDY = engine.EtaStudy(SYSTEM, REFERENCE, values=[2.7, 2.8], **SHORT)
 QUESTION = engine.SettingQuestion(SYSTEM, 2.76, limits=engine.Limits(steps_max=8, stiffness=100.0, damping=5.0))
 MEASURED = Measurement(np.linspace(0, 5, 41), np.ones((2, 41)), None, "absolute")
 MEASURED_AT = {"system": SYSTEM, "eta": 2.76, "measurement": MEASURED}
@@ -43,6 +45,11 @@ MEASURED_AT = {"system": SYSTEM, "eta": 2.76, "measurement": MEASURED}
 
 def run_cells(**arguments):
     return engine.run_cells(Cells(**arguments), transient=2, sample=2, threads=1)
+
+
+def swept(make):
+    """The study that is made, given up once it is checked."""
+    return lambda **arguments: past_the_border(engine.sweep)(study=make(**arguments))
 
 
 def past_the_border(function):
@@ -134,26 +141,28 @@ CALLS = {
     "design_curve": (engine.design_curve, {"question": QUESTION, "etas": []}, None),
     "repetition": (engine.repetition, {}, ("found",)),
     "difference_in_kind": (engine.difference_in_kind, {"reference": MOTION, "penalty": MOTION}, None),
-    "sweep_eta": (
-        engine.sweep_eta,
+    "EtaStudy": (
+        swept(engine.EtaStudy),
         {"system": SYSTEM, "method": REFERENCE, "values": [2.7, 2.8], **SHORT},
         ("system", "method", "over", "eta", "direction", "coordinates", "lyapunov", "initial", "sample"),
     ),
-    "sweep_plane": (
-        engine.sweep_plane,
-        {"system": SYSTEM, "eta": 2.76, "K": [100.0], "D": [1.0], "steps": 100, "parts": False, **SHORT},
-        ("system", "eta", "K", "D", "steps", "located", "sample"),
-    ),
-    "sweep_basin": (
-        past_the_border(engine.sweep_basin),
-        PROBLEM | {"x": [1.0], "y": [2.0], "axes": ("xi2", "v2"), "start": (0, 0, 0, 0), "phase": 0.0, "sample": 32},
+    "PlaneStudy": (
+        swept(engine.PlaneStudy),
+        PROBLEM | {"method": NEWMARK, "K": [100.0], "D": [1.0], "parts": False, **SHORT},
         None,
     ),
-    "sweep_step": (
-        engine.sweep_step,
-        {"system": SYSTEM, "eta": 2.76, "K": 100.0, "D": 5.0, "steps": [100], **SHORT},
-        ("system", "K", "D", "sample"),
+    "BasinStudy": (
+        swept(engine.BasinStudy.over),
+        PROBLEM | {"axes": {"xi2": [1.0], "v2": [2.0]}, "start": (0, 0, 0, 0), "phase": 0.0, "sample": 32},
+        None,
     ),
+    "StepStudy": (swept(engine.StepStudy), PROBLEM | {"method": NEWMARK, "steps": [100], **SHORT}, None),
+    "NoSolutionStudy": (
+        swept(engine.NoSolutionStudy),
+        PROBLEM | {"method": AT_THE_END, "K": [100.0], "steps": [100], **SHORT},
+        None,
+    ),
+    "sweep": (past_the_border(engine.sweep), {"study": STUDY}, None),
     "spaced": (engine.spaced, {"name": "eta", "low": 1.0, "high": 2.0, "count": 3, "logarithmic": False}, None),
     "parse_system": (engine.parse_system, {}, ("content",)),
     "counted": (engine.counted, {"count": 1, "noun": "turn"}, None),
@@ -203,6 +212,5 @@ def test_the_restitution_of_no_stiffness_is_refused():
 
 def test_numbers_of_numpy_give_the_same_result():
     here = {"values": [2.7, 2.8], **SHORT}
-    one = engine.sweep_eta(SYSTEM, NEWMARK, eta=None, **here)
-    other = engine.sweep_eta(SYSTEM, Newmark(np.int64(1000), np.float32(18), np.int32(100), located=np.False_), **here)
-    assert one.attrs["key"] == other.attrs["key"]
+    other = Newmark(np.int64(1000), np.float32(18), np.int32(100), located=np.False_)
+    assert engine.EtaStudy(SYSTEM, NEWMARK, **here).key == engine.EtaStudy(SYSTEM, other, **here).key

@@ -8,13 +8,14 @@ import numpy as np
 import pytest
 import xarray
 import zarr
-from vibroscope.engine import Cancelled, Reference, System, sweep_eta
+from vibroscope.engine import Cancelled, EtaStudy, Reference, System
 from vibroscope.engine.sweeps import check_store
 from vibroscope.engine.sweeps.manifest import FOLDER, STUDY, read_seal
 from vibroscope.engine.sweeps.store import Store
 from vibroscope.engine.sweeps.store_location import StoreLocation
 
 from tests.share import every, share
+from tests.studies import sweep_of
 
 from .store_files import files
 
@@ -23,7 +24,7 @@ ETAS = np.linspace(2.6, 3.3, 8)
 
 def swept(out=None, **more):
     how = {"transient": 60, "sample": 5, "coordinates": ["xi2"], "cells_per_chunk": 4, **more}
-    return sweep_eta(System(), Reference(), ETAS, out=out, **how)
+    return sweep_of(EtaStudy, System(), Reference(), values=ETAS, out=out, **how)
 
 
 @pytest.fixture(scope="module")

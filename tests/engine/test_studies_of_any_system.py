@@ -8,6 +8,7 @@ from vibroscope.engine import (
     FREE_PERIODS,
     Excitation,
     Newmark,
+    PlaneStudy,
     Reference,
     System,
     attractors,
@@ -15,7 +16,7 @@ from vibroscope.engine import (
     fit,
     motion,
     simulate,
-    sweep_plane,
+    sweep,
     synthetic_measurement,
     verdict,
 )
@@ -113,9 +114,9 @@ def test_all_starts_of_a_free_vibration_come_to_the_same_rest():
 
 
 def test_a_plane_of_a_system_at_rest_has_no_error_to_divide():
-    found = sweep_plane(FREE, 1.3, [100.0, 700.0], [3.0, 6.0], steps=100, transient=10, sample=4)
+    found = sweep(PlaneStudy(FREE, Newmark(1, 1, 100), 1.3, K=[100.0, 700.0], D=[3.0, 6.0], transient=10, sample=4))
     assert (found["error"].values == 0).all()
-    held = sweep_plane(HELD, 1.3, [100.0, 700.0], [3.0, 6.0], steps=500, transient=10, sample=4)
+    held = sweep(PlaneStudy(HELD, Newmark(1, 1, 500), 1.3, K=[100.0, 700.0], D=[3.0, 6.0], transient=10, sample=4))
     assert np.isinf(held["error"].values).all()
 
 

@@ -19,7 +19,7 @@ ETAS = np.linspace(2.6, 3.3, 24)
 
 
 def study(e=0.5):
-    return EtaStudy(System(restitution=e), Reference(), 2.6, 20, 5, values=ETAS)
+    return EtaStudy(System(restitution=e), Reference(), 2.6, transient=20, sample=5, values=ETAS)
 
 
 def test_the_cache_finds_a_study_by_every_number_and_the_engine(tmp_path, monkeypatch):
@@ -121,8 +121,9 @@ def test_the_cache_drops_what_was_not_used_for_the_longest_time(tmp_path, monkey
 
 SWEEP = """
 import numpy as np
-from vibroscope.engine import Reference, System, sweep_eta
-found = sweep_eta(System(), Reference(), np.linspace(2.6, 3.3, 24), transient=4000, sample=5, keep=True)
+from vibroscope.engine import EtaStudy, Reference, System, sweep
+study = EtaStudy(System(), Reference(), values=np.linspace(2.6, 3.3, 24), transient=4000, sample=5)
+found = sweep(study, keep=True)
 print(found.attrs["computed"], float(found["xi2"].sum()))
 """
 

@@ -12,8 +12,10 @@ import fsspec
 import numpy as np
 import pytest
 import xarray
-from vibroscope.engine import Reference, System, sweep_basin, sweep_eta, sweep_no_solution, sweep_plane
+from vibroscope.engine import BasinStudy, Newmark, NoSolutionStudy, PlaneStudy, Reference, System, TimeStepping, sweep
 from vibroscope.engine.sweeps import MISSING, EtaStudy, RunOptions, grow
+
+from tests.studies import sweep_of
 
 from .store_files import files
 
@@ -54,23 +56,24 @@ def cluster():
 
 def swept(out=None, **more):
     how = {"transient": 400, "sample": 10, "cells_per_chunk": 2}
-    return sweep_eta(System(), Reference(), ETAS, out=out, **how | more)
+    return sweep_of(EtaStudy, System(), Reference(), values=ETAS, out=out, **how | more)
 
 
 def test_basins_are_the_same(cluster):
     """Each worker finds the motions for itself."""
     values = np.linspace(-8, 8, 12)
-    here = sweep_basin(System(), 3.2, Reference(), values, values)
-    there = sweep_basin(System(), 3.2, Reference(), values, values, scheduler=cluster[0], cells_per_chunk=30)
+    study = BasinStudy.over(System(), Reference(), 3.2, {"xi2": values, "v2": values})
+    here, there = sweep(study), sweep(study, scheduler=cluster[0], cells_per_chunk=30)
     for name in ("motion", "reached", "periods", "motion_share"):
         np.testing.assert_array_equal(here[name], there[name])
 
 
 def test_steps_without_a_solution_are_the_same(cluster):
-    problem = System(), 2.76, np.geomspace(500, 20_000, 5), 18, [50, 200, 400]
-    how = {"transient": 4, "sample": 4}
-    here = sweep_no_solution(*problem, **how)
-    there = sweep_no_solution(*problem, **how, scheduler=cluster[0], cells_per_chunk=4)
+    axes = {"K": np.geomspace(500, 20_000, 5), "steps": [50, 200, 400]}
+    method = TimeStepping(1, 18, 100, status="end")
+    study = NoSolutionStudy(System(), method, 2.76, **axes, transient=4, sample=4)
+    here = sweep(study)
+    there = sweep(study, scheduler=cluster[0], cells_per_chunk=4)
     assert here["steps_without_solution"].any()
     assert not here["steps_without_solution"].all()
     xarray.testing.assert_equal(there, here)
@@ -94,7 +97,7 @@ def test_continuation_goes_chunk_by_chunk(cluster):
 
 def test_a_study_grows_on_a_cluster_as_it_does_here(cluster, tmp_path):
     address, _ = cluster
-    study = EtaStudy(System(), Reference(), None, 400, 10, values=ETAS)
+    study = EtaStudy(System(), Reference(), None, transient=400, sample=10, values=ETAS)
     known = []
     for partial in grow(study, RunOptions(tmp_path / "a.zarr", address, cells_per_chunk=16)):
         known.append(int((partial.values()["status"] != MISSING).sum()))
@@ -110,10 +113,11 @@ def test_to_an_object_store_the_workers_write_themselves(cluster, tmp_path, monk
     address, _ = cluster
     url = f"local://{tmp_path}/a.zarr"
     K, D = np.geomspace(100, 1e4, 4), np.geomspace(5, 50, 4)
-    how = {"steps": 500, "transient": 50, "sample": 10, "cells_per_chunk": 4}
-    first = sweep_plane(System(), 2.76, K, D, out=url, scheduler=address, **how)
-    xarray.testing.assert_equal(first, sweep_plane(System(), 2.76, K, D, **how))
-    again = sweep_plane(System(), 2.76, K, D, out=url, scheduler=address, **how)
+    study = PlaneStudy(System(), Newmark(1, 1, 500), 2.76, K=K, D=D, transient=50, sample=10)
+    there = {"out": url, "scheduler": address, "cells_per_chunk": 4}
+    first = sweep(study, **there)
+    xarray.testing.assert_equal(first, sweep(study, cells_per_chunk=4))
+    again = sweep(study, **there)
     assert (first.attrs["computed"], again.attrs["reused"]) == (16, 16)
 
 

@@ -15,12 +15,13 @@ import pytest
 import xarray
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
-from vibroscope.engine import Cancelled, Reference, System, sweep_eta, sweep_plane
+from vibroscope.engine import Cancelled, EtaStudy, Newmark, PlaneStudy, Reference, System, sweep
 from vibroscope.engine.sweeps.arrays import DAMAGE
 from vibroscope.engine.sweeps.digest import engine_digest
 from vibroscope.engine.sweeps.store import Store
 
 from tests.share import every, share
+from tests.studies import sweep_of
 
 from .store_files import files
 
@@ -29,7 +30,7 @@ SHORT = {"transient": 60, "sample": 10}
 
 
 def swept(out=None, **more):
-    return sweep_eta(System(), Reference(), ETAS, out=out, **{"cells_per_chunk": 4, **SHORT, **more})
+    return sweep_of(EtaStudy, System(), Reference(), values=ETAS, out=out, **{"cells_per_chunk": 4, **SHORT, **more})
 
 
 @pytest.fixture(scope="module")
@@ -79,11 +80,11 @@ def test_a_study_that_was_stopped_goes_on_to_the_very_same_bytes(tmp_path, more)
 KILLED = """
 import sys, os, signal
 import numpy as np
-from vibroscope.engine import Reference, System, sweep_eta
+from vibroscope.engine import EtaStudy, Reference, System, sweep
 # a chunk every 10 ms, so that the signal meets the process at any moment
-sweep_eta(System(), Reference(), np.linspace(2.6, 3.3, 160), transient=20, sample=10, cells_per_chunk=4,
-          out=sys.argv[1],
-          progress=lambda now: now.done >= 24 and print("on its way", flush=True))
+sweep(EtaStudy(System(), Reference(), values=np.linspace(2.6, 3.3, 160), transient=20, sample=10), cells_per_chunk=4,
+      out=sys.argv[1],
+      progress=lambda now: now.done >= 24 and print("on its way", flush=True))
 """
 
 
@@ -99,10 +100,10 @@ def test_a_process_that_is_killed_leaves_what_the_next_one_needs(tmp_path):
         process.stdout.readline()
         process.send_signal(signal.SIGKILL)
         assert process.wait(20) == -signal.SIGKILL
-    rest = sweep_eta(System(), Reference(), etas, out=tmp_path / "killed.zarr", **how)
+    rest = sweep_of(EtaStudy, System(), Reference(), values=etas, out=tmp_path / "killed.zarr", **how)
     assert rest.attrs["reused"] >= 16
     assert rest.attrs["computed"] >= 4
-    sweep_eta(System(), Reference(), etas, out=tmp_path / "whole.zarr", **how)
+    sweep_of(EtaStudy, System(), Reference(), values=etas, out=tmp_path / "whole.zarr", **how)
     assert files(tmp_path / "killed.zarr") == files(tmp_path / "whole.zarr")
 
 
@@ -216,23 +217,21 @@ def test_progress_counts_up_to_the_end():
 
 def test_a_plane_comes_back_from_its_store_as_it_was(tmp_path):
     K, D = np.geomspace(100, 1e4, 5), np.geomspace(1, 50, 3)
-    how = {"steps": 500, "transient": 50, "sample": 10}
-    one = sweep_plane(System(), 2.76, K, D, **how)
-    other = sweep_plane(System(), 2.76, K, D, out=tmp_path / "p.zarr", cells_per_chunk=4, **how)
-    xarray.testing.assert_equal(one, other)
+    study = PlaneStudy(System(), Newmark(1, 1, 500), 2.76, K=K, D=D, transient=50, sample=10)
+    xarray.testing.assert_equal(sweep(study), sweep(study, out=tmp_path / "p.zarr", cells_per_chunk=4))
 
 
 def test_a_chunk_in_which_nothing_reached_its_end_is_complete_too(tmp_path):
     """All nan is a result; a chunk that is not there is none."""
-    how = {"steps": 100, "transient": 200, "sample": 10, "out": tmp_path / "p.zarr", "cells_per_chunk": 1}
-    found = sweep_plane(System(), 2.76, [500, 60_000], [1.0], **how)
-    assert found.attrs["failed"] == 1
-    assert sweep_plane(System(), 2.76, [500, 60_000], [1.0], **how).attrs["reused"] == 2
+    study = PlaneStudy(System(), Newmark(1, 1, 100), 2.76, K=[500, 60_000], D=[1.0], transient=200, sample=10)
+    how = {"out": tmp_path / "p.zarr", "cells_per_chunk": 1}
+    assert sweep(study, **how).attrs["failed"] == 1
+    assert sweep(study, **how).attrs["reused"] == 2
 
 
 def test_what_is_swept_is_no_attribute(whole):
     found = xarray.open_zarr(whole).attrs
     assert "eta" not in found
-    plane = sweep_plane(System(), 2.76, [100.0], [5.0], steps=100, transient=5, sample=5, keep=False)
+    plane = sweep(PlaneStudy(System(), Newmark(1, 1, 100), 2.76, K=[100.0], D=[5.0], transient=5, sample=5), keep=False)
     method = json.loads(plane.attrs["method"])
     assert method == {"name": "newmark", "steps": 100, "every_step": False, "located": False, "law": "kelvin-voigt"}

@@ -5,17 +5,18 @@ import itertools
 import numpy as np
 import pytest
 from vibroscope.engine import (
+    EtaStudy,
     ExactPenalty,
     Newmark,
+    PlaneStudy,
     Reference,
+    StepStudy,
     System,
     compare,
     motion,
     simulate,
     spaced,
-    sweep_eta,
-    sweep_plane,
-    sweep_step,
+    sweep,
 )
 from vibroscope.engine.divergence.contact import equal_restitution_damping
 from vibroscope.engine.sweeps.refinement import changed_intervals
@@ -26,7 +27,7 @@ SHORT = {"transient": 300, "sample": 20}
 
 @pytest.mark.parametrize("method", [Reference(), ExactPenalty(12000, 18), Newmark(12000, 18, 500)])
 def test_a_diagram_holds_what_single_runs_give(method):
-    found = sweep_eta(System(), method, [1.08, 1.7, 2.76, 3.25], coordinates=["xi2", "v1"], **SHORT)
+    found = sweep(EtaStudy(System(), method, values=[1.08, 1.7, 2.76, 3.25], coordinates=["xi2", "v1"], **SHORT))
     assert found["xi2"].dims == ("eta", "sample")
     for eta in found["eta"].values:
         cell, run = found.sel(eta=eta), simulate(System(), eta, method, periods=320, keep=20)
@@ -43,21 +44,21 @@ def test_a_diagram_holds_what_single_runs_give(method):
 def test_a_continued_diagram_follows_a_motion_that_rest_does_not_lead_to():
     """Downwards each cell starts where its upper neighbour ended; motions coexist near η = 3.2."""
     etas = np.linspace(3.1, 3.3, 11)
-    down = sweep_eta(System(), Reference(), etas, direction="down", **SHORT)
+    down = sweep(EtaStudy(System(), Reference(), values=etas, direction="down", **SHORT))
     start = np.zeros(4)
     for eta in etas[::-1]:
         run = simulate(System(), eta, Reference(), periods=320, keep=20, initial=start)
         start = run.section[-1]
         np.testing.assert_allclose(down["end"].sel(eta=eta), start, atol=1e-6)
-    up = sweep_eta(System(), Reference(), etas, direction="up", **SHORT)
+    up = sweep(EtaStudy(System(), Reference(), values=etas, direction="up", **SHORT))
     assert (np.abs(up["xi2"] - down["xi2"]).max("sample") > 0.1).any()
 
 
 @pytest.mark.parametrize("direction", ["rest", "up", "down"])
 def test_refinement_halves_the_intervals_where_the_motion_changes_and_leaves_the_others(direction):
     etas = np.linspace(2.7, 3.3, 7)
-    coarse = sweep_eta(System(), Reference(), etas, direction=direction, **SHORT)
-    fine = sweep_eta(System(), Reference(), etas, direction=direction, refine=3, **SHORT)
+    coarse = sweep(EtaStudy(System(), Reference(), values=etas, direction=direction, **SHORT))
+    fine = sweep(EtaStudy(System(), Reference(), values=etas, direction=direction, refine=3, **SHORT))
     assert (np.diff(fine["eta"]) > 0).all()
     assert len(fine["eta"]) > len(etas)
     np.testing.assert_array_equal(fine["xi2"].sel(eta=etas), coarse["xi2"])
@@ -69,18 +70,18 @@ def test_refinement_halves_the_intervals_where_the_motion_changes_and_leaves_the
 
 
 def test_a_sweep_over_another_parameter_is_a_sweep_of_runs():
-    found = sweep_eta(System(), Reference(), [0.3, 0.6], over="restitution", eta=2.76, **SHORT)
+    found = sweep(EtaStudy(System(), Reference(), values=[0.3, 0.6], over="restitution", eta=2.76, **SHORT))
     assert found["xi2"].dims == ("restitution", "sample")
     for e in (0.3, 0.6):
         run = simulate(System(restitution=e), 2.76, Reference(), periods=320, keep=20)
         np.testing.assert_allclose(found["xi2"].sel(restitution=e)[-1], run.section[-1, 2], atol=1e-7)
-    found = sweep_eta(System(), Newmark(12000, 18, 4), [500, 1000], over="steps", eta=1.08, **SHORT)
+    found = sweep(EtaStudy(System(), Newmark(12000, 18, 4), values=[500, 1000], over="steps", eta=1.08, **SHORT))
     run = simulate(System(), 1.08, Newmark(12000, 18, 1000), periods=320, keep=20)
     np.testing.assert_allclose(found["xi2"][1, -1], run.section[-1, 2], atol=1e-6)
 
 
 def test_the_exponent_tells_chaos_from_what_repeats():
-    found = sweep_eta(System(), Reference(), [1.7, 2.76], lyapunov=1024, **SHORT)
+    found = sweep(EtaStudy(System(), Reference(), values=[1.7, 2.76], lyapunov=1024, **SHORT))
     kinds = dict(zip(found["motion"].attrs["flag_meanings"].split(), found["motion"].attrs["flag_values"], strict=True))
     assert found["motion"].values.tolist() == [kinds["chaotic"], kinds["periodic"]]
     assert 0.15 < found["lyapunov"][0] < 0.4
@@ -89,7 +90,7 @@ def test_the_exponent_tells_chaos_from_what_repeats():
 
 def test_the_plane_holds_what_single_runs_give_and_the_parts_of_their_errors():
     K, D = [3000.0, 50_000.0], [20.0, 80.0]
-    found = sweep_plane(System(), 1.08, K, D, steps=2000, transient=150, sample=20)
+    found = sweep(PlaneStudy(System(), Newmark(1, 1, 2000), 1.08, K=K, D=D, transient=150, sample=20))
     for k in K:
         for d in D:
             cell = found.sel(K=k, D=d)
@@ -110,7 +111,9 @@ def test_the_plane_holds_what_single_runs_give_and_the_parts_of_their_errors():
 
 def test_cells_that_blow_up_are_marked_and_stop_nothing():
     """K = 6·10⁴ with 100 steps per period is not stable; without a time step there is nothing to blow up."""
-    found = sweep_plane(System(), 2.76, [500.0, 60_000.0], [1.0, 3.0], steps=100, transient=200, sample=10)
+    found = sweep(
+        PlaneStudy(System(), Newmark(1, 1, 100), 2.76, K=[500.0, 60_000.0], D=[1.0, 3.0], transient=200, sample=10)
+    )
     assert (found["status"][1] != 0).any()
     assert (found["status"][0] == 0).all()
     assert (found["exact_status"] == 0).all()
@@ -131,7 +134,9 @@ def test_on_the_curve_of_equal_restitution_a_contact_returns_e():
 
 def test_the_observed_orders_of_the_fixed_and_the_located_step():
     """Of the fixed step only the scatter is left to see at η = 2.76; the located one is of second order."""
-    found = sweep_step(System(), 2.76, 12000, 18, [1000, 2000, 4000], transient=200, sample=20)
+    found = sweep(
+        StepStudy(System(), Newmark(12000, 18, 2000), 2.76, steps=[1000, 2000, 4000], transient=200, sample=20)
+    )
     fixed, located = found["spread"].values.T
     assert (located < 1e-3 * fixed).all()
     assert found["order_of_error_time_step"][1] == pytest.approx(2, abs=0.1)
@@ -151,7 +156,7 @@ def test_the_order_is_the_slope_of_a_power_law():
 @pytest.mark.parametrize("name", ["base", "force1", "force2", "constant1", "constant2"])
 def test_an_amplitude_of_the_excitation_is_swept(name):
     values, system = [0.5, 2.0], System(clearance=0.2)
-    found = sweep_eta(system, Reference(), values, over=name, eta=1.08, **SHORT)
+    found = sweep(EtaStudy(system, Reference(), values=values, over=name, eta=1.08, **SHORT))
     for value, section in zip(values, found["xi2"].values, strict=True):
         alone = simulate(system.changed({name: value}), 1.08, Reference(), periods=320, keep=20)
         np.testing.assert_allclose(section, alone.section[:, 2], atol=1e-9)
@@ -161,29 +166,37 @@ def test_an_amplitude_of_the_excitation_is_swept(name):
 @pytest.mark.parametrize(
     ("sweep", "text"),
     [
-        (lambda: sweep_eta(System(), Reference(), []), "no value of eta"),
-        (lambda: sweep_eta(System(), Reference(), [2, 1]), "do not ascend"),
-        (lambda: sweep_eta(System(), Reference(), [1.0, np.nan]), "do not ascend"),
-        (lambda: sweep_eta(System(), Reference(), [1.0, 1e9]), "eta = "),
-        (lambda: sweep_eta(System(), Reference(), [1.0], over="mood", eta=1), "no parameter that can be swept"),
-        (lambda: sweep_eta(System(), Reference(), [1.0], over="K", eta=1), "has no K"),
-        (lambda: sweep_eta(System(), Reference(), [0.5], over="restitution"), "needs an eta"),
-        (lambda: sweep_eta(System(), Reference(), [1.7, 2.4], over="kappa", eta=1), "kappa3"),
+        (lambda: sweep(EtaStudy(System(), Reference(), values=[])), "no value of eta"),
+        (lambda: sweep(EtaStudy(System(), Reference(), values=[2, 1])), "do not ascend"),
+        (lambda: sweep(EtaStudy(System(), Reference(), values=[1.0, np.nan])), "do not ascend"),
+        (lambda: sweep(EtaStudy(System(), Reference(), values=[1.0, 1e9])), "eta = "),
         (
-            lambda: sweep_eta(System(wall=True), Reference(), [1.0], over="force2", eta=1),
+            lambda: sweep(EtaStudy(System(), Reference(), values=[1.0], over="mood", eta=1)),
+            "no parameter that can be swept",
+        ),
+        (lambda: sweep(EtaStudy(System(), Reference(), values=[1.0], over="K", eta=1)), "has no K"),
+        (lambda: sweep(EtaStudy(System(), Reference(), values=[0.5], over="restitution")), "needs an eta"),
+        (lambda: sweep(EtaStudy(System(), Reference(), values=[1.7, 2.4], over="kappa", eta=1)), "kappa3"),
+        (
+            lambda: sweep(EtaStudy(System(wall=True), Reference(), values=[1.0], over="force2", eta=1)),
             "force2 cannot be swept: a wall",
         ),
-        (lambda: sweep_eta(System(), Reference(), [1.0], direction="sideways"), "direction"),
-        (lambda: sweep_eta(System(), Reference(), [1.0], coordinates=["x"]), "coordinate 'x'"),
-        (lambda: sweep_eta(System(), Reference(), [1.0], sample=0), "sample = 0"),
-        (lambda: sweep_eta(System(), Reference(), [1.0], transient=1.5), "transient = 1.5"),
-        (lambda: sweep_eta(System(), Reference(), [1.0], refine=40), "refine = 40"),
-        (lambda: sweep_eta(System(), Newmark(1, 1, 100), [1.0], lyapunov=1000), "closed form"),
-        (lambda: sweep_plane(System(), 2.76, [0.0, 1.0], [1.0]), "K = 0"),
-        (lambda: sweep_plane(System(), 2.76, [1.0, 1e13], [1.0]), "K = 10000000000000.0 is outside"),
-        (lambda: sweep_plane(System(), 2.76, [1.0], [1.0], steps=None, located=True), "no step"),
-        (lambda: sweep_plane(System(), 2.76, np.arange(1, 1e6), np.arange(1, 1e6)), "cells = "),
-        (lambda: sweep_step(System(), 2.76, 1e4, 18, [100.5]), "steps = 100.5"),
+        (lambda: sweep(EtaStudy(System(), Reference(), values=[1.0], direction="sideways")), "direction"),
+        (lambda: sweep(EtaStudy(System(), Reference(), values=[1.0], coordinates=["x"])), "coordinate 'x'"),
+        (lambda: sweep(EtaStudy(System(), Reference(), values=[1.0], sample=0)), "sample = 0"),
+        (lambda: sweep(EtaStudy(System(), Reference(), values=[1.0], transient=1.5)), "transient = 1.5"),
+        (lambda: sweep(EtaStudy(System(), Reference(), values=[1.0], refine=40)), "refine = 40"),
+        (lambda: sweep(EtaStudy(System(), Newmark(1, 1, 100), values=[1.0], lyapunov=1000)), "closed form"),
+        (lambda: sweep(PlaneStudy(System(), Newmark(1, 1, 2000), 2.76, K=[0.0, 1.0], D=[1.0])), "K = 0"),
+        (
+            lambda: sweep(PlaneStudy(System(), Newmark(1, 1, 2000), 2.76, K=[1.0, 1e13], D=[1.0])),
+            "K = 10000000000000.0 is outside",
+        ),
+        (
+            lambda: sweep(PlaneStudy(System(), Newmark(1, 1, 2000), 2.76, K=np.arange(1, 1e6), D=np.arange(1, 1e6))),
+            "cells = ",
+        ),
+        (lambda: sweep(StepStudy(System(), Newmark(1e4, 18, 2000), 2.76, steps=[100.5])), "steps = 100.5"),
         (lambda: spaced("K", 0, 10, 4, logarithmic=True), "K = 0"),
         (lambda: spaced("eta", 1, 2, 1e12), "count of eta"),
         (lambda: spaced("eta", 2, 1, 3), "empty range"),

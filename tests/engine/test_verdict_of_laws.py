@@ -9,13 +9,14 @@ from vibroscope.engine import (
     CONTACT_LAWS,
     LAWS_BY_RESTITUTION,
     Comparison,
+    PlaneStudy,
     System,
     TimeStepping,
     compare,
     effective_restitution,
     motion,
     simulate,
-    sweep_plane,
+    sweep,
     verdict,
 )
 from vibroscope.engine.divergence.conditions import equal_damping
@@ -95,9 +96,9 @@ def test_compare_writes_a_law_as_strict_json(damping, capsys):
 
 
 def test_the_plane_without_a_time_step_has_the_law(tmp_path):
-    options = {"steps": None, "parts": False, "transient": 20, "sample": 5}
+    axes, short = {"K": [12000.0], "D": [18.0]}, {"parts": False, "transient": 20, "sample": 5}
     plain, law = (
-        sweep_plane(SYSTEM, 2.76, [12000.0], [18.0], out=tmp_path / name, scheme=stepping(name, 18.0), **options)
+        sweep(PlaneStudy(SYSTEM, stepping(name, 18.0).limit, 2.76, **axes, **short), out=tmp_path / name)
         for name in ("kelvin-voigt", "flores")
     )
     assert plain["contact_share"].item() != law["contact_share"].item()

@@ -10,18 +10,21 @@ from contextlib import suppress
 import numpy as np
 import pytest
 import xarray
-from vibroscope.engine import Reference, System, sweep_eta
+from vibroscope.engine import EtaStudy, Reference, System, sweep
 from vibroscope.engine.sweeps.diagrams import Diagram, load_diagram, save_diagram
 
 from tests.release.odd import damaged
 from tests.release.test_cache import small_disk
 from tests.served import ROOT
+from tests.studies import sweep_of
 
 ETAS = np.linspace(2.6, 3.3, 24)
 
 
 def swept(out=None, **more):
-    return sweep_eta(System(), Reference(), ETAS, out=out, cells_per_chunk=4, transient=60, sample=10, **more)
+    return sweep_of(
+        EtaStudy, System(), Reference(), values=ETAS, transient=60, sample=10, out=out, cells_per_chunk=4, **more
+    )
 
 
 def test_damaged_sweeps(tmp_path, chance, inputs, report):
@@ -85,9 +88,9 @@ def test_a_disk_that_fills_up_during_a_sweep(tmp_path, report):
 KILLED = """
 import sys
 import numpy as np
-from vibroscope.engine import Reference, System, sweep_eta
-sweep_eta(System(), Reference(), np.linspace(2.6, 3.3, 400), transient=40, sample=10, cells_per_chunk=4,
-          out=sys.argv[1], progress=lambda now: print(now.computed, now.reused, flush=True))
+from vibroscope.engine import EtaStudy, Reference, System, sweep
+sweep(EtaStudy(System(), Reference(), values=np.linspace(2.6, 3.3, 400), transient=40, sample=10), cells_per_chunk=4,
+      out=sys.argv[1], progress=lambda now: print(now.computed, now.reused, flush=True))
 """
 
 
@@ -113,7 +116,9 @@ def test_a_sweep_that_is_killed_repeatedly(tmp_path, chance, report):
         kept = sum(progress)
     assert kills
     assert progress[1] >= kept - 8
-    whole = sweep_eta(System(), Reference(), np.linspace(2.6, 3.3, 400), transient=40, sample=10, keep=False)
+    whole = sweep(
+        EtaStudy(System(), Reference(), values=np.linspace(2.6, 3.3, 400), transient=40, sample=10), keep=False
+    )
     xarray.testing.assert_equal(xarray.open_zarr(tmp_path / "a.zarr").load(), whole.load())
     report(
         f"a sweep killed {kills} times: the same numbers, {progress[1]} of 400 cells from before the last kill",

@@ -100,10 +100,10 @@ KEYS = dict.fromkeys(("plane_penalty", "plane_exact"), ("below 1 %", "above 100 
 KEYS |= dict.fromkeys(("basin_reference", "basin_penalty"), ("Motion:", "motion 1 (period 1)"))
 KEYS["bifurcation_strip"] = ("period 1", "artefact of the time step", "chaotic", "ended early")
 CALLS = {
-    "bifurcation": "sweep_eta(",
-    "plane": "sweep_plane(",
-    "basin": "sweep_basin(",
-    "step": "sweep_step(",
+    "bifurcation": "EtaStudy(",
+    "plane": "PlaneStudy(",
+    "basin": "BasinStudy.over(",
+    "step": "StepStudy(",
     "paper": "CLAIMS",
 }
 

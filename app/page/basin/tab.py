@@ -149,17 +149,19 @@ class BasinTab(StudyTab):
         return [Series(NAMES[side], self.result.columns(side))]
 
     def python(self, setting: Setting) -> str:
-        """`sweep_basin` of both, and the share in which they differ."""
+        """`BasinStudy` of both, and the share in which they differ."""
         question = self.script_question(setting)
-        axes = ", ".join(f"np.linspace({a!r}, {b!r}, {question.count})" for a, b in map(question.ends, "xy"))
-        how = f"axes={question.axes}, start={question.start}, transient={TRANSIENT}, sample={SAMPLE}"
+        values = (f"np.linspace({a!r}, {b!r}, {question.count})" for a, b in map(question.ends, "xy"))
+        axes = ", ".join(f'"{name}": {each}' for name, each in zip(question.axes, values, strict=True))
+        how = f"start={question.start}, transient={TRANSIENT}, sample={SAMPLE}"
+        problems = {side: f"system, {question.method(side)!r}, {question.eta!r}" for side in SIDES}
         calls = {
-            side: f"sweep_basin(\n    system, {question.eta!r}, {question.method(side)!r},\n    {axes},\n    {how},\n)"
-            for side in SIDES
+            side: f"sweep(BasinStudy.over(\n    {problem},\n    {{{axes}}},\n    {how},\n))"
+            for side, problem in problems.items()
         }
         calls["difference"] = f"basin_difference({', '.join(SIDES)})"
         methods = [question.method(side) for side in SIDES]
-        names = {type(method).__name__ for method in methods}
+        names = {"BasinStudy", *(type(method).__name__ for method in methods)}
         names |= {type(method.integrator).__name__ for method in methods if method.has_choices}
         return sweep_python(calls, question.system, *names)
 

@@ -11,7 +11,7 @@ from vibroscope.engine import COORDINATES
 
 
 def diagram_python(question: DiagramQuestion, branches: Mapping[str, BranchQuestion]) -> str:
-    """`sweep_eta` and, for the branches by the name of their result, `find_branches`."""
+    """`EtaStudy` and, for the branches by the name of their result, `find_branches`."""
     how = f"direction={question.direction!r}, coordinates={tuple(COORDINATES)}"
     how += "" if question.over == "eta" else f", over={question.over!r}, eta={question.eta!r}"
     how += "" if question.initial is None else f", initial={question.initial}"
@@ -19,9 +19,10 @@ def diagram_python(question: DiagramQuestion, branches: Mapping[str, BranchQuest
     values = f"np.unique(np.round({values}))" if question.over == "steps" else values
     calls = {name: _branch_call(each) for name, each in branches.items()}
     names = [type(each.method).__name__ for each in branches.values()]
-    call = f"sweep_eta(\n    system, {question.method!r}, {values},\n"
-    call += f"    {how}, transient={question.transient}, sample={SAMPLE},\n)"
-    return sweep_python({"diagram": call, **calls}, question.system, type(question.method).__name__, *names)
+    call = f"sweep(EtaStudy(\n    system, {question.method!r}, values={values},\n"
+    call += f"    {how}, transient={question.transient}, sample={SAMPLE},\n))"
+    names += ["EtaStudy", type(question.method).__name__]
+    return sweep_python({"diagram": call, **calls}, question.system, *names)
 
 
 def diagram_command(question: DiagramQuestion, branches: Mapping[str, BranchQuestion]) -> str:

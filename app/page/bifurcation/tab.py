@@ -256,7 +256,7 @@ class Bifurcation(StudyTab):
         return [_points(result, coordinate) for result in (self.result, other) if result is not None]
 
     def python(self, setting: Setting) -> str:
-        """`sweep_eta` over the range in view."""
+        """`EtaStudy` over the range in view."""
         return diagram_python(self.script_question(setting), self._asked())
 
     def command(self, setting: Setting) -> str:

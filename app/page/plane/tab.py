@@ -196,19 +196,18 @@ class PlaneTab(StudyTab):
         ]
 
     def python(self, setting: Setting) -> str:
-        """`sweep_plane` over the rectangle in view, with and without a time step."""
+        """`PlaneStudy` over the rectangle in view, with and without a time step."""
         question = self.script_question(setting)
-        axes = ", ".join(f"np.geomspace({a!r}, {b!r}, {COUNT})" for a, b in map(question.ends, ("K", "D")))
+        ends = {name: question.ends(name) for name in ("K", "D")}
+        axes = ", ".join(f"{name}=np.geomspace({a!r}, {b!r}, {COUNT})" for name, (a, b) in ends.items())
         how = f"transient={TRANSIENT}, sample={SAMPLE}, parts={question.errors}"
-        other = "" if question.other is None else f", scheme={method_python(question.other)}"
-        located = "" if other else f", located={question.located}"
-        steps = {"penalty": f"steps={question.steps}{located}{other}", "exact": f"steps=None{other}"}
+        method = replace(question.study().method, stiffness=1.0, damping=1.0)  # in place of which are those of the axes
+        methods = {"penalty": method_python(method), "exact": repr(method.limit)}
         calls = {
-            side: f"sweep_plane(\n    system, {question.eta!r}, {axes},\n    {own}, {how},\n)"
-            for side, own in steps.items()
+            side: f"sweep(PlaneStudy(\n    system, {own}, {question.eta!r}, {axes},\n    {how},\n))"
+            for side, own in methods.items()
         }
-        names = names_in(question.other) if other else ()
-        script = sweep_python(calls, question.system, *names)
+        script = sweep_python(calls, question.system, "PlaneStudy", "ExactPenalty", *names_in(method))
         return script if self.curves.result is None else script + self.curves.python()
 
     def command(self, setting: Setting) -> str:

@@ -102,15 +102,14 @@ class TimeStepTab(StudyTab):
         return [Series("orbit", result.orbit(index, scheme)), Series("section", result.section(index, scheme))]
 
     def python(self, setting: Setting) -> str:
-        """`sweep_step` of the same steps."""
+        """`StepStudy` of the same steps."""
         system, eta, method, initial, scale = self.script_question(setting)
-        how = f"scheme={method_python(method)}, " if scheme_options(method) else ""
-        how += f"transient={TRANSIENT}, sample={SAMPLE}" + ("" if initial is None else f", initial={initial}")
+        how = f"steps={STEPS}, transient={TRANSIENT}, sample={SAMPLE}" + (
+            "" if initial is None else f", initial={initial}"
+        )
         how += "" if scale is None else f", stiffness_of_step={scale}"
-        stiffness = method.stiffness if scale is None else None
-        numbers = f"{eta!r}, {stiffness!r}, {method.damping!r}, {STEPS}"
-        names = names_in(method) if scheme_options(method) else ()
-        return sweep_python({"study": f"sweep_step(system, {numbers}, {how})"}, system, *names)
+        study = f"StepStudy(system, {method_python(method)}, {eta!r}, {how})"
+        return sweep_python({"study": f"sweep({study})"}, system, "StepStudy", *names_in(method))
 
     def command(self, setting: Setting) -> str:
         """``vibroscope sweep step`` of the same steps."""
