@@ -1,12 +1,54 @@
 """The numbers and properties of each contact law beside K and D; engine, command line and page read this table.
 
-The force of each is in :mod:`.kernels.equations.contact_law`, the formula of its damper in :mod:`.laws`.
+The force of each is in :mod:`.kernels.equations.contact_law`. Where D is given, its damper is c = 2D, or h = 2D/K in
+Eq. (18). Where it is not, a formula gives it from the restitution e that is wanted, with the closing speed v₀ at each
+touch and the reduced mass m:
+
+    h = 3(1 − e)/(2v₀)                          Hunt & Crossley, J. Appl. Mech. 42 (1975) 440            (22)
+    h = 3(1 − e²)/(4v₀)                         Lankarani & Nikravesh, J. Mech. Des. 112 (1990) 369      (23)
+    h = 8(1 − e)/(5ev₀)                         Flores et al., Multibody Syst. Dyn. 25 (2011) 357        (24)
+    c = √(Km) · 9√5 (1 − e²)/(e(e(9π − 16) + 16))      Jankowski, Earthq. Eng. Struct. Dyn. 35 (2006) 517   (25)
+    c = √(Km) · √(2(n + 1)) (−ln e)/√(π² + ln² e)      arXiv 2603.27764; exact, at any v₀                   (26)
+
+(22) to (25) are approximations: :func:`engine.effective_restitution` says what a contact really gives. The damping
+ratio ζ = c/(2√(Km)) alone, with φ = arccos ζ, decides it in
+
+    e = exp(−πζ/√(1 − ζ²))                                    "kelvin-voigt"                     (28)
+    e = exp(−2ζφ/√(1 − ζ²))                                   "cut"                              (29)
+    e = exp(−ζφ/√(1 − ζ²))                                    "compression"                      (30)
+    e by (28) with ζ = c/√(2(n + 1)Km)                        "constant-restitution"             (31)
+
+(31) from arXiv 2603.27764.
 """
 
+import math
+from collections.abc import Callable
 from typing import NamedTuple
 
 HERTZ = 1.5
 NEEDED = None  # in place of the default of a number that must be given
+
+
+def restitution_of(ratio: float) -> float:
+    """Return e(ζ) of Eq. (28), the restitution of spring and damper; 0 for ζ ≥ 1."""
+    return math.exp(-math.pi * ratio / math.sqrt((1 - ratio) * (1 + ratio))) if ratio < 1 else 0.0
+
+
+def restitution_without_pull(ratio: float) -> float:
+    """Return e(ζ) of Eq. (29), the restitution of spring and damper cut at zero."""
+    root = math.sqrt(abs(1 - ratio) * (1 + ratio))
+    if root < 1e-6:
+        return math.exp(-2.0)
+    return math.exp(-2 * ratio * (math.acos(ratio) if ratio < 1 else math.acosh(ratio)) / root)
+
+
+def _jankowski(e: float, n: float) -> float:
+    return 9.0 * math.sqrt(5.0) * (1.0 - e * e) / (e * (e * (9.0 * math.pi - 16.0) + 16.0))  # Eq. (25)
+
+
+def _constant_restitution(e: float, n: float) -> float:
+    logarithm = -math.log(e)  # Eq. (26)
+    return math.sqrt(2.0 * (n + 1.0)) * logarithm / math.hypot(math.pi, logarithm)
 
 
 class Law(NamedTuple):
@@ -15,28 +57,39 @@ class Law(NamedTuple):
     exponent: float = 1.0  # n of its spring's force Kδⁿ; the default where the law takes n
     takes_exponent: bool = False
     takes_penetration: bool = False  # from which on its damper acts in full
-    by_restitution: bool = False  # whether a formula gives its damper where D is left out
     relative: bool = False  # whether its damper is a factor of the spring's force, h = 2D/K, instead of c = 2D
+    damper: Callable[[float, float], float] | None = None  # of e and n: hv₀ or c/√(Km), where D is left out
+    divides: bool = False  # whether that formula has no value for e = 0
+    restitution: Callable[[float, float], float] | None = None  # of ζ and n, which alone decide it
+    linear: bool = False  # a spring and a damper as long as the bodies overlap
     closed_form: bool = False  # piecewise linear, with its pieces in drivers/law_driven.py
     graded: bool = False  # whether its damper is c δ^((n − 1)/2) v
-    jumps: bool = False  # whether its damper acts in full as soon as the bodies touch
+    without_jump: str = ""  # of a law whose damper acts in full as soon as the bodies touch: the same where it grows
     newmark: bool = False  # taken by `Newmark`, too
 
 
-_RATIO = Law(HERTZ, takes_exponent=True, by_restitution=True, relative=True)
+_BY_PIECES = Law(closed_form=True, without_jump="limited")
+_RATIO = Law(HERTZ, takes_exponent=True, relative=True)
 LAWS = {
-    "kelvin-voigt": Law(closed_form=True, jumps=True, newmark=True),
-    "cut": Law(closed_form=True, jumps=True, newmark=True),
-    "limited": Law(closed_form=True),
-    "compression": Law(closed_form=True, jumps=True),
-    "hunt-crossley": _RATIO,
-    "lankarani-nikravesh": _RATIO,
-    "flores": _RATIO,
-    "jankowski": Law(HERTZ, by_restitution=True, graded=True),
-    "constant-restitution": Law(HERTZ, takes_exponent=True, by_restitution=True, graded=True),
+    "kelvin-voigt": _BY_PIECES._replace(linear=True, newmark=True, restitution=lambda zeta, n: restitution_of(zeta)),
+    "cut": _BY_PIECES._replace(newmark=True, restitution=lambda zeta, n: restitution_without_pull(zeta)),
+    "limited": _BY_PIECES._replace(without_jump=""),
+    "compression": _BY_PIECES._replace(restitution=lambda zeta, n: math.sqrt(restitution_without_pull(zeta))),
+    "hunt-crossley": _RATIO._replace(damper=lambda e, n: 1.5 * (1.0 - e)),
+    "lankarani-nikravesh": _RATIO._replace(damper=lambda e, n: 0.75 * (1.0 - e * e)),
+    "flores": _RATIO._replace(damper=lambda e, n: 1.6 * (1.0 - e) / e, divides=True),
+    "jankowski": Law(HERTZ, damper=_jankowski, divides=True, graded=True),
+    "constant-restitution": Law(
+        HERTZ,
+        takes_exponent=True,
+        damper=_constant_restitution,
+        divides=True,
+        restitution=lambda zeta, n: restitution_of(2.0 * zeta / math.sqrt(2.0 * (n + 1.0))),
+        graded=True,
+    ),
     "impact": Law(HERTZ, takes_exponent=True, takes_penetration=True),
 }
-LAWS_BY_RESTITUTION = tuple(name for name, law in LAWS.items() if law.by_restitution)
+LAWS_BY_RESTITUTION = tuple(name for name, law in LAWS.items() if law.damper)
 CONTACT_LAWS = tuple(LAWS)
 RATIO_LAWS = tuple(name for name, law in LAWS.items() if law.relative)
 NEWMARK_LAWS = tuple(name for name, law in LAWS.items() if law.newmark)

@@ -66,6 +66,11 @@ class _Penalty:
         return {symbol: getattr(self, name) for symbol, name in symbols.items()}
 
     @property
+    def linear(self) -> bool:
+        """Whether a contact is a spring and a damper as long as the bodies overlap."""
+        return LAWS[self.law].linear
+
+    @property
     def law_numbers(self) -> dict[str, float | None]:
         """Exponent and penetration, as a method with the same law takes them."""
         return {name: getattr(self, name) for name in ("exponent", "penetration")}

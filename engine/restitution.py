@@ -1,15 +1,11 @@
 """The restitution that a contact law gives, and the damping that gives a restitution.
 
-A contact is looked at alone: two bodies with the reduced mass m close with the speed v₀; no other force acts. With the
-damping ratio ζ = c/(2√(Km)), c = 2D, and φ = arccos ζ,
+A contact is looked at alone: two bodies with the reduced mass m close with the speed v₀; no other force acts. Eqs. (28)
+to (31) of :mod:`.law_table` give the restitution where the damping ratio alone decides it. In Eq. (18)
 
-    e = exp(−πζ/√(1 − ζ²))                                    "kelvin-voigt"                     (28)
-    e = exp(−2ζφ/√(1 − ζ²))                                   "cut"                              (29)
-    e = exp(−ζφ/√(1 − ζ²))                                    "compression"                      (30)
-    e by (28) with ζ = c/√(2(n + 1)Km)                        "constant-restitution"             (31)
-    hv₀ − ln(1 + hv₀) = −hev₀ − ln(1 − hev₀)                  Eq. (18), for any K, n and m       (32)
+    hv₀ − ln(1 + hv₀) = −hev₀ − ln(1 − hev₀)                  for any K, n and m                 (32)
 
-(31) from arXiv 2603.27764; (32) by separating the variables of mv dv = −Kδⁿ(1 + hv) dδ. The other laws are integrated
+by separating the variables of mv dv = −Kδⁿ(1 + hv) dδ. The other laws are integrated
 (:mod:`.kernels.event_driven.law_contact`). Where the springs of the bodies act during a contact too, it gives another.
 """
 
@@ -22,7 +18,7 @@ import numpy as np
 from .checks import require
 from .drivers.law_driven import restitution_by_steps
 from .law_table import HERTZ, LAWS, powers_of
-from .laws import damper_of, given_gain, restitution_of, restitution_without_pull
+from .laws import damper_of, given_gain
 from .methods import ExactPenalty, Newmark, TimeStepping
 from .model import System
 
@@ -172,17 +168,10 @@ def _unit_damping(law: str, e: float, exponent: float, penetration: float | None
 
 def _given(method: ExactPenalty, gain: float, mass: float, closing: float) -> float:
     """E of a law, Eqs. (28) to (32); ``gain``: c or h, whatever D the method has."""
-    law = method.law
-    ratio = gain / (2.0 * math.sqrt(method.stiffness * mass))
-    if law == "kelvin-voigt":
-        return restitution_of(ratio)  # Eq. (28)
-    if law == "cut":
-        return restitution_without_pull(ratio)  # Eq. (29)
-    if law == "compression":
-        return math.sqrt(restitution_without_pull(ratio))  # Eq. (30)
-    if law == "constant-restitution":
-        return restitution_of(2.0 * ratio / math.sqrt(2.0 * (method.spring_exponent + 1.0)))  # Eq. (31)
-    if LAWS[law].relative:
+    law = LAWS[method.law]
+    if law.restitution:
+        return law.restitution(gain / (2.0 * math.sqrt(method.stiffness * mass)), method.spring_exponent)
+    if law.relative:
         return _ratio_law(gain * closing)
     return restitution_by_steps(method, gain, mass, closing)
 

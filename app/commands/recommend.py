@@ -23,7 +23,6 @@ from vibroscope.app.commands.recommend_schemes import ALL, find_and_print, for_c
 from vibroscope.app.explorer.method_words import scheme_as_dict
 from vibroscope.app.explorer.suggestion_words import contact_words, force_words, range_words, verified_words
 from vibroscope.engine import (
-    CONTACT_LAWS,
     Limits,
     Newmark,
     Recommendation,
@@ -332,7 +331,7 @@ def _kind_of_steps(found: Recommendation) -> str:
     """The kind of steps that the settings were tried with, in words."""
     steps, scheme = "steps cut at contact changes" if found.question.located else "constant step", found.scheme
     if not scheme.has_choices:
-        return steps if scheme.law == CONTACT_LAWS[0] else f"{steps}, law {scheme.law}"
+        return steps if scheme.linear else f"{steps}, law {scheme.law}"
     contact = "" if found.question.located else f" contact at the {scheme.status} of steps,"
     return f"{steps}, {scheme.integrator},{contact} law {scheme.law}"
 

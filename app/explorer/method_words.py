@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import fields
 
 from vibroscope.engine import (
-    CONTACT_LAWS,
     INTEGRATORS,
     Method,
     Newmark,
@@ -110,7 +109,7 @@ def brief_name(method: Newmark | TimeStepping) -> str:
     parts = [name_of_integrator(method.integrator.name)]
     if method.status == "end":
         parts.append("status at the end")
-    if method.law != CONTACT_LAWS[0]:
+    if not method.linear:
         parts.append(LAW_NAMES.get(method.law, method.law))
     return ", ".join(parts)
 

@@ -32,11 +32,12 @@ from vibroscope.engine import (
     stiffness_of_duration,
     stiffness_of_step,
 )
-from vibroscope.engine.law_table import numbers_of
+from vibroscope.engine.law_table import LAWS, numbers_of
 from vibroscope.engine.laws import damper_of
 from vibroscope.engine.methods import LAWS_BY_RESTITUTION
 
-LAWS_OF_RATIO = ("kelvin-voigt", "cut", "compression")  # whose restitution follows from the damping ratio alone
+# Whose restitution follows from the damping ratio alone, though no formula of an author gives its damper.
+LAWS_OF_RATIO = tuple(name for name, law in LAWS.items() if law.restitution and not law.damper)
 
 
 class Setting(namedtuple("Setting", FIELDS, defaults=[Explorer.param[name].default for name in FIELDS])):

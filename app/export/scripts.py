@@ -17,7 +17,6 @@ from vibroscope.app.runtime.number_text import print_number
 from vibroscope.app.studies.speed import SpeedQuestion
 from vibroscope.engine import (
     FREE_PERIODS,
-    NEWMARK_LAWS,
     ExactPenalty,
     Method,
     Newmark,
@@ -162,7 +161,7 @@ def method_python(method: Newmark | TimeStepping) -> str:
     if method.has_choices:
         return repr(method)
     more = ", located=True" if method.located else ""
-    more += f", law={method.law!r}" if method.law != NEWMARK_LAWS[0] else ""
+    more += f", law={method.law!r}" if not method.linear else ""
     return f"Newmark(stiffness={method.stiffness!r}, damping={method.damping!r}, steps={method.steps}{more})"
 
 

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from vibroscope.app.runtime.settings import current_settings
 from vibroscope.app.studies.cell_classes import DIVERGED, NO_NUMBER, SPECIAL, UNKNOWN
-from vibroscope.engine import CONTACT_LAWS, Method, Reference, System
+from vibroscope.engine import Method, Reference, System
 from vibroscope.engine.sweeps import (
     COORDINATES,
     KIND_FLAGS,
@@ -59,7 +59,7 @@ class BasinQuestion(NamedTuple):
     @property
     def count(self) -> int:
         """Cells along each axis."""
-        slow = self.penalty.has_choices or self.penalty.law != CONTACT_LAWS[0]
+        slow = self.penalty.has_choices or not self.penalty.linear
         return SLOW_COUNT if slow else COUNT
 
     def method(self, side: str) -> Method:

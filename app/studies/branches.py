@@ -186,7 +186,7 @@ def why_none(over: str, method: Reference | ExactPenalty) -> str:
         return "Branches are of motions without a time step: sweep another number than the steps per period."
     if not method.rigid if over == "restitution" else over in METHOD_NUMBERS and over not in method.numbers:
         return f"The {'reference' if method.rigid else 'penalty model'} has no {over}."
-    if not method.rigid and method.law != CONTACT_LAWS[0]:
+    if not method.rigid and not method.linear:
         return f"There are no branches with the contact law {method.law}: choose {CONTACT_LAWS[0]}."
     return ""
 

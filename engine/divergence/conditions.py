@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..methods import CONTACT_LAWS, DAMPING_RANGE, STIFFNESS_RANGE, ExactPenalty, Newmark, TimeStepping
+from ..methods import DAMPING_RANGE, STIFFNESS_RANGE, ExactPenalty, Newmark, TimeStepping
 from ..model import System
 from ..restitution import effective_restitution
 from ..wording import finite_or_none
@@ -90,7 +90,7 @@ def conditions(
     system: System, eta: float, method: ExactPenalty | Newmark | TimeStepping, closing_speed: float
 ) -> Conditions:
     """Return the conditions of a method at a closing speed, nan if nothing collides."""
-    linear = method.law == CONTACT_LAWS[0]
+    linear = method.linear
     if linear:
         restitution = restitution_of(damping_ratio(system, method.stiffness, method.damping))
     elif math.isnan(closing_speed):

@@ -34,8 +34,8 @@ import math
 import numpy as np
 
 from ..arguments import shown
-from ..laws import restitution_of, restitution_without_pull
-from ..methods import CONTACT_LAWS, Method
+from ..law_table import restitution_of, restitution_without_pull
+from ..methods import Method
 from ..model import System
 from ..restitution import damping_of_restitution
 
@@ -63,7 +63,7 @@ def damping_of_law(system: System, method: Method, stiffness: float, closing_spe
 
     nan where there is none: no closing speed (nan), or a restitution smaller than any damping gives.
     """
-    if method.law == CONTACT_LAWS[0]:
+    if method.linear:
         return float(equal_restitution_damping(system, stiffness))
     if math.isnan(closing_speed):
         return math.nan

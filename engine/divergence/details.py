@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from ..drivers.section import NEAR_TOLERANCE
-from ..methods import CONTACT_LAWS, METHOD_NUMBERS
+from ..methods import METHOD_NUMBERS
 from ..motions.words import touching
 from ..simulate import simulate
 from ..wording import percent, rounded
@@ -86,7 +86,7 @@ def _restitution_sentences(
         return ()
     who = "In a contact of this K and D alone the bodies part" if math.isnan(contact.measured) else "The bodies part"
     of_ratio = ""
-    if method.law == CONTACT_LAWS[0]:
+    if method.linear:
         of_ratio = (
             f" (damping ratio of the contact ζ = {rounded(damping_ratio(system, method.stiffness, method.damping), 2)})"
         )
@@ -123,7 +123,7 @@ def duration_sentences(comparison: Comparison, lasts: float = math.nan) -> tuple
     ``lasts``: the median of the contacts in the motion, which other forces may hold together for longer.
     """
     run = comparison.runs.penalty
-    if run.method.law != CONTACT_LAWS[0]:
+    if not run.method.linear:
         return ()
     ratio = damping_ratio(run.system, run.method.stiffness, run.method.damping)
     if ratio >= 1:

@@ -23,7 +23,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..drivers.section import period_of
-from ..methods import CONTACT_LAWS, ExactPenalty
+from ..methods import ExactPenalty
 from ..restitution import effective_restitution
 from ..result import Record, Response
 from ..simulate import simulate
@@ -110,7 +110,7 @@ def split_regularisation(
 
 def _restitutions(exact: ExactPenalty, derived: Response) -> tuple[float, tuple[float, ...]]:
     """Return ζ with e(ζ) and e°(ζ); of another law nan with the restitution that it gives."""
-    if exact.law == CONTACT_LAWS[0]:
+    if exact.linear:
         ratio = damping_ratio(derived.system, exact.stiffness, exact.damping)
         return ratio, (restitution_of(ratio), restitution_without_pull(ratio))
     speed = mean_closing_speed(derived)

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from ..drivers.skipped_samples import SkippedSamples
-from ..methods import CONTACT_LAWS, ExactPenalty, Newmark, TimeStepping
+from ..methods import ExactPenalty, Newmark, TimeStepping
 from ..model import System
 from ..result import Checkpoint, Record
 from ..simulate import sample_run
@@ -27,7 +27,7 @@ class SampledRuns:
 
     def is_skipped(self, method: ExactPenalty | Newmark | TimeStepping) -> bool:
         """Whether a run with this method takes milliseconds."""
-        plain = method.has_step and not (method.has_choices or method.located) and method.law == CONTACT_LAWS[0]
+        plain = method.has_step and not (method.has_choices or method.located) and method.linear
         return plain and self._skipping.can_run(method.steps)
 
     def run(

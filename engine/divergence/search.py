@@ -37,7 +37,6 @@ DAMPING_DECADES = 3  # of D on each side of equal restitution
 MOST_STEPS = 64  # times as many steps as the penalty solution has are tried at most
 AMPLE = 5 * RESOLVED  # steps in a contact where K, D and the step are changed together
 LESS = 0.98  # of the difference: a change that leaves more of it is no better one
-WITHOUT_JUMP = "limited"  # the law of the same spring and damper without the damper's jump
 
 
 def search_alone(
@@ -169,9 +168,10 @@ def changed_choices(method: Newmark | TimeStepping) -> Iterator[tuple[str, Newma
 
 def without_jump(method: Newmark | TimeStepping) -> TimeStepping | None:
     """Return a method with a contact law whose damper does not jump where the bodies touch; None if there is none."""
-    if method.located or not LAWS[method.law].jumps or not method.damping:
+    law = LAWS[method.law].without_jump
+    if method.located or not law or not method.damping:
         return None
-    return replace(_as_time_stepping(method), law=WITHOUT_JUMP)
+    return replace(_as_time_stepping(method), law=law)
 
 
 def _as_time_stepping(method: Newmark | TimeStepping) -> TimeStepping:

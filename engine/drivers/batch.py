@@ -21,7 +21,7 @@ from ..kernels.event_driven.state import STATE as EVENT_STATE
 from ..kernels.event_driven.state import SYSTEM
 from ..kernels.parameters import Parameters, no_keys
 from ..kernels.time_stepping.newmark import STATE as STEP_STATE
-from ..methods import CONTACT_LAWS, ExactPenalty, Method, Newmark, Reference, TimeStepping
+from ..methods import ExactPenalty, Method, Newmark, Reference, TimeStepping
 from .base import CAPACITY
 from .event_driven import COMPLETION
 from .newmark import can_skip
@@ -50,7 +50,7 @@ def are_compiled(method: Method, rows: np.ndarray) -> np.ndarray:
     if method.has_choices:
         return np.zeros(len(rows), dtype=bool)
     if not method.has_step:
-        return np.full(len(rows), method.rigid or method.law == CONTACT_LAWS[0])
+        return np.full(len(rows), method.rigid or method.linear)
     p = Parameters(*rows.T)
     fastest = np.maximum(np.maximum(p.kappa, p.eta), 1.0)
     return np.broadcast_to(can_skip(p.eta, fastest, p.steps, method), len(rows))

@@ -42,7 +42,7 @@ from ..kernels.parameters import Parameters
 from ..kernels.status import OK, PAUSED
 from ..law_table import LAWS
 from ..laws import damper_of
-from ..methods import CONTACT_LAWS, ExactPenalty
+from ..methods import ExactPenalty
 from ..model import System
 from ..result import Checkpoint, Status
 from .event_driven import NO_BUFFERS, EventDriver
@@ -57,7 +57,7 @@ OVERLAP, PUSH, EXTRA = 1, 2, 3  # numbers of pieces
 
 def needs_law(method) -> bool:
     """Whether a method is an exact penalty solution whose contact is not a spring and a damper all the time."""
-    if method.rigid or method.has_step or method.law == CONTACT_LAWS[0]:
+    if method.rigid or method.has_step or method.linear:
         return False
     return by_steps(method) or method.damping > 0.0  # without a damper those in closed form are one
 

@@ -12,7 +12,7 @@ from ..kernels.equations.rates import free_rate
 from ..kernels.parameters import no_keys
 from ..kernels.status import FULL, STATUSES
 from ..kernels.time_stepping import newmark
-from ..methods import CONTACT_LAWS, Method, Newmark
+from ..methods import Method, Newmark
 from ..result import Checkpoint, Status
 from .base import is_first_use
 from .parameters import parameters_of
@@ -24,7 +24,7 @@ SHORTEST_STRIDE = 2  # steps from entry to entry of a flight's coarser tables; w
 
 def can_skip(eta: float, rate, steps, method: Newmark):
     """Whether skipping is possible and worth it; η, the rate of free motion and the steps may be arrays."""
-    accelerated = method.law == CONTACT_LAWS[0] and not (method.every_step or method.located)
+    accelerated = method.linear and not (method.every_step or method.located)
     return accelerated & has_strides(eta, rate, steps)
 
 

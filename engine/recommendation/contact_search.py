@@ -19,7 +19,7 @@ import numpy as np
 
 from ..divergence.contact import damping_for, damping_of_law, damping_ratio, damping_ratio_for, stiffness_for
 from ..law_table import RATIO_LAWS
-from ..methods import CONTACT_LAWS, STIFFNESS_RANGE
+from ..methods import STIFFNESS_RANGE
 from ..model import System
 from ..wording import rounded_to
 from .limits import Limits
@@ -125,7 +125,7 @@ class ContactSearch:
     def _centre(self, stiffness: float) -> float:
         """ζ = D/√(Kμ/(1 + μ)) of equal restitution, which only a spring and a damper have the same of for all K."""
         equal, scheme = damping_ratio_for(self.system.restitution), self.trials.scheme
-        if scheme.law != CONTACT_LAWS[0]:
+        if not scheme.linear:
             if stiffness not in self._equal:
                 self._equal[stiffness] = damping_of_law(self.system, scheme, stiffness, self.trials.closing_speed)
             if math.isfinite(self._equal[stiffness]):

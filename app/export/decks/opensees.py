@@ -152,7 +152,7 @@ def _contact(problem: DeckProblem) -> str:
     """The material; those of Hertz have a force K δⁿ, and so a stiffness in units of force per lengthⁿ."""
     method, system = problem.method, problem.system
     gap = -problem.clearance if problem.clearance > 0.0 else -_TOUCHING
-    if method.law == LINEAR:
+    if method.linear:
         stiffness, damping = problem.contact
         return f'ops.uniaxialMaterial("ViscoelasticGap", 3, {stiffness!r}, {damping!r}, {gap!r})'
     if problem.gap() < 0.0:

@@ -179,7 +179,7 @@ class DeckProblem:
         if self.method.initial_acceleration == "zero":
             return (0.0,) * len(self.bodies)
         gap, push = self.gap(), 0.0
-        if gap <= 0.0 and self.method.law == LINEAR:  # another one is zero at touch
+        if gap <= 0.0 and self.method.linear:  # another one is zero at touch
             (k, c), speeds = self.contact, [*(body.velocity for body in self.bodies), 0.0]
             push = -k * gap - c * (speeds[1] - speeds[0])
         own = [

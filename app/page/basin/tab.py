@@ -101,7 +101,7 @@ class BasinTab(StudyTab):
         if self.panel.chosen["model"] == "exact" and _limit(setting) is None:
             return 'This contact law has no solution without a time step: choose "as set under Solver" here.'
         penalty = self._penalty(setting)
-        closed = not penalty.has_step and penalty.law == CONTACT_LAWS[0]
+        closed = not penalty.has_step and penalty.linear
         if PHASE in self._plane(setting) and not closed:
             return (
                 "Starts at another phase need a solver in closed form: choose the penalty model without a time step "
