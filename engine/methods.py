@@ -392,5 +392,4 @@ def _check_law(method: ExactPenalty | TimeStepping, law: str) -> None:
 
 
 Method = Reference | ExactPenalty | Newmark | TimeStepping
-STEPPING = Newmark, TimeStepping  # methods with a time step
 METHOD_NUMBERS = {"K": "stiffness", "D": "damping", "steps": "steps"}  # by their symbols: attributes of a method
