@@ -196,8 +196,8 @@ class _Judge:
             lasting = float(undamped_duration(self.setting.system, method, 1.0))
         else:
             rebound, lasting = self.measured(self.runs.run(method), method)
-        steps = lasting * self.setting.eta * getattr(method, "steps", math.inf) / (2 * math.pi)
-        return abs(rebound - wanted) <= REBOUNDS and (steps >= RESOLVED or getattr(method, "located", False))
+        steps = lasting * self.setting.eta * (method.steps or math.inf) / (2 * math.pi)
+        return abs(rebound - wanted) <= REBOUNDS and (steps >= RESOLVED or method.located)
 
     def unmended(self, left):
         """No K, D or time step mends it: pairs of K and D without a step."""
@@ -396,7 +396,7 @@ class _Judge:
         for name, method in (("reference", Reference()), ("penalty", self.method)):
             said = getattr(motions, name)
             cycle = said.near_period
-            steps = getattr(method, "steps", 4000)
+            steps = method.steps or 4000
             if not cycle or cycle * steps > 400_000:
                 continue
             periods = cycle * max(1, 20 // cycle) if steps <= 4000 else cycle

@@ -95,7 +95,7 @@ class Runs:
         return {"periods": max(self.periods, keep) + further * keep}
 
     def _of_displacements(self, method, how, joint_damping):
-        steps = getattr(method, "steps", None)
+        steps = method.steps or None
         run = simulate(
             self.system, self.eta, method, keep=self.keep, record=Record(self.keep, PER_PERIOD, steps), **how
         )

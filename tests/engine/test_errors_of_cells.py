@@ -32,7 +32,7 @@ def least(one, other, shifts):
 def errors_of(reference, method, state, exact_state):
     """Error, part of the time step and part of the regularisation of one cell."""
     p, eta = reference.period, reference.table.reference.eta
-    periods, steps = (SAMPLE - 1) // p * p, getattr(method, "steps", None)
+    periods, steps = (SAMPLE - 1) // p * p, method.steps or None
     record = Record(1, SAMPLES, steps)
     table, derived = (target.cycle(record)[0] for target in (reference.table, reference.derived))
     size = reference.table.cycle(record)[1]
