@@ -204,7 +204,17 @@ class Bifurcation(StudyTab):
         super()._cancel()
         self.branches.cancel()
 
+    def _show_chosen(self, setting: Setting) -> None:
+        """Show the range in view and the coordinate in the panel, also of a setting that has no diagram."""
+        low, high = self.view.span
+        self.panel.chosen = self.panel.chosen | {"from": low, "to": high, "coordinate": self._coordinate(setting)}
+        swept = shown_field(self.view.over, setting)
+        ends = {name.lower(): swept._replace(label=name, hint="") for name in ("From", "To")}
+        self.panel.show_fields(ends | {name: shown_field(name, setting) for name in START_FIELDS})
+
     def _write(self) -> None:
+        if self._visible:
+            self._show_chosen(self._move.setting)
         if self._visible and (self._obstacle or self.panel.chosen["branches"] == "off"):
             self.branches.clear()
         super()._write()
@@ -228,11 +238,6 @@ class Bifurcation(StudyTab):
             notes = self.branch_questions(setting)[1]
             self.branches.draw(setting, self.view.over, self._coordinate(setting), notes)
         self.view.update(setting, result, self._coordinate(setting), other, self.branches.lines.values)
-        low, high = self.view.span
-        self.panel.chosen = self.panel.chosen | {"from": low, "to": high, "coordinate": self._coordinate(setting)}
-        swept = shown_field(self.view.over, setting)
-        ends = {name.lower(): swept._replace(label=name, hint="") for name in ("From", "To")}
-        self.panel.show_fields(ends | {name: shown_field(name, setting) for name in START_FIELDS})
         self.panel.key_title, self.panel.key = f"Motion over {self.view.axis_label}", legend()
 
     def _coordinate(self, setting: Setting) -> str:
