@@ -3,6 +3,8 @@
 import random
 
 import pytest
+from vibroscope.app.codes.catalogue import codes
+from vibroscope.app.explorer.reading import read_setting
 from vibroscope.app.explorer.scenes import opening_setting
 from vibroscope.app.explorer.shelf import shelf
 from vibroscope.app.explorer.state import Setting
@@ -12,6 +14,7 @@ from vibroscope.app.page.plane import curves
 from vibroscope.app.page.study.tab import StudyTab
 from vibroscope.app.page.tab import Move
 from vibroscope.app.page.tabs import TABS
+from vibroscope.app.studies.your_code import code_texts
 
 from .fakes import FakeHost
 from .test_study_tab import Asked, opened  # noqa: F401 - a fixture
@@ -19,6 +22,7 @@ from .test_study_tab import Asked, opened  # noqa: F401 - a fixture
 STUDIES = [tab for tab in TABS.values() if issubclass(tab, StudyTab)]
 MOVES, EVERY = 40, 8  # moves of a walk, and after how many it is compared with its link
 SETTINGS = [Setting(), opening_setting(), *(each.setting for each in shelf().values())]
+SETTINGS += [read_setting(code_texts(code), Setting()) for code in codes().values()]
 CHANGES = {"eta": (0.7, 2.0), "K": (90.0, 2e4), "D": (0.0, 7.0), "steps": (300, 9000), "units": ("none", "si")}
 CHANGES |= {"frame": ("absolute", "relative"), "start_xi1": (-1.0, -0.123456789), "base": (0.0, 1.0)}
 FACTORS = (0.2, 0.97, 1.3, 5.0)
