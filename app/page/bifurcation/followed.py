@@ -24,8 +24,8 @@ class Followed(NamedTuple):
         return cls(setting.eta, tuple(map(float, setting.initial)))
 
     def linked(self) -> dict[str, float]:
-        """Numbers for a link, from which `linked_motion` reads the same."""
-        return dict(zip(_NAMES, (self.eta, *self.initial), strict=True))
+        """Numbers for a link, from which `linked_motion` reads the same; a state that is 0 is left out."""
+        return {name: number for name, number in zip(_NAMES, (self.eta, *self.initial), strict=True) if number}
 
 
 def linked_motion(choice: Mapping[str, float]) -> Followed | None:
