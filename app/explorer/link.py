@@ -13,7 +13,6 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import NamedTuple
 from urllib.parse import parse_qsl, urlencode
 
-import numpy as np
 from vibroscope.app.explorer.errors import Refused
 from vibroscope.app.explorer.parameters import FIELDS, MAIN_FIELDS, OF_BODY_2, START_FIELDS
 from vibroscope.app.explorer.reading import read_choice, read_number, read_setting
@@ -29,7 +28,7 @@ LINEAR: Span = (-1e12, 1e12)
 LOGARITHMIC: Span = (1e-30, 1e30)
 _LEAST_WIDTH = 1e-30  # of an axis
 _LEAST_RELATIVE_WIDTH = 1e-9  # of an axis, relative to its ends: the numbers of a browser resolve no less
-_RESOLUTION = 1e-5  # of a printed end, relative to the width of the axis: a hundredth of a pixel
+_RESOLUTION = 1e-5  # of an end that is rounded, relative to the width of the axis: a hundredth of a pixel
 _LONGEST_ADDRESS = 4000
 MOST_PINS = 4
 
@@ -189,19 +188,25 @@ def _is_drawable(span: Span, limits: Span) -> bool:
 # ---- the view of a tab: object → text -------------------------------------------------------------------------------
 
 
-def print_zoom(zoom: Mapping[str, Span], axes: Mapping[str, Span]) -> str:
-    """Text for `read_view`, more precise than a pixel; axes that cannot be drawn are left out."""
-    return ";".join(
-        f"{name}:{','.join(print_number(_rounded(end, span, axes[name])) for end in span)}"
-        for name, span in zoom.items()
-        if _is_drawable(span, axes[name])
-    )
+def rounded_span(span: Span) -> Span:
+    """The ends of an axis as a mouse moves it, in few digits, more precise than a pixel also of a logarithmic axis.
 
-
-def _rounded(end: float, span: Span, limits: Span) -> float:
+    What is computed of a view is computed of these ends, so that a link, which holds them, leads to the same numbers.
+    """
     width = span[1] - span[0]
-    size = min(end, width) if limits is LOGARITHMIC else width
-    return float(np.clip(round(end, -math.floor(math.log10(_RESOLUTION * size))), *limits))
+    return tuple(_rounded(end, width) for end in span) if 0 < width < math.inf else span
+
+
+def _rounded(end: float, width: float) -> float:
+    size = max(min(abs(end), width), _LEAST_WIDTH)
+    return float(round(end, -math.floor(math.log10(_RESOLUTION * size))))
+
+
+def print_zoom(zoom: Mapping[str, Span], axes: Mapping[str, Span]) -> str:
+    """Text from which `read_view` reads exactly the same ends; axes that cannot be drawn are left out."""
+    return ";".join(
+        f"{name}:{','.join(map(print_number, span))}" for name, span in zoom.items() if _is_drawable(span, axes[name])
+    )
 
 
 def print_choice(choice: Mapping[str, str | float]) -> str:

@@ -129,9 +129,14 @@ class Tab(ABC):
         return {}
 
     @classmethod
+    def link_spec(cls) -> dict:
+        """Choices that a link may hold."""
+        return cls.spec()
+
+    @classmethod
     def read_view(cls, zoom: str, choice: str, mute: str) -> View:
         """The view that an address holds, before the tab is built; raises `Refused`."""
-        return read_view(zoom, choice, mute, cls.axes, cls.spec(), cls.legends)
+        return read_view(zoom, choice, mute, cls.axes, cls.link_spec(), cls.legends)
 
     def restore(self, view: View) -> None:
         """Restore a view; called after `build`, before the first `show`."""

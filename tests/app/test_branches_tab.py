@@ -227,3 +227,23 @@ def test_explore_follows_its_motion_into_the_branches_over_eta(opened):
     choose(tab, branches="both", over="K")
     prepare(tab)
     assert (tab.panel.chosen["over"], tab.panel.chosen["branches"]) == ("eta", "both")
+
+
+def test_a_link_searches_first_for_the_motion_that_was_followed(opened):
+    setting = SETTING._replace(eta=1.11212379937079, zero_start="zero", start_xi1=-0.123456789, start_v2=1 / 3)
+    tab, _ = opened("count:20")
+    tab.follow(setting)
+    tab.show(Move(2, setting))
+    tab.show(Move(3, setting._replace(eta=1.4, start_xi1=0.0)))
+    question = searches()[-1].question
+    assert question.followed == (setting.eta, setting.initial)
+    linked = Bifurcation(FakeHost())
+    linked.build()
+    linked.restore(Bifurcation.read_view(**tab.view_texts()))
+    linked.show(Move(1, setting._replace(eta=1.4)))
+    assert searches()[-1].question == question
+    other = setting._replace(kappa=2.4)
+    for move, shown in enumerate((other, setting), start=2):  # it is no motion of another system, nor is it kept
+        linked.show(Move(move, shown))
+        assert searches()[-1].question.followed is None
+        assert "followed" not in linked.view_texts()["choice"]

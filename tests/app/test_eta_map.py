@@ -10,6 +10,9 @@ from vibroscope.app.explorer.compute import compute_runs
 from vibroscope.app.explorer.diagrams import load_diagram
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.page.explore import map_source
+from vibroscope.app.page.explore.eta_map import EtaMapView
+from vibroscope.app.page.explore.map_source import NOTHING, MapPoints
+from vibroscope.app.page.explore.phase import PhaseView
 from vibroscope.app.page.tab import Move
 from vibroscope.app.page.tabs import TABS
 from vibroscope.app.studies.bifurcation import DiagramQuestion
@@ -78,6 +81,54 @@ def test_the_map_of_another_system_is_computed_for_it(explore):
     explore(Setting())
     assert title(tab) == TITLE
     np.testing.assert_array_equal(tab.data()["diagram"]["eta"], shipped["eta"])
+
+
+def points(low, high, share=1.0):
+    """Points whose displacement reaches from end to end."""
+    return MapPoints(np.array([1.0, 2.0]), np.tile([[low], [high]], (2, 1, 1)), share)
+
+
+FINAL = points(-3e-4, 5.2e-4)
+PARTIAL = points(-3e-4, 2e-4, 0.5)
+
+
+@pytest.mark.parametrize(
+    "before",
+    [
+        [points(-4.1e-4, 4.1e-4)],  # of another system, complete
+        [points(-7.0, 1.0), NOTHING, PARTIAL],
+        [points(-7.0, 1.0, 0.2), PARTIAL],
+        [points(-9.0, 1.0, 0.2), points(-1e-4, 1e-4, 0.3), PARTIAL, NOTHING],
+    ],
+)
+@pytest.mark.parametrize("last", [FINAL, PARTIAL])
+def test_the_axis_is_that_of_the_points_whatever_was_drawn_before(before, last):
+    views = [EtaMapView(PhaseView().sections) for _ in range(2)]
+    for found in before:
+        views[0].update(OTHER, found, fresh=False)
+    for view in views:
+        view.update(OTHER, last, fresh=False)
+    first, second = (view.ranges["section"].ends for view in views)
+    assert first == second
+
+
+def test_the_axis_of_a_free_vibration_is_that_of_no_map_before():
+    view = EtaMapView(PhaseView().sections)
+    empty = view.ranges["section"].ends
+    view.update(OTHER, FINAL, fresh=False)
+    view.update(OTHER._replace(kappa=2.5), NOTHING, fresh=False)
+    assert view.ranges["section"].ends != empty  # its points are on the way
+    view.update(OTHER._replace(base=0.0), NOTHING, fresh=False)
+    assert view.ranges["section"].ends == empty
+
+
+def test_the_zoom_of_a_link_outlives_the_points_that_come():
+    view = EtaMapView(PhaseView().sections)
+    view.ranges["section"].restore(-1.0, 2.0)
+    view.update(OTHER, NOTHING, fresh=False)
+    for found in (PARTIAL, points(-1.0, 1.0, 0.7), FINAL):
+        view.redraw(found)
+    assert view.ranges["section"].ends == (-1.0, 2.0)
 
 
 def test_marks_beside_the_frame_are_not_drawn_over_the_labels_of_its_ticks(explore):

@@ -2,6 +2,7 @@
 
 from urllib.parse import urlencode
 
+import numpy as np
 import pytest
 from bokeh.document import Document
 from hypothesis import given
@@ -17,6 +18,7 @@ from vibroscope.app.explorer.link import (
     print_mute,
     print_zoom,
     read_view,
+    rounded_span,
 )
 from vibroscope.app.explorer.reading import read_setting
 from vibroscope.app.explorer.state import Setting
@@ -58,14 +60,21 @@ def test_an_address_restores_its_setting_and_what_is_pinned_exactly(setting, pin
 
 
 @given(zooms, choices, mutes(LEGENDS))
-def test_a_printed_view_reads_back_more_precisely_than_a_pixel(zoom, choice, mute):
+def test_a_printed_view_reads_back_exactly(zoom, choice, mute):
     view = read_view(print_zoom(zoom, AXES), print_choice(choice), print_mute(mute), AXES, SPEC, LEGENDS)
     assert (view.choice, view.mute) == (choice, mute)
-    for name, (low, high) in view.zoom.items():
-        given = zoom[name]
-        size = given[1] - given[0] if AXES[name] is LINEAR else min(given[0], given[1] - given[0])
-        assert abs(low - given[0]) <= 1e-4 * size
-        assert abs(high - given[1]) <= 1e-4 * max(size, given[1] if AXES[name] is LOGARITHMIC else 0)
+    assert all(ends == zoom[name] for name, ends in view.zoom.items())
+
+
+@given(spans)
+def test_rounded_ends_are_more_precise_than_a_pixel_of_a_linear_and_of_a_logarithmic_axis(span):
+    low, high = rounded_span(span)
+    width = span[1] - span[0]
+    if not 0 < width < np.inf:  # an axis of which one end has moved, and the other not yet
+        assert repr((low, high)) == repr(span)
+        return
+    for end, exact in zip((low, high), span, strict=True):
+        assert abs(end - exact) <= 1e-5 * max(min(abs(exact), width), 1e-30)
 
 
 @given(settings, settings, st.sampled_from(list(TABS)), st.sampled_from(["", *THEMES]), st.data())
@@ -83,7 +92,7 @@ def test_an_address_restores_setting_tab_view_pin_and_theme(setting, pinned, tab
 
 def test_a_printed_view_is_short():
     zoom = {"time": (0.2, 0.7000000001), "K": (100.0, 1234.5678901)}
-    assert print_zoom(zoom, AXES) == "time:0.2,0.7;K:100,1234.57"
+    assert print_zoom({name: rounded_span(span) for name, span in zoom.items()}, AXES) == "time:0.2,0.7;K:100,1234.57"
     assert print_address(SETTING, zoom="time:0.2,0.7;x1:-1,2").endswith("&zoom=time:0.2,0.7;x1:-1,2")
 
 
@@ -194,6 +203,23 @@ def test_the_first_question_of_a_study_is_that_of_the_link(opened):  # noqa: F81
     tab.show(Move(2, SETTING, fresh=True))  # a scene was chosen
     assert Asked.all[-1].question.K == (10.0, 1e5)
     assert tab.view_texts() == {"zoom": "", "choice": "quantity:period;limit:40", "mute": ""}
+
+
+@pytest.mark.parametrize("key", ["bifurcation", "plane", "basin"])
+def test_a_zoom_by_mouse_asks_the_question_of_its_link(opened, key):  # noqa: F811
+    kind = TABS[key]
+    tabs = [kind(FakeHost()), kind(FakeHost())]
+    for tab in tabs:
+        tab.build()
+    tabs[0].show(Move(1, SETTING))
+    for owned in tabs[0].ranges.values():
+        low, high = owned.ends
+        owned.range.update(start=low + 0.4027770856 * (high - low), end=low + 0.8016658478 * (high - low))
+    tabs[1].restore(kind.read_view(**tabs[0].view_texts()))
+    for tab in tabs:
+        tab.show(Move(2, SETTING))
+    first, second = (tab.question(SETTING) for tab in tabs)
+    assert first == second != Asked.all[0].question
 
 
 @pytest.mark.parametrize(

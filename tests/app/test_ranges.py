@@ -55,6 +55,17 @@ def test_a_zoomed_range_stays_until_a_scene():
     assert owned.range.end > 5
 
 
+def test_the_ends_of_a_zoom_are_those_of_its_link():
+    owned = OwnedRange(0.5, 4)
+    owned.range.update(start=1.9097222222, end=3.3058333333)  # by a mouse
+    assert owned.ends == (1.90972, 3.30583)
+    owned.restore(1.23456789, 3.3)  # typed, or of a link
+    assert owned.ends == (1.23456789, 3.3)
+    owned.put(0.123456789, 4)
+    owned.range.update(start=0.123456789, end=4)  # by the reset tool
+    assert not owned.zoomed
+
+
 def test_the_reset_tool_returns_to_where_the_page_would_be():
     owned = OwnedRange(-1, 1)
     owned.follow(column(-3, 3), fresh=True)

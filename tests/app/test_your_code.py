@@ -138,6 +138,16 @@ def test_a_rule_that_asks_for_more_than_the_server_computes_is_shown_but_not_set
     assert not row["settable"]
 
 
+@pytest.mark.parametrize("key", codes())
+def test_what_a_code_sets_is_a_row_of_the_table(key):
+    """Also where the damper follows from the restitution, so that there is no D."""
+    setting = read_setting(code_texts(codes()[key]), COARSE)
+    outcome = RuleOutcome(AS_SET, setting.penalty, "repeats every period", 0.1, 0.1, None, "why.")
+    (row,) = rows_of([Judged(outcome, np.empty((2, 0)))], np.empty((2, 0)), [], setting)["rows"]
+    given = [number.split(" = ")[0] for number in row["numbers"]]
+    assert given == (["K", "Δτ"] if setting.penalty.damping is None else ["K", "D", "Δτ"])
+
+
 def judged(holds=True, motion="repeats every period", why="K and D cause 1 % of difference.", without=0):
     method = rules()["abaqus-ten"].method(question_of(COARSE, ELEMENTS).asked)
     outcome = RuleOutcome(rules()["abaqus-ten"], method, motion, 0.01, 0.01, holds, why, without)

@@ -84,7 +84,7 @@ def test_a_motion_is_followed_from_explore_on_a_phone(visit):
     section = explorer.page.locator("section.branches-list")
     section.wait_for()
     wait_until(lambda: explorer.address().get("tab") == "bifurcation", what="the tab")
-    assert explorer.address()["choice"] == "branches:on"
+    assert explorer.address()["choice"] == "branches:on;followed:1.42"
     section.get_by_role("button", name="period 1").first.wait_for(timeout=60_000)
     assert explorer.page.evaluate("document.scrollingElement.scrollWidth") == 390
     section.get_by_role("button", name="Stop").tap()

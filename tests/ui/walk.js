@@ -75,7 +75,7 @@
     return said ? textOf(said) : "";
   };
 
-  // The same folds are open in both pages, and all is scrolled to its beginning.
+  // The same folds are open in both pages, all is scrolled to its beginning, and notes are closed.
   const calm = () => {
     for (const node of all()) {
       if (node.matches(":popover-open")) node.hidePopover();
@@ -83,6 +83,7 @@
       if (node.matches("header details")) node.open = false;
       if (node.scrollTop || node.scrollLeft) node.scrollTo({ left: 0, top: 0, behavior: "instant" });
       if (node.matches("[aria-expanded=true]")) node.click();
+      if (node.matches(".message.note:not([hidden]) button")) node.click(); // of the numbers of a link that a wall has not
     }
   };
   // Hides some parts, or shows them again; nothing has the focus then.

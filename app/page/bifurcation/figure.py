@@ -201,9 +201,9 @@ class BifurcationView:
 
     @property
     def span(self) -> tuple[float, float]:
-        """The values in view, within what can be set, rounded so that the same view is the same question."""
+        """The values in view, within what can be set."""
         swept = SWEPT[self.over]
-        low, high = (float(f"{np.clip(end, *swept.bounds):.8g}") for end in self.ranges["eta"].ends)
+        low, high = (float(np.clip(end, *swept.bounds)) for end in self.ranges["eta"].ends)
         return (low, high) if high - low > 1e-7 * (abs(low) + abs(high)) else self._home
 
     def update(

@@ -13,10 +13,12 @@ from vibroscope.app.export.formats import Figure, Series
 from vibroscope.app.page.bifurcation.branches import NAMES, Branches
 from vibroscope.app.page.bifurcation.calls import diagram_command, diagram_python
 from vibroscope.app.page.bifurcation.figure import BifurcationView, legend, name_of
+from vibroscope.app.page.bifurcation.followed import Followed, link_numbers, linked_motion, without_motion
 from vibroscope.app.page.bifurcation.panel import DIRECTION_NAMES, panel_spec
 from vibroscope.app.page.bifurcation.statements import statements
 from vibroscope.app.page.bifurcation.swept import SWEPT
 from vibroscope.app.page.study.tab import StudyTab, engine_obstacle, free_obstacle
+from vibroscope.app.page.tab import Move
 from vibroscope.app.runtime.number_text import print_number
 from vibroscope.app.studies.bifurcation import (
     COUNT,
@@ -28,7 +30,7 @@ from vibroscope.app.studies.bifurcation import (
 )
 from vibroscope.app.studies.branches import BranchQuestion, PartialBranches, why_none
 from vibroscope.app.studies.study_job import RESULTS
-from vibroscope.engine import METHOD_NUMBERS, ExactPenalty, Method
+from vibroscope.engine import METHOD_NUMBERS, ExactPenalty, Method, System
 
 _NOTHING_SWEPT = (
     "Nothing drives the bodies, so that no motion belongs to a frequency: let the base or a force move them under "
@@ -66,7 +68,8 @@ class Bifurcation(StudyTab):
         self.branches = Branches(self.host, self.view.figure, self._push)
         self.branches.view.css_classes = ["cell", "wide", "branches"]
         self.view.on_motion = self.branches.tapped
-        self._followed: Setting | None = None  # whose motion is followed first
+        self._followed: Followed | None = None
+        self._followed_in: System | None = None  # whose motion that is; None: the system that is shown next
         page = self.lay_out(self.stretch(self.view.figure, "wide"), self.stretch(self.view.strip, "wide", "low"))
         page.append(self.branches.view)
         return page
@@ -76,14 +79,30 @@ class Bifurcation(StudyTab):
         """The choices of the tab, and the line that can be dragged."""
         return panel_spec()
 
-    def choice(self) -> dict[str, str | int]:
+    @classmethod
+    def link_spec(cls) -> dict:
+        """The choices of the panel, and the motion that is followed first."""
+        spec = cls.spec()
+        return spec | {"numbers": [*spec["numbers"], *link_numbers()]}
+
+    def choice(self) -> dict[str, str | float]:
         """The choices that differ from those at first; the range stands in the address as a zoom."""
-        return {name: value for name, first in self.chosen.items() if (value := self.panel.chosen[name]) != first}
+        chosen = {name: value for name, first in self.chosen.items() if (value := self.panel.chosen[name]) != first}
+        return chosen | (self._followed.linked() if self._followed else {})
 
     def restore(self, view: View) -> None:
         """Take a view from a link; the range is that of the number that is swept."""
         self.view.sweep(view.choice.get("over", "eta"))
-        super().restore(view)
+        if (followed := linked_motion(view.choice)) is not None:
+            self._followed, self._followed_in = followed, None
+        super().restore(view._replace(choice=without_motion(view.choice)))
+
+    def show(self, move: Move) -> None:
+        """See `StudyTab`; the motion that is followed is one of its system alone."""
+        if self._followed_in not in (None, move.setting.system):
+            self._followed = None
+        self._followed_in = move.setting.system
+        super().show(move)
 
     def _choose(self, chosen: dict) -> None:
         """Take what was chosen; solver and swept number go together, the one chosen last first."""
@@ -160,9 +179,7 @@ class Bifurcation(StudyTab):
                 continue
             if diagram.over in ("K", "D"):
                 method = replace(method, **{METHOD_NUMBERS[diagram.over]: diagram.span[0]})
-            followed = None
-            if self._followed is not None and diagram.over == "eta" and self._followed.system == diagram.system:
-                followed = self._followed.eta, self._followed.initial
+            followed = self._followed if diagram.over == "eta" else None
             questions[solver] = BranchQuestion(
                 diagram.system, method, diagram.span, diagram.over, diagram.eta, followed
             )
@@ -173,7 +190,7 @@ class Bifurcation(StudyTab):
     def follow(self, setting: Setting) -> None:
         """Show the branches over η, first that of the motion from the start of a setting, in a range with its η."""
         eta, shown = setting.eta, self.panel.chosen["branches"]
-        self._followed = setting
+        self._followed, self._followed_in = Followed.of(setting), setting.system
         self.restore(View(choice={"over": "eta", "branches": "on" if shown == "off" else shown}))
         low, high = self.view.span
         if not low <= eta <= high:
@@ -187,7 +204,17 @@ class Bifurcation(StudyTab):
         super()._cancel()
         self.branches.cancel()
 
+    def _show_chosen(self, setting: Setting) -> None:
+        """Show the range in view and the coordinate in the panel, also of a setting that has no diagram."""
+        low, high = self.view.span
+        self.panel.chosen = self.panel.chosen | {"from": low, "to": high, "coordinate": self._coordinate(setting)}
+        swept = shown_field(self.view.over, setting)
+        ends = {name.lower(): swept._replace(label=name, hint="") for name in ("From", "To")}
+        self.panel.show_fields(ends | {name: shown_field(name, setting) for name in START_FIELDS})
+
     def _write(self) -> None:
+        if self._visible:
+            self._show_chosen(self._move.setting)
         if self._visible and (self._obstacle or self.panel.chosen["branches"] == "off"):
             self.branches.clear()
         super()._write()
@@ -211,11 +238,6 @@ class Bifurcation(StudyTab):
             notes = self.branch_questions(setting)[1]
             self.branches.draw(setting, self.view.over, self._coordinate(setting), notes)
         self.view.update(setting, result, self._coordinate(setting), other, self.branches.lines.values)
-        low, high = self.view.span
-        self.panel.chosen = self.panel.chosen | {"from": low, "to": high, "coordinate": self._coordinate(setting)}
-        swept = shown_field(self.view.over, setting)
-        ends = {name.lower(): swept._replace(label=name, hint="") for name in ("From", "To")}
-        self.panel.show_fields(ends | {name: shown_field(name, setting) for name in START_FIELDS})
         self.panel.key_title, self.panel.key = f"Motion over {self.view.axis_label}", legend()
 
     def _coordinate(self, setting: Setting) -> str:

@@ -122,22 +122,22 @@ class EtaMapView:
         self._eta, self._driven = slider_range("eta", setting.system), setting.is_driven
         self.ranges["eta"].put(*self._eta, fresh=fresh)
         self._frequency.show(*eta_axis(setting))
-        self._show(points, fit=other_quantity or fresh)
+        self._show(points, fresh=other_quantity or fresh)
 
     def redraw(self, points: MapPoints) -> None:
         """More points have come."""
         if self._shown is not None:
             self._show(points)
 
-    def _show(self, points: MapPoints, *, fit: bool = False) -> None:
-        """Draw these points; the axis is fitted to them when they are the first ones, and when they are complete."""
-        fit |= points.share == 1 > self._points.share or (points is not NOTHING and self._points is NOTHING)
-        self._points = points
+    def _show(self, points: MapPoints, *, fresh: bool = False) -> None:
+        """Draw these points, with the axis fitted to them once they are there; ``fresh`` ends its zoom."""
+        changed, self._points = points is not self._points, points
         share = "computing …" if points is NOTHING else f"{100 * points.share:.0f} % computed"
         going = f"Reference over frequency: {share}" if self._driven else _FREE
         self.figure.title.text = _TITLE if self.ready else going
-        if fit:
-            self.ranges["section"].follow([self._values], fresh=True)
+        awaited = points is NOTHING and self._driven  # the axis would jump twice
+        if fresh or (not awaited and (changed or points is NOTHING)):
+            self.ranges["section"].follow([self._values], fresh=fresh)
         self._draw()
 
     def _show_scenes(self) -> None:

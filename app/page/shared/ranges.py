@@ -12,6 +12,7 @@ from collections.abc import Callable, Iterable
 
 import numpy as np
 from bokeh.models import Range1d
+from vibroscope.app.explorer.link import rounded_span
 
 _MARGIN = 0.07
 _PLACES = 8  # for an end, in the span of the data, at least
@@ -40,7 +41,7 @@ class OwnedRange:
     def __init__(self, low: float, high: float, *, headroom: float = _MARGIN) -> None:
         self.range = Range1d(low, high, reset_start=low, reset_end=high)
         self._headroom = headroom  # free space above the data for a legend, relative to their span
-        self._put = self._ends = self._empty = (low, high)
+        self._put = self._ends = self._set_to = self._empty = (low, high)
         self._restored = False
         self.on_put: list[Callable[[], None]] = []  # called when the page has moved the range, or its home
         self.on_move: Callable[[], None] = lambda: None  # called when an end has moved
@@ -54,7 +55,10 @@ class OwnedRange:
 
     @property
     def ends(self) -> tuple[float, float]:
-        """The present ends; kept here because each update reads them, and reading Bokeh's properties is slow."""
+        """The present ends, those of a mouse rounded as `rounded_span` does: a link holds them exactly.
+
+        They are kept here because each update reads them, and reading Bokeh's properties is slow.
+        """
         return self._ends
 
     @property
@@ -63,7 +67,7 @@ class OwnedRange:
         return self.ends != self._put
 
     def _set(self, low: float, high: float) -> None:
-        self._ends = low, high  # now: while a document holds its events, it also holds their callbacks
+        self._ends = self._set_to = low, high  # now: while a document holds its events, it also holds their callbacks
         self.range.update(start=low, end=high)
         self._tell()
 
@@ -72,7 +76,8 @@ class OwnedRange:
             act()
 
     def _moved(self, attr: str, old: float, new: float) -> None:
-        self._ends = self.range.start, self.range.end
+        ends = self.range.start, self.range.end
+        self._ends = ends if ends in (self._set_to, self._put) else rounded_span(ends)
         self.on_move()
 
     def follow(

@@ -67,8 +67,9 @@ def _row(judged: Judged, span: np.ndarray, marked: Sequence[str], setting: Setti
     found, rule = judged.outcome, judged.outcome.rule
     numbers = []
     if found.method is not None:
+        # No damping: it follows from the restitution, as some laws have it.
         given = {name: found.method.numbers[name] for name in rule.gives or METHOD_NUMBERS}
-        numbers = [_measure(setting, name, value) for name, value in given.items()]
+        numbers = [_measure(setting, name, value) for name, value in given.items() if value is not None]
     why = in_units(brief_why(found), setting.scale)
     if found.without_solution and found.motion != ENDED:
         why += f" {counted(found.without_solution, 'step')} without a solution."
