@@ -54,6 +54,7 @@ _LATER = {
         "PARAMETERS",
         "POINT_KINDS",
         "Branch",
+        "BranchQuestion",
         "Point",
         "PointCurve",
         "PointCurves",

@@ -11,11 +11,13 @@ from .family import PARAMETERS
 from .find import continue_branch, find_branches, search_branches
 from .margins import POINT_KINDS
 from .point_curve import PointCurve, PointCurves, continue_point
+from .question import BranchQuestion
 
 __all__ = [
     "PARAMETERS",
     "POINT_KINDS",
     "Branch",
+    "BranchQuestion",
     "Point",
     "PointCurve",
     "PointCurves",

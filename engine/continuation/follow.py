@@ -46,7 +46,6 @@ GROWTH = 8.0  # … but no step is longer than so many of the one before
 VANISHING = 1e-7, 3e-8  # a step and a margin below which a phase vanishes here: rounding hides the margin's zero
 ROUNDED = 1e-7  # excitation periods: so close together impacts are mostly rounding
 MEETING = 2e-4  # longest step over which the value of a meeting is interpolated
-MOST_ORBITS = 5000
 ACCUMULATED = (
     1e-8  # of the range: SERIES grazings of new impacts, ever closer, are the first of infinitely many within it
 )
@@ -98,7 +97,7 @@ class Tracer:
         self._grazings: list[float] = []  # since the last other change of the sequence
         self._indicators = indicators(start)
 
-    def run(self, most: int = MOST_ORBITS) -> Iterator["Tracer"]:
+    def run(self, most: int) -> Iterator["Tracer"]:
         """Follow the branch to its end; yield after each step."""
         step = FIRST_STEP
         while not self.reason:

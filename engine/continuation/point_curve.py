@@ -11,8 +11,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..drivers.event_driven import contact_state
-from ..methods import ExactPenalty, Reference
-from ..model import System
 from .branch import Point
 from .family import Family
 from .margins import BIFURCATIONS, BRANCH_POINT, GRAZING, OPENS
@@ -21,6 +19,7 @@ from .parameter_range import ParameterRange
 from .plane import Place, Plane
 from .point_equations import Condition, Equations
 from .point_trace import CLOSES, SAME, PointTrace
+from .question import BranchQuestion
 from .touches import touched
 
 FOLLOWED = tuple(kind for kind in (*BIFURCATIONS, GRAZING, OPENS) if kind != BRANCH_POINT)
@@ -59,17 +58,16 @@ class PointCurve:
         return f"PointCurve({what}: {len(self.values)} points, {len(self.meetings)} meetings)"
 
 
-def continue_point(
-    system: System, eta: float, method: Reference | ExactPenalty, point: Point, **ranges: object
-) -> PointCurve:
+def continue_point(question: BranchQuestion, point: Point, **plane: object) -> PointCurve:
     """Follow a bifurcation point of a branch while a second number varies.
 
     Parameters
     ----------
-    system, eta, method, **ranges
-        Arguments of :class:`PointCurves`, which follows several points.
+    question : BranchQuestion
     point : Point
         Of the branch: a fold, a period doubling, a Neimark–Sacker point or a grazing.
+    **plane
+        Arguments of :class:`PointCurves`, which follows several points.
 
     Returns
     -------
@@ -84,14 +82,14 @@ def continue_point(
 
     Examples
     --------
-    >>> from vibroscope.engine import Reference, System, continue_branch, continue_point
-    >>> problem, reach = (System(), 2.76, Reference()), {"low": 2.5, "high": 3.0}
-    >>> (point,) = continue_branch(*problem, low=2.7, high=2.85, max_period=1).points
-    >>> curve = continue_point(*problem, point, **reach, along="restitution", along_low=0.45, along_high=0.55)
+    >>> from vibroscope.engine import BranchQuestion, Reference, System, continue_branch, continue_point
+    >>> question = BranchQuestion(System(), 2.76, Reference(), low=2.5, high=3.0, max_period=1)
+    >>> point = continue_branch(question).points[0]
+    >>> curve = continue_point(question, point, along="restitution", along_low=0.45, along_high=0.55)
     >>> curve.kind, curve.values.shape[1], curve.ends
     ('period doubling', 2, ('restitution leaves the range', 'restitution leaves the range'))
     """
-    return PointCurves(system, eta, method, **ranges).follow(point)
+    return PointCurves(question, **plane).follow(point)
 
 
 class PointCurves:
@@ -99,7 +97,7 @@ class PointCurves:
 
     Parameters
     ----------
-    system, eta, method, over, low, high
+    question : BranchQuestion
         As the branch was followed (:func:`continue_branch`); the range bounds the curves.
     along : str
         The second number; by default a curve begins where it has the value that the other arguments give it.
@@ -116,24 +114,19 @@ class PointCurves:
 
     def __init__(
         self,
-        system: System,
-        eta: float,
-        method: Reference | ExactPenalty,
+        question: BranchQuestion,
         *,
-        over: str = "eta",
-        low: float,
-        high: float,
         along: str,
         along_low: float,
         along_high: float,
         cancelled: Callable[[], bool] | None = None,
     ) -> None:
-        if along == over:
+        if along == question.over:
             raise ValueError(f"along = {along!r} is the number that varies already: give another one")
-        families = Family(over, system, eta, method), Family(along, system, eta, method)
-        ranges = ParameterRange.of(families[0], low, high), ParameterRange.of(families[1], along_low, along_high)
-        self._plane = Plane(*families, ranges)
-        ranges[1].check_start(families[1].value)
+        second = Family(along, question.system, question.eta, question.method)
+        span = ParameterRange.of(second, along_low, along_high)
+        self._plane = Plane(question.family, second, (question.span, span))
+        span.check_start(second.value)
         self._cancelled = cancelled
         self._traces: list[tuple[str, PointTrace]] = []
 
