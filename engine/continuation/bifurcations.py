@@ -1,10 +1,12 @@
 """Bifurcations between two orbits of a curve: where an indicator changes its sign, if that is what it seems to be."""
 
+from functools import partial
+
 import numpy as np
 
 from .curve import Curve, CurvePoint
 from .margins import BIFURCATIONS, BRANCH_POINT, DOUBLING, FOLD, NEIMARK_SACKER, indicator
-from .roots import first_zero
+from .roots import zero_ahead
 
 REAL = 1e-6  # a pair of multipliers with smaller imaginary parts is real, and no Neimark–Sacker point
 MULTIPLIERS = {FOLD: 1.0, DOUBLING: -1.0}
@@ -22,16 +24,10 @@ def bifurcations_ahead(
     found = []
     for k in (before * after < 0).nonzero()[0]:
         kind = BIFURCATIONS[k]
-        located = first_zero(lambda s, kind=kind: _indicator(curve, here, s, kind), 0.0, step)
-        point = None if located is None else curve.ahead(here, located)
-        if point is not None and _is_bifurcation(kind, point):
-            found.append((located, kind, point))
+        zero = zero_ahead(curve.along(here), step, partial(indicator, kind))
+        if zero is not None and _is_bifurcation(kind, zero[1]):
+            found.append((zero[0], kind, zero[1]))
     return [(kind, point) for _, kind, point in sorted(found, key=lambda each: each[0])]
-
-
-def _indicator(curve: Curve, here: CurvePoint, s: float, kind: str) -> float:
-    point = curve.ahead(here, s) if s else here
-    return np.nan if point is None else indicator(kind, point)
 
 
 def _is_bifurcation(kind: str, point: CurvePoint) -> bool:

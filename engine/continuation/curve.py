@@ -7,6 +7,7 @@ by the excitation period.
 """
 
 import math
+from collections.abc import Callable
 from functools import cached_property
 
 import numpy as np
@@ -14,11 +15,13 @@ import numpy as np
 from ..drivers.orbit import Evaluation, OrbitEquations
 from ..drivers.orbit_steps import CONVERGED, NEWTON_STEPS, STALLED, interpolated, scales_of, step_in_plane, tangent_of
 from .family import Family
+from .newton import Convergence, converges
 from .orbit import Orbit
 from .parameter_range import ParameterRange
 
 ROUGH = 1e-11  # a larger residual is no rounding: it may be that the equations only nearly have a solution there
-NEXT = 1e-13  # the error that is left after a scaled step of that length: a shorter one is not taken
+# by a slope that is corrected the ratio of two steps stays
+IN_PLANE = Convergence(2 * NEWTON_STEPS, far=1.0, converged=CONVERGED, stalled=STALLED, following=1e-13)
 DIFFERENCE = 1e-7  # of the width of the range, of differences in α₁
 STEEP = 0.003  # component of the tangent along α₁
 NEIGHBOURS = 2  # known points from which others are predicted
@@ -206,6 +209,10 @@ class Curve:
         found = self.equations(value).solve(orbit.kinds, orbit.first, orbit.period, unknowns, self.width)
         return found and CurvePoint(self, orbit.at(unknowns), value, towards, found)
 
+    def along(self, here: CurvePoint) -> Callable[[float], CurvePoint | None]:
+        """The point of the curve at each distance along the tangent of one; None where there is none."""
+        return lambda s: self.ahead(here, s) if s else here
+
     def ahead(self, point: CurvePoint, s: float) -> CurvePoint | None:
         """The point at the distance s along the tangent of another one; None if there is none.
 
@@ -252,21 +259,17 @@ class Curve:
         ``towards``: as for the point. ``slope``: ∂F/∂α₁ nearby, by default that of the guess. Each step corrects it by
         what the one before missed (Broyden 1965), since a difference would need the tables of another α₁.
         """
-        scales, x, before = self.scales(orbit), np.concatenate([orbit.unknowns, (value,)]), np.inf
+        scales, x = self.scales(orbit), np.concatenate([orbit.unknowns, (value,)])
         step, found = np.zeros((len(x), 1)), Evaluation.without_facts(len(orbit.kinds))
-        for _ in range(2 * NEWTON_STEPS):
-            value = float(x[-1])
-            self.equations(value)(orbit.kinds, orbit.first, orbit.period, x[:-1], found)
+
+        def take(before: float) -> float:
+            nonlocal slope
+            self.equations(float(x[-1]))(orbit.kinds, orbit.first, orbit.period, x[:-1], found)
             if before == np.inf:
                 slope = self.slope(orbit, value, found.residual) if slope is None else slope.copy()
-            length = step_in_plane((found.residual, found.jacobian), scales, plane, x, slope, step)
-            if not length < 1.0:
-                return None
-            following = length * length / before if before < np.inf else np.inf  # by a corrected slope the ratio stays
-            if length < CONVERGED or (length >= before and before < STALLED) or following < NEXT:
-                return CurvePoint(self, orbit.at(x[:-1]), float(x[-1]), towards)
-            before = length
-        return None
+            return step_in_plane((found.residual, found.jacobian), scales, plane, x, slope, step)
+
+        return CurvePoint(self, orbit.at(x[:-1]), float(x[-1]), towards) if converges(take, IN_PLANE) else None
 
 
 def null_vectors(matrix: np.ndarray) -> np.ndarray:

@@ -35,7 +35,7 @@ from .margins import (
 )
 from .nearby import point_within_cycle
 from .orbit import check_cancelled, least_period
-from .roots import first_zero
+from .roots import zero_ahead
 from .seeds import SAME
 from .sequences import REPEATED, after_chatter, beyond, where_contact_opens
 
@@ -260,14 +260,12 @@ class Tracer:
         method = self.curve.family.method_at(here.value)
         for k in impacts_that_may_stick(here.orbit, here.evaluation, there.evaluation, method):
 
-            def surplus(s: float, k: int = k) -> float:
-                point = self.curve.ahead(here, s) if s else here
-                return np.nan if point is None else float(self._reasons_not_to_stick(point)[k] @ (1.0, -1.0))
+            def surplus(point: CurvePoint, k: int = k) -> float:
+                return float(self._reasons_not_to_stick(point)[k] @ (1.0, -1.0))
 
-            both = first_zero(surplus, 0.0, step)
-            between = None if both is None else self.curve.ahead(here, both)
-            if between is not None and self.least_margin(between) <= 0:
-                return both
+            both = zero_ahead(self.curve.along(here), step, surplus)
+            if both is not None and self.least_margin(both[1]) <= 0:
+                return both[0]
         return None
 
     def _reasons_not_to_stick(self, point: CurvePoint) -> np.ndarray:
@@ -279,13 +277,8 @@ class Tracer:
         False if the place is not found, since orbits on the way are missing: a shorter step may find it. ``rounded``:
         none can, since the equations have no digit left right ahead of the first orbit; there the place is.
         """
-
-        def smallest(s: float) -> float:
-            point = self.curve.ahead(here, s) if s else here
-            return np.nan if point is None else self.least_margin(point)
-
-        located = first_zero(smallest, 0.0, step)
-        last = None if located is None else self.curve.ahead(here, located)
+        zero = zero_ahead(self.curve.along(here), step, self.least_margin)
+        located, last = (None, None) if zero is None else (zero[0], self.curve.ahead(here, zero[0]))
         if last is None and rounded:
             located, last = 0.0, here
         if last is None and step > SMALLEST_STEP:

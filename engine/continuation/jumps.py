@@ -16,7 +16,7 @@ from .curve import Curve, CurvePoint
 from .margins import STICKING_BEGINS, STICKING_ENDS, Margin
 from .nearby import first_ahead, holds, is_near, orbit_near, point_within_cycle, walk
 from .orbit import Orbit, orbit_of_run, touching_at_start, within_cycle
-from .roots import first_zero
+from .roots import zero_ahead
 
 JUMPS = 10.0 ** np.arange(-7, -3)  # of the range, to where runs show a sequence that follows
 LOCATED = 1e-9  # of a step: as well is the end of a jump located
@@ -169,16 +169,11 @@ class Sticking:
 
         With the tangent of the first.
         """
-
-        def value(s: float) -> float:
-            point = self.curve.ahead(inside, s) if s else inside
-            return np.nan if point is None else self._value(point)
-
-        end = first_zero(value, 0.0, inside.way_to(outside), LOCATED)
-        point = None if end is None else self.curve.ahead(inside, (1 - INSIDE) * end)
+        zero = zero_ahead(self.curve.along(inside), inside.way_to(outside), self._value, LOCATED)
+        point = None if zero is None else self.curve.ahead(inside, (1 - INSIDE) * zero[0])
         if point is None or not holds(self.curve, point):
             return None, None
-        return point, self.curve.ahead(inside, end)
+        return point, zero[1]
 
     def _value(self, point: CurvePoint) -> float:
         """What is zero at the jump, and positive where the sequence beyond it holds."""

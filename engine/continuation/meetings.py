@@ -5,13 +5,14 @@ too, is solved on the curve of grazings, whose touch is an event.
 """
 
 from collections.abc import Callable
+from functools import partial
 
 import numpy as np
 
 from .margins import BIFURCATIONS, BRANCH_POINT, FOLD, GRAZING, NEIMARK_SACKER, Margin, indicator
 from .plane import Place, Plane
 from .point_equations import Condition, Equations, gradient_of, regular, short_pairs
-from .roots import first_zero
+from .roots import zero_ahead
 from .touches import touched_at, without
 
 CUSP = "cusp"
@@ -45,15 +46,12 @@ class Meetings:
         for key, after in self.tests(found).items():
             if not start[key] * after < 0:
                 continue
-            s = first_zero(lambda s, key=key: _value_at(at, s, lambda there: self._test(key, there)), 0.0, length)
-            near = None if s is None else at(s)
-            if near is None:
-                continue
-            place = self._both(near, lambda there, key=key: self._test(key, there))
+            zero = zero_ahead(at, length, partial(self._test, key))
+            place = zero and self._both(zero[1], partial(self._test, key))
             if place is None:  # the sign changes by rounding
                 continue
             if key[0] != NEIMARK_SACKER or _on_unit_circle(self._bare(place) if key[1] else place):
-                met.append((s, key[0], place))
+                met.append((zero[0], key[0], place))
         return [(kind, place) for _, kind, place in sorted(met, key=lambda each: each[0])]
 
     def margins(self, place: Place) -> list[Margin]:
@@ -66,9 +64,8 @@ class Meetings:
 
     def last_of_sequence(self, at: At, length: float) -> tuple[float, Place, Margin] | None:
         """Where the first margin becomes zero: the distance, the place and the margin; None if it is not found."""
-        s = first_zero(lambda s: _value_at(at, s, lambda there: self.least(there)), 0.0, length)
-        place = None if s is None else at(s)
-        return place and (s, place, min(self.margins(place), key=lambda each: each.value))
+        zero = zero_ahead(at, length, self.least)
+        return zero and (*zero, min(self.margins(zero[1]), key=lambda each: each.value))
 
     def at_margin(self, near: Place, margin: Margin) -> Place | None:
         """The point of the curve at which a margin is zero, from a place near it; None if there is none."""
@@ -117,11 +114,6 @@ class Meetings:
             return np.nan
         with np.errstate(all="ignore"):  # infinite multipliers
             return float(np.linalg.det(matrix / np.linalg.norm(matrix, axis=1, keepdims=True)))
-
-
-def _value_at(at: At, s: float, value: Callable[[Place], float]) -> float:
-    there = at(s)
-    return np.nan if there is None else value(there)
 
 
 def _on_unit_circle(place: Place) -> bool:

@@ -18,16 +18,14 @@ import numpy as np
 
 from ..drivers.orbit import CLOSING, PART, TOUCH
 from .margins import DOUBLING, FOLD, GRAZING, indicator
+from .newton import Convergence, converges
 from .orbit import Orbit
 from .plane import Place, Plane
 
 DIFFERENCE = 1e-6  # scaled, of differences
 SHORT = 0.02  # excitation periods, of a contact of the penalty
-NEWTON_STEPS = 12
-CONVERGED = 1e-11  # scaled step of Newton's method, after which the next would be rounding
-STALLED = 1e-8  # the same, where rounding prevents any smaller
+NEWTON = Convergence(12, far=0.2, converged=1e-11, stalled=1e-8)
 SLOW = 0.5  # ratio of two steps of Newton's method, above which the derivatives are renewed
-FAR = 0.2  # scaled: a longer step of Newton's method has gone astray
 
 
 class Condition:
@@ -218,28 +216,27 @@ class Equations:
         matrix : (n + 1, n + 2) ndarray, optional
             Derivatives nearby; those in the orbit's unknowns are renewed, all are updated by Broyden's method.
         """
-        n, before, place = len(self.scales), np.inf, guess
+        n, place, step, slow = len(self.scales), guess, None, False
+
+        def take(before: float) -> float:
+            nonlocal place, step, slow
+            residual = self._residual(place, last)
+            if slow:
+                matrix[:-1] = self.matrix(place)
+            elif step is not None:
+                matrix[:] += np.outer(residual, step) / (step @ step)
+            step = np.linalg.solve(matrix, -residual)
+            length = float(np.abs(step).max())
+            if length < NEWTON.far:
+                place, slow = moved(self.plane, place, self.scales, step), length > SLOW * before
+            return length
+
         try:
             matrix = np.vstack([self.matrix(place) if matrix is None else matrix, row])
             matrix[:n, :n] = place.evaluation.jacobian * self.scales
-            residual = self._residual(place, last)
-            for _ in range(NEWTON_STEPS):
-                step = np.linalg.solve(matrix, -residual)
-                length = np.abs(step).max()
-                if not length < FAR:
-                    return None
-                place = moved(self.plane, place, self.scales, step)
-                if length < CONVERGED or (length >= before and before < STALLED):
-                    return place
-                residual = self._residual(place, last)
-                if length > SLOW * before:
-                    matrix[:-1] = self.matrix(place)
-                else:
-                    matrix += np.outer(residual, step) / (step @ step)
-                before = length
+            return place if converges(take, NEWTON) else None
         except (ValueError, np.linalg.LinAlgError):
             return None
-        return place if before < STALLED else None
 
     def _residual(self, place: Place, last: Callable[[Place], float]) -> np.ndarray:
         condition = self.condition.value(self.plane, place, self.scales)

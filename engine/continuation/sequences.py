@@ -21,7 +21,7 @@ from .jumps import after_jump
 from .margins import GRAZING, LATER_SUM, OPENS, STAYS_SHUT, Margin, margins
 from .nearby import first_ahead, holds, orbit_near, point_within_cycle
 from .orbit import Orbit, least_period, short_phase, touching_at_start
-from .roots import first_zero
+from .roots import zero_ahead
 
 STEPS = 10.0 ** np.arange(-7, -2.5, 0.5)  # scaled, along the new curve: the first that shows which way it goes
 ZERO = 1e-8  # a margin below that is zero where another one is
@@ -69,16 +69,14 @@ def where_contact_opens(curve: Curve, following: CurvePoint) -> CurvePoint | Non
     """
     back = following.turned()
 
-    def forces(s: float) -> np.ndarray:
-        point = curve.ahead(back, s) if s else back
-        if point is None:
-            return np.full(1, np.nan)
+    def force(point: CurvePoint) -> float:
         found = margins(point.orbit, point.evaluation, curve.family.method_at(point.value))
-        return np.array([each.value for each in found if each.kind == OPENS])
+        return min((each.value for each in found if each.kind == OPENS), default=np.inf)
 
-    reach = next((s for s in STEPS if forces(s).min(initial=np.inf) < 0), None)
-    located = None if reach is None else first_zero(lambda s: float(forces(s).min()), 0.0, reach)
-    return None if located is None else curve.ahead(back, located)
+    points = ((s, curve.ahead(back, s)) for s in STEPS)
+    reach = next((s for s, point in points if point is not None and force(point) < 0), None)
+    zero = None if reach is None else zero_ahead(curve.along(back), reach, force)
+    return zero and zero[1]
 
 
 def on_its_sequence(curve: Curve, start: CurvePoint) -> CurvePoint | None:
