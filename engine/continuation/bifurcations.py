@@ -1,12 +1,10 @@
 """Bifurcations between two orbits of a curve: where an indicator changes its sign, if that is what it seems to be."""
 
-from functools import partial
-
 import numpy as np
 
 from .curve import Curve, CurvePoint
 from .margins import BIFURCATIONS, BRANCH_POINT, DOUBLING, FOLD, NEIMARK_SACKER, indicator
-from .roots import zero_ahead
+from .roots import changes_ahead
 
 REAL = 1e-6  # a pair of multipliers with smaller imaginary parts is real, and no Neimark–Sacker point
 MULTIPLIERS = {FOLD: 1.0, DOUBLING: -1.0}
@@ -21,13 +19,14 @@ def bifurcations_ahead(
 
     ``before`` and ``after``: the indicators, (4,), at both ends.
     """
-    found = []
-    for k in (before * after < 0).nonzero()[0]:
-        kind = BIFURCATIONS[k]
-        zero = zero_ahead(curve.along(here), step, partial(indicator, kind))
-        if zero is not None and _is_bifurcation(kind, zero[1]):
-            found.append((zero[0], kind, zero[1]))
-    return [(kind, point) for _, kind, point in sorted(found, key=lambda each: each[0])]
+    if not (before * after < 0).any():
+        return []
+    ends = tuple(dict(zip(BIFURCATIONS, each.tolist(), strict=True)) for each in (before, after))
+    return changes_ahead(curve.along(here), step, ends, indicator, _confirmed)
+
+
+def _confirmed(kind: str, point: CurvePoint) -> CurvePoint | None:
+    return point if _is_bifurcation(kind, point) else None
 
 
 def _is_bifurcation(kind: str, point: CurvePoint) -> bool:

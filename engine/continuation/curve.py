@@ -198,6 +198,47 @@ class Curve:
         """Units in which distances count, (5 + m,)."""
         return scales_of(orbit.unknowns, self.width)
 
+    def words(self, point: CurvePoint) -> str:
+        """Where a point lies."""
+        return f"{self.family.over} = {point.value:.10g}"
+
+    # -- borders -------------------------------------------------------------------------------------------------------
+
+    def border_ahead(self, here: CurvePoint) -> tuple[float, float]:
+        """How far ahead the end of the range lies to which the tangent points, and that; infinite if to none."""
+        along = here.tangent[-1] * self.width
+        border = self.high if along > 0 else self.low
+        return (border - here.value) / along if along else math.inf, border
+
+    def border_passed(self, _: CurvePoint, there: CurvePoint) -> float | None:
+        """The end of the range at or beyond which a point lies; None if it lies inside."""
+        if self.low < there.value < self.high:
+            return None
+        return self.low if there.value <= self.low else self.high
+
+    def left(self, border: float) -> str:
+        """That the range is left, in words."""
+        return f"{self.family.over} leaves the range at {border:g}"
+
+    def at_border(self, here: CurvePoint, way: float, border: float) -> CurvePoint | None:
+        """The orbit at an end of the range, about a distance ``way`` along the tangent of another one."""
+        guess = here.unknowns + way * here.tangent * here.scales
+        orbit = self.corrected(here.orbit.at(guess[:-1]), border)
+        return orbit and CurvePoint(self, orbit, border, here.tangent)
+
+    def back_at_border(self, here: CurvePoint, there: CurvePoint, border: float) -> CurvePoint | None:
+        """The orbit at the end of the range which lies between two others."""
+        if there.value == border:
+            return there
+        way = self.distance(here, there) * (border - here.value) / (there.value - here.value)
+        return self.at_border(here, way, border)
+
+    def distance(self, here: CurvePoint, there: CurvePoint) -> float:
+        """How far ahead along the tangent of one point another one lies."""
+        return float((there.unknowns - here.unknowns) / here.scales @ here.tangent)
+
+    # -- solutions -----------------------------------------------------------------------------------------------------
+
     def corrected(self, orbit: Orbit, value: float) -> Orbit | None:
         """The orbit at this α₁ near a guess; None if Newton's method does not find it."""
         point = self.solved(orbit, value)

@@ -8,11 +8,10 @@ import numpy as np
 from .curve import Curve, CurvePoint
 from .margins import least_margin
 from .orbit import Orbit, within_cycle
+from .tracer import StepControl
 
 NEAR = 0.1  # of the orbit's size: an orbit farther away is another motion
-SHORTEST_WALK, FIRST_WALK, LONGEST_WALK = 1e-7, 1e-5, 0.03  # scaled
-FASTER = 4.0  # how much longer the next step of a walk is
-TURN = 0.98  # cosine between neighbouring tangents, below which a step of a walk is halved
+WALK, LONGEST_WALK = StepControl(first=1e-5, largest=np.inf, smallest=1e-7, growth=4.0, turn=0.98), 0.03
 
 
 def point_within_cycle(curve: Curve, point: CurvePoint) -> CurvePoint:
@@ -50,15 +49,13 @@ def orbit_near(curve: Curve, last: CurvePoint, guess: Orbit, value: float, onwar
 
 def walk(curve: Curve, point: CurvePoint) -> Iterator[CurvePoint]:
     """Orbits ahead of one, at distances that grow up to LONGEST_WALK, one after the other: there may be folds."""
-    way, step = 0.0, FIRST_WALK
+    way, step = 0.0, WALK.first
     while way < LONGEST_WALK:
-        there = curve.ahead(point, step)
-        if there is None or not there.tangent @ point.tangent >= TURN:
-            step /= 2
-            if step < SHORTEST_WALK:
-                return
-            continue
-        way, point, step = way + step, there, FASTER * step
+        at = curve.along(point)
+        there, step = WALK.shrunk(at, point, at(step), step)
+        if there is None:
+            return
+        way, step, point = way + step, WALK.following(step, point, there), there
         yield there
 
 

@@ -1,27 +1,36 @@
 """The plane of two numbers in which bifurcation points are followed: its problems, and orbits in it."""
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..drivers.orbit import WHERE, Evaluation, OrbitEquations
+from ..drivers.orbit import Evaluation, OrbitEquations
 from ..methods import Reference
 from .family import Family
 from .margins import Margin, margins
 from .orbit import Orbit
 from .parameter_range import ParameterRange
 
-BESIDE = 1e-4  # excitation periods: a minimum of the gap closer to a touch is the touch
+if TYPE_CHECKING:
+    from .point_equations import Equations
+
 MOST_TABLES = 8
 
 
 @dataclass(frozen=True)
 class Place:
-    """A solution, or a guess: the orbit, the shares of both numbers, and what the equations say there."""
+    """A solution, or a guess: the orbit, the shares of both numbers, and what the equations say there.
+
+    On a curve also the equations that it solves, their derivatives, and the tangent; all scaled.
+    """
 
     orbit: Orbit
     shares: np.ndarray
     evaluation: Evaluation
+    equations: "Equations | None" = None
+    matrix: np.ndarray | None = None
+    tangent: np.ndarray | None = None
 
     def scaled(self, scales: np.ndarray) -> np.ndarray:
         """X in units of ``scales``, (n + 2,)."""
@@ -43,6 +52,12 @@ class Plane:
     def values(self, shares: np.ndarray) -> tuple[float, float]:
         """α₁ and α₂ at shares of their ranges."""
         return self.axes[0].value(float(shares[0])), self.axes[1].value(float(shares[1]))
+
+    def words(self, shares: np.ndarray) -> str:
+        """Both numbers."""
+        return ", ".join(
+            f"{axis.name} = {value:.8g}" for axis, value in zip(self.axes, self.values(shares), strict=True)
+        )
 
     def problem(self, shares: np.ndarray) -> tuple:
         """System, η and method."""
@@ -66,14 +81,6 @@ class Plane:
         found = self.equations(shares)(orbit.kinds, orbit.first, orbit.period, orbit.unknowns)
         return Place(orbit, np.asarray(shares, dtype=float), found)
 
-    def margins(self, place: Place, touch: int | None = None) -> list[Margin]:
-        """What keeps it an orbit, but for a touch that is a grazing itself."""
-        found = margins(place.orbit, place.evaluation, self.problem(place.shares)[2])
-        if touch is None:
-            return found
-        instant, where = place.orbit.instants[touch], place.evaluation.facts[:, WHERE]
-        return [
-            each
-            for each in found
-            if not (each.event == touch if not each.inside else abs(where[each.event] - instant) < BESIDE)
-        ]
+    def margins(self, place: Place) -> list[Margin]:
+        """What keeps it an orbit."""
+        return margins(place.orbit, place.evaluation, self.problem(place.shares)[2])

@@ -5,6 +5,7 @@ cusps are nothing special. Where another bifurcation lies on it, or where the se
 conditions are solved together: a point of codimension two, the same from either curve (:mod:`.meetings`).
 """
 
+from collections import deque
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
@@ -12,17 +13,16 @@ import numpy as np
 
 from ..drivers.event_driven import contact_state
 from .branch import Point
+from .conditions import FOLLOWED, Condition
 from .family import Family
-from .margins import BIFURCATIONS, BRANCH_POINT, GRAZING, OPENS
 from .orbit import KINDS, Orbit, touching_at_start
 from .parameter_range import ParameterRange
 from .plane import Place, Plane
-from .point_equations import Condition, Equations
-from .point_trace import CLOSES, SAME, PointTrace
+from .point_equations import Equations
+from .point_trace import CLOSES, SAME, PointTracer
 from .question import BranchQuestion
-from .touches import touched
 
-FOLLOWED = tuple(kind for kind in (*BIFURCATIONS, GRAZING, OPENS) if kind != BRANCH_POINT)
+MOST_POINTS = 2000  # of a curve in each direction
 
 
 @dataclass(frozen=True)
@@ -128,14 +128,15 @@ class PointCurves:
         self._plane = Plane(question.family, second, (question.span, span))
         span.check_start(second.value)
         self._cancelled = cancelled
-        self._traces: list[tuple[str, PointTrace]] = []
+        self._traces: list[tuple[str, PointTracer]] = []
 
     def follow(self, point: Point, start: float | None = None) -> PointCurve | None:
         """The curve of a point that was found at the second number ``start``, by default that of the problem.
 
         None if the point lies on a curve that was followed before.
         """
-        followed = FOLLOWED[:-1] if self._plane.rigid else FOLLOWED  # the reference's contact opens at a force of zero
+        rigid = self._plane.rigid
+        followed = [kind for kind in FOLLOWED if Condition.by_kind[kind].serves(kind, rigid)]
         if point.kind not in followed:
             raise ValueError(f"points of the kind {point.kind!r} are not followed: give one of {', '.join(followed)}")
         over, along = self._plane.axes
@@ -144,22 +145,22 @@ class PointCurves:
         if any(kind == point.kind and trace.passes(point.period, shares) for kind, trace in self._traces):
             return None
         equations, place = _begun(self._plane, point, shares)
-        forwards = PointTrace(self._plane, equations, place, self._cancelled)
-        forwards.follow(1.0)
-        backwards = PointTrace(self._plane, equations, place, self._cancelled)
-        if forwards.reason == CLOSES:
-            backwards.reason = CLOSES
-        else:
-            backwards.follow(-1.0)
-        self._traces += [(point.kind, backwards), (point.kind, forwards)]
+        traces = []
+        for way in (1.0, -1.0):
+            traces.append(PointTracer(equations, place, way, self._cancelled))
+            deque(traces[-1].run(MOST_POINTS), maxlen=0)
+            if traces[-1].reason == CLOSES:
+                break
+        self._traces += [(point.kind, trace) for trace in traces]
+        forwards, backwards = traces[0], traces[1:]
         return PointCurve(
             kind=point.kind,
             over=over.name,
             along=along.name,
             period=point.period,
-            values=np.array([*backwards.values[::-1], *forwards.values[1:]]),
-            meetings=(*backwards.meetings[::-1], *forwards.meetings),
-            ends=(backwards.reason, forwards.reason),
+            values=np.array([place for each in backwards for place in each.values[:0:-1]] + forwards.values),
+            meetings=(*(met for each in backwards for met in each.meetings[::-1]), *forwards.meetings),
+            ends=(traces[-1].reason, forwards.reason),
         )
 
 
@@ -173,12 +174,9 @@ def _begun(plane: Plane, point: Point, shares: np.ndarray) -> tuple[Equations, P
     """
     for orbit in _orbits_of(plane, point, shares):
         place = plane.at(orbit, shares)
-        grazes = point.kind in (GRAZING, OPENS)
-        for guess, touch in touched(plane, place) if grazes else [(orbit, None)]:
-            equations = Equations(plane, Condition(GRAZING if grazes else point.kind, touch), guess)
-            row = np.zeros(len(equations.scales) + 2)
-            row[-1] = 1.0
-            found = equations.solved(plane.at(guess, shares), row, lambda there: there.shares[1] - shares[1])
+        for condition, guess in Condition.by_kind[point.kind].begun(point.kind, plane, place):
+            equations = Equations(plane, condition, guess)
+            found = equations.at_share(plane.at(guess, shares), 1, shares[1])
             if found is not None and abs(found.shares[0] - shares[0]) < SAME:
                 return equations, found
     value, along = plane.values(shares)

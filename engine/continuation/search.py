@@ -19,15 +19,15 @@ from ..simulate import starting_checkpoint
 from .branch import Branch
 from .branch_switching import other_branch
 from .curve import Curve, CurvePoint
-from .follow import Tracer
-from .journal import Journal, Trace
+from .follow import BranchTracer
+from .journal import Journal
 from .known_branches import KnownBranches
 from .margins import BRANCH_POINT, DOUBLING
 from .orbit import Orbit, check_cancelled
 from .question import BranchQuestion
 from .seeds import STABLE, OrbitFinder
 from .sequences import on_its_sequence
-from .traces import branch_of_traces
+from .trace import Trace, branch_of_traces
 
 SEEDS = 40  # values of the number at which motions are looked for
 STARTS = 6  # at each, the first of them rest
@@ -136,14 +136,14 @@ class BranchSearch:
         backwards = None if closed else self._traced(start.turned())
         return branch_of_traces(self.family, forwards, backwards, "")
 
-    def _traced(self, start: CurvePoint) -> Tracer | Trace:
+    def _traced(self, start: CurvePoint) -> Trace:
         """The branch ahead of an orbit: from the journal, or followed and kept there."""
         number = self._known.traces
         trace = self._journal and self._journal.read(number, start, self.curve)
         if trace is None:
             trace = self._followed(start)
             if self._journal is not None and trace.reason != STOPPED:
-                self._journal.write(number, start, trace)
+                self._journal.write(number, trace)
         if trace.joined is not None:
             self._joined.append(trace.joined)
         self._known.add(trace)
@@ -155,21 +155,21 @@ class BranchSearch:
                 self._pending.append((point.kind, orbit))
         return trace
 
-    def _followed(self, start: CurvePoint) -> Tracer:
-        tracer = Tracer(self.curve, start, self._doublings, self.cancelled)
+    def _followed(self, start: CurvePoint) -> Trace:
+        tracer = BranchTracer(self.curve, start, self.cancelled, self._doublings)
         since = 0.0  # the length up to the last orbit that was stable
         try:
             for count, _ in enumerate(tracer.run(self.question.most_orbits), start=1):
                 here = tracer.points[-1]
                 if count % EVERY == 0 and self._known.have_point(here):
-                    tracer.reason = f"meets a branch found before at {self.family.over} = {here.value:.10g}"
+                    tracer.reason = f"meets a branch found before at {self.curve.words(here)}"
                     break
                 if self.question.unstable or here.orbit.period == 1:
                     continue
                 stable = np.abs(here.multipliers).max() < 1 + STABLE
                 since = tracer.length if stable else since
                 if tracer.length - since >= LONGEST_UNSTABLE:
-                    where = f"{self.family.over} = {here.value:.10g}"
+                    where = self.curve.words(here)
                     tracer.reason = f"given up at {where}, unstable for long: ask for unstable motions to go on"
                     break
         except Cancelled:

@@ -160,7 +160,7 @@ def test_a_branch_is_the_same_from_wherever_it_begins(threshold):
 def test_a_branch_does_not_depend_on_its_steps(first, monkeypatch):
     # between 0.6702387 and 0.6702456 an impact would stick; an orbit on either side of that shows nothing of it
     usual = followed(0.69, 0.66, 0.69)
-    monkeypatch.setattr(follow, "FIRST_STEP", first)
+    monkeypatch.setattr(follow.BranchTracer, "control", follow.BranchTracer.control._replace(first=first))
     other = followed(0.69, 0.66, 0.69)
     assert [point.kind for point in other.points] == [point.kind for point in usual.points]
     np.testing.assert_allclose(*([point.value for point in each.points] for each in (other, usual)), rtol=0, atol=1e-12)

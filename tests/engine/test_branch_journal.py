@@ -24,12 +24,12 @@ def followed(monkeypatch):
     """The values at which branches begin to be followed."""
     starts = []
 
-    class Counted(search.Tracer):
+    class Counted(search.BranchTracer):
         def __init__(self, curve, start, *how):
             starts.append(start.value)
             super().__init__(curve, start, *how)
 
-    monkeypatch.setattr(search, "Tracer", Counted)
+    monkeypatch.setattr(search, "BranchTracer", Counted)
     return starts
 
 

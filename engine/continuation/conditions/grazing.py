@@ -1,0 +1,95 @@
+"""Grazings, and contacts that open: the closing speed of a touch is zero, whose instant is an unknown.
+
+It is an impact of the reference; of the penalty it is a *marker*, an event without effect, since both events of a
+contact fall together.
+"""
+
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ...drivers.orbit import CLOSING, IMPACT, JOINS, PART, TOUCH, WHERE
+from ..margins import GRAZING, OPENS, Margin, margins
+from ..orbit import Orbit, short_phase, touching_at_start
+from ..plane import Place, Plane
+from .condition import Condition
+
+if TYPE_CHECKING:
+    from ..point_equations import Equations
+
+SHORT = 1e-5  # excitation periods: a contact shorter than that is a touch
+BESIDE = 1e-4  # excitation periods: a minimum of the gap closer to a touch is the touch
+
+
+class Grazing(Condition):
+    """The closing speed of an event is zero."""
+
+    kinds = (GRAZING, OPENS)
+
+    def __init__(self, _: str, event: int) -> None:
+        super().__init__(GRAZING, event)  # a contact that opens is a grazing from within
+
+    @classmethod
+    def serves(cls, kind: str, rigid: bool) -> bool:
+        """The reference's contact opens at a force of zero."""
+        return kind == GRAZING or not rigid
+
+    @classmethod
+    def begun(cls, kind: str, plane: Plane, place: Place) -> Iterator[tuple[Condition, Orbit]]:
+        """For each touch there may be, the closest first."""
+        orbit = place.orbit
+        if not plane.rigid and len(orbit.kinds) > 1 and (lengths := np.diff(orbit.instants)).min() < SHORT:
+            yield cls.of_touch(*marked(orbit, int(np.argmin(lengths))))
+        kinds = (GRAZING,) if plane.rigid else (GRAZING, OPENS)
+        found = [each for each in margins(orbit, place.evaluation, plane.over.method) if each.kind in kinds]
+        for margin in sorted(found, key=lambda each: abs(each.value)):
+            yield cls.of_touch(*touched_at(plane, place, margin))
+
+    @classmethod
+    def of_touch(cls, orbit: Orbit, touch: int) -> tuple[Condition, Orbit]:
+        """The condition of an orbit that has the touch as an event."""
+        return cls(GRAZING, touch), orbit
+
+    def value(self, equations: "Equations", place: Place) -> float:
+        """The closing speed."""
+        return float(place.evaluation.facts[self.event, CLOSING] / equations.scales[0])
+
+    def is_own(self, margin: Margin, place: Place) -> bool:
+        """That of the touch."""
+        if not margin.inside:
+            return margin.event == self.event
+        return abs(place.evaluation.facts[margin.event, WHERE] - place.orbit.instants[self.event]) < BESIDE
+
+
+def touched_at(plane: Plane, place: Place, margin: Margin) -> tuple[Orbit, int]:
+    """The orbit with the touch at which a margin is zero as an event, and which."""
+    orbit, k = place.orbit, margin.event
+    if not margin.inside:
+        return (orbit, k) if plane.rigid else marked(orbit, k)
+    apart = IMPACT if plane.rigid else PART
+    kind, where = (TOUCH if margin.kind == OPENS else apart), place.evaluation.facts[k, WHERE]
+    unknowns = np.insert(orbit.unknowns, 4 + k, where)
+    return replace(orbit, kinds=(*orbit.kinds[:k], kind, *orbit.kinds[k:]), unknowns=unknowns), k
+
+
+def marked(orbit: Orbit, k: int) -> tuple[Orbit, int]:
+    """The orbit with a marker in place of event k and of that next to it in time, and where."""
+    first, second, length = short_phase(orbit, k)
+    m, instants = len(orbit.kinds), orbit.instants
+    middle = instants[first] + 0.5 * length
+    rest = [j for j in range(m) if j not in (first, second)]
+    place = sum(j < first for j in rest)
+    kinds = [orbit.kinds[j] for j in rest]
+    kinds.insert(place, orbit.kinds[second])
+    unknowns = np.concatenate([orbit.unknowns[:4], np.insert(instants[rest], place, middle)])
+    first_touching = touching_at_start(tuple(kinds), orbit.first)
+    return Orbit(orbit.period, tuple(kinds), first_touching, unknowns), place
+
+
+def without(orbit: Orbit, k: int) -> Orbit:
+    """The orbit without event k."""
+    kinds = (*orbit.kinds[:k], *orbit.kinds[k + 1 :])
+    first = orbit.kinds[k] in JOINS and not kinds
+    return Orbit(orbit.period, kinds, touching_at_start(kinds, first), np.delete(orbit.unknowns, 4 + k))
