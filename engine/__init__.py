@@ -51,6 +51,7 @@ _LATER = {
     "cells": ("CellResults", "Cells"),
     "compilation": ("CompileProgress", "compile_kernels", "is_compiled"),
     "continuation": (
+        "FOLLOWED_KINDS",
         "PARAMETERS",
         "POINT_KINDS",
         "Branch",

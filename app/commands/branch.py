@@ -11,6 +11,7 @@ from vibroscope.app.commands.numbers import count, measured
 from vibroscope.app.commands.options import NEEDED, add_branch_options, default_of, note_held, problem_of
 from vibroscope.app.commands.output import note, progress_line
 from vibroscope.engine import (
+    FOLLOWED_KINDS,
     PARAMETERS,
     Branch,
     BranchQuestion,
@@ -22,14 +23,8 @@ from vibroscope.engine import (
     search_branches,
 )
 
-FOLLOWED = (
-    "period doubling",
-    "fold",
-    "Neimark-Sacker",
-    "grazing",
-    "contact opens",
-)  # kinds of points along a second number
 _LONGEST, _MOST_ORBITS = (default_of(BranchQuestion, name) for name in ("max_period", "most_orbits"))
+_FOLLOWED = "period doubling"
 _SHOWN = "  {:<24} {:<18} {:<10} {}"
 
 
@@ -76,7 +71,7 @@ def add(commands) -> None:
     add("--along", choices=PARAMETERS, help="a second number, along which the points of --point are followed")
     add("--along-from", type=measured, metavar="F", help="its smallest value")
     add("--along-to", type=measured, metavar="F", help="its largest value")
-    add("--point", choices=FOLLOWED, default=FOLLOWED[0], help=f"kind of points to follow (default {FOLLOWED[0]})")
+    add("--point", choices=FOLLOWED_KINDS, default=_FOLLOWED, help=f"kind of points to follow (default {_FOLLOWED})")
     add(
         "--out",
         metavar="FILE.zarr",

@@ -11,9 +11,11 @@ from .family import PARAMETERS
 from .find import continue_branch, find_branches, search_branches
 from .margins import POINT_KINDS
 from .point_curve import PointCurve, PointCurves, continue_point
+from .points import FOLLOWED_KINDS
 from .question import BranchQuestion
 
 __all__ = [
+    "FOLLOWED_KINDS",
     "PARAMETERS",
     "POINT_KINDS",
     "Branch",

@@ -3,7 +3,7 @@
 import numpy as np
 
 from .curve import Curve, CurvePoint, null_vectors
-from .margins import DOUBLING, least_margin
+from .margins import DOUBLING
 
 AWAY = 10.0 ** np.arange(-4, -1.0, 0.5)  # scaled first steps on the branch
 
@@ -28,7 +28,7 @@ def other_branch(curve: Curve, kind: str, point: CurvePoint) -> CurvePoint | Non
         half = orbit.period // 2
         if kind == DOUBLING and np.abs(rows[0] - rows[half]).max() < 0.1 * step * scales[0]:
             continue  # back on the branch of half the period
-        if least_margin(start.orbit, start.evaluation, curve.family.method_at(start.value)) > 0:
+        if start.least_margin > 0:
             return start
     return None
 

@@ -12,16 +12,19 @@ from functools import cached_property
 
 import numpy as np
 
-from ..drivers.orbit import Evaluation, OrbitEquations
-from ..drivers.orbit_steps import CONVERGED, NEWTON_STEPS, STALLED, interpolated, scales_of, step_in_plane, tangent_of
+from ..drivers.orbit import Evaluation, OrbitEquations, steps
+from ..methods import ExactPenalty, Reference
 from .family import Family
+from .margins import Margin, least_margin, margins
 from .newton import Convergence, converges
 from .orbit import Orbit
 from .parameter_range import ParameterRange
 
 ROUGH = 1e-11  # a larger residual is no rounding: it may be that the equations only nearly have a solution there
 # by a slope that is corrected the ratio of two steps stays
-IN_PLANE = Convergence(2 * NEWTON_STEPS, far=1.0, converged=CONVERGED, stalled=STALLED, following=1e-13)
+IN_PLANE = Convergence(
+    2 * steps.NEWTON_STEPS, far=1.0, converged=steps.CONVERGED, stalled=steps.STALLED, following=1e-13
+)
 DIFFERENCE = 1e-7  # of the width of the range, of differences in α₁
 STEEP = 0.003  # component of the tangent along α₁
 NEIGHBOURS = 2  # known points from which others are predicted
@@ -45,6 +48,8 @@ class CurvePoint:
     Attributes
     ----------
     evaluation : Evaluation
+    around : dict of float to CurvePoint
+        Known points of its curve, by the distance along the tangent.
     unknowns : (5 + m,) ndarray
         X.
     scales : (5 + m,) ndarray
@@ -64,7 +69,7 @@ class CurvePoint:
         evaluation: Evaluation | None = None,
     ) -> None:
         self._curve, self.orbit, self.value, self._towards = curve, orbit, value, towards
-        self._around: dict[float, CurvePoint] = {}  # other points of its curve, by the distance along the tangent
+        self.around: dict[float, CurvePoint] = {}
         self.evaluation = curve.evaluate(orbit, value) if evaluation is None else evaluation
         self.unknowns = np.concatenate([orbit.unknowns, (value,)])
 
@@ -81,7 +86,7 @@ class CurvePoint:
     @cached_property
     def tangent(self) -> np.ndarray:
         """See the class; nan where there is none."""
-        tangent = tangent_of(self.evaluation.jacobian, self.slope, self.scales)
+        tangent = steps.tangent_of(self.evaluation.jacobian, self.slope, self.scales)
         forwards = tangent[-1] if self._towards is None else tangent @ self._towards
         return tangent if forwards >= 0 else -tangent
 
@@ -94,22 +99,30 @@ class CurvePoint:
         """Floquet multipliers of the orbit, (4,), largest first."""
         return self.evaluation.multipliers
 
+    @property
+    def method(self) -> Reference | ExactPenalty:
+        """The method at its α₁."""
+        return self._curve.family.method_at(self.value)
+
+    @property
+    def margins(self) -> list[Margin]:
+        """What keeps the solution an orbit with its sequence of events."""
+        return margins(self.orbit, self.evaluation, self.method)
+
+    @cached_property
+    def least_margin(self) -> float:
+        """The smallest of them."""
+        return least_margin(self.orbit, self.evaluation, self.method)
+
+    @property
+    def holds(self) -> bool:
+        """Whether it is an orbit with this sequence."""
+        return self.least_margin > 0 and bool((np.diff(self.orbit.instants) > 0).all())
+
     @cached_property
     def along(self) -> np.ndarray:
         """The tangent in the units of X."""
         return self.tangent * self.scales
-
-    def remember(self, s: float, point: "CurvePoint") -> None:
-        """Note the point of the curve at a distance along the tangent."""
-        self._around[s] = point
-
-    def forget(self) -> None:
-        """Drop the points around it: the branch has gone on."""
-        self._around.clear()
-
-    def remembered(self, s: float) -> "CurvePoint | None":
-        """The point at a distance along the tangent, if it is known."""
-        return self._around.get(s)
 
     @cached_property
     def coordinate(self) -> np.ndarray:
@@ -129,19 +142,19 @@ class CurvePoint:
 
         Interpolation by divided differences (Newton), at points whose tangent is known with that (Hermite).
         """
-        nearest = list(self._around)
+        nearest = list(self.around)
         if len(nearest) > 1:
             nearest = sorted(nearest, key=lambda known: abs(known - s))[:NEIGHBOURS]
-        points = [self, *[self._around[known] for known in nearest]]
+        points = [self, *[self.around[known] for known in nearest]]
         values, along = np.empty((2, len(points), len(self.unknowns)))
         for k, point in enumerate(points):
             values[k] = point.unknowns
             along[k] = point.along if "tangent" in point.__dict__ else np.nan
-        return interpolated(np.array([0.0, *nearest]), values, along, self.coordinate, s)
+        return steps.interpolated(np.array([0.0, *nearest]), values, along, self.coordinate, s)
 
     def predicted_slope(self, s: float) -> np.ndarray:
         """∂F/∂α₁ at a distance along the tangent: in a straight line from here to the last point whose own is known."""
-        for distance, point in reversed(self._around.items()):
+        for distance, point in reversed(self.around.items()):
             if "slope" in point.__dict__:
                 return self.slope + s / distance * (point.slope - self.slope)
         return self.slope
@@ -196,7 +209,7 @@ class Curve:
 
     def scales(self, orbit: Orbit) -> np.ndarray:
         """Units in which distances count, (5 + m,)."""
-        return scales_of(orbit.unknowns, self.width)
+        return steps.scales_of(orbit.unknowns, self.width)
 
     def words(self, point: CurvePoint) -> str:
         """Where a point lies."""
@@ -260,7 +273,7 @@ class Curve:
         Where the curve is steep enough α₁ is that of the tangent, since the tables of one α₁ then serve all steps of
         Newton's method; near a fold the orbit is sought in the plane orthogonal to the tangent.
         """
-        if (known := point.remembered(s)) is not None:
+        if (known := point.around.get(s)) is not None:
             return known
         guess, predicted = point.unknowns + s * point.along, point.predicted(s)
         orbit, towards = point.orbit.at(predicted[:-1]), point.tangent
@@ -282,9 +295,9 @@ class Curve:
             if found is None or np.abs(found.evaluation.residual).max() > ROUGH:
                 return None
         off = (found.unknowns - guess) / point.scales
-        if not math.sqrt(off @ off) <= FAR * abs(s) + 1e3 * CONVERGED:
+        if not math.sqrt(off @ off) <= FAR * abs(s) + 1e3 * steps.CONVERGED:
             return None
-        point.remember(s, found)
+        point.around[s] = found
         return found
 
     def constrained(
@@ -308,7 +321,7 @@ class Curve:
             self.equations(float(x[-1]))(orbit.kinds, orbit.first, orbit.period, x[:-1], found)
             if before == np.inf:
                 slope = self.slope(orbit, value, found.residual) if slope is None else slope.copy()
-            return step_in_plane((found.residual, found.jacobian), scales, plane, x, slope, step)
+            return steps.step_in_plane((found.residual, found.jacobian), scales, plane, x, slope, step)
 
         return CurvePoint(self, orbit.at(x[:-1]), float(x[-1]), towards) if converges(take, IN_PLANE) else None
 

@@ -7,6 +7,8 @@ zero, the zero is located along the curve. At the zero of a margin the curve goe
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
+from operator import attrgetter
 
 import numpy as np
 
@@ -28,8 +30,7 @@ from .margins import (
     Margin,
     impacts_that_may_stick,
     indicators,
-    least_margin,
-    reasons_not_to_stick,
+    parts_more_than_pressed,
 )
 from .nearby import point_within_cycle
 from .orbit import least_period
@@ -82,7 +83,7 @@ class BranchTracer(Tracer):
 
     def _vanishes(self, here: CurvePoint, step: float) -> bool:
         """Whether a phase vanishes at the last orbit, where rounding hides the zero of its margin."""
-        vanishes = step < VANISHING[0] and self.least_margin(here) < VANISHING[1]
+        vanishes = step < VANISHING[0] and here.least_margin < VANISHING[1]
         if not (vanishes and self._change_sequence(here, 0.0, rounded=True)):
             return False
         self.length += step
@@ -94,12 +95,12 @@ class BranchTracer(Tracer):
         return f"the step shrinks to nothing at {self.curve.words(here)}: {why}"
 
     def _special(self, here: CurvePoint, there: CurvePoint, step: float) -> float | None:
-        end = step if self.least_margin(there) <= 0 else self._hidden_end(here, there, step)
+        end = step if there.least_margin <= 0 else self._hidden_end(here, there, step)
         if end is not None:
             self.reason = ""
             if not self._change_sequence(here, end):
                 return step / 4
-            here.forget()
+            here.around.clear()
             self.length += end
             return self.control.first / 10
         if not halves_meet(here, there):
@@ -117,14 +118,10 @@ class BranchTracer(Tracer):
         after = self._mark_bifurcations(here, there, step)
         self.points.append(point_within_cycle(self.curve, there))
         self.length += step
-        here.forget()
+        here.around.clear()
         if self.points[-1] is there:
-            there.remember(there.way_to(here), here)
+            there.around[there.way_to(here)] = here
         self._indicators = after if self.points[-1] is there else indicators(self.points[-1])
-
-    def least_margin(self, point: CurvePoint) -> float:
-        """The smallest margin of an orbit."""
-        return least_margin(point.orbit, point.evaluation, self.curve.family.method_at(point.value))
 
     def _first_orbit_between(self, here: CurvePoint, there: CurvePoint) -> CurvePoint | None:
         """The first orbit of the branch, if it is between two neighbours, where the branch ends; else None."""
@@ -193,19 +190,11 @@ class BranchTracer(Tracer):
 
     def _hidden_end(self, here: CurvePoint, there: CurvePoint, step: float) -> float | None:
         """How far ahead between two orbits of the same sequence another one does not have it; None if there is none."""
-        method = self.curve.family.method_at(here.value)
-        for k in impacts_that_may_stick(here.orbit, here.evaluation, there.evaluation, method):
-
-            def surplus(point: CurvePoint, k: int = k) -> float:
-                return float(self._reasons_not_to_stick(point)[k] @ (1.0, -1.0))
-
-            both = zero_ahead(self.curve.along(here), step, surplus)
-            if both is not None and self.least_margin(both[1]) <= 0:
+        for k in impacts_that_may_stick(here, there):
+            both = zero_ahead(self.curve.along(here), step, partial(parts_more_than_pressed, k))
+            if both is not None and both[1].least_margin <= 0:
                 return both[0]
         return None
-
-    def _reasons_not_to_stick(self, point: CurvePoint) -> np.ndarray:
-        return reasons_not_to_stick(point.evaluation, self.curve.family.method_at(point.value))
 
     def _change_sequence(self, here: CurvePoint, step: float, rounded: bool = False) -> bool:
         """Locate where the sequence of events ceases to hold within a step, and go on with the one that follows.
@@ -213,7 +202,7 @@ class BranchTracer(Tracer):
         False if the place is not found, since orbits on the way are missing: a shorter step may find it. ``rounded``:
         none can, since the equations have no digit left right ahead of the first orbit; there the place is.
         """
-        zero = zero_ahead(self.curve.along(here), step, self.least_margin)
+        zero = zero_ahead(self.curve.along(here), step, attrgetter("least_margin"))
         located, last = (None, None) if zero is None else (zero[0], self.curve.ahead(here, zero[0]))
         if last is None and rounded:
             located, last = 0.0, here

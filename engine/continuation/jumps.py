@@ -14,7 +14,7 @@ import numpy as np
 from ..drivers.orbit import CHATTER, FORCE, IMPACT, JOINS, PARTING, RELEASE, STICK
 from .curve import Curve, CurvePoint
 from .margins import STICKING_BEGINS, STICKING_ENDS, Margin
-from .nearby import first_ahead, holds, is_near, orbit_near, point_within_cycle, walk
+from .nearby import first_ahead, is_near, orbit_near, point_within_cycle, walk
 from .orbit import Orbit, orbit_of_run, touching_at_start, within_cycle
 from .roots import zero_ahead
 
@@ -143,7 +143,7 @@ class Sticking:
         if margin.kind not in (STICKING_BEGINS, STICKING_ENDS) or kinds[k] == CHATTER:
             return None
         parting, force = last.evaluation.facts[k, [PARTING, FORCE]]
-        column = PARTING if abs(parting - curve.family.method_at(last.value).threshold) < abs(force) else FORCE
+        column = PARTING if abs(parting - last.method.threshold) < abs(force) else FORCE
         _, turned = within_cycle(last.orbit, last.evaluation, curve.equations(last.value))
         return cls(curve, (k + turned) % len(kinds), kinds[k] == IMPACT, column)
 
@@ -171,7 +171,7 @@ class Sticking:
         """
         zero = zero_ahead(self.curve.along(inside), inside.way_to(outside), self._value, LOCATED)
         point = None if zero is None else self.curve.ahead(inside, (1 - INSIDE) * zero[0])
-        if point is None or not holds(self.curve, point):
+        if point is None or not point.holds:
             return None, None
         return point, zero[1]
 
@@ -180,7 +180,7 @@ class Sticking:
         facts = point.evaluation.facts[self.event]
         if self.column == FORCE:
             return float(facts[FORCE] if self.sticks else -facts[FORCE])
-        slower = float(self.curve.family.method_at(point.value).threshold - facts[PARTING])
+        slower = float(point.method.threshold - facts[PARTING])
         return slower if self.sticks else -slower
 
 

@@ -7,7 +7,7 @@ from itertools import pairwise
 import numpy as np
 
 from .curve import Curve, CurvePoint
-from .margins import STICKING_BEGINS, STICKING_ENDS, least_margin
+from .margins import STICKING_BEGINS, STICKING_ENDS
 from .nearby import point_within_cycle
 from .orbit import Orbit
 from .seeds import SAME
@@ -77,5 +77,4 @@ class KnownBranches:
         """
         there = point_within_cycle(self.curve, CurvePoint(self.curve, known, value))
         near = (np.abs(rows - there.orbit.unknowns[:4]).max(axis=1) < same).any()
-        method = self.curve.family.method_at(value)
-        return bool(near) and least_margin(there.orbit, there.evaluation, method) > -ROUNDING
+        return bool(near) and there.least_margin > -ROUNDING

@@ -9,11 +9,11 @@ from functools import partial
 
 import numpy as np
 
-from .conditions.grazing import Grazing, touched_at, without
-from .conditions.singular import regular, short_pairs
 from .margins import BIFURCATIONS, BRANCH_POINT, FOLD, GRAZING, NEIMARK_SACKER, Margin, indicator
 from .plane import Place
-from .point_equations import Equations
+from .points import PointProblem
+from .points.grazing import Grazing, touched_at, without
+from .points.singular import regular, short_pairs
 from .roots import changes_ahead, zero_ahead
 
 CUSP = "cusp"
@@ -27,9 +27,9 @@ At = Callable[[float], Place | None]  # the place a distance ahead
 class Meetings:
     """What may lie on the curve of one kind of points with one sequence of events."""
 
-    def __init__(self, equations: Equations) -> None:
-        self._plane, self._equations, self._kind = equations.plane, equations, equations.condition.kind
-        self._touch = equations.condition.event if self._kind == GRAZING else None
+    def __init__(self, problem: PointProblem) -> None:
+        self._problem, self._plane, self._kind = problem, problem.plane, problem.kind
+        self._touch = problem.event if self._kind == GRAZING else None
 
     def tests(self, place: Place) -> dict[Key, float]:
         """Numbers that change their sign where another bifurcation lies on the curve."""
@@ -55,8 +55,8 @@ class Meetings:
 
     def last_of_sequence(self, at: At, length: float) -> tuple[float, Place, Margin] | None:
         """Where the first margin becomes zero: the distance, the place and the margin; None if it is not found."""
-        zero = zero_ahead(at, length, self._equations.least_margin)
-        return zero and (*zero, min(self._equations.margins(zero[1]), key=lambda each: each.value))
+        zero = zero_ahead(at, length, self._problem.least_margin)
+        return zero and (*zero, min(self._problem.margins(zero[1]), key=lambda each: each.value))
 
     def at_margin(self, near: Place, margin: Margin) -> Place | None:
         """The point of the curve at which a margin is zero, from a place near it; None if there is none."""
@@ -65,25 +65,24 @@ class Meetings:
         return self._both(near, lambda there: self._margin(there, margin))
 
     def _margin(self, place: Place, margin: Margin) -> float:
-        return next((each.value for each in self._equations.margins(place) if each[:3] == margin[:3]), np.nan)
+        return next((each.value for each in self._problem.margins(place) if each[:3] == margin[:3]), np.nan)
 
     def _grazing_too(self, near: Place, margin: Margin) -> Place | None:
         orbit, touch = touched_at(self._plane, near, margin)
-        grazing = Meetings(Equations(self._plane, Grazing(GRAZING, touch), orbit))
+        grazing = Meetings(Grazing(GRAZING, self._plane, orbit, touch))
         key = self._kind, margin.inside or not self._plane.rigid
         return grazing._both(self._plane.at(orbit, near.shares), lambda there: grazing._test(key, there))
 
     def _both(self, near: Place, other: Callable[[Place], float]) -> Place | None:
         """Where another function is zero, too."""
-        equations = self._equations
         try:
-            row = equations.gradient(other, near)
+            row = self._problem.gradient(other, near)
         except ValueError:
             return None
         size = np.abs(row).max()
         if not 0 < size < np.inf:
             return None
-        found = equations.solved(near, row / size, lambda there: other(there) / size)
+        found = self._problem.solved(near, row / size, lambda there: other(there) / size)
         return found if found is not None and np.abs(found.shares - near.shares).max() < NEAR else None
 
     def _bare(self, place: Place) -> Place:
@@ -98,7 +97,7 @@ class Meetings:
             return indicator(kind, there)
         try:
             if kind == CUSP:
-                return self._equations.condition.curvature(self._equations, place)
+                return self._problem.curvature(place)
             orbit = there.orbit
             matrix, _ = regular(kind, there, np.ones(len(orbit.unknowns)), short_pairs(orbit))
         except ValueError:

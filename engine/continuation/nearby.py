@@ -1,12 +1,11 @@
 """Orbits next to a known one: near a guess, and along its curve."""
 
 from collections.abc import Callable, Iterator, Sequence
-from itertools import zip_longest
+from itertools import chain, zip_longest
 
 import numpy as np
 
 from .curve import Curve, CurvePoint
-from .margins import least_margin
 from .orbit import Orbit, within_cycle
 from .tracer import StepControl
 
@@ -24,12 +23,6 @@ def point_within_cycle(curve: Curve, point: CurvePoint) -> CurvePoint:
     there = CurvePoint(curve, orbit, point.value, towards)
     both = (point.orbit.instants < 0).any() and (point.orbit.instants >= point.orbit.period).any()
     return point_within_cycle(curve, there) if both else there
-
-
-def holds(curve: Curve, point: CurvePoint) -> bool:
-    """Whether a solution is an orbit with its sequence of events."""
-    margin = least_margin(point.orbit, point.evaluation, curve.family.method_at(point.value))
-    return margin > 0 and bool((np.diff(point.orbit.instants) > 0).all())
 
 
 def is_near(curve: Curve, last: CurvePoint, orbit: Orbit) -> bool:
@@ -63,8 +56,5 @@ def first_ahead(
     curve: Curve, starts: Sequence[CurvePoint], leads_on: Callable[[float], bool] = lambda _: True
 ) -> CurvePoint | None:
     """The first orbit ahead of one of these whose sequence holds, at an α₁ that leads on."""
-    for points in zip_longest(*(walk(curve, start) for start in starts)):
-        for point in points:
-            if point is not None and leads_on(point.value) and holds(curve, point):
-                return point
-    return None
+    points = chain.from_iterable(zip_longest(*(walk(curve, start) for start in starts)))
+    return next((point for point in points if point is not None and leads_on(point.value) and point.holds), None)

@@ -1,7 +1,6 @@
 """The plane of two numbers in which bifurcation points are followed: its problems, and orbits in it."""
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -12,9 +11,6 @@ from .margins import Margin, margins
 from .orbit import Orbit
 from .parameter_range import ParameterRange
 
-if TYPE_CHECKING:
-    from .point_equations import Equations
-
 MOST_TABLES = 8
 
 
@@ -22,13 +18,13 @@ MOST_TABLES = 8
 class Place:
     """A solution, or a guess: the orbit, the shares of both numbers, and what the equations say there.
 
-    On a curve also the equations that it solves, their derivatives, and the tangent; all scaled.
+    On a curve also the problem that it solves, their derivatives, and the tangent; all scaled.
     """
 
     orbit: Orbit
     shares: np.ndarray
     evaluation: Evaluation
-    equations: "Equations | None" = None
+    problem: object = None
     matrix: np.ndarray | None = None
     tangent: np.ndarray | None = None
 

@@ -1,6 +1,6 @@
 """Curves of bifurcation points in two parameters: where a fold, a doubling or a grazing lies as another one varies.
 
-A curve is followed by pseudo-arclength in all unknowns (:mod:`.point_equations`), so that its turning points and its
+A curve is followed by pseudo-arclength in all unknowns (:mod:`.points`), so that its turning points and its
 cusps are nothing special. Where another bifurcation lies on it, or where the sequence of events ceases to hold, both
 conditions are solved together: a point of codimension two, the same from either curve (:mod:`.meetings`).
 """
@@ -13,13 +13,12 @@ import numpy as np
 
 from ..drivers.event_driven import contact_state
 from .branch import Point
-from .conditions import FOLLOWED, Condition
 from .family import Family
 from .orbit import KINDS, Orbit, touching_at_start
 from .parameter_range import ParameterRange
 from .plane import Place, Plane
-from .point_equations import Equations
 from .point_trace import CLOSES, SAME, PointTracer
+from .points import FOLLOWED_KINDS, PointProblem
 from .question import BranchQuestion
 
 MOST_POINTS = 2000  # of a curve in each direction
@@ -136,7 +135,7 @@ class PointCurves:
         None if the point lies on a curve that was followed before.
         """
         rigid = self._plane.rigid
-        followed = [kind for kind in FOLLOWED if Condition.by_kind[kind].serves(kind, rigid)]
+        followed = [kind for kind in FOLLOWED_KINDS if PointProblem.by_kind[kind].serves(kind, rigid)]
         if point.kind not in followed:
             raise ValueError(f"points of the kind {point.kind!r} are not followed: give one of {', '.join(followed)}")
         over, along = self._plane.axes
@@ -144,10 +143,10 @@ class PointCurves:
         shares = np.array([over.share(point.value), along.share(start)])
         if any(kind == point.kind and trace.passes(point.period, shares) for kind, trace in self._traces):
             return None
-        equations, place = _begun(self._plane, point, shares)
+        problem, place = _begun(self._plane, point, shares)
         traces = []
         for way in (1.0, -1.0):
-            traces.append(PointTracer(equations, place, way, self._cancelled))
+            traces.append(PointTracer(problem, place, way, self._cancelled))
             deque(traces[-1].run(MOST_POINTS), maxlen=0)
             if traces[-1].reason == CLOSES:
                 break
@@ -164,8 +163,8 @@ class PointCurves:
         )
 
 
-def _begun(plane: Plane, point: Point, shares: np.ndarray) -> tuple[Equations, Place]:
-    """The equations of a point's kind, and their solution at the point.
+def _begun(plane: Plane, point: Point, shares: np.ndarray) -> tuple[PointProblem, Place]:
+    """The problem of a point's kind, and its solution at the point.
 
     Raises
     ------
@@ -174,11 +173,10 @@ def _begun(plane: Plane, point: Point, shares: np.ndarray) -> tuple[Equations, P
     """
     for orbit in _orbits_of(plane, point, shares):
         place = plane.at(orbit, shares)
-        for condition, guess in Condition.by_kind[point.kind].begun(point.kind, plane, place):
-            equations = Equations(plane, condition, guess)
-            found = equations.at_share(plane.at(guess, shares), 1, shares[1])
+        for problem, guess in PointProblem.by_kind[point.kind].begun(point.kind, plane, place):
+            found = problem.at_share(plane.at(guess, shares), 1, shares[1])
             if found is not None and abs(found.shares[0] - shares[0]) < SAME:
-                return equations, found
+                return problem, found
     value, along = plane.values(shares)
     over, second = plane.axes
     raise ValueError(

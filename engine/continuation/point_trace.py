@@ -10,7 +10,8 @@ from .margins import DOUBLING, FOLD
 from .meetings import Meetings
 from .orbit import within_cycle
 from .plane import Place
-from .point_equations import Equations, between
+from .points import PointProblem
+from .points.problem import between
 from .tracer import StepControl, Tracer
 
 ROUGH_STEP = 1e-5  # scaled: where a longer one leads out of the sequence, a shorter one may find its end
@@ -36,10 +37,10 @@ class PointTracer(Tracer):
     what = "points"
 
     def __init__(
-        self, equations: Equations, start: Place, way: float, cancelled: Callable[[], bool] | None = None
+        self, problem: PointProblem, start: Place, way: float, cancelled: Callable[[], bool] | None = None
     ) -> None:
-        super().__init__(equations, start, cancelled)
-        self.plane, self.kind = equations.plane, equations.condition.kind
+        super().__init__(problem, start, cancelled)
+        self.plane, self.kind = problem.plane, problem.kind
         self.values: list[tuple[float, float]] = []
         self.meetings: list[tuple[str, float, float]] = []
         self.points.clear()
@@ -56,7 +57,7 @@ class PointTracer(Tracer):
             guess = between(self.plane, here, there, part)
             if guess is None or abs(guess.shares[0] - shares[0]) > self.control.largest:
                 continue
-            found = here.equations.at_share(guess, 1, shares[1])
+            found = here.problem.at_share(guess, 1, shares[1])
             if found is not None and abs(found.shares[0] - shares[0]) < SAME:
                 return True
         return False
@@ -116,13 +117,13 @@ class PointTracer(Tracer):
         self.values.append(self.plane.values(place.shares))
         orbit, turn = within_cycle(place.orbit, place.evaluation, self.plane.equations(place.shares))
         if turn:
-            equations = Equations(self.plane, self.curve.condition.turned(turn, len(orbit.kinds)), orbit)
-            moved = equations.at_share(self.plane.at(orbit, place.shares), 1, place.shares[1])
+            turned = self.curve.turned(turn, orbit)
+            moved = turned.at_share(self.plane.at(orbit, place.shares), 1, place.shares[1])
             if moved is not None and np.abs(moved.shares - place.shares).max() < SAME:
-                self.curve, place = equations, moved
+                self.curve, place = turned, moved
             else:
                 turn = 0
-        self.points.append(replace(place, equations=self.curve))
+        self.points.append(replace(place, problem=self.curve))
         return turn
 
     def _note(self, met: list[tuple[str, Place]]) -> None:

@@ -16,7 +16,6 @@ from ..motions.poincare_map import PoincareMap
 from ..motions.steady import steady
 from ..simulate import starting_checkpoint
 from .curve import Curve, CurvePoint
-from .margins import least_margin
 from .newton import Convergence, converges
 from .orbit import Orbit, least_period, orbit_of_run
 from .sequences import on_its_sequence
@@ -65,10 +64,10 @@ class OrbitFinder:
         orbit = guess and self.curve.corrected(guess, value)
         if orbit is None:
             return None
-        found = self.curve.evaluate(orbit, value)
-        if not least_margin(orbit, found, problem[2]) >= -beyond:
+        found = CurvePoint(self.curve, orbit, value)
+        if not found.least_margin >= -beyond:
             return None
-        rows = found.section
+        rows = found.evaluation.section
         shortest = least_period(rows, SAME)
         return orbit if shortest == period else self.at(value, poincare.displacements(rows[0]), shortest, beyond)
 

@@ -18,8 +18,8 @@ from ..drivers.orbit import IMPACT, JOINS, WHERE
 from ..methods import Reference
 from .curve import Curve, CurvePoint
 from .jumps import after_jump
-from .margins import GRAZING, LATER_SUM, OPENS, STAYS_SHUT, Margin, margins
-from .nearby import first_ahead, holds, orbit_near, point_within_cycle
+from .margins import GRAZING, LATER_SUM, OPENS, STAYS_SHUT, Margin
+from .nearby import first_ahead, orbit_near, point_within_cycle
 from .orbit import Orbit, least_period, short_phase, touching_at_start
 from .roots import zero_ahead
 
@@ -40,9 +40,7 @@ def beyond(curve: Curve, last: CurvePoint) -> tuple[CurvePoint | None, Margin, C
     where the orbit meets one of a shorter period: that repeats itself, and is returned only if there is no other.
     """
     shorter = None
-    found = sorted(
-        margins(last.orbit, last.evaluation, curve.family.method_at(last.value)), key=lambda each: each.value
-    )
+    found = sorted(last.margins, key=lambda each: each.value)
     crossed = [each for each in found if each.value <= max(ZERO, found[0].value)]
     for margin in crossed:
         for orbit, phase in _neighbours(curve, last, margin):
@@ -70,8 +68,7 @@ def where_contact_opens(curve: Curve, following: CurvePoint) -> CurvePoint | Non
     back = following.turned()
 
     def force(point: CurvePoint) -> float:
-        found = margins(point.orbit, point.evaluation, curve.family.method_at(point.value))
-        return min((each.value for each in found if each.kind == OPENS), default=np.inf)
+        return min((each.value for each in point.margins if each.kind == OPENS), default=np.inf)
 
     points = ((s, curve.ahead(back, s)) for s in STEPS)
     reach = next((s for s, point in points if point is not None and force(point) < 0), None)
@@ -81,7 +78,7 @@ def where_contact_opens(curve: Curve, following: CurvePoint) -> CurvePoint | Non
 
 def on_its_sequence(curve: Curve, start: CurvePoint) -> CurvePoint | None:
     """A start that is an orbit, or else the first one along its curve: it may lie beyond the end of its sequence."""
-    return start if holds(curve, start) else first_ahead(curve, (start, start.turned()))
+    return start if start.holds else first_ahead(curve, (start, start.turned()))
 
 
 def _neighbours(curve: Curve, last: CurvePoint, margin: Margin) -> Iterator[tuple[Orbit, tuple[int, int] | None]]:
@@ -135,7 +132,7 @@ def _with_short_phase(curve: Curve, last: CurvePoint, orbit: Orbit, i: int, j: i
     row[4 + i], row[4 + j] = -1.0, 1.0
     point = curve.constrained(orbit, last.value, (row, float(orbit.instants[j] - orbit.instants[i])), row)
     point = point and point_within_cycle(curve, point)  # a new phase may lie across its ends
-    return point if point is not None and holds(curve, point) else None
+    return point if point is not None and point.holds else None
 
 
 def _on_its_side(curve: Curve, last: CurvePoint, guess: Orbit) -> CurvePoint | None:
@@ -146,9 +143,5 @@ def _on_its_side(curve: Curve, last: CurvePoint, guess: Orbit) -> CurvePoint | N
 
 def _first(curve: Curve, starts: Sequence[CurvePoint]) -> CurvePoint | None:
     """The first orbit ahead of one of these whose sequence holds."""
-    for step in STEPS:
-        for start in starts:
-            point = curve.ahead(start, step)
-            if point is not None and holds(curve, point):
-                return point
-    return None
+    points = (curve.ahead(start, step) for step in STEPS for start in starts)
+    return next((point for point in points if point is not None and point.holds), None)

@@ -1,8 +1,8 @@
 """One tracer for every curve of orbits: steps along it, to the borders of its ranges, with one control of their length.
 
-What is followed is a *curve* (:class:`.curve.Curve` of orbits, :class:`.point_equations.Equations` of points in two
-numbers): it has a point ahead at each distance along the tangent of another one, and borders. What is special between
-two points, and what goes on where a sequence of events ends, is said by the kinds of tracers.
+What is followed is a *curve* (:class:`.curve.Curve` of orbits, :class:`.points.problem.PointProblem` of points in
+two numbers): it has a point ahead at each distance along the tangent of another one, and borders. What is special
+between two points, and what goes on where a sequence of events ends, is said by the kinds of tracers.
 """
 
 import math

@@ -1,4 +1,7 @@
-"""The equations of a periodic orbit of a solution in closed form (:mod:`..kernels.event_driven.orbit`)."""
+"""The equations of a periodic orbit of a solution in closed form (:mod:`..kernels.event_driven.orbit`).
+
+``steps``: steps of Newton's method, tangents, indicators and margins (:mod:`..kernels.event_driven.orbit_steps`).
+"""
 
 from collections.abc import Sequence
 from functools import lru_cache
@@ -6,6 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..kernels.event_driven import orbit_steps as steps
 from ..kernels.event_driven.orbit import (
     CHATTER,
     CLOSING,
@@ -26,7 +30,6 @@ from ..kernels.event_driven.orbit import (
     orbit_state_later,
 )
 from ..kernels.event_driven.orbit_newton import solve_orbit
-from ..kernels.event_driven.orbit_steps import monodromy_of
 from ..kernels.event_driven.state import SYSTEM
 from ..kernels.parameters import ETA, no_keys
 from ..methods import ExactPenalty, Reference
@@ -52,6 +55,7 @@ __all__ = [
     "OrbitEquations",
     "multipliers_of",
     "numbers_of",
+    "steps",
 ]
 
 
@@ -95,7 +99,7 @@ class Evaluation(NamedTuple):
     @property
     def monodromy(self) -> np.ndarray:
         """Jacobian of the Poincaré map over the cycle, (4, 4); not finite at a grazing impact, where there is none."""
-        return monodromy_of(self.jacobian)
+        return steps.monodromy_of(self.jacobian)
 
     @property
     def multipliers(self) -> np.ndarray:

@@ -2,14 +2,14 @@
 
 from ..margins import NEIMARK_SACKER, indicator
 from ..plane import Place
-from .condition import Condition
+from .problem import PointProblem
 
 
-class NeimarkSacker(Condition):
+class NeimarkSacker(PointProblem):
     """The indicator of a branch is zero."""
 
     kinds = (NEIMARK_SACKER,)
 
-    def value(self, _, place: Place) -> float:
+    def condition(self, place: Place) -> float:
         """The indicator."""
         return indicator(self.kind, place)

@@ -1,21 +1,21 @@
-"""The equations of a bifurcation point in two numbers: those of its orbit, and one condition more (:mod:`.conditions`).
+"""Points of a kind in two numbers as a problem: the equations of their orbits, one condition more, and its derivative.
 
-The unknowns are X = (y₀, θ, a, b): those of the orbit (:mod:`..kernels.event_driven.orbit`), and where λ and μ lie in
-their ranges. They are a curve for the tracer (:mod:`.tracer`).
+The unknowns are X = (y₀, θ, a, b): those of the orbit (:mod:`...kernels.event_driven.orbit`), and where λ and μ lie in
+their ranges. They are a curve for the tracer (:mod:`..tracer`).
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import replace
+from typing import ClassVar
 
 import numpy as np
 
-from ..drivers.orbit_steps import null_vector
-from .conditions import Condition
-from .margins import Margin
-from .newton import Convergence, converges
-from .orbit import Orbit
-from .plane import Place, Plane
-from .tracer import AT_BORDER
+from ...drivers.orbit import steps
+from ..margins import Margin
+from ..newton import Convergence, converges
+from ..orbit import Orbit
+from ..plane import Place, Plane
+from ..tracer import AT_BORDER
 
 DIFFERENCE = 1e-6  # scaled, of differences
 NEWTON = Convergence(12, far=0.2, converged=1e-11, stalled=1e-8)
@@ -24,18 +24,69 @@ ROUNDING = 1e-9
 SLOW = 0.5  # ratio of two steps of Newton's method, above which the derivatives are renewed
 
 
-class Equations:
-    """The equations of points of one kind, with one sequence of events."""
+class PointProblem:
+    """The equations of points of one kind, with one sequence of events; a subclass is that of the kinds it names.
 
-    def __init__(self, plane: Plane, condition: Condition, orbit: Orbit) -> None:
-        self.plane, self.condition = plane, condition
+    Parameters
+    ----------
+    kind : str
+        Of the points.
+    plane : Plane
+    orbit : Orbit
+        One of them, or a guess.
+    event : int, optional
+        The event of the cycle that the condition is about.
+    """
+
+    kinds: tuple[str, ...] = ()
+    by_kind: ClassVar[dict[str, type["PointProblem"]]] = {}
+
+    def __init_subclass__(cls) -> None:
+        cls.by_kind.update(dict.fromkeys(cls.kinds, cls))
+
+    def __init__(self, kind: str, plane: Plane, orbit: Orbit, event: int | None = None) -> None:
+        self.kind, self.plane, self.event = kind, plane, event
         size = max(np.abs(orbit.unknowns[:4]).max(), 1e-9)
         self.scales = np.concatenate([np.full(4, size), np.ones(len(orbit.kinds))])
+
+    # -- what is special to a kind -------------------------------------------------------------------------------------
+
+    @classmethod
+    def serves(cls, kind: str, rigid: bool) -> bool:
+        """Whether points of a kind are followed, with rigid bodies or with compliant ones."""
+        return True
+
+    @classmethod
+    def begun(cls, kind: str, plane: Plane, place: Place) -> Iterator[tuple["PointProblem", Orbit]]:
+        """Problems that may be meant at the orbit of a point, with guesses of the orbit, the likeliest first."""
+        yield cls(kind, plane, place.orbit), place.orbit
+
+    def condition(self, place: Place) -> float:
+        """What is zero at a point, beside the equations of its orbit."""
+        raise NotImplementedError
+
+    def condition_gradient(self, place: Place) -> np.ndarray:
+        """Its derivative in scaled X, (n + 2,)."""
+        return self.gradient(self.condition, place)
+
+    def is_own(self, margin: Margin, place: Place) -> bool:
+        """Whether a margin is zero all along the curve, and so does not end it."""
+        return False
+
+    def renewed(self) -> None:
+        """Choose what is arbitrary in the condition anew, at the next place."""
+
+    def turned(self, turn: int, orbit: Orbit) -> "PointProblem":
+        """The same with the events of the cycle counted from another one."""
+        event = None if self.event is None else (self.event + turn) % len(orbit.kinds)
+        return type(self)(self.kind, self.plane, orbit, event)
+
+    # -- the sequence of events ----------------------------------------------------------------------------------------
 
     def margins(self, place: Place) -> list[Margin]:
         """What keeps the orbit one of this sequence, but for what is zero all along the curve."""
         found = self.plane.margins(place)
-        return [margin for margin in found if not self.condition.is_own(margin, place)]
+        return [margin for margin in found if not self.is_own(margin, place)]
 
     def least_margin(self, place: Place) -> float:
         """The smallest of them; infinite where there is none."""
@@ -88,12 +139,12 @@ class Equations:
 
     def directed(self, place: Place, towards: np.ndarray) -> Place | None:
         """A place on the curve with its tangent, on the side of a vector; None where there is none."""
-        self.condition.renewed()
+        self.renewed()
         try:
             matrix = self.matrix(place)
         except ValueError:
             return None
-        tangent = null_vector(matrix)
+        tangent = steps.null_vector(matrix)
         if not np.isfinite(tangent).all():
             return None
         tangent = tangent if tangent @ towards >= 0 else -tangent
@@ -106,7 +157,7 @@ class Equations:
         found[:n, :n] = place.evaluation.jacobian * self.scales
         for k in range(2):
             found[:n, n + k] = self.slope(k, place, lambda there: there.evaluation.residual)
-        found[n] = self.condition.gradient(self, place)
+        found[n] = self.condition_gradient(place)
         return found
 
     def solved(
@@ -153,8 +204,7 @@ class Equations:
         return self.solved(guess, row, lambda there: there.shares[k] - share)
 
     def _residual(self, place: Place, last: Callable[[Place], float]) -> np.ndarray:
-        condition = self.condition.value(self, place)
-        return np.concatenate([place.evaluation.residual, [condition, last(place)]])
+        return np.concatenate([place.evaluation.residual, [self.condition(place), last(place)]])
 
     # -- the curve -----------------------------------------------------------------------------------------------------
 

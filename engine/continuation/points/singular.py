@@ -5,50 +5,45 @@ With two fixed vectors the bordered matrix [[A, p], [qᵀ, 0]] is regular, and t
 and (∂A/∂X)v is the derivative of ∂F/∂X along v: two evaluations for all unknowns.
 """
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from ...drivers.orbit import PART, TOUCH
 from ..margins import DOUBLING, FOLD
 from ..orbit import Orbit
 from ..plane import Place
-from .condition import Condition
-
-if TYPE_CHECKING:
-    from ..point_equations import Equations
+from .problem import PointProblem
 
 SHORT = 0.02  # excitation periods, of a contact of the penalty
 
 
-class Singular(Condition):
+class Singular(PointProblem):
     """The last component of the solution of the bordered matrix is zero."""
 
     kinds = (FOLD, DOUBLING)
     _borders: tuple[np.ndarray, np.ndarray, list[tuple[int, int]]] | None = None
 
-    def value(self, equations: "Equations", place: Place) -> float:
+    def condition(self, place: Place) -> float:
         """The last component."""
-        return self._bordered(place, equations.scales)[2]
+        return self._bordered(place)[2]
 
-    def gradient(self, equations: "Equations", place: Place) -> np.ndarray:
+    def condition_gradient(self, place: Place) -> np.ndarray:
         """See the module."""
-        v, w, _ = self._bordered(place, equations.scales)
+        v, w, _ = self._bordered(place)
         n, found = len(v), np.zeros(len(v) + 2)
-        found[:n] = -w @ equations.jacobian_along(place, v)
+        found[:n] = -w @ self.jacobian_along(place, v)
         for k in range(2):
-            turned = equations.slope(k, place, lambda there: there.evaluation.jacobian * equations.scales)
+            turned = self.slope(k, place, lambda there: there.evaluation.jacobian * self.scales)
             found[n + k] = -w @ turned @ v
         return found
 
-    def _bordered(self, place: Place, scales: np.ndarray) -> tuple[np.ndarray, np.ndarray, float]:
+    def _bordered(self, place: Place) -> tuple[np.ndarray, np.ndarray, float]:
         """The null vectors v and w, and s."""
         if self._borders is None:
-            matrix, basis = regular(self.kind, place, scales, short := short_pairs(place.orbit))
+            matrix, basis = regular(self.kind, place, self.scales, short := short_pairs(place.orbit))
             u, _, v = np.linalg.svd(matrix)
             self._borders = u[:, -1], v[-1], short
         p, q, short = self._borders
-        matrix, basis = regular(self.kind, place, scales, short)
+        matrix, basis = regular(self.kind, place, self.scales, short)
         n = len(matrix)
         whole = np.zeros((n + 1, n + 1))
         whole[:n, :n], whole[:n, n], whole[n, :n] = matrix, p, q
@@ -57,10 +52,10 @@ class Singular(Condition):
         one, other = np.linalg.solve(whole, right), np.linalg.solve(whole.T, right)
         return basis @ one[:n], other[:n], float(one[n])
 
-    def curvature(self, equations: "Equations", place: Place) -> float:
+    def curvature(self, place: Place) -> float:
         """wᵀ(∂²F)vv of a fold, which is zero at a cusp; its sign counts between two renewals."""
-        v, w, _ = self._bordered(place, equations.scales)
-        return float(w @ equations.jacobian_along(place, v) @ v)
+        v, w, _ = self._bordered(place)
+        return float(w @ self.jacobian_along(place, v) @ v)
 
     def renewed(self) -> None:
         """Choose the bordering vectors anew, those of the next place."""

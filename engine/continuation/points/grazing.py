@@ -6,30 +6,26 @@ contact fall together.
 
 from collections.abc import Iterator
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ...drivers.orbit import CLOSING, IMPACT, JOINS, PART, TOUCH, WHERE
-from ..margins import GRAZING, OPENS, Margin, margins
+from ..margins import GRAZING, OPENS, Margin
 from ..orbit import Orbit, short_phase, touching_at_start
 from ..plane import Place, Plane
-from .condition import Condition
-
-if TYPE_CHECKING:
-    from ..point_equations import Equations
+from .problem import PointProblem
 
 SHORT = 1e-5  # excitation periods: a contact shorter than that is a touch
 BESIDE = 1e-4  # excitation periods: a minimum of the gap closer to a touch is the touch
 
 
-class Grazing(Condition):
+class Grazing(PointProblem):
     """The closing speed of an event is zero."""
 
     kinds = (GRAZING, OPENS)
 
-    def __init__(self, _: str, event: int) -> None:
-        super().__init__(GRAZING, event)  # a contact that opens is a grazing from within
+    def __init__(self, _: str, plane: Plane, orbit: Orbit, event: int) -> None:
+        super().__init__(GRAZING, plane, orbit, event)  # a contact that opens is a grazing from within
 
     @classmethod
     def serves(cls, kind: str, rigid: bool) -> bool:
@@ -37,24 +33,23 @@ class Grazing(Condition):
         return kind == GRAZING or not rigid
 
     @classmethod
-    def begun(cls, kind: str, plane: Plane, place: Place) -> Iterator[tuple[Condition, Orbit]]:
+    def begun(cls, kind: str, plane: Plane, place: Place) -> Iterator[tuple[PointProblem, Orbit]]:
         """For each touch there may be, the closest first."""
         orbit = place.orbit
         if not plane.rigid and len(orbit.kinds) > 1 and (lengths := np.diff(orbit.instants)).min() < SHORT:
-            yield cls.of_touch(*marked(orbit, int(np.argmin(lengths))))
+            yield cls._of_touch(plane, *marked(orbit, int(np.argmin(lengths))))
         kinds = (GRAZING,) if plane.rigid else (GRAZING, OPENS)
-        found = [each for each in margins(orbit, place.evaluation, plane.over.method) if each.kind in kinds]
+        found = [each for each in plane.margins(place) if each.kind in kinds]
         for margin in sorted(found, key=lambda each: abs(each.value)):
-            yield cls.of_touch(*touched_at(plane, place, margin))
+            yield cls._of_touch(plane, *touched_at(plane, place, margin))
 
     @classmethod
-    def of_touch(cls, orbit: Orbit, touch: int) -> tuple[Condition, Orbit]:
-        """The condition of an orbit that has the touch as an event."""
-        return cls(GRAZING, touch), orbit
+    def _of_touch(cls, plane: Plane, orbit: Orbit, touch: int) -> tuple[PointProblem, Orbit]:
+        return cls(GRAZING, plane, orbit, touch), orbit
 
-    def value(self, equations: "Equations", place: Place) -> float:
+    def condition(self, place: Place) -> float:
         """The closing speed."""
-        return float(place.evaluation.facts[self.event, CLOSING] / equations.scales[0])
+        return float(place.evaluation.facts[self.event, CLOSING] / self.scales[0])
 
     def is_own(self, margin: Margin, place: Place) -> bool:
         """That of the touch."""
