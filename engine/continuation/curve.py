@@ -223,12 +223,6 @@ class Curve:
         border = self.high if along > 0 else self.low
         return (border - here.value) / along if along else math.inf, border
 
-    def border_passed(self, _: CurvePoint, there: CurvePoint) -> float | None:
-        """The end of the range at or beyond which a point lies; None if it lies inside."""
-        if self.low < there.value < self.high:
-            return None
-        return self.low if there.value <= self.low else self.high
-
     def left(self, border: float) -> str:
         """That the range is left, in words."""
         return f"{self.family.over} leaves the range at {border:g}"
@@ -239,12 +233,15 @@ class Curve:
         orbit = self.corrected(here.orbit.at(guess[:-1]), border)
         return orbit and CurvePoint(self, orbit, border, here.tangent)
 
-    def back_at_border(self, here: CurvePoint, there: CurvePoint, border: float) -> CurvePoint | None:
-        """The orbit at the end of the range which lies between two others."""
+    def within(self, here: CurvePoint, there: CurvePoint) -> tuple[CurvePoint | None, float | None]:
+        """The second point, or that at the end of the range if it lies there or beyond; and which end."""
+        if self.low < there.value < self.high:
+            return there, None
+        border = self.low if there.value <= self.low else self.high
         if there.value == border:
-            return there
+            return there, border
         way = self.distance(here, there) * (border - here.value) / (there.value - here.value)
-        return self.at_border(here, way, border)
+        return self.at_border(here, way, border), border
 
     def distance(self, here: CurvePoint, there: CurvePoint) -> float:
         """How far ahead along the tangent of one point another one lies."""
@@ -314,7 +311,7 @@ class Curve:
         what the one before missed (Broyden 1965), since a difference would need the tables of another α₁.
         """
         scales, x = self.scales(orbit), np.concatenate([orbit.unknowns, (value,)])
-        step, found = np.zeros((len(x), 1)), Evaluation.without_facts(len(orbit.kinds))
+        step, found = np.zeros((len(x), 1)), Evaluation.zeros(len(orbit.kinds))
 
         def take(before: float) -> float:
             nonlocal slope

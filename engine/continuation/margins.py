@@ -93,7 +93,7 @@ def least_margin(orbit: Orbit, evaluation: Evaluation, method: Reference | Exact
 
 
 def parts_more_than_pressed(k: int, point: "CurvePoint") -> float:
-    """The parting speed of impact k less ε, and less the force that parts the bodies: one must be positive."""
+    """By how much the parting speed of impact k less ε exceeds the force that parts the bodies."""
     parting, force = point.evaluation.facts[k, [PARTING, FORCE]]
     return float(parting - point.method.threshold + force)
 

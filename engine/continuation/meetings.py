@@ -12,7 +12,7 @@ import numpy as np
 from .margins import BIFURCATIONS, BRANCH_POINT, FOLD, GRAZING, NEIMARK_SACKER, Margin, indicator
 from .plane import Place
 from .points import PointProblem
-from .points.grazing import Grazing, touched_at, without
+from .points.grazing import Grazing, touched_at
 from .points.singular import regular, short_pairs
 from .roots import changes_ahead, zero_ahead
 
@@ -87,7 +87,7 @@ class Meetings:
 
     def _bare(self, place: Place) -> Place:
         """The orbit without its touch."""
-        return self._plane.at(without(place.orbit, self._touch), place.shares)
+        return self._plane.at(place.orbit.without({self._touch}), place.shares)
 
     def _test(self, key: Key, place: Place) -> float:
         """The number of a key; nan where a contact has no length."""

@@ -76,6 +76,19 @@ class Orbit:
         """The orbit with this sequence of events at other unknowns."""
         return Orbit(self.period, self.kinds, self.first, unknowns)
 
+    def with_events(self, k: int, instants: np.ndarray | float, kinds: tuple[int, ...]) -> "Orbit":
+        """The orbit with events more before event k."""
+        kinds = (*self.kinds[:k], *kinds, *self.kinds[k:])
+        unknowns = np.insert(self.unknowns, 4 + k, instants)
+        return Orbit(self.period, kinds, touching_at_start(kinds, self.first), unknowns)
+
+    def without(self, events: set[int]) -> "Orbit":
+        """The orbit without some events: a touch alone, or the two that begin and end a phase."""
+        kinds = tuple(kind for k, kind in enumerate(self.kinds) if k not in events)
+        touching = (self.kinds[min(events)] in JOINS) == (len(events) == 1)  # if no event is left
+        unknowns = np.delete(self.unknowns, [4 + k for k in events])
+        return Orbit(self.period, kinds, touching_at_start(kinds, touching), unknowns)
+
     def repeated(self, times: int) -> "Orbit":
         """The same orbit over several cycles."""
         shifts = np.repeat(np.arange(times) * self.period, len(self.kinds))

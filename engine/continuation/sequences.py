@@ -10,17 +10,16 @@ Its own margins say which way the new curve goes.
 """
 
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
 
 import numpy as np
 
-from ..drivers.orbit import IMPACT, JOINS, WHERE
+from ..drivers.orbit import IMPACT, WHERE
 from ..methods import Reference
 from .curve import Curve, CurvePoint
 from .jumps import after_jump
 from .margins import GRAZING, LATER_SUM, OPENS, STAYS_SHUT, Margin
 from .nearby import first_ahead, orbit_near, point_within_cycle
-from .orbit import Orbit, least_period, short_phase, touching_at_start
+from .orbit import Orbit, least_period, short_phase
 from .roots import zero_ahead
 
 STEPS = 10.0 ** np.arange(-7, -2.5, 0.5)  # scaled, along the new curve: the first that shows which way it goes
@@ -88,16 +87,16 @@ def _neighbours(curve: Curve, last: CurvePoint, margin: Margin) -> Iterator[tupl
     if margin.inside:
         length = SHORTEST_FLIGHT if rigid and margin.kind == OPENS else SHORTEST
         n, where = len(margin.more), last.evaluation.facts[k, WHERE]
-        new = _with(orbit, k, where + length * np.linspace(0.0, 1.0, n), margin.more)
+        new = orbit.with_events(k, where + length * np.linspace(0.0, 1.0, n), margin.more)
         yield new, (k, k + n - 1) if n > 1 else None
     elif margin.kind == LATER_SUM:
         yield _summed_later(orbit, k, last.evaluation.after[k, -1], curve.family.at(last.value)[0].restitution), None
     elif margin.kind == STAYS_SHUT:
-        yield _without(orbit, {k - 1, k}), None
+        yield orbit.without({k - 1, k}), None
     elif margin.kind == GRAZING and orbit.kinds[k] == IMPACT:
-        yield _without(orbit, {k}), None
+        yield orbit.without({k}), None
     elif margin.kind == GRAZING and not rigid:
-        yield _without(orbit, {*short_phase(orbit, k)[:2]}), None
+        yield orbit.without({*short_phase(orbit, k)[:2]}), None
 
 
 def _summed_later(orbit: Orbit, k: int, end: float, restitution: float) -> Orbit:
@@ -105,25 +104,9 @@ def _summed_later(orbit: Orbit, k: int, end: float, restitution: float) -> Orbit
 
     Its flights last as terms of a geometric series do.
     """
-    new = _with(orbit, k, orbit.instants[[k]], (IMPACT,))
+    new = orbit.with_events(k, orbit.instants[k], (IMPACT,))
     new.unknowns[4 + k + 1] += (1.0 - restitution) * (end - orbit.instants[k])
     return new
-
-
-def _with(orbit: Orbit, k: int, instants: np.ndarray, kinds: tuple[int, ...]) -> Orbit:
-    return replace(
-        orbit,
-        kinds=(*orbit.kinds[:k], *kinds, *orbit.kinds[k:]),
-        unknowns=np.insert(orbit.unknowns, 4 + k, instants),
-    )
-
-
-def _without(orbit: Orbit, events: set[int]) -> Orbit:
-    """The orbit without some events."""
-    kinds = tuple(kind for k, kind in enumerate(orbit.kinds) if k not in events)
-    touching = len(events) > 1 and not kinds and orbit.kinds[min(events)] not in JOINS
-    first = touching_at_start(kinds, touching)
-    return replace(orbit, kinds=kinds, first=first, unknowns=np.delete(orbit.unknowns, [4 + k for k in events]))
 
 
 def _with_short_phase(curve: Curve, last: CurvePoint, orbit: Orbit, i: int, j: int) -> CurvePoint | None:

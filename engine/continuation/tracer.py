@@ -89,10 +89,9 @@ class Tracer(Trace):
         if there is None:
             self.reason = self._why_lost(here)
             return step
-        border = self.curve.border_passed(here, there)
+        there, border = self.curve.within(here, there)
         if border is not None:
             self.reason = self.curve.left(border)
-            there = self.curve.back_at_border(here, there, border)
             if there is None:
                 return step
             step = self.curve.distance(here, there)
@@ -109,11 +108,9 @@ class Tracer(Trace):
 
     def _why_lost(self, here: P) -> str:
         """Why no step leads on."""
-        raise NotImplementedError
 
     def _special(self, here: P, there: P, step: float) -> float | None:
         """The length of the next step, if the curve ends or changes between two points; None if it does not."""
-        raise NotImplementedError
 
     def _closed(self, here: P, there: P, step: float) -> tuple[P, float]:
         """The first point instead of the next one, if the curve is back there."""
@@ -121,4 +118,3 @@ class Tracer(Trace):
 
     def _accept(self, here: P, there: P, step: float) -> None:
         """Note what lies between two points, and add the second."""
-        raise NotImplementedError

@@ -85,16 +85,10 @@ class Evaluation(NamedTuple):
     section: np.ndarray
 
     @classmethod
-    def zeros(cls, events: int, periods: int) -> "Evaluation":
-        """Room for the equations of so many events and periods."""
-        n = 4 + events
-        return cls(*map(np.zeros, (n, (n, n), (events + 1, FACTS), (events + 1, 5), (periods, 4))))
-
-    @classmethod
-    def without_facts(cls, events: int) -> "Evaluation":
-        """Room for the equations of so many events alone, for steps of Newton's method: no facts and no section."""
-        n = 4 + events
-        return cls(*map(np.zeros, (n, (n, n), (0, FACTS), (events + 1, 5), (0, 4))))
+    def zeros(cls, events: int, periods: int = 0) -> "Evaluation":
+        """Room for the equations of so many events and periods; for none without facts, as Newton steps are taken."""
+        n, facts = 4 + events, events + 1 if periods else 0
+        return cls(*map(np.zeros, (n, (n, n), (facts, FACTS), (events + 1, 5), (periods, 4))))
 
     @property
     def monodromy(self) -> np.ndarray:

@@ -5,13 +5,12 @@ contact fall together.
 """
 
 from collections.abc import Iterator
-from dataclasses import replace
 
 import numpy as np
 
-from ...drivers.orbit import CLOSING, IMPACT, JOINS, PART, TOUCH, WHERE
+from ...drivers.orbit import CLOSING, IMPACT, PART, TOUCH, WHERE
 from ..margins import GRAZING, OPENS, Margin
-from ..orbit import Orbit, short_phase, touching_at_start
+from ..orbit import Orbit, short_phase
 from ..plane import Place, Plane
 from .problem import PointProblem
 
@@ -65,26 +64,11 @@ def touched_at(plane: Plane, place: Place, margin: Margin) -> tuple[Orbit, int]:
         return (orbit, k) if plane.rigid else marked(orbit, k)
     apart = IMPACT if plane.rigid else PART
     kind, where = (TOUCH if margin.kind == OPENS else apart), place.evaluation.facts[k, WHERE]
-    unknowns = np.insert(orbit.unknowns, 4 + k, where)
-    return replace(orbit, kinds=(*orbit.kinds[:k], kind, *orbit.kinds[k:]), unknowns=unknowns), k
+    return orbit.with_events(k, where, (kind,)), k
 
 
 def marked(orbit: Orbit, k: int) -> tuple[Orbit, int]:
     """The orbit with a marker in place of event k and of that next to it in time, and where."""
     first, second, length = short_phase(orbit, k)
-    m, instants = len(orbit.kinds), orbit.instants
-    middle = instants[first] + 0.5 * length
-    rest = [j for j in range(m) if j not in (first, second)]
-    place = sum(j < first for j in rest)
-    kinds = [orbit.kinds[j] for j in rest]
-    kinds.insert(place, orbit.kinds[second])
-    unknowns = np.concatenate([orbit.unknowns[:4], np.insert(instants[rest], place, middle)])
-    first_touching = touching_at_start(tuple(kinds), orbit.first)
-    return Orbit(orbit.period, tuple(kinds), first_touching, unknowns), place
-
-
-def without(orbit: Orbit, k: int) -> Orbit:
-    """The orbit without event k."""
-    kinds = (*orbit.kinds[:k], *orbit.kinds[k + 1 :])
-    first = orbit.kinds[k] in JOINS and not kinds
-    return Orbit(orbit.period, kinds, touching_at_start(kinds, first), np.delete(orbit.unknowns, 4 + k))
+    place, middle = min(first, len(orbit.kinds) - 2), orbit.instants[first] + 0.5 * length
+    return orbit.without({first, second}).with_events(place, middle, (orbit.kinds[second],)), place

@@ -223,13 +223,6 @@ class PointProblem:
         ways = [(share - here.shares[k]) / rates[k] if rates[k] else np.inf for k, share in borders]
         return min(zip(ways, borders, strict=True))
 
-    def border_passed(self, here: Place, there: Place) -> tuple[int, float] | None:
-        """The first border at or beyond which a place lies, after another one; None if it lies inside."""
-        passed = [
-            (k, float(share > 0.5)) for k, share in enumerate(there.shares) if not AT_BORDER < share < 1 - AT_BORDER
-        ]
-        return min(passed, key=lambda border: self._share_of_way(here, there, *border), default=None)
-
     def left(self, border: tuple[int, float]) -> str:
         """That a range is left, in words."""
         return f"{self.plane.axes[border[0]].name} leaves the range"
@@ -241,18 +234,20 @@ class PointProblem:
         target[len(self.scales) + k] = share
         return self._near(here, way, target, border)
 
-    def back_at_border(self, here: Place, there: Place, border: tuple[int, float]) -> Place | None:
-        """The place on a border which lies between two others."""
-        k, share = border
-        if abs(there.shares[k] - share) < AT_BORDER:
-            return there
-        guess = between(self.plane, here, there, self._share_of_way(here, there, k, share))
-        return guess and self.at_share(guess, k, share)
-
-    @staticmethod
-    def _share_of_way(here: Place, there: Place, k: int, share: float) -> float:
-        """Where a number has a share of its range, from 0 at one place to 1 at another."""
-        return (share - here.shares[k]) / (there.shares[k] - here.shares[k])
+    def within(self, here: Place, there: Place) -> tuple[Place | None, tuple[int, float] | None]:
+        """The second place, or that on the border if it lies there or beyond; and which, the first that is passed."""
+        passed = []
+        for k, (one, other) in enumerate(zip(here.shares, there.shares, strict=True)):
+            if not AT_BORDER < other < 1 - AT_BORDER:
+                border = float(other > 0.5)
+                passed.append(((border - one) / (other - one), (k, border)))
+        if not passed:
+            return there, None
+        part, border = min(passed)
+        if abs(part - 1) < AT_BORDER:
+            return there, border
+        guess = between(self.plane, here, there, part)
+        return guess and self.at_share(guess, *border), border
 
     def _target(self, here: Place, s: float) -> np.ndarray:
         return here.scaled(self.scales) + s * here.tangent

@@ -31,7 +31,7 @@ def orbit_at(method, eta):
 
 def solve_stepwise(equations, sequence, unknowns, width):
     """The equations at the orbit near a guess, which is moved there, a step a call; None if none is found."""
-    scales, room = scales_of(unknowns, width), Evaluation.without_facts(len(sequence[0]))
+    scales, room = scales_of(unknowns, width), Evaluation.zeros(len(sequence[0]))
     before, said = np.inf, GO_ON
     for _ in range(NEWTON_STEPS):
         found = equations(*sequence, unknowns, room)
