@@ -152,13 +152,13 @@ def _settle(cells: Cells) -> None:
 
 def _step(system: System) -> None:
     """Take a step of Newton's method to an orbit, and find what a branch needs at one."""
-    problem, start, ones = (system, 1.08, Reference()), np.zeros(4), np.ones(5)
+    problem, cycle, start, ones = (system, 1.08, Reference()), ((), False, 1), np.zeros(4), np.ones(5)
     equations = OrbitEquations(*problem)
     hybrid_state(*problem, start)
-    found = equations((), False, 1, start)
-    equations.slope(problem, 1e-7, (), False, 1, start, found.residual)
+    found = equations(cycle, start)
+    equations.slope(problem, 1e-7, cycle, start, found.residual)
     equations.state_later(PART, start, 0.0, 0.1)
-    equations.solve((), False, 1, start.copy(), 1.0)
+    equations.solve(cycle, start.copy(), 1.0)
     scales = steps.scales_of(start, 1.0)
     x, slope, step = np.zeros(5), found.residual.copy(), np.zeros((5, 1))
     steps.step_in_plane((found.residual, found.jacobian), scales, (ones, 1.0), x, slope, step)

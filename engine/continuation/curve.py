@@ -12,12 +12,12 @@ from functools import cached_property
 
 import numpy as np
 
-from ..drivers.orbit import Evaluation, OrbitEquations, steps
+from ..drivers.orbit import Evaluation, steps
 from ..methods import ExactPenalty, Reference
 from .family import Family
 from .margins import Margin, least_margin, margins
 from .newton import Convergence, converges
-from .orbit import Orbit
+from .orbit import KeptEquations, Orbit
 from .parameter_range import ParameterRange
 
 ROUGH = 1e-11  # a larger residual is no rounding: it may be that the equations only nearly have a solution there
@@ -173,25 +173,20 @@ class Curve:
     family : Family
     span : ParameterRange
         α₁ may leave it by as much as a difference needs.
+
+    Attributes
+    ----------
+    equations : KeptEquations
+        At α₁.
     """
 
     def __init__(self, family: Family, span: ParameterRange) -> None:
         self.family, self.low, self.high, self.width = family, span.low, span.high, span.width
-        self._known: dict[float, OrbitEquations] = {}
-
-    def equations(self, value: float) -> OrbitEquations:
-        """The equations at α₁; the last ones are kept."""
-        found = self._known.get(value)
-        if found is None:
-            last = next(reversed(self._known.values()), None)
-            if len(self._known) > 8:
-                self._known.clear()
-            found = self._known[value] = OrbitEquations(*self.family.at(value), like=last)
-        return found
+        self.equations = KeptEquations(family.at)
 
     def evaluate(self, orbit: Orbit, value: float) -> Evaluation:
         """F, its Jacobian and the facts of an orbit at α₁."""
-        return self.equations(value)(orbit.kinds, orbit.first, orbit.period, orbit.unknowns)
+        return self.equations(value)(orbit.cycle, orbit.unknowns)
 
     def slope(self, orbit: Orbit, value: float, residual: np.ndarray) -> np.ndarray:
         """∂F/∂α₁ by a difference of first order, backward where α₁ is at the high end of what it may be.
@@ -204,7 +199,7 @@ class Curve:
                 problem = self.family.at(value + h)
             except ValueError:
                 continue
-            return equations.slope(problem, h, orbit.kinds, orbit.first, orbit.period, orbit.unknowns, residual)
+            return equations.slope(problem, h, orbit.cycle, orbit.unknowns, residual)
         raise ValueError(f"{self.family.over} = {value:g}: the range of what it may be is narrower than {abs(h):g}")
 
     def scales(self, orbit: Orbit) -> np.ndarray:
@@ -257,7 +252,7 @@ class Curve:
     def solved(self, orbit: Orbit, value: float, towards: np.ndarray | None = None) -> CurvePoint | None:
         """The point at this α₁ near a guess, or None if Newton's method finds none; ``towards``: as for the point."""
         unknowns = orbit.unknowns.copy()
-        found = self.equations(value).solve(orbit.kinds, orbit.first, orbit.period, unknowns, self.width)
+        found = self.equations(value).solve(orbit.cycle, unknowns, self.width)
         return found and CurvePoint(self, orbit.at(unknowns), value, towards, found)
 
     def along(self, here: CurvePoint) -> Callable[[float], CurvePoint | None]:
@@ -315,7 +310,7 @@ class Curve:
 
         def take(before: float) -> float:
             nonlocal slope
-            self.equations(float(x[-1]))(orbit.kinds, orbit.first, orbit.period, x[:-1], found)
+            self.equations(float(x[-1]))(orbit.cycle, x[:-1], found)
             if before == np.inf:
                 slope = self.slope(orbit, value, found.residual) if slope is None else slope.copy()
             return steps.step_in_plane((found.residual, found.jacobian), scales, plane, x, slope, step)

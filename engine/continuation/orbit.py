@@ -1,5 +1,6 @@
 """A periodic orbit as the sequence of its events, and how it is read off a run."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -20,6 +21,7 @@ from ..methods import Reference
 from ..result import Cancelled, Checkpoint
 from ..simulate import simulate
 
+MOST_TABLES = 8
 ROUNDING = 1e-12  # excitation periods, of the instants of a run
 NAMES = {
     IMPACT: "impact",
@@ -52,6 +54,11 @@ class Orbit:
     kinds: tuple[int, ...]
     first: bool
     unknowns: np.ndarray
+
+    @property
+    def cycle(self) -> tuple[tuple[int, ...], bool, int]:
+        """The sequence as its equations take it."""
+        return self.kinds, self.first, self.period
 
     @property
     def instants(self) -> np.ndarray:
@@ -94,6 +101,29 @@ class Orbit:
         shifts = np.repeat(np.arange(times) * self.period, len(self.kinds))
         unknowns = np.concatenate([self.unknowns[:4], np.tile(self.instants, times) + shifts])
         return replace(self, period=times * self.period, kinds=self.kinds * times, unknowns=unknowns)
+
+
+class KeptEquations:
+    """The equations of orbits at some numbers, of which the last few are kept.
+
+    Parameters
+    ----------
+    problem : callable
+        System, η and method at these numbers.
+    """
+
+    def __init__(self, problem: Callable[..., tuple]) -> None:
+        self._problem, self._known = problem, {}
+
+    def __call__(self, *numbers: float) -> OrbitEquations:
+        """The equations; a ValueError where a number is out of its range."""
+        found = self._known.get(numbers)
+        if found is None:
+            last = next(reversed(self._known.values()), None)
+            if len(self._known) > MOST_TABLES:
+                self._known.clear()
+            found = self._known[numbers] = OrbitEquations(*self._problem(*numbers), like=last)
+        return found
 
 
 def least_period(rows: np.ndarray, same: float) -> int:

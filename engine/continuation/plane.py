@@ -8,10 +8,8 @@ from ..drivers.orbit import Evaluation, OrbitEquations
 from ..methods import Reference
 from .family import Family
 from .margins import Margin, margins
-from .orbit import Orbit
+from .orbit import KeptEquations, Orbit
 from .parameter_range import ParameterRange
-
-MOST_TABLES = 8
 
 
 @dataclass(frozen=True)
@@ -38,7 +36,7 @@ class Plane:
 
     def __init__(self, over: Family, along: Family, axes: tuple[ParameterRange, ParameterRange]) -> None:
         self.over, self.along, self.axes = over, along, axes
-        self._known: dict[tuple[float, float], OrbitEquations] = {}
+        self._equations = KeptEquations(self.problem)
 
     @property
     def rigid(self) -> bool:
@@ -55,7 +53,7 @@ class Plane:
             f"{axis.name} = {value:.8g}" for axis, value in zip(self.axes, self.values(shares), strict=True)
         )
 
-    def problem(self, shares: np.ndarray) -> tuple:
+    def problem(self, *shares: float) -> tuple:
         """System, η and method."""
         value, along = self.values(shares)
         system, eta, method = self.along.at(along)
@@ -63,20 +61,13 @@ class Plane:
 
     def equations(self, shares: np.ndarray) -> OrbitEquations:
         """The equations at shares of the ranges; raises ValueError where a number is out of its range."""
-        key = float(shares[0]), float(shares[1])
-        found = self._known.get(key)
-        if found is None:
-            last = next(reversed(self._known.values()), None)
-            if len(self._known) > MOST_TABLES:
-                self._known.clear()
-            found = self._known[key] = OrbitEquations(*self.problem(shares), like=last)
-        return found
+        return self._equations(*map(float, shares))
 
     def at(self, orbit: Orbit, shares: np.ndarray) -> Place:
         """The equations of an orbit at shares of the ranges."""
-        found = self.equations(shares)(orbit.kinds, orbit.first, orbit.period, orbit.unknowns)
+        found = self.equations(shares)(orbit.cycle, orbit.unknowns)
         return Place(orbit, np.asarray(shares, dtype=float), found)
 
     def margins(self, place: Place) -> list[Margin]:
         """What keeps it an orbit."""
-        return margins(place.orbit, place.evaluation, self.problem(place.shares)[2])
+        return margins(place.orbit, place.evaluation, self.problem(*place.shares)[2])

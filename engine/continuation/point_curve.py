@@ -186,7 +186,7 @@ def _begun(plane: Plane, point: Point, shares: np.ndarray) -> tuple[PointProblem
 
 def _orbits_of(plane: Plane, point: Point, shares: np.ndarray) -> Iterator[Orbit]:
     """The orbit at a point; an event before τ = 0 may have been noted with the state behind it."""
-    system, _, _ = plane.problem(shares)
+    system, _, _ = plane.problem(*shares)
     kinds = tuple(KINDS[name] for name in point.events)
     state, instants = contact_state(system, point.state), np.asarray(point.instants)
     early = int((instants < 0).sum())
