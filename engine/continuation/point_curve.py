@@ -1,4 +1,4 @@
-"""Curves of bifurcation points in two parameters: where a fold, a doubling or a grazing lies as another one varies.
+"""Curves of points in two parameters: where a fold, a doubling or a grazing lies as another one varies.
 
 A curve is followed by pseudo-arclength in all unknowns (:mod:`.points`), so that its turning points and its
 cusps are nothing special. Where another bifurcation lies on it, or where the sequence of events ceases to hold, both
@@ -18,7 +18,7 @@ from .orbit import KINDS, Orbit, touching_at_start
 from .parameter_range import ParameterRange
 from .plane import Place, Plane
 from .point_trace import CLOSES, SAME, PointTracer
-from .points import FOLLOWED_KINDS, PointProblem
+from .points import PointProblem
 from .question import BranchQuestion
 
 MOST_POINTS = 2000  # of a curve in each direction
@@ -64,7 +64,7 @@ def continue_point(question: BranchQuestion, point: Point, **plane: object) -> P
     ----------
     question : BranchQuestion
     point : Point
-        Of the branch: a fold, a period doubling, a Neimark–Sacker point or a grazing.
+        Of the branch, of one of the kinds FOLLOWED_KINDS.
     **plane
         Arguments of :class:`PointCurves`, which follows several points.
 
@@ -135,7 +135,7 @@ class PointCurves:
         None if the point lies on a curve that was followed before.
         """
         rigid = self._plane.rigid
-        followed = [kind for kind in FOLLOWED_KINDS if PointProblem.by_kind[kind].serves(kind, rigid)]
+        followed = [kind for kind, problem in PointProblem.by_kind.items() if problem.serves(kind, rigid)]
         if point.kind not in followed:
             raise ValueError(f"points of the kind {point.kind!r} are not followed: give one of {', '.join(followed)}")
         over, along = self._plane.axes

@@ -211,11 +211,13 @@ def test_branches_as_a_dataset():
             (EXACT, (2.7, 2.8), "period doubling", "D", (5.0, 40.0)),
             (Reference(), (1.2, 1.31), "fold", "restitution", (0.45, 0.6)),
             (Reference(), (1.55, 1.7), "grazing", "clearance", (-0.2, 0.2)),
+            (Reference(), (1.05, 1.15), "sticking begins", "restitution", (0.49, 0.51)),
+            (Reference(), (1.05, 1.15), "sticking ends", "threshold", (0.0018, 0.0022)),
         ]
     ),
 )
 def test_a_point_in_two_parameters_is_the_point_of_a_branch_at_each_of_them(method, reach, kind, along, ends):
-    eta = {2.7: 2.76, 1.2: 1.3, 1.55: 1.6}[reach[0]]
+    eta = {2.7: 2.76, 1.2: 1.3, 1.55: 1.6, 1.05: 1.1}[reach[0]]
     branch = continue_branch(BranchQuestion(PAPER, eta, method, low=reach[0], high=reach[1], max_period=1))
     point = next(p for p in branch.points if p.kind == kind)
     wide = BranchQuestion(PAPER, eta, method, low=reach[0] - 0.4, high=reach[1] + 0.4)

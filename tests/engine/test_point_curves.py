@@ -5,13 +5,17 @@ import pytest
 from vibroscope.engine import (
     BranchQuestion,
     ExactPenalty,
+    Point,
     PointCurves,
     Reference,
     System,
     continue_branch,
     continue_point,
     find_branches,
+    simulate,
 )
+from vibroscope.engine.continuation.points import PointProblem
+from vibroscope.engine.drivers.orbit import CLOSING
 
 PAPER, EXACT = System(), ExactPenalty(12_000.0, 18.0)
 CLOSE = 1e-8
@@ -82,6 +86,36 @@ def test_a_curve_reaches_the_border_of_the_range():
         assert reason.endswith("leaves the range")
         limits = [(2.5, 3.0), (0.6 * PAPER.restitution, 1.0)][number]
         assert min(abs(end[number] - limit) for limit in limits) < 1e-12
+
+
+def test_a_new_kind_of_point_is_its_condition_alone(monkeypatch):
+    """Where the impact has the speed that it has at one orbit of a branch."""
+    monkeypatch.setattr(PointProblem, "by_kind", dict(PointProblem.by_kind))
+    question = BranchQuestion(PAPER, 2.76, Reference(), low=2.7, high=2.78, max_period=1)
+    branch = continue_branch(question)
+    eta, (state,) = branch.values[3], branch.sections[3]
+
+    def impact(system, eta, state):
+        run = simulate(system, eta, Reference(), periods=1, keep=1, initial=state)
+        (time,), (speed,) = run.impacts.time / run.period, run.impacts.closing_speed
+        return time, speed
+
+    time, speed = impact(PAPER, eta, state)
+
+    class SameSpeed(PointProblem):
+        kinds = ("same speed",)
+
+        def condition(self, place):
+            return float(place.evaluation.facts[0, CLOSING] - speed)
+
+    point = Point("same speed", eta, 1, branch.multipliers[3], state, ("impact",), np.array([time]), 3)
+    curve = continue_point(question, point, along="restitution", along_low=0.48, along_high=0.52)
+    assert len(curve.values) > 5
+    for value, restitution in curve.values[:: len(curve.values) // 3]:
+        system = PAPER.changed({"restitution": restitution})
+        there = continue_branch(BranchQuestion(system, value, Reference(), low=value - 0.001, high=value + 0.001))
+        states = dict(zip(there.values, there.sections[:, 0], strict=True))
+        assert impact(system, value, states[value])[1] == pytest.approx(speed, rel=1e-9)
 
 
 def test_grazing_of_the_linear_response_over_two_numbers_is_that_of_closed_form():

@@ -1,7 +1,7 @@
 """Points of a kind in two numbers as a problem: the equations of their orbits, one condition more, and its derivative.
 
-The unknowns are X = (y₀, θ, a, b): those of the orbit (:mod:`...kernels.event_driven.orbit`), and where λ and μ lie in
-their ranges. They are a curve for the tracer (:mod:`..tracer`).
+The unknowns are X = (y₀, θ, a, b): those of the orbit (:mod:`...kernels.event_driven.orbit`), and the shares of α₁ and
+α₂ in their ranges. The solutions are a curve for the tracer (:mod:`..tracer`).
 """
 
 from collections.abc import Callable, Iterator
