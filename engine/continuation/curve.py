@@ -225,8 +225,7 @@ class Curve:
     def at_border(self, here: CurvePoint, way: float, border: float) -> CurvePoint | None:
         """The orbit at an end of the range, about a distance ``way`` along the tangent of another one."""
         guess = here.unknowns + way * here.tangent * here.scales
-        orbit = self.corrected(here.orbit.at(guess[:-1]), border)
-        return orbit and CurvePoint(self, orbit, border, here.tangent)
+        return self.solved(here.orbit.at(guess[:-1]), border, here.tangent)
 
     def within(self, here: CurvePoint, there: CurvePoint) -> tuple[CurvePoint | None, float | None]:
         """The second point, or that at the end of the range if it lies there or beyond; and which end."""
@@ -282,8 +281,7 @@ class Curve:
         if found is None:
             return None
         if np.abs(found.evaluation.residual).max() > ROUGH:  # the last steps shrank less than foreseen
-            orbit = self.corrected(found.orbit, found.value)
-            found = orbit and CurvePoint(self, orbit, found.value, towards)
+            found = self.solved(found.orbit, found.value, towards)
             if found is None or np.abs(found.evaluation.residual).max() > ROUGH:
                 return None
         off = (found.unknowns - guess) / point.scales
@@ -317,7 +315,8 @@ class Curve:
 
         return CurvePoint(self, orbit.at(x[:-1]), float(x[-1]), towards) if converges(take, IN_PLANE) else None
 
-
-def null_vectors(matrix: np.ndarray) -> np.ndarray:
-    """Two vectors of length one that a matrix with one column more than rows, of a rank one too low, maps to zero."""
-    return np.linalg.svd(matrix)[2][-2:]
+    def with_phase(self, guess: Orbit, value: float, i: int, j: int) -> CurvePoint | None:
+        """The point near a guess whose phase between events i and j is as long as there; its tangent lengthens it."""
+        row = np.zeros(len(guess.unknowns) + 1)
+        row[4 + i], row[4 + j] = -1.0, 1.0
+        return self.constrained(guess, value, (row, float(guess.instants[j] - guess.instants[i])), row)

@@ -136,11 +136,12 @@ class BranchTracer(Tracer):
         if share is None or not 0 <= share <= 1:
             return None
         chord = there.orbit.unknowns - here.orbit.unknowns
-        orbit = self.curve.corrected(here.orbit.at(here.orbit.unknowns + share * chord), start.value)
-        if orbit is None or not is_first(start, orbit):
+        guess = here.orbit.at(here.orbit.unknowns + share * chord)
+        end = self.curve.solved(guess, start.value, here.tangent)
+        if end is None or not is_first(start, end.orbit):
             return None
         self._close(onwards)
-        return CurvePoint(self.curve, orbit, start.value, here.tangent)
+        return end
 
     def _ends_at(self, point: CurvePoint) -> bool:
         """Whether an orbit next to the end of a sequence is the first one of the branch, which then ends there."""

@@ -103,9 +103,7 @@ def _with_phase_of(curve: Curve, last: CurvePoint, guess: Orbit, k: int) -> Iter
     """The solution near the last orbit in which the phase after event k lasts as long as in a guess, at any α₁."""
     if not 0 <= k < len(guess.kinds) - 1:
         return
-    row = np.zeros(len(guess.unknowns) + 1)
-    row[4 + k], row[5 + k] = -1.0, 1.0
-    start = curve.constrained(guess, last.value, (row, float(row[:-1] @ guess.unknowns)), row)
+    start = curve.with_phase(guess, last.value, k, k + 1)
     if start is not None and is_near(curve, last, start.orbit):
         yield start
 

@@ -60,7 +60,7 @@ class Meetings:
 
     def at_margin(self, near: Place, margin: Margin) -> Place | None:
         """The point of the curve at which a margin is zero, from a place near it; None if there is none."""
-        if margin.kind == GRAZING and self._kind != GRAZING:
+        if margin.kind == GRAZING and self._kind in BIFURCATIONS:
             return self._grazing_too(near, margin)
         return self._both(near, lambda there: self._margin(there, margin))
 

@@ -32,12 +32,8 @@ def is_near(curve: Curve, last: CurvePoint, orbit: Orbit) -> bool:
 
 def orbit_near(curve: Curve, last: CurvePoint, guess: Orbit, value: float, onwards: float) -> CurvePoint | None:
     """The orbit near a guess and near the last one, its tangent along the sign of ``onwards``."""
-    orbit = curve.corrected(guess, value)
-    if orbit is None or not is_near(curve, last, orbit):
-        return None
-    towards = np.zeros(len(orbit.unknowns) + 1)
-    towards[-1] = onwards
-    return CurvePoint(curve, orbit, value, towards)
+    point = curve.solved(guess, value, np.append(np.zeros(len(guess.unknowns)), onwards))
+    return point if point is not None and is_near(curve, last, point.orbit) else None
 
 
 def walk(curve: Curve, point: CurvePoint) -> Iterator[CurvePoint]:

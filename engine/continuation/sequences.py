@@ -111,9 +111,7 @@ def _summed_later(orbit: Orbit, k: int, end: float, restitution: float) -> Orbit
 
 def _with_short_phase(curve: Curve, last: CurvePoint, orbit: Orbit, i: int, j: int) -> CurvePoint | None:
     """The orbit whose phase between events i and j is as short as in the guess, and grows."""
-    row = np.zeros(len(orbit.unknowns) + 1)
-    row[4 + i], row[4 + j] = -1.0, 1.0
-    point = curve.constrained(orbit, last.value, (row, float(orbit.instants[j] - orbit.instants[i])), row)
+    point = curve.with_phase(orbit, last.value, i, j)
     point = point and point_within_cycle(curve, point)  # a new phase may lie across its ends
     return point if point is not None and point.holds else None
 
