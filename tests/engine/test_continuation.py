@@ -212,7 +212,7 @@ def test_branches_as_a_dataset():
             (Reference(), (1.2, 1.31), "fold", "restitution", (0.45, 0.6)),
             (Reference(), (1.55, 1.7), "grazing", "clearance", (-0.2, 0.2)),
             (Reference(), (1.05, 1.15), "sticking begins", "restitution", (0.49, 0.51)),
-            (Reference(), (1.05, 1.15), "sticking ends", "threshold", (0.0018, 0.0022)),
+            (Reference(), (1.05, 1.15), "sticking ends", "restitution", (0.49, 0.51)),
         ]
     ),
 )
