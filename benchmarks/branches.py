@@ -17,7 +17,16 @@ import time
 import numpy as np
 from _scipy_peers import Solver, motions
 from scipy.optimize import fsolve
-from vibroscope.engine import Cells, ExactPenalty, Reference, System, continue_branch, continue_point, run_cells
+from vibroscope.engine import (
+    BranchQuestion,
+    Cells,
+    ExactPenalty,
+    Reference,
+    System,
+    continue_branch,
+    continue_point,
+    run_cells,
+)
 
 SYSTEM, RANGE = System(), (0.5, 4.0)
 SHOOTING = np.linspace(2.70, 2.78, 9)
@@ -29,24 +38,29 @@ def main():
     parser.add_argument("--rounds", type=int, default=3)
     rounds = parser.parse_args().rounds
     whole = {"low": RANGE[0], "high": RANGE[1], "max_period": 1}
-    branch, seconds = median(rounds, lambda: continue_branch(SYSTEM, 0.8, Reference(), **whole))
+    branch, seconds = median(rounds, lambda: continue_branch(BranchQuestion(SYSTEM, 0.8, Reference(), **whole)))
     print(f"reference, eta 0.5 to 4, period one: {seconds:.3f} s, {counts(branch)}")
     print(f"    ends: {branch.ends[0]}; {branch.ends[1]}")
     exact = ExactPenalty(12_000.0, 18.0)
-    smooth, seconds = median(rounds, lambda: continue_branch(SYSTEM, 2.76, exact, low=1.6, high=4.0, max_period=1))
+    smooth, seconds = median(
+        rounds, lambda: continue_branch(BranchQuestion(SYSTEM, 2.76, exact, low=1.6, high=4.0, max_period=1))
+    )
     print(f"exact penalty, eta 1.6 to 4: {seconds:.3f} s, {counts(smooth)}")
     cells = Cells(SYSTEM, np.linspace(*RANGE, 2000), Reference())
     _, sweep = median(rounds, lambda: run_cells(cells, transient=400, sample=50))
     print(f"a sweep of 2000 cells: {sweep:.2f} s; with 1e10 cells {sweep / 2000 * 1e10 / 86_400:.0f} days")
     _, peer = median(1, shoot)
-    ours, mine = median(rounds, lambda: continue_branch(SYSTEM, 2.76, Reference(), low=2.7, high=2.78, max_period=1))
+    ours, mine = median(
+        rounds, lambda: continue_branch(BranchQuestion(SYSTEM, 2.76, Reference(), low=2.7, high=2.78, max_period=1))
+    )
     each, other = mine / len(ours.values), peer / len(SHOOTING)
     print(f"an orbit over 2.70 to 2.78: {1e3 * each:.2f} ms, by SciPy {1e3 * other:.0f} ms: {other / each:.0f} times")
     for method, along, low, high in ((Reference(), "restitution", 0.3, 0.8), (exact, "K", 2000.0, 100_000.0)):
-        first = continue_branch(SYSTEM, 2.76, method, low=2.7, high=2.8, max_period=1)
+        first = continue_branch(BranchQuestion(SYSTEM, 2.76, method, low=2.7, high=2.8, max_period=1))
         point = next(p for p in first.points if p.kind == "period doubling")
-        reach = {"low": 2.2, "high": 3.4, "along": along, "along_low": low, "along_high": high}
-        curve, seconds = median(rounds, lambda m=method, p=point, r=reach: continue_point(SYSTEM, 2.76, m, p, **r))
+        question = BranchQuestion(SYSTEM, 2.76, method, low=2.2, high=3.4)
+        reach = {"along": along, "along_low": low, "along_high": high}
+        curve, seconds = median(rounds, lambda q=question, p=point, r=reach: continue_point(q, p, **r))
         count = len(curve.values)
         print(f"period doubling over eta and {along}: {count} points, {200 / count * seconds:.2f} s for 200")
 
@@ -72,7 +86,7 @@ def shoot():
     solver = Solver("DOP853", 1e-10, False)
     flight, load = motions(SYSTEM)
     gap = np.array([-1.0, 0.0, 1.0, 0.0])
-    start = continue_branch(SYSTEM, 2.76, Reference(), low=2.7, high=2.78, max_period=1).sections[0, 0]
+    start = continue_branch(BranchQuestion(SYSTEM, 2.76, Reference(), low=2.7, high=2.78, max_period=1)).sections[0, 0]
     share = SYSTEM.mass_ratio / (1 + SYSTEM.mass_ratio) * (1 + SYSTEM.restitution)
     found = []
     for eta in SHOOTING:

@@ -51,9 +51,11 @@ _LATER = {
     "cells": ("CellResults", "Cells"),
     "compilation": ("CompileProgress", "compile_kernels", "is_compiled"),
     "continuation": (
+        "FOLLOWED_KINDS",
         "PARAMETERS",
         "POINT_KINDS",
         "Branch",
+        "BranchQuestion",
         "Point",
         "PointCurve",
         "PointCurves",

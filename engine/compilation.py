@@ -25,10 +25,10 @@ from .cells import Cells
 from .compile_helpers import Claims, Helpers, end_with_input, report
 from .divergence.compare import compare
 from .divergence.verdict import verdict
-from .drivers import orbit_steps, settle
+from .drivers import settle
 from .drivers.code_cache import CompileListener, compilable_functions, complete_mark, is_cache_private
 from .drivers.event_driven import hybrid_state
-from .drivers.orbit import PART, OrbitEquations, numbers_of
+from .drivers.orbit import PART, OrbitEquations, numbers_of, steps
 from .methods import ExactPenalty, Newmark, Reference, TimeStepping
 from .model import System
 from .motions.lyapunov import lyapunov
@@ -152,26 +152,26 @@ def _settle(cells: Cells) -> None:
 
 def _step(system: System) -> None:
     """Take a step of Newton's method to an orbit, and find what a branch needs at one."""
-    problem, start, ones = (system, 1.08, Reference()), np.zeros(4), np.ones(5)
+    problem, cycle, start, ones = (system, 1.08, Reference()), ((), False, 1), np.zeros(4), np.ones(5)
     equations = OrbitEquations(*problem)
     hybrid_state(*problem, start)
-    found = equations((), False, 1, start)
-    equations.slope(problem, 1e-7, (), False, 1, start, found.residual)
+    found = equations(cycle, start)
+    equations.slope(problem, 1e-7, cycle, start, found.residual)
     equations.state_later(PART, start, 0.0, 0.1)
-    equations.solve((), False, 1, start.copy(), 1.0)
-    scales = orbit_steps.scales_of(start, 1.0)
+    equations.solve(cycle, start.copy(), 1.0)
+    scales = steps.scales_of(start, 1.0)
     x, slope, step = np.zeros(5), found.residual.copy(), np.zeros((5, 1))
-    orbit_steps.step_in_plane((found.residual, found.jacobian), scales, (ones, 1.0), x, slope, step)
-    tangent = orbit_steps.tangent_of(found.jacobian, slope, scales)
-    orbit_steps.branch_point_indicator(found.jacobian, slope, tangent)
-    orbit_steps.doubling_indicator(found.jacobian)
-    orbit_steps.neimark_sacker_indicator(found.jacobian)
-    orbit_steps.indicators_of(found.jacobian, slope, tangent)
-    orbit_steps.interpolated(np.zeros(1), np.array([x]), np.array([ones]), ones, 0.1)
-    orbit_steps.least_of_margins(found.facts, start[4:], 0.0, np.zeros((2, 1), dtype=np.int64))
-    orbit_steps.margin_values(found.facts, start[4:], 0.0, np.zeros((2, 1), dtype=np.int64))
-    orbit_steps.impact_that_may_stick(numbers_of((PART,)), found.facts, found.facts, 0.0, 0)
-    orbit_steps.null_vector(np.eye(4, 5))
+    steps.step_in_plane((found.residual, found.jacobian), scales, (ones, 1.0), x, slope, step)
+    tangent = steps.tangent_of(found.jacobian, slope, scales)
+    steps.branch_point_indicator(found.jacobian, slope, tangent)
+    steps.doubling_indicator(found.jacobian)
+    steps.neimark_sacker_indicator(found.jacobian)
+    steps.indicators_of(found.jacobian, slope, tangent)
+    steps.interpolated(np.zeros(1), np.array([x]), np.array([ones]), ones, 0.1)
+    steps.least_of_margins(found.facts, start[4:], 0.0, np.zeros((2, 1), dtype=np.int64))
+    steps.margin_values(found.facts, start[4:], 0.0, np.zeros((2, 1), dtype=np.int64))
+    steps.impact_that_may_stick(numbers_of((PART,)), found.facts, found.facts, 0.0, 0)
+    steps.null_vector(np.eye(4, 5))
 
 
 class Call(NamedTuple):

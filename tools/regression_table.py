@@ -174,7 +174,9 @@ def branches():
         for name, method in (("reference", engine.Reference()), ("exact", engine.ExactPenalty(2500.0, 8.0))):
             where = {"low": float(eta) - 0.1, "high": float(eta) + 0.1}
             try:
-                found = engine.continue_branch(engine.System(), float(eta), method, most_orbits=200, **where)
+                found = engine.continue_branch(
+                    engine.BranchQuestion(engine.System(), float(eta), method, most_orbits=200, **where)
+                )
             except ValueError as none:  # no periodic motion there
                 yield f"{eta:.2f}|{name}", {"none": np.array(str(none))}
                 continue

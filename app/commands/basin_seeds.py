@@ -2,11 +2,11 @@
 
 import json
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
-from vibroscope.engine import Branch, continue_branch
-from vibroscope.engine.continuation.family import Family
+from vibroscope.engine import Branch, BranchQuestion, continue_branch
 from vibroscope.engine.sweeps import KIND_FLAGS, check_store
 
 BESIDE = 0.1  # of the distance of two neighbouring orbits: so far from the chord between them one may lie
@@ -32,10 +32,10 @@ class BasinSeeds(NamedTuple):
     numbers: dict[str, dict]
     sections: tuple[np.ndarray, ...]
 
-    def check(self, problem: tuple, over: str, low: float, high: float) -> None:
+    def check(self, question: BranchQuestion) -> None:
         """Raise a ValueError if the study is of another system, η or method, or lies outside the range."""
-        system, eta, method = problem
-        ours = {"eta": eta} | system.as_dict() | {name: getattr(method, name, None) for name in self.numbers["method"]}
+        of_method = {name: getattr(question.method, name, None) for name in self.numbers["method"]}
+        ours = {"eta": question.eta} | question.system.as_dict() | of_method
         theirs = {"eta": self.eta} | self.numbers["system"] | self.numbers["method"]
         for name, value in theirs.items():
             if ours.get(name) != value:
@@ -43,19 +43,18 @@ class BasinSeeds(NamedTuple):
                     f"{self.target} is of {name} = {value}, and here it is {ours.get(name)}: branches begin at the "
                     "motions of the same problem; give its numbers"
                 )
-        value = Family(over, *problem).value
+        low, value, high = question.low, question.value, question.high
         if not low <= value <= high:
-            raise ValueError(f"{over} = {value:g} of {self.target} lies outside {low:g} … {high:g}: take it in")
+            raise ValueError(
+                f"{question.over} = {value:g} of {self.target} lies outside {low:g} … {high:g}: take it in"
+            )
 
-    def unknown(
-        self, problem: tuple, found: list[Branch], *, over: str, max_period: int, cancelled: Callable[[], bool], **reach
-    ) -> Iterator[Branch]:
-        """Follow each motion that lies on no branch found so far; ``reach``: as `continue_branch` takes it."""
-        value = Family(over, *problem).value
+    def unknown(self, question: BranchQuestion, found: list[Branch], cancelled: Callable[[], bool]) -> Iterator[Branch]:
+        """Follow each motion that lies on no branch found so far."""
         for rows in self.sections:
-            if len(rows) <= max_period and not any(passes(branch, value, rows) for branch in found):
-                reach |= {"over": over, "max_period": max_period, "initial": rows[0]}
-                yield continue_branch(*problem, **reach, cancelled=cancelled)
+            known = any(passes(branch, question.value, rows) for branch in found)
+            if len(rows) <= question.max_period and not known:
+                yield continue_branch(replace(question, initial=rows[0]), cancelled=cancelled)
 
 
 def read_basin(target: str) -> BasinSeeds:

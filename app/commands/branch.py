@@ -11,8 +11,10 @@ from vibroscope.app.commands.numbers import count, measured
 from vibroscope.app.commands.options import NEEDED, add_branch_options, default_of, note_held, problem_of
 from vibroscope.app.commands.output import note, progress_line
 from vibroscope.engine import (
+    FOLLOWED_KINDS,
     PARAMETERS,
     Branch,
+    BranchQuestion,
     Cancelled,
     Point,
     PointCurve,
@@ -21,14 +23,8 @@ from vibroscope.engine import (
     search_branches,
 )
 
-FOLLOWED = (
-    "period doubling",
-    "fold",
-    "Neimark-Sacker",
-    "grazing",
-    "contact opens",
-)  # kinds of points along a second number
-_LONGEST, _MOST_ORBITS = (default_of(search_branches, name) for name in ("max_period", "most_orbits"))
+_LONGEST, _MOST_ORBITS = (default_of(BranchQuestion, name) for name in ("max_period", "most_orbits"))
+_FOLLOWED = "period doubling"
 _SHOWN = "  {:<24} {:<18} {:<10} {}"
 
 
@@ -75,7 +71,7 @@ def add(commands) -> None:
     add("--along", choices=PARAMETERS, help="a second number, along which the points of --point are followed")
     add("--along-from", type=measured, metavar="F", help="its smallest value")
     add("--along-to", type=measured, metavar="F", help="its largest value")
-    add("--point", choices=FOLLOWED, default=FOLLOWED[0], help=f"kind of points to follow (default {FOLLOWED[0]})")
+    add("--point", choices=FOLLOWED_KINDS, default=_FOLLOWED, help=f"kind of points to follow (default {_FOLLOWED})")
     add(
         "--out",
         metavar="FILE.zarr",
@@ -101,25 +97,17 @@ def _run(options: argparse.Namespace, kept: KeptBranches | None) -> int:
     seeds = read_basin(options.from_basin) if options.from_basin is not None else None
     if seeds is not None and options.eta is None:
         options.eta = seeds.eta
-    problem, found, code = _problem(options), [], 0
+    question, found, code = _question(options), [], 0
     if seeds is not None:
-        seeds.check(problem, options.over, options.low, options.high)
+        seeds.check(question)
     curves, notes, lost = [], [], []
     progress = progress_line(lambda count: f"{count} branches", float("inf"))
     with watch_interrupt() as cancelled:
-        along = _along(options, problem, cancelled)
+        along = _along(options, question, cancelled)
         try:
-            reach = {name: getattr(options, name) for name in ("over", "low", "high", "max_period", "most_orbits")}
-            search = search_branches(
-                *problem,
-                **reach,
-                unstable=options.unstable,
-                initial=options.initial,
-                note=notes.append,
-                keep=kept and kept.search_folder,
-                cancelled=cancelled,
-            )
-            more = () if seeds is None else seeds.unknown(problem, found, **reach, cancelled=cancelled)
+            how = {"note": notes.append, "keep": kept and kept.search_folder, "cancelled": cancelled}
+            search = search_branches(question, **how)
+            more = () if seeds is None else seeds.unknown(question, found, cancelled)
             for branch in chain(search, more):
                 found.append(branch)
                 if kept is not None:
@@ -158,15 +146,16 @@ def _print(options: argparse.Namespace, found: list[Branch], along: tuple[list, 
         print(f"{point.kind} at {options.over} {point.value:.8g} is not followed: {why}")
 
 
-def _problem(options: argparse.Namespace) -> tuple:
-    """The problem; the number that is followed need not be given."""
+def _question(options: argparse.Namespace) -> BranchQuestion:
+    """What is searched for; the number that is followed need not be given."""
     own = ("eta", *NEEDED[options.solver], *(("threshold",) if options.solver == "reference" else ()))
     if options.over in own and getattr(options, options.over) is None:
         setattr(options, options.over, options.low)
-    return problem_of(options)
+    names = ("over", "low", "high", "max_period", "unstable", "most_orbits", "initial")
+    return BranchQuestion(*problem_of(options), **{name: getattr(options, name) for name in names})
 
 
-def _along(options: argparse.Namespace, problem: tuple, cancelled) -> PointCurves | None:
+def _along(options: argparse.Namespace, question: BranchQuestion, cancelled) -> PointCurves | None:
     """The plane of both numbers, if a second one is asked for."""
     if not options.along:
         for name in ("along_from", "along_to"):
@@ -175,9 +164,8 @@ def _along(options: argparse.Namespace, problem: tuple, cancelled) -> PointCurve
         return None
     if options.along_from is None or options.along_to is None:
         raise ValueError(f"--along {options.along} needs --along-from and --along-to, the ends of its range")
-    reach = {"over": options.over, "low": options.low, "high": options.high}
     along = {"along": options.along, "along_low": options.along_from, "along_high": options.along_to}
-    return PointCurves(*problem, **reach, **along, cancelled=cancelled)
+    return PointCurves(question, **along, cancelled=cancelled)
 
 
 def _points(options: argparse.Namespace, found: list[Branch]) -> list[Point]:

@@ -331,7 +331,8 @@ def _carried(setting: Setting, before: Units, after: _Converted) -> dict[str, fl
     """The numbers that keep their physical value: the start, and K and D unless K would leave its slider."""
     found = {}
     for name, quantity in _CARRIED.items():
-        ratio = before.of_contact(setting).factor(quantity) / after.units.of_contact(setting).factor(quantity)
+        earlier, later = (units.of_contact(setting.penalty) for units in (before, after.units))
+        ratio = earlier.factor(quantity) / later.factor(quantity)
         if abs(ratio - 1) > _ROUNDING and getattr(setting, name):
             found[name] = float(f"{getattr(setting, name) * ratio:.12g}")
     if not _is_covered("K", found.get("K", setting.K), after.system):

@@ -7,7 +7,6 @@ again.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -19,6 +18,7 @@ from vibroscope.engine import (
     METHOD_NUMBERS,
     PARAMETERS,
     Branch,
+    BranchQuestion,
     Cancelled,
     ExactPenalty,
     Point,
@@ -41,7 +41,7 @@ _PLURALS = {
 BIFURCATIONS = tuple(_PLURALS)
 
 
-class BranchQuestion(NamedTuple):
+class BranchesQuestion(NamedTuple):
     """Branches to search for: ``over`` goes from end to end of ``span``; ``eta`` holds where it does not vary.
 
     The motion at ``followed`` is followed first: a value of the number, and the state (ξ₁, ξ₁′, ξ₂, ξ₂′) there.
@@ -55,23 +55,14 @@ class BranchQuestion(NamedTuple):
     followed: tuple[float, tuple[float, ...]] | None = None
 
     @property
-    def problem(self) -> tuple[System, float, Reference | ExactPenalty]:
-        """System, η and method from which the search begins."""
-        return self.at(self.followed[0]) if self.followed else (self.system, self.eta, self.method)
-
-    @property
-    def search(self) -> dict[str, object]:
-        """The numbers of the search, by their names in `engine.search_branches`."""
-        ends = {"over": self.over, "low": self.span[0], "high": self.span[1], "max_period": MAX_PERIOD} | LIMIT
-        return ends | ({"initial": self.followed[1]} if self.followed else {})
-
-    def at(self, value: float) -> tuple[System, float, Reference | ExactPenalty]:
-        """System, η and method where the number has a value."""
-        if self.over == "eta":
-            return self.system, value, self.method
-        if self.over in METHOD_NUMBERS:
-            return self.system, self.eta, replace(self.method, **{METHOD_NUMBERS[self.over]: value})
-        return self.system.changed({self.over: value}), self.eta, self.method
+    def search(self) -> BranchQuestion:
+        """What the engine is asked."""
+        numbers = {"over": self.over, "low": self.span[0], "high": self.span[1], "max_period": MAX_PERIOD} | LIMIT
+        question = BranchQuestion(self.system, self.eta, self.method, **numbers)
+        if self.followed is None:
+            return question
+        value, initial = self.followed
+        return BranchQuestion(*question.at(value), **numbers, initial=initial)
 
 
 class PartialBranches:
@@ -79,7 +70,7 @@ class PartialBranches:
 
     Attributes
     ----------
-    question : BranchQuestion
+    question : BranchesQuestion
     branches : tuple of Branch
     share : float
         1 when the search is over.
@@ -88,7 +79,7 @@ class PartialBranches:
     """
 
     def __init__(
-        self, question: BranchQuestion, branches: tuple[Branch, ...], *, over: bool = False, cut: str = ""
+        self, question: BranchesQuestion, branches: tuple[Branch, ...], *, over: bool = False, cut: str = ""
     ) -> None:
         self.question, self.branches, self.cut = question, branches, cut
         self.share = 1.0 if over else 0.0
@@ -150,7 +141,7 @@ class PartialBranches:
 
 
 def grow_branches(
-    question: BranchQuestion, last: PartialBranches | None, cancelled: Callable[[], bool]
+    question: BranchesQuestion, last: PartialBranches | None, cancelled: Callable[[], bool]
 ) -> Iterator[PartialBranches]:
     """The branches so far, after each; those of ``last`` if its search was over. Raises `Cancelled`."""
     if last is not None and last.share == 1:
@@ -160,7 +151,7 @@ def grow_branches(
     limit = TimeLimit(SECONDS, cancelled)
     try:
         how = {"threads": current_settings().threads, "note": notes.append, "cancelled": limit.ends}
-        for branch in search_branches(*question.problem, **question.search, **how):
+        for branch in search_branches(question.search, **how):
             found = (*found, branch)
             if len(found) == MOST_BRANCHES:
                 cut = f"The search ended at {MOST_BRANCHES} branches: a narrower range shows the others."

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from vibroscope.app.runtime.settings import current_settings
 from vibroscope.app.studies.time_limit import TimeLimit
-from vibroscope.engine import Cancelled, ExactPenalty, PointCurve, PointCurves, System, search_branches
+from vibroscope.engine import BranchQuestion, Cancelled, ExactPenalty, PointCurve, PointCurves, System, search_branches
 
 KINDS = {
     "fold": "folds",
@@ -43,17 +43,10 @@ class CurvesQuestion(NamedTuple):
         """The exact penalty at the low end of K."""
         return ExactPenalty(self.K[0], damping)
 
-    @property
-    def search(self) -> dict[str, object]:
-        """The numbers of the search of branches, by their names in `engine.search_branches`."""
-        return {"over": "K", "low": self.K[0], "high": self.K[1]} | SEARCH
-
-    @property
-    def plane(self) -> dict[str, object]:
-        """The ranges of both numbers, by their names in `engine.PointCurves`."""
-        return {"over": "K", "low": self.K[0], "high": self.K[1], "along": "D", "along_low": self.D[0]} | {
-            "along_high": self.D[1]
-        }
+    def search(self, damping: float) -> BranchQuestion:
+        """The branches over K at a value of D."""
+        method = self.method(damping)
+        return BranchQuestion(self.system, self.eta, method, over="K", low=self.K[0], high=self.K[1], **SEARCH)
 
 
 class PartialCurves:
@@ -129,11 +122,11 @@ def grow_curves(
 def _curves(question: CurvesQuestion, ends: Callable[[], bool]) -> Iterator[tuple[PointCurve | None, float]]:
     """Each curve, and how much of the search is over; None for a point that could not be followed."""
     rows = question.rows
-    plane = PointCurves(question.system, question.eta, question.method(rows[0]), **question.plane, cancelled=ends)
+    reach = {"along": "D", "along_low": question.D[0], "along_high": question.D[1]}
+    plane = PointCurves(question.search(rows[0]), **reach, cancelled=ends)
     how = {"threads": current_settings().threads, "cancelled": ends}
     for number, damping in enumerate(rows):
-        problem = question.system, question.eta, question.method(damping)
-        for branch in search_branches(*problem, **question.search, **how):
+        for branch in search_branches(question.search(damping), **how):
             for point in branch.points:
                 if point.kind not in KINDS:
                     continue

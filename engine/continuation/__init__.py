@@ -2,7 +2,8 @@
 
 ``find`` is the way in, ``search`` looks for branches, ``follow`` follows one; ``curve`` solves the equations of orbits
 with one sequence of events (:mod:`..drivers.orbit`), ``margins`` says where it holds, ``sequences`` what follows where
-it does not. ``point_curve`` follows a bifurcation in two parameters.
+it does not. ``point_curve`` follows a point in two numbers; ``points`` has a problem for each kind. Both are curves for
+the ``tracer``.
 """
 
 from .branch import Branch, Point
@@ -11,11 +12,15 @@ from .family import PARAMETERS
 from .find import continue_branch, find_branches, search_branches
 from .margins import POINT_KINDS
 from .point_curve import PointCurve, PointCurves, continue_point
+from .points import FOLLOWED_KINDS
+from .question import BranchQuestion
 
 __all__ = [
+    "FOLLOWED_KINDS",
     "PARAMETERS",
     "POINT_KINDS",
     "Branch",
+    "BranchQuestion",
     "Point",
     "PointCurve",
     "PointCurves",

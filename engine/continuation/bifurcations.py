@@ -4,7 +4,7 @@ import numpy as np
 
 from .curve import Curve, CurvePoint
 from .margins import BIFURCATIONS, BRANCH_POINT, DOUBLING, FOLD, NEIMARK_SACKER, indicator
-from .roots import first_zero
+from .roots import changes_ahead
 
 REAL = 1e-6  # a pair of multipliers with smaller imaginary parts is real, and no Neimark–Sacker point
 MULTIPLIERS = {FOLD: 1.0, DOUBLING: -1.0}
@@ -19,19 +19,14 @@ def bifurcations_ahead(
 
     ``before`` and ``after``: the indicators, (4,), at both ends.
     """
-    found = []
-    for k in (before * after < 0).nonzero()[0]:
-        kind = BIFURCATIONS[k]
-        located = first_zero(lambda s, kind=kind: _indicator(curve, here, s, kind), 0.0, step)
-        point = None if located is None else curve.ahead(here, located)
-        if point is not None and _is_bifurcation(kind, point):
-            found.append((located, kind, point))
-    return [(kind, point) for _, kind, point in sorted(found, key=lambda each: each[0])]
+    if not (before * after < 0).any():
+        return []
+    ends = tuple(dict(zip(BIFURCATIONS, each.tolist(), strict=True)) for each in (before, after))
+    return changes_ahead(curve.along(here), step, ends, indicator, _confirmed)
 
 
-def _indicator(curve: Curve, here: CurvePoint, s: float, kind: str) -> float:
-    point = curve.ahead(here, s) if s else here
-    return np.nan if point is None else indicator(kind, point)
+def _confirmed(kind: str, point: CurvePoint) -> CurvePoint | None:
+    return point if _is_bifurcation(kind, point) else None
 
 
 def _is_bifurcation(kind: str, point: CurvePoint) -> bool:

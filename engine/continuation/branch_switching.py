@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from .curve import Curve, CurvePoint, null_vectors
-from .margins import DOUBLING, least_margin
+from .curve import Curve, CurvePoint
+from .margins import DOUBLING
 
 AWAY = 10.0 ** np.arange(-4, -1.0, 0.5)  # scaled first steps on the branch
 
@@ -17,7 +17,9 @@ def other_branch(curve: Curve, kind: str, point: CurvePoint) -> CurvePoint | Non
     tangent = np.concatenate([point.tangent[:4], np.tile(point.tangent[4:-1], times), point.tangent[-1:]])
     if not np.isfinite(here.extended).all():
         return None
-    away = _across(tangent / np.linalg.norm(tangent), *null_vectors(here.extended * scales))
+    away = _across(
+        tangent / np.linalg.norm(tangent), *np.linalg.svd(here.extended * scales)[2][-2:]
+    )  # both null vectors
     for step in AWAY:
         guess = here.unknowns + step * away * scales
         row = away / scales
@@ -28,7 +30,7 @@ def other_branch(curve: Curve, kind: str, point: CurvePoint) -> CurvePoint | Non
         half = orbit.period // 2
         if kind == DOUBLING and np.abs(rows[0] - rows[half]).max() < 0.1 * step * scales[0]:
             continue  # back on the branch of half the period
-        if least_margin(start.orbit, start.evaluation, curve.family.method_at(start.value)) > 0:
+        if start.least_margin > 0:
             return start
     return None
 

@@ -74,10 +74,9 @@ def _doubling_near(curve: Curve, orbit: Orbit, value: float) -> float | None:
         return None
     instants = 0.5 * (orbit.instants[:m] + orbit.instants[m:] - half)
     guess = Orbit(half, orbit.kinds[:m], orbit.first, np.concatenate([orbit.unknowns[:4], instants]))
-    found = curve.corrected(guess, value)
-    if found is None:
+    point = curve.solved(guess, value)
+    if point is None:
         return None
-    point = CurvePoint(curve, found, value)
     for start, step in ((side, CLOSE * 4.0**k) for k in range(5) for side in (point, point.turned())):
         ahead = curve.ahead(start, step)
         if ahead is None:

@@ -7,18 +7,24 @@ by the excitation period.
 """
 
 import math
+from collections.abc import Callable
 from functools import cached_property
 
 import numpy as np
 
-from ..drivers.orbit import Evaluation, OrbitEquations
-from ..drivers.orbit_steps import CONVERGED, NEWTON_STEPS, STALLED, interpolated, scales_of, step_in_plane, tangent_of
+from ..drivers.orbit import Evaluation, steps
+from ..methods import ExactPenalty, Reference
 from .family import Family
-from .orbit import Orbit
+from .margins import Margin, least_margin, margins
+from .newton import Convergence, converges
+from .orbit import KeptEquations, Orbit
 from .parameter_range import ParameterRange
 
 ROUGH = 1e-11  # a larger residual is no rounding: it may be that the equations only nearly have a solution there
-NEXT = 1e-13  # the error that is left after a scaled step of that length: a shorter one is not taken
+# by a slope that is corrected the ratio of two steps stays
+IN_PLANE = Convergence(
+    2 * steps.NEWTON_STEPS, far=1.0, converged=steps.CONVERGED, stalled=steps.STALLED, following=1e-13
+)
 DIFFERENCE = 1e-7  # of the width of the range, of differences in α₁
 STEEP = 0.003  # component of the tangent along α₁
 NEIGHBOURS = 2  # known points from which others are predicted
@@ -42,6 +48,8 @@ class CurvePoint:
     Attributes
     ----------
     evaluation : Evaluation
+    around : dict of float to CurvePoint
+        Known points of its curve, by the distance along the tangent.
     unknowns : (5 + m,) ndarray
         X.
     scales : (5 + m,) ndarray
@@ -61,7 +69,7 @@ class CurvePoint:
         evaluation: Evaluation | None = None,
     ) -> None:
         self._curve, self.orbit, self.value, self._towards = curve, orbit, value, towards
-        self._around: dict[float, CurvePoint] = {}  # other points of its curve, by the distance along the tangent
+        self.around: dict[float, CurvePoint] = {}
         self.evaluation = curve.evaluate(orbit, value) if evaluation is None else evaluation
         self.unknowns = np.concatenate([orbit.unknowns, (value,)])
 
@@ -78,7 +86,7 @@ class CurvePoint:
     @cached_property
     def tangent(self) -> np.ndarray:
         """See the class; nan where there is none."""
-        tangent = tangent_of(self.evaluation.jacobian, self.slope, self.scales)
+        tangent = steps.tangent_of(self.evaluation.jacobian, self.slope, self.scales)
         forwards = tangent[-1] if self._towards is None else tangent @ self._towards
         return tangent if forwards >= 0 else -tangent
 
@@ -91,22 +99,30 @@ class CurvePoint:
         """Floquet multipliers of the orbit, (4,), largest first."""
         return self.evaluation.multipliers
 
+    @property
+    def method(self) -> Reference | ExactPenalty:
+        """The method at its α₁."""
+        return self._curve.family.method_at(self.value)
+
+    @property
+    def margins(self) -> list[Margin]:
+        """What keeps the solution an orbit with its sequence of events."""
+        return margins(self.orbit, self.evaluation, self.method)
+
+    @cached_property
+    def least_margin(self) -> float:
+        """The smallest of them."""
+        return least_margin(self.orbit, self.evaluation, self.method)
+
+    @property
+    def holds(self) -> bool:
+        """Whether it is an orbit with this sequence."""
+        return self.least_margin > 0 and bool((np.diff(self.orbit.instants) > 0).all())
+
     @cached_property
     def along(self) -> np.ndarray:
         """The tangent in the units of X."""
         return self.tangent * self.scales
-
-    def remember(self, s: float, point: "CurvePoint") -> None:
-        """Note the point of the curve at a distance along the tangent."""
-        self._around[s] = point
-
-    def forget(self) -> None:
-        """Drop the points around it: the branch has gone on."""
-        self._around.clear()
-
-    def remembered(self, s: float) -> "CurvePoint | None":
-        """The point at a distance along the tangent, if it is known."""
-        return self._around.get(s)
 
     @cached_property
     def coordinate(self) -> np.ndarray:
@@ -126,19 +142,19 @@ class CurvePoint:
 
         Interpolation by divided differences (Newton), at points whose tangent is known with that (Hermite).
         """
-        nearest = list(self._around)
+        nearest = list(self.around)
         if len(nearest) > 1:
             nearest = sorted(nearest, key=lambda known: abs(known - s))[:NEIGHBOURS]
-        points = [self, *[self._around[known] for known in nearest]]
+        points = [self, *[self.around[known] for known in nearest]]
         values, along = np.empty((2, len(points), len(self.unknowns)))
         for k, point in enumerate(points):
             values[k] = point.unknowns
             along[k] = point.along if "tangent" in point.__dict__ else np.nan
-        return interpolated(np.array([0.0, *nearest]), values, along, self.coordinate, s)
+        return steps.interpolated(np.array([0.0, *nearest]), values, along, self.coordinate, s)
 
     def predicted_slope(self, s: float) -> np.ndarray:
         """∂F/∂α₁ at a distance along the tangent: in a straight line from here to the last point whose own is known."""
-        for distance, point in reversed(self._around.items()):
+        for distance, point in reversed(self.around.items()):
             if "slope" in point.__dict__:
                 return self.slope + s / distance * (point.slope - self.slope)
         return self.slope
@@ -157,25 +173,20 @@ class Curve:
     family : Family
     span : ParameterRange
         α₁ may leave it by as much as a difference needs.
+
+    Attributes
+    ----------
+    equations : KeptEquations
+        At α₁.
     """
 
     def __init__(self, family: Family, span: ParameterRange) -> None:
         self.family, self.low, self.high, self.width = family, span.low, span.high, span.width
-        self._known: dict[float, OrbitEquations] = {}
-
-    def equations(self, value: float) -> OrbitEquations:
-        """The equations at α₁; the last ones are kept."""
-        found = self._known.get(value)
-        if found is None:
-            last = next(reversed(self._known.values()), None)
-            if len(self._known) > 8:
-                self._known.clear()
-            found = self._known[value] = OrbitEquations(*self.family.at(value), like=last)
-        return found
+        self.equations = KeptEquations(family.at)
 
     def evaluate(self, orbit: Orbit, value: float) -> Evaluation:
         """F, its Jacobian and the facts of an orbit at α₁."""
-        return self.equations(value)(orbit.kinds, orbit.first, orbit.period, orbit.unknowns)
+        return self.equations(value)(orbit.cycle, orbit.unknowns)
 
     def slope(self, orbit: Orbit, value: float, residual: np.ndarray) -> np.ndarray:
         """∂F/∂α₁ by a difference of first order, backward where α₁ is at the high end of what it may be.
@@ -188,12 +199,49 @@ class Curve:
                 problem = self.family.at(value + h)
             except ValueError:
                 continue
-            return equations.slope(problem, h, orbit.kinds, orbit.first, orbit.period, orbit.unknowns, residual)
+            return equations.slope(problem, h, orbit.cycle, orbit.unknowns, residual)
         raise ValueError(f"{self.family.over} = {value:g}: the range of what it may be is narrower than {abs(h):g}")
 
     def scales(self, orbit: Orbit) -> np.ndarray:
         """Units in which distances count, (5 + m,)."""
-        return scales_of(orbit.unknowns, self.width)
+        return steps.scales_of(orbit.unknowns, self.width)
+
+    def words(self, point: CurvePoint) -> str:
+        """Where a point lies."""
+        return f"{self.family.over} = {point.value:.10g}"
+
+    # -- borders -------------------------------------------------------------------------------------------------------
+
+    def border_ahead(self, here: CurvePoint) -> tuple[float, float]:
+        """How far ahead the end of the range lies to which the tangent points, and that; infinite if to none."""
+        along = here.tangent[-1] * self.width
+        border = self.high if along > 0 else self.low
+        return (border - here.value) / along if along else math.inf, border
+
+    def left(self, border: float) -> str:
+        """That the range is left, in words."""
+        return f"{self.family.over} leaves the range at {border:g}"
+
+    def at_border(self, here: CurvePoint, way: float, border: float) -> CurvePoint | None:
+        """The orbit at an end of the range, about a distance ``way`` along the tangent of another one."""
+        guess = here.unknowns + way * here.tangent * here.scales
+        return self.solved(here.orbit.at(guess[:-1]), border, here.tangent)
+
+    def within(self, here: CurvePoint, there: CurvePoint) -> tuple[CurvePoint | None, float | None]:
+        """The second point, or that at the end of the range if it lies there or beyond; and which end."""
+        if self.low < there.value < self.high:
+            return there, None
+        border = self.low if there.value <= self.low else self.high
+        if there.value == border:
+            return there, border
+        way = self.distance(here, there) * (border - here.value) / (there.value - here.value)
+        return self.at_border(here, way, border), border
+
+    def distance(self, here: CurvePoint, there: CurvePoint) -> float:
+        """How far ahead along the tangent of one point another one lies."""
+        return float((there.unknowns - here.unknowns) / here.scales @ here.tangent)
+
+    # -- solutions -----------------------------------------------------------------------------------------------------
 
     def corrected(self, orbit: Orbit, value: float) -> Orbit | None:
         """The orbit at this α₁ near a guess; None if Newton's method does not find it."""
@@ -203,8 +251,12 @@ class Curve:
     def solved(self, orbit: Orbit, value: float, towards: np.ndarray | None = None) -> CurvePoint | None:
         """The point at this α₁ near a guess, or None if Newton's method finds none; ``towards``: as for the point."""
         unknowns = orbit.unknowns.copy()
-        found = self.equations(value).solve(orbit.kinds, orbit.first, orbit.period, unknowns, self.width)
+        found = self.equations(value).solve(orbit.cycle, unknowns, self.width)
         return found and CurvePoint(self, orbit.at(unknowns), value, towards, found)
+
+    def along(self, here: CurvePoint) -> Callable[[float], CurvePoint | None]:
+        """The point of the curve at each distance along the tangent of one; None where there is none."""
+        return lambda s: self.ahead(here, s) if s else here
 
     def ahead(self, point: CurvePoint, s: float) -> CurvePoint | None:
         """The point at the distance s along the tangent of another one; None if there is none.
@@ -212,7 +264,7 @@ class Curve:
         Where the curve is steep enough α₁ is that of the tangent, since the tables of one α₁ then serve all steps of
         Newton's method; near a fold the orbit is sought in the plane orthogonal to the tangent.
         """
-        if (known := point.remembered(s)) is not None:
+        if (known := point.around.get(s)) is not None:
             return known
         guess, predicted = point.unknowns + s * point.along, point.predicted(s)
         orbit, towards = point.orbit.at(predicted[:-1]), point.tangent
@@ -229,14 +281,13 @@ class Curve:
         if found is None:
             return None
         if np.abs(found.evaluation.residual).max() > ROUGH:  # the last steps shrank less than foreseen
-            orbit = self.corrected(found.orbit, found.value)
-            found = orbit and CurvePoint(self, orbit, found.value, towards)
+            found = self.solved(found.orbit, found.value, towards)
             if found is None or np.abs(found.evaluation.residual).max() > ROUGH:
                 return None
         off = (found.unknowns - guess) / point.scales
-        if not math.sqrt(off @ off) <= FAR * abs(s) + 1e3 * CONVERGED:
+        if not math.sqrt(off @ off) <= FAR * abs(s) + 1e3 * steps.CONVERGED:
             return None
-        point.remember(s, found)
+        point.around[s] = found
         return found
 
     def constrained(
@@ -252,23 +303,20 @@ class Curve:
         ``towards``: as for the point. ``slope``: ∂F/∂α₁ nearby, by default that of the guess. Each step corrects it by
         what the one before missed (Broyden 1965), since a difference would need the tables of another α₁.
         """
-        scales, x, before = self.scales(orbit), np.concatenate([orbit.unknowns, (value,)]), np.inf
-        step, found = np.zeros((len(x), 1)), Evaluation.without_facts(len(orbit.kinds))
-        for _ in range(2 * NEWTON_STEPS):
-            value = float(x[-1])
-            self.equations(value)(orbit.kinds, orbit.first, orbit.period, x[:-1], found)
+        scales, x = self.scales(orbit), np.concatenate([orbit.unknowns, (value,)])
+        step, found = np.zeros((len(x), 1)), Evaluation.zeros(len(orbit.kinds))
+
+        def take(before: float) -> float:
+            nonlocal slope
+            self.equations(float(x[-1]))(orbit.cycle, x[:-1], found)
             if before == np.inf:
                 slope = self.slope(orbit, value, found.residual) if slope is None else slope.copy()
-            length = step_in_plane((found.residual, found.jacobian), scales, plane, x, slope, step)
-            if not length < 1.0:
-                return None
-            following = length * length / before if before < np.inf else np.inf  # by a corrected slope the ratio stays
-            if length < CONVERGED or (length >= before and before < STALLED) or following < NEXT:
-                return CurvePoint(self, orbit.at(x[:-1]), float(x[-1]), towards)
-            before = length
-        return None
+            return steps.step_in_plane((found.residual, found.jacobian), scales, plane, x, slope, step)
 
+        return CurvePoint(self, orbit.at(x[:-1]), float(x[-1]), towards) if converges(take, IN_PLANE) else None
 
-def null_vectors(matrix: np.ndarray) -> np.ndarray:
-    """Two vectors of length one that a matrix with one column more than rows, of a rank one too low, maps to zero."""
-    return np.linalg.svd(matrix)[2][-2:]
+    def with_phase(self, guess: Orbit, value: float, i: int, j: int) -> CurvePoint | None:
+        """The point near a guess whose phase between events i and j is as long as there; its tangent lengthens it."""
+        row = np.zeros(len(guess.unknowns) + 1)
+        row[4 + i], row[4 + j] = -1.0, 1.0
+        return self.constrained(guess, value, (row, float(guess.instants[j] - guess.instants[i])), row)

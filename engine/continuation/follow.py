@@ -5,15 +5,15 @@ zero, the zero is located along the curve. At the zero of a margin the curve goe
 (:mod:`.sequences`).
 """
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
+from operator import attrgetter
 
 import numpy as np
 
-from ..drivers.event_driven import displaced_state
 from ..drivers.orbit import CHATTER
 from .bifurcations import bifurcations_ahead
-from .branch import Point
 from .closing import halves_meet, is_first, share_of_first, value_of_meeting
 from .curve import Curve, CurvePoint
 from .known_branches import KnownBranches
@@ -29,23 +29,19 @@ from .margins import (
     Margin,
     impacts_that_may_stick,
     indicators,
-    least_margin,
-    reasons_not_to_stick,
+    parts_more_than_pressed,
 )
 from .nearby import point_within_cycle
-from .orbit import check_cancelled, least_period
-from .roots import first_zero
+from .orbit import least_period
+from .roots import zero_ahead
 from .seeds import SAME
 from .sequences import REPEATED, after_chatter, beyond, where_contact_opens
+from .trace import point_on_branch
+from .tracer import StepControl, Tracer
 
-FIRST_STEP, LARGEST_STEP, SMALLEST_STEP = 0.005, 0.05, 1e-9  # scaled lengths
-TURN = 0.98  # cosine between neighbouring tangents, below which the step is halved
-BEND = 0.12  # angle between neighbouring tangents to which steps are fitted …
-GROWTH = 8.0  # … but no step is longer than so many of the one before
 VANISHING = 1e-7, 3e-8  # a step and a margin below which a phase vanishes here: rounding hides the margin's zero
 ROUNDED = 1e-7  # excitation periods: so close together impacts are mostly rounding
 MEETING = 2e-4  # longest step over which the value of a meeting is interpolated
-MOST_ORBITS = 5000
 ACCUMULATED = (
     1e-8  # of the range: SERIES grazings of new impacts, ever closer, are the first of infinitely many within it
 )
@@ -55,7 +51,7 @@ OTHER_END = {STICKING_BEGINS: STICKING_ENDS, STICKING_ENDS: STICKING_BEGINS}  # 
 INSIDE = 1e-6  # of a step: as far from the end of a sequence lies the last orbit that is kept
 
 
-class Tracer:
+class BranchTracer(Tracer):
     """Follows one branch from an orbit in one direction.
 
     Parameters
@@ -63,132 +59,68 @@ class Tracer:
     curve : Curve
     start : CurvePoint
         The first orbit; its tangent gives the direction.
+    cancelled : callable, optional
     doublings : sequence of (int, float), optional
         Known period doublings: the period, and α₁.
-    cancelled : callable, optional
-
-    Attributes
-    ----------
-    points : list of CurvePoint
-        Accepted orbits.
-    marks : list of (Point, CurvePoint)
-        Points of the branch, and the orbits there.
-    length : float
-        Scaled, of the branch so far.
-    reason : str
-        Why the branch ends.
-    joined : float or None
-        α₁ where it ends in a branch of a shorter period.
     """
+
+    control = StepControl(first=0.005, largest=0.05, smallest=1e-9, growth=8.0, bend=0.12, turn=0.98)
 
     def __init__(
         self,
         curve: Curve,
         start: CurvePoint,
-        doublings: Sequence[tuple[int, float]] = (),
         cancelled: Callable[[], bool] | None = None,
+        doublings: Sequence[tuple[int, float]] = (),
     ) -> None:
-        self.curve, self.doublings, self.cancelled = curve, doublings, cancelled
-        self.points = [start]
-        self.marks: list[tuple[Point, CurvePoint]] = []
-        self.length = 0.0
-        self.reason = ""
-        self.joined: float | None = None
+        super().__init__(curve, start, cancelled)
+        self.doublings = doublings
         self._grazings: list[float] = []  # since the last other change of the sequence
         self._indicators = indicators(start)
 
-    def run(self, most: int = MOST_ORBITS) -> Iterator["Tracer"]:
-        """Follow the branch to its end; yield after each step."""
-        step = FIRST_STEP
-        while not self.reason:
-            check_cancelled(self.cancelled)
-            if len(self.points) >= most:
-                self.reason = f"given up after {most} orbits"
-                return
-            step = self._advance(step)
-            yield self
-
     # -- one step ------------------------------------------------------------------------------------------------------
 
-    def _advance(self, step: float) -> float:
-        """Take a step; return the length to try next."""
-        here = self.points[-1]
-        border, way = self._border_ahead(here)
-        if way < SMALLEST_STEP:
-            self.reason = f"{self.curve.family.over} leaves the range at {border:g}"
-            return step
-        step = min(step, way)  # beyond there may be no such system
-        vanishes = step < VANISHING[0] and self.least_margin(here) < VANISHING[1]
-        if vanishes and self._change_sequence(here, 0.0, rounded=True):
-            self.length += step
-            return FIRST_STEP / 10
-        there = self.curve.ahead(here, step) if step < way else self._at_border(here, way, border)
-        while there is None or not there.tangent @ here.tangent >= TURN:
-            step /= 2
-            if step < SMALLEST_STEP:
-                where = f"{self.curve.family.over} = {here.value:.10g}"
-                chatters = CHATTER in here.orbit.kinds and np.diff(here.orbit.instants).min() < ROUNDED
-                why = "the impacts of a chatter lie too close together" if chatters else "no orbit is found ahead"
-                self.reason = f"the step shrinks to nothing at {where}: {why}"
-                return step
-            there = self.curve.ahead(here, step)
-        outside = not self.curve.low < there.value < self.curve.high
-        if outside:
-            border = self.curve.low if there.value <= self.curve.low else self.curve.high
-            if border != there.value:
-                there = self._at_border(here, self._distance_of(here, there, border), border)
-            self.reason = f"{self.curve.family.over} leaves the range at {border:g}"
-            if there is None:
-                return step
-            step = self._distance(here, there)
-        end = step if self.least_margin(there) <= 0 else self._hidden_end(here, there, step)
+    def _vanishes(self, here: CurvePoint, step: float) -> bool:
+        """Whether a phase vanishes at the last orbit, where rounding hides the zero of its margin."""
+        vanishes = step < VANISHING[0] and here.least_margin < VANISHING[1]
+        if not (vanishes and self._change_sequence(here, 0.0, rounded=True)):
+            return False
+        self.length += step
+        return True
+
+    def _why_lost(self, here: CurvePoint) -> str:
+        chatters = CHATTER in here.orbit.kinds and np.diff(here.orbit.instants).min() < ROUNDED
+        why = "the impacts of a chatter lie too close together" if chatters else "no orbit is found ahead"
+        return f"the step shrinks to nothing at {self.curve.words(here)}: {why}"
+
+    def _special(self, here: CurvePoint, there: CurvePoint, step: float) -> float | None:
+        end = step if there.least_margin <= 0 else self._hidden_end(here, there, step)
         if end is not None:
             self.reason = ""
             if not self._change_sequence(here, end):
                 return step / 4
-            here.forget()
+            here.around.clear()
             self.length += end
-            return FIRST_STEP / 10
-        angle = np.sqrt(max(2.0 - 2.0 * float(there.tangent @ here.tangent), 0.0))
-        if halves_meet(here, there):
-            if step > MEETING:
-                return step / 4
-            self._join(there.orbit.period // 2, value_of_meeting(self.curve, here, there, self.doublings))
-            return step
+            return self.control.first / 10
+        if not halves_meet(here, there):
+            return None
+        if step > MEETING:
+            return step / 4
+        self._join(there.orbit.period // 2, value_of_meeting(self.curve, here, there, self.doublings))
+        return step
+
+    def _closed(self, here: CurvePoint, there: CurvePoint, step: float) -> tuple[CurvePoint, float]:
         end = self._first_orbit_between(here, there)
-        if end is not None:
-            there, step = end, here.way_to(end)
+        return (there, step) if end is None else (end, here.way_to(end))
+
+    def _accept(self, here: CurvePoint, there: CurvePoint, step: float) -> None:
         after = self._mark_bifurcations(here, there, step)
         self.points.append(point_within_cycle(self.curve, there))
         self.length += step
-        here.forget()
+        here.around.clear()
         if self.points[-1] is there:
-            there.remember(there.way_to(here), here)
+            there.around[there.way_to(here)] = here
         self._indicators = after if self.points[-1] is there else indicators(self.points[-1])
-        return min(step * min(BEND / max(angle, BEND / GROWTH), GROWTH), LARGEST_STEP)
-
-    def least_margin(self, point: CurvePoint) -> float:
-        """The smallest margin of an orbit."""
-        return least_margin(point.orbit, point.evaluation, self.curve.family.method_at(point.value))
-
-    def _distance(self, here: CurvePoint, there: CurvePoint) -> float:
-        return float((there.unknowns - here.unknowns) / here.scales @ here.tangent)
-
-    def _border_ahead(self, here: CurvePoint) -> tuple[float, float]:
-        """The end of the range towards which the tangent points, and how far along it; infinite if there is none."""
-        along = here.tangent[-1] * self.curve.width
-        border = self.curve.high if along > 0 else self.curve.low
-        return border, (border - here.value) / along if along else np.inf
-
-    def _distance_of(self, here: CurvePoint, there: CurvePoint, value: float) -> float:
-        """The distance of α₁ = ``value`` between two orbits, or beyond them."""
-        return self._distance(here, there) * (value - here.value) / (there.value - here.value)
-
-    def _at_border(self, here: CurvePoint, way: float, border: float) -> CurvePoint | None:
-        """The orbit at an end of the range, about a distance ``way`` along the tangent of another one."""
-        guess = here.unknowns + way * here.tangent * here.scales
-        orbit = self.curve.corrected(replace(here.orbit, unknowns=guess[:-1]), border)
-        return orbit and CurvePoint(self.curve, orbit, border, here.tangent)
 
     def _first_orbit_between(self, here: CurvePoint, there: CurvePoint) -> CurvePoint | None:
         """The first orbit of the branch, if it is between two neighbours, where the branch ends; else None."""
@@ -203,11 +135,12 @@ class Tracer:
         if share is None or not 0 <= share <= 1:
             return None
         chord = there.orbit.unknowns - here.orbit.unknowns
-        orbit = self.curve.corrected(here.orbit.at(here.orbit.unknowns + share * chord), start.value)
-        if orbit is None or not is_first(start, orbit):
+        guess = here.orbit.at(here.orbit.unknowns + share * chord)
+        end = self.curve.solved(guess, start.value, here.tangent)
+        if end is None or not is_first(start, end.orbit):
             return None
         self._close(onwards)
-        return CurvePoint(self.curve, orbit, start.value, here.tangent)
+        return end
 
     def _ends_at(self, point: CurvePoint) -> bool:
         """Whether an orbit next to the end of a sequence is the first one of the branch, which then ends there."""
@@ -257,21 +190,11 @@ class Tracer:
 
     def _hidden_end(self, here: CurvePoint, there: CurvePoint, step: float) -> float | None:
         """How far ahead between two orbits of the same sequence another one does not have it; None if there is none."""
-        method = self.curve.family.method_at(here.value)
-        for k in impacts_that_may_stick(here.orbit, here.evaluation, there.evaluation, method):
-
-            def surplus(s: float, k: int = k) -> float:
-                point = self.curve.ahead(here, s) if s else here
-                return np.nan if point is None else float(self._reasons_not_to_stick(point)[k] @ (1.0, -1.0))
-
-            both = first_zero(surplus, 0.0, step)
-            between = None if both is None else self.curve.ahead(here, both)
-            if between is not None and self.least_margin(between) <= 0:
-                return both
+        for k in impacts_that_may_stick(here, there):
+            both = zero_ahead(self.curve.along(here), step, partial(parts_more_than_pressed, k))
+            if both is not None and both[1].least_margin <= 0:
+                return both[0]
         return None
-
-    def _reasons_not_to_stick(self, point: CurvePoint) -> np.ndarray:
-        return reasons_not_to_stick(point.evaluation, self.curve.family.method_at(point.value))
 
     def _change_sequence(self, here: CurvePoint, step: float, rounded: bool = False) -> bool:
         """Locate where the sequence of events ceases to hold within a step, and go on with the one that follows.
@@ -279,19 +202,14 @@ class Tracer:
         False if the place is not found, since orbits on the way are missing: a shorter step may find it. ``rounded``:
         none can, since the equations have no digit left right ahead of the first orbit; there the place is.
         """
-
-        def smallest(s: float) -> float:
-            point = self.curve.ahead(here, s) if s else here
-            return np.nan if point is None else self.least_margin(point)
-
-        located = first_zero(smallest, 0.0, step)
-        last = None if located is None else self.curve.ahead(here, located)
+        zero = zero_ahead(self.curve.along(here), step, attrgetter("least_margin"))
+        located, last = (None, None) if zero is None else (zero[0], self.curve.ahead(here, zero[0]))
         if last is None and rounded:
             located, last = 0.0, here
-        if last is None and step > SMALLEST_STEP:
+        if last is None and step > self.control.smallest:
             return False
         if last is None:
-            where = f"{self.curve.family.over} = {here.value:.10g}"
+            where = self.curve.words(here)
             self.reason = f"the sequence of events ends near {where}, but the orbit at its end is not found"
             return True
         # on its own side of the end, where it is an orbit beyond rounding: at the end itself a new phase is of length
@@ -318,7 +236,7 @@ class Tracer:
         """
         following, margin, arrival, by_run = beyond(self.curve, last)
         kind = margin.point_at(last.orbit, self.curve.family.method)
-        where = f"{self.curve.family.over} = {last.value:.10g}"
+        where = self.curve.words(last)
         more = 0 if following is None else len(following.orbit.kinds) - len(last.orbit.kinds)
         flight = kind == OPENS and self.curve.family.method.rigid  # begins where more > 0, or vanishes
         if margin.kind != LATER_SUM:
@@ -357,7 +275,7 @@ class Tracer:
 
     def _pass_short_flight(self, following: CurvePoint) -> None:
         """Add the orbits with a shorter flight than in the first one found, and their points: as met the other way."""
-        back = Tracer(self.curve, following.turned(), (), self.cancelled)
+        back = BranchTracer(self.curve, following.turned(), self.cancelled)
         events = len(following.orbit.kinds)
         for _ in back.run(MOST_SHORT):
             if len(back.points[-1].orbit.kinds) != events:
@@ -376,7 +294,7 @@ class Tracer:
         Of three sequences that end at a jump two may go on as the third. Where the branch meets one of a shorter
         period, more than two sequences end, and those of the same orbits some cycles later are among them.
         """
-        ahead = ahead or self.curve.ahead(following, FIRST_STEP / 10)
+        ahead = ahead or self.curve.ahead(following, self.control.first / 10)
         values = [point.value for point in self.points]
         if ahead is None or not min(values) <= ahead.value <= max(values):
             return False
@@ -395,18 +313,3 @@ class Tracer:
         near = 1e-9 * self.curve.width
         self.marks = [each for each in self.marks if each[0].kind != FOLD or abs(each[0].value - value) > near]
         self.reason = f"joins a branch of period {period} at {self.curve.family.over} = {value:.12g}"
-
-
-def point_on_branch(curve: Curve, kind: str, point: CurvePoint, index: int) -> Point:
-    """The point of a branch at an orbit of its curve."""
-    system, _, _ = curve.family.at(point.value)
-    return Point(
-        kind=kind,
-        value=point.value,
-        period=point.orbit.period,
-        multipliers=point.multipliers,
-        state=displaced_state(system, point.evaluation.section[0]),
-        events=point.orbit.events,
-        instants=point.orbit.instants,
-        index=index,
-    )

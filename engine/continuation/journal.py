@@ -9,27 +9,16 @@ import json
 import os
 from collections.abc import Iterable, Mapping
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 
 from ..drivers.code_cache import source_digest
-from .branch import Point
 from .curve import Curve, CurvePoint
-from .follow import Tracer, point_on_branch
 from .orbit import Orbit
+from .trace import Trace, point_on_branch
 
 QUESTION = "question.json"
 ENGINE = Path(__file__).parents[1]
-
-
-class Trace(NamedTuple):
-    """A finished `Tracer`; the attributes are its own."""
-
-    points: list[CurvePoint]
-    marks: list[tuple[Point, CurvePoint]]
-    reason: str
-    joined: float | None
 
 
 class Journal:
@@ -69,12 +58,12 @@ class Journal:
         points = [_read_point(each, curve) for each in kept["points"]]
         marked = ((kind, index, _read_point(each, curve)) for kind, index, each in kept["marks"])
         marks = [(point_on_branch(curve, kind, point, index), point) for kind, index, point in marked]
-        return Trace(points, marks, kept["reason"], kept["joined"])
+        return Trace(points, marks, kept["reason"], joined=kept["joined"])
 
-    def write(self, k: int, start: CurvePoint, trace: Tracer) -> None:
+    def write(self, k: int, trace: Trace) -> None:
         """Keep trace k, which is finished."""
         kept = {
-            "start": _plain(start),
+            "start": _plain(trace.points[0]),
             "points": [_plain(point) for point in trace.points],
             "marks": [(point.kind, point.index, _plain(where)) for point, where in trace.marks],
             "reason": trace.reason,

@@ -14,9 +14,9 @@ import numpy as np
 from ..drivers.orbit import CHATTER, FORCE, IMPACT, JOINS, PARTING, RELEASE, STICK
 from .curve import Curve, CurvePoint
 from .margins import STICKING_BEGINS, STICKING_ENDS, Margin
-from .nearby import first_ahead, holds, is_near, orbit_near, point_within_cycle, walk
+from .nearby import first_ahead, is_near, orbit_near, point_within_cycle, walk
 from .orbit import Orbit, orbit_of_run, touching_at_start, within_cycle
-from .roots import first_zero
+from .roots import zero_ahead
 
 JUMPS = 10.0 ** np.arange(-7, -3)  # of the range, to where runs show a sequence that follows
 LOCATED = 1e-9  # of a step: as well is the end of a jump located
@@ -103,9 +103,7 @@ def _with_phase_of(curve: Curve, last: CurvePoint, guess: Orbit, k: int) -> Iter
     """The solution near the last orbit in which the phase after event k lasts as long as in a guess, at any α₁."""
     if not 0 <= k < len(guess.kinds) - 1:
         return
-    row = np.zeros(len(guess.unknowns) + 1)
-    row[4 + k], row[5 + k] = -1.0, 1.0
-    start = curve.constrained(guess, last.value, (row, float(row[:-1] @ guess.unknowns)), row)
+    start = curve.with_phase(guess, last.value, k, k + 1)
     if start is not None and is_near(curve, last, start.orbit):
         yield start
 
@@ -143,7 +141,7 @@ class Sticking:
         if margin.kind not in (STICKING_BEGINS, STICKING_ENDS) or kinds[k] == CHATTER:
             return None
         parting, force = last.evaluation.facts[k, [PARTING, FORCE]]
-        column = PARTING if abs(parting - curve.family.method_at(last.value).threshold) < abs(force) else FORCE
+        column = PARTING if abs(parting - last.method.threshold) < abs(force) else FORCE
         _, turned = within_cycle(last.orbit, last.evaluation, curve.equations(last.value))
         return cls(curve, (k + turned) % len(kinds), kinds[k] == IMPACT, column)
 
@@ -169,23 +167,18 @@ class Sticking:
 
         With the tangent of the first.
         """
-
-        def value(s: float) -> float:
-            point = self.curve.ahead(inside, s) if s else inside
-            return np.nan if point is None else self._value(point)
-
-        end = first_zero(value, 0.0, inside.way_to(outside), LOCATED)
-        point = None if end is None else self.curve.ahead(inside, (1 - INSIDE) * end)
-        if point is None or not holds(self.curve, point):
+        zero = zero_ahead(self.curve.along(inside), inside.way_to(outside), self._value, LOCATED)
+        point = None if zero is None else self.curve.ahead(inside, (1 - INSIDE) * zero[0])
+        if point is None or not point.holds:
             return None, None
-        return point, self.curve.ahead(inside, end)
+        return point, zero[1]
 
     def _value(self, point: CurvePoint) -> float:
         """What is zero at the jump, and positive where the sequence beyond it holds."""
         facts = point.evaluation.facts[self.event]
         if self.column == FORCE:
             return float(facts[FORCE] if self.sticks else -facts[FORCE])
-        slower = float(self.curve.family.method_at(point.value).threshold - facts[PARTING])
+        slower = float(point.method.threshold - facts[PARTING])
         return slower if self.sticks else -slower
 
 

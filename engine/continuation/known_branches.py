@@ -3,19 +3,15 @@
 from collections.abc import Sequence
 from dataclasses import replace
 from itertools import pairwise
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from .curve import Curve, CurvePoint
-from .margins import STICKING_BEGINS, STICKING_ENDS, least_margin
+from .margins import STICKING_BEGINS, STICKING_ENDS
 from .nearby import point_within_cycle
 from .orbit import Orbit
 from .seeds import SAME
-
-if TYPE_CHECKING:
-    from .follow import Tracer
-    from .journal import Trace
+from .trace import Trace
 
 ROUNDING = 1e-12  # of a margin
 WALK = 8  # steps from an orbit to one between it and its neighbour on the branch
@@ -28,7 +24,7 @@ class KnownBranches:
         self.curve, self.traces = curve, 0
         self._pieces: list[tuple[Sequence[CurvePoint], np.ndarray]] = []
 
-    def add(self, trace: "Tracer | Trace") -> None:
+    def add(self, trace: Trace) -> None:
         """Add the orbits of a trace, in their order along it; between both ends of a jump there are none."""
         self.traces += 1
         jumps = {point.index + 1 for point, _ in trace.marks if point.kind in (STICKING_BEGINS, STICKING_ENDS)}
@@ -81,5 +77,4 @@ class KnownBranches:
         """
         there = point_within_cycle(self.curve, CurvePoint(self.curve, known, value))
         near = (np.abs(rows - there.orbit.unknowns[:4]).max(axis=1) < same).any()
-        method = self.curve.family.method_at(value)
-        return bool(near) and least_margin(there.orbit, there.evaluation, method) > -ROUNDING
+        return bool(near) and there.least_margin > -ROUNDING

@@ -6,7 +6,7 @@ orbit with this sequence; at its zero the sequence changes. An *indicator* chang
 
 from collections.abc import Iterator
 from functools import lru_cache
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -24,22 +24,13 @@ from ..drivers.orbit import (
     TOUCH,
     Evaluation,
     numbers_of,
-)
-from ..drivers.orbit_steps import (
-    BEGINS,
-    ENDS,
-    LENGTH,
-    branch_point_indicator,
-    doubling_indicator,
-    impact_that_may_stick,
-    indicators_of,
-    least_of_margins,
-    margin_values,
-    neimark_sacker_indicator,
+    steps,
 )
 from ..methods import ExactPenalty, Reference
-from .curve import CurvePoint
 from .orbit import Orbit, short_phase
+
+if TYPE_CHECKING:
+    from .curve import CurvePoint
 
 # kinds of points, in the order of their numbers in stores
 FOLD, DOUBLING, NEIMARK_SACKER, BRANCH_POINT = "fold", "period doubling", "Neimark-Sacker", "branch point"
@@ -92,28 +83,26 @@ class Margin(NamedTuple):
 def margins(orbit: Orbit, evaluation: Evaluation, method: Reference | ExactPenalty) -> list[Margin]:
     """All margins of an orbit, in a fixed order for each sequence of events."""
     conditions, columns = _conditions_of(orbit, method)
-    values = margin_values(*_of_values(columns, orbit, evaluation, method)).tolist()
+    values = steps.margin_values(*_of_values(columns, orbit, evaluation, method)).tolist()
     return [margin._replace(value=value) for margin, value in zip(conditions, values, strict=True)]
 
 
 def least_margin(orbit: Orbit, evaluation: Evaluation, method: Reference | ExactPenalty) -> float:
     """The smallest margin of an orbit."""
-    return least_of_margins(*_of_values(_conditions_of(orbit, method)[1], orbit, evaluation, method))
+    return steps.least_of_margins(*_of_values(_conditions_of(orbit, method)[1], orbit, evaluation, method))
 
 
-def reasons_not_to_stick(evaluation: Evaluation, method: Reference | ExactPenalty) -> np.ndarray:
-    """Why impacts do not stick, where one of two is positive: parting speed − ε, force that parts them, (m, 2)."""
-    facts = evaluation.facts[:-1]
-    return np.column_stack([facts[:, PARTING] - method.threshold, -facts[:, FORCE]])
+def parts_more_than_pressed(k: int, point: "CurvePoint") -> float:
+    """By how much the parting speed of impact k less ε exceeds the force that parts the bodies."""
+    parting, force = point.evaluation.facts[k, [PARTING, FORCE]]
+    return float(parting - point.method.threshold + force)
 
 
-def impacts_that_may_stick(
-    orbit: Orbit, before: Evaluation, after: Evaluation, method: Reference | ExactPenalty
-) -> Iterator[int]:
+def impacts_that_may_stick(before: "CurvePoint", after: "CurvePoint") -> Iterator[int]:
     """The impacts that may stick between two neighbours though they do at neither, for one reason each."""
-    k, threshold = -1, method.threshold
+    k, threshold, kinds = -1, before.method.threshold, numbers_of(before.orbit.kinds)
     while threshold > 0:
-        k = impact_that_may_stick(numbers_of(orbit.kinds), before.facts, after.facts, threshold, k + 1)
+        k = steps.impact_that_may_stick(kinds, before.evaluation.facts, after.evaluation.facts, threshold, k + 1)
         if k < 0:
             return
         yield k
@@ -144,13 +133,13 @@ def _margins(kinds: tuple[int, ...], first: bool, rigid: bool, sticks: bool) -> 
         within = OPENS if touching else GRAZING
         yield Margin(within, k, True, more=_MORE[within, rigid]), LOWEST
         if k and kind is not None and kinds[k - 1] == RELEASE:  # its closing speed is of second order
-            yield Margin(STAYS_SHUT, k, False), LENGTH
+            yield Margin(STAYS_SHUT, k, False), steps.LENGTH
         elif kind in (IMPACT, STICK, CHATTER, TOUCH):
             yield Margin(GRAZING, k, False), CLOSING
         if kind == IMPACT and sticks:
-            yield Margin(STICKING_BEGINS, k, False), BEGINS
+            yield Margin(STICKING_BEGINS, k, False), steps.BEGINS
         if kind == STICK:
-            yield Margin(STICKING_ENDS, k, False), ENDS
+            yield Margin(STICKING_ENDS, k, False), steps.ENDS
         if kind == CHATTER:
             yield Margin(STICKING_ENDS, k, False), FORCE
             yield Margin(LATER_SUM, k, False), ROOM
@@ -159,7 +148,7 @@ def _margins(kinds: tuple[int, ...], first: bool, rigid: bool, sticks: bool) -> 
         touching = kind in (STICK, CHATTER, TOUCH)
 
 
-def indicator(kind: str, point: CurvePoint) -> float:
+def indicator(kind: str, point: "CurvePoint") -> float:
     """What changes its sign at a point of one of the kinds BIFURCATIONS.
 
     Determinants of the whole Jacobian instead of that of the Poincaré map, which is infinite at a grazing impact.
@@ -168,12 +157,12 @@ def indicator(kind: str, point: CurvePoint) -> float:
         return float(point.tangent[-1])
     jacobian = point.evaluation.jacobian
     if kind == DOUBLING:
-        return doubling_indicator(jacobian)
+        return steps.doubling_indicator(jacobian)
     if kind == BRANCH_POINT:
-        return branch_point_indicator(jacobian, point.slope, point.tangent)
-    return neimark_sacker_indicator(jacobian)
+        return steps.branch_point_indicator(jacobian, point.slope, point.tangent)
+    return steps.neimark_sacker_indicator(jacobian)
 
 
-def indicators(point: CurvePoint) -> np.ndarray:
+def indicators(point: "CurvePoint") -> np.ndarray:
     """All of them, (4,)."""
-    return indicators_of(point.evaluation.jacobian, point.slope, point.tangent)
+    return steps.indicators_of(point.evaluation.jacobian, point.slope, point.tangent)

@@ -5,14 +5,16 @@ too, is solved on the curve of grazings, whose touch is an event.
 """
 
 from collections.abc import Callable
+from functools import partial
 
 import numpy as np
 
 from .margins import BIFURCATIONS, BRANCH_POINT, FOLD, GRAZING, NEIMARK_SACKER, Margin, indicator
-from .plane import Place, Plane
-from .point_equations import Condition, Equations, gradient_of, regular, short_pairs
-from .roots import first_zero
-from .touches import touched_at, without
+from .plane import Place
+from .points import PointProblem
+from .points.grazing import Grazing, touched_at
+from .points.singular import regular, short_pairs
+from .roots import changes_ahead, zero_ahead
 
 CUSP = "cusp"
 NEAR = 1e-3  # scaled, of the place that a step shows
@@ -25,9 +27,9 @@ At = Callable[[float], Place | None]  # the place a distance ahead
 class Meetings:
     """What may lie on the curve of one kind of points with one sequence of events."""
 
-    def __init__(self, plane: Plane, equations: Equations) -> None:
-        self._plane, self._equations = plane, equations
-        self._kind, self._touch = equations.condition.kind, equations.condition.touch
+    def __init__(self, problem: PointProblem) -> None:
+        self._problem, self._plane, self._kind = problem, problem.plane, problem.kind
+        self._touch = problem.event if self._kind == GRAZING else None
 
     def tests(self, place: Place) -> dict[Key, float]:
         """Numbers that change their sign where another bifurcation lies on the curve."""
@@ -39,68 +41,53 @@ class Meetings:
             keys.append((CUSP, False))
         return {key: self._test(key, place) for key in keys}
 
-    def located(self, at: At, length: float, start: dict[Key, float], found: Place) -> list[tuple[str, Place]]:
+    def located(self, at: At, length: float, here: Place, found: Place) -> list[tuple[str, Place]]:
         """Other bifurcations between two places, in their order: kind and place."""
-        met = []
-        for key, after in self.tests(found).items():
-            if not start[key] * after < 0:
-                continue
-            s = first_zero(lambda s, key=key: _value_at(at, s, lambda there: self._test(key, there)), 0.0, length)
-            near = None if s is None else at(s)
-            if near is None:
-                continue
-            place = self._both(near, lambda there, key=key: self._test(key, there))
-            if place is None:  # the sign changes by rounding
-                continue
-            if key[0] != NEIMARK_SACKER or _on_unit_circle(self._bare(place) if key[1] else place):
-                met.append((s, key[0], place))
-        return [(kind, place) for _, kind, place in sorted(met, key=lambda each: each[0])]
+        ends = self.tests(here), self.tests(found)
+        return [(key[0], place) for key, place in changes_ahead(at, length, ends, self._test, self._confirmed)]
 
-    def margins(self, place: Place) -> list[Margin]:
-        """What keeps the orbit one of this sequence."""
-        return self._plane.margins(place, self._touch)
-
-    def least(self, place: Place) -> float:
-        """The smallest margin; infinite where there is none."""
-        return min((margin.value for margin in self.margins(place)), default=np.inf)
+    def _confirmed(self, key: Key, near: Place) -> Place | None:
+        """The place where both conditions hold; None if a sign changes by rounding."""
+        place = self._both(near, partial(self._test, key))
+        if place is None or key[0] != NEIMARK_SACKER:
+            return place
+        return place if _on_unit_circle(self._bare(place) if key[1] else place) else None
 
     def last_of_sequence(self, at: At, length: float) -> tuple[float, Place, Margin] | None:
         """Where the first margin becomes zero: the distance, the place and the margin; None if it is not found."""
-        s = first_zero(lambda s: _value_at(at, s, lambda there: self.least(there)), 0.0, length)
-        place = None if s is None else at(s)
-        return place and (s, place, min(self.margins(place), key=lambda each: each.value))
+        zero = zero_ahead(at, length, self._problem.least_margin)
+        return zero and (*zero, min(self._problem.margins(zero[1]), key=lambda each: each.value))
 
     def at_margin(self, near: Place, margin: Margin) -> Place | None:
         """The point of the curve at which a margin is zero, from a place near it; None if there is none."""
-        if margin.kind == GRAZING and self._kind != GRAZING:
+        if margin.kind == GRAZING and self._kind in BIFURCATIONS:
             return self._grazing_too(near, margin)
         return self._both(near, lambda there: self._margin(there, margin))
 
     def _margin(self, place: Place, margin: Margin) -> float:
-        return next((each.value for each in self.margins(place) if each[:3] == margin[:3]), np.nan)
+        return next((each.value for each in self._problem.margins(place) if each[:3] == margin[:3]), np.nan)
 
     def _grazing_too(self, near: Place, margin: Margin) -> Place | None:
         orbit, touch = touched_at(self._plane, near, margin)
-        grazing = Meetings(self._plane, Equations(self._plane, Condition(GRAZING, touch), orbit))
+        grazing = Meetings(Grazing(GRAZING, self._plane, orbit, touch))
         key = self._kind, margin.inside or not self._plane.rigid
         return grazing._both(self._plane.at(orbit, near.shares), lambda there: grazing._test(key, there))
 
     def _both(self, near: Place, other: Callable[[Place], float]) -> Place | None:
         """Where another function is zero, too."""
-        equations = self._equations
         try:
-            row = gradient_of(other, self._plane, near, equations.scales)
+            row = self._problem.gradient(other, near)
         except ValueError:
             return None
         size = np.abs(row).max()
         if not 0 < size < np.inf:
             return None
-        found = equations.solved(near, row / size, lambda there: other(there) / size)
+        found = self._problem.solved(near, row / size, lambda there: other(there) / size)
         return found if found is not None and np.abs(found.shares - near.shares).max() < NEAR else None
 
     def _bare(self, place: Place) -> Place:
         """The orbit without its touch."""
-        return self._plane.at(without(place.orbit, self._touch), place.shares)
+        return self._plane.at(place.orbit.without({self._touch}), place.shares)
 
     def _test(self, key: Key, place: Place) -> float:
         """The number of a key; nan where a contact has no length."""
@@ -110,18 +97,13 @@ class Meetings:
             return indicator(kind, there)
         try:
             if kind == CUSP:
-                return self._equations.condition.curvature(self._plane, place, self._equations.scales)
+                return self._problem.curvature(place)
             orbit = there.orbit
             matrix, _ = regular(kind, there, np.ones(len(orbit.unknowns)), short_pairs(orbit))
         except ValueError:
             return np.nan
         with np.errstate(all="ignore"):  # infinite multipliers
             return float(np.linalg.det(matrix / np.linalg.norm(matrix, axis=1, keepdims=True)))
-
-
-def _value_at(at: At, s: float, value: Callable[[Place], float]) -> float:
-    there = at(s)
-    return np.nan if there is None else value(there)
 
 
 def _on_unit_circle(place: Place) -> bool:

@@ -1,18 +1,16 @@
 """Orbits next to a known one: near a guess, and along its curve."""
 
 from collections.abc import Callable, Iterator, Sequence
-from itertools import zip_longest
+from itertools import chain, zip_longest
 
 import numpy as np
 
 from .curve import Curve, CurvePoint
-from .margins import least_margin
 from .orbit import Orbit, within_cycle
+from .tracer import StepControl
 
 NEAR = 0.1  # of the orbit's size: an orbit farther away is another motion
-SHORTEST_WALK, FIRST_WALK, LONGEST_WALK = 1e-7, 1e-5, 0.03  # scaled
-FASTER = 4.0  # how much longer the next step of a walk is
-TURN = 0.98  # cosine between neighbouring tangents, below which a step of a walk is halved
+WALK, LONGEST_WALK = StepControl(first=1e-5, largest=np.inf, smallest=1e-7, growth=4.0, turn=0.98), 0.03
 
 
 def point_within_cycle(curve: Curve, point: CurvePoint) -> CurvePoint:
@@ -27,12 +25,6 @@ def point_within_cycle(curve: Curve, point: CurvePoint) -> CurvePoint:
     return point_within_cycle(curve, there) if both else there
 
 
-def holds(curve: Curve, point: CurvePoint) -> bool:
-    """Whether a solution is an orbit with its sequence of events."""
-    margin = least_margin(point.orbit, point.evaluation, curve.family.method_at(point.value))
-    return margin > 0 and bool((np.diff(point.orbit.instants) > 0).all())
-
-
 def is_near(curve: Curve, last: CurvePoint, orbit: Orbit) -> bool:
     """Whether an orbit is near the last one: farther away is another motion."""
     return bool(np.abs(orbit.unknowns[:4] - last.orbit.unknowns[:4]).max() <= NEAR * curve.scales(orbit)[0])
@@ -40,25 +32,19 @@ def is_near(curve: Curve, last: CurvePoint, orbit: Orbit) -> bool:
 
 def orbit_near(curve: Curve, last: CurvePoint, guess: Orbit, value: float, onwards: float) -> CurvePoint | None:
     """The orbit near a guess and near the last one, its tangent along the sign of ``onwards``."""
-    orbit = curve.corrected(guess, value)
-    if orbit is None or not is_near(curve, last, orbit):
-        return None
-    towards = np.zeros(len(orbit.unknowns) + 1)
-    towards[-1] = onwards
-    return CurvePoint(curve, orbit, value, towards)
+    point = curve.solved(guess, value, np.append(np.zeros(len(guess.unknowns)), onwards))
+    return point if point is not None and is_near(curve, last, point.orbit) else None
 
 
 def walk(curve: Curve, point: CurvePoint) -> Iterator[CurvePoint]:
     """Orbits ahead of one, at distances that grow up to LONGEST_WALK, one after the other: there may be folds."""
-    way, step = 0.0, FIRST_WALK
+    way, step = 0.0, WALK.first
     while way < LONGEST_WALK:
-        there = curve.ahead(point, step)
-        if there is None or not there.tangent @ point.tangent >= TURN:
-            step /= 2
-            if step < SHORTEST_WALK:
-                return
-            continue
-        way, point, step = way + step, there, FASTER * step
+        at = curve.along(point)
+        there, step = WALK.shrunk(at, point, at(step), step)
+        if there is None:
+            return
+        way, step, point = way + step, WALK.following(step, point, there), there
         yield there
 
 
@@ -66,8 +52,5 @@ def first_ahead(
     curve: Curve, starts: Sequence[CurvePoint], leads_on: Callable[[float], bool] = lambda _: True
 ) -> CurvePoint | None:
     """The first orbit ahead of one of these whose sequence holds, at an α₁ that leads on."""
-    for points in zip_longest(*(walk(curve, start) for start in starts)):
-        for point in points:
-            if point is not None and leads_on(point.value) and holds(curve, point):
-                return point
-    return None
+    points = chain.from_iterable(zip_longest(*(walk(curve, start) for start in starts)))
+    return next((point for point in points if point is not None and leads_on(point.value) and point.holds), None)

@@ -1,5 +1,6 @@
 """A periodic orbit as the sequence of its events, and how it is read off a run."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -19,6 +20,7 @@ from ..drivers.orbit import (
 from ..result import Cancelled, Checkpoint
 from ..simulate import simulate
 
+MOST_TABLES = 8
 ROUNDING = 1e-12  # excitation periods, of the instants of a run
 NAMES = {
     IMPACT: "impact",
@@ -53,6 +55,11 @@ class Orbit:
     unknowns: np.ndarray
 
     @property
+    def cycle(self) -> tuple[tuple[int, ...], bool, int]:
+        """The sequence as its equations take it."""
+        return self.kinds, self.first, self.period
+
+    @property
     def instants(self) -> np.ndarray:
         """Instants of the events in excitation periods, (m,)."""
         return self.unknowns[4:]
@@ -75,11 +82,47 @@ class Orbit:
         """The orbit with this sequence of events at other unknowns."""
         return Orbit(self.period, self.kinds, self.first, unknowns)
 
+    def with_events(self, k: int, instants: np.ndarray | float, kinds: tuple[int, ...]) -> "Orbit":
+        """The orbit with events more before event k."""
+        kinds = (*self.kinds[:k], *kinds, *self.kinds[k:])
+        unknowns = np.insert(self.unknowns, 4 + k, instants)
+        return Orbit(self.period, kinds, touching_at_start(kinds, self.first), unknowns)
+
+    def without(self, events: set[int]) -> "Orbit":
+        """The orbit without some events: a touch alone, or the two that begin and end a phase."""
+        kinds = tuple(kind for k, kind in enumerate(self.kinds) if k not in events)
+        touching = (self.kinds[min(events)] in JOINS) == (len(events) == 1)  # if no event is left
+        unknowns = np.delete(self.unknowns, [4 + k for k in events])
+        return Orbit(self.period, kinds, touching_at_start(kinds, touching), unknowns)
+
     def repeated(self, times: int) -> "Orbit":
         """The same orbit over several cycles."""
         shifts = np.repeat(np.arange(times) * self.period, len(self.kinds))
         unknowns = np.concatenate([self.unknowns[:4], np.tile(self.instants, times) + shifts])
         return replace(self, period=times * self.period, kinds=self.kinds * times, unknowns=unknowns)
+
+
+class KeptEquations:
+    """The equations of orbits at some numbers, of which the last few are kept.
+
+    Parameters
+    ----------
+    problem : callable
+        System, η and method at these numbers.
+    """
+
+    def __init__(self, problem: Callable[..., tuple]) -> None:
+        self._problem, self._known = problem, {}
+
+    def __call__(self, *numbers: float) -> OrbitEquations:
+        """The equations; a ValueError where a number is out of its range."""
+        found = self._known.get(numbers)
+        if found is None:
+            last = next(reversed(self._known.values()), None)
+            if len(self._known) > MOST_TABLES:
+                self._known.clear()
+            found = self._known[numbers] = OrbitEquations(*self._problem(*numbers), like=last)
+        return found
 
 
 def least_period(rows: np.ndarray, same: float) -> int:

@@ -4,23 +4,26 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..drivers.orbit import WHERE, Evaluation, OrbitEquations
+from ..drivers.orbit import Evaluation, OrbitEquations
 from .family import Family
 from .margins import Margin, margins
-from .orbit import Orbit
+from .orbit import KeptEquations, Orbit
 from .parameter_range import ParameterRange
-
-BESIDE = 1e-4  # excitation periods: a minimum of the gap closer to a touch is the touch
-MOST_TABLES = 8
 
 
 @dataclass(frozen=True)
 class Place:
-    """A solution, or a guess: the orbit, the shares of both numbers, and what the equations say there."""
+    """A solution, or a guess: the orbit, the shares of both numbers, and what the equations say there.
+
+    On a curve also the problem that it solves, their derivatives, and the tangent; all scaled.
+    """
 
     orbit: Orbit
     shares: np.ndarray
     evaluation: Evaluation
+    problem: object = None
+    matrix: np.ndarray | None = None
+    tangent: np.ndarray | None = None
 
     def scaled(self, scales: np.ndarray) -> np.ndarray:
         """X in units of ``scales``, (n + 2,)."""
@@ -32,7 +35,7 @@ class Plane:
 
     def __init__(self, over: Family, along: Family, axes: tuple[ParameterRange, ParameterRange]) -> None:
         self.over, self.along, self.axes = over, along, axes
-        self._known: dict[tuple[float, float], OrbitEquations] = {}
+        self._equations = KeptEquations(self.problem)
 
     @property
     def rigid(self) -> bool:
@@ -43,7 +46,13 @@ class Plane:
         """α₁ and α₂ at shares of their ranges."""
         return self.axes[0].value(float(shares[0])), self.axes[1].value(float(shares[1]))
 
-    def problem(self, shares: np.ndarray) -> tuple:
+    def words(self, shares: np.ndarray) -> str:
+        """Both numbers."""
+        return ", ".join(
+            f"{axis.name} = {value:.8g}" for axis, value in zip(self.axes, self.values(shares), strict=True)
+        )
+
+    def problem(self, *shares: float) -> tuple:
         """System, η and method."""
         value, along = self.values(shares)
         system, eta, method = self.along.at(along)
@@ -51,28 +60,13 @@ class Plane:
 
     def equations(self, shares: np.ndarray) -> OrbitEquations:
         """The equations at shares of the ranges; raises ValueError where a number is out of its range."""
-        key = float(shares[0]), float(shares[1])
-        found = self._known.get(key)
-        if found is None:
-            last = next(reversed(self._known.values()), None)
-            if len(self._known) > MOST_TABLES:
-                self._known.clear()
-            found = self._known[key] = OrbitEquations(*self.problem(shares), like=last)
-        return found
+        return self._equations(*map(float, shares))
 
     def at(self, orbit: Orbit, shares: np.ndarray) -> Place:
         """The equations of an orbit at shares of the ranges."""
-        found = self.equations(shares)(orbit.kinds, orbit.first, orbit.period, orbit.unknowns)
+        found = self.equations(shares)(orbit.cycle, orbit.unknowns)
         return Place(orbit, np.asarray(shares, dtype=float), found)
 
-    def margins(self, place: Place, touch: int | None = None) -> list[Margin]:
-        """What keeps it an orbit, but for a touch that is a grazing itself."""
-        found = margins(place.orbit, place.evaluation, self.problem(place.shares)[2])
-        if touch is None:
-            return found
-        instant, where = place.orbit.instants[touch], place.evaluation.facts[:, WHERE]
-        return [
-            each
-            for each in found
-            if not (each.event == touch if not each.inside else abs(where[each.event] - instant) < BESIDE)
-        ]
+    def margins(self, place: Place) -> list[Margin]:
+        """What keeps it an orbit."""
+        return margins(place.orbit, place.evaluation, self.problem(*place.shares)[2])

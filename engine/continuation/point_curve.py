@@ -1,29 +1,27 @@
-"""Curves of bifurcation points in two parameters: where a fold, a doubling or a grazing lies as another one varies.
+"""Curves of points in two parameters: where a fold, a doubling or a grazing lies as another one varies.
 
-A curve is followed by pseudo-arclength in all unknowns (:mod:`.point_equations`), so that its turning points and its
+A curve is followed by pseudo-arclength in all unknowns (:mod:`.points`), so that its turning points and its
 cusps are nothing special. Where another bifurcation lies on it, or where the sequence of events ceases to hold, both
 conditions are solved together: a point of codimension two, the same from either curve (:mod:`.meetings`).
 """
 
+from collections import deque
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
 
 from ..drivers.event_driven import contact_state
-from ..methods import ExactPenalty, Reference
-from ..model import System
 from .branch import Point
 from .family import Family
-from .margins import BIFURCATIONS, BRANCH_POINT, GRAZING, OPENS
 from .orbit import KINDS, Orbit, touching_at_start
 from .parameter_range import ParameterRange
 from .plane import Place, Plane
-from .point_equations import Condition, Equations
-from .point_trace import CLOSES, SAME, PointTrace
-from .touches import touched
+from .point_trace import CLOSES, SAME, PointTracer
+from .points import PointProblem
+from .question import BranchQuestion
 
-FOLLOWED = tuple(kind for kind in (*BIFURCATIONS, GRAZING, OPENS) if kind != BRANCH_POINT)
+MOST_POINTS = 2000  # of a curve in each direction
 
 
 @dataclass(frozen=True)
@@ -59,17 +57,16 @@ class PointCurve:
         return f"PointCurve({what}: {len(self.values)} points, {len(self.meetings)} meetings)"
 
 
-def continue_point(
-    system: System, eta: float, method: Reference | ExactPenalty, point: Point, **ranges: object
-) -> PointCurve:
+def continue_point(question: BranchQuestion, point: Point, **plane: object) -> PointCurve:
     """Follow a bifurcation point of a branch while a second number varies.
 
     Parameters
     ----------
-    system, eta, method, **ranges
-        Arguments of :class:`PointCurves`, which follows several points.
+    question : BranchQuestion
     point : Point
-        Of the branch: a fold, a period doubling, a Neimark–Sacker point or a grazing.
+        Of the branch, of one of the kinds FOLLOWED_KINDS.
+    **plane
+        Arguments of :class:`PointCurves`, which follows several points.
 
     Returns
     -------
@@ -84,14 +81,14 @@ def continue_point(
 
     Examples
     --------
-    >>> from vibroscope.engine import Reference, System, continue_branch, continue_point
-    >>> problem, reach = (System(), 2.76, Reference()), {"low": 2.5, "high": 3.0}
-    >>> (point,) = continue_branch(*problem, low=2.7, high=2.85, max_period=1).points
-    >>> curve = continue_point(*problem, point, **reach, along="restitution", along_low=0.45, along_high=0.55)
+    >>> from vibroscope.engine import BranchQuestion, Reference, System, continue_branch, continue_point
+    >>> question = BranchQuestion(System(), 2.76, Reference(), low=2.5, high=3.0, max_period=1)
+    >>> point = continue_branch(question).points[0]
+    >>> curve = continue_point(question, point, along="restitution", along_low=0.45, along_high=0.55)
     >>> curve.kind, curve.values.shape[1], curve.ends
     ('period doubling', 2, ('restitution leaves the range', 'restitution leaves the range'))
     """
-    return PointCurves(system, eta, method, **ranges).follow(point)
+    return PointCurves(question, **plane).follow(point)
 
 
 class PointCurves:
@@ -99,7 +96,7 @@ class PointCurves:
 
     Parameters
     ----------
-    system, eta, method, over, low, high
+    question : BranchQuestion
         As the branch was followed (:func:`continue_branch`); the range bounds the curves.
     along : str
         The second number; by default a curve begins where it has the value that the other arguments give it.
@@ -116,33 +113,29 @@ class PointCurves:
 
     def __init__(
         self,
-        system: System,
-        eta: float,
-        method: Reference | ExactPenalty,
+        question: BranchQuestion,
         *,
-        over: str = "eta",
-        low: float,
-        high: float,
         along: str,
         along_low: float,
         along_high: float,
         cancelled: Callable[[], bool] | None = None,
     ) -> None:
-        if along == over:
+        if along == question.over:
             raise ValueError(f"along = {along!r} is the number that varies already: give another one")
-        families = Family(over, system, eta, method), Family(along, system, eta, method)
-        ranges = ParameterRange.of(families[0], low, high), ParameterRange.of(families[1], along_low, along_high)
-        self._plane = Plane(*families, ranges)
-        ranges[1].check_start(families[1].value)
+        second = Family(along, question.system, question.eta, question.method)
+        span = ParameterRange.of(second, along_low, along_high)
+        self._plane = Plane(question.family, second, (question.span, span))
+        span.check_start(second.value)
         self._cancelled = cancelled
-        self._traces: list[tuple[str, PointTrace]] = []
+        self._traces: list[tuple[str, PointTracer]] = []
 
     def follow(self, point: Point, start: float | None = None) -> PointCurve | None:
         """The curve of a point that was found at the second number ``start``, by default that of the problem.
 
         None if the point lies on a curve that was followed before.
         """
-        followed = FOLLOWED[:-1] if self._plane.rigid else FOLLOWED  # the reference's contact opens at a force of zero
+        rigid = self._plane.rigid
+        followed = [kind for kind, problem in PointProblem.by_kind.items() if problem.serves(kind, rigid)]
         if point.kind not in followed:
             raise ValueError(f"points of the kind {point.kind!r} are not followed: give one of {', '.join(followed)}")
         over, along = self._plane.axes
@@ -150,28 +143,28 @@ class PointCurves:
         shares = np.array([over.share(point.value), along.share(start)])
         if any(kind == point.kind and trace.passes(point.period, shares) for kind, trace in self._traces):
             return None
-        equations, place = _begun(self._plane, point, shares)
-        forwards = PointTrace(self._plane, equations, place, self._cancelled)
-        forwards.follow(1.0)
-        backwards = PointTrace(self._plane, equations, place, self._cancelled)
-        if forwards.reason == CLOSES:
-            backwards.reason = CLOSES
-        else:
-            backwards.follow(-1.0)
-        self._traces += [(point.kind, backwards), (point.kind, forwards)]
+        problem, place = _begun(self._plane, point, shares)
+        traces = []
+        for way in (1.0, -1.0):
+            traces.append(PointTracer(problem, place, way, self._cancelled))
+            deque(traces[-1].run(MOST_POINTS), maxlen=0)
+            if traces[-1].reason == CLOSES:
+                break
+        self._traces += [(point.kind, trace) for trace in traces]
+        forwards, backwards = traces[0], traces[1:]
         return PointCurve(
             kind=point.kind,
             over=over.name,
             along=along.name,
             period=point.period,
-            values=np.array([*backwards.values[::-1], *forwards.values[1:]]),
-            meetings=(*backwards.meetings[::-1], *forwards.meetings),
-            ends=(backwards.reason, forwards.reason),
+            values=np.array([place for each in backwards for place in each.values[:0:-1]] + forwards.values),
+            meetings=(*(met for each in backwards for met in each.meetings[::-1]), *forwards.meetings),
+            ends=(traces[-1].reason, forwards.reason),
         )
 
 
-def _begun(plane: Plane, point: Point, shares: np.ndarray) -> tuple[Equations, Place]:
-    """The equations of a point's kind, and their solution at the point.
+def _begun(plane: Plane, point: Point, shares: np.ndarray) -> tuple[PointProblem, Place]:
+    """The problem of a point's kind, and its solution at the point.
 
     Raises
     ------
@@ -180,14 +173,10 @@ def _begun(plane: Plane, point: Point, shares: np.ndarray) -> tuple[Equations, P
     """
     for orbit in _orbits_of(plane, point, shares):
         place = plane.at(orbit, shares)
-        grazes = point.kind in (GRAZING, OPENS)
-        for guess, touch in touched(plane, place) if grazes else [(orbit, None)]:
-            equations = Equations(plane, Condition(GRAZING if grazes else point.kind, touch), guess)
-            row = np.zeros(len(equations.scales) + 2)
-            row[-1] = 1.0
-            found = equations.solved(plane.at(guess, shares), row, lambda there: there.shares[1] - shares[1])
+        for problem, guess in PointProblem.by_kind[point.kind].begun(point.kind, plane, place):
+            found = problem.at_share(plane.at(guess, shares), 1, shares[1])
             if found is not None and abs(found.shares[0] - shares[0]) < SAME:
-                return equations, found
+                return problem, found
     value, along = plane.values(shares)
     over, second = plane.axes
     raise ValueError(
@@ -197,7 +186,7 @@ def _begun(plane: Plane, point: Point, shares: np.ndarray) -> tuple[Equations, P
 
 def _orbits_of(plane: Plane, point: Point, shares: np.ndarray) -> Iterator[Orbit]:
     """The orbit at a point; an event before τ = 0 may have been noted with the state behind it."""
-    system, _, _ = plane.problem(shares)
+    system, _, _ = plane.problem(*shares)
     kinds = tuple(KINDS[name] for name in point.events)
     state, instants = contact_state(system, point.state), np.asarray(point.instants)
     early = int((instants < 0).sum())

@@ -1,10 +1,50 @@
-"""The zero of a function on an interval at whose ends it has different signs: Chandrupatla's method (1997)."""
+"""The zero of a function at whose ends it has different signs, on an interval (Chandrupatla 1997) or along a curve."""
 
 import math
 from collections.abc import Callable
+from functools import partial
+from typing import TypeVar
 
 TOLERANCE = 1e-12  # of the interval, by default
 MOST_STEPS = 200
+P = TypeVar("P")
+
+
+def zero_ahead(
+    at: Callable[[float], P | None], length: float, value: Callable[[P], float], tolerance: float = TOLERANCE
+) -> tuple[float, P] | None:
+    """How far ahead along a curve, and at which point, a number is zero; None if that is not found.
+
+    ``at``: the point a distance ahead, None if there is none; up to ``length`` the number changes its sign.
+    """
+
+    def function(s: float) -> float:
+        point = at(s)
+        return math.nan if point is None else value(point)
+
+    s = first_zero(function, 0.0, length, tolerance)
+    point = None if s is None else at(s)
+    return None if point is None else (s, point)
+
+
+def changes_ahead(
+    at: Callable[[float], P | None],
+    length: float,
+    ends: tuple[dict, dict],
+    test: Callable[[object, P], float],
+    confirmed: Callable[[object, P], P | None],
+) -> list[tuple[object, P]]:
+    """Where numbers change their signs along a curve, in that order: the key of each, and the confirmed point.
+
+    ``ends``: the numbers by their keys, here and ``length`` ahead; ``test``: that of a key at a point.
+    """
+    found = []
+    for key, before in ends[0].items():
+        zero = zero_ahead(at, length, partial(test, key)) if before * ends[1][key] < 0 else None
+        point = zero and confirmed(key, zero[1])
+        if point is not None:
+            found.append((zero[0], key, point))
+    return [(key, point) for _, key, point in sorted(found, key=lambda each: each[0])]
 
 
 def first_zero(

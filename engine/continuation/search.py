@@ -5,8 +5,7 @@ yet is followed both ways through the range. Branches of twice the period begin 
 branch points; they are followed, too, up to the longest cycle that is asked for.
 """
 
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import asdict
+from collections.abc import Callable, Iterator
 from functools import partial
 from itertools import chain
 from pathlib import Path
@@ -19,17 +18,15 @@ from ..simulate import starting_checkpoint
 from .branch import Branch
 from .branch_switching import other_branch
 from .curve import Curve, CurvePoint
-from .family import Family
-from .follow import Tracer
-from .journal import Journal, Trace
+from .follow import BranchTracer
+from .journal import Journal
 from .known_branches import KnownBranches
 from .margins import BRANCH_POINT, DOUBLING
 from .orbit import Orbit, check_cancelled
-from .parameter_range import ParameterRange
-from .search_limits import SearchLimits
+from .question import BranchQuestion
 from .seeds import STABLE, OrbitFinder
 from .sequences import on_its_sequence
-from .traces import branch_of_traces
+from .trace import Trace, branch_of_traces
 
 SEEDS = 40  # values of the number at which motions are looked for
 STARTS = 6  # at each, the first of them rest
@@ -45,43 +42,33 @@ class BranchSearch:
 
     Parameters
     ----------
-    family : Family
-    span : ParameterRange
-        Of the number that is free in the family.
-    limits : SearchLimits
+    question : BranchQuestion
     threads : int or None
         That run cells; None for as many as there are processors.
     cancelled : callable or None
+    keep : str or Path, optional
+        A folder in which to keep what is followed, and to read what the same search has followed before.
     """
 
     def __init__(
         self,
-        family: Family,
-        span: ParameterRange,
-        limits: SearchLimits,
+        question: BranchQuestion,
         threads: int | None = None,
         cancelled: Callable[[], bool] | None = None,
+        keep: str | Path | None = None,
     ) -> None:
-        self.family, self.span, self.limits, self.cancelled = family, span, limits, cancelled
-        self.curve = Curve(family, span)
-        self.finder = OrbitFinder(self.curve, limits.max_period, threads, cancelled)
-        self._journal: Journal | None = None
+        self.question, self.family, self.span, self.cancelled = question, question.family, question.span, cancelled
+        self.curve = Curve(self.family, self.span)
+        self.finder = OrbitFinder(self.curve, question.max_period, threads, cancelled)
+        self._journal = None if keep is None else Journal(Path(keep), question.as_dict())
         self._known = KnownBranches(self.curve)
         self._joined: list[float] = []  # where branches of twice the period end in others
         self._doublings: list[tuple[int, float]] = []
         self._pending: list[tuple[str, CurvePoint]] = []
 
-    def keep(self, folder: Path, initial: Sequence[float] | None) -> None:
-        """Keep what is followed in a folder, and read there what the same search has followed before."""
-        family = self.family
-        problem = {"system": asdict(family.system), "method": {"name": family.method.name} | asdict(family.method)}
-        start = None if initial is None else [float(number) for number in initial]
-        question = {"eta": family.eta, "range": asdict(self.span)} | asdict(self.limits) | problem | {"initial": start}
-        self._journal = Journal(folder, question)
-
-    def all(self, initial: Sequence[float] | None, note: Callable[[str], None]) -> Iterator[Branch]:
+    def all(self, note: Callable[[str], None]) -> Iterator[Branch]:
         """Yield all branches: first from what a few values of the number show, then from what lies on none of these."""
-        for value, orbit in chain(self._given(initial, note), self._candidates()):
+        for value, orbit in chain(self._given(note), self._candidates()):
             check_cancelled(self.cancelled)
             if not self._known.have(orbit, value):
                 yield from self._stoppable(self.follow(orbit, value))
@@ -96,9 +83,9 @@ class BranchSearch:
         """Whether as many orbits were followed as one search may follow."""
         return self._known.orbits >= MOST_IN_ALL
 
-    def _given(self, initial: Sequence[float] | None, note: Callable[[str], None]) -> Iterator[tuple[float, Orbit]]:
+    def _given(self, note: Callable[[str], None]) -> Iterator[tuple[float, Orbit]]:
         """The motion at a state, or that a run from there settles to."""
-        value = self.family.value
+        value, initial = self.question.value, self.question.initial
         if initial is not None:
             start = starting_checkpoint(initial, *self.family.at(value))  # refuses what is no state
             if self.family.method.rigid:
@@ -148,40 +135,40 @@ class BranchSearch:
         backwards = None if closed else self._traced(start.turned())
         return branch_of_traces(self.family, forwards, backwards, "")
 
-    def _traced(self, start: CurvePoint) -> Tracer | Trace:
+    def _traced(self, start: CurvePoint) -> Trace:
         """The branch ahead of an orbit: from the journal, or followed and kept there."""
         number = self._known.traces
         trace = self._journal and self._journal.read(number, start, self.curve)
         if trace is None:
             trace = self._followed(start)
             if self._journal is not None and trace.reason != STOPPED:
-                self._journal.write(number, start, trace)
+                self._journal.write(number, trace)
         if trace.joined is not None:
             self._joined.append(trace.joined)
         self._known.add(trace)
         self._doublings += [(point.period, point.value) for point, _ in trace.marks if point.kind == DOUBLING]
         for point, orbit in trace.marks:
-            doubles = point.kind == DOUBLING and 2 * point.period <= self.limits.max_period
+            doubles = point.kind == DOUBLING and 2 * point.period <= self.question.max_period
             stable = np.abs(point.multipliers).max() < 1 + STABLE
-            if (doubles or point.kind == BRANCH_POINT) and (stable or self.limits.unstable):
+            if (doubles or point.kind == BRANCH_POINT) and (stable or self.question.unstable):
                 self._pending.append((point.kind, orbit))
         return trace
 
-    def _followed(self, start: CurvePoint) -> Tracer:
-        tracer = Tracer(self.curve, start, self._doublings, self.cancelled)
+    def _followed(self, start: CurvePoint) -> Trace:
+        tracer = BranchTracer(self.curve, start, self.cancelled, self._doublings)
         since = 0.0  # the length up to the last orbit that was stable
         try:
-            for count, _ in enumerate(tracer.run(self.limits.most_orbits), start=1):
+            for count, _ in enumerate(tracer.run(self.question.most_orbits), start=1):
                 here = tracer.points[-1]
                 if count % EVERY == 0 and self._known.have_point(here):
-                    tracer.reason = f"meets a branch found before at {self.family.over} = {here.value:.10g}"
+                    tracer.reason = f"meets a branch found before at {self.curve.words(here)}"
                     break
-                if self.limits.unstable or here.orbit.period == 1:
+                if self.question.unstable or here.orbit.period == 1:
                     continue
                 stable = np.abs(here.multipliers).max() < 1 + STABLE
                 since = tracer.length if stable else since
                 if tracer.length - since >= LONGEST_UNSTABLE:
-                    where = f"{self.family.over} = {here.value:.10g}"
+                    where = self.curve.words(here)
                     tracer.reason = f"given up at {where}, unstable for long: ask for unstable motions to go on"
                     break
         except Cancelled:

@@ -16,7 +16,7 @@ from ..motions.poincare_map import PoincareMap
 from ..motions.steady import steady
 from ..simulate import starting_checkpoint
 from .curve import Curve, CurvePoint
-from .margins import least_margin
+from .newton import Convergence, converges
 from .orbit import Orbit, least_period, orbit_of_run
 from .sequences import on_its_sequence
 
@@ -27,7 +27,7 @@ SAME = 1e-6  # of the size: orbits closer than that are the same
 CLOSE = 1e-6  # of the size: the events of a state that returns so closely are those of the orbit
 ZERO = 1e-8  # a margin farther below zero is that of a solution which is no orbit: the bodies penetrate on the way …
 BESIDE = 1e-3  # … but for one next to the end of its sequence, from which the curve leads to an orbit
-NEWTON_STEPS = 15  # of the Poincaré map
+OF_MAP = Convergence(15, far=10.0, converged=CLOSE)  # of Newton's method on the Poincaré map, in sizes
 STABLE = 1e-6  # beyond one: a motion loses its stability at a point if no multiplier is larger
 
 
@@ -64,10 +64,10 @@ class OrbitFinder:
         orbit = guess and self.curve.corrected(guess, value)
         if orbit is None:
             return None
-        found = self.curve.evaluate(orbit, value)
-        if not least_margin(orbit, found, problem[2]) >= -beyond:
+        found = CurvePoint(self.curve, orbit, value)
+        if not found.least_margin >= -beyond:
             return None
-        rows = found.section
+        rows = found.evaluation.section
         shortest = least_period(rows, SAME)
         return orbit if shortest == period else self.at(value, poincare.displacements(rows[0]), shortest, beyond)
 
@@ -122,15 +122,17 @@ class OrbitFinder:
         poincare = PoincareMap(*self.family.at(value), self.cancelled)
         y = poincare.coordinates(np.asarray(state, dtype=float))
         size = max(np.abs(y).max(), 1e-9)
-        for _ in range(NEWTON_STEPS):
+
+        def take(before: float) -> float:  # the residual stands for the step
+            nonlocal y
             returned = poincare(y, period)
-            if returned is None or not returned.residual < 10 * size:
-                return None
-            if returned.residual < CLOSE * size:
-                return self.at(value, poincare.displacements(y), period)
-            step = np.linalg.lstsq(returned.jacobian - np.eye(4), y - returned.state, rcond=None)[0]
-            y = y + step * min(1.0, 0.5 * size / max(np.abs(step).max(), 1e-300))
-        return None
+            residual = np.inf if returned is None else returned.residual / size
+            if CLOSE <= residual < OF_MAP.far:
+                step = np.linalg.lstsq(returned.jacobian - np.eye(4), y - returned.state, rcond=None)[0]
+                y = y + step * min(1.0, 0.5 * size / max(np.abs(step).max(), 1e-300))
+            return residual
+
+        return self.at(value, poincare.displacements(y), period) if converges(take, OF_MAP) else None
 
     def why_none(self) -> str:
         """A sentence about the runs, where no motion was found."""

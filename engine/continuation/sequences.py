@@ -10,17 +10,16 @@ Its own margins say which way the new curve goes.
 """
 
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
 
 import numpy as np
 
-from ..drivers.orbit import IMPACT, JOINS, WHERE
+from ..drivers.orbit import IMPACT, WHERE
 from .curve import Curve, CurvePoint
 from .jumps import after_jump
-from .margins import GRAZING, LATER_SUM, OPENS, STAYS_SHUT, Margin, margins
-from .nearby import first_ahead, holds, orbit_near, point_within_cycle
-from .orbit import Orbit, least_period, short_phase, touching_at_start
-from .roots import first_zero
+from .margins import GRAZING, LATER_SUM, OPENS, STAYS_SHUT, Margin
+from .nearby import first_ahead, orbit_near, point_within_cycle
+from .orbit import Orbit, least_period, short_phase
+from .roots import zero_ahead
 
 STEPS = 10.0 ** np.arange(-7, -2.5, 0.5)  # scaled, along the new curve: the first that shows which way it goes
 ZERO = 1e-8  # a margin below that is zero where another one is
@@ -39,9 +38,7 @@ def beyond(curve: Curve, last: CurvePoint) -> tuple[CurvePoint | None, Margin, C
     where the orbit meets one of a shorter period: that repeats itself, and is returned only if there is no other.
     """
     shorter = None
-    found = sorted(
-        margins(last.orbit, last.evaluation, curve.family.method_at(last.value)), key=lambda each: each.value
-    )
+    found = sorted(last.margins, key=lambda each: each.value)
     crossed = [each for each in found if each.value <= max(ZERO, found[0].value)]
     for margin in crossed:
         for orbit, phase in _neighbours(curve, last, margin):
@@ -68,21 +65,18 @@ def where_contact_opens(curve: Curve, following: CurvePoint) -> CurvePoint | Non
     """
     back = following.turned()
 
-    def forces(s: float) -> np.ndarray:
-        point = curve.ahead(back, s) if s else back
-        if point is None:
-            return np.full(1, np.nan)
-        found = margins(point.orbit, point.evaluation, curve.family.method_at(point.value))
-        return np.array([each.value for each in found if each.kind == OPENS])
+    def force(point: CurvePoint) -> float:
+        return min((each.value for each in point.margins if each.kind == OPENS), default=np.inf)
 
-    reach = next((s for s in STEPS if forces(s).min(initial=np.inf) < 0), None)
-    located = None if reach is None else first_zero(lambda s: float(forces(s).min()), 0.0, reach)
-    return None if located is None else curve.ahead(back, located)
+    points = ((s, curve.ahead(back, s)) for s in STEPS)
+    reach = next((s for s, point in points if point is not None and force(point) < 0), None)
+    zero = None if reach is None else zero_ahead(curve.along(back), reach, force)
+    return zero and zero[1]
 
 
 def on_its_sequence(curve: Curve, start: CurvePoint) -> CurvePoint | None:
     """A start that is an orbit, or else the first one along its curve: it may lie beyond the end of its sequence."""
-    return start if holds(curve, start) else first_ahead(curve, (start, start.turned()))
+    return start if start.holds else first_ahead(curve, (start, start.turned()))
 
 
 def _neighbours(curve: Curve, last: CurvePoint, margin: Margin) -> Iterator[tuple[Orbit, tuple[int, int] | None]]:
@@ -92,16 +86,16 @@ def _neighbours(curve: Curve, last: CurvePoint, margin: Margin) -> Iterator[tupl
     if margin.inside:
         length = SHORTEST_FLIGHT if rigid and margin.kind == OPENS else SHORTEST
         n, where = len(margin.more), last.evaluation.facts[k, WHERE]
-        new = _with(orbit, k, where + length * np.linspace(0.0, 1.0, n), margin.more)
+        new = orbit.with_events(k, where + length * np.linspace(0.0, 1.0, n), margin.more)
         yield new, (k, k + n - 1) if n > 1 else None
     elif margin.kind == LATER_SUM:
         yield _summed_later(orbit, k, last.evaluation.after[k, -1], curve.family.at(last.value)[0].restitution), None
     elif margin.kind == STAYS_SHUT:
-        yield _without(orbit, {k - 1, k}), None
+        yield orbit.without({k - 1, k}), None
     elif margin.kind == GRAZING and orbit.kinds[k] == IMPACT:
-        yield _without(orbit, {k}), None
+        yield orbit.without({k}), None
     elif margin.kind == GRAZING and not rigid:
-        yield _without(orbit, {*short_phase(orbit, k)[:2]}), None
+        yield orbit.without({*short_phase(orbit, k)[:2]}), None
 
 
 def _summed_later(orbit: Orbit, k: int, end: float, restitution: float) -> Orbit:
@@ -109,34 +103,16 @@ def _summed_later(orbit: Orbit, k: int, end: float, restitution: float) -> Orbit
 
     Its flights last as terms of a geometric series do.
     """
-    new = _with(orbit, k, orbit.instants[[k]], (IMPACT,))
+    new = orbit.with_events(k, orbit.instants[k], (IMPACT,))
     new.unknowns[4 + k + 1] += (1.0 - restitution) * (end - orbit.instants[k])
     return new
 
 
-def _with(orbit: Orbit, k: int, instants: np.ndarray, kinds: tuple[int, ...]) -> Orbit:
-    return replace(
-        orbit,
-        kinds=(*orbit.kinds[:k], *kinds, *orbit.kinds[k:]),
-        unknowns=np.insert(orbit.unknowns, 4 + k, instants),
-    )
-
-
-def _without(orbit: Orbit, events: set[int]) -> Orbit:
-    """The orbit without some events."""
-    kinds = tuple(kind for k, kind in enumerate(orbit.kinds) if k not in events)
-    touching = len(events) > 1 and not kinds and orbit.kinds[min(events)] not in JOINS
-    first = touching_at_start(kinds, touching)
-    return replace(orbit, kinds=kinds, first=first, unknowns=np.delete(orbit.unknowns, [4 + k for k in events]))
-
-
 def _with_short_phase(curve: Curve, last: CurvePoint, orbit: Orbit, i: int, j: int) -> CurvePoint | None:
     """The orbit whose phase between events i and j is as short as in the guess, and grows."""
-    row = np.zeros(len(orbit.unknowns) + 1)
-    row[4 + i], row[4 + j] = -1.0, 1.0
-    point = curve.constrained(orbit, last.value, (row, float(orbit.instants[j] - orbit.instants[i])), row)
+    point = curve.with_phase(orbit, last.value, i, j)
     point = point and point_within_cycle(curve, point)  # a new phase may lie across its ends
-    return point if point is not None and holds(curve, point) else None
+    return point if point is not None and point.holds else None
 
 
 def _on_its_side(curve: Curve, last: CurvePoint, guess: Orbit) -> CurvePoint | None:
@@ -147,9 +123,5 @@ def _on_its_side(curve: Curve, last: CurvePoint, guess: Orbit) -> CurvePoint | N
 
 def _first(curve: Curve, starts: Sequence[CurvePoint]) -> CurvePoint | None:
     """The first orbit ahead of one of these whose sequence holds."""
-    for step in STEPS:
-        for start in starts:
-            point = curve.ahead(start, step)
-            if point is not None and holds(curve, point):
-                return point
-    return None
+    points = (curve.ahead(start, step) for step in STEPS for start in starts)
+    return next((point for point in points if point is not None and point.holds), None)

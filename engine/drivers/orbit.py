@@ -1,4 +1,7 @@
-"""The equations of a periodic orbit of a solution in closed form (:mod:`..kernels.event_driven.orbit`)."""
+"""The equations of a periodic orbit of a solution in closed form (:mod:`..kernels.event_driven.orbit`).
+
+``steps``: steps of Newton's method, tangents, indicators and margins (:mod:`..kernels.event_driven.orbit_steps`).
+"""
 
 from collections.abc import Sequence
 from functools import lru_cache
@@ -6,6 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..kernels.event_driven import orbit_steps as steps
 from ..kernels.event_driven.orbit import (
     CHATTER,
     CLOSING,
@@ -26,7 +30,6 @@ from ..kernels.event_driven.orbit import (
     orbit_state_later,
 )
 from ..kernels.event_driven.orbit_newton import solve_orbit
-from ..kernels.event_driven.orbit_steps import monodromy_of
 from ..kernels.event_driven.state import SYSTEM
 from ..kernels.parameters import ETA, no_keys
 from ..methods import ExactPenalty, Reference
@@ -52,9 +55,11 @@ __all__ = [
     "OrbitEquations",
     "multipliers_of",
     "numbers_of",
+    "steps",
 ]
 
 
+Cycle = tuple[tuple[int, ...], bool, int]  # events, whether the bodies touch at its beginning, and its periods
 INFINITE = 1e10  # an element of the Jacobian above that is one of a grazing impact
 
 
@@ -81,21 +86,15 @@ class Evaluation(NamedTuple):
     section: np.ndarray
 
     @classmethod
-    def zeros(cls, events: int, periods: int) -> "Evaluation":
-        """Room for the equations of so many events and periods."""
-        n = 4 + events
-        return cls(*map(np.zeros, (n, (n, n), (events + 1, FACTS), (events + 1, 5), (periods, 4))))
-
-    @classmethod
-    def without_facts(cls, events: int) -> "Evaluation":
-        """Room for the equations of so many events alone, for steps of Newton's method: no facts and no section."""
-        n = 4 + events
-        return cls(*map(np.zeros, (n, (n, n), (0, FACTS), (events + 1, 5), (0, 4))))
+    def zeros(cls, events: int, periods: int = 0) -> "Evaluation":
+        """Room for the equations of so many events and periods; for none without facts, as Newton steps are taken."""
+        n, facts = 4 + events, events + 1 if periods else 0
+        return cls(*map(np.zeros, (n, (n, n), (facts, FACTS), (events + 1, 5), (periods, 4))))
 
     @property
     def monodromy(self) -> np.ndarray:
         """Jacobian of the Poincaré map over the cycle, (4, 4); not finite at a grazing impact, where there is none."""
-        return monodromy_of(self.jacobian)
+        return steps.monodromy_of(self.jacobian)
 
     @property
     def multipliers(self) -> np.ndarray:
@@ -122,6 +121,10 @@ def multipliers_of(evaluations: Sequence[Evaluation]) -> np.ndarray:
 def numbers_of(kinds: tuple[int, ...]) -> np.ndarray:
     """What happens at each event, as kernels take it."""
     return np.array(kinds, dtype=np.int64)
+
+
+def _of_kernels(kinds: tuple[int, ...], first: bool, period: int) -> tuple[np.ndarray, bool, float]:
+    return numbers_of(kinds), first, float(period)
 
 
 class OrbitEquations:
@@ -158,55 +161,43 @@ class OrbitEquations:
         row[ETA] = eta
         return row
 
-    def __call__(
-        self, kinds: Sequence[int], first: bool, period: int, unknowns: np.ndarray, out: Evaluation | None = None
-    ) -> Evaluation:
-        """Evaluate the equations of orbits with this sequence of events.
+    def __call__(self, cycle: Cycle, unknowns: np.ndarray, out: Evaluation | None = None) -> Evaluation:
+        """Evaluate the equations of orbits with a sequence of events.
 
         Parameters
         ----------
-        kinds : (m,) sequence of int
-            What happens at each event: IMPACT, STICK, CHATTER, RELEASE (reference), TOUCH, PART (penalty).
-        first : bool
-            Whether the bodies touch at τ = 0.
-        period : int
-            Excitation periods of the cycle.
+        cycle : (tuple of int, bool, int)
+            What happens at each of the m events: IMPACT, STICK, CHATTER, RELEASE (reference), TOUCH, PART (penalty);
+            whether the bodies touch at τ = 0; and the excitation periods of the cycle.
         unknowns : (4 + m,) ndarray
             ξ₁, ξ₁′, g, g′ at τ = 0, then the instants of the events in excitation periods.
         out : Evaluation, optional
             To be filled, instead of a new one.
         """
-        found = Evaluation.zeros(len(kinds), period) if out is None else out
-        evaluate_orbit(
-            self._tables, self._problem, (numbers_of(tuple(kinds)), first, float(period)), unknowns, tuple(found)
-        )
+        found = Evaluation.zeros(len(cycle[0]), cycle[2]) if out is None else out
+        evaluate_orbit(self._tables, self._problem, _of_kernels(*cycle), unknowns, tuple(found))
         return found
 
-    def solve(
-        self, kinds: Sequence[int], first: bool, period: int, unknowns: np.ndarray, width: float
-    ) -> Evaluation | None:
+    def solve(self, cycle: Cycle, unknowns: np.ndarray, width: float) -> Evaluation | None:
         """The equations at the orbit near a guess; None if Newton's method does not find it.
 
         Parameters
         ----------
-        kinds, first, period
-            As above.
+        cycle : (tuple of int, bool, int)
         unknowns : (4 + m,) ndarray
             Of a guess; moved to the orbit in place.
         width : float
             The unit of α₁.
         """
-        found = Evaluation.zeros(len(kinds), period)
-        sequence = numbers_of(tuple(kinds)), first, float(period)
-        return found if solve_orbit(self._tables, self._problem, sequence, unknowns, width, tuple(found)) else None
+        found = Evaluation.zeros(len(cycle[0]), cycle[2])
+        solved = solve_orbit(self._tables, self._problem, _of_kernels(*cycle), unknowns, width, tuple(found))
+        return found if solved else None
 
     def slope(
         self,
         problem: tuple[System, float, Reference | ExactPenalty],
         h: float,
-        kinds: Sequence[int],
-        first: bool,
-        period: int,
+        cycle: Cycle,
         unknowns: np.ndarray,
         residual: np.ndarray,
     ) -> np.ndarray:
@@ -217,15 +208,13 @@ class OrbitEquations:
         problem : tuple
             System, η and method where α₁ is greater by ``h``.
         h : float
-        kinds, first, period, unknowns
+        cycle, unknowns
             As above.
         residual : (4 + m,) ndarray
             F of this problem.
         """
-        sequence = numbers_of(tuple(kinds)), first, float(period)
-        return orbit_slope(
-            self._tables_beside, self._row_of(*problem), self._problem, sequence, unknowns, residual, float(h)
-        )
+        rows = self._row_of(*problem), self._problem
+        return orbit_slope(self._tables_beside, *rows, _of_kernels(*cycle), unknowns, residual, float(h))
 
     def state_later(self, kind: int, state: np.ndarray, turn: float, length: float) -> np.ndarray:
         """The state (ξ₁, ξ₁′, g, g′) a number of excitation periods after another one, without an event on the way.

@@ -46,7 +46,7 @@ def basin_difference(first: "xarray.Dataset", second: "xarray.Dataset") -> Basin
     Parameters
     ----------
     first, second : xarray.Dataset
-        Of :func:`engine.sweep_basin`, over the same cells.
+        Of a :class:`engine.BasinStudy`, over the same cells.
 
     Raises
     ------
@@ -56,7 +56,7 @@ def basin_difference(first: "xarray.Dataset", second: "xarray.Dataset") -> Basin
     tables = []
     for each in (first, second):
         if "motion_section" not in each:
-            raise ValueError("the dataset is no complete basin: give what sweep_basin returns")
+            raise ValueError("the dataset is no complete basin: give the result of a BasinStudy")
         names = ("motion", "motion_period", "motion_section")
         tables.append({name: np.asarray(each[name].values) for name in names})
     axes = first["motion"].dims

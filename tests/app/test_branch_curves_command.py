@@ -29,8 +29,8 @@ def test_what_cannot_be_followed_is_refused_before_the_search(capsys, monkeypatc
 def test_curves_stand_beside_the_branches_and_a_lost_point_with_its_reason(capsys, monkeypatch):
     branches = []
 
-    def search(*problem, **how):
-        for found in search_branches(*problem, **how):
+    def search(question, **how):
+        for found in search_branches(question, **how):
             branches.append(found)
             yield found
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from vibroscope.app.commands import branch
 from vibroscope.app.commands.basin_seeds import passes, read_basin
-from vibroscope.engine import BasinStudy, Reference, System, continue_branch, sweep
+from vibroscope.engine import BasinStudy, BranchQuestion, Reference, System, continue_branch, sweep
 
 from .command_line import run_command
 
@@ -25,7 +25,9 @@ def basin(tmp_path_factory):
 def test_motions_on_no_branch_are_followed_and_those_on_one_are_not(basin, capsys, monkeypatch):
     seeds = read_basin(basin)
     assert len(seeds.sections) == 2
-    first = continue_branch(System(), ETA, Reference(), low=3.195, high=3.205, initial=seeds.sections[0][0])
+    first = continue_branch(
+        BranchQuestion(System(), ETA, Reference(), low=3.195, high=3.205, initial=seeds.sections[0][0])
+    )
     counts = []
     for found in ([], [first]):
         monkeypatch.setattr(branch, "search_branches", lambda *_, found=found, **__: iter(found))
@@ -39,7 +41,7 @@ def test_motions_on_no_branch_are_followed_and_those_on_one_are_not(basin, capsy
 
 def test_a_motion_lies_on_its_branch_from_whichever_period_it_is_seen(basin):
     for rows in read_basin(basin).sections:
-        found = continue_branch(System(), ETA, Reference(), low=3.195, high=3.205, initial=rows[0])
+        found = continue_branch(BranchQuestion(System(), ETA, Reference(), low=3.195, high=3.205, initial=rows[0]))
         assert passes(found, ETA, rows)
         assert passes(found, ETA, np.roll(rows, 1, axis=0))
         assert not passes(found, ETA, rows + 0.1)

@@ -24,8 +24,8 @@ def _few_seeds():
 def test_what_a_killed_search_had_found_is_kept_and_the_next_call_adds_the_rest(tmp_path, capsys, monkeypatch):
     out = str(tmp_path / "branches.zarr")
 
-    def killed(*problem, **how):
-        yield from islice(search_branches(*problem, **how), 1)
+    def killed(question, **how):
+        yield from islice(search_branches(question, **how), 1)
         raise RuntimeError("killed")
 
     monkeypatch.setattr(branch, "search_branches", killed)
@@ -53,7 +53,7 @@ def test_what_is_no_such_search_is_refused(tmp_path, capsys):
 
 
 def test_a_search_that_finds_nothing_writes_that(tmp_path, capsys, monkeypatch):
-    monkeypatch.setattr(branch, "search_branches", lambda *problem, **how: iter(()))
+    monkeypatch.setattr(branch, "search_branches", lambda question, **how: iter(()))
     out = str(tmp_path / "none.zarr")
     code, text, _ = run_command(capsys, *WORDS, "--out", out)
     assert (code, json.loads(text)["branches"]) == (0, [])

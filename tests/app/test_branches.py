@@ -13,7 +13,7 @@ from vibroscope.app.page.explore.tab import Explore
 from vibroscope.app.page.shared.figure import make_figure
 from vibroscope.app.page.shared.stability import stability_words
 from vibroscope.app.studies import branches as study
-from vibroscope.app.studies.branches import BranchQuestion, grow_branches, kind_words, matched, why_none
+from vibroscope.app.studies.branches import BranchesQuestion, grow_branches, kind_words, matched, why_none
 from vibroscope.engine import (
     POINT_KINDS,
     Branch,
@@ -32,7 +32,7 @@ from tests.few_seeds import few_seeds
 from .fakes import FakeHost, send
 
 SETTING = Setting(eta=1.42, K=12000.0, D=18.0)
-QUESTION = BranchQuestion(System(), Reference(), (1.3, 1.5))  # a motion that doubles its period and returns
+QUESTION = BranchesQuestion(System(), Reference(), (1.3, 1.5))  # a motion that doubles its period and returns
 
 
 def never():
@@ -196,7 +196,7 @@ def test_a_motion_with_overlap_is_opened_beside_it_and_the_words_say_so():
     assert System().overlap_of(found.state) > 1e-3
     rows, multipliers = np.tile(found.state, (1, found.period, 1)), np.full((1, 4), 0.5 + 0j)
     branch = Branch("eta", found.period, np.array([eta]), rows, multipliers, (), (), ("", ""))
-    texts, words, orbit = opened(BranchQuestion(System(), method, (1, 2)), Place("penalty", 0, "orbit", 0), branch)
+    texts, words, orbit = opened(BranchesQuestion(System(), method, (1, 2)), Place("penalty", 0, "orbit", 0), branch)
     assert "the bodies overlap in it" in words
     assert float(texts["start_xi1"]) == float(texts["start_xi2"]) == pytest.approx(found.state[2])
     columns = orbit.columns(read_setting(texts, SETTING))
@@ -277,7 +277,7 @@ def test_a_link_has_the_motion_again_also_where_its_bodies_overlap(solver, grown
         found = steady(System(), 1.1, method, max_period=4)
         rows, multipliers = np.tile(found.state, (1, found.period, 1)), np.full((1, 4), 0.5 + 0j)
         branch = Branch("eta", found.period, np.array([1.1]), rows, multipliers, (), (), ("", ""))
-        place, question = Place("penalty", 0, "orbit", 0), BranchQuestion(System(), method, (1, 2))
+        place, question = Place("penalty", 0, "orbit", 0), BranchesQuestion(System(), method, (1, 2))
     texts, _, orbit = opened(question, place, branch)
     line, again = OpenedMotion(), OpenedMotion()
     setting = read_setting(texts, SETTING if solver == "reference" else SETTING._replace(K=20.0, D=0.5))

@@ -222,8 +222,8 @@ def test_explore_follows_its_motion_into_the_branches_over_eta(opened):
     tab.show(Move(2, SETTING._replace(eta=3.0)))
     assert tab.panel.chosen["branches"] == "on"
     assert tab.view.span == (0.5, 4.0)  # the former range does not have this η
-    assert searches()[-1].question.problem[1] == 3.0
-    assert searches()[-1].question.search["initial"] == SETTING.initial
+    assert searches()[-1].question.search.eta == 3.0
+    assert searches()[-1].question.search.initial == SETTING.initial
     choose(tab, branches="both", over="K")
     prepare(tab)
     assert (tab.panel.chosen["over"], tab.panel.chosen["branches"]) == ("eta", "both")

@@ -11,7 +11,7 @@ from vibroscope.app.runtime.workers import Workers
 from vibroscope.app.studies import study_job
 from vibroscope.app.studies.basin import BasinQuestion, grow_basin
 from vibroscope.app.studies.bifurcation import DiagramQuestion, grow_diagram
-from vibroscope.app.studies.branches import BranchQuestion, grow_branches
+from vibroscope.app.studies.branches import BranchesQuestion, grow_branches
 from vibroscope.app.studies.coexisting import CoexistingQuestion, search_coexisting
 from vibroscope.app.studies.plane import PlaneQuestion, grow_plane
 from vibroscope.app.studies.plane_curves import CurvesQuestion, grow_curves
@@ -26,7 +26,7 @@ STUDIES = {
         grow_basin,
         BasinQuestion(SYSTEM, ETA, Reference(), PENALTY, ("xi2", "v2"), (-4.0, 4.0), (-9.0, 9.0), (0.0,) * 4),
     ),
-    "branches": (grow_branches, BranchQuestion(SYSTEM, Reference(), (1.3, 1.5))),
+    "branches": (grow_branches, BranchesQuestion(SYSTEM, Reference(), (1.3, 1.5))),
     "code": (grow_code, CodeQuestion(Setting(eta=ETA, K=12_345.0, D=18.0))),
     "coexisting": (search_coexisting, CoexistingQuestion(SYSTEM, ETA, Reference(), PENALTY)),
     "curves": (grow_curves, CurvesQuestion(SYSTEM, 2.78, (6000.0, 30_000.0), (15.0, 22.0))),

@@ -14,7 +14,7 @@ BRANCH = ("branch", "--from", "100", "--to", "200")
 @pytest.fixture
 def no_search(monkeypatch):
     """No branch is found, and none sought."""
-    monkeypatch.setattr(branch, "search_branches", lambda *problem, **how: iter(()))
+    monkeypatch.setattr(branch, "search_branches", lambda question, **how: iter(()))
 
 
 @pytest.mark.parametrize(

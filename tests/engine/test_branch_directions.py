@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from vibroscope.engine import ExactPenalty, Reference, System, continue_branch
+from vibroscope.engine import BranchQuestion, ExactPenalty, Reference, System, continue_branch
 
 PAPER = System()
 APART = System(kappa=2.9404343900423333, d1=0.1140122947473728, d2=0.15188223037346046, clearance=0.595553776474898)
@@ -19,7 +19,7 @@ BRANCHES = {
 def followed(name, eta):
     """The branch of the motion at η, a little beyond both starts."""
     system, method, (low, high) = BRANCHES[name]
-    return continue_branch(system, eta, method, low=low - 0.01, high=high + 0.01, max_period=4)
+    return continue_branch(BranchQuestion(system, eta, method, low=low - 0.01, high=high + 0.01, max_period=4))
 
 
 @pytest.mark.parametrize("name", BRANCHES)
@@ -36,7 +36,7 @@ def test_a_branch_has_the_same_points_whichever_way_it_is_followed(name):
 def test_a_fold_right_behind_the_beginning_of_a_flight_is_found_both_ways():
     """From below the flight began where it lasts 3e-3 periods: the fold lies 1.3e-7 beside its beginning."""
     for start in (0.64, 0.67):
-        branch = continue_branch(PAPER, start, Reference(), low=0.64, high=0.67, max_period=1)
+        branch = continue_branch(BranchQuestion(PAPER, start, Reference(), low=0.64, high=0.67, max_period=1))
         found = {kind: [p.value for p in branch.points if p.kind == kind] for kind in ("fold", "contact opens")}
         np.testing.assert_allclose(found["fold"], [0.65844491719674], atol=1e-11)
         np.testing.assert_allclose(found["contact opens"], [0.65844504558761], atol=1e-11)
@@ -58,9 +58,11 @@ def test_where_the_only_contact_vanishes_is_a_grazing_from_both_sides():
     """Both events of the cycle are then at one instant, and the flight lasts the rest of it."""
     eta, method = 3.2011815257076757, ExactPenalty(1536.3857681554166, 35.57573958655012)
     limits = {"low": 2.5609452205661407, "high": 4.001476907134594, "max_period": 4}
-    branch = continue_branch(ONCE, eta, method, **limits)
+    branch = continue_branch(BranchQuestion(ONCE, eta, method, **limits))
     k = 1 + len(branch.values) // 8
-    again = continue_branch(ONCE, float(branch.values[k]), method, initial=tuple(branch.sections[k][0]), **limits)
+    again = continue_branch(
+        BranchQuestion(ONCE, float(branch.values[k]), method, initial=tuple(branch.sections[k][0]), **limits)
+    )
     for each in (branch, again):
         found = [point.value for point in each.points if point.kind == "grazing"]
         assert np.abs(np.subtract(found, 3.084367183848851)).min() < 1e-10

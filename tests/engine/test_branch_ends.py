@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from vibroscope.engine import ExactPenalty, Reference, System, continue_branch, find_branches
+from vibroscope.engine import BranchQuestion, ExactPenalty, Reference, System, continue_branch, find_branches
 from vibroscope.engine.continuation import follow
 
 from tests.few_seeds import few_seeds
@@ -12,7 +12,9 @@ PAPER = System()
 
 def followed(eta, low, high, method=None, **more):
     """The branch of period one."""
-    return continue_branch(PAPER, eta, method or Reference(), low=low, high=high, **{"max_period": 1, **more})
+    return continue_branch(
+        BranchQuestion(PAPER, eta, method or Reference(), low=low, high=high, **{"max_period": 1, **more})
+    )
 
 
 def values(branch, kind):
@@ -38,7 +40,9 @@ def test_a_branch_goes_on_where_events_lie_beyond_the_end_of_the_cycle():
 )
 def test_a_branch_has_the_same_points_whichever_way_it_jumps(system, method, starts):
     """With ε = 0.0005 two sequences end at 1.13214 where a third begins; from above it went back the way it came."""
-    one, other = (continue_branch(system, eta, method, low=0.5, high=2.0, max_period=1) for eta in starts)
+    one, other = (
+        continue_branch(BranchQuestion(system, eta, method, low=0.5, high=2.0, max_period=1)) for eta in starts
+    )
     assert all("leaves the range" in end for end in one.ends + other.ends)
     kinds = {point.kind for point in one.points} - {"Neimark-Sacker"}
     assert {"sticking begins", "sticking ends"} <= kinds
@@ -69,13 +73,15 @@ def test_a_contact_begins_shortly_before_the_end_of_the_cycle():
         kappa=2.2908712827715254, d1=0.12369545684173879, d2=0.042931821766504036, clearance=0.44926696652842224
     )
     method = ExactPenalty(2213.2531679076756, 39.313372664295684)
-    branch = continue_branch(system, 3.323706177366, method, low=2.658965, high=4.154633, max_period=2)
+    branch = continue_branch(BranchQuestion(system, 3.323706177366, method, low=2.658965, high=4.154633, max_period=2))
     assert np.abs(values(branch, "grazing") - 3.62331294321).min() < 1e-9
 
 
 def test_a_jump_may_lead_to_an_orbit_at_the_same_value():
     system = System(wall=True, d1=0.041394931778305444, restitution=0.39242713049940436)
-    branch = continue_branch(system, 3.0205232624032, Reference(threshold=0.01), low=2.4, high=3.8, max_period=4)
+    branch = continue_branch(
+        BranchQuestion(system, 3.0205232624032, Reference(threshold=0.01), low=2.4, high=3.8, max_period=4)
+    )
     assert "sticking begins" in {point.kind for point in branch.points}
 
 
@@ -94,7 +100,7 @@ def test_a_branch_ends_at_a_doubling_though_an_impact_lies_at_the_end_of_the_cyc
 def test_a_branch_that_meets_a_shorter_period_does_not_go_round():
     """At 1.668124 that of period 8 goes on as its own orbits four periods later: 130 times, until it was given up."""
     with few_seeds():
-        branches = find_branches(PAPER, 1.75, Reference(), low=1.6, high=1.85, max_period=8)
+        branches = find_branches(BranchQuestion(PAPER, 1.75, Reference(), low=1.6, high=1.85, max_period=8))
     (eight,) = (branch for branch in branches if branch.period == 8)
     assert eight.ends[1].startswith("grazing at eta = 1.668124229: the orbits that go on")
     (double,) = (point for point in eight.points if point.kind == "period doubling")
@@ -154,7 +160,7 @@ def test_a_branch_is_the_same_from_wherever_it_begins(threshold):
 def test_a_branch_does_not_depend_on_its_steps(first, monkeypatch):
     # between 0.6702387 and 0.6702456 an impact would stick; an orbit on either side of that shows nothing of it
     usual = followed(0.69, 0.66, 0.69)
-    monkeypatch.setattr(follow, "FIRST_STEP", first)
+    monkeypatch.setattr(follow.BranchTracer, "control", follow.BranchTracer.control._replace(first=first))
     other = followed(0.69, 0.66, 0.69)
     assert [point.kind for point in other.points] == [point.kind for point in usual.points]
     np.testing.assert_allclose(*([point.value for point in each.points] for each in (other, usual)), rtol=0, atol=1e-12)

@@ -4,7 +4,7 @@ from itertools import islice
 
 import numpy as np
 import pytest
-from vibroscope.engine import ExactPenalty, Reference, System, search_branches
+from vibroscope.engine import BranchQuestion, ExactPenalty, Reference, System, search_branches
 from vibroscope.engine.continuation import search
 
 from tests.few_seeds import few_seeds
@@ -24,17 +24,17 @@ def followed(monkeypatch):
     """The values at which branches begin to be followed."""
     starts = []
 
-    class Counted(search.Tracer):
+    class Counted(search.BranchTracer):
         def __init__(self, curve, start, *how):
             starts.append(start.value)
             super().__init__(curve, start, *how)
 
-    monkeypatch.setattr(search, "Tracer", Counted)
+    monkeypatch.setattr(search, "BranchTracer", Counted)
     return starts
 
 
 def found(method, reach, **how):
-    return search_branches(System(), 2.76, method, low=reach[0], high=reach[1], max_period=2, **how)
+    return search_branches(BranchQuestion(System(), 2.76, method, low=reach[0], high=reach[1], max_period=2), **how)
 
 
 def assert_same(first, second):

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from vibroscope.engine import ExactPenalty, System, continue_branch, simulate
+from vibroscope.engine import BranchQuestion, ExactPenalty, System, continue_branch, simulate
 
 PAPER = System()
 NARROW = 1e-10  # of differences: by more, contacts come and go
@@ -22,7 +22,7 @@ def differences(eta, method, period, state):
 def test_bifurcations_of_the_penalty_next_to_grazings_are_some(eta, low, high):
     # the damper of a new contact changes the multipliers with the root of the distance from its grazing
     method = ExactPenalty(12_000.0, 18.0)
-    points = continue_branch(PAPER, eta, method, low=low, high=high, max_period=1).points
+    points = continue_branch(BranchQuestion(PAPER, eta, method, low=low, high=high, max_period=1)).points
     grazings = np.array([point.value for point in points if point.kind == "grazing"])
     sought = {"fold": 1.0, "period doubling": -1.0}
     beside = [p for p in points if p.kind in sought and np.abs(grazings - p.value).min() < 1e-6]
@@ -35,7 +35,7 @@ def test_bifurcations_of_the_penalty_next_to_grazings_are_some(eta, low, high):
 
 def test_where_a_contact_grazes_the_multipliers_are_those_of_the_orbit_without_it():
     # with a contact of no length the equations are singular
-    branch = continue_branch(PAPER, 1.3, ExactPenalty(100.0, 20.0), low=0.8, high=2.0, max_period=1)
+    branch = continue_branch(BranchQuestion(PAPER, 1.3, ExactPenalty(100.0, 20.0), low=0.8, high=2.0, max_period=1))
     grazings = [point for point in branch.points if point.kind in ("grazing", "contact opens")]
     assert grazings
     for point in grazings:

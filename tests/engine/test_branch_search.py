@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from vibroscope.engine import (
+    BranchQuestion,
     Cancelled,
     Cells,
     ExactPenalty,
@@ -31,7 +32,7 @@ AT_REST = System(excitation=Excitation(base=0.0))
 @pytest.fixture(scope="module")
 def period_one():
     with few_seeds():
-        return find_branches(PAPER, 2.76, Reference(), low=0.5, high=4.0, max_period=1)
+        return find_branches(BranchQuestion(PAPER, 2.76, Reference(), low=0.5, high=4.0, max_period=1))
 
 
 def test_every_orbit_of_a_wide_range_returns_also_where_events_pass_the_end_of_its_cycle(period_one):
@@ -58,7 +59,7 @@ def test_a_branch_goes_on_where_the_flight_grazes_together_with_its_impact():
     force = Excitation(base=0.0, force1=0.5)
     wall = System(wall=True, d1=0.05, clearance=1.0, restitution=0.8, excitation=force)
     with few_seeds():
-        (branch,) = find_branches(wall, 1.0, Reference(), low=0.3, high=3.0, max_period=1)
+        (branch,) = find_branches(BranchQuestion(wall, 1.0, Reference(), low=0.3, high=3.0, max_period=1))
     assert [end.split(" at ")[0] for end in branch.ends] == ["eta leaves the range"] * 2
     assert [point.kind for point in branch.points] == ["grazing", "period doubling", "fold", "grazing"]
     turns = np.flatnonzero(np.diff(np.sign(np.diff(branch.values))))
@@ -78,7 +79,7 @@ def test_a_branch_goes_on_where_the_flight_grazes_together_with_its_impact():
     ),
 )
 def test_every_periodic_run_of_a_sweep_ends_on_a_branch(system, method, reach):
-    found = find_branches(system, 3.0, method, low=reach[0], high=reach[1], max_period=6)
+    found = find_branches(BranchQuestion(system, 3.0, method, low=reach[0], high=reach[1], max_period=6))
     values = np.linspace(*reach, share(100) + 2)[1:-1]
     # after 2,000 periods one run, 3e-4 beyond a period doubling, multiplier -0.994, is still 1e-3 of its size away from
     # its orbit, and after 4,000 its section still has twice the period of the orbit
@@ -108,8 +109,8 @@ def corrected_at(branch, value, system, method):
 @pytest.mark.parametrize("system", [AT_REST, replace(AT_REST, clearance=-0.3)], ids=["touching", "pressed"])
 def test_a_system_that_nothing_drives_has_its_equilibrium_alone_and_is_not_searched(system, method):
     asked = []
-    how = {"low": 1.3, "high": 1.4, "cancelled": lambda: asked.append(1)}  # never; polled at each orbit and each run
-    (branch,) = find_branches(system, 1.35, method, **how)
+    question = BranchQuestion(system, 1.35, method, low=1.3, high=1.4)
+    (branch,) = find_branches(question, cancelled=lambda: asked.append(1))  # never; polled at each orbit and each run
     assert (branch.values.min(), branch.values.max()) == (1.3, 1.4)
     assert branch.stable.all()
     end = simulate(system, 1.35, method, periods=400, keep=1).section[0]
@@ -120,14 +121,14 @@ def test_a_system_that_nothing_drives_has_its_equilibrium_alone_and_is_not_searc
 def test_a_search_ends_after_a_number_of_orbits_and_says_so(monkeypatch):
     monkeypatch.setattr(search, "MOST_IN_ALL", 30)
     notes = []
-    found = find_branches(PAPER, 2.76, Reference(), low=2.7, high=2.85, note=notes.append)
+    found = find_branches(BranchQuestion(PAPER, 2.76, Reference(), low=2.7, high=2.85), note=notes.append)
     assert sum(len(branch.values) for branch in found) >= 30
     assert notes == ["the search ended after 30 orbits and may have missed branches: narrow the range"]
 
 
 def test_unstable_motions_are_found_where_no_run_settles_to_them():
     with few_seeds():
-        (branch,) = find_branches(PAPER, 3.2, Reference(), low=3.1, high=3.3, max_period=1)
+        (branch,) = find_branches(BranchQuestion(PAPER, 3.2, Reference(), low=3.1, high=3.3, max_period=1))
     assert branch.stable_ranges == ()
     assert (branch.values.min(), branch.values.max()) == (3.1, 3.3)
 
@@ -139,22 +140,22 @@ def test_a_cancelled_branch_is_kept_as_far_as_it_goes():
         asked.append(1)
         return len(asked) > 60
 
-    reach = {"low": 2.6, "high": 3.0, "initial": (0, 0, 0, 0), "cancelled": cancelled}
+    question = BranchQuestion(PAPER, 2.76, Reference(), low=2.6, high=3.0, initial=(0, 0, 0, 0))
     with pytest.raises(Cancelled):
-        found.extend(search_branches(PAPER, 2.76, Reference(), **reach))
+        found.extend(search_branches(question, cancelled=cancelled))
     (branch,) = found
     assert branch.ends == ("stopped", "stopped")
     assert len(branch.values) > 5
 
 
 def test_no_orbit_of_a_branch_that_jumps_is_followed_again():
-    (branch,) = find_branches(PAPER, 1.0, Reference(), low=0.9, high=1.1, max_period=1)
+    (branch,) = find_branches(BranchQuestion(PAPER, 1.0, Reference(), low=0.9, high=1.1, max_period=1))
     assert "sticking begins" in {point.kind for point in branch.points}
 
 
 def test_the_motion_of_a_start_is_followed_first():
     other, usual = (
-        next(search_branches(PAPER, 3.2, Reference(), low=3.19, high=3.21, initial=initial))
+        next(search_branches(BranchQuestion(PAPER, 3.2, Reference(), low=3.19, high=3.21, initial=initial)))
         for initial in (PAPER.rest, (1.0, 2.0, 3.0, -4.0))
     )
     assert {other.period, usual.period} == {2, 6}
@@ -162,22 +163,22 @@ def test_the_motion_of_a_start_is_followed_first():
 
 def test_what_is_not_found_is_said_with_its_reason():
     notes = []
-    how = {"low": 3.365, "high": 3.3651, "max_period": 1, "initial": PAPER.rest, "note": notes.append}
+    question = BranchQuestion(PAPER, 3.365, Reference(), low=3.365, high=3.3651, max_period=1, initial=PAPER.rest)
     with few_seeds():
-        find_branches(PAPER, 3.365, Reference(), **how)
+        find_branches(question, note=notes.append)
     assert notes[0].startswith("the motion from the initial state is not followed: there is no periodic motion")
 
 
 @pytest.mark.parametrize(("initial", "words"), [((1.0, 2.0), "four numbers"), ((5.0, 0.0, 0.0, 0.0), "initial gap")])
 def test_a_search_refuses_an_initial_state_that_is_none(initial, words):
     with pytest.raises(ValueError, match=words):
-        find_branches(PAPER, 2.76, Reference(), low=2.75, high=2.8, max_period=1, initial=initial)
+        find_branches(BranchQuestion(PAPER, 2.76, Reference(), low=2.75, high=2.8, max_period=1, initial=initial))
 
 
 @pytest.fixture(scope="module")
 def isolated():
     start = (-0.009197782845214886, -0.1351231394306132, 0.0, 0.0)
-    return continue_branch(WALL, 0.5508751686340112, Reference("derived"), initial=start, **ISOLATED)
+    return continue_branch(BranchQuestion(WALL, 0.5508751686340112, Reference("derived"), initial=start, **ISOLATED))
 
 
 @pytest.mark.parametrize("phase", range(3))
@@ -187,7 +188,7 @@ def test_an_isolated_branch_is_the_same_wherever_and_from_whichever_event_it_is_
     off = np.abs(np.subtract.outer(isolated.values, sorted_values(isolated))).min(axis=1)  # not at a grazing
     k = int(np.argmin(np.where(off > 1e-6, np.abs(isolated.values - value), np.inf)))
     state = isolated.sections[k][phase]
-    again = continue_branch(WALL, isolated.values[k], Reference("derived"), initial=state, **ISOLATED)
+    again = continue_branch(BranchQuestion(WALL, isolated.values[k], Reference("derived"), initial=state, **ISOLATED))
     assert again.ends == ("the branch closes in itself",) * 2
     for branch in (isolated, again):
         points = sorted((point.kind, point.value) for point in branch.points)
@@ -205,7 +206,7 @@ def sorted_values(branch):
 
 def test_a_branch_of_two_periods_ends_where_it_grazes_as_one_of_period_one(isolated):
     state = (-0.12729196473086413, 0.004863650611044364, 0.0, 0.0)
-    branch = continue_branch(WALL, 0.513, Reference("derived"), initial=state, **ISOLATED)
+    branch = continue_branch(BranchQuestion(WALL, 0.513, Reference("derived"), initial=state, **ISOLATED))
     assert branch.period == 2
     touching = next(value for value in sorted_values(isolated) if abs(value - 0.50458) < 1e-6)
     ends = sorted(branch.ends)

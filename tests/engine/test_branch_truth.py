@@ -3,7 +3,7 @@
 import mpmath as mp
 import numpy as np
 import pytest
-from vibroscope.engine import ExactPenalty, Excitation, Reference, System, continue_branch
+from vibroscope.engine import BranchQuestion, ExactPenalty, Excitation, Reference, System, continue_branch
 
 from tests.naive_orbit import DIGITS, TOUCHING, Twin
 from tests.share import every
@@ -41,7 +41,7 @@ POINTS = [
 @pytest.mark.parametrize(("method", "kind", "near", "reach"), every(POINTS))
 def test_points_of_the_papers_system_equal_those_of_a_solution_of_30_digits(method, kind, near, reach):
     low, eta, high = reach
-    branch = continue_branch(PAPER, eta, method, low=low, high=high, max_period=1)
+    branch = continue_branch(BranchQuestion(PAPER, eta, method, low=low, high=high, max_period=1))
     point = min((p for p in branch.points if p.kind == kind), key=lambda p: abs(p.value - near))
     assert abs(point.value - near) < 2e-4
     assert abs(of_twin(eta, method, "eta", point) - point.value) < CLOSE
@@ -58,7 +58,7 @@ OTHERS = [
 @pytest.mark.parametrize(("method", "over", "kind", "eta", "reach"), every(OTHERS))
 def test_points_over_other_numbers_equal_those_of_a_solution_of_30_digits(method, over, kind, eta, reach):
     low, high = reach
-    branch = continue_branch(PAPER, eta, method, over=over, low=low, high=high, max_period=1)
+    branch = continue_branch(BranchQuestion(PAPER, eta, method, over=over, low=low, high=high, max_period=1))
     (point,) = (p for p in branch.points if p.kind == kind)
     assert abs(of_twin(eta, method, over, point) - point.value) < CLOSE * (high - low)
 
@@ -125,7 +125,9 @@ def wall(omega, e, clearance):
 def test_fold_and_multipliers_of_an_orbit_with_one_impact_are_those_of_closed_form(omega, e, fold):
     near, reach = 0.97 * fold, {"low": 1.05 * fold, "high": 0.96 * fold}
     state = budd_dux(omega, e, near)[1]
-    branch = continue_branch(*wall(omega, e, near), over="clearance", **reach, initial=(*state, 0, 0), max_period=1)
+    branch = continue_branch(
+        BranchQuestion(*wall(omega, e, near), over="clearance", **reach, initial=(*state, 0, 0), max_period=1)
+    )
     (found,) = values(branch, "fold")
     assert abs(found / fold - 1) < CLOSE
     for k in range(0, len(branch.values), 7):  # both signs of the root: two orbits at each clearance
@@ -144,5 +146,7 @@ def test_an_orbit_grazes_the_wall_at_the_amplitude_of_the_linear_response(seed, 
     grazing = clearance * np.hypot(1 - omega**2, 2 * d * omega)
     force = Excitation(base=0.0, force1=0.5 * grazing)
     system = System(wall=True, d1=d, clearance=clearance, restitution=0.8, excitation=force)
-    branch = continue_branch(system, omega, method, over="force1", low=0.4 * grazing, high=1.02 * grazing, max_period=1)
+    branch = continue_branch(
+        BranchQuestion(system, omega, method, over="force1", low=0.4 * grazing, high=1.02 * grazing, max_period=1)
+    )
     assert np.abs(values(branch, "grazing") / grazing - 1).min() < 1e-12

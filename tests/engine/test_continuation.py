@@ -5,6 +5,7 @@ import contextlib
 import numpy as np
 import pytest
 from vibroscope.engine import (
+    BranchQuestion,
     Cancelled,
     Cells,
     ExactPenalty,
@@ -57,7 +58,7 @@ def of(system, eta, method, over, value):
 
 @pytest.mark.parametrize(("system", "eta", "method", "over", "reach"), every(CASES))
 def test_orbits_return_to_themselves_with_the_multipliers_of_the_poincare_map(system, eta, method, over, reach):
-    branch = continue_branch(system, eta, method, over=over, low=reach[0], high=reach[1], max_period=4)
+    branch = continue_branch(BranchQuestion(system, eta, method, over=over, low=reach[0], high=reach[1], max_period=4))
     assert len(branch.values) > 5
     compared = 0
     for k in range(0, len(branch.values), 1 + len(branch.values) // 12):
@@ -81,7 +82,7 @@ def test_orbits_return_to_themselves_with_the_multipliers_of_the_poincare_map(sy
     ids=str,
 )
 def test_a_branch_reaches_the_ends_of_what_a_number_may_be(over, reach, method):
-    branch = continue_branch(PAPER, 2.76, method, over=over, low=reach[0], high=reach[1], max_period=1)
+    branch = continue_branch(BranchQuestion(PAPER, 2.76, method, over=over, low=reach[0], high=reach[1], max_period=1))
     assert (branch.values.min(), branch.values.max()) == reach
     assert branch.ends == (f"{over} leaves the range at {reach[0]:g}", f"{over} leaves the range at {reach[1]:g}")
 
@@ -90,7 +91,7 @@ def test_a_branch_reaches_the_ends_of_what_a_number_may_be(over, reach, method):
 def test_runs_from_near_a_stable_orbit_settle_to_it(method):
     compared = 0
     with few_seeds():
-        found = find_branches(PAPER, 2.76, method, low=2.6, high=2.9, max_period=2)
+        found = find_branches(BranchQuestion(PAPER, 2.76, method, low=2.6, high=2.9, max_period=2))
     for branch in found:
         # where an impact begins or ceases to stick the motion jumps, and the disturbance of 1e-10 reaches past that
         # from one orbit in 300, at a distance of 2e-12; orbits at 1e-9 settle
@@ -112,7 +113,7 @@ def test_runs_from_near_a_stable_orbit_settle_to_it(method):
 @pytest.mark.parametrize("method", every([Reference(), EXACT]), ids=str)
 def test_what_a_sweep_shows_as_periodic_lies_on_a_branch(method):
     with few_seeds():
-        found = find_branches(PAPER, 2.76, method, low=2.6, high=3.0, max_period=2)
+        found = find_branches(BranchQuestion(PAPER, 2.76, method, low=2.6, high=3.0, max_period=2))
     runs = run_cells(Cells(PAPER, np.linspace(2.61, 2.99, 60), method), transient=1600, sample=8)
     values = np.linspace(2.61, 2.99, 60)
     shown = [k for k in range(60) if runs.ok[k] and runs.period[k] in (1, 2)]
@@ -131,13 +132,13 @@ def orbits_at(branch, value):
 
 def test_a_cascade_of_period_doublings_is_followed_to_period_16():
     with few_seeds():
-        found = find_branches(PAPER, 1.7, ExactPenalty(100.0, 2.0), low=1.699, high=1.72, max_period=16)
+        found = find_branches(BranchQuestion(PAPER, 1.7, ExactPenalty(100.0, 2.0), low=1.699, high=1.72, max_period=16))
     assert {branch.period for branch in found} == {1, 2, 4, 8, 16}
 
 
 def test_the_points_of_both_solvers_come_together_as_the_contact_stiffens():
     def doubling(method):
-        branch = continue_branch(PAPER, 2.76, method, low=2.7, high=2.85, max_period=1)
+        branch = continue_branch(BranchQuestion(PAPER, 2.76, method, low=2.7, high=2.85, max_period=1))
         (point,) = (p for p in branch.points if p.kind == "period doubling")
         return point.value
 
@@ -168,7 +169,7 @@ def test_the_points_of_both_solvers_come_together_as_the_contact_stiffens():
 def test_bad_input_is_refused_in_one_line(change, said):
     given = {"system": PAPER, "eta": 2.76, "method": Reference(), "low": 2.5, "high": 3.0} | change
     with pytest.raises(ValueError, match=said) as caught:
-        continue_branch(**given)
+        continue_branch(BranchQuestion(**given))
     assert "\n" not in str(caught.value)
 
 
@@ -180,14 +181,18 @@ def test_a_cancelled_search_keeps_what_was_found():
         return len(asked) > 20
 
     with pytest.raises(Cancelled):
-        found.extend(search_branches(PAPER, 2.76, Reference(), low=0.5, high=4.0, max_period=8, cancelled=cancelled))
+        found.extend(
+            search_branches(
+                BranchQuestion(PAPER, 2.76, Reference(), low=0.5, high=4.0, max_period=8), cancelled=cancelled
+            )
+        )
     assert len(asked) == 21
     assert found
 
 
 def test_branches_as_a_dataset():
     with few_seeds():
-        found = find_branches(PAPER, 2.76, Reference(), low=2.7, high=2.8, max_period=2)
+        found = find_branches(BranchQuestion(PAPER, 2.76, Reference(), low=2.7, high=2.8, max_period=2))
     dataset = branches_dataset(found)
     assert dataset.sizes["orbit"] == sum(len(branch.values) for branch in found)
     assert np.isnan(dataset.section.values[dataset.period.values == 1, 1:]).all()
@@ -206,15 +211,17 @@ def test_branches_as_a_dataset():
             (EXACT, (2.7, 2.8), "period doubling", "D", (5.0, 40.0)),
             (Reference(), (1.2, 1.31), "fold", "restitution", (0.45, 0.6)),
             (Reference(), (1.55, 1.7), "grazing", "clearance", (-0.2, 0.2)),
+            (Reference(), (1.05, 1.15), "sticking begins", "restitution", (0.49, 0.51)),
+            (Reference(), (1.05, 1.15), "sticking ends", "restitution", (0.49, 0.51)),
         ]
     ),
 )
 def test_a_point_in_two_parameters_is_the_point_of_a_branch_at_each_of_them(method, reach, kind, along, ends):
-    eta = {2.7: 2.76, 1.2: 1.3, 1.55: 1.6}[reach[0]]
-    branch = continue_branch(PAPER, eta, method, low=reach[0], high=reach[1], max_period=1)
+    eta = {2.7: 2.76, 1.2: 1.3, 1.55: 1.6, 1.05: 1.1}[reach[0]]
+    branch = continue_branch(BranchQuestion(PAPER, eta, method, low=reach[0], high=reach[1], max_period=1))
     point = next(p for p in branch.points if p.kind == kind)
-    wide = {"low": reach[0] - 0.4, "high": reach[1] + 0.4, "along": along, "along_low": ends[0], "along_high": ends[1]}
-    curve = continue_point(PAPER, eta, method, point, **wide)
+    wide = BranchQuestion(PAPER, eta, method, low=reach[0] - 0.4, high=reach[1] + 0.4)
+    curve = continue_point(wide, point, along=along, along_low=ends[0], along_high=ends[1])
     assert len(curve.values) > 20
     compared = 0
     for value, second in curve.values[:: len(curve.values) // 4]:
@@ -222,7 +229,9 @@ def test_a_point_in_two_parameters_is_the_point_of_a_branch_at_each_of_them(meth
         found = []
         for start in (value - 0.01, value + 0.01):
             with contextlib.suppress(ValueError):  # on the other side another motion attracts
-                here = continue_branch(system, start, other, low=value - 0.03, high=value + 0.03, max_period=1)
+                here = continue_branch(
+                    BranchQuestion(system, start, other, low=value - 0.03, high=value + 0.03, max_period=1)
+                )
                 found += [p.value for p in here.points if p.kind == kind]
         if found:
             assert min(abs(each - value) for each in found) < 1e-9
@@ -231,9 +240,10 @@ def test_a_point_in_two_parameters_is_the_point_of_a_branch_at_each_of_them(meth
 
 
 def test_a_point_that_cannot_be_followed_is_refused_in_one_line():
-    branch = continue_branch(PAPER, 2.76, Reference(), low=2.7, high=2.8, max_period=1)
+    branch = continue_branch(BranchQuestion(PAPER, 2.76, Reference(), low=2.7, high=2.8, max_period=1))
     (point,) = (p for p in branch.points if p.kind == "period doubling")
-    given = {"low": 2.5, "high": 3.0, "along": "restitution", "along_low": 0.3, "along_high": 0.7}
+    question = BranchQuestion(PAPER, 2.76, Reference(), low=2.5, high=3.0)
+    given = {"along": "restitution", "along_low": 0.3, "along_high": 0.7}
     for change, said in (
         ({"along": "eta"}, "varies already"),
         ({"along": "K"}, "reference method has no K"),
@@ -241,4 +251,4 @@ def test_a_point_that_cannot_be_followed_is_refused_in_one_line():
         ({"along_low": 0.6}, "begin within the range"),
     ):
         with pytest.raises(ValueError, match=said):
-            continue_point(PAPER, 2.76, Reference(), point, **(given | change))
+            continue_point(question, point, **(given | change))

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from vibroscope.engine import Excitation, Reference, System, continue_branch
+from vibroscope.engine import BranchQuestion, Excitation, Reference, System, continue_branch
 
 from tests.share import every
 
@@ -88,7 +88,7 @@ def test_an_orbit_with_one_impact_doubles_its_period_where_the_closed_formula_sa
     system = System(wall=True, d1=d, clearance=near, restitution=e, excitation=force)
     start = (*orbit.state(near), 0.0, 0.0)
     branch = continue_branch(
-        system, omega, Reference(threshold=0), over="clearance", **reach, initial=start, max_period=1
+        BranchQuestion(system, omega, Reference(threshold=0), over="clearance", **reach, initial=start, max_period=1)
     )
     found = [point.value for point in branch.points if point.kind == "period doubling"]
     assert min(abs(value - sigma) for value in found) < CLOSE * size

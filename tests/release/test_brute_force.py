@@ -1,13 +1,13 @@
 """Brute force along the whole range of the paper's system: what runs at 1,000 η show lies on the branches."""
 
 import numpy as np
-from vibroscope.engine import Cells, Reference, System, find_branches, run_cells, steady
+from vibroscope.engine import BranchQuestion, Cells, Reference, System, find_branches, run_cells, steady
 
 PAPER, RANGE, LONGEST = System(), (0.5, 4.0), 6
 
 
 def test_what_runs_show_as_periodic_at_a_thousand_values_lies_on_a_branch(capsys):
-    found = find_branches(PAPER, 2.76, Reference(), low=RANGE[0], high=RANGE[1], max_period=LONGEST)
+    found = find_branches(BranchQuestion(PAPER, 2.76, Reference(), low=RANGE[0], high=RANGE[1], max_period=LONGEST))
     values = np.linspace(*RANGE, 1000)
     runs = run_cells(Cells(PAPER, values, Reference()), transient=4000, sample=64)
     off, apart = [], []

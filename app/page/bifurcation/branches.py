@@ -25,7 +25,7 @@ from vibroscope.app.page.shared.component import Component
 from vibroscope.app.page.shared.stability import multiplier_words, point_multiplier, stability_words
 from vibroscope.app.page.tab import TabHost, on_loop
 from vibroscope.app.runtime.number_text import print_number
-from vibroscope.app.studies.branches import BranchQuestion, PartialBranches, grow_branches, kind_words, matched
+from vibroscope.app.studies.branches import BranchesQuestion, PartialBranches, grow_branches, kind_words, matched
 from vibroscope.app.studies.study_job import RESULTS, StudyJob
 from vibroscope.engine import Branch, Point
 from vibroscope.engine.wording import every
@@ -64,13 +64,13 @@ class Branches:
         self.view.on_msg(lambda event: self._receive(event.data))
         self.results: dict[str, PartialBranches] = {}
         self._on_result = on_result
-        self._questions: dict[str, BranchQuestion] = {}
+        self._questions: dict[str, BranchesQuestion] = {}
         self._jobs: dict[str, StudyJob] = {}
         self._failed: dict[str, str] = {}
         self._setting: Setting | None = None
         self._stopped = False  # by the user
 
-    def ask(self, questions: Mapping[str, BranchQuestion]) -> None:
+    def ask(self, questions: Mapping[str, BranchesQuestion]) -> None:
         """Search for the branches of these solvers, and end what else is searched for."""
         if questions != self._questions:
             self._stopped = False
@@ -199,7 +199,7 @@ class Branches:
         return True
 
 
-def opened(question: BranchQuestion, place: Place, branch: Branch) -> tuple[dict[str, str], str, ClosedOrbit]:
+def opened(question: BranchesQuestion, place: Place, branch: Branch) -> tuple[dict[str, str], str, ClosedOrbit]:
     """Texts that set a motion of a branch, what to know of it, and the motion itself."""
     if place.kind == "point":
         point = branch.points[place.number]
@@ -208,7 +208,7 @@ def opened(question: BranchQuestion, place: Place, branch: Branch) -> tuple[dict
     else:
         k = place.number
         value, starts, multipliers, head = branch.values[k], branch.sections[k], branch.multipliers[k], "On a branch: "
-    system, eta, method = question.at(float(value))
+    system, eta, method = question.search.at(float(value))
     over = [system.overlap_of(start) for start in starts]
     start = np.array(starts[int(np.argmin(over))])
     exact, moved = start.copy(), ""

@@ -28,7 +28,7 @@ from vibroscope.app.studies.bifurcation import (
     grow_diagram,
     kind_names,
 )
-from vibroscope.app.studies.branches import BranchQuestion, PartialBranches, why_none
+from vibroscope.app.studies.branches import BranchesQuestion, PartialBranches, why_none
 from vibroscope.app.studies.study_job import RESULTS
 from vibroscope.engine import METHOD_NUMBERS, ExactPenalty, Method, System
 
@@ -163,7 +163,7 @@ class Bifurcation(StudyTab):
             initial=self._start(setting) if own else None,
         )
 
-    def branch_questions(self, setting: Setting) -> tuple[dict[str, BranchQuestion], list[str]]:
+    def branch_questions(self, setting: Setting) -> tuple[dict[str, BranchesQuestion], list[str]]:
         """The branches to search for, by solver, and sentences about those that there are not."""
         chosen = self.panel.chosen
         if chosen["branches"] == "off":
@@ -180,7 +180,7 @@ class Bifurcation(StudyTab):
             if diagram.over in ("K", "D"):
                 method = replace(method, **{METHOD_NUMBERS[diagram.over]: diagram.span[0]})
             followed = self._followed if diagram.over == "eta" else None
-            questions[solver] = BranchQuestion(
+            questions[solver] = BranchesQuestion(
                 diagram.system, method, diagram.span, diagram.over, diagram.eta, followed
             )
         if "penalty" in questions and chosen["solver"] != "exact":
@@ -285,7 +285,7 @@ class Bifurcation(StudyTab):
         """``vibroscope sweep eta`` over the range in view."""
         return diagram_command(self.script_question(setting), self._asked())
 
-    def _asked(self) -> dict[str, BranchQuestion]:
+    def _asked(self) -> dict[str, BranchesQuestion]:
         """The branches that are shown, by the name of their result."""
         return {f"branches_{solver}": result.question for solver, result in self.branches.results.items()}
 

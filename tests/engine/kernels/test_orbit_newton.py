@@ -31,10 +31,10 @@ def orbit_at(method, eta):
 
 def solve_stepwise(equations, sequence, unknowns, width):
     """The equations at the orbit near a guess, which is moved there, a step a call; None if none is found."""
-    scales, room = scales_of(unknowns, width), Evaluation.without_facts(len(sequence[0]))
+    scales, room = scales_of(unknowns, width), Evaluation.zeros(len(sequence[0]))
     before, said = np.inf, GO_ON
     for _ in range(NEWTON_STEPS):
-        found = equations(*sequence, unknowns, room)
+        found = equations(sequence, unknowns, room)
         length = step_at_value(found.residual, found.jacobian, scales, unknowns)
         said = outcome_of_step(length, before)
         if said != GO_ON:
@@ -42,7 +42,7 @@ def solve_stepwise(equations, sequence, unknowns, width):
         before = length
     if said == LOST or (said == GO_ON and not before < STALLED):
         return None
-    return equations(*sequence, unknowns)
+    return equations(sequence, unknowns)
 
 
 @pytest.mark.parametrize(("method", "eta"), CASES)
@@ -52,7 +52,7 @@ def test_an_orbit_is_found_in_one_call_as_step_by_step(method, eta, off):
     scales = curve.scales(orbit)
     guess = orbit.unknowns + off * scales[:-1] * np.random.default_rng(3).uniform(-1, 1, len(orbit.unknowns))
     sequence, ends = (orbit.kinds, orbit.first, orbit.period), (guess.copy(), guess.copy())
-    found = curve.equations(eta).solve(*sequence, ends[0], curve.width)
+    found = curve.equations(eta).solve(sequence, ends[0], curve.width)
     plain = solve_stepwise(curve.equations(eta), sequence, ends[1], curve.width)
     assert (found is None) == (plain is None)
     assert found is not None or off == 0.3

@@ -2,7 +2,8 @@
 
 import numpy as np
 from vibroscope.engine.drivers.orbit import CHATTER, FORCE, IMPACT, PARTING, STICK
-from vibroscope.engine.drivers.orbit_steps import (
+from vibroscope.engine.kernels.event_driven.orbit import FACTS
+from vibroscope.engine.kernels.event_driven.orbit_steps import (
     BEGINS,
     ENDS,
     LENGTH,
@@ -10,7 +11,6 @@ from vibroscope.engine.drivers.orbit_steps import (
     interpolated,
     margin_values,
 )
-from vibroscope.engine.kernels.event_driven.orbit import FACTS
 
 RANDOM = np.random.default_rng(5)
 

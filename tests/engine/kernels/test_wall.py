@@ -8,6 +8,7 @@ import pytest
 from vibroscope.engine import (
     HHT,
     Bathe,
+    BranchQuestion,
     ExactPenalty,
     Excitation,
     Newmark,
@@ -113,7 +114,7 @@ def test_no_start_moves_body_1(method):
 
 @pytest.mark.parametrize("method", [Reference(), ExactPenalty(1200.0, 5.0)], ids=repr)
 def test_two_multipliers_of_a_branch_are_zero(method):
-    branch = continue_branch(WALLS[1], 1.9, method, low=1.8, high=2.0)
+    branch = continue_branch(BranchQuestion(WALLS[1], 1.9, method, low=1.8, high=2.0))
     assert len(branch.values) > 3
     assert not branch.sections[..., 2:].any()
     assert not np.abs(branch.multipliers[:, 2:]).any()

@@ -1,26 +1,64 @@
-"""The branch that traces make: one, or two from the same orbit both ways."""
+"""What following a curve one way gives, and the branch that two traces make, or one that closes."""
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from ..drivers.event_driven import displaced_state
 from ..drivers.orbit import multipliers_of
-from .branch import Branch
-from .curve import CurvePoint
+from .branch import Branch, Point
+from .curve import Curve, CurvePoint
 from .family import Family
-from .follow import Tracer
-from .journal import Trace
 
 
-def branch_of_traces(family: Family, forwards: Tracer | Trace, backwards: Tracer | Trace | None, begins: str) -> Branch:
+@dataclass
+class Trace:
+    """A curve followed one way.
+
+    Attributes
+    ----------
+    points : list
+        In their order along the curve.
+    marks : list of (Point, CurvePoint)
+        Points of a branch, and the orbits there.
+    reason : str
+        Why it ends.
+    length : float
+        Scaled.
+    joined : float or None
+        α₁ where a branch ends in one of a shorter period.
+    """
+
+    points: list
+    marks: list[tuple[Point, CurvePoint]] = field(default_factory=list)
+    reason: str = ""
+    length: float = 0.0
+    joined: float | None = None
+
+
+def point_on_branch(curve: Curve, kind: str, point: CurvePoint, index: int) -> Point:
+    """The point of a branch at an orbit of its curve."""
+    system, _, _ = curve.family.at(point.value)
+    return Point(
+        kind=kind,
+        value=point.value,
+        period=point.orbit.period,
+        multipliers=point.multipliers,
+        state=displaced_state(system, point.evaluation.section[0]),
+        events=point.orbit.events,
+        instants=point.orbit.instants,
+        index=index,
+    )
+
+
+def branch_of_traces(family: Family, forwards: Trace, backwards: Trace | None, begins: str) -> Branch:
     """The branch, from the end of the second trace to that of the first.
 
     Parameters
     ----------
     family : Family
-    forwards, backwards : Tracer or Trace
+    forwards, backwards : Trace
         The second is None if the branch closes in itself, or begins at another one.
     begins : str
         The kind of the point of another branch at which this one begins; empty if it begins at none.

@@ -1,0 +1,74 @@
+"""Grazings, and contacts that open: the closing speed of a touch is zero, whose instant is an unknown.
+
+It is an impact of the reference; of the penalty it is a *marker*, an event without effect, since both events of a
+contact fall together.
+"""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from ...drivers.orbit import CLOSING, IMPACT, PART, TOUCH, WHERE
+from ..margins import GRAZING, OPENS, Margin
+from ..orbit import Orbit, short_phase
+from ..plane import Place, Plane
+from .problem import PointProblem
+
+SHORT = 1e-5  # excitation periods: a contact shorter than that is a touch
+BESIDE = 1e-4  # excitation periods: a minimum of the gap closer to a touch is the touch
+
+
+class Grazing(PointProblem):
+    """The closing speed of an event is zero."""
+
+    kinds = (GRAZING, OPENS)
+
+    def __init__(self, _: str, plane: Plane, orbit: Orbit, event: int) -> None:
+        super().__init__(GRAZING, plane, orbit, event)  # a contact that opens is a grazing from within
+
+    @classmethod
+    def serves(cls, kind: str, rigid: bool) -> bool:
+        """The reference's contact opens at a force of zero."""
+        return kind == GRAZING or not rigid
+
+    @classmethod
+    def begun(cls, kind: str, plane: Plane, place: Place) -> Iterator[tuple[PointProblem, Orbit]]:
+        """For each touch there may be, the closest first."""
+        orbit = place.orbit
+        if not plane.rigid and len(orbit.kinds) > 1 and (lengths := np.diff(orbit.instants)).min() < SHORT:
+            yield cls._of_touch(plane, *marked(orbit, int(np.argmin(lengths))))
+        kinds = (GRAZING,) if plane.rigid else (GRAZING, OPENS)
+        found = [each for each in plane.margins(place) if each.kind in kinds]
+        for margin in sorted(found, key=lambda each: abs(each.value)):
+            yield cls._of_touch(plane, *touched_at(plane, place, margin))
+
+    @classmethod
+    def _of_touch(cls, plane: Plane, orbit: Orbit, touch: int) -> tuple[PointProblem, Orbit]:
+        return cls(GRAZING, plane, orbit, touch), orbit
+
+    def condition(self, place: Place) -> float:
+        """The closing speed."""
+        return float(place.evaluation.facts[self.event, CLOSING] / self.scales[0])
+
+    def is_own(self, margin: Margin, place: Place) -> bool:
+        """That of the touch."""
+        if not margin.inside:
+            return margin.event == self.event
+        return abs(place.evaluation.facts[margin.event, WHERE] - place.orbit.instants[self.event]) < BESIDE
+
+
+def touched_at(plane: Plane, place: Place, margin: Margin) -> tuple[Orbit, int]:
+    """The orbit with the touch at which a margin is zero as an event, and which."""
+    orbit, k = place.orbit, margin.event
+    if not margin.inside:
+        return (orbit, k) if plane.rigid else marked(orbit, k)
+    apart = IMPACT if plane.rigid else PART
+    kind, where = (TOUCH if margin.kind == OPENS else apart), place.evaluation.facts[k, WHERE]
+    return orbit.with_events(k, where, (kind,)), k
+
+
+def marked(orbit: Orbit, k: int) -> tuple[Orbit, int]:
+    """The orbit with a marker in place of event k and of that next to it in time, and where."""
+    first, second, length = short_phase(orbit, k)
+    place, middle = min(first, len(orbit.kinds) - 2), orbit.instants[first] + 0.5 * length
+    return orbit.without({first, second}).with_events(place, middle, (orbit.kinds[second],)), place
