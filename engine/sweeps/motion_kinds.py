@@ -40,6 +40,9 @@ from .plane_study import PlaneStudy
 FOLLOWED = (512, 4096)  # periods with a disturbance; the second number only if the first does not decide
 SETTLED = 256  # last periods of these that may show a cycle which the motion has settled to
 FINER_TRANSIENT = 256  # periods of a run with smaller steps before its section is taken
+# A motion without a time step that returns to within this share of its size after a cycle, twice, has settled. What is
+# left of its transient lies far below the tolerance of a period.
+SETTLES = 1e-9
 
 
 # Of each cell: dtype and what stands where nothing is known.
@@ -260,7 +263,7 @@ def _limit(cells: Cells, run: dict, how: dict) -> tuple[dict[str, np.ndarray], n
     Their samples are long enough to tell a slow transient that alternates from a cycle. A spread is that of the points
     of a cycle (:func:`..motions.section.cycle_spreads`); 0 for other motions.
     """
-    runs = run_cells(cells, transient=run["transient"], sample=SETTLED, **how)
+    runs = run_cells(cells, transient=run["transient"], sample=SETTLED, recurrence=SETTLES, **how)
     start = np.where(runs.ok[:, None], runs.end, np.nan)
     found, later = _follow(cells, np.where(runs.ok, _periods(runs), 0), start, how)
     cycles = runs.section
@@ -327,7 +330,8 @@ def _go_on(cells: Cells, period: np.ndarray, start: np.ndarray, found: dict, how
     state, sections = start.copy(), {}
     places = _without_period(period, start)
     some = replace(_selected(cells, places), initial=start[places])
-    later = run_cells(some, transient=schedule_of(cells.method).followed[0], sample=SETTLED, **how)
+    transient = schedule_of(cells.method).followed[0]
+    later = run_cells(some, transient=transient, sample=SETTLED, recurrence=SETTLES, **how)
     for i, ok, section, end in zip(places.tolist(), later.ok, later.section, later.end, strict=True):
         if not ok:
             continue
