@@ -25,6 +25,7 @@ def run_cells(
     sample: int,
     coordinates: Sequence[int] = (0, 1, 2, 3),
     early_stop: bool = True,
+    recurrence: float = driver.TOLERANCE,
     threads: int | None = None,
     progress: Callable[[int], None] | None = None,
     cancelled: Callable[[], bool] | None = None,
@@ -46,6 +47,9 @@ def run_cells(
     early_stop : bool
         Stop a cell once its motion has become periodic. Newmark cells whose every step is taken run to their end;
         those with located steps may end at some lengths only.
+    recurrence : float
+        Share of its size within which a state must return after a cycle, twice, to stop a cell early. By default what
+        follows is the same to rounding.
     threads : int, optional
         As many as there are processors, if not given.
     progress : callable, optional
@@ -68,11 +72,14 @@ def run_cells(
     >>> found.period.tolist(), found.section.shape
     ([1, 0], (2, 20, 4))
     """
+    require(
+        "recurrence", recurrence, driver.TOLERANCE, 1e-6, "let cells stop early where what follows is nearly the same"
+    )
     task = driver.Task(
         whole("transient", transient, 0, PERIODS_LIMIT, "give the periods before the sample"),
         whole("sample", sample, 1, KEEP_LIMIT, "describe at least one period"),
-        bool(early_stop),
         tuple(whole("coordinate", c, 0, 3, "0 to 3 are ξ₁, ξ₁′, ξ₂ and ξ₂′") for c in coordinates),
+        float(recurrence) if early_stop else 0.0,
     )
     threads = thread_count(threads)
     results = driver.empty_results(len(cells), task)
@@ -124,7 +131,7 @@ def _single_runs(
                 )
             except Cancelled:
                 return False
-            if not response.ok or driver.section_recurs(response.section):
+            if not response.ok or driver.section_recurs(response.section, task.recurrence):
                 break
             start, done = response.checkpoint, response.checkpoint.periods
         write_response(response, task, results, i)

@@ -38,8 +38,8 @@ class Task(NamedTuple):
 
     transient: int
     sample: int
-    early_stop: bool
     coordinates: tuple[int, ...]
+    recurrence: float = TOLERANCE  # share of its size within which a state recurs; 0: no cell stops early
 
 
 def are_compiled(method: Method, rows: np.ndarray) -> np.ndarray:
@@ -63,16 +63,16 @@ def lengths(task: Task) -> list[int]:
     not show whether it recurs.
     """
     whole = task.transient + task.sample
-    if not task.early_stop or task.sample < 2 * CYCLE:
+    if not task.recurrence or task.sample < 2 * CYCLE:
         return [whole]
     shortest = SHORTEST + task.sample
     shortest += (whole - shortest) % CYCLE
     return [*(shortest + later for later in LATER if shortest + later < whole), whole]
 
 
-def section_recurs(section: np.ndarray) -> bool:
+def section_recurs(section: np.ndarray, tolerance: float) -> bool:
     """Whether the rows of a section are those of CYCLE periods before, as in :mod:`..kernels.batch.recurrence`."""
-    allowed = TOLERANCE * np.abs(section).sum(axis=1).min()
+    allowed = tolerance * np.abs(section).sum(axis=1).min()
     return bool((np.abs(section[CYCLE:] - section[:-CYCLE]) <= allowed).all())
 
 
@@ -145,13 +145,13 @@ def batch_of(
     *,
     transient: int = 0,
     sample: int,
-    early_stop: bool = False,
+    recurrence: float = 0.0,
     coordinates: tuple[int, ...] = (),
 ) -> tuple[kernel.BatchCells, kernel.BatchPlan]:
     """Cells, by default as they stand and each on its own, and their plan, as the kernels of many cells take them."""
     kind, n = _KINDS[type(method)], len(rows)
     columns = np.array(coordinates, dtype=np.int64)
-    plan = kernel.BatchPlan(kind, transient, sample, early_stop, columns, COMPLETION)
+    plan = kernel.BatchPlan(kind, transient, sample, recurrence, columns, COMPLETION)
     circles = separating_circles(rows) if kind == EXACT else np.zeros((n, 2))
     order = np.arange(n) if order is None else order
     chained = np.zeros(n, bool) if chained is None else chained

@@ -8,11 +8,12 @@ import numpy as np
 
 from ..kernels.batch import differences as kernel
 from ..kernels.batch.differences import ALONE, BESIDE, DIFFERENCES, OWN_LIMIT, Cycles
+from ..kernels.batch.recurrence import CYCLE
 from ..methods import Method
 from .batch import are_compiled, batch_of, make_work_space
 from .threads import Worker, share_out
 
-__all__ = ["ALONE", "BESIDE", "OWN_LIMIT", "Cycles", "Grid", "Motions", "differences"]
+__all__ = ["ALONE", "BESIDE", "OWN_LIMIT", "Cycles", "Grid", "Motions", "differences", "shortest_cycle"]
 
 
 class Motions(NamedTuple):
@@ -24,8 +25,9 @@ class Motions(NamedTuple):
     rows : (n, len(Parameters)) ndarray
     initial : (n, 4) ndarray
         ξ₁, ξ₁′, ξ₂, ξ₂′ where the samples begin.
-    recurs : (n,) ndarray of bool
-        Whether it repeats itself after CYCLE periods, so that no more of them are run.
+    recurs : (n,) ndarray of int64
+        Periods after which it repeats itself, as :func:`shortest_cycle` gives them, so that no more of them are run; 0
+        if it does not.
     sample : callable
         ``sample(i, signals)`` samples a cell that the kernel does not run: ξ₁ and ξ₂, (periods, m, 2); None if it ends
         early or was cancelled.
@@ -36,6 +38,11 @@ class Motions(NamedTuple):
     initial: np.ndarray
     recurs: np.ndarray
     sample: Callable[[int, np.ndarray], np.ndarray | None]
+
+
+def shortest_cycle(periods: np.ndarray) -> np.ndarray:
+    """Periods after which motions that return after CYCLE periods may do so, from those of their sections, (n,)."""
+    return np.where((periods > 0) & (CYCLE % np.maximum(periods, 1) == 0), periods, CYCLE).astype(np.int64)
 
 
 class Grid(NamedTuple):
@@ -109,7 +116,8 @@ def differences(
             return
         other = limit.sample(i, signals) if parts[i] == BESIDE else None
         kind = ALONE if parts[i] == BESIDE and other is None else parts[i]
-        kernel.write_differences(one, one if other is None else other, kind, cycles, found[i])
+        other = one if other is None else other
+        kernel.write_differences((one, len(one)), (other, len(other)), kind, cycles, len(one), found[i])
 
     share_out(np.arange(1, len(parts) + 1), threads, worker, progress, cancelled)
     return found

@@ -44,17 +44,25 @@ class EventDrivenSystem(NamedTuple):
 
 
 def set_up(
-    system: System, eta: float, method: Reference | ExactPenalty, completion: float | None = None
+    system: System,
+    eta: float,
+    method: Reference | ExactPenalty,
+    completion: float | None = None,
+    *,
+    impulses: bool = True,
 ) -> EventDrivenSystem:
-    """Phases and laws of a run; ``completion``: how far a chatter must have come to be summed (COMPLETION)."""
+    """Phases and laws of a run.
+
+    ``completion``: how far a chatter must have come to be summed (COMPLETION); ``impulses``: whether those of penalty
+    contacts are asked for.
+    """
     parameters, rigid = parameters_of(system, eta, method), method.rigid
     row = np.array(parameters)
     circle = np.zeros(2) if rigid else separating_circles(row[None])[0]
     packed = SYSTEM.zeros()
     set_up_events(packed, no_keys(), row, rigid, circle, COMPLETION if completion is None else completion)
     views = SYSTEM.read(packed)
-    if not rigid:
-        # z′ = A z gives ∫z dτ = A⁻¹ Δz; only single runs ask for impulses
+    if impulses and not rigid:  # z′ = A z gives ∫z dτ = A⁻¹ Δz
         generator = full_pressed_generators(row[None])[0]
         integral = np.linalg.solve(generator.T, watched_in_contact(parameters, rigid))
         views.contact.rows[:, INTEGRAL] = views.slow_contact.rows[:, INTEGRAL] = integral

@@ -64,7 +64,7 @@ def settle(
     )
     if n == 0:
         return results
-    plan = kernel.BatchPlan(kind, periods, min(stride, CYCLE), False, np.zeros(0, np.int64), COMPLETION)
+    plan = kernel.BatchPlan(kind, periods, min(stride, CYCLE), 0.0, np.zeros(0, np.int64), COMPLETION)
     circles = separating_circles(rows[:1]).repeat(n, axis=0) if kind == EXACT else np.zeros((n, 2))
     cells = kernel.BatchCells(np.arange(n), np.zeros(n, bool), rows, initial, circles)
 

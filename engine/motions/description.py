@@ -1,7 +1,7 @@
 """Description of a motion by numbers: what the kept periods of a response show, and the evidence for its type."""
 
 from dataclasses import dataclass, field
-from enum import StrEnum
+from enum import IntEnum, StrEnum
 
 import numpy as np
 
@@ -28,6 +28,10 @@ class Kind(StrEnum):
     ENDED_EARLY = "ended-early"
     ARTEFACT = "artefact"  # periodic without a time step; the scatter of the section is caused by the step
     DIVERGED = "diverged"
+
+
+# The number of each kind of motion; "unknown" is the one of a cell that was not computed.
+CellKind = IntEnum("CellKind", {kind.name: number for number, kind in enumerate(Kind, -1)}, module=__name__)
 
 
 @dataclass(frozen=True)

@@ -73,7 +73,10 @@ class PoincareMap:
     ):
         self.mechanics, self.rigid = system, method.rigid
         self.by_differences = needs_law(method)
-        self.flow = LawFlow(system, eta, method) if self.by_differences else LinearFlow(set_up(system, eta, method))
+        if self.by_differences:
+            self.flow = LawFlow(system, eta, method)
+        else:
+            self.flow = LinearFlow(set_up(system, eta, method, impulses=False))
         self.cancelled = cancelled
         self.periods = 0
 

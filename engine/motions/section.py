@@ -1,5 +1,7 @@
 """The period that a Poincaré section settles to, and how wide its band is about the points of a cycle."""
 
+from collections.abc import Callable
+
 import numpy as np
 
 from ..drivers.section import period_of
@@ -23,18 +25,40 @@ def settled_period(section: np.ndarray) -> int:
     return period
 
 
+def band_widths(sections: np.ndarray, periods: np.ndarray) -> np.ndarray:
+    """Standard deviation of ξ₁ and ξ₂ together about the points of a cycle, in base amplitudes.
+
+    Parameters
+    ----------
+    sections : (n, rows, 4) ndarray
+    periods : (n,) ndarray of int
+        Points of each cycle.
+
+    Returns
+    -------
+    (n,) ndarray
+    """
+    return _by_period(sections, periods, lambda points: np.var(points, axis=1).sum(axis=-1).mean(axis=-1))
+
+
+def cycle_spreads(sections: np.ndarray, periods: np.ndarray) -> np.ndarray:
+    """Standard deviation of ξ₁ and ξ₂ together among the points of a cycle; arguments as of :func:`band_widths`."""
+    return _by_period(sections, periods, lambda points: np.var(points.mean(axis=1), axis=1).sum(axis=-1))
+
+
 def band_width(section: np.ndarray, period: int = 1) -> float:
-    """Standard deviation of ξ₁ and ξ₂ together about the ``period`` points of a cycle, in base amplitudes."""
-    cycles = len(section) // period
-    points = section[len(section) - cycles * period :, [0, 2]].reshape(cycles, period, 2)
-    return float(np.sqrt(np.mean(np.var(points, axis=0).sum(axis=-1))))
+    """The result of :func:`band_widths` for one section."""
+    return float(band_widths(section[None], np.array([period]))[0])
 
 
-def cycle_spread(section: np.ndarray, period: int) -> float:
-    """Standard deviation of ξ₁ and ξ₂ together among the ``period`` points of a cycle, in base amplitudes."""
-    cycles = len(section) // period
-    points = section[len(section) - cycles * period :, [0, 2]].reshape(cycles, period, 2)
-    return float(np.sqrt(np.var(points.mean(axis=0), axis=0).sum()))
+def _by_period(sections: np.ndarray, periods: np.ndarray, variance: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
+    """Roots of the variances of sections, taken together where they have as many points: (m, cycles, period, 2)."""
+    found, rows = np.empty(len(sections)), sections.shape[1]
+    for period in np.unique(periods).tolist():
+        chosen, cycles = np.flatnonzero(periods == period), rows // period
+        points = sections[chosen, rows - cycles * period :, ::2]  # ξ₁ and ξ₂
+        found[chosen] = np.sqrt(variance(points.reshape(len(chosen), cycles, period, 2)))
+    return found
 
 
 def scatter(section: np.ndarray, period: int, body: int) -> float:

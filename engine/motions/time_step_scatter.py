@@ -14,7 +14,10 @@ limit Δτ → 0 decides instead:
 A band that shrinks towards the points of the limit is an artefact of the time step. A band that keeps its width beside
 a chaotic limit is motion. A band that narrows with the same step too, as time goes on, is the rest of a transient, and
 is judged later (:func:`later_run`). A band about other points than those of the limit is another motion, and smaller
-steps say nothing of it (:func:`is_about_cycle`).
+steps say nothing of it (:func:`_is_about_cycle`).
+
+:func:`judge_bands` judges the sections of many motions together; a single run (:func:`judge_newmark_section`) is one of
+them, with longer runs and a sentence.
 """
 
 from collections.abc import Callable
@@ -28,8 +31,8 @@ from ..methods import STEPS_RANGE
 from ..result import Response
 from ..simulate import simulate
 from ..wording import counted, every, rounded
-from .description import Kind, Motion
-from .section import band_width, cycle_spread, scatter
+from .description import CellKind, Kind, Motion
+from .section import band_width, band_widths, cycle_spreads, scatter
 from .words import SYMBOLS
 
 FINER = (4, 16, 64)  # times as many steps per period
@@ -40,12 +43,133 @@ SHRUNK = 0.5  # a width in proportion to Δτ would fall to a quarter each time;
 TRANSIENT, KEEP = 768, 256  # periods of each run with finer steps
 
 
+class Limits(NamedTuple):
+    """What motions with a time step are without one.
+
+    Attributes
+    ----------
+    kinds : (n,) ndarray of int
+        `CellKind`.
+    periods : (n,) ndarray of int
+        0 if a motion does not repeat itself.
+    spreads : (n,) ndarray
+        :func:`.section.cycle_spreads` of the cycles.
+    """
+
+    kinds: np.ndarray
+    periods: np.ndarray
+    spreads: np.ndarray
+
+
+class Judgements(NamedTuple):
+    """What the sections of motions with a time step show, each (n,).
+
+    Attributes
+    ----------
+    kinds : ndarray of int
+        `CellKind`; an artefact is a band about a cycle that the time step causes.
+    periods : ndarray of int
+        Of the motion without the scatter; 0 if it does not repeat itself.
+    about : ndarray of int
+        Points about which each section is taken for a band.
+    widths : ndarray
+        Of the bands.
+    is_band, is_about_cycle, is_shown : ndarray of bool
+        Whether a section deviates from the points of the limit's cycle by more than the tolerance; whether it may lie
+        about these points; whether it shows its period by itself.
+    """
+
+    kinds: np.ndarray
+    periods: np.ndarray
+    about: np.ndarray
+    widths: np.ndarray
+    is_band: np.ndarray
+    is_about_cycle: np.ndarray
+    is_shown: np.ndarray
+
+
+def judge_bands(
+    sections: np.ndarray,
+    own_periods: np.ndarray,
+    limits: Limits,
+    steps: np.ndarray,
+    finer: Callable[[np.ndarray, int], tuple[np.ndarray, np.ndarray]],
+    factors: tuple[int, ...],
+    *,
+    all_bands: bool = False,
+) -> Judgements:
+    """Judge motions with a time step by their limits, and by what smaller steps leave of the bands of their sections.
+
+    Parameters
+    ----------
+    sections : (n, rows, 4) ndarray
+    own_periods : (n,) ndarray of int
+        After which the scattered sections happen to repeat themselves; 0 if they do not.
+    limits : Limits
+    steps : (n,) ndarray
+        Steps per period.
+    finer : callable
+        ``finer(places, factor)`` runs the motions at these places with so many times as many steps: their sections,
+        (m, rows, 4), and whether they reached their ends, (m,).
+    factors : tuple of int
+        How many times as many steps are tried, one after the other, until a band is narrow.
+    all_bands : bool
+        Try them all beside a limit that does not repeat itself, too, and beside one whose kind is not decided. By
+        default one suffices for the former and none is tried for the latter.
+    """
+    periodic = limits.kinds == CellKind.PERIODIC
+    about = _points_of_bands(limits.periods, sections.shape[1])
+    widths = band_widths(sections, about)
+    is_band = widths > TOLERANCE * np.abs(sections).max(axis=(1, 2))
+    shown = _periods_shown(own_periods, limits.periods, is_band)
+    is_about_cycle = _is_about_cycle(sections, about, widths, limits.spreads)
+    shrinks, left = np.zeros(len(sections), bool), (shown == 0) & is_about_cycle
+    left = np.flatnonzero(left if all_bands else left & (limits.kinds != CellKind.UNDECIDED))
+    for factor in factors:
+        left = left[factor * steps[left] <= STEPS_RANGE[1]]
+        if not len(left):
+            break
+        found, ok = finer(left, factor)
+        narrower = band_widths(found, about[left])
+        shrinks[left] = np.where(ok, narrower < SHRUNK * widths[left], shrinks[left])
+        left = left[ok & ~(narrower < SHRUNK**2 * widths[left]) & (all_bands | periodic[left])]
+    moves = np.isin(limits.kinds, (CellKind.CHAOTIC, CellKind.QUASI_PERIODIC))
+    alone = (shown > 0, periodic & shrinks, own_periods > 0, moves & ~shrinks)
+    kinds = np.select(
+        alone, (CellKind.PERIODIC, CellKind.ARTEFACT, CellKind.PERIODIC, limits.kinds), CellKind.UNDECIDED
+    )
+    periods = np.select(alone, (shown, limits.periods, own_periods, 0), 0)
+    return Judgements(kinds, periods, about, widths, is_band, is_about_cycle, shown > 0)
+
+
+def _points_of_bands(periods: np.ndarray, rows: int) -> np.ndarray:
+    """The points about which sections are bands: those of the limits' cycles; 1, the mean, where two are too long."""
+    return np.where((periods > 0) & (2 * periods <= min(rows, KEEP)), periods, 1)
+
+
+def _periods_shown(own_periods: np.ndarray, limit_periods: np.ndarray, is_band: np.ndarray) -> np.ndarray:
+    """The periods that sections show by themselves, 0 where none.
+
+    The limit decides between a cycle and a multiple of it, after which the rest of a transient returns more nearly.
+    """
+    shorter = np.minimum(own_periods, limit_periods)
+    alone = np.where(shorter > 0, shorter, np.maximum(own_periods, limit_periods))
+    return np.where(is_band, np.where(own_periods == limit_periods, own_periods, 0), alone)
+
+
+def _is_about_cycle(sections: np.ndarray, periods: np.ndarray, widths: np.ndarray, spreads: np.ndarray) -> np.ndarray:
+    """Whether bands may lie about the points of cycles: where they must show the distances of these, they have them."""
+    about = spreads <= CLEAR * widths
+    rest = np.flatnonzero(~about)
+    about[rest] = cycle_spreads(sections[rest], periods[rest]) > SHOWN * spreads[rest]
+    return about
+
+
 class Band(NamedTuple):
-    """The band of a section with so many steps per period."""
+    """The band of a section with so many steps per period, by the scatter of the observed body alone."""
 
     steps: int
-    width: float  # :func:`.section.band_width`, by which it is judged
-    scatter: float  # of the observed body alone (:func:`.section.scatter`), which is what sentences state
+    scatter: float  # :func:`.section.scatter`
 
 
 class SectionJudgement(NamedTuple):
@@ -55,7 +179,7 @@ class SectionJudgement(NamedTuple):
     period: int
     reason: str
     step_noise: float  # scatter of the observed body if the time step causes it, else 0
-    bands: tuple[tuple[int, float], ...]  # steps per period, scatter of the observed body
+    bands: tuple[tuple[int, float], ...]  # :class:`Band` with the step itself and with smaller ones
 
 
 def judge_newmark_section(
@@ -70,19 +194,35 @@ def judge_newmark_section(
     limit : Motion
         The exact penalty motion that begins where the run ends, with its evidence.
     """
-    own_period = period_of(run.section)
-    period = _period_of_band(run, limit)
-    own = _band(run, period)
-    is_band = own.width > TOLERANCE * np.abs(run.section).max()
-    if shown := period_shown(own_period, limit.period, is_band):
+    own_period, body, bands = period_of(run.section), run.system.observed_body, []
+    kind, limit_period = np.array([CellKind[Kind(limit.type).name]]), np.array([limit.period])
+    about = _points_of_bands(limit_period, len(run.section))
+    period = int(about[0])
+
+    def finer(_: np.ndarray, factor: int) -> tuple[np.ndarray, np.ndarray]:
+        found = _run_with_steps(run, factor * run.method.steps, cancelled)
+        if found.ok:
+            bands.append(Band(found.method.steps, scatter(found.section, period, body)))
+        return (found.section if found.ok else run.section)[None], np.array([found.ok])
+
+    judged = judge_bands(
+        run.section[None],
+        np.array([own_period]),
+        Limits(kind, limit_period, cycle_spreads(limit.section[None], about)),
+        np.array([run.method.steps]),
+        finer,
+        FINER_LOCATED if run.method.located else FINER,
+        all_bands=True,
+    )
+    if judged.is_shown[0]:
+        shown = int(judged.periods[0])
         reason = f"the section repeats itself after {counted(shown, 'period')}"
         return SectionJudgement(Kind.PERIODIC, shown, reason, 0.0, ())
-    about_cycle = is_about_cycle(run.section, period, cycle_spread(limit.section, period))
-    bands = (own, *(_finer_bands(run, period, own.width, cancelled) if about_cycle else ()))
+    own = Band(run.method.steps, scatter(run.section, period, body))
+    bands.insert(0, own)
+    decided, artefact = Kind[CellKind(judged.kinds[0]).name], judged.kinds[0] == CellKind.ARTEFACT
     widths = ", ".join(f"±{rounded(each.scatter, 2)} at T/{each.steps}" for each in bands)
     listed = f"{widths} in {SYMBOLS[run.system.observed_body]}, over {len(run.section)} periods"
-    shrinks = has_shrunk(bands[-1].width, own.width)
-    decided, period, artefact = type_of_band(own_period, limit.type, limit.period, shrinks)
     if artefact:
         reason = (
             f"the section is a band, but an artefact of the time step: its width shrinks with it ({listed}), and "
@@ -91,14 +231,14 @@ def judge_newmark_section(
     elif own_period:
         after = counted(own_period, "period")
         reason = f"the section repeats itself after {after}; without a time step the motion is {limit.type}"
-    elif not about_cycle:
+    elif not judged.is_about_cycle[0]:
         reason = (
             f"the section is a band ({listed}), but not about the points of the "
             f"motion without a time step, which repeats itself {every(limit.period)}: with this time step it is "
             "another motion"
         )
     elif decided is Kind.UNDECIDED:
-        is_seen = limit.period <= _period_of_band(run, limit)
+        is_seen = limit.period <= period
         what = "more steps per period would decide" if is_seen else "too long a cycle for these periods to show it"
         reason = (
             f"the section is a band ({listed}), and without a time step the motion "
@@ -109,18 +249,8 @@ def judge_newmark_section(
             f"without a time step the motion is {limit.type} ({limit.reason}), and the band does not shrink with the "
             f"step ({listed})"
         )
-    shown = tuple((each.steps, each.scatter) for each in bands)
-    return SectionJudgement(decided, period, reason, own.scatter if artefact else 0.0, shown)
-
-
-def _band(run: Response, period: int) -> Band:
-    section = run.section
-    return Band(run.method.steps, band_width(section, period), scatter(section, period, run.system.observed_body))
-
-
-def _period_of_band(run: Response, limit: Motion) -> int:
-    """The period about whose points the section is a band; 1, its mean, where it has not two cycles of the limit."""
-    return limit.period if 0 < 2 * limit.period <= min(len(run.section), KEEP) else 1
+    noise, decided = (own.scatter, Kind.PERIODIC) if artefact else (0.0, decided)
+    return SectionJudgement(decided, int(judged.periods[0]), reason, noise, tuple(map(tuple, bands)))
 
 
 def later_run(run: Response, limit: Motion, cancelled: Callable[[], bool] | None = None) -> Response | None:
@@ -133,95 +263,14 @@ def later_run(run: Response, limit: Motion, cancelled: Callable[[], bool] | None
     """
     how = {"periods": TRANSIENT + 2 * run.keep, "keep": run.keep, "initial": run.checkpoint, "cancelled": cancelled}
     later = simulate(run.system, run.eta, run.method, **how)
-    period = _period_of_band(run, limit)
+    period = int(_points_of_bands(np.array([limit.period]), len(run.section))[0])
     narrowed = later.ok and band_width(later.section, period) < SHRUNK * band_width(run.section, period)
     return later if narrowed else None
 
 
-def period_shown(own_period: int, limit_period: int, is_band: bool) -> int:
-    """The period that a section shows by itself, 0 if none.
-
-    The limit decides between a cycle and a multiple of it, after which the rest of a transient returns more nearly.
-
-    Parameters
-    ----------
-    own_period, limit_period : int
-        Of the section and of the motion without a time step, 0 if it does not repeat itself.
-    is_band : bool
-        Whether the section deviates from the points of the limit's cycle by more than the tolerance.
-    """
-    if is_band:
-        return own_period if own_period == limit_period else 0
-    return min(filter(None, (own_period, limit_period)), default=0)
-
-
-def is_about_cycle(section: np.ndarray, period: int, spread: float) -> bool:
-    """Whether a band may lie about the points of a cycle: where it must show their distances, it has them.
-
-    Parameters
-    ----------
-    section : (n, 4) ndarray
-    period : int
-        Of the cycle.
-    spread : float
-        :func:`.section.cycle_spread` of the cycle.
-    """
-    return spread <= CLEAR * band_width(section, period) or cycle_spread(section, period) > SHOWN * spread
-
-
-def has_shrunk(finer, width):
-    """Whether the last of the bands with smaller steps is clearly narrower than that with the step itself."""
-    return finer < SHRUNK * width
-
-
-def is_narrow(finer, width):
-    """Whether a band with smaller steps is so narrow that no run with still smaller ones is needed."""
-    return finer < SHRUNK**2 * width
-
-
-def type_of_band(own_period: int, limit: Kind, limit_period: int, shrinks: bool) -> tuple[Kind, int, bool]:
-    """Decide what a band in a Newmark section is.
-
-    Parameters
-    ----------
-    own_period : int
-        Periods after which the scattered section happens to repeat itself; 0 if it does not.
-    limit, limit_period
-        Type and period of the motion without a time step.
-    shrinks : bool
-        Whether the band shrinks with the step.
-
-    Returns
-    -------
-    type : Kind
-    period : int
-        Of the motion without the scatter.
-    artefact : bool
-        Whether the time step causes the band.
-    """
-    if limit is Kind.PERIODIC and shrinks:
-        return Kind.PERIODIC, limit_period, True
-    if own_period:
-        return Kind.PERIODIC, own_period, False
-    if limit in (Kind.CHAOTIC, Kind.QUASI_PERIODIC) and not shrinks:
-        return limit, 0, False
-    return Kind.UNDECIDED, 0, False
-
-
-def _finer_bands(run: Response, period: int, width: float, cancelled) -> list[Band]:
-    """The band with more and more steps, until its width is clearly smaller than ``width``."""
-    bands = []
-    for factor in FINER_LOCATED if run.method.located else FINER:
-        steps = factor * run.method.steps
-        if steps > STEPS_RANGE[1]:
-            break
-        skipping = {"every_step": False} if run.method.has_step else {}
-        method = replace(run.method, steps=steps, **skipping)
-        options = {"periods": TRANSIENT + KEEP, "keep": KEEP, "initial": run.section[-1], "cancelled": cancelled}
-        finer = simulate(run.system, run.eta, method, **options)
-        if not finer.ok:
-            break
-        bands.append(_band(finer, period))
-        if is_narrow(bands[-1].width, width):
-            break
-    return bands
+def _run_with_steps(run: Response, steps: int, cancelled) -> Response:
+    """A run with so many steps per period that goes on from where another one ended."""
+    skipping = {"every_step": False} if run.method.has_step else {}
+    method = replace(run.method, steps=steps, **skipping)
+    options = {"periods": TRANSIENT + KEEP, "keep": KEEP, "initial": run.section[-1], "cancelled": cancelled}
+    return simulate(run.system, run.eta, method, **options)

@@ -24,7 +24,7 @@ from ..cells import CellResults, Cells
 from ..divergence.error import Target
 from ..divergence.grid import closest_repetition, relative_to, rms
 from ..divergence.grid import samples_by_period as by_period
-from ..drivers.differences import ALONE, BESIDE, OWN_LIMIT, Cycles, Grid, Motions, differences
+from ..drivers.differences import ALONE, BESIDE, OWN_LIMIT, Cycles, Grid, Motions, differences, shortest_cycle
 from ..drivers.threads import thread_count
 from ..methods import Reference
 from ..model import System
@@ -134,7 +134,8 @@ class ReferenceMotion:
                 start = Checkpoint(self.system, self.eta, cells.method_of(i), 0, found.section[i, 0])
                 return _displacements(start, record, lambda: signals[0] != 0)
 
-            rows, recurs = cells.parameters()[chosen], found.periods[chosen] < periods
+            rows = cells.parameters()[chosen]
+            recurs = np.where(found.periods[chosen] < periods, shortest_cycle(found.period[chosen]), 0)
             return Motions(cells.method, rows, found.section[chosen, 0], recurs, sample)
 
         apart = differences(

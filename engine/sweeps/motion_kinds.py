@@ -23,25 +23,15 @@ import numpy as np
 
 from ..batch import run_cells
 from ..cells import CellResults, Cells
-from ..drivers.section import TOLERANCE
 from ..drivers.threads import thread_count
-from ..methods import STEPS_RANGE, Method
+from ..methods import Method
 from ..model import System
 from ..motions.description import Kind
 from ..motions.lyapunov import lyapunov
 from ..motions.motion import FARTHEST, classify
-from ..motions.section import band_width, cycle_spread, scatter, settled_period
+from ..motions.section import band_widths, cycle_spreads, scatter, settled_period
 from ..motions.steady import LONG, schedule_of
-from ..motions.time_step_scatter import (
-    FINER,
-    FINER_LOCATED,
-    SHRUNK,
-    has_shrunk,
-    is_about_cycle,
-    is_narrow,
-    period_shown,
-    type_of_band,
-)
+from ..motions.time_step_scatter import FINER, FINER_LOCATED, SHRUNK, Limits, judge_bands
 from ..motions.words import repetition_of
 from .codes import MISSING, CellKind
 from .eta_study import EtaStudy
@@ -50,6 +40,9 @@ from .plane_study import PlaneStudy
 FOLLOWED = (512, 4096)  # periods with a disturbance; the second number only if the first does not decide
 SETTLED = 256  # last periods of these that may show a cycle which the motion has settled to
 FINER_TRANSIENT = 256  # periods of a run with smaller steps before its section is taken
+# A motion without a time step that returns to within this share of its size after a cycle, twice, has settled. What is
+# left of its transient lies far below the tolerance of a period.
+SETTLES = 1e-9
 
 
 # Of each cell: dtype and what stands where nothing is known.
@@ -107,13 +100,8 @@ def kind_words(
     is_open = kind in (CellKind.UNKNOWN, CellKind.UNDECIDED)
     near = near_period if is_open and near_period is not None else period
     amount = scatter(section, near, body) if section is not None and near else np.nan
-    words = repetition_of(_kind(kind), period, near, amount, kind == CellKind.ARTEFACT, body)
+    words = repetition_of(Kind[CellKind(kind).name], period, near, amount, kind == CellKind.ARTEFACT, body)
     return f"{words}, its kind not decided" if kind == CellKind.UNDECIDED else words
-
-
-def _kind(number: int) -> Kind:
-    """The kind of motion that a number stands for."""
-    return Kind[CellKind(number).name]
 
 
 def judge_cells(
@@ -229,25 +217,23 @@ def _as_late(cells: Cells, run: dict, how: dict) -> tuple[np.ndarray, Cells, np.
 def _judge_newmark(cells: Cells, periods: np.ndarray, sections: np.ndarray, run, how) -> dict[str, np.ndarray]:
     """Judge cells by their limit without a time step, and by what smaller steps leave of the section's band."""
     limit, spreads = _limit(replace(cells, method=cells.method.limit, steps=None), run, how)
-    widths = _widths(sections, limit["kind_period"])
-    is_band = widths > TOLERANCE * np.abs(sections).max(axis=(1, 2))
-    cycles = zip(sections, np.maximum(limit["kind_period"], 1).tolist(), spreads.tolist(), strict=True)
-    about = np.array([is_about_cycle(*cycle) for cycle in cycles], bool)
-    shrinks = _shrinks(cells, limit, widths, is_band & about, how)
-    found = limit | {"kind": limit["kind"].copy(), "kind_period": limit["kind_period"].copy()}
-    for i, period in enumerate(periods.tolist()):
-        if shown := period_shown(period, int(limit["kind_period"][i]), bool(is_band[i])):
-            kind, of = CellKind.PERIODIC, shown
-        else:
-            kind_of_limit = _kind(limit["kind"][i])
-            kind, of, artefact = type_of_band(period, kind_of_limit, int(limit["kind_period"][i]), bool(shrinks[i]))
-            kind = CellKind.ARTEFACT if artefact else CellKind[kind.name]
-        found["kind"][i], found["kind_period"][i] = kind, of
-        if kind in (CellKind.PERIODIC, CellKind.ARTEFACT):
-            found["lyapunov"][i] = found["lyapunov_error"][i] = np.nan
-    settling = np.flatnonzero(is_band & (limit["kind"] == CellKind.PERIODIC))
+    skipping = {"every_step": False} if cells.method.has_step else {}
+    method = replace(cells.method, **skipping)
+
+    def finer(places: np.ndarray, factor: int) -> tuple[np.ndarray, np.ndarray]:
+        some = replace(_selected(cells, places), method=method, steps=factor * cells.steps_each()[places])
+        runs = run_cells(some, transient=FINER_TRANSIENT, sample=SETTLED, **how)
+        return runs.section, runs.ok
+
+    limits = Limits(limit["kind"], limit["kind_period"], spreads)
+    factors = FINER_LOCATED if cells.method.located else FINER
+    judged = judge_bands(sections, periods, limits, cells.steps_each(), finer, factors)
+    found = limit | {"kind": judged.kinds, "kind_period": judged.periods}
+    repeats = np.isin(judged.kinds, (CellKind.PERIODIC, CellKind.ARTEFACT))
+    found |= {name: np.where(repeats, np.nan, limit[name]) for name in ("lyapunov", "lyapunov_error")}
+    settling = np.flatnonzero(judged.is_band & (limit["kind"] == CellKind.PERIODIC))
     if len(settling):
-        _judge_later(cells, settling, widths[settling], limit["kind_period"][settling], found, run, how)
+        _judge_later(cells, settling, judged.widths[settling], judged.about[settling], found, run, how)
     return found
 
 
@@ -255,7 +241,7 @@ def _judge_later(cells: Cells, settling: np.ndarray, widths, periods, found: dic
     """Let cells with a band beside a periodic limit go on with the same step; judge again what was a transient."""
     some = _selected(cells, settling)
     later = run_cells(some, transient=FINER_TRANSIENT, sample=SETTLED, **how)
-    chosen = np.flatnonzero(later.ok & (_widths(later.section, periods) < SHRUNK * widths))
+    chosen = np.flatnonzero(later.ok & (band_widths(later.section, periods) < SHRUNK * widths))
     if len(chosen):
         going_on = replace(_selected(some, chosen), initial=later.end[chosen])
         judged = _judge_newmark(going_on, _periods(later)[chosen], later.section[chosen], run, how)
@@ -265,21 +251,25 @@ def _judge_later(cells: Cells, settling: np.ndarray, widths, periods, found: dic
 
 def _periods(found: CellResults) -> np.ndarray:
     """Periods after which the motions repeat themselves, (n,), what is left of a transient put aside."""
-    return np.array([settled_period(s) if p > 1 else p for s, p in zip(found.section, found.period, strict=True)], int)
+    periods = found.period.astype(int)
+    for i in np.flatnonzero(periods > 1).tolist():
+        periods[i] = settled_period(found.section[i])
+    return periods
 
 
 def _limit(cells: Cells, run: dict, how: dict) -> tuple[dict[str, np.ndarray], np.ndarray]:
     """Kinds of the motions without a time step that begin where the cells of Newmark's method ended, and their spreads.
 
     Their samples are long enough to tell a slow transient that alternates from a cycle. A spread is that of the points
-    of a cycle (:func:`..motions.section.cycle_spread`); 0 for other motions.
+    of a cycle (:func:`..motions.section.cycle_spreads`); 0 for other motions.
     """
-    runs = run_cells(cells, transient=run["transient"], sample=SETTLED, **how)
+    runs = run_cells(cells, transient=run["transient"], sample=SETTLED, recurrence=SETTLES, **how)
     start = np.where(runs.ok[:, None], runs.end, np.nan)
     found, later = _follow(cells, np.where(runs.ok, _periods(runs), 0), start, how)
-    cycles = [later.get(i, section) for i, section in enumerate(runs.section)]
-    spreads = [cycle_spread(c, p) if p else 0.0 for c, p in zip(cycles, found["kind_period"].tolist(), strict=True)]
-    return found, np.array(spreads)
+    cycles = runs.section
+    for i, section in later.items():
+        cycles[i] = section
+    return found, np.where(found["kind_period"] > 0, cycle_spreads(cycles, np.maximum(found["kind_period"], 1)), 0.0)
 
 
 def _follow(
@@ -340,7 +330,8 @@ def _go_on(cells: Cells, period: np.ndarray, start: np.ndarray, found: dict, how
     state, sections = start.copy(), {}
     places = _without_period(period, start)
     some = replace(_selected(cells, places), initial=start[places])
-    later = run_cells(some, transient=schedule_of(cells.method).followed[0], sample=SETTLED, **how)
+    transient = schedule_of(cells.method).followed[0]
+    later = run_cells(some, transient=transient, sample=SETTLED, recurrence=SETTLES, **how)
     for i, ok, section, end in zip(places.tolist(), later.ok, later.section, later.end, strict=True):
         if not ok:
             continue
@@ -355,37 +346,9 @@ def _without_period(period: np.ndarray, state: np.ndarray) -> np.ndarray:
     return np.flatnonzero((period == 0) & (np.abs(state) <= FARTHEST).all(axis=1))
 
 
-def _shrinks(cells: Cells, limit: dict[str, np.ndarray], widths: np.ndarray, asked: np.ndarray, how) -> np.ndarray:
-    """Whether the band of each section that is asked for shrinks with the step: (m,) of bool.
-
-    Beside a limit that does not repeat itself one smaller step suffices; towards a periodic one the step is made
-    smaller until the band is narrow.
-    """
-    shrinks = np.zeros(len(cells), bool)
-    open_cells = np.flatnonzero(asked & (limit["kind"] != CellKind.UNDECIDED))
-    skipping = {"every_step": False} if cells.method.has_step else {}
-    for factor in FINER_LOCATED if cells.method.located else FINER:
-        steps = factor * cells.steps_each()[open_cells]
-        open_cells, steps = open_cells[steps <= STEPS_RANGE[1]], steps[steps <= STEPS_RANGE[1]]
-        if not len(open_cells):
-            break
-        some = replace(_selected(cells, open_cells), method=replace(cells.method, **skipping), steps=steps)
-        runs = run_cells(some, transient=FINER_TRANSIENT, sample=SETTLED, **how)
-        finer = _widths(runs.section, limit["kind_period"][open_cells])
-        shrinks[open_cells] = np.where(runs.ok, has_shrunk(finer, widths[open_cells]), shrinks[open_cells])
-        periodic = limit["kind"][open_cells] == CellKind.PERIODIC
-        open_cells = open_cells[periodic & runs.ok & ~is_narrow(finer, widths[open_cells])]
-    return shrinks
-
-
 def _selected(cells: Cells, chosen: np.ndarray) -> Cells:
     """Some of the cells."""
     own = {name: getattr(cells, name) for name in ("eta", "stiffness", "damping", "steps", "initial")}
     own = {name: None if array is None else array[chosen] for name, array in own.items()}
     system = cells.system if isinstance(cells.system, System) else [cells.system[i] for i in chosen]
     return replace(cells, system=system, **own)
-
-
-def _widths(sections: np.ndarray, periods: np.ndarray) -> np.ndarray:
-    """Width of the band of each section, (m, SETTLED, 4), about the points of its cycle, or its mean: (m,)."""
-    return np.array([band_width(section, max(int(p), 1)) for section, p in zip(sections, periods, strict=True)])

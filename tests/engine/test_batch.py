@@ -93,6 +93,18 @@ def test_early_stop_changes_nothing(name):
     np.testing.assert_array_equal(early.section[~stopped], full.section[~stopped])
 
 
+@pytest.mark.parametrize("name", ["reference", "exact"])
+def test_cells_may_stop_where_what_follows_is_nearly_the_same(name):
+    cells = SWEEPS[name]
+    full, early = (run_cells(cells, transient=400, sample=30, recurrence=share) for share in (1e-13, 1e-9))
+    assert (early.periods <= full.periods).all()
+    assert early.periods.sum() < full.periods.sum()
+    np.testing.assert_array_equal(early.period, full.period)
+    np.testing.assert_allclose(early.section, full.section, rtol=0, atol=1e-7 * np.abs(full.section).max())
+    with pytest.raises(ValueError, match="recurrence"):
+        run_cells(cells, transient=400, sample=30, recurrence=0.1)
+
+
 @pytest.mark.parametrize("sample", [1, 7])
 def test_early_stop_with_a_sample_shorter_than_a_cycle(sample):
     cells = SWEEPS["reference"]

@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from vibroscope.engine.drivers.section import TOLERANCE, near_period_of, period_of
 from vibroscope.engine.motions.regularity import irregularity, rotation_number
-from vibroscope.engine.motions.section import band_width, settled_period
+from vibroscope.engine.motions.section import band_width, band_widths, cycle_spreads, settled_period
 
 from tests.share import share
 
@@ -20,6 +20,19 @@ def test_the_period_of_a_section_is_the_shortest_possible(period, cycles, seed):
     blurred = np.tile(cycle, (cycles, 1))
     blurred[-1, 2] += 100 * TOLERANCE * np.abs(cycle).max()
     assert period_of(blurred) != period
+
+
+def test_bands_of_many_sections_are_those_of_each():
+    """Scatter about the points of a cycle, and the distances between its points; of ξ₁ and ξ₂ together."""
+    rng, periods = np.random.default_rng(5), np.array([1, 3, 1, 4, 3])
+    sections = rng.normal(size=(5, 25, 4))
+    widths, spreads = band_widths(sections, periods), cycle_spreads(sections, periods)
+    for section, period, width, spread in zip(sections, periods, widths, spreads, strict=True):
+        points = section[25 % period :, [0, 2]].reshape(-1, period, 2)
+        about = points - points.mean(axis=0)
+        assert np.isclose(width, np.sqrt((about**2).sum(axis=2).mean()), rtol=1e-14)
+        assert np.isclose(spread, np.sqrt(points.mean(axis=0).var(axis=0).sum()), rtol=1e-14)
+        assert width == band_width(section, period)
 
 
 def test_a_section_with_scatter_nearly_repeats():

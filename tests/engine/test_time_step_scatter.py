@@ -5,7 +5,9 @@ import pytest
 from vibroscope.engine import ExactPenalty, Newmark, System, motion, simulate
 from vibroscope.engine.drivers.parameters import parameters_of
 from vibroscope.engine.kernels.time_stepping.newmark import scheme_of
+from vibroscope.engine.motions.description import CellKind
 from vibroscope.engine.motions.floquet import multipliers
+from vibroscope.engine.motions.time_step_scatter import FINER, Limits, judge_bands
 
 SYSTEM = System()
 FREE, PRESSED = False, True
@@ -21,6 +23,38 @@ def test_a_band_that_shrinks_with_the_step_is_scatter(eta, stiffness, damping, p
     assert found.bands[-1][1] < 0.5 * found.step_noise
     limit = motion(SYSTEM, eta, ExactPenalty(stiffness, damping), initial=found.section[-1])
     np.testing.assert_allclose(found.multipliers, limit.multipliers, atol=1e-8)
+
+
+def test_bands_are_judged_together_as_each_by_itself():
+    """Every kind of limit, with bands that shrink, stay or are none, or lie about other points."""
+    rng, rows = np.random.default_rng(2), 64
+    kinds = np.array([CellKind.PERIODIC] * 4 + [CellKind.CHAOTIC, CellKind.QUASI_PERIODIC, CellKind.UNDECIDED])
+    periods = np.array([1, 2, 2, 1, 0, 0, 0])
+    sections = np.tile([3.0, 1.0, -2.0, 0.5], (7, rows, 1)) + rng.normal(0, 0.01, (7, rows, 4))
+    sections[1, ::2] += 1.0
+    sections[3] = sections[3, :1]
+    limits = Limits(kinds, periods, np.array([0.0, 0.7, 0.7, 0.0, 0.0, 0.0, 0.0]))
+    asked = []
+
+    def finer(places, factor):
+        asked.append((places.tolist(), factor))
+        share = np.where(kinds[places] == CellKind.PERIODIC, 1.2 / factor, 1.0)[:, None, None]
+        middle = sections[places].reshape(len(places), rows // 2, 2, 4).mean(axis=1)
+        middle = np.tile(middle, (1, rows // 2, 1))
+        return middle + share * (sections[places] - middle), np.full(len(places), True)
+
+    own, steps = np.array([0, 0, 0, 1, 0, 0, 0]), np.full(7, 500)
+    together = judge_bands(sections, own, limits, steps, finer, FINER)
+    assert asked == [([0, 1, 4, 5], 4), ([0, 1], 16)]
+    artefact, undecided = CellKind.ARTEFACT, CellKind.UNDECIDED
+    assert together.kinds.tolist() == [artefact, artefact, undecided, CellKind.PERIODIC, *kinds[4:]]
+    assert together.periods.tolist() == [1, 2, 0, 1, 0, 0, 0]
+    assert together.is_about_cycle.tolist() == [True, True, False, True, True, True, True]
+    for i in range(7):
+        some = Limits(*(each[i : i + 1] for each in limits))
+        of_one = lambda _, factor, i=i: finer(np.array([i]), factor)  # noqa: E731
+        alone = judge_bands(sections[i : i + 1], own[i : i + 1], some, steps[:1], of_one, FINER)
+        assert all(one[0] == many[i] for one, many in zip(alone, together, strict=True))
 
 
 def test_the_rest_of_a_transient_is_no_scatter():

@@ -12,11 +12,9 @@ from .step_map import ENTRIES, PRESSED
 
 
 @jit_inlined
-def state_at(t, pressed, z, coarse, middle, fine):
-    """z after so many entries of each level, all with the same contact state."""
-    z = apply_transition(t.matrices[pressed, 2], z, coarse)
-    z = apply_transition(t.matrices[pressed, 1], z, middle)
-    return apply_transition(t.matrices[pressed, 0], z, fine)
+def state_after_strides(t, pressed, z, coarse, middle):
+    """z after so many entries of the two levels above single steps, all with the same contact state."""
+    return apply_transition(t.matrices[pressed, 1], apply_transition(t.matrices[pressed, 2], z, coarse), middle)
 
 
 @jit_inlined
@@ -27,13 +25,20 @@ def split(steps, stride):
 
 
 @jit_inlined
-def motion_at(p, pressed, z, i, t):
-    """(ξ₁, ξ₁′, ξ₂, ξ₂′) at the end of step t, from z after step i < t."""
-    h, strides = p.scheme.h, p.tables.strides
-    c, s = cos_sin((t - 1) % p.steps / p.steps)
-    coarse, rest = split(t - 1 - i, int(strides[pressed, 2]))
+def entries_of(p, pressed, steps):
+    """Entries of each level, from the coarsest on, that so many steps of a skip are."""
+    strides = p.tables.strides
+    coarse, rest = split(steps, int(strides[pressed, 2]))
     middle, fine = split(rest, int(strides[pressed, 1]))
-    z = (*state_at(p.tables, pressed, z, coarse, middle, fine)[:4], c, s)  # before step t
+    return coarse, middle, fine
+
+
+@jit_inlined
+def motion_at(p, pressed, z, fine, k):
+    """(ξ₁, ξ₁′, ξ₂, ξ₂′) at the end of the step that follows ``fine`` single steps after z, k steps into a period."""
+    h = p.scheme.h
+    c, s = cos_sin(k / p.steps)
+    z = (*apply_transition(p.tables.matrices[pressed, 0], z, fine)[:4], c, s)  # before the step
     rows = p.tables.accelerations[pressed]
     a1, a2 = dot(rows[0], z), dot(rows[1], z)
     x, gap = p.tables.origins[pressed, 0], p.tables.origins[pressed, 1]
@@ -49,8 +54,23 @@ def motion_at(p, pressed, z, i, t):
 
 @jit_no_alloc
 def motion_after(p, pressed, z, i, t):
-    """The result of :func:`motion_at`, for one step: a call takes longer than the motion itself."""
-    return motion_at(p, pressed, z, i, t)
+    """(ξ₁, ξ₁′, ξ₂, ξ₂′) at the end of step t, from z after step i < t."""
+    coarse, middle, fine = entries_of(p, pressed, t - 1 - i)
+    return motion_at(p, pressed, state_after_strides(p.tables, pressed, z, coarse, middle), fine, (t - 1) % p.steps)
+
+
+@jit_inlined
+def next_entries(p, pressed, entries, steps):
+    """The result of :func:`entries_of` so many steps later, without a division: one takes as long as a motion."""
+    middle_stride, coarse_stride = int(p.tables.strides[pressed, 1]), int(p.tables.strides[pressed, 2])
+    coarse, middle, fine = entries
+    fine += steps
+    while 0 < middle_stride <= fine and middle < ENTRIES:
+        fine, middle = fine - middle_stride, middle + 1
+        # a coarse stride is a whole number of the middle ones
+        if middle * middle_stride == coarse_stride and coarse < ENTRIES:
+            middle, coarse = 0, coarse + 1
+    return coarse, middle, fine
 
 
 @jit_inlined
@@ -80,8 +100,15 @@ def write_skipped(p, pressed, z, i, end, change, window, buffers):
     if late > 0:
         t += min(stride - late, n - t % n)
     k, j = t % n, (t - sampled_from) // n * buffers.phases.shape[0] + (t % n) // stride
+    entries = entries_of(p, pressed, t - 1 - i)
+    coarse, middle = entries[0], entries[1]
+    before = state_after_strides(p.tables, pressed, z, coarse, middle)
     while t <= end and j < buffers.samples.shape[0]:  # from sample to sample without a division
-        now = motion_at(p, pressed, z, i, t)
+        if entries[0] != coarse or entries[1] != middle:  # most samples lie within the stride of the one before
+            coarse, middle = entries[0], entries[1]
+            before = state_after_strides(p.tables, pressed, z, coarse, middle)
+        now = motion_at(p, pressed, before, entries[2], k - 1 if k > 0 else n - 1)
         write_sample(p.scheme, buffers.samples[j], now, (pressed == PRESSED) != (t == change))
         ahead = min(stride, n - k)
         t, k, j = t + ahead, k + ahead if k + ahead < n else 0, j + 1
+        entries = next_entries(p, pressed, entries, ahead)

@@ -113,9 +113,9 @@ def log_periods(work, plan, p, log, record, signals):
 def state_recurs(work, plan, p):
     """Whether the state is that of a cycle before; it becomes that of the cycle before."""
     if plan.kind == SKIPPING:
-        same = step_state_recurs(work.state, work.before, int(p.steps))
+        same = step_state_recurs(work.state, work.before, int(p.steps), plan.recurrence)
     else:
-        same = event_state_recurs(work.state, work.before, 2 * math.pi / p.eta)
+        same = event_state_recurs(work.state, work.before, 2 * math.pi / p.eta, plan.recurrence)
     for k in range(work.state.size):
         work.before[k] = work.state[k]
     return same
@@ -134,7 +134,7 @@ def pass_transient(work, plan, p, signals):
         status = integrate_to(work, plan, p, done, work.log, nothing, signals)
         if status != OK:
             return status, done, False
-        if plan.early_stop:
+        if plan.recurrence > 0.0:
             alike = alike + 1 if state_recurs(work, plan, p) else 0
             if alike == 2 and plan.transient + plan.sample - done > CYCLE:
                 return OK, done, True

@@ -13,8 +13,8 @@ from ..compile.options import jit, jit_no_alloc
 from ..compile.record import unpack_buffers
 from ..parameters import unpack_parameters
 from ..status import OK, WITHDRAWN
-from .course import NO_ORIGIN, log_periods
-from .recurrence import CYCLE
+from .course import NO_ORIGIN, integrate_to
+from .recurrence import CYCLE, TOLERANCE, close
 from .run import BatchCells, BatchPlan, WorkSpace, begin, set_up
 
 ALONE, OWN_LIMIT, BESIDE = range(3)  # parts of a difference: none; of a motion without a time step; of both motions
@@ -27,7 +27,7 @@ class Sampled(NamedTuple):
     cells: BatchCells
     plan: BatchPlan
     work: WorkSpace
-    recurs: np.ndarray  # (n,) bool: the motion repeats itself after CYCLE periods
+    recurs: np.ndarray  # (n,) int64 periods after which the motion may repeat itself, a part of CYCLE; 0: it does not
 
 
 class Cycles(NamedTuple):
@@ -39,50 +39,79 @@ class Cycles(NamedTuple):
 
 @jit
 def sample_cell(motion, i, out, signals):
-    """Write ξ₁ and ξ₂ of cell i to ``out``, (periods, m, 2); returns the status."""
-    work, plan = motion.work, motion.plan
+    """Write ξ₁ and ξ₂ of cell i to ``out``, (periods, m, 2).
+
+    Returns the status, and the periods after which what is written repeats itself: all of them, if it does not.
+    """
+    work, plan, periods = motion.work, motion.plan, out.shape[0]
     p = unpack_parameters(motion.cells.parameters[i])
     set_up(work, motion.cells, plan, i)
     begin(work, plan, p, motion.cells.initial[i])
-    flat, sizes = work.sample, work.sample_sizes
-    if motion.recurs[i] and plan.sample > CYCLE:
-        flat, sizes = work.cycle, work.cycle_sizes
-    status = log_periods(work, plan, p, work.log, (flat, sizes, NO_ORIGIN), signals)
-    samples = unpack_buffers(flat, sizes).samples
-    for j in range(out.shape[0]):
-        first = j % sizes[0] * out.shape[1]
+    record, distinct, status = (work.sample, work.sample_sizes, NO_ORIGIN), periods, OK
+    if motion.recurs[i] > 0 and periods > CYCLE:
+        record, distinct = (work.cycle, work.cycle_sizes, NO_ORIGIN), motion.recurs[i]
+        status = integrate_to(work, plan, p, distinct, work.log, record, signals)
+        if status == OK and distinct < CYCLE and not has_returned(record, motion.cells.initial[i], distinct):
+            distinct = CYCLE
+            status = integrate_to(work, plan, p, distinct, work.log, record, signals)
+    else:
+        status = integrate_to(work, plan, p, distinct, work.log, record, signals)
+    buffers = unpack_buffers(record[0], record[1])
+    buffers.used[0] = buffers.used[1] = 0
+    for j in range(distinct):
+        first = j * out.shape[1]
         for k in range(out.shape[1]):
-            out[j, k, 0], out[j, k, 1] = samples[first + k, 0], samples[first + k, 2]
-    return status
+            out[j, k, 0], out[j, k, 1] = buffers.samples[first + k, 0], buffers.samples[first + k, 2]
+    return status, distinct
 
 
 @jit_no_alloc
-def least_difference(one, other, shifts):
-    """Root mean square of ``one`` − ``other``, both (periods, m, 2), where ``other`` is repeated.
+def has_returned(record, start, periods):
+    """Whether the section is after so many periods where it was at the start."""
+    flat, sizes, _ = record
+    row = unpack_buffers(flat, sizes).section[periods - 1]
+    allowed = TOLERANCE * (abs(row[0]) + abs(row[1]) + abs(row[2]) + abs(row[3]))
+    same = close(row[0], start[0], allowed) and close(row[1], start[1], allowed)
+    return same and close(row[2], start[2], allowed) and close(row[3], start[3], allowed)
 
-    It begins with its period 0 … shifts − 1, whichever is closest.
+
+@jit_no_alloc
+def least_difference(one, other, periods, shifts):
+    """Root mean square of the difference of two motions that begins with a period 0 … ``shifts`` − 1 of the other.
+
+    The closest of these counts. ``one``, ``other``: ξ₁ and ξ₂, (n, m, 2), and the first periods of these after which
+    they repeat themselves; ``periods``: those over which the mean is taken, a multiple of ``shifts``.
     """
+    (a, a_repeats), (b, b_repeats) = one, other
+    if shifts % a_repeats == 0 and shifts % b_repeats == 0:
+        periods = shifts  # what follows is the same again
     least = math.inf
     for shift in range(shifts):
         total = 0.0
-        for j in range(one.shape[0]):
-            a, b = one[j], other[(j + shift) % other.shape[0]]
-            for k in range(one.shape[1]):
-                total += (a[k, 0] - b[k, 0]) ** 2 + (a[k, 1] - b[k, 1]) ** 2
+        for j in range(periods):
+            later = j + shift if j + shift < periods else j + shift - periods
+            x, y = a[j % a_repeats], b[later % b_repeats]
+            for k in range(x.shape[0]):
+                total += (x[k, 0] - y[k, 0]) ** 2 + (x[k, 1] - y[k, 1]) ** 2
         least = min(least, total)
-    return math.sqrt(least / one.size)
+    return math.sqrt(least / (periods * a.shape[1] * 2))
 
 
 @jit_no_alloc
-def write_differences(penalty, limit, parts, cycles, out):
-    """Write the differences of a cell from its samples; ``parts``: ALONE, OWN_LIMIT or BESIDE."""
+def write_differences(penalty, limit, parts, cycles, periods, out):
+    """Write the differences of a cell over some periods, a multiple of those of the reference's cycle.
+
+    ``penalty``, ``limit``: ξ₁ and ξ₂, (n, m, 2), and the periods after which they repeat themselves; ``parts``: ALONE,
+    OWN_LIMIT or BESIDE.
+    """
     shifts = cycles.table.shape[0]
-    out[TOTAL] = least_difference(penalty, cycles.table, shifts)
+    table, derived = (cycles.table, shifts), (cycles.derived, cycles.derived.shape[0])
+    out[TOTAL] = least_difference(penalty, table, periods, shifts)
     if parts == BESIDE:
-        out[TIME_STEP] = least_difference(penalty, limit, shifts)
-        out[REGULARISATION] = least_difference(limit, cycles.derived, shifts)
+        out[TIME_STEP] = least_difference(penalty, limit, periods, shifts)
+        out[REGULARISATION] = least_difference(limit, derived, periods, shifts)
     elif parts == OWN_LIMIT:
-        out[TIME_STEP], out[REGULARISATION] = 0.0, least_difference(penalty, cycles.derived, shifts)
+        out[TIME_STEP], out[REGULARISATION] = 0.0, least_difference(penalty, derived, periods, shifts)
 
 
 @jit
@@ -106,12 +135,14 @@ def compare_cells(penalty, limit, room, places, parts, cycles, out, signals, slo
     slot : int
     """
     for i in range(places[0], places[1]):
-        status, beside, kind = sample_cell(penalty, i, room[0], signals), OK, parts[i]
+        periods, beside, kind = room.shape[1], OK, parts[i]
+        status, own_repeats = sample_cell(penalty, i, room[0], signals)
+        limit_repeats = own_repeats
         if status == OK and kind == BESIDE:
-            beside = sample_cell(limit, i, room[1], signals)
+            beside, limit_repeats = sample_cell(limit, i, room[1], signals)
             kind = BESIDE if beside == OK else ALONE
         if status == WITHDRAWN or beside == WITHDRAWN:
             return
         if status == OK:
-            write_differences(room[0], room[1], kind, cycles, out[i])
+            write_differences((room[0], own_repeats), (room[1], limit_repeats), kind, cycles, periods, out[i])
         signals[slot] += 1

@@ -26,23 +26,23 @@ def close(value, other, allowed):
 
 
 @jit_no_alloc
-def event_state_recurs(now, before, period):
+def event_state_recurs(now, before, period, tolerance):
     """Whether a packed hybrid state is that of CYCLE periods before."""
     a, b = unpack_event_state(now), unpack_event_state(before)
     if a.period != b.period + CYCLE or a.mode != b.mode or a.order != b.order:
         return False
-    allowed = TOLERANCE * (abs(a.x1) + abs(a.v1) + abs(a.gap) + abs(a.rate))
-    same = close(a.tau, b.tau, TOLERANCE * period) and close(a.x1, b.x1, allowed) and close(a.v1, b.v1, allowed)
+    allowed = tolerance * (abs(a.x1) + abs(a.v1) + abs(a.gap) + abs(a.rate))
+    same = close(a.tau, b.tau, tolerance * period) and close(a.x1, b.x1, allowed) and close(a.v1, b.v1, allowed)
     return same and close(a.gap, b.gap, allowed) and close(a.rate, b.rate, allowed)
 
 
 @jit_no_alloc
-def step_state_recurs(now, before, n):
+def step_state_recurs(now, before, n, tolerance):
     """Whether a packed state of Newmark's method is that of CYCLE periods before."""
     a, b = unpack_step_state(now), unpack_step_state(before)
     if a.step != b.step + CYCLE * n or a.pressed != b.pressed:
         return False
-    far = TOLERANCE * (abs(a.p1) + abs(a.p2))
-    fast = TOLERANCE * (abs(a.q1) + abs(a.q2)) + far / n  # Q = Δτ ξ′: a displacement over a step
+    far = tolerance * (abs(a.p1) + abs(a.p2))
+    fast = tolerance * (abs(a.q1) + abs(a.q2)) + far / n  # Q = Δτ ξ′: a displacement over a step
     near = close(a.p1, b.p1, far) and close(a.p2, b.p2, far)
     return near and close(a.q1, b.q1, fast) and close(a.q2, b.q2, fast)

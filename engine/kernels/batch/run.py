@@ -25,7 +25,7 @@ class BatchPlan(NamedTuple):
     kind: int  # REFERENCE, EXACT or SKIPPING
     transient: int
     sample: int
-    early_stop: bool
+    recurrence: float  # share of the size of a state within which it is that of a cycle before; 0: no cell stops early
     coordinates: np.ndarray  # (c,) int64
     completion: float  # of a chatter (engine.drivers.event_driven)
 

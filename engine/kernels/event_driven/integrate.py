@@ -17,7 +17,7 @@ from ..status import FULL, OK, PAUSED, PILED_UP, UNRESOLVED
 from .events import can_separate, release, remain_in_contact, resolve_collision, resolve_flight_start
 from .output import add_impulse, record_collision, record_contact_end, write_chatter, write_output
 from .saltation import (
-    carry,
+    carry_along,
     carry_over_chatter,
     carry_over_fast_decay,
     carry_over_reset,
@@ -145,7 +145,7 @@ def integrate(packed, state, stop, window, flat, sizes, variation):
             carry_to_end(p, phase, variation, z, horizon)
             status = OK
             break
-        carry(phase, variation, i, u)
+        carry_along(p, phase, variation, i, u)
         begin = a
         a = end_of_block(p, phase, a, z) if i == POINTS else end_of_phase(p, phase, a, z, i, u, slope)
         a = add_impulse(p, phase, begin, a, z, buffers)

@@ -5,7 +5,19 @@ import numpy as np
 from ..compile.options import jit_inlined, jit_no_alloc
 from ..compile.record import record_contact, record_impact, with_impulse
 from ..equations.coordinates import displacements
-from ..linear.tables import INTEGRAL, POINTS, gap_at, position_at, state_after
+from ..linear.tables import (
+    CURVATURE,
+    GAP,
+    INTEGRAL,
+    POINTS,
+    POSITION,
+    find_gap,
+    find_position,
+    gap_at,
+    polynomial_at,
+    position_at,
+    state_after,
+)
 from .events import other_force
 from .state import (
     COLLISION,
@@ -61,10 +73,34 @@ def first_sample(p, a, sampled_from, phases):
 
 
 @jit_inlined
+def time_to_instant(p, a, whole, part, sampled_from, phases):
+    """Time from a hybrid state to one of the instants of a period, so many whole periods after the first sample."""
+    return (sampled_from + whole - a.period + phases[part]) * p.period - a.tau
+
+
+@jit_inlined
 def time_to_sample(p, a, j, sampled_from, phases):
     """Time from a hybrid state to sample j, and which of the instants of a period that is."""
     whole, part = divmod(j, phases.shape[0])
-    return (sampled_from + whole - a.period + phases[part]) * p.period - a.tau, part
+    return time_to_instant(p, a, whole, part, sampled_from, phases), part
+
+
+@jit_inlined
+def evaluate_again(p, phase, z, s, held):
+    """The result of :func:`evaluate`, and the interval of the block for which ``scratch`` now holds the polynomials.
+
+    ``held``: that interval, if they are from an earlier s of the same block, or −1.
+    """
+    h = phase.spacing
+    i = min(max(int(s / h), 0), POINTS - 1)
+    u = s / h - i
+    if i != held:
+        later = state_after(phase, z, i)
+        find_position(phase, later, p.scratch)
+        find_gap(phase, later, p.scratch)
+    x1, v1 = polynomial_at(p.scratch.products[POSITION:GAP], u)
+    gap, rate = polynomial_at(p.scratch.products[GAP:CURVATURE], u)
+    return absolute(phase, (x1, v1 / h, gap, rate / h)), i
 
 
 @jit_no_alloc
@@ -79,20 +115,27 @@ def write_rows(p, phase, a, z, s, window, buffers):
             row = buffers.section[int(k - kept_from) - 1]
             row[0], row[1], row[2], row[3] = displacements(p, x1, v1, gap, rate)
         k += 1.0
-    j = first_sample(p, a, sampled_from, buffers.phases)
+    if buffers.samples.shape[0] == 0:
+        return
+    phases, held = buffers.phases, -1
+    j = first_sample(p, a, sampled_from, phases)
+    whole, part = divmod(j, phases.shape[0])  # counted from here on: a division takes as long as a polynomial
     while j < buffers.samples.shape[0]:
-        t, part = time_to_sample(p, a, j, sampled_from, buffers.phases)
+        t = time_to_instant(p, a, whole, part, sampled_from, phases)
         if t > s:
             return
         if t >= SLACK * p.period:
-            x1, v1, gap, rate = evaluate(p, phase, z, max(t, 0.0))
+            (x1, v1, gap, rate), held = evaluate_again(p, phase, z, max(t, 0.0), held)
             row = buffers.samples[j]
             row[0], row[1], row[2], row[3] = displacements(p, x1, v1, gap, rate)
             row[4] = 0.0
             if in_contact(a):
                 row[4] = p.force_position * x1 + p.force_velocity * v1 + p.force_gap * gap + p.force_rate * rate
-                row[4] += other_force(p, buffers.phases[part])
+                row[4] += other_force(p, phases[part])
         j += 1
+        part += 1
+        if part == phases.shape[0]:
+            whole, part = whole + 1, 0
 
 
 @jit_no_alloc

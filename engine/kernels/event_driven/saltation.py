@@ -89,12 +89,27 @@ def carry(phase, d, i, u):
 
 
 @jit_no_alloc
+def carry_along(p, phase, d, i, u):
+    """The work of :func:`carry`; for the change of a single number two polynomials do the work of eight."""
+    if d is None:
+        return
+    if d.state.shape[1] > 1:
+        carry(phase, d, i, u)
+        return
+    if i > 0:
+        multiply(phase.transitions[i - 1], d)
+    change = d.state[0, 0], d.state[1, 0], d.state[2, 0], d.state[3, 0], 0.0, 0.0
+    d.state[0, 0], d.state[1, 0] = position_at(phase, change, u, p.scratch)
+    d.state[2, 0], d.state[3, 0] = gap_at(phase, change, u, p.scratch)
+
+
+@jit_no_alloc
 def carry_to_end(p, phase, d, z, s):
     """δ and the motion at s within the block that begins at z, where the run ends."""
     if d is None:
         return
     i = min(max(int(s / phase.spacing), 0), POINTS - 1)
-    carry(phase, d, i, s / phase.spacing - i)
+    carry_along(p, phase, d, i, s / phase.spacing - i)
     d.end[0], d.end[1], d.end[2], d.end[3] = evaluate(p, phase, z, s)
 
 
@@ -291,7 +306,7 @@ def carry_over_sum(p, d, z, length, c, s):
         end[k] += d.time[k]
     leave_event(p.flight, d, z)
     u = length / p.flight.spacing
-    carry(p.flight, d, 0, u)
+    carry_along(p, p.flight, d, 0, u)
     x, v = position_at(p.flight, z, u, p.scratch)
     g, rate = gap_at(p.flight, z, u, p.scratch)
     for k in range(d.time.shape[0]):

@@ -8,15 +8,18 @@ import pytest
 from vibroscope.engine import Newmark, Record, Status, System, simulate
 from vibroscope.engine.drivers.parameters import parameters_of
 from vibroscope.engine.kernels.accelerated.certificate import SKIP_ON, TAKE_STEP, single_steps
+from vibroscope.engine.kernels.accelerated.output import entries_of, next_entries
 from vibroscope.engine.kernels.accelerated.step_map import (
     ENTRIES,
     FREE,
     PRESSED,
     TABLES,
+    SkippingScheme,
     choose_strides,
     fill_tables,
     step_map,
 )
+from vibroscope.engine.kernels.compile.options import uncompiled
 from vibroscope.engine.kernels.time_stepping.newmark import scheme_of, step
 
 SETTINGS = [
@@ -49,6 +52,18 @@ def scheme(eta, method):
 def steps_of(response):
     """The steps at which contacts begin and end."""
     return np.rint(response.contacts * response.method.steps * response.eta / (2 * math.pi)).astype(int)
+
+
+@pytest.mark.parametrize("strides", [(1, 0, 0), (1, 2, 0), (1, 46, 0), (1, 5, 35), (1, 90, 8100)])
+@pytest.mark.parametrize("ahead", [1, 10, 77])
+def test_entries_of_later_steps_are_counted_on(strides, ahead):
+    tables = TABLES.read(TABLES.zeros())
+    tables.strides[PRESSED] = strides
+    p = SkippingScheme(tables, 2000, None)
+    entries, steps = uncompiled(entries_of)(p, PRESSED, 3), 3
+    for _ in range(300):
+        entries, steps = uncompiled(next_entries)(p, PRESSED, entries, ahead), steps + ahead
+        assert entries == uncompiled(entries_of)(p, PRESSED, steps)
 
 
 @pytest.mark.parametrize(("eta", "stiffness", "damping", "n"), SETTINGS)
