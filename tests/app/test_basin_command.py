@@ -55,7 +55,7 @@ def test_the_share_in_which_two_solvers_differ(stores, capsys):
 @pytest.mark.parametrize(
     ("arguments", "text"),
     [
-        (["--x", "xi2:-8:8:8", "--y", "xi2:-8:8:8"], "both axes are xi2"),
+        (["--x", "xi2:-8:8:8", "--y", "xi2:-8:8:8"], "two axes, not 1: give two different ones"),
         (["--x", "xi2:8:-8:8", "--y", "v2:-8:8:6"], "empty range"),
         (["--x", "xi2:-8:8:0", "--y", "v2:-8:8:6"], "count of xi2 = 0.0 is outside"),
         (["--x", "xi2:-8:-7:4", "--y", "v2:-8:8:6"], "every start of this plane penetrates"),

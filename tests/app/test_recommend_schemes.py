@@ -135,7 +135,7 @@ def test_all_integrators_are_asked_with_whole_and_with_located_steps(asked, caps
 def test_what_is_given_holds_for_all_integrators(asked, capsys, options, count, statuses):
     status, out, err = run(capsys, *FEW, "--integrator", "all", *options)
     assert (status, len(asked)) == (0, count)
-    assert {command.status_of(each) for each in asked} == statuses
+    assert {each.status for each in asked} == statuses
     assert ("is explicit and knows the gap before the force" in err) == ("end" in options)
     assert "located           for" not in out
     if "--located" in options:
