@@ -25,7 +25,8 @@ from .statistics import SECTION
 from .window import LONGER
 
 Penalty = ExactPenalty | Newmark | TimeStepping
-SEARCHED = 5000  # periods of a run of a search at most
+SEARCHED = 5000  # periods of a run of a search at most …
+SEARCHED_SECTIONS = 2500  # … and where the reference does not repeat itself: there is no cycle to settle to
 SHORT_TRANSIENT = 200  # periods of a short run before those that are compared
 
 
@@ -72,7 +73,8 @@ class Remaining:
         asked = max(comparison.asked, self._keep)
         self.quick = self._runs[0].is_skipped(run.method)
         self._settled = _Plan(comparison.initial, run.periods if self.quick else min(run.periods, LONGER[0] * asked))
-        searched = min(self._settled.periods, max(SEARCHED, self._keep))
+        most = SEARCHED if period else SEARCHED_SECTIONS
+        searched = min(self._settled.periods, max(most, self._keep))
         self._search = self._settled._replace(periods=searched)
         if not run.method.skips_steps:
             self._search = _Plan(tuple(comparison.runs.reference.section[-1].tolist()), SHORT_TRANSIENT + self._keep)
