@@ -5,7 +5,7 @@ motions are numbered in the order of their shares, with those that a cell met fo
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from typing import ClassVar
 
@@ -51,13 +51,12 @@ class BasinStudy(Study):
     transient: int = 1800
     sample: int = 256
     kind: ClassVar[str] = "basin"
+    grid: ClassVar[tuple[str, ...]] = ("x", "y")
 
     def __post_init__(self):
         super().__post_init__()
         advice = "a motion that does not repeat itself is recognised by the averages of its sample"
         whole("sample", self.sample, 2 * BATCHES, KEEP_LIMIT, advice)
-        x, y = (ascending_values(name, values) for name, values in zip(self.plane.axes, (self.x, self.y), strict=True))
-        self._set(x=x, y=y)
 
     @classmethod
     @checked
@@ -112,9 +111,9 @@ class BasinStudy(Study):
         return cls(system, method, eta, plane=plane, x=x, y=y, **periods)
 
     @property
-    def axes(self) -> dict[str, np.ndarray]:
+    def axis_names(self) -> tuple[str, str]:
         """The numbers of the start that differ from cell to cell."""
-        return dict(zip(self.plane.axes, (self.x, self.y), strict=True))
+        return self.plane.axes
 
     @cached_property
     def arrays(self) -> dict[str, StudyArray]:
@@ -160,11 +159,6 @@ class BasinStudy(Study):
                 "every start of this plane penetrates: the reference knows no penetration, give starts with a gap "
                 f"ξ₂ − ξ₁ + {self.system.clearance:g} ≥ 0, or the penalty solution"
             )
-
-    def cut(self, chunk):
-        """The study of the cells of a chunk; the plane remains the whole one."""
-        rows, columns = chunk
-        return replace(self, x=self.x[rows], y=self.y[columns])
 
     def compute(self, batch=None, *, before=None, threads=None, progress=None, cancelled=None):
         """The variables of a batch of cells."""

@@ -23,7 +23,7 @@ from ..methods import METHOD_NUMBERS
 from ..motions.lyapunov import PERIODS_RANGE, lyapunov
 from ..motions.motion import FARTHEST, classify
 from . import variables as vocabulary
-from .axis import ascending_values, start_of
+from .axis import start_of
 from .codes import KIND_FLAGS, CellKind
 from .refinement import midpoints
 from .study import CELLS_LIMIT, Study
@@ -75,23 +75,23 @@ class EtaStudy(Study):
     refine: int = 0
     lyapunov: int = 0
     kind: ClassVar[str] = "eta"
+    grid: ClassVar[tuple[str, ...]] = ("values",)
 
     def __post_init__(self):
         super().__post_init__()
-        values = ascending_values(self.over, self.values)
         self._check_choices()
-        eta = float(values[0]) if self.over == "eta" else self.eta
+        eta = float(self.values[0]) if self.over == "eta" else self.eta
         refine = whole("refine", self.refine, 0, LEVELS, "give levels of refinement")
         lyapunov = self.lyapunov and whole(
             "lyapunov", self.lyapunov, *PERIODS_RANGE, "give periods to average over, or 0"
         )
-        self._set(values=values, eta=eta, coordinates=tuple(self.coordinates), refine=refine, lyapunov=int(lyapunov))
+        self._set(eta=eta, coordinates=tuple(self.coordinates), refine=refine, lyapunov=int(lyapunov))
         if self.initial is not None and not (isinstance(self.initial, np.ndarray) and self.initial.ndim == 2):
             if self.direction != "rest" or refine:
                 raise ValueError(
                     "an initial state is for each value its own start: give direction='rest' and no refine"
                 )
-            self._set(initial=np.tile(start_of(self.initial), (len(values), 1)))
+            self._set(initial=np.tile(start_of(self.initial), (len(self.values), 1)))
 
     def _check_choices(self) -> None:
         over, method = self.over, self.method
@@ -119,9 +119,9 @@ class EtaStudy(Study):
         return self.direction == "down"
 
     @property
-    def axes(self) -> dict[str, np.ndarray]:
+    def axis_names(self) -> tuple[str]:
         """The swept parameter."""
-        return {self.over: self.values}
+        return (self.over,)
 
     @cached_property
     def arrays(self) -> dict[str, StudyArray]:
@@ -163,8 +163,8 @@ class EtaStudy(Study):
 
     def cut(self, chunk):
         """The study of the cells of a chunk."""
-        (part,) = chunk
-        return replace(self, values=self.values[part], initial=None if self.initial is None else self.initial[part])
+        part = super().cut(chunk)
+        return part if self.initial is None else replace(part, initial=self.initial[chunk[0]])
 
     def compute(self, batch=None, *, before=None, threads=None, progress=None, cancelled=None):
         """The variables of a batch of cells; continued, they run from end to end in the study's direction."""

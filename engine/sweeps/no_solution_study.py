@@ -6,7 +6,7 @@ solutions; a run that stops at the first one says after how many periods.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
@@ -14,7 +14,6 @@ import numpy as np
 from ..batch import run_cells
 from ..result import STATUSES, Status
 from . import variables as vocabulary
-from .axis import ascending_values
 from .study import Study
 from .variables import Variable, status_variable, variables_of
 
@@ -45,20 +44,15 @@ class NoSolutionStudy(Study):
     steps: Sequence[int]
     transient: int = 150
     kind: ClassVar[str] = "no-solution"
+    grid: ClassVar[tuple[str, ...]] = ("K", "steps")
 
     def __post_init__(self):
         super().__post_init__()
-        self._set(K=ascending_values("K", self.K), steps=ascending_values("steps", self.steps))
         if not self.method.counts_solutions:
             raise ValueError(
                 "each step has one solution: give a method that takes the contact status from the end of steps, "
                 "TimeStepping with status = 'end'"
             )
-
-    @property
-    def axes(self) -> dict[str, np.ndarray]:
-        """The swept parameters."""
-        return {"K": self.K, "steps": self.steps}
 
     @property
     def periods_per_cell(self) -> int:
@@ -70,11 +64,6 @@ class NoSolutionStudy(Study):
         """The variables of each cell."""
         dims = tuple(self.axes)
         return variables_of(vocabulary.SOLUTIONS, dims) | {"status": status_variable(dims)}
-
-    def cut(self, chunk):
-        """The study of the cells of a chunk."""
-        rows, columns = chunk
-        return replace(self, K=self.K[rows], steps=self.steps[columns])
 
     def compute(self, batch=None, *, before=None, threads=None, progress=None, cancelled=None):
         """The variables of a batch of cells."""

@@ -17,7 +17,6 @@ from ..batch import run_cells
 from ..cells import CellResults
 from ..divergence.contact import equal_restitution_damping
 from . import variables as vocabulary
-from .axis import ascending_values
 from .errors import reference_motion
 from .study import Study
 from .variables import StudyArray, Variable, status_variable, variables_of
@@ -54,15 +53,7 @@ class PlaneStudy(Study):
     parts: bool = True
     only: Sequence[str] = ()
     kind: ClassVar[str] = "plane"
-
-    def __post_init__(self):
-        super().__post_init__()
-        self._set(K=ascending_values("K", self.K), D=ascending_values("D", self.D))
-
-    @property
-    def axes(self) -> dict[str, np.ndarray]:
-        """The swept parameters."""
-        return {"K": self.K, "D": self.D}
+    grid: ClassVar[tuple[str, ...]] = ("K", "D")
 
     @property
     def options(self) -> dict[str, object]:
@@ -117,11 +108,6 @@ class PlaneStudy(Study):
             | {name: StudyArray((), value, vocabulary.REFERENCE[name]) for name, value in about_reference.items()}
             | {"error_joint_damping": StudyArray((), reference.joint_damping, vocabulary.JOINT_DAMPING)}
         )
-
-    def cut(self, chunk):
-        """The study of the cells of a chunk."""
-        rows, columns = chunk
-        return replace(self, K=self.K[rows], D=self.D[columns])
 
     def compute(self, batch=None, *, before=None, threads=None, progress=None, cancelled=None):
         """The variables of a batch of cells."""

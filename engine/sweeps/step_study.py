@@ -21,7 +21,7 @@ from ..methods import Method
 from ..result import Record
 from ..simulate import simulate
 from . import variables as vocabulary
-from .axis import ascending_values, start_of
+from .axis import start_of
 from .errors import ReferenceMotion, reference_motion
 from .study import Study
 from .variables import StudyArray, Variable, status_variable, variables_of
@@ -64,10 +64,11 @@ class StepStudy(Study):
     initial: Sequence[float] | None = None
     stiffness_of_step: float | None = None
     kind: ClassVar[str] = "step"
+    grid: ClassVar[tuple[str, ...]] = ("steps",)
 
     def __post_init__(self):
         super().__post_init__()
-        self._set(steps=ascending_values("steps", self.steps), initial=start_of(self.initial))
+        self._set(initial=start_of(self.initial))
         if self.method.located:
             raise ValueError("located steps stand beside those of the study anyway: give status = 'start' or 'end'")
         if self.stiffness_of_step is not None:
@@ -84,11 +85,6 @@ class StepStudy(Study):
         """The start, where it is not rest, and how K follows the step, where it does."""
         start = {} if self.initial is None else {"initial": list(self.initial)}
         return start if self.stiffness_of_step is None else start | {"stiffness_of_step": self.stiffness_of_step}
-
-    @property
-    def axes(self) -> dict[str, np.ndarray]:
-        """The swept parameter."""
-        return {"steps": self.steps}
 
     @property
     def shown(self) -> tuple[str, str]:
@@ -152,10 +148,6 @@ class StepStudy(Study):
         for name in self.shown:
             found[f"{name}_section"] = Variable((*dims, "sample"), "f8", vocabulary.SECTION.format(name))
         return found | {"status": status_variable(dims)}
-
-    def cut(self, chunk):
-        """The study of the cells of a chunk."""
-        return replace(self, steps=self.steps[chunk[0]])
 
     def conclusions(self, values) -> dict[str, StudyArray]:
         """Observed orders over the steps that are known."""

@@ -22,6 +22,7 @@ from ..checks import require, whole
 from ..methods import METHOD_NUMBERS, Method
 from ..model import BODY_2, FORCES_ON_BODY_2, System, check_eta
 from ..simulate import KEEP_LIMIT, PERIODS_LIMIT, STEPS_LIMIT
+from .axis import ascending_values
 from .digest import engine_digest
 from .variables import SWEPT, StudyArray, Variable
 
@@ -60,6 +61,7 @@ class Study(abc.ABC):
     transient: int = field(default=2000, kw_only=True)
     sample: int = field(default=50, kw_only=True)
     kind: ClassVar[str]
+    grid: ClassVar[tuple[str, ...]]  # attributes that hold the swept values, slowest first
     sequential: ClassVar[bool] = False  # whether a batch starts from the end of the one before
     backwards: ClassVar[bool] = False  # whether the last batch comes first
 
@@ -67,7 +69,11 @@ class Study(abc.ABC):
         check_fields(self)
         transient = whole("transient", self.transient, 0, PERIODS_LIMIT, "give the periods before the sample")
         sample = whole("sample", self.sample, 1, KEEP_LIMIT, "give the periods to describe")
-        self._set(transient=transient, sample=sample)
+        values = {
+            held: ascending_values(name, getattr(self, held))
+            for name, held in zip(self.axis_names, self.grid, strict=True)
+        }
+        self._set(transient=transient, sample=sample, **values)
 
     def _set(self, **checked) -> None:
         """Replace attributes by their checked values."""
@@ -75,9 +81,14 @@ class Study(abc.ABC):
             object.__setattr__(self, name, value)
 
     @property
-    @abc.abstractmethod
+    def axis_names(self) -> tuple[str, ...]:
+        """The parameters that are swept; those that hold their values have the same names, unless said otherwise."""
+        return self.grid
+
+    @property
     def axes(self) -> dict[str, np.ndarray]:
         """The swept parameters, slowest first; a cell is a point of their grid."""
+        return {name: getattr(self, held) for name, held in zip(self.axis_names, self.grid, strict=True)}
 
     @property
     @abc.abstractmethod
@@ -103,9 +114,9 @@ class Study(abc.ABC):
         """The results that follow from the variables of all cells that are known."""
         return {}
 
-    @abc.abstractmethod
     def cut(self, chunk: "Chunk") -> "Study":
         """The study of the cells of a chunk."""
+        return replace(self, **{held: getattr(self, held)[part] for held, part in zip(self.grid, chunk, strict=True)})
 
     @abc.abstractmethod
     def compute(
