@@ -72,7 +72,8 @@ class Remaining:
         self._runs = [SampledRuns(run.system, run.eta) for _ in range(thread_count(threads))]  # of each thread
         asked = max(comparison.asked, self._keep)
         self.quick = self._runs[0].is_skipped(run.method)
-        self._settled = _Plan(comparison.initial, run.periods if self.quick else min(run.periods, LONGER[0] * asked))
+        periods = run.periods if self.quick and period else min(run.periods, LONGER[0] * asked)
+        self._settled = _Plan(comparison.initial, periods)
         most = SEARCHED if period else SEARCHED_SECTIONS
         searched = min(self._settled.periods, max(most, self._keep))
         self._search = self._settled._replace(periods=searched)
@@ -85,7 +86,10 @@ class Remaining:
         return self._left(method, self._search)
 
     def whole(self, method: Penalty) -> float:
-        """The same after the periods in which the compared motions settled; where runs take long, after fewer."""
+        """The same after the periods in which the compared motions settled.
+
+        After fewer where runs take long, and where the reference does not repeat itself.
+        """
         return self._left(method, self._settled)
 
     def run_ahead(self, methods: Iterable[Penalty], whole: bool = False) -> None:
