@@ -16,6 +16,7 @@ from vibroscope.app.explorer.reading import read_setting
 from vibroscope.app.explorer.state import Setting, is_driven
 from vibroscope.app.explorer.words_in_units import in_units
 from vibroscope.app.runtime.number_text import print_value
+from vibroscope.app.runtime.settings import current_settings
 from vibroscope.engine import (
     PARTS,
     Comparison,
@@ -151,7 +152,12 @@ def explain(
     except ValueError as error:  # a law without a solution in closed form has no parts
         return _unexplained(f"Not compared: {error}.")
     try:
-        found = verdict(comparison, progress=lambda alone: on_alone(alone_facts(alone, setting)), cancelled=cancelled)
+        found = verdict(
+            comparison,
+            progress=lambda alone: on_alone(alone_facts(alone, setting)),
+            threads=current_settings().threads,
+            cancelled=cancelled,
+        )
     except ValueError as error:
         found = _without_verdict(comparison, error)
     for name in ("reference", "penalty"):

@@ -69,7 +69,8 @@ class Remaining:
         period = comparison.motions.reference.period
         self._target = Target(comparison.runs.reference, period) if period else None
         self._keep = run.keep if period else SECTION
-        self._runs = [SampledRuns(run.system, run.eta) for _ in range(thread_count(threads))]  # of each thread
+        self._threads = thread_count(threads)
+        self._runs = [SampledRuns(run.system, run.eta)]  # of each thread
         asked = max(comparison.asked, self._keep)
         self.quick = self._runs[0].is_skipped(run.method)
         periods = run.periods if self.quick and period else min(run.periods, LONGER[0] * asked)
@@ -96,6 +97,9 @@ class Remaining:
         """Make the runs with several methods side by side, so that what they leave is known when it is asked for."""
         plan = self._settled if whole else self._search
         new = [each for each in dict.fromkeys(methods) if (each, plan) not in self._known]
+        threads = min(self._threads, len(new))
+        while len(self._runs) < threads:
+            self._runs.append(SampledRuns(self._system, self._eta))
         left, idle = np.zeros(len(new)), iter(self._runs)
 
         def worker() -> Worker:
@@ -109,7 +113,6 @@ class Remaining:
             return run
 
         if new:
-            threads = min(len(self._runs), len(new))
             share_out(np.arange(1, len(new) + 1), threads, worker, None, self._cancelled, grain=1)
         self._known |= {(method, plan): value for method, value in zip(new, left.tolist(), strict=True)}
 

@@ -97,6 +97,7 @@ def verdict(
     comparison: Comparison,
     *,
     progress: Callable[[Alone], None] = lambda found: None,
+    threads: int | None = None,
     cancelled: Callable[[], bool] | None = None,
 ) -> Verdict:
     """Say what a comparison means, by some hundred more runs of the penalty solution.
@@ -106,6 +107,8 @@ def verdict(
     comparison : Comparison
     progress : callable, optional
         Called with the difference over each number alone, as far as it is known.
+    threads : int, optional
+        That make its runs; by default one for each core.
     cancelled : callable, optional
         Polled many times a second; when it returns true the search is cancelled.
 
@@ -144,7 +147,7 @@ def verdict(
     unchanged = touching(reference) if touching(reference) == touching(penalty) else ""
     if unchanged and penalty.contact_share == reference.contact_share == 0.0:
         return _without_contact(comparison, unchanged, cancelled)
-    remaining = Remaining(comparison, cancelled)
+    remaining = Remaining(comparison, cancelled, threads)
     found = search_alone(comparison, remaining, progress)
     return _of_search(comparison, found, find_blame(comparison, found, remaining), unchanged, cancelled)
 

@@ -19,7 +19,8 @@ from vibroscope.engine import Newmark, motion, repetition, verdict
 from vibroscope.engine import compare as compare_solutions
 from vibroscope.engine.sweeps import StepStudy, kind_words
 
-from .fakes import Document, FakeHost, QueueingHost
+from .fakes import Document, QueueingHost
+from .test_study_tab import opened  # noqa: F401 - a fixture
 
 WALL = Setting(bodies="wall", clearance=0.5, eta=2.2, K=2000.0, D=1.0, steps=100, coordinate="xi1")
 
@@ -88,12 +89,11 @@ def test_a_step_study_shows_the_body(monkeypatch):
     assert "axes.plot(table['xi1'], table['v1']" in script
 
 
-def test_a_diagram_offers_neither_coordinate_nor_start_of_the_wall():
-    tab = Bifurcation(FakeHost())
-    tab.build()
+def test_a_diagram_offers_neither_coordinate_nor_start_of_the_wall(opened):  # noqa: F811
+    tab, _ = opened(Bifurcation)
     tab.panel.chosen = tab.panel.chosen | {"direction": "own", "start_xi1": 0.25, "start_xi2": 3.0}
     assert tab.question(WALL).initial == (0.25, 0.0, 0.0, 0.0)
-    tab.draw(WALL, None)
+    tab.show(Move(2, WALL))
     assert tab.panel.chosen["coordinate"] == "xi1"
     assert tab.away(WALL) == {"coordinate": ["xi2", "v2"], "start_xi2": [], "start_v2": []}
     assert tab.away(Setting()) == {}
