@@ -24,6 +24,7 @@ from vibroscope.app.explorer.reading import read_setting
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.page.address import THEMES, read_opening
 from vibroscope.app.page.session import Session
+from vibroscope.app.page.study.tab import StudyTab
 from vibroscope.app.page.tab import Move
 from vibroscope.app.page.tabs import TABS
 
@@ -267,3 +268,13 @@ def test_the_phase_that_the_pendulums_are_held_at_goes_into_the_link_and_comes_b
     assert again.mechanism.held == 0.351
     with pytest.raises(Refused, match="phase must be"):
         kind.read_view("", "phase:2.1", "")
+
+
+@pytest.mark.parametrize("key", TABS)
+def test_every_entry_of_a_legend_has_a_name_in_links(key):
+    tab = TABS[key](FakeHost())
+    tab.build()
+    plots = [cell.object for cell in tab.cells] if isinstance(tab, StudyTab) else []
+    for plot in plots:
+        for legend in plot.legend:
+            assert len(legend.items) <= len(tab.legends[plot.name])

@@ -55,6 +55,7 @@ class BasinTab(StudyTab):
     grow = staticmethod(grow_basin)
     chosen = {"plane": "xi2-v2", "model": "exact"}  # noqa: RUF012 - read only
     axes = {"start_x": LINEAR, "start_y": LINEAR}  # noqa: RUF012 - read only
+    legends = dict.fromkeys(("basin_reference", "basin_penalty"), ("start",))
     pictures = (
         Figure("basin_reference", "Basins of the reference", "The motion that each start of the reference leads to."),
         Figure("basin_penalty", "Basins of the penalty model", "The same of the penalty model, in the same colours."),

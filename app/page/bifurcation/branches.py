@@ -22,16 +22,14 @@ from vibroscope.app.page.bifurcation.branch_lines import (
 )
 from vibroscope.app.page.files import script, style
 from vibroscope.app.page.shared.component import Component
-from vibroscope.app.page.shared.stability import multiplier_words, point_multiplier, stability_words
+from vibroscope.app.page.shared.stability import multiplier_words, orbit_words, point_multiplier, stability_words
 from vibroscope.app.page.tab import TabHost, on_loop
 from vibroscope.app.runtime.number_text import print_number
 from vibroscope.app.studies.branches import BranchesQuestion, PartialBranches, grow_branches, kind_words, matched
 from vibroscope.app.studies.study_job import RESULTS, StudyJob
 from vibroscope.engine import Branch, Point
-from vibroscope.engine.wording import every
 
 NAMES = {"reference": "reference", "penalty": "exact penalty"}
-_DOTTED = " The dotted curve in the phase plots is this motion."  # as in explore/opened
 
 
 class BranchPanel(Component):
@@ -204,22 +202,15 @@ def opened(question: BranchesQuestion, place: Place, branch: Branch) -> tuple[di
     if place.kind == "point":
         point = branch.points[place.number]
         value, starts, multipliers = point.value, point.state[None], point.multipliers
-        head = f"At a point of a branch ({kind_words(point.kind)}): "
     else:
         k = place.number
-        value, starts, multipliers, head = branch.values[k], branch.sections[k], branch.multipliers[k], "On a branch: "
+        value, starts, multipliers = branch.values[k], branch.sections[k], branch.multipliers[k]
     system, eta, method = question.search.at(float(value))
     over = [system.overlap_of(start) for start in starts]
     start = np.array(starts[int(np.argmin(over))])
-    exact, moved = start.copy(), ""
+    exact = start.copy()
     if min(over) > 0:
         start[0] = start[2] + system.clearance
-        rounding = 1e-9 * max(1.0, float(np.abs(starts).max()))
-        if min(over) > rounding:
-            moved = (
-                " At τ = 0 the bodies overlap in it, as a penalty contact allows; a run of both solvers begins where "
-                "they touch, beside this motion."
-            )
     if system.wall:
         start[2:] = 0.0
     orbit = ClosedOrbit(system, eta, method, start if place.solver == "reference" else exact, branch.period)
@@ -227,8 +218,7 @@ def opened(question: BranchesQuestion, place: Place, branch: Branch) -> tuple[di
     texts[question.over] = print_number(float(value))
     if question.over != "eta":
         texts["eta"] = print_number(question.eta)
-    head += f"the {NAMES[place.solver]} repeats {every(branch.period)}"
-    return texts, f"{head}, {stability_words(multipliers[0], branch.period)}{_DOTTED}{moved}", orbit
+    return texts, orbit_words(orbit, multipliers[0]), orbit
 
 
 # ---- tables: heads, and rows of cells --------------------------------------------------------------------------------

@@ -10,10 +10,7 @@ from vibroscope.app.explorer.present import Columns
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.page.files import script, style
 from vibroscope.app.page.shared.component import Component
-from vibroscope.app.page.shared.stability import stability_words
-from vibroscope.engine.wording import every
-
-DOTTED = "The dotted curve in the phase plots is this motion."
+from vibroscope.app.page.shared.stability import orbit_words
 
 
 class OpenedMotion(Component):
@@ -66,9 +63,7 @@ class OpenedMotion(Component):
         orbit, self._linked = linked_orbit(self._linked, setting), {}
         if orbit is not None:
             self._setting, self._orbit = setting, orbit
-            largest = orbit.largest_multiplier()
-            stability = "." if largest is None else f", {stability_words(largest, orbit.period)}"
-            self.words = f"From a branch: the {orbit.solver} repeats {every(orbit.period)}{stability} {DOTTED}"
+            self.words = orbit_words(orbit, orbit.largest_multiplier())
 
     def _receive(self) -> None:
         self.close()

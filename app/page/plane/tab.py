@@ -21,7 +21,7 @@ from vibroscope.app.runtime.number_text import print_number
 from vibroscope.app.studies import cell_classes as classes
 from vibroscope.app.studies.branches import why_none
 from vibroscope.app.studies.plane import COUNT, SAMPLE, SIDES, TRANSIENT, PartialPlane, PlaneQuestion, grow_plane
-from vibroscope.app.studies.plane_curves import CurvesQuestion
+from vibroscope.app.studies.plane_curves import KINDS, CurvesQuestion
 from vibroscope.engine import counted, percent
 from vibroscope.engine.sweeps import CellKind, kind_words
 
@@ -36,6 +36,9 @@ class PlaneTab(StudyTab):
     grow = staticmethod(grow_plane)
     chosen = {"quantity": "error", "limit": _SUDDEN, "curves": "off"}  # noqa: RUF012 - read only
     axes = {"K": LOGARITHMIC, "D": LOGARITHMIC}  # noqa: RUF012 - read only
+    legends = dict.fromkeys(
+        ("plane_penalty", "plane_exact"), ("equal_restitution", "set_now", *(kind.replace(" ", "_") for kind in KINDS))
+    )
     pictures = (
         Figure(
             "plane_penalty",

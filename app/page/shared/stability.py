@@ -2,10 +2,16 @@
 
 import math
 
+from vibroscope.app.explorer.closed_orbit import ClosedOrbit
 from vibroscope.engine import Point
 from vibroscope.engine.wording import every
 
 _NEAR_ONE = 5e-4  # a modulus nearer to 1 takes more digits than four, which would show no difference
+_ROUNDING = 1e-9  # of the numbers of a state: a smaller overlap is none
+_OVERLAPS = (
+    " At τ = 0 the bodies overlap in it, as a penalty contact allows; a run of both solvers begins where they touch, "
+    "beside this motion."
+)
 _EXACT = 1e-12  # size of the errors with which a run begins, in displacements: what an unstable motion enlarges
 
 
@@ -20,6 +26,16 @@ def multiplier_words(multiplier: complex, digits: int = 4) -> str:
 def point_multiplier(point: Point) -> str:
     """The multiplier of a point: the critical one where one passes the unit circle, else the largest."""
     return f"{'critical' if point.is_crossing else 'largest'} {multiplier_words(point.critical_multiplier)}"
+
+
+def orbit_words(orbit: ClosedOrbit, largest: complex | None) -> str:
+    """What to know of a motion of a branch that is open in Explore; ``largest``: its multiplier, if it has one."""
+    stability = "." if largest is None else f", {stability_words(largest, orbit.period)}"
+    overlaps = orbit.system.overlap_of(orbit.start) > _ROUNDING * max(1.0, *(abs(number) for number in orbit.start))
+    return (
+        f"From a branch: the {orbit.solver} repeats {every(orbit.period)}{stability} The dotted curve in the phase "
+        f"plots is this motion.{_OVERLAPS if overlaps else ''}"
+    )
 
 
 def stability_words(largest: complex, period: int) -> str:
