@@ -118,7 +118,6 @@ def within(span: tuple[float, float]) -> tuple[float, float]:
 
 
 def _method_words(side: str, question: BasinQuestion) -> str:
-    steps = question.penalty.steps
     if side == "reference":
         return ""
-    return " without a time step" if steps is None else f", T/{steps}"
+    return f", T/{question.penalty.steps}" if question.penalty.has_step else " without a time step"
