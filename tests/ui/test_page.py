@@ -1,5 +1,7 @@
 """The page around the figures: tabs, keys, theme, tour, summaries, access."""
 
+import re
+
 import pytest
 from vibroscope.app.page.tabs import TABS
 
@@ -111,12 +113,13 @@ def test_the_summary_is_of_the_open_tab(visit):
     text = summary.text_content()
     assert text.startswith("Explore. Do they agree?")
     for title, words in (
-        ("Help", "Help. The model and its equations"),
-        ("Paper", "Paper. 0 of 20 claims checked"),
-        ("Bifurcation", "Bifurcation. "),
+        ("Help", "The model and its equations"),
+        ("Paper", "[0-9]+ of 20 claims checked"),  # none, unless the server knows some from another visitor
+        ("Bifurcation", ""),
     ):
         explorer.open_tab(title)
-        wait_until(lambda words=words: summary.text_content().startswith(words), what=f"the summary of {title}")
+        said = re.compile(rf"{title}\. {words}")
+        wait_until(lambda said=said: said.match(summary.text_content()), what=f"the summary of {title}")
     explorer.open_tab("Explore")
     wait_until(lambda: summary.text_content() == text, what="the verdict again")
 
