@@ -242,13 +242,14 @@ def error_of(explanation: Explanation | None) -> float:
 def statements(setting: Setting, result: PartialPlane, explanation: Explanation | None = None) -> list[list[str]]:
     """Head and text: what is set as Explore has it, the cell that holds it on both sides, and both planes together."""
     lines = []
-    names = _side_names(result.question)
+    names, place = _side_names(result.question), result.cell(*setting.place_in_plane)
     if explanation is not None:
         K, D = (print_number(float(f"{x:.4g}")) for x in setting.place_in_plane)
         kind, error = explanation.kinds.get("penalty", ""), error_of(explanation)
         total = f"Error {percent(error)}." if math.isfinite(error) else explanation.note
-        lines.append([f"{names['penalty']}, what is set: K = {K}, D = {D}", f"{kind} {total}".strip()])
-    place = result.cell(*setting.place_in_plane)
+        count = math.nan if place is None else result.steps_without_solution("penalty")[place]
+        none = f"In its cell {counted(count, 'step')} without a solution." if math.isfinite(count) else ""
+        lines.append([f"{names['penalty']}, what is set: K = {K}, D = {D}", f"{kind} {total} {none}".strip()])
     if place is not None:
         K, D = (print_number(float(f"{x:.3g}")) for x in result.centre(place))
         lines += [
