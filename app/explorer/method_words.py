@@ -122,8 +122,7 @@ def scheme_as_dict(method: Newmark | TimeStepping) -> dict[str, str]:
 def scheme_texts(method: TimeStepping) -> dict[str, str]:
     """Integrator, contact status and law with their numbers, as texts for `app.explorer.reading.read_setting`."""
     names = ("status", "without_solution", "law", "initial_acceleration")
-    of_law = ("exponent", "penetration")
-    numbers = {name: repr(value) for name in of_law if (value := getattr(method, name)) is not None}
+    numbers = {name: repr(value) for name, value in method.law_numbers.items() if value is not None}
     own = {each.name: repr(getattr(method.integrator, each.name)) for each in fields(method.integrator)}
     choices = {name: getattr(method, name) for name in names}
     choices["damper"] = "restitution" if method.damping is None else "typed"

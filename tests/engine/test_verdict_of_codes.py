@@ -143,6 +143,17 @@ def test_the_search_and_more_steps_can_be_cancelled():
             search()
 
 
+def test_runs_side_by_side_leave_what_single_ones_do_and_can_be_cancelled():
+    compared = compare(SYSTEM, 2.76, Newmark(12000, 18, 500), **SHORT)
+    methods = [replace(compared.runs.penalty.method, stiffness=k) for k in np.geomspace(1e3, 1e6, 500)]
+    alone, ahead = Remaining(compared), Remaining(compared, threads=3)
+    ahead.run_ahead(methods[::50])
+    assert [ahead(each) for each in methods[::50]] == [alone(each) for each in methods[::50]]
+    polled = iter([False, False])
+    with pytest.raises(Cancelled):
+        Remaining(compared, lambda: next(polled, True), threads=2).run_ahead(methods)
+
+
 def test_a_located_step_has_a_verdict():
     found = verdict(compare(SYSTEM, 2.76, TimeStepping(12000, 18, 50, status="located")))
     assert (found.blame, list(found.change)) == (("steps",), ["steps"])

@@ -4,6 +4,7 @@ The unknowns are X = (y₀, θ, a, b): those of the orbit (:mod:`...kernels.even
 α₂ in their ranges. The solutions are a curve for the tracer (:mod:`..tracer`).
 """
 
+import abc
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from typing import ClassVar
@@ -24,7 +25,7 @@ ROUNDING = 1e-9
 SLOW = 0.5  # ratio of two steps of Newton's method, above which the derivatives are renewed
 
 
-class PointProblem:
+class PointProblem(abc.ABC):
     """The equations of points of one kind, with one sequence of events; a subclass is that of the kinds it names.
 
     Parameters
@@ -61,9 +62,9 @@ class PointProblem:
         """Problems that may be meant at the orbit of a point, with guesses of the orbit, the likeliest first."""
         yield cls(kind, plane, place.orbit), place.orbit
 
+    @abc.abstractmethod
     def condition(self, place: Place) -> float:
         """What is zero at a point, beside the equations of its orbit."""
-        raise NotImplementedError
 
     def condition_gradient(self, place: Place) -> np.ndarray:
         """Its derivative in scaled X, (n + 2,)."""
@@ -73,7 +74,7 @@ class PointProblem:
         """Whether a margin is zero all along the curve, and so does not end it."""
         return False
 
-    def renewed(self) -> None:
+    def renewed(self) -> None:  # noqa: B027 - most kinds have nothing to choose
         """Choose what is arbitrary in the condition anew, at the next place."""
 
     def turned(self, turn: int, orbit: Orbit) -> "PointProblem":
