@@ -41,12 +41,12 @@ def _apart(setting):
     """The setting with bodies that do not overlap at the start; a wall does not move."""
     if setting.bodies == "wall":
         setting = setting._replace(start_xi2=0.0, start_v2=0.0, coordinate="xi1")
-    if any(getattr(setting, name) for name in START_FIELDS):
-        setting = setting._replace(zero_start="rest")
     room = setting.start_xi2 + min(setting.clearance, 0.0) - 1
-    if setting.start_xi1 <= room:
-        return setting
-    return setting._replace(start_xi1=max(room, bounds_of("start_xi1")[0]), start_xi2=max(setting.start_xi2, -1e5))
+    if setting.start_xi1 > room:
+        low = bounds_of("start_xi1")[0]
+        setting = setting._replace(start_xi1=max(room, low), start_xi2=max(setting.start_xi2, -1e5))
+    own = any(getattr(setting, name) for name in START_FIELDS)
+    return setting._replace(zero_start="rest") if own else setting
 
 
 settings = st.builds(Setting, **{name: _values(name) for name in FIELDS}).map(_apart).map(_together)

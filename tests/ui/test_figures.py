@@ -210,7 +210,7 @@ def test_scatter_of_the_time_step_is_named_an_artefact_and_looks_unlike_chaos(vi
     assert kind.evaluate("(e) => getComputedStyle(e).borderTopStyle") == "dashed"
     line.get_by_role("button", name="Evidence").click()
     explorer.page.get_by_text("The blur is an artefact").wait_for()
-    explorer.moved(lambda: explorer.type("eta", "1.71"))
+    explorer.moved(lambda: explorer.type("eta", "1.7"))
     assert line.get_attribute("data-kind") == ""  # not that of the setting before
     explorer.judged()
     assert "chaotic" in kind.text_content()
