@@ -157,9 +157,16 @@ def test_a_kernel_is_compiled_once_and_kept_in_the_home_folder(user, tmp_path):
     assert code.parents[1].name == complete_mark().parent.name
 
 
-def test_simulate(user):
+def test_simulate(user, home):
+    before = compiled(home)
     found = json.loads(user.run("vibroscope", "simulate", "--solver", "newmark", *SCENE, "--json"))
     assert (found["status"], len(found["section"])) == ("ok", 50)
+    assert compiled(home) == before  # what the checkout has compiled was found
+
+
+def compiled(home):
+    """When each file of machine code was written."""
+    return {path: path.stat().st_mtime_ns for path in home.rglob("*.nb?")}
 
 
 def test_sweep(user, tmp_path):

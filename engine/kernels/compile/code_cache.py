@@ -42,8 +42,13 @@ def _own_sources() -> bytes:
 
 
 def _digest(path: str, data: bytes) -> bytes:
-    """Digest of a file that holds these data: of its folder and name, of the sources, and of the data."""
-    place = "/".join(Path(path).parts[-2:]).encode()
+    """Digest of a file that holds these data: of its package and name, of the sources, and of the data.
+
+    Numba's name of the folder is that of the package and a digest of where it is installed. The latter is left out, so
+    that the code of one installation serves another one with the same sources.
+    """
+    package = Path(path).parent.name.rpartition("_")[0]
+    place = f"{package}/{Path(path).name}".encode()
     return hashlib.sha256(b"\0".join((place, _own_sources(), data))).digest()
 
 
