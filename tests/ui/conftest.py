@@ -55,27 +55,56 @@ def server(tmp_path_factory):
 
 
 @pytest.fixture(scope="session")
-def browser():
-    """One Chromium for all tests."""
-    with sync_playwright() as playwright:
-        chromium = playwright.chromium.launch(executable_path=find(), args=ARGUMENTS)
-        yield chromium
-        chromium.close()
+def playwright():
+    with sync_playwright() as running:
+        yield running
 
 
 @pytest.fixture(scope="session")
-def windows(browser):
-    """Contexts by their options, reused so that pages find their scripts in the browser's cache."""
+def browser(playwright):
+    """A Chromium that keeps nothing."""
+    chromium = playwright.chromium.launch(executable_path=find(), args=ARGUMENTS)
+    yield chromium
+    chromium.close()
+
+
+class Window:
+    """A browser of a person, and the size that its pages have.
+
+    It keeps on disk what it has fetched and compiled, which is a quarter of the work of opening a page.
+    """
+
+    def __init__(self, context, viewport):
+        self.context = context
+        self.viewport = viewport
+
+    def new_page(self):
+        page = self.context.new_page()
+        page.set_viewport_size(self.viewport)
+        return page
+
+
+@pytest.fixture(scope="session")
+def windows(playwright, tmp_path_factory):
+    """Windows by their size and options; those with the same options, and the same person ``whose``, are one browser."""
     contexts = {}
 
-    def window(**options):
-        key = json.dumps(options, sort_keys=True)
+    def window(width=1440, height=900, whose="", **options):
+        key = json.dumps([whose, options], sort_keys=True)
         if key not in contexts:
-            contexts[key] = browser.new_context(
-                reduced_motion="reduce", locale="en-GB", timezone_id="UTC", device_scale_factor=1, **options
+            contexts[key] = playwright.chromium.launch_persistent_context(
+                tmp_path_factory.mktemp("browser"),
+                executable_path=find(),
+                args=ARGUMENTS,
+                reduced_motion="reduce",
+                locale="en-GB",
+                timezone_id="UTC",
+                device_scale_factor=1,
+                viewport={"width": width, "height": height},
+                **options,
             )
             contexts[key].set_default_timeout(20_000)
-        return contexts[key]
+        return Window(contexts[key], {"width": width, "height": height})
 
     yield window
     for context in contexts.values():
@@ -87,9 +116,8 @@ def visit(windows, server):
     """Open the explorer in a new session; at the end, the browser must not have complained."""
     opened = []
 
-    def open_page(query="", width=1440, height=900, **options):
-        context = windows(viewport={"width": width, "height": height}, **options)
-        explorer = Explorer(context.new_page(), server)
+    def open_page(query="", *size, **options):
+        explorer = Explorer(windows(*size, **options).new_page(), server)
         opened.append(explorer)
         return explorer.open(query)
 
@@ -103,7 +131,7 @@ def visit(windows, server):
 @pytest.fixture
 def counted(windows):
     """Every page of the usual window keeps its sockets, for `Explorer.count_messages`."""
-    context = windows(viewport={"width": 1440, "height": 900})
+    context = windows().context
     if not getattr(context, "counts_sockets", False):
         context.add_init_script("""
           window.sockets = [];

@@ -9,7 +9,7 @@ window.WebSocket = class extends WebSocket {
 
 
 def test_a_page_that_loses_its_connection_comes_back_to_its_view(windows, server):
-    page = windows(viewport={"width": 1440, "height": 870}).new_page()  # in a window of its own
+    page = windows(whose="offline").new_page()
     page.add_init_script(SOCKETS)
     explorer = Explorer(page, server).open()
     explorer.moved(lambda: explorer.type("K", "9000"))
@@ -32,7 +32,7 @@ def test_a_page_that_loses_its_connection_comes_back_to_its_view(windows, server
 
 
 def test_the_page_says_why_the_server_has_ended_its_session(windows, server):
-    page = windows(viewport={"width": 1440, "height": 900}).new_page()
+    page = windows().new_page()
     page.add_init_script(SOCKETS)
     explorer = Explorer(page, server).open()
     page.evaluate("sockets[0].send('nonsense'); sockets[0].send('nonsense'); sockets[0].send('nonsense')")

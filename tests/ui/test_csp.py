@@ -8,8 +8,7 @@ VIOLATIONS = """() => {
 
 
 def test_the_page_works_and_nothing_is_blocked(visit, server, windows):
-    context = windows(viewport={"width": 1440, "height": 900})
-    context.add_init_script(f"({VIOLATIONS})()")
+    windows().context.add_init_script(f"({VIOLATIONS})()")
     explorer = visit()
     explorer.moved(lambda: explorer.type("eta", "1.4"))
     assert len(explorer.source("displacements")) > 0

@@ -23,7 +23,7 @@ def site(tmp_path_factory):
 
 @pytest.mark.parametrize("name", ["index", "glossary", "theory/model"])
 def test_a_page_can_be_read_on_a_phone_in_the_dark(site, windows, name):
-    page = windows(viewport={"width": 390, "height": 844}, color_scheme="dark").new_page()
+    page = windows(390, 844, color_scheme="dark").new_page()
     page.goto((site / f"{name}.html").as_uri())
     page.evaluate(AXE)
     assert serious(page) == []
@@ -36,7 +36,7 @@ def test_a_page_can_be_read_on_a_phone_in_the_dark(site, windows, name):
 @pytest.mark.parametrize(("width", "gap"), [(1440, True), (390, False)])
 def test_the_number_of_a_formula_is_beside_it(site, windows, width, gap):
     """Within the column on a screen; on a phone without the gap that would put it out of sight."""
-    page = windows(viewport={"width": width, "height": 900}).new_page()
+    page = windows(width).new_page()
     page.goto((site / "theory/penalty.html").as_uri())
     gaps = page.evaluate("[...document.querySelectorAll('.formula-gap')].map(one => one.offsetWidth > 0)")
     assert set(gaps) == {gap}

@@ -87,9 +87,9 @@ def test_dark_recolours_page_and_figures_and_is_remembered(visit):
 
 
 def test_a_first_visit_begins_with_the_tour_and_the_second_does_not(visit, windows):
-    window = windows(viewport={"width": 1441, "height": 900})  # of its own: nobody was here before
-    window.add_init_script("Object.defineProperty(Navigator.prototype, 'webdriver', { get: () => false })")
-    explorer = visit(width=1441)
+    context = windows(whose="newcomer").context
+    context.add_init_script("Object.defineProperty(Navigator.prototype, 'webdriver', { get: () => false })")
+    explorer = visit(whose="newcomer")
     explorer.page.get_by_role("dialog", name="Tour").get_by_role("button", name="Skip").click()
     assert explorer.page.get_by_role("tab").count() == 9
     explorer.page.reload()
