@@ -64,8 +64,8 @@ def update_silently(source: ColumnDataSource, columns: Mapping[str, np.ndarray])
 def stop_compressing(handler: WebSocketHandler) -> None:
     """Send the messages of a websocket as they are from now on, which its protocol leaves to the sender.
 
-    Uses ``WebSocketProtocol13._compressor``. The document of the page is text of 400 kB and shrinks to a fifth, for
-    2 s of a line of 1.6 Mbit/s; the numbers that a move sends hardly shrink, and compressing them would delay it.
+    Uses ``WebSocketProtocol13._compressor``. The document of the page is text of 200 kB and shrinks to a fifth, for
+    0.8 s of a line of 1.6 Mbit/s; the numbers that a move sends hardly shrink, and compressing them would delay it.
     """
     handler.ws_connection._compressor = None
 

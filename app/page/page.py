@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 import json
+from functools import cache
 
 import panel as pn
 from bokeh.document import Document
 from panel.io.resources import LOCAL_DIST
 from vibroscope.app import QUESTION
 from vibroscope.app.explorer.glossary import glossary
-from vibroscope.app.page.files import script, style, template
+from vibroscope.app.page.files import address_of, modules, style, template
 from vibroscope.app.page.session import Session
 from vibroscope.app.page.shared.figure import THEME
 
 TITLE = "Vibroscope"
+
+_FIRST = ("shared", "header", "controls", "explore")  # folders of what the first tab shows
 
 # The style sheet sets the height of the page; Panel must not derive it from the content.
 pn.extension(respect_explicit_sizing=True)
@@ -24,7 +27,7 @@ def create_app() -> pn.Column:
     doc = pn.state.curdoc
     html = template("shared/page.html").replace("TOKENS", style("shared/tokens")).replace("QUESTION", QUESTION)
     terms = json.dumps(glossary(), ensure_ascii=False).replace("<", "\\u003c")
-    doc.template = html.replace("FIRST", script("shared/compat")).replace("GLOSSARY", terms)
+    doc.template = html.replace("MODULES", _loaded_at_once()).replace("GLOSSARY", terms)
     # Panel sets this only where the session is built with the page; otherwise its style sheets come from another host.
     doc.template_variables["dist_url"] = LOCAL_DIST
     doc.theme = THEME
@@ -41,6 +44,14 @@ def create_app() -> pn.Column:
         stylesheets=[style("shared/page")],
         sizing_mode="stretch_width",
     )
+
+
+@cache
+def _loaded_at_once() -> str:
+    """Elements that fetch the modules of the first tab ahead, and run the hooks into Bokeh and Panel."""
+    ahead = (name for name in modules() if name.partition("/")[0] in _FIRST)
+    links = (f'<link rel="modulepreload" href="{address_of(name)}">' for name in ahead)
+    return "\n".join((*links, f'<script type="module" src="{address_of("shared/compat")}"></script>'))
 
 
 def _query(doc: Document | None) -> str:

@@ -21,6 +21,7 @@ from tornado.netutil import bind_sockets
 from tornado.web import ErrorHandler, StaticFileHandler
 from vibroscope.app.explorer import compute
 from vibroscope.app.explorer.diagrams import load_diagram
+from vibroscope.app.page.files import folder_of_modules
 from vibroscope.app.page.page import TITLE
 from vibroscope.app.runtime import logs, settings
 from vibroscope.app.runtime.compilation import compilation
@@ -34,7 +35,7 @@ from vibroscope.app.server.documentation import documentation_routes
 from vibroscope.app.server.hosts import Misdirected, OtherHost, allowed_hosts, allowed_origins
 from vibroscope.app.server.housekeeping import limit_cache, set_up_collection, trim_cache
 from vibroscope.app.server.security import SecurityHeaders
-from vibroscope.app.server.static_files import StaticFile
+from vibroscope.app.server.static_files import Module, StaticFile
 from vibroscope.app.server.tokens import TOKEN_SECONDS
 from vibroscope.app.server.websocket import SessionSocket
 from vibroscope.engine import CompileProgress
@@ -119,6 +120,7 @@ def _make_app(chosen: Settings, admission: Admission, port: int) -> BokehTornado
             (r"/?", endpoints.Page),
             (r"/liveness", endpoints.Liveness),
             (r"/metrics", endpoints.Metrics),
+            (r"/static/page/([0-9a-f]{12})/([\w/]+\.js)", Module, {"path": str(folder_of_modules())}),
             (r"/static/extensions/panel/(.*)", StaticFile, {"path": str(DIST_DIR)}),
             (r"/static/(.*)", StaticFile, {"path": str(bokeh_settings.bokehjs_path())}),
             (r"/speed/(.*)", StaticFileHandler, {"path": str(ASSETS / "speed")}),

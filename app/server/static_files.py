@@ -8,7 +8,8 @@ import re
 from functools import cache
 from pathlib import Path
 
-from tornado.web import StaticFileHandler
+from tornado.web import HTTPError, StaticFileHandler
+from vibroscope.app.page.files import version
 
 _TEXT = re.compile(r"\.(?:css|html|js|json|mjs|svg)$")
 _GZIP = re.compile(r"\bgzip\b(?!\s*;\s*q=0(?:\.0*)?\s*(?:,|$))")
@@ -21,8 +22,12 @@ class StaticFile(StaticFileHandler):
     def set_extra_headers(self, path: str) -> None:
         """See `tornado.web.StaticFileHandler`."""
         self.set_header("Vary", "Accept-Encoding")
-        if self.get_query_argument("v", ""):
+        if self.is_of_one_content():
             self.set_header("Cache-Control", f"public, max-age={_SECONDS}, immutable")
+
+    def is_of_one_content(self) -> bool:
+        """Whether the address holds a digest of the content."""
+        return bool(self.get_query_argument("v", ""))
 
     async def get(self, path: str, include_body: bool = True) -> None:
         """Send the file."""
@@ -46,6 +51,24 @@ class StaticFile(StaticFileHandler):
         self.set_header("Content-Length", len(body))
         if include_body:
             self.write(body)
+
+
+class Module(StaticFile):
+    """A module of the page, at an address with the digest of all of them."""
+
+    def is_of_one_content(self) -> bool:
+        """See `StaticFile`."""
+        return True
+
+    async def get(self, digest: str, path: str, include_body: bool = True) -> None:
+        """Send it; 404 to a page of another version, which must not get modules of this one."""
+        if digest != version():
+            raise HTTPError(404)
+        await super().get(path, include_body)
+
+    async def head(self, digest: str, path: str) -> None:
+        """Send the same headers."""
+        await self.get(digest, path, include_body=False)
 
 
 @cache

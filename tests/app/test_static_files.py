@@ -6,8 +6,10 @@ import json
 import re
 import urllib.error
 import urllib.request
+from urllib.parse import urljoin
 
 import pytest
+from vibroscope.app.page.files import modules
 
 from tests.browserless import Client
 from tests.served import served
@@ -37,7 +39,8 @@ def page(server):
 
 @pytest.fixture(scope="module")
 def scripts(server, page):
-    return [f"{server}/{address}" for address in re.findall(r'<script[^>]* src="([^"]+)"', page)]
+    found = re.findall(r'(?:<script[^>]* src|"modulepreload" href)="([^"]+)"', page)
+    return [f"{server}/{address}" for address in found]
 
 
 def test_every_script_is_compressed_and_kept_for_ever(scripts):
@@ -74,6 +77,31 @@ def test_who_cannot_read_it_gets_it_as_it_is(server, scripts):
     assert "immutable" not in icon.get("Cache-Control", "")  # no digest names it
 
 
+@pytest.fixture
+def folder(scripts):
+    """Address of the page's modules."""
+    return next(url for url in scripts if url.endswith("/shared/dom.js")).removesuffix("/shared/dom.js")
+
+
+def test_every_module_imports_modules_that_are_served(folder):
+    for name, path in modules().items():
+        text = get(f"{folder}/{name}.js")[2].decode()
+        assert text == path.read_text()
+        for other in re.findall(r'^(?:import|\}) .*from "([^"]+)"', text, re.MULTILINE):
+            assert other.startswith(("./", "../"))
+            assert get(urljoin(f"{folder}/{name}.js", other))[0] == 200
+
+
+def test_a_page_of_another_version_gets_no_module_of_this_one(folder):
+    another = re.sub("/[0-9a-f]{12}$", "/" + 12 * "0", folder)
+    assert get(f"{another}/shared/dom.js", Accept_Encoding="gzip")[0] == 404
+
+
+@pytest.mark.parametrize("path", ["files.py", "shared/page.css", "shared/dom.js/", "../server/server.py", "none.js"])
+def test_nothing_but_modules_lies_beside_them(folder, path):
+    assert get(f"{folder}/{path}", Accept_Encoding="gzip")[0] == 404
+
+
 @pytest.mark.parametrize("path", ["static/js/none.js", "static/../server.py", "static/%2e%2e/%2e%2e/settings.py"])
 def test_nothing_else_is_served(server, path):
     assert get(f"{server}/{path}", Accept_Encoding="gzip")[0] in (403, 404)
@@ -84,7 +112,8 @@ def test_the_page_can_be_read_before_its_scripts_have_come(page):
     scripts = re.findall(r"<script[^>]*>", head)
     assert len([script for script in scripts if "src=" in script]) >= 3
     for script in scripts:
-        assert "src=" not in script or "defer" in script, "a script that is not deferred keeps the page white"
+        waits = "src=" in script and "defer" not in script and 'type="module"' not in script
+        assert not waits, "a script that is not deferred keeps the page white"
     assert "Bokeh.set_log_level" not in head or '<script type="module">' in head
     assert body.index("Loading the page") < body.index("data-root-id")
 

@@ -86,7 +86,7 @@ class Window:
 
 @pytest.fixture(scope="session")
 def windows(playwright, tmp_path_factory):
-    """Windows by their size and options; those with the same options, and the same person ``whose``, are one browser."""
+    """Windows by their size and options; those of one person (``whose``) with the same options are one browser."""
     contexts = {}
 
     def window(width=1440, height=900, whose="", **options):

@@ -1,6 +1,8 @@
 // The branches of the diagram: what the search has found, the motions at the value that is set, and all points. A button
 // in a row opens its motion in Explore. Only textContent is ever set.
 
+import { button, choose, cueScroll, element, explainTerms, setText } from "../shared/dom.js";
+
 export function render({ model }) {
   const root = element("section", "branches-list");
   root.setAttribute("aria-label", "Branches of periodic motions");

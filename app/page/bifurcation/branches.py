@@ -20,7 +20,7 @@ from vibroscope.app.page.bifurcation.branch_lines import (
     place_named,
     value_text,
 )
-from vibroscope.app.page.files import script, style
+from vibroscope.app.page.files import esm, style
 from vibroscope.app.page.shared.component import Component
 from vibroscope.app.page.shared.stability import multiplier_words, orbit_words, point_multiplier, stability_words
 from vibroscope.app.page.tab import TabHost, on_loop
@@ -39,7 +39,7 @@ class BranchPanel(Component):
     near = param.Dict(default={}, doc="Motions at the value that is set: title, heads and rows")
     points = param.Dict(default={}, doc="All points: title, heads and rows")
 
-    _esm = script("shared/dom", "bifurcation/branches")
+    _esm = esm("bifurcation/branches")
     _stylesheets = [style("shared/scroll_cue", "bifurcation/branches")]  # noqa: RUF012 - Panel reads it from the class
 
 

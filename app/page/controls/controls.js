@@ -1,5 +1,9 @@
 // The panel of inputs. It sends texts and draws what the server has accepted; it checks nothing itself.
 
+import { actions, foldedIfNarrow, key, scenes, solverDetails, startDetails, switchRow } from "./parts.js";
+import { systemDetails } from "./system.js";
+import { button, cueScroll, element, emit, explainTerms, listen, setText } from "../shared/dom.js";
+
 const BUSY_AFTER = 150; // ms without an answer before the page shows "computing"
 const OVERTAKE_AFTER = 250; // ms after which a move is sent although the last one has no answer
 const SETTLED_AFTER = 250; // ms without a move before the address changes
@@ -170,7 +174,7 @@ function afterPaint(done) {
 const SHORT = 8; // digits that each field has room for
 
 // The field of a typed value, with the reason if it was refused.
-function typedField(number, link, place) {
+export function typedField(number, link, place) {
   const typed = input("text", `vibroscope-${number.name}-typed`, `${number.label}: ${number.hint}, typed`);
   typed.inputMode = "decimal";
   typed.autocomplete = "off";

@@ -28,7 +28,7 @@ from vibroscope.app.page.controls.system import (
     system_title,
     why_locked,
 )
-from vibroscope.app.page.files import script, style
+from vibroscope.app.page.files import esm, style
 from vibroscope.app.page.shared.component import Component
 from vibroscope.app.runtime.number_text import print_number
 from vibroscope.engine import LAWS_BY_RESTITUTION, written
@@ -66,7 +66,7 @@ class Controls(Component):
     system = param.Dict(default={}, doc="The system to scale, see `app.explorer.drawing`; its title, and it in words")
     shown = param.Dict(default={}, doc="The accepted setting, see `show_setting`")
 
-    _esm = script("shared/dom", "shared/bodies", "controls/parts", "controls/system", "controls/controls")
+    _esm = esm("controls/controls")
     _stylesheets = [style("shared/scroll_cue", "shared/bodies", "controls/controls", "controls/system")]  # noqa: RUF012 - Panel reads it from the class
 
     def __init__(self, **params) -> None:

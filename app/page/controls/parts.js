@@ -1,13 +1,16 @@
 // The parts of the panel around the sliders: scenes, actions, system and solver, switches, key. Each has an element, and
 // a function that draws the accepted values.
 
+import { typedField } from "./controls.js";
+import { button, choose, element, listen, setText } from "../shared/dom.js";
+
 const NARROW = matchMedia("(max-width: 1000px)");
 
 // Numbers of one's own are shown, but not where they would push the figures some screens down; a refusal always is.
-const opensItself = (own, refused) => refused || (own && !NARROW.matches);
+export const opensItself = (own, refused) => refused || (own && !NARROW.matches);
 
 // A box that is folded where the page is narrow, and always open elsewhere.
-function foldedIfNarrow(title, ...content) {
+export function foldedIfNarrow(title, ...content) {
   const box = element("details", "narrow-fold");
   box.append(element("summary", "", title), ...content);
   const fold = () => { box.open = !NARROW.matches; };
@@ -17,7 +20,7 @@ function foldedIfNarrow(title, ...content) {
 }
 
 // The scenes of the paper and, below them, published systems of others.
-function scenes({ scenes: list, shelf }, link) {
+export function scenes({ scenes: list, shelf }, link) {
   const box = element("fieldset", "scenes");
   const first = element("div", "tiles");
   const others = element("div", "tiles");
@@ -55,7 +58,7 @@ function scenes({ scenes: list, shelf }, link) {
   return { element: box, draw };
 }
 
-function actions(link) {
+export function actions(link) {
   const row = element("div", "row actions");
   const undo = button("↶ Undo", "Undo the last move (Ctrl+Z)", () => link.act({ undo: true }));
   const redo = button("↷ Redo", "Redo (Ctrl+Shift+Z)", () => link.act({ redo: true }));
@@ -73,7 +76,7 @@ function actions(link) {
 }
 
 // Where both runs start: folded while that is rest.
-function startDetails(spec, link) {
+export function startDetails(spec, link) {
   const box = element("details", "more");
   const head = element("summary");
   const grid = element("div", "numbers starts");
@@ -106,7 +109,7 @@ function ownRow(number, link) {
 }
 
 // The solver: folded, since it is seldom changed; open if one number is not the default, or is refused.
-function solverDetails(spec, link) {
+export function solverDetails(spec, link) {
   const box = element("details", "more solver");
   const head = element("summary");
   const grid = element("div", "numbers");
@@ -167,7 +170,7 @@ function refusalOf(name) {
   return { element: line, draw };
 }
 
-function numberRow(number, link) {
+export function numberRow(number, link) {
   const box = element("div", "number");
   const label = element("label");
   label.htmlFor = `vibroscope-${number.name}-typed`;
@@ -186,7 +189,7 @@ function numberRow(number, link) {
   return { element: box, draw };
 }
 
-function switchRow(choice, link) {
+export function switchRow(choice, link) {
   const box = element("fieldset", "switch");
   const legend = element("legend", "", choice.label);
   legend.title = choice.doc;
@@ -213,7 +216,7 @@ function switchRow(choice, link) {
   return { name: choice.name, element: box, draw };
 }
 
-function key() {
+export function key() {
   const list = element("dl", "key");
   list.setAttribute("aria-label", "Key");
   const section = element("dt", "section", "●");

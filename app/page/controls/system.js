@@ -1,5 +1,9 @@
 // The panel System: which bodies, their numbers in the units that are chosen, and a drawing to scale that follows what is typed.
 
+import { numberRow, opensItself, switchRow } from "./parts.js";
+import { FLOOR, HIGH, MIDDLE, SIDES, SystemDrawing, WIDE, clamp } from "../shared/bodies.js";
+import { choose, element, setText, svgElement } from "../shared/dom.js";
+
 const DRAWN = { // fields that the drawing follows while they are typed, and what of it they are
   clearance: "clearance", clearance_mm: "clearance", mass_ratio: "mass", base: "base", base_amplitude_mm: "base",
   mass1_kg: "mass1", mass2_kg: "mass2",
@@ -7,7 +11,7 @@ const DRAWN = { // fields that the drawing follows while they are typed, and wha
 const ARROW = 5; // px
 const NAME = 70; // px, half of a name
 
-function systemDetails(spec, link, model) {
+export function systemDetails(spec, link, model) {
   const box = element("details", "more system");
   const head = element("summary");
   const picture = new RestDrawing();

@@ -1,5 +1,7 @@
 // What stands above the curves over each number alone: the title, how far the search is, and the key of the marks.
 
+import { element, emit, setText } from "../shared/dom.js";
+
 const MARKS = [
   ["now", "◆", "now", "What is left with the present value"],
   ["best", "○", "at best", "The value that leaves least; a click sets it"],

@@ -16,7 +16,7 @@ from vibroscope.app.explorer.field_units import ShownField, shown_field
 from vibroscope.app.explorer.present import as_float32
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.export.formats import Series
-from vibroscope.app.page.files import script, style
+from vibroscope.app.page.files import esm, style
 from vibroscope.app.page.shared.component import Component
 from vibroscope.app.page.shared.figure import (
     BLUE,
@@ -53,7 +53,7 @@ class AloneHead(Component):
     state = param.String(default="", doc="What is known so far; empty once all is")
     floor = param.Boolean(default=False, doc="Whether there is a part that no number mends")
 
-    _esm = script("shared/dom", "explore/alone")
+    _esm = esm("explore/alone")
     _stylesheets = [style("explore/alone")]  # noqa: RUF012 - Panel reads it from the class
 
 

@@ -1,6 +1,8 @@
 // The motions that coexist at the setting: a button that searches, the progress, and a list. A click on a motion sets
 // the start of the run to one that leads to it. The server searches; nothing is sent until the button is pressed.
 
+import { button, element, emit, explainTerms } from "../shared/dom.js";
+
 export function render({ model }) {
   const root = element("section", "coexisting");
   root.setAttribute("aria-label", "Coexisting motions");

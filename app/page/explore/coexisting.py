@@ -5,7 +5,7 @@ from __future__ import annotations
 import param
 from vibroscope.app.explorer.errors import error_text
 from vibroscope.app.explorer.state import Setting
-from vibroscope.app.page.files import script, style
+from vibroscope.app.page.files import esm, style
 from vibroscope.app.page.shared.component import Component
 from vibroscope.app.page.tab import TabHost, on_loop
 from vibroscope.app.studies.coexisting import Coexisting, CoexistingQuestion, coexisting_content, search_coexisting
@@ -23,7 +23,7 @@ class CoexistingPanel(Component):
         doc="phase: idle, running, done, stopped or failed; share; error; and `coexisting_content`",
     )
 
-    _esm = script("shared/dom", "explore/coexisting")
+    _esm = esm("explore/coexisting")
     _stylesheets = [style("shared/scroll_cue", "explore/coexisting")]  # noqa: RUF012 - Panel reads it from the class
 
 

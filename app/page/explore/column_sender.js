@@ -1,5 +1,7 @@
 // Receives changed columns of the sources: names and lengths, and the numbers of all columns in one buffer.
 
+import { LOCAL, asObject, element } from "../shared/dom.js";
+
 export function render({ model }) {
   model.on("msg:custom", ({ names, values }) => {
     const changed = new Map();

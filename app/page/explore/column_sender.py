@@ -10,7 +10,7 @@ from collections.abc import Mapping
 import numpy as np
 from bokeh.models import ColumnDataSource
 from vibroscope.app.compat import update_silently
-from vibroscope.app.page.files import script
+from vibroscope.app.page.files import esm
 from vibroscope.app.page.shared.component import Component
 from vibroscope.app.page.shared.figure import changed_columns, write
 
@@ -18,7 +18,7 @@ from vibroscope.app.page.shared.figure import changed_columns, write
 class ColumnSender(Component):
     """Keeps the sources here and in the browser equal; Bokeh sends the columns until the browser listens."""
 
-    _esm = script("shared/dom", "explore/column_sender")
+    _esm = esm("explore/column_sender")
 
     def __init__(self, **params) -> None:
         super().__init__(visible=False, **params)

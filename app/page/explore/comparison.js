@@ -1,5 +1,7 @@
 // The comparison: a table of the present setting and the pinned ones.
 
+import { button, cueScroll, element, emit, explainTerms } from "../shared/dom.js";
+
 export function render({ model }) {
   const root = element("section", "comparison-table");
   root.setAttribute("aria-label", "Comparison of the pinned settings");

@@ -1,5 +1,7 @@
 // The findings: texts, bars for the parts of the difference, and the cost. It sets textContent only.
 
+import { button, cueScroll, element, emit, explainTerms, listen, setText } from "../shared/dom.js";
+
 // Ends of the bars, on a logarithmic scale. At the right end the difference is as large as the motion itself.
 const LARGEST = 1;
 const SMALLEST = 1e-4;

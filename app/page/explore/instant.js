@@ -1,13 +1,15 @@
 // The present instant of the last two periods, marked in every figure. The animation moves it, and so do the slider below
 // the drawing and the pointer over a time figure. The server is not involved.
 
-const WINDOW = 2; // periods, as in present.py
-const TIME_FIGURES = ["displacement", "strip", "force"];
-const MARKED = [...TIME_FIGURES, "phase1", "phase2"];
-const SOLVERS = ["reference", "penalty"];
+import { asObject, element, modelOf, viewOf } from "../shared/dom.js";
+
+export const WINDOW = 2; // periods, as in present.py
+export const TIME_FIGURES = ["displacement", "strip", "force"];
+export const MARKED = [...TIME_FIGURES, "phase1", "phase2"];
+export const SOLVERS = ["reference", "penalty"];
 
 // The states at one instant, interpolated from the columns of the displacement figure.
-class Instant {
+export class Instant {
   constructor(time, { absolute, amplitude, system }) {
     this.time = time;
     const source = modelOf("displacements");
@@ -112,7 +114,7 @@ class StateMark extends Mark {
 }
 
 // All marks of the instant.
-class Marks {
+export class Marks {
   constructor() {
     this.lines = TIME_FIGURES.map((figure) => new NowLine(figure));
     this.states = SOLVERS.flatMap((solver) => [1, 2].map((body) => [solver, body]))
@@ -126,7 +128,7 @@ class Marks {
 }
 
 // Calls `onTime(time)` when the pointer is over a time figure, and `onLeave()` when it leaves.
-function watchPointer(onTime, onLeave) {
+export function watchPointer(onTime, onLeave) {
   for (const name of TIME_FIGURES) {
     const view = viewOf(name);
     if (!view) continue;

@@ -1,5 +1,7 @@
 // A measurement: the verdict on it, its numbers beside both solutions, and the fit of constants to it.
 
+import { button, element, emit, explainTerms } from "../shared/dom.js";
+
 export function render({ model }) {
   const root = element("section", "measurement-card");
   root.setAttribute("aria-label", "Measurement");

@@ -30,7 +30,7 @@ from vibroscope.app.explorer.state import Setting
 from vibroscope.app.explorer.words_in_units import plain_symbols, words_of_change
 from vibroscope.app.page.explore.displacement import DisplacementView
 from vibroscope.app.page.explore.phase import PhaseView
-from vibroscope.app.page.files import script, style
+from vibroscope.app.page.files import esm, style
 from vibroscope.app.page.shared.component import Component
 from vibroscope.app.page.shared.figure import INK, add_glyph, empty_source, models_added, write
 from vibroscope.app.page.shared.muting import show_entry
@@ -48,7 +48,7 @@ class MeasurementButton(Component):
 
     largest = param.Integer(default=LARGEST_FILE, constant=True, doc="Bytes; of a larger file the name alone is sent")
 
-    _esm = script("shared/dom", "explore/measurement_button")
+    _esm = esm("explore/measurement_button")
     _stylesheets = [style("explore/measurement_button")]  # noqa: RUF012 - Panel reads it from the class
 
 
@@ -61,7 +61,7 @@ class MeasurementPanel(Component):
     names = param.Dict(default=FITTED_NAMES, constant=True, doc="Symbol and name of each constant that can be fitted")
     content = param.Dict(default=_IDLE, doc="phase: idle, reading, columns, failed or done; see `Overlay._show`")
 
-    _esm = script("shared/dom", "explore/measurement")
+    _esm = esm("explore/measurement")
     _stylesheets = [style("explore/measurement")]  # noqa: RUF012 - Panel reads it from the class
 
     def __init__(self, **params) -> None:

@@ -1,5 +1,7 @@
 // A measurement: the button that chooses its file, and the page as a place to drop it. The server checks the content.
 
+import { button, choose, element, emit, listen } from "../shared/dom.js";
+
 const PARTS = /[^]{1,1900}/gu; // the server accepts no longer texts; `u`: no surrogate pair is cut
 const PER_MESSAGE = 32; // parts; the server accepts no longer messages
 

@@ -1,5 +1,9 @@
 // The animated system: the reference filled, the penalty solution as an outline over it.
 
+import { Instant, MARKED, Marks, SOLVERS, TIME_FIGURES, WINDOW, watchPointer } from "./instant.js";
+import { SystemDrawing } from "../shared/bodies.js";
+import { alignFrames, asObject, button, element, listen, modelOf, oncePerTask, viewOf } from "../shared/dom.js";
+
 const SPEEDS = [["0.05", "0.05 periods/s"], ["0.1", "0.1 periods/s"], ["0.25", "0.25 periods/s"], ["0.5", "0.5 periods/s"], ["1", "1 period/s"]];
 const STEP = 0.01; // of one key press, in periods
 const REST = 200; // ms

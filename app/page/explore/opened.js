@@ -1,5 +1,7 @@
 // What to know of a motion that was opened from a branch.
 
+import { button, element, emit, setText } from "../shared/dom.js";
+
 export function render({ model }) {
   const root = element("section", "opened");
   root.setAttribute("aria-label", "Motion of a branch");

@@ -8,7 +8,7 @@ import param
 from vibroscope.app.explorer.closed_orbit import ClosedOrbit, linked_orbit
 from vibroscope.app.explorer.present import Columns
 from vibroscope.app.explorer.state import Setting
-from vibroscope.app.page.files import script, style
+from vibroscope.app.page.files import esm, style
 from vibroscope.app.page.shared.component import Component
 from vibroscope.app.page.shared.stability import orbit_words
 
@@ -18,7 +18,7 @@ class OpenedMotion(Component):
 
     words = param.String(default="", doc="What to know of the motion")
 
-    _esm = script("shared/dom", "explore/opened")
+    _esm = esm("explore/opened")
     _stylesheets = [style("explore/opened")]  # noqa: RUF012 - Panel reads it from the class
 
     def __init__(self, **params) -> None:

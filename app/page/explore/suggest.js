@@ -1,5 +1,7 @@
 // Suggest K, D, Δτ: the tolerance, the progress of the search, and its result. The server searches and sets the sliders.
 
+import { button, cueScroll, element, emit, explainTerms, listen, svgElement } from "../shared/dom.js";
+
 const WIDE = 284;
 const HIGH = 112;
 const FRAME = { left: 40, right: 10, top: 10, bottom: 28 };

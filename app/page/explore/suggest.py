@@ -19,7 +19,7 @@ from vibroscope.app.explorer.suggestion import (
     partial_content,
     suggestion_content,
 )
-from vibroscope.app.page.files import script, style
+from vibroscope.app.page.files import esm, style
 from vibroscope.app.page.shared.component import Component
 from vibroscope.app.page.tab import TabHost
 from vibroscope.engine import Recommendation
@@ -40,7 +40,7 @@ class SuggestPanel(Component):
 
     offer = param.String(default="5", doc="the tolerance in the field until one is typed")
 
-    _esm = script("shared/dom", "explore/suggest")
+    _esm = esm("explore/suggest")
     _stylesheets = [style("shared/scroll_cue", "explore/suggest")]  # noqa: RUF012 - Panel reads it from the class
 
 

@@ -1,5 +1,7 @@
 // Three exercises: predict what a change of one number does, try it, and see. The answer is read from the page.
 
+import { button, element, emit, inPage, listen, listenUntil } from "../shared/dom.js";
+
 const EXERCISES = [
   { title: "A damper that fits", scene: "9B", change: { D: "5" },
     question: "For this K the damper is so strong that nothing rebounds. D becomes 5, a tenth of it. What becomes of the difference from the exact motion?",
@@ -46,7 +48,7 @@ function nextDifference(act) {
 
 const inWords = ({ total, text, headline }) => (total === null ? headline : `a difference of ${text}`);
 
-function exercises(root) {
+export function exercises(root) {
   root.querySelector("dialog.exercise")?.close();
   const dialog = element("dialog", "exercise");
   dialog.setAttribute("aria-label", "Exercise");

@@ -1,5 +1,11 @@
 // The head of the page: title, question, tabs, take-away menu, theme, keys, tour, errors, and the summary for screen readers.
 
+import { takeAwayMenu } from "./take_away.js";
+import { tour } from "./tour.js";
+import { LOCAL, button, element, emit, inPage, listen, preferences, setText } from "../shared/dom.js";
+import { fitFigure, fitted } from "../shared/fit.js";
+import { darken, themeButton } from "../shared/theme.js";
+
 const ONLY_TOUCH = matchMedia("(hover: none) and (pointer: coarse)"); // no keys to list
 
 export function render({ model }) {

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import param
 from vibroscope.app import QUESTION
-from vibroscope.app.page.files import script, style
+from vibroscope.app.page.files import esm, style
 from vibroscope.app.page.shared.component import Component
 
 
@@ -26,10 +26,7 @@ class Header(Component):
     note = param.String(default="", doc="What a loaded file leaves out, or a link gives in vain; empty if nothing")
     summary = param.String(default="", doc="Summary of the figures for screen readers")
 
-    _esm = script(
-        *("shared/dom", "shared/fit", "shared/theme"),
-        *("header/exercises", "header/tour", "header/pdf", "header/picture", "header/take_away", "header/header"),
-    )
+    _esm = esm("header/header")
     _stylesheets = [style("header/header")]  # noqa: RUF012 - Panel reads it from the class
 
     def __init__(self, tabs: list[list[str]], **params) -> None:

@@ -2,6 +2,9 @@
 // paths, simple shapes, texts, images, clipping, and patterns. Letters are those of the fonts that every PDF reader has,
 // Helvetica, and Symbol for Greek letters and signs.
 
+import { element } from "../shared/dom.js";
+import { ruler } from "../shared/fit.js";
+
 const PT = 72 / 96; // of a pixel
 // Characters of the font Symbol by their codes there.
 const SYMBOL = { "α": 97, "β": 98, "γ": 103, "δ": 100, "ε": 101, "η": 104, "κ": 107, "λ": 108, "μ": 109, "ξ": 120, "π": 112,
@@ -13,7 +16,7 @@ const LOWERED = Object.fromEntries([..."₀₁₂₃₄₅₆₇₈₉"].map((di
 const RAISED = { ...Object.fromEntries([..."⁰¹²³⁴⁵⁶⁷⁸⁹"].map((digit, i) => [digit, String(i)])), "⁻": "−", "⁺": "+" };
 const SMALL = 0.7; // size of a lowered or raised character
 
-async function pdfFile(picture, { width, height }, about) {
+export async function pdfFile(picture, { width, height }, about) {
   const place = element("div");
   Object.assign(place.style, { position: "fixed", left: "-20000px", top: 0 });
   place.append(picture); // for its styles, and the places of its letters

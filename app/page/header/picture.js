@@ -2,6 +2,10 @@
 // at the wanted size, with letters of the size that they have on the page. A drawing of the page has one shape only; the
 // properties that style sheets give are written into it, so that it looks the same without them.
 
+import { pdfFile } from "./pdf.js";
+import { element, inPage, modelOf, svgElement, viewOf } from "../shared/dom.js";
+import { fitFigure, wholeText, widthOf } from "../shared/fit.js";
+
 const STYLE_PROPERTIES = ["fill", "stroke", "stroke-width", "stroke-dasharray", "opacity", "font-size", "font-weight", "text-anchor"];
 const DRAWN = ":not(title)";
 const PICTURE_FONT = "Helvetica, Arial, 'Liberation Sans', sans-serif"; // as wide as the letters of every PDF reader
@@ -9,7 +13,7 @@ const ON_THE_PAGE = /: click .*/; // words of a title that hold on the page only
 const MM = 96 / 25.4; // pixels
 
 // The picture of a figure as an SVG element; `width` and `height` in mm, null for those on the page.
-async function pictureOf(name, { width = null, height = null } = {}) {
+export async function pictureOf(name, { width = null, height = null } = {}) {
   const shape = inPage(`svg[data-figure="${name}"]`);
   if (shape) return standalone(shape, width);
   const view = await drawnView(name);
@@ -127,7 +131,7 @@ function background(width, height) {
 // ---- the files ----------------------------------------------------------------------------------------------------------
 
 // The file of a picture. `about` is what it says of itself: title and description; `dpi` is the resolution of a PNG.
-async function pictureFile(picture, type, about, dpi) {
+export async function pictureFile(picture, type, about, dpi) {
   const size = { width: Number(picture.getAttribute("width")), height: Number(picture.getAttribute("height")) };
   if (type === "pdf") return pdfFile(picture, size, about);
   for (const [name, value] of Object.entries(size)) picture.setAttribute(name, `${(value / MM).toFixed(3)}mm`);

@@ -1,9 +1,12 @@
 // The take-away menu. Texts and data come from the server on request; pictures are drawn here (`picture.js`).
 
+import { pictureFile, pictureOf } from "./picture.js";
+import { button, element, emit, listen, preferences } from "../shared/dom.js";
+
 const LARGEST_FILE = 65_536; // bytes
 const PARTS = /[^]{1,1900}/gu; // the server accepts no longer texts; `u`: no surrogate pair is cut
 
-function takeAwayMenu(model) {
+export function takeAwayMenu(model) {
   const box = element("details", "take-away");
   const head = element("summary", "", "Take away");
   head.title = "Figures, data, parameters, script, link, report (T)";

@@ -1,6 +1,9 @@
 // The tour: from the problem to a suggestion that is applied. It is shown on the first visit and by the button, except with
 // `?tour=0` and in automated browsers.
 
+import { exercises } from "./exercises.js";
+import { button, element, emit, inPage, listenUntil, preferences } from "../shared/dom.js";
+
 const STEPS = [
   { where: ".question", title: "The problem",
     words: "Two parts of a machine touch. The code that simulates them asks for a contact stiffness K, a contact damping D "
@@ -19,7 +22,7 @@ const STEPS = [
 ];
 
 // Shows the tour in `root`, which has its style; on the first visit, or whenever `requested`.
-function tour(root, requested) {
+export function tour(root, requested) {
   const skipped = navigator.webdriver || new URLSearchParams(location.search).get("tour") === "0";
   if (!requested && (skipped || preferences.get("tour") === "seen")) return;
   const dialog = element("dialog", "tour");
@@ -78,17 +81,6 @@ function marker() {
     marked?.scrollIntoView({ block: "nearest" });
     return marked;
   };
-}
-
-// The first element that matches a selector, in any shadow root.
-function inPage(selector, root = document) {
-  const found = root.querySelector(selector);
-  if (found) return found;
-  for (const host of root.querySelectorAll("*")) {
-    const deeper = host.shadowRoot && inPage(selector, host.shadowRoot);
-    if (deeper) return deeper;
-  }
-  return null;
 }
 
 function place(dialog, marked) {

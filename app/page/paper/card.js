@@ -2,6 +2,8 @@
 // server when it comes into view, where the claim is then checked; in a hidden tab it never does. Only textContent is
 // set, so that no text can become markup.
 
+import { button, element, emit, explainTerms } from "../shared/dom.js";
+
 const MARKS = { agrees: "✓ agrees", differs: "≠ differs", "shown by example": "○ shown by example" };
 const AGREES = { agrees: "true", differs: "false", "shown by example": "example" };
 

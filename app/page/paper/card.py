@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import param
-from vibroscope.app.page.files import script, style
+from vibroscope.app.page.files import esm, style
 from vibroscope.app.page.shared.component import Component
 from vibroscope.app.paper import Finding
 
@@ -27,7 +27,7 @@ class ClaimCard(Component):
     claim = param.Dict(default={}, doc="name, place, text, scene; tab that the button opens and its title")
     found = param.Dict(default={}, doc="verdict, found, why; or error; or cancelled; empty until it is known")
 
-    _esm = script("shared/dom", "paper/card")
+    _esm = esm("paper/card")
     _stylesheets = [style("paper/card")]  # noqa: RUF012 - Panel reads it from the class
 
     def __init__(self, claim: dict, on_view: Callable[[], None], on_cancel: Callable[[], None]) -> None:

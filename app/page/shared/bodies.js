@@ -1,16 +1,18 @@
 // The drawing of the system to scale: two pendulums, two bodies on springs, or a body and a wall, each solution as shapes
 // of its own over the other. The panel System shows it at rest, and the tab Explore moves it.
 
-const WIDE = 260;
-const HIGH = 190;
-const MIDDLE = WIDE / 2;
+import { element, svgElement } from "./dom.js";
+
+export const WIDE = 260;
+export const HIGH = 190;
+export const MIDDLE = WIDE / 2;
 const PIVOT = 26; // height of the pivots from the top
 const ROD = 136;
 const BOB = 15; // radius
 const LOW = 46; // upper edge of the drawing where nothing hangs
-const FLOOR = 132; // height of the floor that bodies slide on, from the top
+export const FLOOR = 132; // height of the floor that bodies slide on, from the top
 const POST = 6; // width of a post that a spring is fixed to
-const SIDES = [22, 44]; // smallest and largest side of a body
+export const SIDES = [22, 44]; // smallest and largest side of a body
 const REACH = { pendulums: 92, two: 46, wall: 60 }; // pixels of the largest displacement, half the clearance and the base
 const COILS = 6;
 const EDGE = 10; // pixels left free at both sides
@@ -20,7 +22,7 @@ const FLASH = 0.03; // decay time of the flash of an impact, in periods
 const put = (shape, attributes) => {
   for (const [name, value] of Object.entries(attributes)) shape.setAttribute(name, value);
 };
-const clamp = (value, low, high) => Math.min(Math.max(value, low), high);
+export const clamp = (value, low, high) => Math.min(Math.max(value, low), high);
 
 // A spring between two points of one height.
 function spring(from, to, y) {
@@ -48,7 +50,7 @@ function restPlaces({ kind, clearance, separate: [one, two], share }) {
   return [first, kind === "wall" ? 0 : first - clearance];
 }
 
-class SystemDrawing {
+export class SystemDrawing {
   constructor(solvers) {
     this.element = svgElement("svg", { viewBox: `0 0 ${WIDE} ${HIGH}`, role: "img" });
     this.base = svgElement("g", { class: "base" });

@@ -1,13 +1,13 @@
 // Shared by the components of the page. They set textContent only, so that no text can become markup.
 
-function element(tag, className = "", text = "") {
+export function element(tag, className = "", text = "") {
   const made = document.createElement(tag);
   if (className) made.className = className;
   if (text) made.textContent = text;
   return made;
 }
 
-function svgElement(tag, attributes = {}, text = "") {
+export function svgElement(tag, attributes = {}, text = "") {
   const made = document.createElementNS("http://www.w3.org/2000/svg", tag);
   for (const [name, value] of Object.entries(attributes)) made.setAttribute(name, value);
   if (text) made.textContent = text;
@@ -15,17 +15,17 @@ function svgElement(tag, attributes = {}, text = "") {
 }
 
 // Writes a text where it has changed; terms that are marked in it stay otherwise.
-function setText(node, text) {
+export function setText(node, text) {
   if (node.textContent !== text) node.textContent = text;
 }
 
 // Chooses an entry of a list where another one is chosen. Chromium examines all fields of a page whenever a script chooses
 // an entry, also the same one: 14 % more of the main thread for a key press on Explore, which is painted 28 % later.
-function choose(select, value) {
+export function choose(select, value) {
   if (select.value !== value) select.value = value;
 }
 
-function button(text, name, act, className = "") {
+export function button(text, name, act, className = "") {
   const made = element("button", className, text);
   made.type = "button";
   if (name) {
@@ -38,18 +38,18 @@ function button(text, name, act, className = "") {
 }
 
 // Each component lies in a shadow root of its own, so components exchange events through the document.
-const emit = (name, detail = {}) => document.dispatchEvent(new CustomEvent(`vibroscope:${name}`, { detail }));
-const listen = (name, act) => document.addEventListener(`vibroscope:${name}`, (event) => act(event.detail));
+export const emit = (name, detail = {}) => document.dispatchEvent(new CustomEvent(`vibroscope:${name}`, { detail }));
+export const listen = (name, act) => document.addEventListener(`vibroscope:${name}`, (event) => act(event.detail));
 
 // Like `listen`, until the function that it returns is called.
-const listenUntil = (name, act) => {
+export const listenUntil = (name, act) => {
   const heard = (event) => act(event.detail);
   document.addEventListener(`vibroscope:${name}`, heard);
   return () => document.removeEventListener(`vibroscope:${name}`, heard);
 };
 
 // Preferences that this browser keeps; a browser may forbid storage, and then they are not kept.
-const preferences = {
+export const preferences = {
   get: (name) => {
     try { return localStorage.getItem(`vibroscope-${name}`); } catch { return null; }
   },
@@ -59,7 +59,7 @@ const preferences = {
 };
 
 // A function that calls `act` once for all its calls in the present task.
-const oncePerTask = (act) => {
+export const oncePerTask = (act) => {
   let due = false;
   return () => {
     if (!due) queueMicrotask(() => { due = false; act(); });
@@ -69,7 +69,7 @@ const oncePerTask = (act) => {
 
 // Shows a cue at the lower edge of a box that scrolls, as long as there is more below (`scroll_cue.css`). The box is
 // ``content`` itself, or else the host of its component.
-function cueScroll(content, itself = false) {
+export function cueScroll(content, itself = false) {
   const cue = element("div", "cue", "▾ more");
   cue.ariaHidden = "true";
   content.append(cue);
@@ -88,7 +88,7 @@ function cueScroll(content, itself = false) {
 
 // Models and views of Bokeh by name; null while there are none. Bokeh itself searches all models at each call.
 const modelCache = new Map();
-const modelOf = (name) => {
+export const modelOf = (name) => {
   const doc = window.Bokeh?.documents[0];
   if (modelCache.get(name)?.document !== doc || !doc) {
     const model = doc?.get_model_by_name(name);
@@ -97,16 +97,16 @@ const modelOf = (name) => {
   }
   return modelCache.get(name);
 };
-const viewOf = (name) => {
+export const viewOf = (name) => {
   const model = modelOf(name);
   return model ? Bokeh.index.find_one_by_id(model.id) : null;
 };
 // Option of changes that are not sent to the server.
-const LOCAL = { sync: false };
+export const LOCAL = { sync: false };
 
 // Gives figures below each other the same margins, the widest that any of them needs now, so that their common axis is
 // aligned.
-function alignFrames(views) {
+export function alignFrames(views) {
   const least = (side) => Math.max(...views.map(({ model }) => model[`min_border_${side}`]));
   const [left, right] = [least("left"), least("right")];
   const fit = () => {
@@ -129,7 +129,7 @@ function alignFrames(views) {
   fit();
 }
 // Columns of a source; Bokeh keeps them as a Map or as an object.
-const asObject = (data) => (data instanceof Map ? Object.fromEntries(data) : data);
+export const asObject = (data) => (data instanceof Map ? Object.fromEntries(data) : data);
 
 // ---- terms of the glossary ----------------------------------------------------------------------------------------------
 
@@ -145,7 +145,7 @@ termStyle.replaceSync(`.term { text-decoration: underline dotted; text-decoratio
 
 // Makes the first mention of each term in a box a button that opens its entry, also when the texts change: which mentions
 // are marked follows from the texts that are shown.
-function explainTerms(box) {
+export function explainTerms(box) {
   if (!entryOf.size) return;
   let styled = false;
   const mark = () => {
@@ -209,4 +209,15 @@ function markTerm(text, known) {
     term.addEventListener("click", open);
     term.addEventListener("keydown", (event) => { if (event.key === "Enter" || event.key === " ") open(event); });
   }
+}
+
+// The first element that matches a selector, in any shadow root.
+export function inPage(selector, root = document) {
+  const found = root.querySelector(selector);
+  if (found) return found;
+  for (const host of root.querySelectorAll("*")) {
+    const deeper = host.shadowRoot && inPage(selector, host.shadowRoot);
+    if (deeper) return deeper;
+  }
+  return null;
 }

@@ -2,12 +2,14 @@
 // legend that is wider than its frame goes above it. The names of the figures for screen readers are made of the same
 // texts.
 
+import { LOCAL } from "./dom.js";
+
 const EDGE = 4; // px left free beside a text
 const LEGEND_MARGIN = 20; // px of a legend beside its entries
 const TOUCHED = 26; // px, height of a legend entry under a finger
-const ruler = document.createElement("canvas").getContext("2d");
+export const ruler = document.createElement("canvas").getContext("2d");
 
-const widthOf = (text, font) => {
+export const widthOf = (text, font) => {
   ruler.font = font;
   return ruler.measureText(text).width;
 };
@@ -26,7 +28,7 @@ function inLines(text, font, width) {
 
 const wholeTexts = new WeakMap(); // by model, since the server knows only whole texts, and sends nothing twice
 
-function wholeText(model, name) {
+export function wholeText(model, name) {
   const known = wholeTexts.get(model);
   return known && known.shown === model[name] ? known.whole : model[name] ?? "";
 }
@@ -102,10 +104,10 @@ function nameFigure(view) {
   stop.setAttribute("aria-label", [title || figure.name, ...axes].join(", "));
 }
 
-const fitted = new WeakSet(); // views that are followed
+export const fitted = new WeakSet(); // views that are followed
 
 // Fits a figure now, and whenever its size or one of its texts changes. Returns whether it is on the page.
-function fitFigure(figure) {
+export function fitFigure(figure) {
   const view = Bokeh.index.find_one_by_id(figure.id);
   if (!view?.frame) return false;
   if (fitted.has(view)) return true;

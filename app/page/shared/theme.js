@@ -1,6 +1,8 @@
 // The light and the dark theme. The page itself follows its style sheet. Bokeh's figures do not, so their colours are
 // exchanged here in the browser, by this table. The server makes figures in the light theme (`shared/figure.py`).
 
+import { LOCAL, button, emit, listen, preferences } from "./dom.js";
+
 const DARK = {
   "#FFFFFF": "#171E26", // paper
   "#22303C": "#E4E9EE", // ink
@@ -22,7 +24,7 @@ const system = matchMedia("(prefers-color-scheme: dark)");
 let chosen = null; // "light" or "dark", chosen by the link or by the user, now or on an earlier visit
 const isDark = () => (chosen ?? (system.matches ? "dark" : "light")) === "dark";
 
-function themeButton(model) {
+export function themeButton(model) {
   chosen = model.theme || preferences.get("theme");
   const send = () => model.send_msg({ theme: chosen }); // for the link
   if (chosen && !model.theme) send();
@@ -45,7 +47,7 @@ function themeButton(model) {
   return made;
 }
 
-function darken() {
+export function darken() {
   document.documentElement.dataset.theme = isDark() ? "dark" : "light";
   const table = isDark() ? DARK : LIGHT;
   for (const doc of window.Bokeh?.documents ?? []) {

@@ -8,7 +8,7 @@ import param
 from vibroscope.app.explorer.errors import Refused
 from vibroscope.app.explorer.field_units import ShownField
 from vibroscope.app.explorer.typed import read_typed_number
-from vibroscope.app.page.files import script, style
+from vibroscope.app.page.files import esm, style
 from vibroscope.app.page.shared.component import Component
 
 
@@ -27,7 +27,7 @@ class StudyPanel(Component):
     key = param.List(default=[], doc="Colour, name and pattern of each class")
     statements = param.List(default=[], doc="Head and text of what the figures say")
 
-    _esm = script("shared/dom", "study/study")
+    _esm = esm("study/study")
     _stylesheets = [style("shared/scroll_cue", "study/study")]  # noqa: RUF012 - Panel reads it from the class
 
     def __init__(

@@ -1,5 +1,10 @@
 // The panel of a study. Only textContent is ever set; what is chosen goes to the server, which answers with what holds.
 
+import {
+  LOCAL, alignFrames, asObject, button, choose, cueScroll, element, emit, explainTerms, listen, modelOf, setText,
+  viewOf,
+} from "../shared/dom.js";
+
 export function render({ model }) {
   const root = element("section", "study");
   root.setAttribute("aria-label", model.spec.title);

@@ -1,5 +1,7 @@
 // The input of the code that is chosen, and the rules of thumb with small phase plots. Only textContent is ever set.
 
+import { button, cueScroll, element, explainTerms, svgElement } from "../shared/dom.js";
+
 const HOLDS = { yes: "✓ holds", no: "✗ fails", "": "– not known" };
 
 export function render({ model }) {
