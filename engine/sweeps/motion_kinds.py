@@ -22,7 +22,6 @@ import numpy as np
 
 from ..batch import follow_cells, run_cells
 from ..cells import Cells
-from ..drivers.section import periods_of
 from ..drivers.threads import thread_count
 from ..methods import Method
 from ..model import System
@@ -31,7 +30,7 @@ from ..motions.lyapunov import Lyapunov
 from ..motions.motion import FARTHEST, classify
 from ..motions.section import band_widths, cycle_spreads, scatter, settled_period, settled_periods
 from ..motions.steady import LONG, schedule_of
-from ..motions.time_step_scatter import FINER, FINER_LOCATED, SHRUNK, Limits, judge_bands
+from ..motions.time_step_scatter import FINER, FINER_LOCATED, SHRUNK, Limits, can_narrow, judge_bands
 from ..motions.words import repetition_of
 from .codes import MISSING, CellKind
 from .eta_study import EtaStudy
@@ -40,9 +39,8 @@ from .plane_study import PlaneStudy
 FOLLOWED = (512, 4096)  # periods with a disturbance; the second number only if the first does not decide
 SETTLED = 256  # last periods of these that may show a cycle which the motion has settled to
 FINER_TRANSIENT = 256  # periods of a run with smaller steps before its section is taken
-# A motion that returns to within this share of its size has settled: without a time step if it does so after a cycle,
-# twice; with one, if its section does throughout. What is left of its transient lies far below the tolerance of a
-# period, and of the width of a band.
+# A motion without a time step that returns to within this share of its size after a cycle, twice, has settled. What is
+# left of its transient lies far below the tolerance of a period.
 SETTLES = 1e-9
 
 
@@ -233,7 +231,7 @@ def _judge_newmark(cells: Cells, periods: np.ndarray, sections: np.ndarray, run,
     repeats = np.isin(judged.kinds, (CellKind.PERIODIC, CellKind.ARTEFACT))
     found |= {name: np.where(repeats, np.nan, limit[name]) for name in ("lyapunov", "lyapunov_error")}
     settling = np.flatnonzero(judged.is_band & (limit["kind"] == CellKind.PERIODIC))
-    settling = settling[periods_of(sections[settling], SETTLES) == 0]  # what repeats itself so nearly goes on as it is
+    settling = settling[can_narrow(sections[settling])]
     if len(settling):
         _judge_later(cells, settling, judged.widths[settling], judged.about[settling], found, run, how)
     return found
