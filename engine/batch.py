@@ -12,6 +12,9 @@ from .checks import require, whole
 from .drivers import batch as driver
 from .drivers.section import describe_section, name_numbers
 from .drivers.threads import GRAIN, share_out, thread_count
+from .methods import Method
+from .model import System
+from .motions.lyapunov import Lyapunov, Motions, follow_all
 from .result import Cancelled, Response
 from .simulate import KEEP_LIMIT, PERIODS_LIMIT, STEPS_LIMIT, simulate
 
@@ -94,6 +97,48 @@ def run_cells(
         ends = np.append(np.flatnonzero(~chained)[1:], len(order))
         share_out(ends, threads, worker, progress, cancelled, grain=1 if len(ends) <= FEW * threads else GRAIN)
     return cell_results(cells, results, solutions)
+
+
+def follow_cells(
+    cells: Cells,
+    places: np.ndarray,
+    starts: np.ndarray,
+    periods: int,
+    judge: Callable[[int, Lyapunov], None],
+    *,
+    threads: int | None = None,
+    cancelled: Callable[[], bool] | None = None,
+) -> None:
+    """Compute the largest Lyapunov exponent of some cells of a method without a time step, each from its own start.
+
+    Parameters
+    ----------
+    cells : Cells
+    places : (m,) ndarray of int
+        The cells, by their index.
+    starts : (m, 4) ndarray
+        ξ₁, ξ₁′, ξ₂, ξ₂′ of each at τ ≡ 0 mod T.
+    periods : int
+        As of :func:`engine.lyapunov`.
+    judge : callable
+        ``judge(i, followed)`` takes the outcome of cell i as soon as it is known, in any thread and order.
+    threads, cancelled
+        As of :func:`run_cells`.
+
+    Raises
+    ------
+    Cancelled
+        If ``cancelled`` returned true.
+    """
+
+    def problem(k: int) -> tuple[System, float, Method]:
+        return cells.system_of(places[k]), cells.eta[places[k]], cells.method_of(places[k])
+
+    def judge_cell(k: int, followed: Lyapunov) -> None:
+        judge(int(places[k]), followed)
+
+    motions = Motions(cells.method, cells.parameters()[places], starts, problem)
+    follow_all(motions, periods, judge_cell, threads=thread_count(threads), cancelled=cancelled)
 
 
 def _in_chains(cells: Cells) -> tuple[np.ndarray, np.ndarray]:

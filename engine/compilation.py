@@ -32,6 +32,7 @@ from .drivers.orbit import PART, OrbitEquations, numbers_of, steps
 from .methods import ExactPenalty, Newmark, Reference, TimeStepping
 from .model import System
 from .motions.lyapunov import lyapunov
+from .motions.section import settled_period
 from .motions.steady import steady
 from .simulate import simulate
 from .sweeps.plane_study import PlaneStudy
@@ -200,7 +201,7 @@ def stages() -> list[list[Call]]:
             "steady motions": lambda: steady(system, 1.08, Reference()),
             "basins of attraction": lambda: _settle(Cells(system, [1.08], Reference())),
             "branches": lambda: _step(system),
-            "Lyapunov exponents": lambda: lyapunov(system, 1.08, Reference(), periods=256),
+            "Lyapunov exponents": lambda: settled_period(lyapunov(system, 1.08, Reference(), periods=256).section),
             **studies,
             "errors of studies": lambda: PlaneStudy(
                 system, _NEWMARK, 2.76, transient=1, sample=2, K=[2500.0], D=[8.0]

@@ -14,6 +14,7 @@ __all__ = [
     "name_numbers",
     "near_period_of",
     "period_of",
+    "periods_of",
 ]
 UNKNOWN = -1
 
@@ -28,6 +29,17 @@ def period_of(section: np.ndarray, tolerance: float = TOLERANCE) -> int:
         Relative to the largest coordinate of the section.
     """
     return statistics.period_of(np.ascontiguousarray(section), len(section), tolerance)
+
+
+def periods_of(sections: np.ndarray, tolerance: float = TOLERANCE, dying: float = 0.0) -> np.ndarray:
+    """Smallest p of many sections, (n, rows, 4), as of :func:`period_of`: (n,) of int.
+
+    ``dying``: where the difference between points p periods apart falls below this share from the first half of a
+    section to the second, it is the rest of a transient, and p counts.
+    """
+    out = np.zeros(len(sections), dtype=np.int64)
+    statistics.write_settled_periods(np.ascontiguousarray(sections), tolerance, dying, out)
+    return out
 
 
 def near_period_of(section: np.ndarray) -> int:

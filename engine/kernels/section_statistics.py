@@ -145,6 +145,30 @@ def period_of(section, rows, tolerance):
 
 
 @jit_no_alloc
+def fades(section, rows, p, dying):
+    """Whether the largest difference between points p periods apart falls below a share from one half to the next."""
+    half, first, second = (rows - p) // 2, 0.0, 0.0
+    for i in range(rows - p):
+        for c in range(4):
+            apart = abs(section[i + p, c] - section[i, c])
+            if i < half:
+                first = max(first, apart)
+            else:
+                second = max(second, apart)
+    return second < dying * first
+
+
+@jit_no_alloc
+def settled_period(section, rows, tolerance, dying):
+    """The period of a section without those of its parts after which the difference between its points fades."""
+    period = period_of(section, rows, tolerance)
+    for p in range(1, period // 2 + 1):
+        if period % p == 0 and fades(section, rows, p, dying):
+            return p
+    return period
+
+
+@jit_no_alloc
 def near_period_of(section, rows):
     """Smallest p ≤ LONGEST_NEAR_PERIOD after which the section repeats itself but for scatter; 0 if there is none."""
     allowed = NEAR_TOLERANCE * size_of(section, rows)
@@ -201,6 +225,13 @@ def describe(log, rows, period, body, out):
     out[SHARE_IN_CONTACT] = contact / cycles
     out[SPREAD], out[SCATTER] = math.sqrt(variance(log, 0, rows, 1, column)), math.sqrt(scattered)
     out[LONGEST], out[IMPACT_PHASE] = longest, log[j, FIRST_IMPACT]
+
+
+@jit_no_alloc
+def write_settled_periods(sections, tolerance, dying, out):
+    """Write :func:`settled_period` of each of many sections, (n, rows, 4), to ``out``, (n,)."""
+    for k in range(sections.shape[0]):
+        out[k] = settled_period(sections[k], sections.shape[1], tolerance, dying)
 
 
 @jit_no_alloc

@@ -18,12 +18,16 @@ followed only: a chaotic transient may last longer than any run.
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
 from ..checks import whole
+from ..drivers.follow import follow
+from ..drivers.parameters import parameters_of
 from ..methods import ExactPenalty, Reference
 from ..model import System, check_eta
+from ..result import Cancelled
 from ..simulate import starting_checkpoint
 from .averages import batch_means, smooth_weights, standard_error
 from .poincare_map import PoincareMap
@@ -129,19 +133,86 @@ def lyapunov(
         raise ValueError(f"{method} has a time step: an exponent needs a closed form, Reference or ExactPenalty")
     eta = check_eta(eta)
     periods = whole("periods", periods, *PERIODS_RANGE, "give the excitation periods to average over")
-    poincare = PoincareMap(system, eta, method, cancelled)
-    y, v = poincare.coordinates(starting_checkpoint(initial, system, eta, method).state), np.full(4, 0.5)
-    growth, _ = poincare.follow(y, v, SETTLING)
-    if np.isnan(growth[-1]):
-        return Lyapunov(np.nan, np.nan, np.nan, np.nan, np.empty((0, 4)))
-    growth, states = poincare.follow(y, v, periods)
-    section = poincare.displacements(states)
+    start, row = starting_checkpoint(initial, system, eta, method).state, parameters_of(system, eta, method)
+    alone, found = Motions(method, np.array([row]), np.array([start]), lambda _: (system, eta, method)), []
+    follow_all(alone, periods, lambda _, followed: found.append(followed), threads=1, cancelled=cancelled)
+    return found[0]
+
+
+class Motions(NamedTuple):
+    """Motions to follow.
+
+    Attributes
+    ----------
+    method : Reference or ExactPenalty
+    rows : (n, len(Parameters)) ndarray
+    starts : (n, 4) ndarray
+        ξ₁, ξ₁′, ξ₂, ξ₂′ at τ ≡ 0 mod T.
+    problem : callable
+        System, η and method of a motion, from its place.
+    """
+
+    method: Reference | ExactPenalty
+    rows: np.ndarray
+    starts: np.ndarray
+    problem: Callable[[int], tuple[System, float, Reference | ExactPenalty]]
+
+
+def follow_all(
+    motions: Motions,
+    periods: int,
+    judge: Callable[[int, Lyapunov], None],
+    *,
+    threads: int,
+    cancelled: Callable[[], bool] | None = None,
+) -> None:
+    """Compute the exponents of many motions: :func:`lyapunov` is this for one.
+
+    Parameters
+    ----------
+    motions : Motions
+    periods : int
+    judge : callable
+        ``judge(i, followed)`` takes the outcome of each motion as soon as it is known, in any thread and order.
+    threads : int
+    cancelled : callable, optional
+        Polled many times a second; when it returns true the call is cancelled.
+
+    Raises
+    ------
+    Cancelled
+        If ``cancelled`` returned true.
+    """
+
+    def by_itself(i: int, growth: np.ndarray, section: np.ndarray, signals: np.ndarray) -> bool:
+        poincare = PoincareMap(*motions.problem(i), lambda: signals[0] != 0)
+        y, v = poincare.coordinates(motions.starts[i]), np.full(4, 0.5)
+        growth[:] = np.nan
+        try:
+            settled, _ = poincare.follow(y, v, SETTLING)
+            if not np.isnan(settled[-1]):
+                growth[:], states = poincare.follow(y, v, periods)
+                section[:] = poincare.displacements(states)
+        except Cancelled:
+            return False
+        return True
+
+    def found(i: int, growth: np.ndarray, section: np.ndarray) -> None:
+        judge(i, outcome_of(growth, section))
+
+    how = {"threads": threads, "cancelled": cancelled}
+    follow(motions.method, motions.rows, motions.starts, periods, SETTLING, found, by_itself, **how)
+
+
+def outcome_of(growth: np.ndarray, section: np.ndarray) -> Lyapunov:
+    """The exponent from the growth in each period, (n,), and the section, (n, 4); nan if the growth breaks off."""
     lost = np.flatnonzero(~np.isfinite(growth))
     if not len(lost):
-        return average_growth(growth, section)
+        return average_growth(growth, section.copy())
+    rows = section[: lost[0]].copy()
     if np.isnan(growth[lost[0]]):
-        return Lyapunov(np.nan, np.nan, np.nan, np.nan, section[: lost[0]])
-    return Lyapunov(-np.inf, 0.0, 0.0, 0.0, section[: lost[0] + 1])
+        return Lyapunov(np.nan, np.nan, np.nan, np.nan, rows)
+    return Lyapunov(-np.inf, 0.0, 0.0, 0.0, section[: lost[0] + 1].copy())
 
 
 def average_growth(growth: np.ndarray, section: np.ndarray) -> Lyapunov:

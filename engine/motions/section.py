@@ -4,25 +4,24 @@ from collections.abc import Callable
 
 import numpy as np
 
-from ..drivers.section import period_of
+from ..drivers.section import periods_of
 
 DYING = 0.9  # of two halves of a section: a difference between its points that falls by more is the rest of a transient
 
 
-def settled_period(section: np.ndarray) -> int:
-    """Smallest period that a section, (n, 4), has or tends to; 0 if it does not repeat itself.
+def settled_periods(sections: np.ndarray) -> np.ndarray:
+    """Smallest periods that sections, (n, rows, 4), have or tend to, (n,) of int; 0 where one does not repeat itself.
 
     What is left of a transient returns most nearly after the periods that its own frequency chooses, so that the
     section seems to repeat itself after as many. But the difference between its points fades from the first half to the
     second, where that of a cycle stays.
     """
-    period = period_of(section)
-    for shorter in (p for p in range(1, period) if period % p == 0):
-        difference = np.abs(section[shorter:] - section[:-shorter]).max(axis=1)
-        half = len(difference) // 2
-        if difference[half:].max() < DYING * difference[:half].max():
-            return shorter
-    return period
+    return periods_of(sections, dying=DYING)
+
+
+def settled_period(section: np.ndarray) -> int:
+    """The result of :func:`settled_periods` for one section."""
+    return int(settled_periods(section[None])[0])
 
 
 def band_widths(sections: np.ndarray, periods: np.ndarray) -> np.ndarray:

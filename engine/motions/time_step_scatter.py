@@ -26,7 +26,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..drivers.section import TOLERANCE, period_of
+from ..drivers.section import TOLERANCE, period_of, periods_of
 from ..methods import STEPS_RANGE
 from ..result import Response
 from ..simulate import simulate
@@ -40,6 +40,9 @@ FINER_LOCATED = (4,)  # located steps converge quadratically, and none of them i
 CLEAR = 1.0  # spread of a cycle, in widths of a band, from which on a band about its points must show them
 SHOWN = 0.5  # of the distances between the points of a cycle; a band that does not show it has some of them by chance
 SHRUNK = 0.5  # a width in proportion to Δτ would fall to a quarter each time; chance needs some room
+# A section that repeats itself within this share of its size goes on as it is: what is left of a transient lies far
+# below the width of a band.
+SETTLED = 1e-9
 TRANSIENT, KEEP = 768, 256  # periods of each run with finer steps
 
 
@@ -253,6 +256,11 @@ def judge_newmark_section(
     return SectionJudgement(decided, int(judged.periods[0]), reason, noise, tuple(map(tuple, bands)))
 
 
+def can_narrow(sections: np.ndarray) -> np.ndarray:
+    """Whether bands of sections, (n, rows, 4), may be the rest of a transient: not where the scatter repeats itself."""
+    return periods_of(sections, SETTLED) == 0
+
+
 def later_run(run: Response, limit: Motion, cancelled: Callable[[], bool] | None = None) -> Response | None:
     """Go on with a Newmark run whose section is a band beside a limit that repeats itself, with the same step.
 
@@ -261,6 +269,8 @@ def later_run(run: Response, limit: Motion, cancelled: Callable[[], bool] | None
     Response or None
         None if the band keeps its width: then it is no rest of a transient.
     """
+    if not can_narrow(run.section[None])[0]:
+        return None
     how = {"periods": TRANSIENT + 2 * run.keep, "keep": run.keep, "initial": run.checkpoint, "cancelled": cancelled}
     later = simulate(run.system, run.eta, run.method, **how)
     period = int(_points_of_bands(np.array([limit.period]), len(run.section))[0])

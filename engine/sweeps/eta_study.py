@@ -8,7 +8,6 @@ neighbour it comes from; so the cells that were there before stay as they are.
 """
 
 from collections.abc import Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import ClassVar
@@ -16,11 +15,11 @@ from typing import ClassVar
 import numpy as np
 
 from ..arguments import shown
-from ..batch import run_cells
+from ..batch import follow_cells, run_cells
 from ..cells import CellResults, Cells
 from ..checks import require, whole
 from ..methods import METHOD_NUMBERS
-from ..motions.lyapunov import PERIODS_RANGE, lyapunov
+from ..motions.lyapunov import PERIODS_RANGE, Lyapunov
 from ..motions.motion import FARTHEST, classify
 from . import variables as vocabulary
 from .axis import start_of
@@ -203,19 +202,16 @@ class EtaStudy(Study):
         return starts
 
     def _exponents(self, cells: Cells, found: CellResults, threads: int | None, cancelled) -> dict[str, np.ndarray]:
-        def average(i: int) -> tuple[float, float, int]:
-            if not found.ok[i]:
-                return np.nan, np.nan, CellKind.ENDED_EARLY
-            if np.abs(found.end[i]).max() > FARTHEST:
-                return np.nan, np.nan, CellKind.UNDECIDED
-            how = {"initial": found.end[i], "periods": self.lyapunov, "cancelled": cancelled}
-            averaged = lyapunov(cells.system_of(i), cells.eta[i], cells.method_of(i), **how)
-            kind = CellKind.PERIODIC if found.period[i] else CellKind[classify(averaged)[0].name]
-            return averaged.exponent, averaged.error, kind
+        values = {name: np.full(len(cells), np.nan) for name in vocabulary.EXPONENT}
+        values["motion"] = np.full(len(cells), CellKind.UNDECIDED)
+        places = np.flatnonzero(found.ok & (np.abs(found.end) <= FARTHEST).all(axis=1))
 
-        with ThreadPoolExecutor(threads) as pool:
-            columns = np.array(list(pool.map(average, range(len(cells))))).reshape(-1, 3).T
-        return dict(zip(("lyapunov", "lyapunov_error", "motion"), columns, strict=True))
+        def judge(i: int, averaged: Lyapunov) -> None:
+            values["lyapunov"][i], values["lyapunov_error"][i] = averaged.exponent, averaged.error
+            values["motion"][i] = CellKind.PERIODIC if found.period[i] else CellKind[classify(averaged)[0].name]
+
+        follow_cells(cells, places, found.end[places], self.lyapunov, judge, threads=threads, cancelled=cancelled)
+        return values
 
     def check(self) -> None:
         """Also the refinement, and whether there is an exponent.

@@ -16,22 +16,21 @@ of numerical code.
 """
 
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
 import numpy as np
 
-from ..batch import run_cells
-from ..cells import CellResults, Cells
+from ..batch import follow_cells, run_cells
+from ..cells import Cells
 from ..drivers.threads import thread_count
 from ..methods import Method
 from ..model import System
 from ..motions.description import Kind
-from ..motions.lyapunov import lyapunov
+from ..motions.lyapunov import Lyapunov
 from ..motions.motion import FARTHEST, classify
-from ..motions.section import band_widths, cycle_spreads, scatter, settled_period
+from ..motions.section import band_widths, cycle_spreads, scatter, settled_period, settled_periods
 from ..motions.steady import LONG, schedule_of
-from ..motions.time_step_scatter import FINER, FINER_LOCATED, SHRUNK, Limits, judge_bands
+from ..motions.time_step_scatter import FINER, FINER_LOCATED, SHRUNK, Limits, can_narrow, judge_bands
 from ..motions.words import repetition_of
 from .codes import MISSING, CellKind
 from .eta_study import EtaStudy
@@ -164,7 +163,7 @@ def judge_runs(
     """
     run, how = {"transient": transient, "sample": sample}, _how(threads, cancelled)
     found = run_cells(cells, **run, **how)
-    periods = _periods(found)
+    periods = settled_periods(found.section)
     kinds = _known_kinds(cells.method, found.status, periods)
     chosen = np.flatnonzero(kinds["kind"] == CellKind.UNKNOWN)
     if len(chosen):
@@ -211,7 +210,7 @@ def _as_late(cells: Cells, run: dict, how: dict) -> tuple[np.ndarray, Cells, np.
     later = run_cells(cells, transient=missing, sample=SETTLED, **how)
     chosen = np.flatnonzero(later.ok & (np.abs(later.end) <= FARTHEST).all(axis=1))
     going_on = replace(_selected(cells, chosen), initial=later.end[chosen])
-    return chosen, going_on, _periods(later)[chosen], later.section[chosen]
+    return chosen, going_on, settled_periods(later.section[chosen]), later.section[chosen]
 
 
 def _judge_newmark(cells: Cells, periods: np.ndarray, sections: np.ndarray, run, how) -> dict[str, np.ndarray]:
@@ -232,6 +231,7 @@ def _judge_newmark(cells: Cells, periods: np.ndarray, sections: np.ndarray, run,
     repeats = np.isin(judged.kinds, (CellKind.PERIODIC, CellKind.ARTEFACT))
     found |= {name: np.where(repeats, np.nan, limit[name]) for name in ("lyapunov", "lyapunov_error")}
     settling = np.flatnonzero(judged.is_band & (limit["kind"] == CellKind.PERIODIC))
+    settling = settling[can_narrow(sections[settling])]
     if len(settling):
         _judge_later(cells, settling, judged.widths[settling], judged.about[settling], found, run, how)
     return found
@@ -244,17 +244,9 @@ def _judge_later(cells: Cells, settling: np.ndarray, widths, periods, found: dic
     chosen = np.flatnonzero(later.ok & (band_widths(later.section, periods) < SHRUNK * widths))
     if len(chosen):
         going_on = replace(_selected(some, chosen), initial=later.end[chosen])
-        judged = _judge_newmark(going_on, _periods(later)[chosen], later.section[chosen], run, how)
+        judged = _judge_newmark(going_on, settled_periods(later.section[chosen]), later.section[chosen], run, how)
         for name, array in judged.items():
             found[name][settling[chosen]] = array
-
-
-def _periods(found: CellResults) -> np.ndarray:
-    """Periods after which the motions repeat themselves, (n,), what is left of a transient put aside."""
-    periods = found.period.astype(int)
-    for i in np.flatnonzero(periods > 1).tolist():
-        periods[i] = settled_period(found.section[i])
-    return periods
 
 
 def _limit(cells: Cells, run: dict, how: dict) -> tuple[dict[str, np.ndarray], np.ndarray]:
@@ -265,7 +257,7 @@ def _limit(cells: Cells, run: dict, how: dict) -> tuple[dict[str, np.ndarray], n
     """
     runs = run_cells(cells, transient=run["transient"], sample=SETTLED, recurrence=SETTLES, **how)
     start = np.where(runs.ok[:, None], runs.end, np.nan)
-    found, later = _follow(cells, np.where(runs.ok, _periods(runs), 0), start, how)
+    found, later = _follow(cells, settled_periods(runs.section), start, how)
     cycles = runs.section
     for i, section in later.items():
         cycles[i] = section
@@ -295,23 +287,21 @@ def _follow(
     found["kind"][:] = np.where(period > 0, CellKind.PERIODIC, CellKind.UNDECIDED)
     found["kind_period"][:] = period
     state, sections = _go_on(cells, period, start, found, how)
+    places = _without_period(found["kind_period"], state)
 
-    def follow(i: int) -> None:
-        for periods in FOLLOWED:
-            options = {"initial": state[i], "periods": periods, "cancelled": how["cancelled"]}
-            followed = lyapunov(cells.system_of(i), cells.eta[i], cells.method_of(i), **options)
-            if len(followed.section) < periods:  # no derivative: an impact grazes
-                return
-            found["lyapunov"][i], found["lyapunov_error"][i] = followed.exponent, followed.error
-            sections[i], state[i] = followed.section[-SETTLED:], followed.section[-1]
-            settled = settled_period(sections[i])
-            kind = CellKind.PERIODIC if settled else CellKind[classify(followed)[0].name]
-            found["kind"][i], found["kind_period"][i] = kind, settled
-            if kind is not CellKind.UNDECIDED:
-                return
+    def judge(i: int, followed: Lyapunov) -> None:
+        if len(followed.section) < periods:  # no derivative: an impact grazes
+            state[i] = np.nan
+            return
+        found["lyapunov"][i], found["lyapunov_error"][i] = followed.exponent, followed.error
+        sections[i], state[i] = followed.section[-SETTLED:], followed.section[-1]
+        settled = settled_period(sections[i])
+        kind = CellKind.PERIODIC if settled else CellKind[classify(followed)[0].name]
+        found["kind"][i], found["kind_period"][i] = kind, settled
 
-    with ThreadPoolExecutor(how["threads"]) as pool:
-        list(pool.map(follow, _without_period(found["kind_period"], state)))
+    for periods in FOLLOWED:
+        follow_cells(cells, places, state[places], periods, judge, **how)
+        places = places[(found["kind"][places] == CellKind.UNDECIDED) & np.isfinite(state[places]).all(axis=1)]
     return found, sections
 
 
@@ -332,12 +322,12 @@ def _go_on(cells: Cells, period: np.ndarray, start: np.ndarray, found: dict, how
     some = replace(_selected(cells, places), initial=start[places])
     transient = schedule_of(cells.method).followed[0]
     later = run_cells(some, transient=transient, sample=SETTLED, recurrence=SETTLES, **how)
-    for i, ok, section, end in zip(places.tolist(), later.ok, later.section, later.end, strict=True):
-        if not ok:
-            continue
-        sections[i], state[i] = section, end
-        if settled := settled_period(section):
-            found["kind"][i], found["kind_period"][i] = CellKind.PERIODIC, settled
+    periods = settled_periods(later.section)
+    for k in np.flatnonzero(later.ok).tolist():
+        i = places[k]
+        sections[i], state[i] = later.section[k], later.end[k]
+        if periods[k]:
+            found["kind"][i], found["kind_period"][i] = CellKind.PERIODIC, periods[k]
     return state, sections
 
 

@@ -2,10 +2,23 @@
 
 import numpy as np
 import pytest
-from vibroscope.engine import Cancelled, ExactPenalty, Newmark, Reference, System, lyapunov, motion, simulate, steady
+from vibroscope.engine import (
+    Cancelled,
+    Cells,
+    ExactPenalty,
+    Newmark,
+    Reference,
+    System,
+    lyapunov,
+    motion,
+    simulate,
+    steady,
+)
+from vibroscope.engine.batch import follow_cells
 from vibroscope.engine.motions.description import Kind
-from vibroscope.engine.motions.lyapunov import BATCHES, Lyapunov, average_growth
+from vibroscope.engine.motions.lyapunov import BATCHES, SETTLING, Lyapunov, average_growth
 from vibroscope.engine.motions.motion import classify
+from vibroscope.engine.motions.poincare_map import PoincareMap
 
 from tests.share import every
 
@@ -46,6 +59,25 @@ def test_the_exponent_of_a_cycle_is_that_of_its_multipliers(eta, method):
     assert found.exponent == pytest.approx(expected, abs=1e-3)
     assert found.regular
     assert found.sign == -1
+
+
+@pytest.mark.parametrize("method", [Reference(), ExactPenalty(2500, 8)], ids=lambda method: method.name)
+def test_the_exponents_of_many_motions_are_those_of_each_followed_by_itself(method):
+    """The kernel of many cells against calls of 100 periods, and against a single exponent."""
+    cells, found = Cells(SYSTEM, [1.70, 1.08, 2.76], method), {}
+    starts = np.array([state_on_attractor(eta, method) for eta in cells.eta])
+    follow_cells(cells, np.array([0, 2]), starts[[0, 2]], 300, found.__setitem__, threads=2)
+    assert sorted(found) == [0, 2]
+    for i, followed in found.items():
+        poincare = PoincareMap(SYSTEM, cells.eta[i], method, None)
+        y, direction = poincare.coordinates(starts[i]), np.full(4, 0.5)
+        poincare.follow(y, direction, SETTLING)
+        growth, states = zip(*(poincare.follow(y, direction, 100) for _ in range(3)), strict=True)
+        own = average_growth(np.concatenate(growth), poincare.displacements(np.concatenate(states)))
+        single = lyapunov(SYSTEM, cells.eta[i], method, initial=starts[i], periods=300)
+        for other in (own, single):
+            assert (followed.exponent, followed.error, followed.drift) == (other.exponent, other.error, other.drift)
+            np.testing.assert_array_equal(followed.section, other.section)
 
 
 def test_runs_of_the_same_motion_differ_by_about_their_standard_errors():

@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from vibroscope.engine.drivers.section import TOLERANCE, near_period_of, period_of
 from vibroscope.engine.motions.regularity import irregularity, rotation_number
-from vibroscope.engine.motions.section import band_width, band_widths, cycle_spreads, settled_period
+from vibroscope.engine.motions.section import band_width, band_widths, cycle_spreads, settled_period, settled_periods
 
 from tests.share import share
 
@@ -68,3 +68,4 @@ def test_the_rest_of_a_transient_is_no_period(of_cycle):
     assert settled_period(cycle) == of_cycle
     lasting = cycle + 3e-4 * (turn / np.abs(turn)).real
     assert settled_period(lasting) == 6
+    assert settled_periods(np.array([transient, cycle, lasting])).tolist() == [of_cycle, of_cycle, 6]

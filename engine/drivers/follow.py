@@ -1,0 +1,72 @@
+"""Driver of disturbances that are followed along the motions of many cells (:mod:`..kernels.batch.follow`)."""
+
+from collections.abc import Callable
+
+import numpy as np
+
+from ..kernels.batch import follow as kernel
+from ..kernels.compile.options import uncompiled
+from ..kernels.event_driven.saltation import make_variation
+from ..methods import ExactPenalty, Reference
+from .batch import are_compiled, batch_of, make_work_space
+from .threads import Worker, share_out
+
+
+def follow(
+    method: Reference | ExactPenalty,
+    rows: np.ndarray,
+    initial: np.ndarray,
+    periods: int,
+    settling: int,
+    found: Callable[[int, np.ndarray, np.ndarray], None],
+    by_itself: Callable[[int, np.ndarray, np.ndarray, np.ndarray], bool],
+    *,
+    threads: int,
+    cancelled: Callable[[], bool] | None = None,
+) -> None:
+    """Follow a disturbance of the motion of each cell.
+
+    Parameters
+    ----------
+    method : Reference or ExactPenalty
+    rows : (n, len(Parameters)) ndarray
+    initial : (n, 4) ndarray
+        ξ₁, ξ₁′, ξ₂, ξ₂′ at τ ≡ 0 mod T.
+    periods, settling : int
+        Periods to follow, and those before them, at most as many, in which the disturbance finds its direction.
+    found : callable
+        ``found(i, growth, section)`` takes what :func:`..kernels.batch.follow.follow_cell` finds, in the thread that
+        found it. The arrays are used again.
+    by_itself : callable
+        ``by_itself(i, growth, section, signals)`` follows a cell that the kernel does not run; false if it was
+        cancelled.
+    threads, cancelled
+        As in :func:`.threads.share_out`.
+
+    Raises
+    ------
+    Cancelled
+        If ``cancelled`` returned true.
+    """
+    compiled = are_compiled(method, rows)
+    cells, plan = batch_of(method, rows, initial, sample=1)
+
+    def worker() -> Worker:
+        work, variation = make_work_space(plan.kind, 1), uncompiled(make_variation)(1)
+        ends, growth, section = np.empty((2, 4)), np.empty(periods), np.empty((periods, 4))
+
+        def run(places: tuple[int, int], signals: np.ndarray, slot: int) -> None:
+            for i in range(*places):
+                if compiled[i]:
+                    more = work, variation, settling, ends, growth, section, signals
+                    done = kernel.follow_cell(cells, i, plan, *more)
+                else:
+                    done = by_itself(i, growth, section, signals)
+                if not done:
+                    return
+                found(i, growth, section)
+                signals[slot] += 1
+
+        return run
+
+    share_out(np.arange(1, len(rows) + 1), threads, worker, None, cancelled, grain=1)
