@@ -15,7 +15,7 @@ from .drivers.threads import GRAIN, share_out, thread_count
 from .result import Cancelled, Response
 from .simulate import KEEP_LIMIT, PERIODS_LIMIT, STEPS_LIMIT, simulate
 
-FEW = 8  # cells or chains for each thread: so few may take long, and threads take them one by one
+FEW_CELLS = 8  # cells or chains for each thread: so few may take long, and threads take them one by one
 
 
 def run_cells(
@@ -92,7 +92,7 @@ def run_cells(
         run_cell = _single_runs(cells, task, results, solutions)
         worker = driver.make_worker(cells.method, cells.parameters(), start, order, chained, task, results, run_cell)
         ends = np.append(np.flatnonzero(~chained)[1:], len(order))
-        share_out(ends, threads, worker, progress, cancelled, grain=1 if len(ends) <= FEW * threads else GRAIN)
+        share_out(ends, threads, worker, progress, cancelled, grain=1 if len(ends) <= FEW_CELLS * threads else GRAIN)
     return cell_results(cells, results, solutions)
 
 

@@ -10,7 +10,7 @@ from html import escape
 
 NOT_KNOWN = "not known"  # no sentence holds nan or inf
 MOST_DIGITS = 6  # of a share beside a limit that it hardly differs from
-MOST = 10  # a larger share is of motions that have nothing in common, whatever its size
+MOST_SHARE = 10  # a larger share is of motions that have nothing in common, whatever its size
 WRITTEN_OUT = 1e6  # counts from here on are given in millions
 
 
@@ -39,8 +39,8 @@ def percent(fraction: float, beside: float | None = None) -> str:
         return NOT_KNOWN
     if fraction < 1e-7:
         return "0 %"
-    if fraction > MOST:
-        return f"more than {100 * MOST} %"
+    if fraction > MOST_SHARE:
+        return f"more than {100 * MOST_SHARE} %"
     digits = 2
     text = rounded(100 * fraction, digits)
     while beside is not None and digits < MOST_DIGITS and _hides_side(float(text) / 100, fraction, beside):

@@ -54,9 +54,9 @@ from vibroscope.engine import (
     touching,
 )
 from vibroscope.engine.checks import require
-from vibroscope.engine.divergence.agreement import CLOSE
 from vibroscope.engine.divergence.contact import contact_frequency, damping_for, equal_restitution_damping
 from vibroscope.engine.divergence.remaining import Remaining
+from vibroscope.engine.divergence.tolerances import CLOSE_CURVE
 from vibroscope.engine.model import check_eta
 
 Stepping = Newmark | TimeStepping
@@ -366,7 +366,7 @@ def _of_comparison(
         why = f"{'the time step alone makes' if name == 'time_step' else 'K and D alone make'} {percent(part)}"
     else:
         why = f"the solutions differ by {percent(difference.total)}"
-    holds = (part if math.isfinite(part) else difference.total) <= CLOSE
+    holds = (part if math.isfinite(part) else difference.total) <= CLOSE_CURVE
     if not math.isfinite(part) and (kinds := difference_in_kind(found.reference, found.penalty)):
         holds, why = False, f"{kinds}; {why}"
     return RuleOutcome(rule, method, words, difference.total, part, holds, _sentence(why), count, motions)

@@ -19,9 +19,9 @@ from ..drivers.orbit import (
 )
 from ..result import Cancelled, Checkpoint
 from ..simulate import simulate
+from .tolerances import INSTANT_ROUNDING
 
 MOST_TABLES = 8
-ROUNDING = 1e-12  # excitation periods, of the instants of a run
 NAMES = {
     IMPACT: "impact",
     STICK: "stick",
@@ -179,7 +179,7 @@ def _contacts(run, cycle: float, period: int) -> list[tuple[float, int]]:
     for begin, end in run.contacts / cycle:
         if begin > 0.0:
             events.append((begin, TOUCH))
-        if end < period - ROUNDING:
+        if end < period - INSTANT_ROUNDING:
             events.append((end, PART))
     return sorted(events)
 

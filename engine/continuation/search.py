@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from ..drivers.event_driven import check_apart
+from ..motions.tolerances import NEUTRAL
 from ..result import Cancelled
 from ..simulate import starting_checkpoint
 from .branch import Branch
@@ -24,12 +25,12 @@ from .known_branches import KnownBranches
 from .margins import BRANCH_POINT, DOUBLING
 from .orbit import Orbit, check_cancelled
 from .question import BranchQuestion
-from .seeds import STABLE, OrbitFinder
+from .seeds import OrbitFinder
 from .sequences import on_its_sequence
 from .trace import Trace, branch_of_traces
 
 SEEDS = 40  # values of the number at which motions are looked for
-STARTS = 6  # at each, the first of them rest
+STARTS_AT_EACH = 6  # at each, the first of them rest
 FINE_SEEDS = 500  # values at which they are looked for then, from one start
 MOST_IN_ALL = 100_000  # orbits on all branches together, after which the search ends: some minutes
 STOPPED = "stopped"  # the end of a branch that was being followed when the search was cancelled
@@ -112,7 +113,7 @@ class BranchSearch:
             value = min(max(self.family.value, self.span.low), self.span.high)
             yield value, self.finder.settled(value, None)
             return
-        yield from self.finder.orbits(SEEDS, STARTS, unstable=True)
+        yield from self.finder.orbits(SEEDS, STARTS_AT_EACH, unstable=True)
         for source in (partial(self.finder.orbits, starts=1, unstable=False), self.finder.from_elsewhere):
             yield from source(FINE_SEEDS)
 
@@ -149,7 +150,7 @@ class BranchSearch:
         self._doublings += [(point.period, point.value) for point, _ in trace.marks if point.kind == DOUBLING]
         for point, orbit in trace.marks:
             doubles = point.kind == DOUBLING and 2 * point.period <= self.question.max_period
-            stable = np.abs(point.multipliers).max() < 1 + STABLE
+            stable = np.abs(point.multipliers).max() < 1 + NEUTRAL
             if (doubles or point.kind == BRANCH_POINT) and (stable or self.question.unstable):
                 self._pending.append((point.kind, orbit))
         return trace
@@ -165,7 +166,7 @@ class BranchSearch:
                     break
                 if self.question.unstable or here.orbit.period == 1:
                     continue
-                stable = np.abs(here.multipliers).max() < 1 + STABLE
+                stable = np.abs(here.multipliers).max() < 1 + NEUTRAL
                 since = tracer.length if stable else since
                 if tracer.length - since >= LONGEST_UNSTABLE:
                     where = self.curve.words(here)

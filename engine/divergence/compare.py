@@ -12,11 +12,11 @@ from ..drivers.section import period_of
 from ..methods import Newmark, Reference, TimeStepping
 from ..model import System
 from ..motions.description import Motion, describe
-from ..motions.motion import FARTHEST, motion
+from ..motions.motion import motion
 from ..motions.poincare_map import without_penetration
 from ..motions.steady import REST
 from ..result import Checkpoint, Record, Response
-from ..simulate import simulate
+from ..simulate import FARTHEST, simulate
 from .difference import Difference, known
 from .encounters import Encounters, match_encounters
 from .error import Target

@@ -25,12 +25,10 @@ from ..model import System
 from ..motions.steady import REST
 from ..result import Response
 from ..simulate import simulate
+from .tolerances import MARGIN, PIECE, PROPORTION
 
 EPSILON = float(np.finfo(float).eps)
 RELATIVE_CHANGES = tuple(10.0**-k for k in range(6, 13))
-PROPORTION = (1.5, 2.7)  # allowed ratio of the changes of the result due to 2r and to r
-MARGIN = 64  # rounding errors in each piece: some tens of operations
-PIECE = 1.0  # radians; a closed-form motion may be rounded once in each
 
 Change = Callable[["SimulationSetup", float], "SimulationSetup"]
 

@@ -7,9 +7,9 @@ arbitrary. The motion repeats itself if its impacts do, in position and velociti
 import numpy as np
 
 from ..result import Response
+from .tolerances import REPEATED_IMPACTS, REPEATED_IMPACTS_BY_STEPS
 
 MOST_IMPACTS = 8  # of a cycle
-EXACT, STEPPED = 1e-6, 0.01  # of the impacts' size, by which they may differ in closed form and with a time step
 
 
 def own_period(response: Response) -> float:
@@ -22,7 +22,9 @@ def own_period(response: Response) -> float:
     """
     found = response.impacts
     rows = np.column_stack([found.position, found.velocity_before])
-    tolerance = (STEPPED if response.method.has_step else EXACT) * np.abs(rows).max(initial=0.0)
+    tolerance = (REPEATED_IMPACTS_BY_STEPS if response.method.has_step else REPEATED_IMPACTS) * np.abs(rows).max(
+        initial=0.0
+    )
     for count in range(1, min(MOST_IMPACTS, len(rows) // 2) + 1):
         times = found.time[count:] - found.time[:-count]
         if np.abs(rows[count:] - rows[:-count]).max() <= tolerance and np.ptp(times) <= tolerance:

@@ -37,11 +37,10 @@ from .reasons import (
 from .recommendation import Recommendation, Served
 from .rounded import round_numbers
 from .step_search import StepSearch
+from .tolerances import ENOUGH, OTHERWISE
 from .trials import NewmarkSetting, Trial, Trials, verification, with_setting
 
 KINDS = 3  # settings whose kind of motion is looked at: evidence for one takes some tenths of a second
-ENOUGH = 1.05  # times the least error: if nothing meets the tolerance, the cheapest setting within it is returned
-OTHERWISE = 2.0  # times the error: further off, the motion without a time step is another one
 # Of the progress, before each search of a range and after the last. There are three at most: after each but the last,
 # an η between the others that misses the tolerances joins them.
 _SHARES = (0.05, 0.6, 0.8, 0.95)

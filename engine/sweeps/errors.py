@@ -31,7 +31,7 @@ from ..model import System
 from ..result import Cancelled, Checkpoint, Record
 from ..simulate import simulate
 
-SAMPLES = 200  # per period (see engine.divergence.grid)
+ERROR_SAMPLES = 200  # per period (see engine.divergence.grid)
 
 
 class ReferenceMotion:
@@ -66,8 +66,8 @@ class ReferenceMotion:
         """Reference(derived) − reference(table), relative to the latter; nan if they do not repeat alike."""
         if not self.splits:
             return np.nan
-        table, size = self.table.cycle(Record(1, SAMPLES))
-        derived, _ = self.derived.cycle(Record(1, SAMPLES))
+        table, size = self.table.cycle(Record(1, ERROR_SAMPLES))
+        derived, _ = self.derived.cycle(Record(1, ERROR_SAMPLES))
         return relative_to(rms(closest_repetition(derived, table) - table), size)
 
     @functools.cached_property
@@ -162,8 +162,8 @@ class ReferenceMotion:
 
 
 def _record_of(steps: int) -> Record:
-    """The record of a period that samples a method with so many steps per period, 0: none, at most SAMPLES times."""
-    return Record(1, len(Record(1, SAMPLES).phases(steps)), steps) if steps else Record(1, SAMPLES)
+    """The record of a period that samples a method with so many steps per period, 0: none; at most ERROR_SAMPLES."""
+    return Record(1, len(Record(1, ERROR_SAMPLES).phases(steps)), steps) if steps else Record(1, ERROR_SAMPLES)
 
 
 def _displacements(start: Checkpoint, record: Record, cancelled: Callable[[], bool]) -> np.ndarray | None:

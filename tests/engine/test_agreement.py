@@ -23,8 +23,7 @@ from vibroscope.engine import (
     repetition,
     verdict,
 )
-from vibroscope.engine.divergence.agreement import SAME
-from vibroscope.engine.divergence.blame import APART, NEARLY, TIE
+from vibroscope.engine.divergence.tolerances import APART, NEARLY, SAME_CURVE, TIE
 
 from tests.share import every, share
 
@@ -100,7 +99,7 @@ def contradictions(case):
         largest = "joint damping" not in found.blame or difference.largest == "joint_damping"
         check(largest, "the joint damping is to blame, whose part is not the largest")
         check(percent(found.left) in headline, "the cure's remainder is not in the headline")
-        least = max(found.alone.changes[0].robust, difference.chance, SAME)
+        least = max(found.alone.changes[0].robust, difference.chance, SAME_CURVE)
         check(found.together or found.left <= 1.3 * TIE * least, "another cure is better")
         if set(found.blame) <= {"status", "steps"} and found.change and difference.measure == "displacements":
             claimed = found.left == pytest.approx(difference_with(found.change, case), rel=NEARLY - 1)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from vibroscope.engine import Cancelled, ExactPenalty, Newmark, Reference, System, lyapunov, motion, simulate, steady
 from vibroscope.engine.motions.description import Kind
-from vibroscope.engine.motions.lyapunov import BATCHES, Lyapunov, average_growth
+from vibroscope.engine.motions.lyapunov import EXPONENT_BATCHES, Lyapunov, average_growth
 from vibroscope.engine.motions.motion import classify
 
 from tests.share import every
@@ -32,8 +32,8 @@ def test_the_exponent_of_a_chaotic_motion_is_the_rate_at_which_two_runs_separate
         if n >= 20:
             growth.append(np.log(length / width))
         apart *= width / length
-    batches = [batch.mean() for batch in np.array_split(growth, BATCHES)]
-    error = np.hypot(found.error, np.std(batches, ddof=1) / np.sqrt(BATCHES))
+    batches = [batch.mean() for batch in np.array_split(growth, EXPONENT_BATCHES)]
+    error = np.hypot(found.error, np.std(batches, ddof=1) / np.sqrt(EXPONENT_BATCHES))
     assert abs(np.mean(growth) - found.exponent) < 4 * error
     assert error < 0.03
 
