@@ -24,7 +24,6 @@ def run_cells(
     transient: int,
     sample: int,
     coordinates: Sequence[int] = (0, 1, 2, 3),
-    early_stop: bool = True,
     recurrence: float = driver.TOLERANCE,
     threads: int | None = None,
     progress: Callable[[int], None] | None = None,
@@ -44,12 +43,10 @@ def run_cells(
         Periods to describe, ≥ 1.
     coordinates : sequence of int
         Columns of the section to keep: 0 … 3 for ξ₁, ξ₁′, ξ₂, ξ₂′.
-    early_stop : bool
-        Stop a cell once its motion has become periodic. Newmark cells whose every step is taken run to their end;
-        those with located steps may end at some lengths only.
     recurrence : float
-        Share of its size within which a state must return after a cycle, twice, to stop a cell early. By default what
-        follows is the same to rounding.
+        Share of its size within which a state must return after a cycle, twice, for a cell to stop early: its motion
+        has become periodic. By default what follows is the same to rounding; 0: all cells run to their end. So do those
+        of Newmark whose every step is taken; those with located steps may stop at some lengths only.
     threads : int, optional
         As many as there are processors, if not given.
     progress : callable, optional
@@ -72,14 +69,14 @@ def run_cells(
     >>> found.period.tolist(), found.section.shape
     ([1, 0], (2, 20, 4))
     """
-    require(
-        "recurrence", recurrence, driver.TOLERANCE, 1e-6, "let cells stop early where what follows is nearly the same"
-    )
+    if recurrence != 0:
+        advice = "let cells stop early where what follows is nearly the same, or not at all by 0"
+        require("recurrence", recurrence, driver.TOLERANCE, 1e-6, advice)
     task = driver.Task(
         whole("transient", transient, 0, PERIODS_LIMIT, "give the periods before the sample"),
         whole("sample", sample, 1, KEEP_LIMIT, "describe at least one period"),
         tuple(whole("coordinate", c, 0, 3, "0 to 3 are ξ₁, ξ₁′, ξ₂ and ξ₂′") for c in coordinates),
-        float(recurrence) if early_stop else 0.0,
+        float(recurrence),
     )
     threads = thread_count(threads)
     results = driver.empty_results(len(cells), task)

@@ -40,6 +40,7 @@ from vibroscope.engine import (
     FREE_PERIODS,
     PARTS,
     Comparison,
+    ComparisonQuestion,
     Motion,
     Regularisation,
     Status,
@@ -103,13 +104,15 @@ def run(options: argparse.Namespace) -> None:
         if getattr(options, name) is not None:
             raise ValueError(f"--{name} needs a measurement: give --measured FILE.csv")
     comparison = compare(
-        system,
-        eta,
-        stepping_of(options),
-        reference=reference_of(options),
-        periods=options.periods,
-        keep=options.keep,
-        initial=options.initial,
+        ComparisonQuestion(
+            system,
+            eta,
+            stepping_of(options),
+            reference=reference_of(options),
+            periods=options.periods,
+            keep=options.keep,
+            initial=options.initial,
+        )
     )
     if not comparison.is_free:
         comparison = comparison.with_evidence()

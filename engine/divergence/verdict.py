@@ -120,8 +120,8 @@ def verdict(
 
     Examples
     --------
-    >>> from vibroscope.engine import Newmark, System, compare, verdict
-    >>> found = verdict(compare(System(), 1.08, Newmark(100, 50, 2000)))
+    >>> from vibroscope.engine import ComparisonQuestion, Newmark, System, compare, verdict
+    >>> found = verdict(compare(ComparisonQuestion(System(), 1.08, Newmark(100, 50, 2000))))
     >>> found.agree, found.blame
     ('no', ('D', 'K'))
     """

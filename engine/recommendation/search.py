@@ -12,7 +12,7 @@ from dataclasses import replace
 from itertools import islice, pairwise
 from typing import NamedTuple
 
-from ..divergence.compare import compare
+from ..divergence.compare import ComparisonQuestion, compare
 from ..divergence.difference import PART_NAMES
 from ..methods import Newmark, TimeStepping
 from ..motions.description import describe
@@ -212,7 +212,9 @@ class Search:
         left = error_without_time_step(part.target, method, self._cancelled)
         if left > OTHERWISE * worst.error:
             return f"{where}, which has no parts: without a time step the motion is another one, {percent(left)} off"
-        compared = compare(asked.system, worst.eta, method, reference=asked.reference, cancelled=self._cancelled)
+        compared = compare(
+            ComparisonQuestion(asked.system, worst.eta, method, reference=asked.reference), cancelled=self._cancelled
+        )
         difference = compared.difference if compared.parts is not None else None
         if difference is not None and difference.parts:
             name = difference.largest

@@ -24,7 +24,7 @@ from ..cells import CellResults, Cells
 from ..divergence.error import Target
 from ..divergence.grid import closest_repetition, relative_to, rms
 from ..divergence.grid import samples_by_period as by_period
-from ..drivers.differences import ALONE, BESIDE, OWN_LIMIT, Cycles, Grid, Motions, differences, shortest_cycle
+from ..drivers.differences import ALONE, BESIDE, OWN_LIMIT, Cycles, Grid, Motions, Sampling, differences, shortest_cycle
 from ..drivers.threads import thread_count
 from ..methods import Reference
 from ..model import System
@@ -142,9 +142,7 @@ class ReferenceMotion:
             motions_of(cells, found),
             motions_of(limits, found if exact is None else exact),
             parts[chosen],
-            [self._grid(record) for record in records],
-            grid,
-            kept,
+            Sampling([self._grid(record) for record in records], grid, kept),
             threads=thread_count(threads),
             progress=progress,
             cancelled=cancelled,

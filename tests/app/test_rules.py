@@ -7,7 +7,17 @@ from dataclasses import replace
 import pytest
 from vibroscope.app.codes.rules import Rule, RuleQuestion, judge, rules
 from vibroscope.app.commands.cli import main
-from vibroscope.engine import CentralDifference, Excitation, Newmark, System, TimeStepping, compare, percent, simulate
+from vibroscope.engine import (
+    CentralDifference,
+    ComparisonQuestion,
+    Excitation,
+    Newmark,
+    System,
+    TimeStepping,
+    compare,
+    percent,
+    simulate,
+)
 from vibroscope.engine.divergence.tolerances import CLOSE_CURVE
 
 PAPER = RuleQuestion(System(), 2.76, Newmark(12000.0, 18.0, 2000), element_stiffness=7.0)
@@ -47,7 +57,7 @@ def test_the_restitution_rule_and_the_time_constant_are_damped_as_they_say():
 def test_what_follows_is_what_compare_finds():
     rule = rules()["lsdyna-crash"]
     found = judge(rule, PAPER, **SHORT)
-    own = compare(PAPER.system, PAPER.eta, rule.method(PAPER), **SHORT)
+    own = compare(ComparisonQuestion(PAPER.system, PAPER.eta, rule.method(PAPER), **SHORT))
     assert found.total == own.difference.total
     assert found.part == own.difference.parts["regularisation"]
     assert found.holds == (found.part <= CLOSE_CURVE)
@@ -154,7 +164,7 @@ def test_a_step_is_judged_where_nothing_touches():
 )
 def test_the_blur_of_the_step_is_not_charged_to_a_rule_for_the_damper(key, asked):
     found = judge(rules()[key], asked)
-    without = compare(asked.system, asked.eta, replace(found.method, located=True)).difference.total
+    without = compare(ComparisonQuestion(asked.system, asked.eta, replace(found.method, located=True))).difference.total
     assert found.total > 2 * CLOSE_CURVE
     assert without < CLOSE_CURVE
     assert found.holds
