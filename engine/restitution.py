@@ -24,7 +24,6 @@ from .model import System
 
 SPEED_RANGE = (0.0, 1e9)
 SMALL_DAMPING = 1e-5  # hv₀ below which e = 1 − 2hv₀/3 to rounding
-DAMPING_HALVINGS = 100
 LARGEST_DAMPING = 1e6  # damping tried, in units of √(Km)
 
 
@@ -186,7 +185,7 @@ def _ratio_law(x: float) -> float:
 
 def _bisect(f: Callable[[float], float], low: float, high: float) -> float:
     """Zero of a function that falls from f(low) > 0 to f(high) ≤ 0."""
-    for _ in range(DAMPING_HALVINGS):
+    for _ in range(100):
         middle = 0.5 * (low + high)
         if not low < middle < high:
             break

@@ -25,7 +25,6 @@ from .tolerances import LONG_CORRECTION, ROUGH, SLOPE_DIFFERENCE, STEEP
 IN_PLANE = Convergence(
     2 * steps.NEWTON_STEPS, far=1.0, converged=steps.CONVERGED, stalled=steps.STALLED, following=1e-13
 )
-KNOWN_NEIGHBOURS = 2  # known points from which others are predicted
 
 
 class CurvePoint:
@@ -141,7 +140,7 @@ class CurvePoint:
         """
         nearest = list(self.around)
         if len(nearest) > 1:
-            nearest = sorted(nearest, key=lambda known: abs(known - s))[:KNOWN_NEIGHBOURS]
+            nearest = sorted(nearest, key=lambda known: abs(known - s))[:2]
         points = [self, *[self.around[known] for known in nearest]]
         values, along = np.empty((2, len(points), len(self.unknowns)))
         for k, point in enumerate(points):

@@ -21,7 +21,6 @@ from ..result import Cancelled, Checkpoint
 from ..simulate import simulate
 from .tolerances import INSTANT_ROUNDING
 
-MOST_TABLES = 8
 NAMES = {
     IMPACT: "impact",
     STICK: "stick",
@@ -119,7 +118,7 @@ class KeptEquations:
         found = self._known.get(numbers)
         if found is None:
             last = next(reversed(self._known.values()), None)
-            if len(self._known) > MOST_TABLES:
+            if len(self._known) > 8:
                 self._known.clear()
             found = self._known[numbers] = OrbitEquations(*self._problem(*numbers), like=last)
         return found

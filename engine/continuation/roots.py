@@ -7,7 +7,6 @@ from typing import TypeVar
 
 from .tolerances import ROOT_TOLERANCE
 
-MOST_ROOT_STEPS = 200
 P = TypeVar("P")
 
 
@@ -61,7 +60,7 @@ def first_zero(
         return None
     least = abs(tolerance * (high - low))
     share = 0.5
-    for _ in range(MOST_ROOT_STEPS):
+    for _ in range(200):
         x = a + share * (b - a)
         fx = function(x)
         if math.isnan(fx):

@@ -17,7 +17,6 @@ from ..motions.tolerances import NEUTRAL
 from ..result import Cancelled
 from ..simulate import starting_checkpoint
 from .branch import Branch
-from .branch_switching import other_branch
 from .curve import Curve, CurvePoint
 from .follow import BranchTracer
 from .journal import Journal
@@ -35,6 +34,7 @@ FINE_SEEDS = 500  # values at which they are looked for then, from one start
 MOST_IN_ALL = 100_000  # orbits on all branches together, after which the search ends: some minutes
 STOPPED = "stopped"  # the end of a branch that was being followed when the search was cancelled
 LONGEST_UNSTABLE = 8.0  # scaled length of the part of a branch, of more than one period, on which no motion is stable
+AWAY = 10.0 ** np.arange(-4, -1.0, 0.5)  # scaled first steps on a branch that begins at a point
 EVERY = 10  # orbits: how often a branch is compared with those found before
 
 
@@ -177,3 +177,37 @@ class BranchSearch:
         except ValueError as error:  # a number is out of its range
             tracer.reason = str(error)
         return tracer
+
+
+def other_branch(curve: Curve, kind: str, point: CurvePoint) -> CurvePoint | None:
+    """The first orbit of the branch that begins at a point of this kind; None if it is not found."""
+    times = 2 if kind == DOUBLING else 1
+    orbit = point.orbit.repeated(times)
+    here = CurvePoint(curve, orbit, point.value)
+    scales = curve.scales(orbit)
+    tangent = np.concatenate([point.tangent[:4], np.tile(point.tangent[4:-1], times), point.tangent[-1:]])
+    if not np.isfinite(here.extended).all():
+        return None
+    away = _across(
+        tangent / np.linalg.norm(tangent), *np.linalg.svd(here.extended * scales)[2][-2:]
+    )  # both null vectors
+    for step in AWAY:
+        guess = here.unknowns + step * away * scales
+        row = away / scales
+        start = curve.constrained(orbit.at(guess[:-1]), float(guess[-1]), (row, row @ guess), away)
+        if start is None:
+            continue
+        rows = start.evaluation.section
+        half = orbit.period // 2
+        if kind == DOUBLING and np.abs(rows[0] - rows[half]).max() < 0.1 * step * scales[0]:
+            continue  # back on the branch of half the period
+        if start.least_margin > 0:
+            return start
+    return None
+
+
+def _across(tangent: np.ndarray, first: np.ndarray, second: np.ndarray) -> np.ndarray:
+    """The direction orthogonal to the tangent in the plane of two vectors, of length one."""
+    farther = second if abs(tangent @ second) < abs(tangent @ first) else first
+    away = farther - tangent * (tangent @ farther)
+    return away / np.linalg.norm(away)

@@ -22,7 +22,6 @@ from .orbit import Orbit, least_period, orbit_of_run
 from .sequences import on_its_sequence
 from .tolerances import BESIDE_SEQUENCE, NEARLY_RETURNS, RETURNS_CLOSELY, SAME_ORBIT, ZERO_MARGIN
 
-SEED_TRANSIENT, SEED_SAMPLE = 2000, 64  # periods
 REACH_OF_SEEDS = 1.5  # of the largest displacement and velocity of the runs from rest, to where starts are drawn
 OF_MAP = Convergence(15, far=10.0, converged=RETURNS_CLOSELY)  # of Newton's method on the Poincaré map, in sizes
 
@@ -184,7 +183,7 @@ class OrbitFinder:
         cells = {"eta": [eta for _, eta, _ in problems], "method": self.family.method, "initial": initial}
         if self.family.over in ("K", "D"):
             cells["stiffness" if self.family.over == "K" else "damping"] = values
-        how = {"transient": SEED_TRANSIENT, "sample": SEED_SAMPLE, "threads": self.threads, "cancelled": self.cancelled}
+        how = {"transient": 2000, "sample": 64, "threads": self.threads, "cancelled": self.cancelled}
         return run_cells(Cells([system for system, _, _ in problems], **cells), **how)
 
     def _count(self, runs: CellResults, i: int) -> None:

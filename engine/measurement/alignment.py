@@ -20,7 +20,6 @@ from .recurrence import Sensor, summarise_sensor
 
 SHIFTS = 256  # τ₀ of the grid per period
 ALIGNMENT_SAMPLES = 1000  # samples are enough for that grid
-ALIGNMENT_STEPS = 8  # Gauss–Newton steps
 
 
 @dataclass(frozen=True)
@@ -88,7 +87,7 @@ def best_phase(cycle: Cycle, measurement: Measurement, frame: str) -> float:
     thin = measurement.thinned(ALIGNMENT_SAMPLES)
     grid = np.arange(0, cycle.length, cycle.length / (SHIFTS * cycle.periods))
     phase = min(grid, key=lambda shift: np.sum(_difference(cycle, thin, shift, frame) ** 2))
-    for _ in range(ALIGNMENT_STEPS):
+    for _ in range(8):  # Gauss–Newton steps
         slope = cycle.velocity(measurement.time + phase, frame)[: len(measurement.displacement)]
         step = np.sum(slope * _difference(cycle, measurement, phase, frame)) / max(np.sum(slope**2), 1e-300)
         phase += np.clip(step, -grid[1], grid[1])

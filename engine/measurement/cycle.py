@@ -22,8 +22,6 @@ from ..result import Record, Response
 from ..simulate import simulate
 from .tolerances import INSTANT
 
-NEWMARK_KEEP = 50
-
 
 @dataclass(frozen=True)
 class Cycle:
@@ -122,7 +120,7 @@ def penalty_cycle(
     cancelled: Callable[[], bool] | None = None,
 ) -> SettledRun:
     """Return the last cycle of Newmark's run, where scatter is ignored; raises as :func:`engine.simulate`."""
-    keep = min(NEWMARK_KEEP, periods)
+    keep = min(50, periods)
     record = Record(min(LONGEST_NEAR_PERIOD, keep), SAMPLES_PER_PERIOD)
     options = {"periods": periods, "keep": keep, "initial": initial, "record": record, "cancelled": cancelled}
     response = simulate(system, eta, method, **options)

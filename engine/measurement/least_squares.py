@@ -17,7 +17,6 @@ from .tolerances import FIT_DIFFERENCE
 UPPER = {"restitution": 1.0, "d1": 0.5, "d2": 0.5, "d3": 0.5}
 # Initial guesses, as changes of the given system: a restitution, or a factor of the dampings
 GUESSES = ({}, {"restitution": 0.2}, {"restitution": 0.8}, {"damping": 0.5}, {"damping": 2.0})
-EVALUATIONS = 60  # per guess
 
 
 def constant(system: System, name: str) -> float:
@@ -98,7 +97,7 @@ class FitProblem:
             jac=self.jacobian,
             bounds=(self.lower, self.upper),
             x_scale=np.append(np.where(np.array(self.names) == "restitution", 0.1, 0.01), 0.1),
-            max_nfev=EVALUATIONS,
+            max_nfev=60,  # per guess
         )
 
     def residuals(self, parameters: np.ndarray) -> np.ndarray:

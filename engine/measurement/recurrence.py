@@ -22,7 +22,6 @@ from .tolerances import BETTER, CERTAIN_SIGMAS, HIDDEN, INTEGRATED, NYQUIST, OVE
 HARMONIC_SAMPLES = 2000  # samples are enough for the harmonics
 LONGEST = 4  # periods after which a measurement may repeat itself
 HARMONICS = 24  # per excitation frequency
-FREQUENCY_STEPS = 5  # Gauss–Newton steps towards the measurement's own frequency
 
 
 @dataclass(frozen=True)
@@ -237,7 +236,7 @@ def _own_frequency(measurement: Measurement, eta: float, period: int, periods: f
     """
     rows, frequency, width = measurement.displacement.T, eta, 0.5 / periods
     highest = _half_rate(measurement)
-    for _ in range(FREQUENCY_STEPS):
+    for _ in range(5):  # Gauss–Newton steps towards the measurement's own frequency
         basis, derivative = harmonics(measurement, frequency, period, highest)
         drift = _residual(basis, derivative @ coefficients(basis, rows))
         remaining, weight = _residual(basis, rows), max(np.sum(drift**2), 1e-300)

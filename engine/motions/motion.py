@@ -31,18 +31,18 @@ from ..wording import counted
 from .contact_force import impulse_per_period, peak_force
 from .description import Kind, Motion, describe, sampled_periods
 from .floquet import fate_of_disturbances, lyapunov_exponent, multipliers, nearest_bifurcation
-from .free_vibration import own_period
 from .lyapunov import Lyapunov, lyapunov
 from .poincare_map import unresolved
 from .regularity import rotation_number
 from .steady import LONG, REST, schedule_of, steady
 from .time_step_scatter import judge_newmark_section, later_run
-from .tolerances import UNBALANCED
+from .tolerances import REPEATED_IMPACTS, REPEATED_IMPACTS_BY_STEPS, UNBALANCED
 
 LONGEST_SEEN = 512  # periods of a cycle that the section shows
 DESCRIBED_PERIODS = 256  # described periods of a motion that does not repeat itself
 SAMPLES_PER_PERIOD, SAMPLED_PERIODS = 2000, 50  # samples per period; sampled periods
 MOST_SAMPLES = 100_000
+MOST_IMPACTS = 8  # of a cycle of a free vibration
 FEWEST_PERIODS = 8  # sampled periods at least of a motion that does not repeat itself …
 STORED_SAMPLES = 1_000_000  # … unless these are more samples
 SAMPLES_IN_CONTACT = 60  # samples in the shortest contact of a cycle: the peak of half a sine wave to 0.04 %
@@ -320,3 +320,26 @@ def _stepped_motion(system: System, eta, method: Newmark | TimeStepping, initial
         return _with_multipliers(described, limit.multipliers)
     values = multipliers(system, eta, method, state, judged.period, cancelled)
     return _with_multipliers(replace(described, section=described.section[-judged.period :]), values)
+
+
+def own_period(response: Response) -> float:
+    """Time τ after which a free vibration repeats itself, by its impacts; nan if they do not show one.
+
+    Nothing sets the instant at which such a motion is looked at, so that its section at τ ≡ 0 mod 2π/η says nothing: η
+    is arbitrary. The motion repeats itself if its impacts do, in position and velocities.
+
+    Parameters
+    ----------
+    response : Response
+        Of a system that nothing drives.
+    """
+    found = response.impacts
+    rows = np.column_stack([found.position, found.velocity_before])
+    tolerance = (REPEATED_IMPACTS_BY_STEPS if response.method.has_step else REPEATED_IMPACTS) * np.abs(rows).max(
+        initial=0.0
+    )
+    for count in range(1, min(MOST_IMPACTS, len(rows) // 2) + 1):
+        times = found.time[count:] - found.time[:-count]
+        if np.abs(rows[count:] - rows[:-count]).max() <= tolerance and np.ptp(times) <= tolerance:
+            return float(times.mean())
+    return np.nan

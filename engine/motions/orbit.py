@@ -29,7 +29,6 @@ from .tolerances import (
 )
 
 MOST_NEWTON_STEPS = 30
-NORM_DOUBLINGS = 60  # of the partial sums of the series that defines the norm
 
 
 class FixedPoint(NamedTuple):
@@ -232,7 +231,7 @@ def norm_factor(contraction: np.ndarray) -> np.ndarray:
     FᵀF = Σ (Bᵏ)ᵀBᵏ over k = 0, 1, …, so that |F B x|² = |F x|² − |x|². The series is summed by doubling.
     """
     total, power = np.eye(4), contraction
-    for _ in range(NORM_DOUBLINGS):
+    for _ in range(60):  # doublings of the partial sums
         total = total + power.T @ total @ power
         power = power @ power
         if np.abs(power).max() < 1e-18:

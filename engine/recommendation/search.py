@@ -25,7 +25,7 @@ from .contact_search import ContactSearch
 from .front import monotone_front
 from .limits import STEPS_MAX_RANGE
 from .middle import MiddleSearch
-from .question import SettingQuestion
+from .question import SettingQuestion, round_numbers
 from .range_trials import RangeTrials, steps_at
 from .reasons import (
     aperiodic_reference_reason,
@@ -35,7 +35,6 @@ from .reasons import (
     unmet_tolerance_reason,
 )
 from .recommendation import Recommendation, Served
-from .rounded import round_numbers
 from .step_search import StepSearch
 from .tolerances import ENOUGH, OTHERWISE
 from .trials import NewmarkSetting, Trial, Trials, verification, with_setting

@@ -23,7 +23,6 @@ from .study import Study
 
 ANSWER_SECONDS = 20.0  # seconds for the scheduler to answer and a worker to be there
 AHEAD = 3  # chunks a thread of the cluster: one at work, two that wait for it
-CLUSTER_POLL = 0.2  # seconds
 
 
 def compute(study: Study, before: dict[str, np.ndarray] | None, digest: str, threads: int) -> dict[str, np.ndarray]:
@@ -173,7 +172,7 @@ class _Cluster:
                     raise Cancelled
                 counter.report()
                 with contextlib.suppress(TimeoutError):
-                    wait(list(running), timeout=CLUSTER_POLL, return_when="FIRST_COMPLETED")
+                    wait(list(running), timeout=0.2, return_when="FIRST_COMPLETED")
                 for future in [future for future in running if future.done()]:
                     yield running.pop(future), future.result()
         finally:

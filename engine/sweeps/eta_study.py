@@ -33,7 +33,6 @@ from .variables import StudyArray, Variable, status_variable, variables_of
 OVER = tuple(vocabulary.SWEPT)
 DIRECTIONS = ("rest", "up", "down")
 COORDINATES = ("xi1", "v1", "xi2", "v2")  # ξ₁, ξ₁′, ξ₂, ξ₂′: the columns of a section
-REFINEMENT_LEVELS = 20  # of refinement
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -82,7 +81,7 @@ class EtaStudy(Study):
         super().__post_init__()
         self._check_choices()
         eta = float(self.values[0]) if self.over == "eta" else self.eta
-        refine = whole("refine", self.refine, 0, REFINEMENT_LEVELS, "give levels of refinement")
+        refine = whole("refine", self.refine, 0, 20, "give levels of refinement")
         lyapunov = self.lyapunov and whole(
             "lyapunov", self.lyapunov, *PERIODS_RANGE, "give periods to average over, or 0"
         )

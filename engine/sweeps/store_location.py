@@ -16,7 +16,6 @@ from ..result import Cancelled
 from .manifest import FOLDER
 from .study import Study
 
-LOCK_POLL = 0.1  # seconds
 SPACE = 1.05  # of the uncompressed size must be free
 
 
@@ -139,7 +138,7 @@ class StoreLocation:
                     raise BlockingIOError(errno.EAGAIN, text)
                 if cancelled is not None and cancelled():
                     raise Cancelled
-                time.sleep(LOCK_POLL)
+                time.sleep(0.1)
             yield
         finally:
             os.close(handle)
