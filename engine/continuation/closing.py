@@ -4,6 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from ..motions.tolerances import LEAST_SIZE
 from .bifurcations import bifurcations_ahead
 from .curve import Curve, CurvePoint
 from .margins import DOUBLING, indicators
@@ -30,7 +31,7 @@ def share_of_first(start: CurvePoint, here: CurvePoint, there: CurvePoint) -> fl
 def is_first(start: CurvePoint, orbit: Orbit) -> bool:
     """Whether an orbit passes through a state of the first one at τ ≡ 0, with as many events."""
     rows = start.evaluation.section
-    near = np.abs(rows - orbit.unknowns[:4]).max(axis=1) < SAME_ORBIT * max(np.abs(rows).max(), 1e-9)
+    near = np.abs(rows - orbit.unknowns[:4]).max(axis=1) < SAME_ORBIT * max(np.abs(rows).max(), LEAST_SIZE)
     return bool(near.any()) and sorted(orbit.kinds) == sorted(start.orbit.kinds)
 
 

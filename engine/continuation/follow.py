@@ -41,6 +41,7 @@ from .tolerances import (
     LONGEST_MEETING,
     REPEATED,
     ROUNDED_IMPACTS,
+    SAME_FOLD,
     SAME_ORBIT,
     VANISHING_MARGIN,
     VANISHING_STEP,
@@ -312,6 +313,6 @@ class BranchTracer(Tracer):
     def _join(self, period: int, value: float) -> None:
         """End the branch where it meets one of a shorter period; α₁ turns there, which is no fold."""
         self.joined = value
-        near = 1e-9 * self.curve.width
+        near = SAME_FOLD * self.curve.width
         self.marks = [each for each in self.marks if each[0].kind != FOLD or abs(each[0].value - value) > near]
         self.reason = f"joins a branch of period {period} at {self.curve.family.over} = {value:.12g}"

@@ -6,6 +6,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from ..motions.tolerances import LEAST_SIZE
 from .curve import Curve, CurvePoint
 from .margins import STICKING_BEGINS, STICKING_ENDS
 from .nearby import point_within_cycle
@@ -43,7 +44,7 @@ class KnownBranches:
     def have_point(self, point: CurvePoint) -> bool:
         """Whether an orbit that is a point of a curve lies on one of them."""
         orbit, value, rows = point.orbit, point.value, point.evaluation.section
-        size = max(np.abs(rows).max(), 1e-9)
+        size = max(np.abs(rows).max(), LEAST_SIZE)
         for points, values in self._pieces:
             for k in np.flatnonzero((values[:-1] - value) * (values[1:] - value) <= 0):
                 a, b = points[k], points[k + 1]

@@ -17,6 +17,7 @@ from ..drivers.orbit import (
     Evaluation,
     OrbitEquations,
 )
+from ..motions.tolerances import LEAST_SIZE
 from ..result import Cancelled, Checkpoint
 from ..simulate import simulate
 from .tolerances import INSTANT_ROUNDING
@@ -126,7 +127,7 @@ class KeptEquations:
 
 def least_period(rows: np.ndarray, same: float) -> int:
     """After how many excitation periods the section of a cycle, (p, 4), repeats itself, to a share of its size."""
-    size = same * max(np.abs(rows).max(), 1e-9)
+    size = same * max(np.abs(rows).max(), LEAST_SIZE)
     shorter = (p for p in range(1, len(rows)) if len(rows) % p == 0)
     return next((p for p in shorter if np.abs(rows - np.roll(rows, -p, axis=0)).max() <= size), len(rows))
 

@@ -26,6 +26,7 @@ from .orbit import Orbit, check_cancelled
 from .question import BranchQuestion
 from .seeds import OrbitFinder
 from .sequences import on_its_sequence
+from .tolerances import SAME_JOIN
 from .trace import Trace, branch_of_traces
 
 SEEDS = 40  # values of the number at which motions are looked for
@@ -121,7 +122,7 @@ class BranchSearch:
         """The branches that begin at points of others."""
         while self._pending and not self._is_spent():
             kind, point = self._pending.pop(0)
-            if any(abs(point.value - value) < 1e-7 * self.span.width for value in self._joined):
+            if any(abs(point.value - value) < SAME_JOIN * self.span.width for value in self._joined):
                 continue
             start = other_branch(self.curve, kind, point)
             if start is not None and not self._known.have_point(start):

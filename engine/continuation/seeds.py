@@ -14,7 +14,7 @@ from ..cells import CellResults, Cells
 from ..model import System
 from ..motions.poincare_map import PoincareMap
 from ..motions.steady import steady
-from ..motions.tolerances import NEUTRAL
+from ..motions.tolerances import LEAST_SIZE, NEUTRAL
 from ..simulate import starting_checkpoint
 from .curve import Curve, CurvePoint
 from .newton import Convergence, converges
@@ -74,7 +74,7 @@ class OrbitFinder:
         problem = self.family.at(value)
         poincare = PoincareMap(*problem, self.cancelled)
         y = poincare.coordinates(np.asarray(starting_checkpoint(state, *problem).state))
-        size, near = max(np.abs(y).max(), 1e-9), None
+        size, near = max(np.abs(y).max(), LEAST_SIZE), None
         for period in range(1, self.max_period + 1):
             returned = poincare(y, period)
             if returned is None or not returned.residual < NEARLY_RETURNS * size:
@@ -116,7 +116,7 @@ class OrbitFinder:
         """The orbit that Newton's method on the Poincaré map finds from a state; None if it finds none."""
         poincare = PoincareMap(*self.family.at(value), self.cancelled)
         y = poincare.coordinates(np.asarray(state, dtype=float))
-        size = max(np.abs(y).max(), 1e-9)
+        size = max(np.abs(y).max(), LEAST_SIZE)
 
         def take(before: float) -> float:  # the residual stands for the step
             nonlocal y
@@ -194,7 +194,7 @@ class OrbitFinder:
     def _of_run(self, value: float, runs: CellResults, i: int, unstable: bool) -> Iterator[Orbit]:
         """The orbits that the section of one run leads to."""
         rows, period = runs.section[i], int(runs.period[i])
-        near = NEARLY_RETURNS * max(np.abs(rows).max(), 1e-9)
+        near = NEARLY_RETURNS * max(np.abs(rows).max(), LEAST_SIZE)
         if 0 < period <= self.max_period:
             guesses = [self.at(value, runs.end[i], period)]
         else:

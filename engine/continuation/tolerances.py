@@ -9,9 +9,7 @@ NEARLY_RETURNS = 0.03  # of the size: a state that nearly returns lies near an o
 RETURNS_CLOSELY = 1e-6  # of the size: the events of a state that returns so closely are those of the orbit
 SAME_ORBIT = 1e-6  # of the size: orbits closer than that are the same
 ANOTHER_MOTION = 0.1  # of the orbit's size: an orbit farther away is another motion
-INSTANT_ROUNDING = (
-    1e-12  # excitation periods: so close to the end of a cycle the instants of a run are at it but for rounding
-)
+INSTANT_ROUNDING = 1e-12  # excitation periods: so close to the end of a cycle an instant of a run is at it
 
 # Margins: below zero the bodies penetrate, or the events are others
 
@@ -29,9 +27,7 @@ SHORTEST_FLIGHT = 3e-3  # … and a new flight of the reference, whose gap is of
 
 ROUGH = 1e-11  # a larger residual is no rounding: it may be that the equations only nearly have a solution there
 SLOPE_DIFFERENCE = 1e-7  # of the width of the range, of differences in α₁: well above rounding
-STEEP = (
-    0.003  # scaled, of the tangent along α₁: below it the next orbit is sought across the tangent, not at a given α₁
-)
+STEEP = 0.003  # scaled, of the tangent along α₁: below it an orbit is sought across the tangent, not at a given α₁
 LONG_CORRECTION = 0.25  # of a step: a correction as long as that leads to another curve, or back along the same one
 AT_BORDER = 1e-9  # scaled: closer to the border of a range is on it
 ROOT_TOLERANCE = 1e-12  # of the interval, by default: shorter ones are rounding
@@ -46,6 +42,8 @@ CLOSED_BRANCH = 0.05  # of a step: so close to its first point a branch has clos
 SAME_DOUBLING = 1e-6  # scaled: a period doubling no farther from where halves seem to meet is where they do
 LONGEST_MEETING = 2e-4  # scaled: longest step over which the value of a meeting is interpolated
 ACCUMULATED = 1e-8  # of the range: grazings of new impacts, ever closer, are the first of infinitely many within it
+SAME_FOLD = 1e-9  # of the range: a fold so close to where a branch joins one of a shorter period is its turn there
+SAME_JOIN = 1e-7  # of the range: nothing begins at points so close to where a branch joined another
 INSIDE_SEQUENCE = 1e-6  # of a step: as far from the end of a sequence lies the last orbit that is kept
 LOCATED_JUMP = 1e-9  # of a step: as well is the end of a jump located
 INSIDE_CURVE = 1e-3  # of a step: as far from the end of its curve lies the first orbit after a jump

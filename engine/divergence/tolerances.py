@@ -15,6 +15,7 @@ SAME_CURVE = 0.02  # relative rms: below it two curves coincide on the screen â€
 CLOSE_CURVE = 0.1  # â€¦ and below this one they are close
 SAME_COUNT = 0.05  # per period, and relative: smaller differences in the number of impacts are not mentioned
 VISIBLE = 1e-3  # of the section's size: smaller scatter is not mentioned
+EVEN_SAMPLES = 1e-9  # of a period: samples whose spacing is off by more are not spread evenly over it
 SAME_NUMBER = 0.01  # relative: what is as close as this to a present number is no other one
 SAME_DURATION = 0.25  # relative: a duration that is further from another is no longer the same
 

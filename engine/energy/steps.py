@@ -20,12 +20,15 @@ from ..drivers.parameters import loads
 from ..result import Response
 from .law import spring_energy
 from .result import EnergyBalance
+from .tolerances import EVERY_STEP
 
 
 def balance_of_steps(response: Response) -> EnergyBalance:
     """Balance the sampled periods; every step of them is recorded."""
     sampled, c, method = response.trajectory, response.system, response.method
-    if sampled is None or not np.isclose(sampled.time[1] - sampled.time[0], response.period / method.steps, rtol=1e-3):
+    if sampled is None or not np.isclose(
+        sampled.time[1] - sampled.time[0], response.period / method.steps, rtol=EVERY_STEP
+    ):
         raise ValueError("the energy of steps is balanced one by one: record every step of the sampled periods")
     mu, kappa = (0.0 if c.wall else c.mass_ratio), c.kappa
     x, v, force = sampled.displacement, sampled.velocity, sampled.force

@@ -25,7 +25,7 @@ from ..model import System
 from ..motions.steady import REST
 from ..result import Response
 from ..simulate import simulate
-from .tolerances import MARGIN, PIECE, PROPORTION
+from .tolerances import MARGIN, PIECE, PROPORTION, ROUNDED_CHANGE
 
 EPSILON = float(np.finfo(float).eps)
 RELATIVE_CHANGES = tuple(10.0**-k for k in range(6, 13))
@@ -112,7 +112,7 @@ def _sensitivity_to(response: Response, setup: SimulationSetup, change: Change) 
         if once is None or twice is None or back is None:
             continue
         small = np.abs(once - back).max() / 2
-        noise = 1e-13 * np.abs(response.section).max()
+        noise = ROUNDED_CHANGE * np.abs(response.section).max()
         if small <= noise or PROPORTION[0] <= np.abs(twice - response.section).max() / small <= PROPORTION[1]:
             return float(max(small, np.abs(once - response.section).max()) / relative)
     return None

@@ -6,3 +6,4 @@ PIECE = 1.0  # radians; a closed-form motion may be rounded once in each
 PROPORTION = (1.5, 2.7)
 # Standard errors by which statistics of the same motion may differ: exceeded once in two million times
 SAME_STATISTICS = 5.0
+ROUNDED_CHANGE = 1e-13  # of the largest state: smaller changes of the result are rounding

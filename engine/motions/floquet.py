@@ -8,7 +8,7 @@ from ..methods import Method
 from ..model import System
 from ..simulate import simulate
 from .poincare_map import PoincareMap
-from .tolerances import NEUTRAL, REAL_MULTIPLIER, STATE_DIFFERENCE
+from .tolerances import LEAST_SIZE, NEUTRAL, REAL_MULTIPLIER, STATE_DIFFERENCE
 
 DOUBLING, FOLD, NEIMARK_SACKER, GRAZING = "period doubling", "fold", "Neimark-Sacker", "grazing"
 
@@ -44,7 +44,7 @@ def multipliers(
         poincare = PoincareMap(system, eta, method, cancelled)
         returned = poincare(poincare.coordinates(state), period)
         return np.empty(0, complex) if returned is None else eigenvalues_by_modulus(returned.jacobian)
-    width = STATE_DIFFERENCE * max(np.abs(state).max(), 1e-9)
+    width = STATE_DIFFERENCE * max(np.abs(state).max(), LEAST_SIZE)
     columns = []
     for disturbance in width * np.eye(4)[: 2 if system.wall else 4]:  # a wall does not move
         above, below = (

@@ -26,6 +26,7 @@ from .tolerances import (
     ON_ORBIT,
     RESIDUAL,
     SMALLEST_FRACTION,
+    SURELY_STABLE,
 )
 
 MOST_NEWTON_STEPS = 30
@@ -143,7 +144,7 @@ class OrbitSearch:
         if not self.stable_only:
             return True
         largest = np.abs(np.linalg.eigvals(orbit.returned.jacobian)).max()
-        if not largest < 1 - 1e-9:
+        if not largest < 1 - SURELY_STABLE:
             self.rejection = (
                 f"the orbit of period {orbit.period} near the end of the run is unstable: it grows "
                 f"{largest:.4g}-fold in each cycle"

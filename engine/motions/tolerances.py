@@ -2,6 +2,7 @@
 
 # Sections and runs
 
+LEAST_SIZE = 1e-9  # units of length: a smaller motion counts as one of this size, so that shares of it mean something
 DYING = 0.9  # of two halves of a section: a difference between its points that falls by more is the rest of a transient
 # Excitation periods: the paper takes a contact of fewer than 30 steps of T/2000 as an impact (Figures 10 to 12)
 SUDDEN = 30 / 2000
@@ -27,6 +28,7 @@ LARGEST_PRESSING = 1e4
 
 STATE_DIFFERENCE = 1e-7  # of the state's size: well below what a time step shifts, well above rounding
 NEUTRAL = 1e-6  # distance of a multiplier from the unit circle within which disturbances are taken to keep their size
+SURELY_STABLE = 1e-9  # below one: a cycle whose largest multiplier is larger may be unstable but for rounding
 REAL_MULTIPLIER = 1e-9  # relative: a multiplier with a smaller imaginary part is real
 FALLEN = 0.5  # what is left of a disturbance after the turns of a map that shows whether a region traps
 JOINED = 1e-9  # of the size: gap and gap rate of bodies that move as one, but for rounding

@@ -30,7 +30,7 @@ from ..model import System
 from .orbit import FixedPoint, contracts, norm_factor
 from .poincare_map import PoincareMap
 from .steady import Steady
-from .tolerances import FALLEN, JOINED
+from .tolerances import FALLEN, JOINED, SURELY_STABLE
 
 DIRECTIONS = 128
 DISTANCES = (1.0, 0.5)  # of the radius that is examined
@@ -127,7 +127,7 @@ def _factor_of_region(poincare: PoincareMap, orbit: FixedPoint, rigid: bool, siz
     """F/r around a point of a cycle; None if it is not stable, r is not above rounding, or a wall holds the body."""
     jacobian = orbit.returned.jacobian
     largest = np.abs(np.linalg.eigvals(jacobian)).max()
-    if not largest < 1 - 1e-9:
+    if not largest < 1 - SURELY_STABLE:
         return None
     rate = (1 + largest) / 2
     factor = norm_factor(jacobian / rate)

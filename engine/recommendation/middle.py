@@ -14,6 +14,7 @@ import numpy as np
 from ..methods import DAMPING_RANGE, STIFFNESS_RANGE
 from .limits import Limits
 from .range_trials import RangeTrials
+from .tolerances import WHOLE_STEPS
 from .trials import NewmarkSetting, Trial
 
 RANGE_STRIDE = 1.05  # from point to point of a range, a factor
@@ -154,4 +155,4 @@ def spare_steps(steps: int, most: int) -> list[int]:
 def steps_of_two_digits(steps: float) -> int:
     """Round up to two significant digits."""
     unit = 10 ** max(0, math.floor(math.log10(steps)) - 1)
-    return unit * math.ceil(steps / unit * (1 - 1e-12))
+    return unit * math.ceil(steps / unit * (1 - WHOLE_STEPS))

@@ -12,6 +12,7 @@ from typing import ClassVar
 import numpy as np
 
 from ...drivers.orbit import steps
+from ...motions.tolerances import LEAST_SIZE
 from ..margins import Margin
 from ..newton import Convergence, converges
 from ..orbit import Orbit
@@ -43,7 +44,7 @@ class PointProblem(abc.ABC):
 
     def __init__(self, kind: str, plane: Plane, orbit: Orbit, event: int | None = None) -> None:
         self.kind, self.plane, self.event = kind, plane, event
-        size = max(np.abs(orbit.unknowns[:4]).max(), 1e-9)
+        size = max(np.abs(orbit.unknowns[:4]).max(), LEAST_SIZE)
         self.scales = np.concatenate([np.full(4, size), np.ones(len(orbit.kinds))])
 
     # -- what is special to a kind -------------------------------------------------------------------------------------
