@@ -24,7 +24,7 @@ def run_cells(
     transient: int,
     sample: int,
     coordinates: Sequence[int] = (0, 1, 2, 3),
-    recurrence: float = driver.TOLERANCE,
+    recurrence: float = driver.RECURRENCE,
     threads: int | None = None,
     progress: Callable[[int], None] | None = None,
     cancelled: Callable[[], bool] | None = None,
@@ -71,7 +71,7 @@ def run_cells(
     """
     if recurrence != 0:
         advice = "let cells stop early where what follows is nearly the same, or not at all by 0"
-        require("recurrence", recurrence, driver.TOLERANCE, 1e-6, advice)
+        require("recurrence", recurrence, driver.RECURRENCE, 1e-6, advice)
     task = driver.Task(
         whole("transient", transient, 0, PERIODS_LIMIT, "give the periods before the sample"),
         whole("sample", sample, 1, KEEP_LIMIT, "describe at least one period"),

@@ -15,7 +15,7 @@ from ..kernels import section_statistics
 from ..kernels.accelerated.step_map import SKIPPING as SKIPPING_LAYOUT
 from ..kernels.batch import run as kernel
 from ..kernels.batch.course import EXACT, REFERENCE, SKIPPING
-from ..kernels.batch.recurrence import CYCLE, TOLERANCE
+from ..kernels.batch.recurrence import CYCLE, RECURRENCE
 from ..kernels.compile.record import make_buffers
 from ..kernels.event_driven.state import STATE as EVENT_STATE
 from ..kernels.event_driven.state import SYSTEM
@@ -39,7 +39,7 @@ class Task(NamedTuple):
     transient: int
     sample: int
     coordinates: tuple[int, ...]
-    recurrence: float = TOLERANCE  # share of its size within which a state recurs; 0: no cell stops early
+    recurrence: float = RECURRENCE  # share of its size within which a state recurs; 0: no cell stops early
 
 
 def are_compiled(method: Method, rows: np.ndarray) -> np.ndarray:

@@ -20,7 +20,8 @@ from ..drivers.parameters import loads
 from ..result import Response
 from .law import spring_energy
 from .result import EnergyBalance
-from .tolerances import EVERY_STEP
+
+EVERY_STEP = 1e-3  # relative: samples whose spacing is a step but for so much are those of every step
 
 
 def balance_of_steps(response: Response) -> EnergyBalance:
