@@ -11,7 +11,6 @@ from html import escape
 NOT_KNOWN = "not known"  # no sentence holds nan or inf
 MOST_DIGITS = 6  # of a share beside a limit that it hardly differs from
 MOST_SHARE = 10  # a larger share is of motions that have nothing in common, whatever its size
-WRITTEN_OUT = 1e6  # counts from here on are given in millions
 
 
 def percent(fraction: float, beside: float | None = None) -> str:
@@ -89,7 +88,7 @@ def many(count: int) -> str:
     """A large whole number, such as "55", "410,000" or "16.4 million"."""
     if not math.isfinite(count):
         return NOT_KNOWN
-    return f"{count:,}" if count < WRITTEN_OUT else f"{rounded(count / 1e6, 3)} million"
+    return f"{count:,}" if count < 1e6 else f"{rounded(count / 1e6, 3)} million"
 
 
 def end_text(value: float) -> str:

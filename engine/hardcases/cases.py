@@ -17,7 +17,6 @@ from .condition import EPSILON, SimulationSetup
 from .tolerances import MARGIN, SAME_STATISTICS
 
 TRUTH = files(assets) / "truth"
-OMITTED = 1e-20  # a smaller threshold in systems.json stands for its limit 0
 
 
 @dataclass(frozen=True)
@@ -73,7 +72,7 @@ def _as_in_hard(entry: dict) -> dict:
     """Return a solution of systems.json in the form of hard.json, and what it has besides: the conditioning."""
     numbers = {"stiffness": "K", "damping": "D", "joint_damping": "joint_damping", "threshold": "threshold"}
     method = {name: entry[key] for name, key in numbers.items() if key in entry} | {"name": entry["method"]}
-    omitted = method.get("threshold", 1.0) < OMITTED
+    omitted = method.get("threshold", 1.0) < 1e-20  # which stands for its limit 0 in systems.json
     if omitted:
         method["threshold"] = 0.0
     samples = len(entry["tau"]) // entry["periods"]

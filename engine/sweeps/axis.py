@@ -8,7 +8,6 @@ from ..arguments import shown
 from ..checks import require, whole
 
 LARGEST_SWEPT = 1e300  # of a range
-VALUES_LIMIT = 10_000_000  # along one axis, which is held in memory
 
 
 def ascending_values(name: str, values: Sequence[float]) -> np.ndarray:
@@ -65,7 +64,7 @@ def spaced(name: str, low: float, high: float, count: float, *, logarithmic: boo
     >>> spaced("K", 100, 10000, 3, logarithmic=True).round(6).tolist()
     [100.0, 1000.0, 10000.0]
     """
-    n = whole(f"count of {name}", count, 1, VALUES_LIMIT, "give the number of values")
+    n = whole(f"count of {name}", count, 1, 10_000_000, "give the number of values")  # held in memory
     low, high = (
         require(name, end, -LARGEST_SWEPT, LARGEST_SWEPT, "give the ends of the range as numbers")
         for end in (low, high)

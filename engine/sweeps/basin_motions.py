@@ -42,7 +42,6 @@ PROBES, SLOW_PROBES = 16, 6  # along each side of the lattice: of cells that are
 MOST_MOTIONS = 32  # motions that are looked for on the lattice
 PROBED = 200  # periods of the lattice's starts between two searches for a motion
 LATER = 4  # multiples of the transient within which a cell may still enter a trapping region
-SECTION_STRIDE = 12  # periods between two looks at the section
 OK = STATUSES.index(Status.OK)
 
 # In place of the index of a motion:
@@ -194,7 +193,7 @@ class BasinSearch:
             phases * (2 * np.pi / self.eta),
             driver.Traps(centres, factors),
             periods=max(periods, 1),
-            stride=SECTION_STRIDE,
+            stride=12,  # periods between two looks at the section
             threads=threads,
             progress=progress,
             cancelled=cancelled,
