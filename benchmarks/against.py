@@ -76,7 +76,7 @@ def works():
         add(f"call, reference, 20 periods [{scene}]", engine.simulate, system, eta, engine.Reference(), **short)
         add(f"call, Newmark, 20 periods [{scene}]", engine.simulate, system, eta, newmark, **short)
         add(f"steady [{scene}]", engine.steady, system, eta, engine.Reference())
-        add(f"compare [{scene}]", engine.compare, system, eta, newmark)
+        add(f"compare [{scene}]", engine.compare, engine.ComparisonQuestion(system, eta, newmark))
     etas = np.linspace(0.5, 4, 200)
     many = {"transient": 400, "sample": 50, "threads": 1}
     for name, method in {"reference": engine.Reference(), "exact": engine.ExactPenalty(12000, 18)}.items():

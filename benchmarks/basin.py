@@ -43,7 +43,7 @@ def plain(method, axes, cells, motions):
         Cells(SYSTEM, np.full(allowed.sum(), ETA), method, initial=starts[allowed]),
         transient=TRANSIENT,
         sample=SAMPLE,
-        early_stop=False,
+        recurrence=0,
     )
     seconds = time.perf_counter() - begin
     labels = np.full(len(starts), -1)

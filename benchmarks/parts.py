@@ -23,7 +23,7 @@ import time
 import numba
 from vibroscope.engine import Newmark, Reference, System, simulate
 from vibroscope.engine.drivers.event_driven import set_up
-from vibroscope.engine.kernels.accelerated.certificate import CHUNK
+from vibroscope.engine.kernels.accelerated.certificate import GROUP
 from vibroscope.engine.kernels.linear import first_root, tables
 
 LANES = 8  # of a vector: AVX-512; with AVX2 it is 4
@@ -146,7 +146,7 @@ def main():
     print(f"{'a run, a period':24}{spent * 1e9:8.1f}{spent / cycle:9.0f}\n")
     for name, (eta, stiffness, damping, chunks, rounds) in SKIPS.items():
         spent = run_seconds(eta, Newmark(stiffness, damping, 2000))
-        bound = chunks * width(6 * CHUNK) + rounds * chain(12)
+        bound = chunks * width(6 * GROUP) + rounds * chain(12)
         print(f"{f'skips, a period [{name}]':24}{spent * 1e9:8.1f}{spent / cycle:9.0f}{bound:8.0f}")
 
 

@@ -96,9 +96,9 @@ def table():
     part = periods // PART
     calls = {
         "eta": (ours(etas, 400, 100), 1),
-        "eta, no early stop": (ours(etas, 400, 100, early_stop=False), 1),
+        "eta, no early stop": (ours(etas, 400, 100, recurrence=0), 1),
         "plane": (ours(newmark), 1),
-        "plane, no early stop": (ours(newmark, early_stop=False), 1),
+        "plane, no early stop": (ours(newmark, recurrence=0), 1),
         "exact plane": (ours(exact), 1),
         "coarse plane, 16 x 16, 80 + 20": (ours(plane(Newmark(1, 1, STEPS), 16), 80, 20), 1),
         "coarse exact plane": (ours(plane(ExactPenalty(1, 1), 16), 80, 20), 1),
@@ -124,7 +124,7 @@ def table():
 def agreement():
     """Print for how many cells an early stop changes the result, and by how much."""
     for name, cells in (("plane", plane(Newmark(1, 1, STEPS))), ("exact plane", plane(ExactPenalty(1, 1)))):
-        full, early = ours(cells, early_stop=False)(), ours(cells)()
+        full, early = ours(cells, recurrence=0)(), ours(cells)()
         other = (full.period != early.period) | (full.near_period != early.near_period) | (full.status != early.status)
         apart = np.abs(full.section - early.section).max() / np.abs(full.section).max()
         print(
@@ -145,7 +145,7 @@ def growth():
     sides, lengths, cores = (16, 32, 64), (200, 400, 800, 1600), sorted({1, THREADS})
     runs = {
         "cells": (np.square(sides), [ours(plane(method, side)) for side in sides]),
-        "periods (no early stop)": (lengths, [ours(plane(method, 16), n, 20, early_stop=False) for n in lengths]),
+        "periods (no early stop)": (lengths, [ours(plane(method, 16), n, 20, recurrence=0) for n in lengths]),
         "threads": (cores, [ours(plane(method, 32), threads=n) for n in cores]),
     }
     for name, (x, calls) in runs.items():

@@ -10,7 +10,7 @@ from vibroscope.app.explorer.scenes import scenes
 from vibroscope.app.explorer.shelf import shelf
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.export.scripts import as_command
-from vibroscope.engine import Comparison, compare, verdict
+from vibroscope.engine import Comparison, ComparisonQuestion, compare, verdict
 
 
 def settings() -> dict[str, Setting]:
@@ -22,7 +22,9 @@ def settings() -> dict[str, Setting]:
 def comparison(setting: Setting) -> Comparison:
     """Both solutions, compared as the page does it."""
     how = {"reference": setting.reference, "initial": None if setting.from_rest else setting.initial}
-    return compare(setting.system, setting.eta, setting.penalty, **how, **run_length(setting.system))
+    return compare(
+        ComparisonQuestion(setting.system, setting.eta, setting.penalty, **how, **run_length(setting.system))
+    )
 
 
 class Gallery(SphinxDirective):

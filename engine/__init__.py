@@ -68,6 +68,7 @@ _LATER = {
     "divergence.compare": ("FREE_PERIODS", "PARTS", "Comparison", "compare"),
     "divergence.contact": ("equal_restitution_damping",),
     "divergence.difference": ("PART_NAMES", "Difference"),
+    "divergence.question": ("ComparisonQuestion",),
     "divergence.regularisation": ("Regularisation",),
     "divergence.time_step": ("TimeStepParts", "with_located_steps"),
     "divergence.verdict": ("Verdict", "verdict"),

@@ -12,7 +12,7 @@ import typing
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import partial
 
-LARGEST = 1e308  # what a float can hold; nan and inf are refused with the range
+LARGEST_FLOAT = 1e308  # what a float can hold; nan and inf are refused with the range
 _METHODS = f"{__package__}.methods"  # a function that cannot take every method says itself why
 _SEQUENCES = (Iterable, Sequence)
 
@@ -76,7 +76,7 @@ def _plain_types(annotation: object) -> frozenset[type]:
 
 
 def _is_plain(plain: dict[str, frozenset[type]], name: str, value: object) -> bool:
-    return type(value) in plain.get(name, ()) and (type(value) is not int or -LARGEST < value < LARGEST)
+    return type(value) in plain.get(name, ()) and (type(value) is not int or -LARGEST_FLOAT < value < LARGEST_FLOAT)
 
 
 def _checked(name: str, annotation: object, value: object) -> object:
@@ -94,7 +94,7 @@ def _fits(annotation: object, value: object) -> bool:
 
 def _fits_one(annotation: object, value: object) -> bool:
     if annotation is float or annotation is int:
-        return isinstance(value, numbers.Real) and (isinstance(value, float) or abs(value) < LARGEST)
+        return isinstance(value, numbers.Real) and (isinstance(value, float) or abs(value) < LARGEST_FLOAT)
     if annotation is bool:
         return isinstance(value, int) and value in (0, 1)
     if typing.get_origin(annotation) in _SEQUENCES:

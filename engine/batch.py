@@ -18,7 +18,7 @@ from .motions.lyapunov import Lyapunov, Motions, follow_all
 from .result import Cancelled, Response
 from .simulate import KEEP_LIMIT, PERIODS_LIMIT, STEPS_LIMIT, simulate
 
-FEW = 8  # cells or chains for each thread: so few may take long, and threads take them one by one
+FEW_CELLS = 8  # cells or chains for each thread: so few may take long, and threads take them one by one
 
 
 def run_cells(
@@ -27,8 +27,7 @@ def run_cells(
     transient: int,
     sample: int,
     coordinates: Sequence[int] = (0, 1, 2, 3),
-    early_stop: bool = True,
-    recurrence: float = driver.TOLERANCE,
+    recurrence: float = driver.RECURRENCE,
     threads: int | None = None,
     progress: Callable[[int], None] | None = None,
     cancelled: Callable[[], bool] | None = None,
@@ -47,12 +46,10 @@ def run_cells(
         Periods to describe, ≥ 1.
     coordinates : sequence of int
         Columns of the section to keep: 0 … 3 for ξ₁, ξ₁′, ξ₂, ξ₂′.
-    early_stop : bool
-        Stop a cell once its motion has become periodic. Newmark cells whose every step is taken run to their end;
-        those with located steps may end at some lengths only.
     recurrence : float
-        Share of its size within which a state must return after a cycle, twice, to stop a cell early. By default what
-        follows is the same to rounding.
+        Share of its size within which a state must return after a cycle, twice, for a cell to stop early: its motion
+        has become periodic. By default what follows is the same to rounding; 0: all cells run to their end. So do those
+        of Newmark whose every step is taken; those with located steps may stop at some lengths only.
     threads : int, optional
         As many as there are processors, if not given.
     progress : callable, optional
@@ -75,14 +72,14 @@ def run_cells(
     >>> found.period.tolist(), found.section.shape
     ([1, 0], (2, 20, 4))
     """
-    require(
-        "recurrence", recurrence, driver.TOLERANCE, 1e-6, "let cells stop early where what follows is nearly the same"
-    )
+    if recurrence != 0:
+        advice = "let cells stop early where what follows is nearly the same, or not at all by 0"
+        require("recurrence", recurrence, driver.RECURRENCE, 1e-6, advice)
     task = driver.Task(
         whole("transient", transient, 0, PERIODS_LIMIT, "give the periods before the sample"),
         whole("sample", sample, 1, KEEP_LIMIT, "describe at least one period"),
         tuple(whole("coordinate", c, 0, 3, "0 to 3 are ξ₁, ξ₁′, ξ₂ and ξ₂′") for c in coordinates),
-        float(recurrence) if early_stop else 0.0,
+        float(recurrence),
     )
     threads = thread_count(threads)
     results = driver.empty_results(len(cells), task)
@@ -95,7 +92,7 @@ def run_cells(
         run_cell = _single_runs(cells, task, results, solutions)
         worker = driver.make_worker(cells.method, cells.parameters(), start, order, chained, task, results, run_cell)
         ends = np.append(np.flatnonzero(~chained)[1:], len(order))
-        share_out(ends, threads, worker, progress, cancelled, grain=1 if len(ends) <= FEW * threads else GRAIN)
+        share_out(ends, threads, worker, progress, cancelled, grain=1 if len(ends) <= FEW_CELLS * threads else GRAIN)
     return cell_results(cells, results, solutions)
 
 

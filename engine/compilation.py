@@ -23,7 +23,7 @@ import numpy as np
 from .batch import run_cells
 from .cells import Cells
 from .compile_helpers import Claims, Helpers, end_with_input, report
-from .divergence.compare import compare
+from .divergence.compare import ComparisonQuestion, compare
 from .divergence.verdict import verdict
 from .drivers import settle
 from .drivers.code_cache import CompileListener, compilable_functions, complete_mark, is_cache_private
@@ -196,7 +196,11 @@ def stages() -> list[list[Call]]:
     studies = {what: lambda some=some: run_cells(some, transient=1, sample=2) for what, some in cells.items()}
     found = [
         {name: run[name] for name in _OPENING},
-        {"differences": lambda: [verdict(compare(system, eta, Newmark(*own, 2000))) for eta, *own in _SCENES]},
+        {
+            "differences": lambda: [
+                verdict(compare(ComparisonQuestion(system, eta, Newmark(*own, 2000)))) for eta, *own in _SCENES
+            ]
+        },
         {
             "steady motions": lambda: steady(system, 1.08, Reference()),
             "basins of attraction": lambda: _settle(Cells(system, [1.08], Reference())),

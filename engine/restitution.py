@@ -23,9 +23,8 @@ from .methods import ExactPenalty, Newmark, TimeStepping
 from .model import System
 
 SPEED_RANGE = (0.0, 1e9)
-SMALL = 1e-5  # hv₀ below which e = 1 − 2hv₀/3 to rounding
-HALVINGS = 100
-LARGEST = 1e6  # damping tried, in units of √(Km)
+SMALL_DAMPING = 1e-5  # hv₀ below which e = 1 − 2hv₀/3 to rounding
+LARGEST_DAMPING = 1e6  # damping tried, in units of √(Km)
 
 
 def effective_restitution(
@@ -161,7 +160,7 @@ def _unit_damping(law: str, e: float, exponent: float, penetration: float | None
     high = 1.0
     while given(high) > e:
         high *= 2.0
-        if high > LARGEST:
+        if high > LARGEST_DAMPING:
             raise ValueError(f"restitution = {e:g} is less than any damping gives with law {law!r}: take a larger one")
     return _bisect(lambda damping: given(damping) - e, 0.0, high)
 
@@ -178,7 +177,7 @@ def _given(method: ExactPenalty, gain: float, mass: float, closing: float) -> fl
 
 def _ratio_law(x: float) -> float:
     """E of Eq. (32) with x = hv₀."""
-    if x < SMALL:
+    if x < SMALL_DAMPING:
         return 1.0 - 2.0 * x / 3.0
     wanted = x - math.log1p(x)
     return _bisect(lambda u: wanted + u + math.log1p(-u), 0.0, min(x, 1.0 - 2.0**-53)) / x
@@ -186,7 +185,7 @@ def _ratio_law(x: float) -> float:
 
 def _bisect(f: Callable[[float], float], low: float, high: float) -> float:
     """Zero of a function that falls from f(low) > 0 to f(high) ≤ 0."""
-    for _ in range(HALVINGS):
+    for _ in range(100):
         middle = 0.5 * (low + high)
         if not low < middle < high:
             break

@@ -14,6 +14,7 @@ from .methods import ExactPenalty, Method, Reference, TimeStepping
 from .model import System, check_eta
 from .result import Checkpoint, Record, Response, Status, Trajectory
 
+FARTHEST = 1e6  # units of length, base amplitudes in the paper's: no run can start farther away
 PERIODS_LIMIT = 100_000_000
 KEEP_LIMIT = 1_000_000
 SAMPLES_LIMIT = 20_000_000
@@ -168,7 +169,7 @@ def starting_checkpoint(
     if len(state) != 4:
         raise ValueError(f"initial = {shown(initial)} is not four numbers: give ξ₁, ξ₁′, ξ₂, ξ₂′")
     for name, value in zip(("ξ₁", "ξ₁′", "ξ₂", "ξ₂′"), state, strict=True):
-        require(f"initial {name}", value, -1e6, 1e6, "start within a million units of length")
+        require(f"initial {name}", value, -FARTHEST, FARTHEST, "start within a million units of length")
     if system.wall and any(state[2:]):
         name, value = ("ξ₂", state[2]) if state[2] else ("ξ₂′", state[3])
         raise ValueError(f"initial {name} = {value:g}: a wall does not move, give 0")

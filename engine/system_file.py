@@ -31,8 +31,8 @@ from .model import BODY_2, FORCES_ON_BODY_2, System
 from .physical import KEYS, NOT_AT_A_WALL, WALL, physical_entry, system_of_physical
 from .units import Units
 
-SIZE_LIMIT = 65_536  # bytes; a hundred times the size of a commented file
-_MOST_DOTS = 200  # in a line: tomllib reads a.a.a … in quadratic time, seconds for a file of SIZE_LIMIT
+SYSTEM_SIZE_LIMIT = 65_536  # bytes; a hundred times the size of a commented file
+_MOST_DOTS = 200  # in a line: tomllib reads a.a.a … in quadratic time, seconds for a file of SYSTEM_SIZE_LIMIT
 
 
 class Constant(NamedTuple):
@@ -272,10 +272,10 @@ def read_system(path: str | Path) -> SystemFile:
     Raises
     ------
     ValueError
-        If the file cannot be read, is larger than SIZE_LIMIT, or is not a system file: one line that names the file
-        and the fault.
+        If the file cannot be read, is larger than SYSTEM_SIZE_LIMIT, or is not a system file: one line that names the
+        file and the fault.
     """
-    return read_file(path, SIZE_LIMIT, parse_system)
+    return read_file(path, SYSTEM_SIZE_LIMIT, parse_system)
 
 
 def parse_system(content: bytes) -> SystemFile:
@@ -288,8 +288,8 @@ def parse_system(content: bytes) -> SystemFile:
     >>> parse_system(text.encode()).system.clearance
     0.5
     """
-    if len(content) > SIZE_LIMIT:
-        raise ValueError(f"larger than {SIZE_LIMIT} bytes: a system file holds some twenty numbers")
+    if len(content) > SYSTEM_SIZE_LIMIT:
+        raise ValueError(f"larger than {SYSTEM_SIZE_LIMIT} bytes: a system file holds some twenty numbers")
     return system_of_tables(toml_tables(content))
 
 

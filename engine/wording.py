@@ -10,8 +10,7 @@ from html import escape
 
 NOT_KNOWN = "not known"  # no sentence holds nan or inf
 MOST_DIGITS = 6  # of a share beside a limit that it hardly differs from
-MOST = 10  # a larger share is of motions that have nothing in common, whatever its size
-WRITTEN_OUT = 1e6  # counts from here on are given in millions
+MOST_SHARE = 10  # a larger share is of motions that have nothing in common, whatever its size
 
 
 def percent(fraction: float, beside: float | None = None) -> str:
@@ -39,8 +38,8 @@ def percent(fraction: float, beside: float | None = None) -> str:
         return NOT_KNOWN
     if fraction < 1e-7:
         return "0 %"
-    if fraction > MOST:
-        return f"more than {100 * MOST} %"
+    if fraction > MOST_SHARE:
+        return f"more than {100 * MOST_SHARE} %"
     digits = 2
     text = rounded(100 * fraction, digits)
     while beside is not None and digits < MOST_DIGITS and _hides_side(float(text) / 100, fraction, beside):
@@ -89,7 +88,7 @@ def many(count: int) -> str:
     """A large whole number, such as "55", "410,000" or "16.4 million"."""
     if not math.isfinite(count):
         return NOT_KNOWN
-    return f"{count:,}" if count < WRITTEN_OUT else f"{rounded(count / 1e6, 3)} million"
+    return f"{count:,}" if count < 1e6 else f"{rounded(count / 1e6, 3)} million"
 
 
 def end_text(value: float) -> str:

@@ -11,6 +11,6 @@ def few_seeds():
     """Within it a search makes some thirty runs, not two thousand."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(search, "SEEDS", 5)
-        patch.setattr(search, "STARTS", 2)
+        patch.setattr(search, "STARTS_AT_EACH", 2)
         patch.setattr(search, "FINE_SEEDS", 10)
         yield

@@ -5,6 +5,7 @@ Systems other than the paper's are of a random sample: gaps and preloads, a wall
 
 import numpy as np
 from vibroscope.engine import (
+    ComparisonQuestion,
     ExactPenalty,
     Excitation,
     Limits,
@@ -53,7 +54,7 @@ class Question:
 
     def run(self, K, D, n):
         """Error, restitution and peak force of one setting, by `compare` and a plain simulation."""
-        compared = compare(self.system, self.eta, Newmark(K, D, n))
+        compared = compare(ComparisonQuestion(self.system, self.eta, Newmark(K, D, n)))
         if compared.encounters is None:  # it ended early
             return np.inf, np.nan, np.nan
         return compared.total, compared.encounters.restitution, self.peak(Newmark(K, D, n), n)
@@ -77,7 +78,10 @@ class Question:
         rng, wrong = np.random.default_rng(seed), []
         wrong += [f"as printed: {miss}" for miss in self.misses(K, D, n)]
         wrong += [f"with half the step: {miss}" for miss in self.misses(K, D, 2 * n)]
-        if f"{compare(self.system, self.eta, Newmark(K, D, n)).total:.2g}" != f"{found.best.error:.2g}":
+        if (
+            f"{compare(ComparisonQuestion(self.system, self.eta, Newmark(K, D, n))).total:.2g}"
+            != f"{found.best.error:.2g}"
+        ):
             wrong.append(f"the error printed, {found.best.error:.2%}, is not that of compare")
         around = [
             (K * (1 + u / 100), D * (1 + v / 100), n + round(w * n / 50))

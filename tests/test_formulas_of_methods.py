@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from vibroscope.engine import (
     HHT,
+    ComparisonQuestion,
     ExactPenalty,
     GeneralisedAlpha,
     HHTInterpolated,
@@ -207,7 +208,7 @@ def on_grid(found, system, method):
 
 @compares(53, 56, 57)
 def test_the_parts_of_a_difference():
-    found = compare(System(), 1.08, Newmark(2500.0, 8.0, 2000), periods=300, keep=6)
+    found = compare(ComparisonQuestion(System(), 1.08, Newmark(2500.0, 8.0, 2000), periods=300, keep=6))
     series, status, split = found.parts, found.split_time_step(), found.split()
     runs = series.runs
     names = {"Newmark(K, D, Δτ)": runs.penalty, "penalty(K, D, Δτ)": runs.penalty, "reference(e)": runs.derived}

@@ -211,7 +211,9 @@ def comparisons():
     """Parts, statistics and words at 30 settings whose motion repeats or does not."""
     for eta in (1.08, 1.35, 1.70, 2.3, 2.76, 3.25, 3.5):
         for K, D, steps in ((2500.0, 8.0, 2000), (12000.0, 18.0, 2000), (12000.0, 18.0, 8000), (100.0, 50.0, 500)):
-            found = engine.compare(engine.System(), eta, engine.Newmark(K, D, steps), periods=60, keep=24)
+            found = engine.compare(
+                engine.ComparisonQuestion(engine.System(), eta, engine.Newmark(K, D, steps), periods=60, keep=24)
+            )
             parts = {name: getattr(found, name) for name in ("total", "time_step", "regularisation", "joint_damping")}
             out = {name: np.array(value) for name, value in parts.items()}
             if found.parts is not None:

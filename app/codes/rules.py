@@ -37,6 +37,7 @@ from vibroscope.engine import (
     METHOD_NUMBERS,
     CentralDifference,
     Comparison,
+    ComparisonQuestion,
     Motion,
     Newmark,
     Reference,
@@ -54,9 +55,9 @@ from vibroscope.engine import (
     touching,
 )
 from vibroscope.engine.checks import require
-from vibroscope.engine.divergence.agreement import CLOSE
 from vibroscope.engine.divergence.contact import contact_frequency, damping_for, equal_restitution_damping
 from vibroscope.engine.divergence.remaining import Remaining
+from vibroscope.engine.divergence.tolerances import CLOSE_CURVE
 from vibroscope.engine.model import check_eta
 
 Stepping = Newmark | TimeStepping
@@ -303,7 +304,7 @@ def judge(
         Runs of `engine.compare` that exist already; others are left out.
     cancelled : callable, optional
     **options
-        ``periods``, ``keep`` and ``initial`` of `engine.compare`.
+        ``periods``, ``keep`` and ``initial`` of `engine.ComparisonQuestion`.
 
     Raises
     ------
@@ -319,14 +320,17 @@ def judge(
     if rule.kind == EXPLICIT:
         return _judge_stability(rule, asked, method, options | {"cancelled": cancelled})
     reference = reference or Reference()
-    options |= {"cancelled": cancelled}
     wanted = (method, reference)
     known = [each for each in responses if each.method in wanted]
     try:
-        found = compare(asked.system, asked.eta, method, reference=reference, responses=known, **options)
+        found = compare(
+            ComparisonQuestion(asked.system, asked.eta, method, reference=reference, **options),
+            responses=known,
+            cancelled=cancelled,
+        )
     except ValueError as error:  # what cannot be compared can still be run
         run = next((each for each in known if each.method == method), None)
-        run = run or simulate(asked.system, asked.eta, method, **options)
+        run = run or simulate(asked.system, asked.eta, method, **options, cancelled=cancelled)
         words = repetition(motion(run)) if run.ok else _sentence(run.message)
         count = getattr(run, "steps_without_solution", 0)
         return RuleOutcome(rule, method, words, math.nan, math.nan, None if run.ok else False, f"{error}.", count)
@@ -366,7 +370,7 @@ def _of_comparison(
         why = f"{'the time step alone makes' if name == 'time_step' else 'K and D alone make'} {percent(part)}"
     else:
         why = f"the solutions differ by {percent(difference.total)}"
-    holds = (part if math.isfinite(part) else difference.total) <= CLOSE
+    holds = (part if math.isfinite(part) else difference.total) <= CLOSE_CURVE
     if not math.isfinite(part) and (kinds := difference_in_kind(found.reference, found.penalty)):
         holds, why = False, f"{kinds}; {why}"
     return RuleOutcome(rule, method, words, difference.total, part, holds, _sentence(why), count, motions)

@@ -40,6 +40,7 @@ from vibroscope.engine import (
     FREE_PERIODS,
     PARTS,
     Comparison,
+    ComparisonQuestion,
     Motion,
     Regularisation,
     Status,
@@ -57,7 +58,7 @@ from vibroscope.engine import (
 # The parts of the regularisation's part; the last two add up to the one before.
 SPLIT = ("contact_time", "wrong_restitution", "pulling", "damper")
 TIME_STEP_PARTS = ("status", "integrator")
-_KEEP = default_of(compare, "keep")
+_KEEP = default_of(ComparisonQuestion, "keep")
 
 
 def add(commands) -> None:
@@ -76,7 +77,7 @@ def add(commands) -> None:
     add("--eta", **ETA)
     add_penalty_options(command, required=True)
     add_integrator_options(command)
-    usual = f"default {default_of(compare, 'periods')}; where nothing drives the bodies {FREE_PERIODS}"
+    usual = f"default {default_of(ComparisonQuestion, 'periods')}; where nothing drives the bodies {FREE_PERIODS}"
     add("--periods", type=count, metavar="N", help=f"excitation periods to run ({usual})")
     add("--keep", type=count, metavar="N", help=f"last periods to compare (default {_KEEP}, or all if fewer are run)")
     add_joint_damping_option(command)
@@ -103,13 +104,15 @@ def run(options: argparse.Namespace) -> None:
         if getattr(options, name) is not None:
             raise ValueError(f"--{name} needs a measurement: give --measured FILE.csv")
     comparison = compare(
-        system,
-        eta,
-        stepping_of(options),
-        reference=reference_of(options),
-        periods=options.periods,
-        keep=options.keep,
-        initial=options.initial,
+        ComparisonQuestion(
+            system,
+            eta,
+            stepping_of(options),
+            reference=reference_of(options),
+            periods=options.periods,
+            keep=options.keep,
+            initial=options.initial,
+        )
     )
     if not comparison.is_free:
         comparison = comparison.with_evidence()
@@ -164,7 +167,7 @@ def _set_length(options: argparse.Namespace, system: System) -> None:
     """Periods to run and to keep where they are not given: of a free vibration the first ones, since it decays."""
     drives = system.excitation.drives
     if options.periods is None:
-        options.periods = default_of(compare, "periods") if drives else FREE_PERIODS
+        options.periods = default_of(ComparisonQuestion, "periods") if drives else FREE_PERIODS
     if options.keep is None:
         options.keep = min(_KEEP, options.periods) if drives else options.periods
 

@@ -21,10 +21,10 @@ from vibroscope.app.commands.options import (
 from vibroscope.app.commands.output import progress_line
 from vibroscope.app.explorer.method_words import full_words
 from vibroscope.app.explorer.state import Setting
-from vibroscope.engine import METHOD_NUMBERS, Newmark, TimeStepping, compare, counted, percent, written
+from vibroscope.engine import METHOD_NUMBERS, ComparisonQuestion, Newmark, TimeStepping, counted, percent, written
 
 _SET = Setting()  # what a rule does not give, unless it is given
-_KEEP = default_of(compare, "keep")
+_KEEP = default_of(ComparisonQuestion, "keep")
 _COLUMNS = "{:<46} {:>9} {:>8} {:>7}  {:>7}  {:<6} {}"
 _HOLDS = {True: "holds", False: "fails", None: "-"}
 
@@ -55,7 +55,9 @@ def add(commands) -> None:
     command.add_argument("--periods", type=count, metavar="N", help="excitation periods to run (default %(default)s)")
     add_system_option(command)
     command.add_argument("--json", action="store_true", help="print one JSON object")
-    command.set_defaults(run=run, K=_SET.K, D=_SET.D, steps=_SET.steps, periods=default_of(compare, "periods"))
+    command.set_defaults(
+        run=run, K=_SET.K, D=_SET.D, steps=_SET.steps, periods=default_of(ComparisonQuestion, "periods")
+    )
 
 
 def run(options: argparse.Namespace) -> None:

@@ -43,7 +43,6 @@ TRACE_PERIODS = 2
 # The shortest contact of the penalty model (half a period of √(K(1+1/μ)) at K = 10⁵, η = 0.5) lasts T/1850: this number
 # leaves four samples in it even there, and finds its peak within 8 %.
 _SAMPLES = {Reference: 1000, Newmark: 8000, TimeStepping: 8000}
-_CACHED_RUNS = 48  # of up to 1.5 MB of samples
 
 Start = tuple[float, float, float, float]  # ξ₁, ξ₁′, ξ₂, ξ₂′ at τ = 0
 RunKey = tuple[System, float, Reference | Newmark | TimeStepping, Start]  # what a run depends on
@@ -84,7 +83,7 @@ class RunPair:
     penalty: SolverRun
 
 
-_CACHE = Cache(_CACHED_RUNS)
+_CACHE = Cache(48)  # runs of up to 1.5 MB of samples
 
 
 def compute_runs(setting: Setting, cancelled: CancelCheck | None = None, cache: Cache = _CACHE) -> RunPair:

@@ -20,6 +20,7 @@ from vibroscope.app.runtime.settings import current_settings
 from vibroscope.engine import (
     PARTS,
     Comparison,
+    ComparisonQuestion,
     Difference,
     Method,
     Motion,
@@ -140,14 +141,16 @@ def explain(
     setting = runs.setting
     try:
         comparison = compare(
-            setting.system,
-            setting.eta,
-            setting.penalty,
-            reference=setting.reference,
-            initial=setting.initial,
+            ComparisonQuestion(
+                setting.system,
+                setting.eta,
+                setting.penalty,
+                reference=setting.reference,
+                initial=setting.initial,
+                **run_length(setting.system),
+            ),
             responses=[run.response for run in (runs.reference, runs.penalty)],
             cancelled=cancelled,
-            **run_length(setting.system),
         )
     except ValueError as error:  # a law without a solution in closed form has no parts
         return _unexplained(f"Not compared: {error}.")

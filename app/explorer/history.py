@@ -8,7 +8,6 @@ from collections import deque
 from vibroscope.app.explorer.parameters import FIELDS
 from vibroscope.app.explorer.state import Setting
 
-_CAPACITY = 200
 # Moves of the same control within so many seconds count as one move, so that a drag is undone as a whole.
 _SAME_MOVE = 0.8  # s
 
@@ -17,7 +16,7 @@ class History:
     """The settings before the present one, and those that were undone."""
 
     def __init__(self) -> None:
-        self._past: deque[Setting] = deque(maxlen=_CAPACITY)
+        self._past: deque[Setting] = deque(maxlen=200)
         self._undone: list[Setting] = []
         self._last_move: tuple[frozenset[str], float] = (frozenset(), -math.inf)
 

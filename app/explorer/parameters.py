@@ -30,7 +30,7 @@ from vibroscope.engine.methods import (
     THRESHOLD_RANGE,
 )
 from vibroscope.engine.model import CLEARANCE_RANGE, ETA_RANGE, MASS_RATIO_RANGE, RATIO_RANGE
-from vibroscope.engine.motions.motion import FARTHEST
+from vibroscope.engine.simulate import FARTHEST
 from vibroscope.engine.units import BASE_AMPLITUDE_RANGE, M1_RANGE, OMEGA1_RANGE, UNIT_SYSTEMS
 
 _PAPER, _UNITS, _DRIVE = System(), Units(), Excitation()

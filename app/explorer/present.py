@@ -12,7 +12,7 @@ from collections.abc import Mapping
 import numpy as np
 from vibroscope.app.explorer.compute import RunPair, SolverRun
 from vibroscope.app.explorer.state import Setting
-from vibroscope.engine.motions.contact_force import FEWEST_SAMPLES
+from vibroscope.engine.motions.contact_force import FEWEST_IN_CONTACT
 
 Columns = dict[str, np.ndarray]
 
@@ -195,7 +195,7 @@ def _with_short_contacts(run: SolverRun, time: np.ndarray, force: np.ndarray) ->
     for (begin, end), index in zip(contacts, at, strict=True):
         started = index < len(impacts.time) and np.isclose(impacts.time[index], begin, rtol=1e-9)
         inside = (run.trace.time > begin) & (run.trace.time < end)
-        if not started or inside.sum() >= FEWEST_SAMPLES or begin < _window_start(run):
+        if not started or inside.sum() >= FEWEST_IN_CONTACT or begin < _window_start(run):
             continue
         edges = (np.array([begin, begin, end, end]) - _window_start(run)) * run.response.eta / (2 * np.pi)
         kept = (time < edges[0]) | (time > edges[-1])

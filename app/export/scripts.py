@@ -50,9 +50,12 @@ for response in (reference, penalty):
     print(motion(response) if response.ok else response.message)
     print("xi1, xi1', xi2, xi2' at the end:", *response.section[-1:])
 
-runs = {{"reference": reference.method, "responses": (reference, penalty)}}
 """
-    compared = f"found = compare(system, {setting.eta!r}, penalty.method, **runs{start})\n{_VERDICT}"
+    compared = f"""found = compare(
+    ComparisonQuestion(system, {setting.eta!r}, penalty.method, reference=reference.method{start}),
+    responses=(reference, penalty),
+)
+{_VERDICT}"""
     if p.has_choices:  # of which the engine may have no comparison, or no verdict
         compared = f"try:\n{indent(compared, '    ')}except ValueError as error:\n    print('not known:', error)\n"
     return script + compared
@@ -60,7 +63,7 @@ runs = {{"reference": reference.method, "responses": (reference, penalty)}}
 
 def _imports(*names: str) -> str:
     """The names of a script, sorted, with the functions that all scripts use."""
-    return ", ".join(sorted({*names, "compare", "motion", "simulate", "verdict"}, key=_isort_key))
+    return ", ".join(sorted({*names, "ComparisonQuestion", "compare", "motion", "simulate", "verdict"}, key=_isort_key))
 
 
 _VERDICT = """answer = verdict(found)

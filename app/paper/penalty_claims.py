@@ -19,7 +19,7 @@ from vibroscope.app.paper.runs import (
     section_size,
 )
 from vibroscope.app.paper.wording import count_text, cycle_text, percent
-from vibroscope.engine import Newmark, Response, compare, motion
+from vibroscope.engine import ComparisonQuestion, Newmark, Response, compare, motion
 
 SUDDEN_STEPS = 30  # steps of T/2000: a shorter contact counts as a sudden impact (section 4.2)
 # rms difference relative to the motion: up to the first it "captures" the motion, above the second it is far from it
@@ -38,7 +38,7 @@ def _both_plots(scene: Scene, penalty: Response) -> PhasePlots:
 def _check_difference(scene: Scene) -> tuple[Finding, float]:
     """Figure 9: what was found, and the rms difference, on which the claims decide."""
     run = run_newmark(scene)
-    found = compare(SYSTEM, scene.eta, Newmark(scene.K, scene.D, scene.steps)).decided()
+    found = compare(ComparisonQuestion(SYSTEM, scene.eta, Newmark(scene.K, scene.D, scene.steps))).decided()
     penalty, reference = found.penalty, found.reference  # scatter may be locked into a long cycle
     blurred = ", blurred by the time step" if penalty.step_noise else ""
     text = (

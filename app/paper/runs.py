@@ -10,7 +10,6 @@ SYSTEM = System()
 # What a printed phase plot can resolve: points that scatter (standard deviation) by less than this share of the
 # section's largest coordinate look like one.
 VISIBLE_SCATTER = 0.01
-_TRANSIENT = 2000  # periods before those that are shown
 _SAMPLED = Record(12, 500)
 TWO_PERIODS = Record(2, 1000)
 
@@ -32,7 +31,7 @@ def run_exact(scene: Scene) -> Response:
 
 def run_method(scene: Scene, method: Method, keep: int = 50, record: Record = _SAMPLED) -> Response:
     """2,000 periods from rest, and ``keep`` more that are kept."""
-    return simulate(SYSTEM, scene.eta, method, periods=_TRANSIENT + keep, keep=keep, record=record)
+    return simulate(SYSTEM, scene.eta, method, periods=2000 + keep, keep=keep, record=record)
 
 
 def section_size(section: np.ndarray) -> np.ndarray:

@@ -34,7 +34,6 @@ OPTIONS = {
 }
 MOST_UNREAD_BYTES = 16_000_000  # that wait for one browser; larger than any export
 _RESERVED_DESCRIPTORS = 128  # for files: all connections that Tornado accepts in one turn may each open one
-_PAUSE_SECONDS = 1
 _NO_DESCRIPTORS = (errno.EMFILE, errno.ENFILE, errno.ENOBUFS, errno.ENOMEM)
 
 
@@ -67,7 +66,7 @@ class Listener(HTTPServer):
     def _pause(self, sock: socket.socket) -> None:
         IOLoop.current().remove_handler(sock)  # else each turn of the loop would try again
         self._log("none accepted for a moment")
-        IOLoop.current().call_later(_PAUSE_SECONDS, self._resume, sock)
+        IOLoop.current().call_later(1, self._resume, sock)
 
     def _resume(self, sock: socket.socket) -> None:
         if not self._stopped_listening:

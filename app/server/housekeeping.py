@@ -19,7 +19,6 @@ from vibroscope.app.compat import leave_collections_out
 from vibroscope.engine import cache_root
 from vibroscope.engine.sweeps import cache
 
-_LOOK_SECONDS = 0.5
 _QUIET_SECONDS = 1.0  # without a message of any browser, after which the next one is not likely to come at once
 _EMPTY_SECONDS = 3.0  # without a visitor: a browser that loads the page again is back by then
 # Objects that have survived, in units of Python's second generation; a session leaves about one unit, of up to 2 MB.
@@ -68,7 +67,7 @@ class GarbageCollection:
     async def run(self) -> None:
         """Look for such moments; never returns."""
         while True:
-            await asyncio.sleep(_LOOK_SECONDS)
+            await asyncio.sleep(0.5)
             if self.is_empty():
                 self._last_visitor = None
                 gc.collect()

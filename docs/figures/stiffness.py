@@ -7,7 +7,7 @@ better by chance.
 import matplotlib.pyplot as plt
 import numpy as np
 from style import EXACT, PENALTY, SPARE
-from vibroscope.engine import Newmark, compare, equal_restitution_damping, read_system
+from vibroscope.engine import ComparisonQuestion, Newmark, compare, equal_restitution_damping, read_system
 
 found = read_system("../my.toml")  # figures are drawn in their own folder
 SYSTEM, ETA, STEPS = found.system, found.eta, (400, 3200)
@@ -16,7 +16,9 @@ K, NEAR = np.geomspace(30, 3e5, 17), np.linspace(0.9, 1.1, 9)
 
 def parts(k: float, n: int) -> list[tuple[float, float]]:
     """Parts of the time step and of K and D, in per cent, of the runs near K."""
-    runs = [compare(SYSTEM, ETA, Newmark(x, equal_restitution_damping(SYSTEM, x), n)) for x in k * NEAR]
+    runs = [
+        compare(ComparisonQuestion(SYSTEM, ETA, Newmark(x, equal_restitution_damping(SYSTEM, x), n))) for x in k * NEAR
+    ]
     return [(100 * c.time_step, 100 * c.regularisation) for c in runs]
 
 

@@ -5,11 +5,9 @@ import numpy as np
 from .curve import Curve, CurvePoint
 from .margins import BIFURCATIONS, BRANCH_POINT, DOUBLING, FOLD, NEIMARK_SACKER, indicator
 from .roots import changes_ahead
+from .tolerances import REAL_PAIR, SINGULAR, UNLIKE
 
-REAL = 1e-6  # a pair of multipliers with smaller imaginary parts is real, and no Neimark–Sacker point
 MULTIPLIERS = {FOLD: 1.0, DOUBLING: -1.0}
-UNLIKE = 1e-3  # of the largest: where a phase has no length rounding decides the sign of the determinants
-SINGULAR = 1e-5  # of the other singular values: a smaller one makes a branch point
 
 
 def bifurcations_ahead(
@@ -33,7 +31,7 @@ def _is_bifurcation(kind: str, point: CurvePoint) -> bool:
     """Whether a change of sign is what it seems to be."""
     if kind == NEIMARK_SACKER:
         values = point.multipliers
-        return bool((np.abs(values.imag[np.abs(np.abs(values) - 1) < REAL]) > REAL).any())
+        return bool((np.abs(values.imag[np.abs(np.abs(values) - 1) < REAL_PAIR]) > REAL_PAIR).any())
     if not np.isfinite(point.extended).all():
         return False
     if kind in MULTIPLIERS:

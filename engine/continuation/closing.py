@@ -4,14 +4,12 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from ..motions.tolerances import LEAST_SIZE
 from .bifurcations import bifurcations_ahead
 from .curve import Curve, CurvePoint
 from .margins import DOUBLING, indicators
 from .orbit import Orbit
-from .seeds import SAME
-
-CLOSED = 0.05  # of a step
-CLOSE = 1e-6  # scaled: a period doubling no farther from where halves seem to meet is where they do
+from .tolerances import CLOSED_BRANCH, SAME_DOUBLING, SAME_ORBIT
 
 
 def share_on_chord(point: np.ndarray, here: np.ndarray, there: np.ndarray, aside: float) -> float | None:
@@ -27,13 +25,13 @@ def share_of_first(start: CurvePoint, here: CurvePoint, there: CurvePoint) -> fl
     """The share of the way between two neighbours at which the first orbit lies, if its events are the same."""
     if start.orbit.kinds != here.orbit.kinds:
         return None
-    return share_on_chord(*(point.unknowns / start.scales for point in (start, here, there)), CLOSED)
+    return share_on_chord(*(point.unknowns / start.scales for point in (start, here, there)), CLOSED_BRANCH)
 
 
 def is_first(start: CurvePoint, orbit: Orbit) -> bool:
     """Whether an orbit passes through a state of the first one at τ ≡ 0, with as many events."""
     rows = start.evaluation.section
-    near = np.abs(rows - orbit.unknowns[:4]).max(axis=1) < SAME * max(np.abs(rows).max(), 1e-9)
+    near = np.abs(rows - orbit.unknowns[:4]).max(axis=1) < SAME_ORBIT * max(np.abs(rows).max(), LEAST_SIZE)
     return bool(near.any()) and sorted(orbit.kinds) == sorted(start.orbit.kinds)
 
 
@@ -61,7 +59,7 @@ def value_of_meeting(
     value = here.value + (there.value - here.value) * min(max(share, -1.0), 2.0)
     half = here.orbit.period // 2
     known = min((known for period, known in doublings if period == half), key=lambda v: abs(v - value), default=None)
-    if known is not None and abs(known - value) < CLOSE * curve.width:
+    if known is not None and abs(known - value) < SAME_DOUBLING * curve.width:
         return known
     located = _doubling_near(curve, here.orbit, value)
     return value if located is None else located
@@ -77,7 +75,7 @@ def _doubling_near(curve: Curve, orbit: Orbit, value: float) -> float | None:
     point = curve.solved(guess, value)
     if point is None:
         return None
-    for start, step in ((side, CLOSE * 4.0**k) for k in range(5) for side in (point, point.turned())):
+    for start, step in ((side, SAME_DOUBLING * 4.0**k) for k in range(5) for side in (point, point.turned())):
         ahead = curve.ahead(start, step)
         if ahead is None:
             continue

@@ -19,16 +19,12 @@ from .margins import Margin, least_margin, margins
 from .newton import Convergence, converges
 from .orbit import KeptEquations, Orbit
 from .parameter_range import ParameterRange
+from .tolerances import LONG_CORRECTION, ROUGH, SLOPE_DIFFERENCE, STEEP
 
-ROUGH = 1e-11  # a larger residual is no rounding: it may be that the equations only nearly have a solution there
 # by a slope that is corrected the ratio of two steps stays
 IN_PLANE = Convergence(
     2 * steps.NEWTON_STEPS, far=1.0, converged=steps.CONVERGED, stalled=steps.STALLED, following=1e-13
 )
-DIFFERENCE = 1e-7  # of the width of the range, of differences in α₁
-STEEP = 0.003  # component of the tangent along α₁
-NEIGHBOURS = 2  # known points from which others are predicted
-FAR = 0.25  # of a step: a correction as long as that leads to another curve, or back along the same one
 
 
 class CurvePoint:
@@ -144,7 +140,7 @@ class CurvePoint:
         """
         nearest = list(self.around)
         if len(nearest) > 1:
-            nearest = sorted(nearest, key=lambda known: abs(known - s))[:NEIGHBOURS]
+            nearest = sorted(nearest, key=lambda known: abs(known - s))[:2]
         points = [self, *[self.around[known] for known in nearest]]
         values, along = np.empty((2, len(points), len(self.unknowns)))
         for k, point in enumerate(points):
@@ -194,7 +190,7 @@ class Curve:
         It turns the tangent, and an orbit is exact whatever the tangent is.
         """
         equations = self.equations(value)
-        for h in (DIFFERENCE * self.width, -DIFFERENCE * self.width):
+        for h in (SLOPE_DIFFERENCE * self.width, -SLOPE_DIFFERENCE * self.width):
             try:
                 problem = self.family.at(value + h)
             except ValueError:
@@ -285,7 +281,7 @@ class Curve:
             if found is None or np.abs(found.evaluation.residual).max() > ROUGH:
                 return None
         off = (found.unknowns - guess) / point.scales
-        if not math.sqrt(off @ off) <= FAR * abs(s) + 1e3 * steps.CONVERGED:
+        if not math.sqrt(off @ off) <= LONG_CORRECTION * abs(s) + 1e3 * steps.CONVERGED:
             return None
         point.around[s] = found
         return found

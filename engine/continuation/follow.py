@@ -34,21 +34,24 @@ from .margins import (
 from .nearby import point_within_cycle
 from .orbit import least_period
 from .roots import zero_ahead
-from .seeds import SAME
-from .sequences import REPEATED, after_chatter, beyond, where_contact_opens
+from .sequences import after_chatter, beyond, where_contact_opens
+from .tolerances import (
+    ACCUMULATED,
+    INSIDE_SEQUENCE,
+    LONGEST_MEETING,
+    REPEATED,
+    ROUNDED_IMPACTS,
+    SAME_FOLD,
+    SAME_ORBIT,
+    VANISHING_MARGIN,
+    VANISHING_STEP,
+)
 from .trace import point_on_branch
 from .tracer import StepControl, Tracer
 
-VANISHING = 1e-7, 3e-8  # a step and a margin below which a phase vanishes here: rounding hides the margin's zero
-ROUNDED = 1e-7  # excitation periods: so close together impacts are mostly rounding
-MEETING = 2e-4  # longest step over which the value of a meeting is interpolated
-ACCUMULATED = (
-    1e-8  # of the range: SERIES grazings of new impacts, ever closer, are the first of infinitely many within it
-)
 SERIES = 6
 MOST_SHORT = 200  # orbits, from where a new flight is long enough to be an orbit beyond rounding, back to its beginning
 OTHER_END = {STICKING_BEGINS: STICKING_ENDS, STICKING_ENDS: STICKING_BEGINS}  # of a jump: its kind as a point
-INSIDE = 1e-6  # of a step: as far from the end of a sequence lies the last orbit that is kept
 
 
 class BranchTracer(Tracer):
@@ -82,14 +85,14 @@ class BranchTracer(Tracer):
 
     def _vanishes(self, here: CurvePoint, step: float) -> bool:
         """Whether a phase vanishes at the last orbit, where rounding hides the zero of its margin."""
-        vanishes = step < VANISHING[0] and here.least_margin < VANISHING[1]
+        vanishes = step < VANISHING_STEP and here.least_margin < VANISHING_MARGIN
         if not (vanishes and self._change_sequence(here, 0.0, rounded=True)):
             return False
         self.length += step
         return True
 
     def _why_lost(self, here: CurvePoint) -> str:
-        chatters = CHATTER in here.orbit.kinds and np.diff(here.orbit.instants).min() < ROUNDED
+        chatters = CHATTER in here.orbit.kinds and np.diff(here.orbit.instants).min() < ROUNDED_IMPACTS
         why = "the impacts of a chatter lie too close together" if chatters else "no orbit is found ahead"
         return f"the step shrinks to nothing at {self.curve.words(here)}: {why}"
 
@@ -104,7 +107,7 @@ class BranchTracer(Tracer):
             return self.control.first / 10
         if not halves_meet(here, there):
             return None
-        if step > MEETING:
+        if step > LONGEST_MEETING:
             return step / 4
         self._join(there.orbit.period // 2, value_of_meeting(self.curve, here, there, self.doublings))
         return step
@@ -145,7 +148,7 @@ class BranchTracer(Tracer):
     def _ends_at(self, point: CurvePoint) -> bool:
         """Whether an orbit next to the end of a sequence is the first one of the branch, which then ends there."""
         start = self.points[0]
-        near = abs(point.value - start.value) < SAME * self.curve.width
+        near = abs(point.value - start.value) < SAME_ORBIT * self.curve.width
         if len(self.points) < 10 or not near or not is_first(start, point.orbit):
             return False
         self._close(start.tangent[-1] * point.tangent[-1] > 0)
@@ -214,8 +217,8 @@ class BranchTracer(Tracer):
             return True
         # on its own side of the end, where it is an orbit beyond rounding: at the end itself a new phase is of length
         # zero, which makes the equations singular although nothing bifurcates
-        inside = (self.curve.ahead(here, (1 - INSIDE) * located) if located else None) or last
-        end, way = self._first_orbit_between(here, inside), (1 - INSIDE) * located
+        inside = (self.curve.ahead(here, (1 - INSIDE_SEQUENCE) * located) if located else None) or last
+        end, way = self._first_orbit_between(here, inside), (1 - INSIDE_SEQUENCE) * located
         if end is not None:
             way = here.way_to(end)
         elif self._ends_at(inside):
@@ -262,7 +265,7 @@ class BranchTracer(Tracer):
             self._join(shortest, last.value)
             return
         self._ends_at(following)
-        meets_shorter = least_period(last.evaluation.section, SAME) < last.orbit.period
+        meets_shorter = least_period(last.evaluation.section, SAME_ORBIT) < last.orbit.period
         if (by_run or meets_shorter) and self._has_passed(following):
             self.reason = f"{kind} at {where}: the orbits that go on from there are those of the branch before"
             return
@@ -310,6 +313,6 @@ class BranchTracer(Tracer):
     def _join(self, period: int, value: float) -> None:
         """End the branch where it meets one of a shorter period; α₁ turns there, which is no fold."""
         self.joined = value
-        near = 1e-9 * self.curve.width
+        near = SAME_FOLD * self.curve.width
         self.marks = [each for each in self.marks if each[0].kind != FOLD or abs(each[0].value - value) > near]
         self.reason = f"joins a branch of period {period} at {self.curve.family.over} = {value:.12g}"

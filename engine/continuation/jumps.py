@@ -17,11 +17,10 @@ from .margins import STICKING_BEGINS, STICKING_ENDS, Margin
 from .nearby import first_ahead, is_near, orbit_near, point_within_cycle, walk
 from .orbit import Orbit, orbit_of_run, touching_at_start, within_cycle
 from .roots import zero_ahead
+from .tolerances import INSIDE_CURVE, LOCATED_JUMP
 
 JUMPS = 10.0 ** np.arange(-7, -3)  # of the range, to where runs show a sequence that follows
-LOCATED = 1e-9  # of a step: as well is the end of a jump located
 SPLICED = 3  # events of a run, from the first that differs on, with which the last orbit may go on
-INSIDE = 1e-3  # of a step: as far from the end of its curve lies the first orbit after a jump
 
 
 def after_jump(curve: Curve, last: CurvePoint, margin: Margin | None) -> tuple[CurvePoint | None, CurvePoint | None]:
@@ -167,8 +166,8 @@ class Sticking:
 
         With the tangent of the first.
         """
-        zero = zero_ahead(self.curve.along(inside), inside.way_to(outside), self._value, LOCATED)
-        point = None if zero is None else self.curve.ahead(inside, (1 - INSIDE) * zero[0])
+        zero = zero_ahead(self.curve.along(inside), inside.way_to(outside), self._value, LOCATED_JUMP)
+        point = None if zero is None else self.curve.ahead(inside, (1 - INSIDE_CURVE) * zero[0])
         if point is None or not point.holds:
             return None, None
         return point, zero[1]

@@ -6,15 +6,15 @@ from itertools import pairwise
 
 import numpy as np
 
+from ..motions.tolerances import LEAST_SIZE
 from .curve import Curve, CurvePoint
 from .margins import STICKING_BEGINS, STICKING_ENDS
 from .nearby import point_within_cycle
 from .orbit import Orbit
-from .seeds import SAME
+from .tolerances import MARGIN_ROUNDING, SAME_ORBIT
 from .trace import Trace
 
-ROUNDING = 1e-12  # of a margin
-WALK = 8  # steps from an orbit to one between it and its neighbour on the branch
+MOST_WALK = 8  # steps from an orbit to one between it and its neighbour on the branch
 
 
 class KnownBranches:
@@ -44,18 +44,18 @@ class KnownBranches:
     def have_point(self, point: CurvePoint) -> bool:
         """Whether an orbit that is a point of a curve lies on one of them."""
         orbit, value, rows = point.orbit, point.value, point.evaluation.section
-        size = max(np.abs(rows).max(), 1e-9)
+        size = max(np.abs(rows).max(), LEAST_SIZE)
         for points, values in self._pieces:
             for k in np.flatnonzero((values[:-1] - value) * (values[1:] - value) <= 0):
                 a, b = points[k], points[k + 1]
-                if a.orbit.period == orbit.period and self._is_between(a, b, rows, value, SAME * size):
+                if a.orbit.period == orbit.period and self._is_between(a, b, rows, value, SAME_ORBIT * size):
                     return True
         return False
 
     def _is_between(self, a: CurvePoint, b: CurvePoint, rows: np.ndarray, value: float, same: float) -> bool:
         """Whether an orbit with this section is one of those between two neighbours on a branch, to a distance."""
         share = (value - a.value) / (b.value - a.value) if b.value != a.value else 0.5
-        guesses = [(a.orbit, a.value, WALK), (b.orbit, b.value, WALK)]
+        guesses = [(a.orbit, a.value, MOST_WALK), (b.orbit, b.value, MOST_WALK)]
         if a.orbit.kinds == b.orbit.kinds:
             chord = b.orbit.unknowns - a.orbit.unknowns
             between = replace(a.orbit, unknowns=a.orbit.unknowns + share * chord)
@@ -77,4 +77,4 @@ class KnownBranches:
         """
         there = point_within_cycle(self.curve, CurvePoint(self.curve, known, value))
         near = (np.abs(rows - there.orbit.unknowns[:4]).max(axis=1) < same).any()
-        return bool(near) and there.least_margin > -ROUNDING
+        return bool(near) and there.least_margin > -MARGIN_ROUNDING

@@ -15,10 +15,9 @@ from .points import PointProblem
 from .points.grazing import Grazing, touched_at
 from .points.singular import regular, short_pairs
 from .roots import changes_ahead, zero_ahead
+from .tolerances import NEAR_MEETING, ON_CIRCLE
 
 CUSP = "cusp"
-NEAR = 1e-3  # scaled, of the place that a step shows
-ON_CIRCLE = 1e-4  # a multiplier that close to the unit circle lies on it
 
 Key = tuple[str, bool]  # kind of the other bifurcation, and whether it is one of the orbit without the touch
 At = Callable[[float], Place | None]  # the place a distance ahead
@@ -83,7 +82,7 @@ class Meetings:
         if not 0 < size < np.inf:
             return None
         found = self._problem.solved(near, row / size, lambda there: other(there) / size)
-        return found if found is not None and np.abs(found.shares - near.shares).max() < NEAR else None
+        return found if found is not None and np.abs(found.shares - near.shares).max() < NEAR_MEETING else None
 
     def _bare(self, place: Place) -> Place:
         """The orbit without its touch."""

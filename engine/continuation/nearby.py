@@ -7,9 +7,9 @@ import numpy as np
 
 from .curve import Curve, CurvePoint
 from .orbit import Orbit, within_cycle
+from .tolerances import ANOTHER_MOTION
 from .tracer import StepControl
 
-NEAR = 0.1  # of the orbit's size: an orbit farther away is another motion
 WALK, LONGEST_WALK = StepControl(first=1e-5, largest=np.inf, smallest=1e-7, growth=4.0, turn=0.98), 0.03
 
 
@@ -27,7 +27,7 @@ def point_within_cycle(curve: Curve, point: CurvePoint) -> CurvePoint:
 
 def is_near(curve: Curve, last: CurvePoint, orbit: Orbit) -> bool:
     """Whether an orbit is near the last one: farther away is another motion."""
-    return bool(np.abs(orbit.unknowns[:4] - last.orbit.unknowns[:4]).max() <= NEAR * curve.scales(orbit)[0])
+    return bool(np.abs(orbit.unknowns[:4] - last.orbit.unknowns[:4]).max() <= ANOTHER_MOTION * curve.scales(orbit)[0])
 
 
 def orbit_near(curve: Curve, last: CurvePoint, guess: Orbit, value: float, onwards: float) -> CurvePoint | None:

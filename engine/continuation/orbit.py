@@ -17,11 +17,11 @@ from ..drivers.orbit import (
     Evaluation,
     OrbitEquations,
 )
+from ..motions.tolerances import LEAST_SIZE
 from ..result import Cancelled, Checkpoint
 from ..simulate import simulate
+from .tolerances import INSTANT_ROUNDING
 
-MOST_TABLES = 8
-ROUNDING = 1e-12  # excitation periods, of the instants of a run
 NAMES = {
     IMPACT: "impact",
     STICK: "stick",
@@ -119,7 +119,7 @@ class KeptEquations:
         found = self._known.get(numbers)
         if found is None:
             last = next(reversed(self._known.values()), None)
-            if len(self._known) > MOST_TABLES:
+            if len(self._known) > 8:
                 self._known.clear()
             found = self._known[numbers] = OrbitEquations(*self._problem(*numbers), like=last)
         return found
@@ -127,7 +127,7 @@ class KeptEquations:
 
 def least_period(rows: np.ndarray, same: float) -> int:
     """After how many excitation periods the section of a cycle, (p, 4), repeats itself, to a share of its size."""
-    size = same * max(np.abs(rows).max(), 1e-9)
+    size = same * max(np.abs(rows).max(), LEAST_SIZE)
     shorter = (p for p in range(1, len(rows)) if len(rows) % p == 0)
     return next((p for p in shorter if np.abs(rows - np.roll(rows, -p, axis=0)).max() <= size), len(rows))
 
@@ -179,7 +179,7 @@ def _contacts(run, cycle: float, period: int) -> list[tuple[float, int]]:
     for begin, end in run.contacts / cycle:
         if begin > 0.0:
             events.append((begin, TOUCH))
-        if end < period - ROUNDING:
+        if end < period - INSTANT_ROUNDING:
             events.append((end, PART))
     return sorted(events)
 

@@ -5,9 +5,9 @@ from dataclasses import dataclass
 
 from ..checks import require
 from .family import Family
+from .tolerances import LOGARITHMIC
 
-LARGEST_END = 1e12
-DECADES = 10.0  # a range whose ends differ by more may be followed in the logarithm
+LARGEST_FOLLOWED = 1e12
 
 
 @dataclass(frozen=True)
@@ -28,7 +28,7 @@ class ParameterRange:
             If it is empty, or an end of it is nothing that the number may be.
         """
         name, advice = family.over, "give the ends of the range as numbers"
-        low, high = (require(name, end, -LARGEST_END, LARGEST_END, advice) for end in (low, high))
+        low, high = (require(name, end, -LARGEST_FOLLOWED, LARGEST_FOLLOWED, advice) for end in (low, high))
         if not low < high:
             raise ValueError(f"{name} from {low:g} to {high:g} is an empty range: give the smaller number first")
         for end in (low, high):
@@ -50,7 +50,7 @@ class ParameterRange:
     @property
     def logarithmic(self) -> bool:
         """Whether shares of it are those of the logarithm."""
-        return self.low > 0 and self.high > DECADES * self.low
+        return self.low > 0 and self.high > LOGARITHMIC * self.low
 
     def value(self, share: float) -> float:
         """The number at a share of the range."""

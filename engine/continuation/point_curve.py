@@ -17,9 +17,10 @@ from .family import Family
 from .orbit import KINDS, Orbit, touching_at_start
 from .parameter_range import ParameterRange
 from .plane import Place, Plane
-from .point_trace import CLOSES, SAME, PointTracer
+from .point_trace import CLOSES, PointTracer
 from .points import PointProblem
 from .question import BranchQuestion
+from .tolerances import SAME_POINT
 
 MOST_POINTS = 2000  # of a curve in each direction
 
@@ -175,7 +176,7 @@ def _begun(plane: Plane, point: Point, shares: np.ndarray) -> tuple[PointProblem
         place = plane.at(orbit, shares)
         for problem, guess in PointProblem.by_kind[point.kind].begun(point.kind, plane, place):
             found = problem.at_share(plane.at(guess, shares), 1, shares[1])
-            if found is not None and abs(found.shares[0] - shares[0]) < SAME:
+            if found is not None and abs(found.shares[0] - shares[0]) < SAME_POINT:
                 return problem, found
     value, along = plane.values(shares)
     over, second = plane.axes

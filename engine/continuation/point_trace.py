@@ -12,14 +12,15 @@ from .orbit import within_cycle
 from .plane import Place
 from .points import PointProblem
 from .points.problem import between
+from .tolerances import CLOSED_CURVE, EXTRAPOLATED, MEETS, ROUGH_STEP, SAME_POINT
 from .tracer import StepControl, Tracer
 
-ROUGH_STEP = 1e-5  # scaled: where a longer one leads out of the sequence, a shorter one may find its end
-SAME = 1e-6  # of the ranges: points closer than that are the same
-CLOSED = 0.01  # of a step
-MEETS = 0.75  # of the difference of the halves of a cycle: a step to a smaller one may lead to where it is zero
-PARTS = (0.85, 0.7, 0.55, 0.4)  # of that difference: from places with these both numbers are extrapolated …
-EXTRAPOLATED = 1e-7  # … if the last of them changes the shares by less
+PARTS = (
+    0.85,
+    0.7,
+    0.55,
+    0.4,
+)  # of the difference of halves: places with these, from which both numbers are extrapolated
 CLOSES = "the curve closes in itself"
 
 
@@ -58,7 +59,7 @@ class PointTracer(Tracer):
             if guess is None or abs(guess.shares[0] - shares[0]) > self.control.largest:
                 continue
             found = here.problem.at_share(guess, 1, shares[1])
-            if found is not None and abs(found.shares[0] - shares[0]) < SAME:
+            if found is not None and abs(found.shares[0] - shares[0]) < SAME_POINT:
                 return True
         return False
 
@@ -119,7 +120,7 @@ class PointTracer(Tracer):
         if turn:
             turned = self.curve.turned(turn, orbit)
             moved = turned.at_share(self.plane.at(orbit, place.shares), 1, place.shares[1])
-            if moved is not None and np.abs(moved.shares - place.shares).max() < SAME:
+            if moved is not None and np.abs(moved.shares - place.shares).max() < SAME_POINT:
                 self.curve, place = turned, moved
             else:
                 turn = 0
@@ -176,7 +177,7 @@ class PointTracer(Tracer):
         if not start.orbit.kinds == before.orbit.kinds == here.orbit.kinds:
             return False
         first, second, one, two = (place.scaled(self.curve.scales) for place in (start, second, before, here))
-        share = share_on_chord(first, one, two, CLOSED)
+        share = share_on_chord(first, one, two, CLOSED_CURVE)
         return share is not None and 0 <= share <= 1 and (two - one) @ (second - first) > 0
 
 

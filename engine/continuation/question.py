@@ -15,8 +15,6 @@ from ..motions.steady import MAX_PERIOD_LIMIT
 from .family import Family
 from .parameter_range import ParameterRange
 
-MOST_ORBITS = 5000
-
 
 @dataclass(frozen=True)
 class BranchQuestion:
@@ -66,7 +64,7 @@ class BranchQuestion:
     high: float
     max_period: int = 8
     unstable: bool = False
-    most_orbits: int = MOST_ORBITS
+    most_orbits: int = 5000
     initial: Sequence[float] | None = None
 
     def __post_init__(self) -> None:

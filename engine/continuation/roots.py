@@ -5,13 +5,13 @@ from collections.abc import Callable
 from functools import partial
 from typing import TypeVar
 
-TOLERANCE = 1e-12  # of the interval, by default
-MOST_STEPS = 200
+from .tolerances import ROOT_TOLERANCE
+
 P = TypeVar("P")
 
 
 def zero_ahead(
-    at: Callable[[float], P | None], length: float, value: Callable[[P], float], tolerance: float = TOLERANCE
+    at: Callable[[float], P | None], length: float, value: Callable[[P], float], tolerance: float = ROOT_TOLERANCE
 ) -> tuple[float, P] | None:
     """How far ahead along a curve, and at which point, a number is zero; None if that is not found.
 
@@ -48,7 +48,7 @@ def changes_ahead(
 
 
 def first_zero(
-    function: Callable[[float], float], low: float, high: float, tolerance: float = TOLERANCE
+    function: Callable[[float], float], low: float, high: float, tolerance: float = ROOT_TOLERANCE
 ) -> float | None:
     """A zero between two arguments: inverse quadratic interpolation where it is safe, else bisection.
 
@@ -60,7 +60,7 @@ def first_zero(
         return None
     least = abs(tolerance * (high - low))
     share = 0.5
-    for _ in range(MOST_STEPS):
+    for _ in range(200):
         x = a + share * (b - a)
         fx = function(x)
         if math.isnan(fx):

@@ -13,10 +13,10 @@ from pathlib import Path
 import numpy as np
 
 from ..drivers.event_driven import check_apart
+from ..motions.tolerances import NEUTRAL
 from ..result import Cancelled
 from ..simulate import starting_checkpoint
 from .branch import Branch
-from .branch_switching import other_branch
 from .curve import Curve, CurvePoint
 from .follow import BranchTracer
 from .journal import Journal
@@ -24,16 +24,18 @@ from .known_branches import KnownBranches
 from .margins import BRANCH_POINT, DOUBLING
 from .orbit import Orbit, check_cancelled
 from .question import BranchQuestion
-from .seeds import STABLE, OrbitFinder
+from .seeds import OrbitFinder
 from .sequences import on_its_sequence
+from .tolerances import SAME_JOIN
 from .trace import Trace, branch_of_traces
 
 SEEDS = 40  # values of the number at which motions are looked for
-STARTS = 6  # at each, the first of them rest
+STARTS_AT_EACH = 6  # at each, the first of them rest
 FINE_SEEDS = 500  # values at which they are looked for then, from one start
 MOST_IN_ALL = 100_000  # orbits on all branches together, after which the search ends: some minutes
 STOPPED = "stopped"  # the end of a branch that was being followed when the search was cancelled
 LONGEST_UNSTABLE = 8.0  # scaled length of the part of a branch, of more than one period, on which no motion is stable
+AWAY = 10.0 ** np.arange(-4, -1.0, 0.5)  # scaled first steps on a branch that begins at a point
 EVERY = 10  # orbits: how often a branch is compared with those found before
 
 
@@ -112,7 +114,7 @@ class BranchSearch:
             value = min(max(self.family.value, self.span.low), self.span.high)
             yield value, self.finder.settled(value, None)
             return
-        yield from self.finder.orbits(SEEDS, STARTS, unstable=True)
+        yield from self.finder.orbits(SEEDS, STARTS_AT_EACH, unstable=True)
         for source in (partial(self.finder.orbits, starts=1, unstable=False), self.finder.from_elsewhere):
             yield from source(FINE_SEEDS)
 
@@ -120,7 +122,7 @@ class BranchSearch:
         """The branches that begin at points of others."""
         while self._pending and not self._is_spent():
             kind, point = self._pending.pop(0)
-            if any(abs(point.value - value) < 1e-7 * self.span.width for value in self._joined):
+            if any(abs(point.value - value) < SAME_JOIN * self.span.width for value in self._joined):
                 continue
             start = other_branch(self.curve, kind, point)
             if start is not None and not self._known.have_point(start):
@@ -149,7 +151,7 @@ class BranchSearch:
         self._doublings += [(point.period, point.value) for point, _ in trace.marks if point.kind == DOUBLING]
         for point, orbit in trace.marks:
             doubles = point.kind == DOUBLING and 2 * point.period <= self.question.max_period
-            stable = np.abs(point.multipliers).max() < 1 + STABLE
+            stable = np.abs(point.multipliers).max() < 1 + NEUTRAL
             if (doubles or point.kind == BRANCH_POINT) and (stable or self.question.unstable):
                 self._pending.append((point.kind, orbit))
         return trace
@@ -165,7 +167,7 @@ class BranchSearch:
                     break
                 if self.question.unstable or here.orbit.period == 1:
                     continue
-                stable = np.abs(here.multipliers).max() < 1 + STABLE
+                stable = np.abs(here.multipliers).max() < 1 + NEUTRAL
                 since = tracer.length if stable else since
                 if tracer.length - since >= LONGEST_UNSTABLE:
                     where = self.curve.words(here)
@@ -176,3 +178,37 @@ class BranchSearch:
         except ValueError as error:  # a number is out of its range
             tracer.reason = str(error)
         return tracer
+
+
+def other_branch(curve: Curve, kind: str, point: CurvePoint) -> CurvePoint | None:
+    """The first orbit of the branch that begins at a point of this kind; None if it is not found."""
+    times = 2 if kind == DOUBLING else 1
+    orbit = point.orbit.repeated(times)
+    here = CurvePoint(curve, orbit, point.value)
+    scales = curve.scales(orbit)
+    tangent = np.concatenate([point.tangent[:4], np.tile(point.tangent[4:-1], times), point.tangent[-1:]])
+    if not np.isfinite(here.extended).all():
+        return None
+    away = _across(
+        tangent / np.linalg.norm(tangent), *np.linalg.svd(here.extended * scales)[2][-2:]
+    )  # both null vectors
+    for step in AWAY:
+        guess = here.unknowns + step * away * scales
+        row = away / scales
+        start = curve.constrained(orbit.at(guess[:-1]), float(guess[-1]), (row, row @ guess), away)
+        if start is None:
+            continue
+        rows = start.evaluation.section
+        half = orbit.period // 2
+        if kind == DOUBLING and np.abs(rows[0] - rows[half]).max() < 0.1 * step * scales[0]:
+            continue  # back on the branch of half the period
+        if start.least_margin > 0:
+            return start
+    return None
+
+
+def _across(tangent: np.ndarray, first: np.ndarray, second: np.ndarray) -> np.ndarray:
+    """The direction orthogonal to the tangent in the plane of two vectors, of length one."""
+    farther = second if abs(tangent @ second) < abs(tangent @ first) else first
+    away = farther - tangent * (tangent @ farther)
+    return away / np.linalg.norm(away)

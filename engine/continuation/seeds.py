@@ -14,21 +14,16 @@ from ..cells import CellResults, Cells
 from ..model import System
 from ..motions.poincare_map import PoincareMap
 from ..motions.steady import steady
+from ..motions.tolerances import LEAST_SIZE, NEUTRAL
 from ..simulate import starting_checkpoint
 from .curve import Curve, CurvePoint
 from .newton import Convergence, converges
 from .orbit import Orbit, least_period, orbit_of_run
 from .sequences import on_its_sequence
+from .tolerances import BESIDE_SEQUENCE, NEARLY_RETURNS, RETURNS_CLOSELY, SAME_ORBIT, ZERO_MARGIN
 
-TRANSIENT, SAMPLE = 2000, 64  # periods
-REACH = 1.5  # of the largest displacement and velocity of the runs from rest, to where starts are drawn
-NEAR = 0.03  # of the size: a state that nearly returns lies near an orbit
-SAME = 1e-6  # of the size: orbits closer than that are the same
-CLOSE = 1e-6  # of the size: the events of a state that returns so closely are those of the orbit
-ZERO = 1e-8  # a margin farther below zero is that of a solution which is no orbit: the bodies penetrate on the way …
-BESIDE = 1e-3  # … but for one next to the end of its sequence, from which the curve leads to an orbit
-OF_MAP = Convergence(15, far=10.0, converged=CLOSE)  # of Newton's method on the Poincaré map, in sizes
-STABLE = 1e-6  # beyond one: a motion loses its stability at a point if no multiplier is larger
+REACH_OF_SEEDS = 1.5  # of the largest displacement and velocity of the runs from rest, to where starts are drawn
+OF_MAP = Convergence(15, far=10.0, converged=RETURNS_CLOSELY)  # of Newton's method on the Poincaré map, in sizes
 
 
 class OrbitFinder:
@@ -55,7 +50,7 @@ class OrbitFinder:
 
     # -- one orbit -----------------------------------------------------------------------------------------------------
 
-    def at(self, value: float, state: Sequence[float], period: int, beyond: float = ZERO) -> Orbit | None:
+    def at(self, value: float, state: Sequence[float], period: int, beyond: float = ZERO_MARGIN) -> Orbit | None:
         """The orbit through a state at τ = 0, with its events; None if it is not found, or penetrates by more."""
         problem = self.family.at(value)
         poincare = PoincareMap(*problem, None)
@@ -68,7 +63,7 @@ class OrbitFinder:
         if not found.least_margin >= -beyond:
             return None
         rows = found.evaluation.section
-        shortest = least_period(rows, SAME)
+        shortest = least_period(rows, SAME_ORBIT)
         return orbit if shortest == period else self.at(value, poincare.displacements(rows[0]), shortest, beyond)
 
     def near(self, value: float, state: Sequence[float]) -> Orbit | None:
@@ -79,20 +74,20 @@ class OrbitFinder:
         problem = self.family.at(value)
         poincare = PoincareMap(*problem, self.cancelled)
         y = poincare.coordinates(np.asarray(starting_checkpoint(state, *problem).state))
-        size, near = max(np.abs(y).max(), 1e-9), None
+        size, near = max(np.abs(y).max(), LEAST_SIZE), None
         for period in range(1, self.max_period + 1):
             returned = poincare(y, period)
-            if returned is None or not returned.residual < NEAR * size:
+            if returned is None or not returned.residual < NEARLY_RETURNS * size:
                 continue
-            if near is not None and not returned.residual < CLOSE * size:
+            if near is not None and not returned.residual < RETURNS_CLOSELY * size:
                 continue
-            orbit = self.at(value, poincare.displacements(y), period, BESIDE)
+            orbit = self.at(value, poincare.displacements(y), period, BESIDE_SEQUENCE)
             if orbit is not None and on_its_sequence(self.curve, CurvePoint(self.curve, orbit, value)) is None:
                 continue
             off = np.inf if orbit is None else np.abs(orbit.unknowns[:4] - y).max()
-            if off < CLOSE * size:
+            if off < RETURNS_CLOSELY * size:
                 return orbit
-            if near is None and off < 2 * NEAR * size:
+            if near is None and off < 2 * NEARLY_RETURNS * size:
                 near = orbit
         return near
 
@@ -121,13 +116,13 @@ class OrbitFinder:
         """The orbit that Newton's method on the Poincaré map finds from a state; None if it finds none."""
         poincare = PoincareMap(*self.family.at(value), self.cancelled)
         y = poincare.coordinates(np.asarray(state, dtype=float))
-        size = max(np.abs(y).max(), 1e-9)
+        size = max(np.abs(y).max(), LEAST_SIZE)
 
         def take(before: float) -> float:  # the residual stands for the step
             nonlocal y
             returned = poincare(y, period)
             residual = np.inf if returned is None else returned.residual / size
-            if CLOSE <= residual < OF_MAP.far:
+            if RETURNS_CLOSELY <= residual < OF_MAP.far:
                 step = np.linalg.lstsq(returned.jacobian - np.eye(4), y - returned.state, rcond=None)[0]
                 y = y + step * min(1.0, 0.5 * size / max(np.abs(step).max(), 1e-300))
             return residual
@@ -173,7 +168,7 @@ class OrbitFinder:
         """Runs at these values from rest."""
         runs = self._runs(values, None)
         ends = np.nanmax(np.abs(runs.end), axis=0, initial=1.0)
-        self._reach = np.maximum(self._reach, REACH * np.array([max(ends[0], ends[2]), max(ends[1], ends[3])]))
+        self._reach = np.maximum(self._reach, REACH_OF_SEEDS * np.array([max(ends[0], ends[2]), max(ends[1], ends[3])]))
         return runs
 
     def _from_random_starts(self, values: np.ndarray) -> CellResults:
@@ -188,7 +183,7 @@ class OrbitFinder:
         cells = {"eta": [eta for _, eta, _ in problems], "method": self.family.method, "initial": initial}
         if self.family.over in ("K", "D"):
             cells["stiffness" if self.family.over == "K" else "damping"] = values
-        how = {"transient": TRANSIENT, "sample": SAMPLE, "threads": self.threads, "cancelled": self.cancelled}
+        how = {"transient": 2000, "sample": 64, "threads": self.threads, "cancelled": self.cancelled}
         return run_cells(Cells([system for system, _, _ in problems], **cells), **how)
 
     def _count(self, runs: CellResults, i: int) -> None:
@@ -199,7 +194,7 @@ class OrbitFinder:
     def _of_run(self, value: float, runs: CellResults, i: int, unstable: bool) -> Iterator[Orbit]:
         """The orbits that the section of one run leads to."""
         rows, period = runs.section[i], int(runs.period[i])
-        near = NEAR * max(np.abs(rows).max(), 1e-9)
+        near = NEARLY_RETURNS * max(np.abs(rows).max(), LEAST_SIZE)
         if 0 < period <= self.max_period:
             guesses = [self.at(value, runs.end[i], period)]
         else:
@@ -219,7 +214,7 @@ class OrbitFinder:
 
     def _attracts(self, orbit: Orbit, value: float) -> bool:
         factors = np.abs(self.curve.evaluate(orbit, value).multipliers)
-        return orbit.period == 1 or not factors.max() > 1 + STABLE
+        return orbit.period == 1 or not factors.max() > 1 + NEUTRAL
 
 
 def _apart(system: System, state: np.ndarray) -> np.ndarray:

@@ -20,12 +20,9 @@ from .margins import GRAZING, LATER_SUM, OPENS, STAYS_SHUT, Margin
 from .nearby import first_ahead, orbit_near, point_within_cycle
 from .orbit import Orbit, least_period, short_phase
 from .roots import zero_ahead
+from .tolerances import REPEATED, SHORTEST_CONTACT, SHORTEST_FLIGHT, ZERO_MARGIN
 
 STEPS = 10.0 ** np.arange(-7, -2.5, 0.5)  # scaled, along the new curve: the first that shows which way it goes
-ZERO = 1e-8  # a margin below that is zero where another one is
-REPEATED = 1e-10  # of the size: rounding; within the first step an orbit departs farther from one of a shorter period
-SHORTEST = 1e-6  # excitation periods: a new contact, or flight, of the penalty is followed from there on …
-SHORTEST_FLIGHT = 3e-3  # … and a new flight of the reference, whose gap is of third order in its length
 
 
 def beyond(curve: Curve, last: CurvePoint) -> tuple[CurvePoint | None, Margin, CurvePoint | None, bool]:
@@ -39,7 +36,7 @@ def beyond(curve: Curve, last: CurvePoint) -> tuple[CurvePoint | None, Margin, C
     """
     shorter = None
     found = sorted(last.margins, key=lambda each: each.value)
-    crossed = [each for each in found if each.value <= max(ZERO, found[0].value)]
+    crossed = [each for each in found if each.value <= max(ZERO_MARGIN, found[0].value)]
     for margin in crossed:
         for orbit, phase in _neighbours(curve, last, margin):
             point = _with_short_phase(curve, last, orbit, *phase) if phase else _on_its_side(curve, last, orbit)
@@ -84,7 +81,7 @@ def _neighbours(curve: Curve, last: CurvePoint, margin: Margin) -> Iterator[tupl
     orbit, k, method = last.orbit, margin.event, curve.family.method
     rigid = method.rigid
     if margin.inside:
-        length = SHORTEST_FLIGHT if rigid and margin.kind == OPENS else SHORTEST
+        length = SHORTEST_FLIGHT if rigid and margin.kind == OPENS else SHORTEST_CONTACT
         n, where = len(margin.more), last.evaluation.facts[k, WHERE]
         new = orbit.with_events(k, where + length * np.linspace(0.0, 1.0, n), margin.more)
         yield new, (k, k + n - 1) if n > 1 else None

@@ -10,10 +10,10 @@ from collections.abc import Callable, Iterator
 from typing import NamedTuple, TypeVar
 
 from .orbit import check_cancelled
+from .tolerances import AT_BORDER
 from .trace import Trace
 
 P = TypeVar("P")
-AT_BORDER = 1e-9  # scaled: closer to the border of a range is on it
 
 
 class StepControl(NamedTuple):

@@ -3,13 +3,11 @@
 import numpy as np
 
 from ..motions.description import Motion
-from ..motions.words import UNBROKEN, difference_in_kind
+from ..motions.tolerances import UNBROKEN
+from ..motions.words import difference_in_kind
 from ..wording import counted, percent
 from .compare import Comparison
-
-SAME, CLOSE = 0.02, 0.10  # relative rms: below the first, two curves coincide on the screen
-IMPACTS = 0.05  # per period, and relative: smaller differences in number are not mentioned
-VISIBLE = 1e-3  # of the section's size: smaller scatter is not mentioned
+from .tolerances import CLOSE_CURVE, SAME_COUNT, SAME_CURVE, VISIBLE
 
 
 def agreement(comparison: Comparison) -> tuple[str, str]:
@@ -19,13 +17,13 @@ def agreement(comparison: Comparison) -> tuple[str, str]:
     reference, penalty, total = comparison.reference, comparison.penalty, comparison.difference.total
     impacts, kinds = _impacts_clause(reference, penalty), difference_in_kind(reference, penalty)
     amount = f"the displacements differ by {percent(total)} (rms)"
-    if kinds and total <= CLOSE:
+    if kinds and total <= CLOSE_CURVE:
         return "partly", f"They agree roughly, but not in kind: {kinds}, and {amount}{impacts}."
     if kinds:
         return "no", f"They disagree: {kinds}, and {amount}{impacts}."
-    if total <= SAME:
+    if total <= SAME_CURVE:
         return ("partly" if impacts else "yes"), f"They agree: {amount}{impacts and ', but' + impacts[1:]}."
-    if total <= CLOSE:
+    if total <= CLOSE_CURVE:
         return "partly", f"They agree roughly: {amount}{impacts}."
     return "no", f"They disagree: {amount}{impacts}."
 
@@ -52,16 +50,16 @@ def _agreement_of_sections(comparison: Comparison) -> tuple[str, str]:
     total, chance = difference.total, f"up to {percent(difference.chance)}"
     head = f"{first}: the sections differ by {percent(total)}"
     if total <= difference.chance:
-        agree = "yes" if total <= CLOSE and not kinds else "partly"
+        agree = "yes" if total <= CLOSE_CURVE and not kinds else "partly"
         return agree, f"{head}, no more than chance explains ({chance})."
-    agree = "partly" if total <= CLOSE and not impacts and not kinds else "no"
+    agree = "partly" if total <= CLOSE_CURVE and not impacts and not kinds else "no"
     return agree, f"{head} (chance explains {chance}){impacts}."
 
 
 def _impacts_clause(reference: Motion, penalty: Motion) -> str:
     """Impacts and contacts per period, if their numbers differ; else empty."""
     impacts, contacts = reference.impacts_per_period, penalty.impacts_per_period
-    if abs(impacts - contacts) <= max(IMPACTS, IMPACTS * impacts):
+    if abs(impacts - contacts) <= max(SAME_COUNT, SAME_COUNT * impacts):
         return ""
     lasting = penalty.contact_share >= 1.0 - UNBROKEN
     held = "always in contact" if lasting else f"with {counted(contacts, 'contact')} a period"

@@ -17,20 +17,14 @@ with D at equal restitution leaves, if that is less than two thirds of it.
 
 from dataclasses import dataclass
 
-from .agreement import SAME
 from .alone import Alone, Change
 from .compare import Comparison
 from .conditions import conditions
 from .encounters import mean_closing_speed
 from .remaining import Remaining
 from .search import enough_steps, search_all_three, search_pair
+from .tolerances import APART, EQUALLY, HALF, NEARLY, REMOVED, SAME_CURVE, TIE
 
-REMOVED = 0.75  # share of what can be removed that a number to blame removes
-HALF = 0.5  # share of the difference that may be left by what is to blame
-EQUAL = 1.2  # times the least: a number that leaves no more is to blame as well, whatever it removes
-TIE = 1.5  # times the least: the same of a number that removes as much as is asked
-APART = 0.85  # of the reference: motions that are left so far apart have nothing in common
-NEARLY = 1.3  # times as much may be left with a status, integrator or number of steps that stands for no step at all
 OF_STEPS = ("status", "integrator")
 
 
@@ -65,14 +59,14 @@ def find_blame(comparison: Comparison, found: Alone, remaining: Remaining) -> Bl
     total, chance = difference.total, difference.chance
     changes = [each for each in found.changes if each.changed != "joint damping" or _counts(comparison)]
     alone = max(min((each.robust for each in changes), default=total), chance)
-    if total <= max(SAME, chance):
+    if total <= max(SAME_CURVE, chance):
         return Blame(least=min(alone, total))
     most, pair = min(HALF * total, APART), None
     if alone > (1.0 - REMOVED) * total:
         pair = _better(search_pair(comparison, remaining), alone, chance)
     least = pair.robust if pair else alone
     if alone <= min(most, enough := total - REMOVED * (total - least)):
-        enough = max(EQUAL * alone, min(TIE * alone, enough))
+        enough = max(EQUALLY * alone, min(TIE * alone, enough))
         named = [each for each in changes if max(each.robust, chance) <= enough]
         found_alone = _of_numbers(comparison, _narrowed(named), remaining, least)
         if pair is None or len(found_alone.cancelling) < len(found_alone.changes):
@@ -94,7 +88,7 @@ def _of_numbers(comparison: Comparison, named: list[Change], remaining: Remainin
     steps = next((each for each in named if each.changed in ("steps", *OF_STEPS)), None)
     more = None
     if steps is not None and (steps.changed != "steps" or not steps.method.has_step):
-        more = enough_steps(comparison, remaining, max(NEARLY * steps.robust, SAME, comparison.difference.chance))
+        more = enough_steps(comparison, remaining, max(NEARLY * steps.robust, SAME_CURVE, comparison.difference.chance))
     if more is not None and steps.changed == "steps":
         named = [more if each is steps else each for each in named]
     cancelling = tuple(each for each in named if contact_fails(comparison, each))
@@ -121,6 +115,6 @@ def _narrowed(named: list[Change]) -> list[Change]:
     of_steps = [each for each in named if each.changed in ("steps", *OF_STEPS)]
     if not of_steps:
         return named
-    enough = max(NEARLY * min(each.robust for each in of_steps), SAME)
+    enough = max(NEARLY * min(each.robust for each in of_steps), SAME_CURVE)
     choice = next((each for each in of_steps if each.changed in OF_STEPS and each.robust <= enough), of_steps[0])
     return [each for each in named if each is choice or each not in of_steps]

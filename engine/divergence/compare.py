@@ -1,6 +1,6 @@
 """Comparison of a penalty solution with the reference: how far it is from it, and what the difference consists of."""
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from functools import cached_property
 from html import escape
@@ -9,19 +9,16 @@ import numpy as np
 
 from ..datasets import comparison_dataset
 from ..drivers.section import period_of
-from ..methods import Newmark, Reference, TimeStepping
-from ..model import System
 from ..motions.description import Motion, describe
-from ..motions.motion import FARTHEST, motion
+from ..motions.motion import motion
 from ..motions.poincare_map import without_penetration
-from ..motions.steady import REST
 from ..result import Checkpoint, Record, Response
-from ..simulate import simulate
+from ..simulate import FARTHEST, simulate
 from .difference import Difference, known
 from .encounters import Encounters, match_encounters
 from .error import Target
-from .grid import PER_PERIOD
 from .parts import PARTS, DifferenceSeries, PerSolution, difference_series
+from .question import ComparisonQuestion
 from .regularisation import Regularisation, split_regularisation
 from .statistics import Statistics, statistics
 from .time_step import TimeStepParts, split_time_step
@@ -261,39 +258,19 @@ class Comparison:
 
 
 def compare(
-    system: System,
-    eta: float,
-    penalty: Newmark | TimeStepping,
+    question: ComparisonQuestion,
     *,
-    reference: Reference | None = None,
-    periods: int = 2050,
-    keep: int = 50,
-    initial: Sequence[float] | None = REST,
     responses: Iterable[Response] = (),
-    per_period: int = PER_PERIOD,
     cancelled: Callable[[], bool] | None = None,
 ) -> Comparison:
-    """Compare a penalty solution with the reference, both from one start, and split the difference into its parts.
+    """Compare a penalty solution with the reference, and split the difference into its parts.
 
     Parameters
     ----------
-    system : System
-    eta : float
-        Excitation frequency η = Ω/ω₁.
-    penalty : Newmark or TimeStepping
-        Its ``limit``, the exact penalty solution, is run as well.
-    reference : Reference, optional
-        By default the paper's. With derived joint damping the part of the joint damping vanishes.
-    periods, keep : int
-        Excitation periods to run at least, and the last of them to compare. Where the solutions are not settled by
-        then, more are run, and SECTION of them are compared if the reference does not repeat itself (:mod:`.window`).
-    initial : (4,) sequence
-        ξ₁, ξ₁′, ξ₂, ξ₂′ at τ = 0, by default rest.
+    question : ComparisonQuestion
     responses : iterable of Response
         Those of the four runs that exist already, of the same system, η, periods, keep and start, with or without
         samples.
-    per_period : int
-        Samples per period at most; they are Newmark's own steps.
     cancelled : callable, optional
         Polled many times a second; when it returns true the comparison is cancelled.
 
@@ -306,19 +283,17 @@ def compare(
 
     Examples
     --------
-    >>> from vibroscope.engine import Newmark, System, compare
-    >>> found = compare(System(), 1.08, Newmark(2500, 8, 2000), periods=600, keep=60)
+    >>> from vibroscope.engine import ComparisonQuestion, Newmark, System, compare
+    >>> found = compare(ComparisonQuestion(System(), 1.08, Newmark(2500, 8, 2000), periods=600, keep=60))
     >>> found.pointwise  # the motions keep step, so that displacements are compared
     True
     >>> print(f"{found.difference.total:.1%}", [f"{part:.1%}" for part in found.difference.parts.values()])
     7.9% ['0.0%', '0.2%', '7.7%']
     """
-    if not penalty.has_step:
-        raise ValueError(f"{penalty} has no time step: compare Newmark, whose limit it is")
-    reference = reference or Reference()
-    runs = _settled_runs(system, eta, penalty, reference, responses, (periods, keep, initial, cancelled))
-    late = 0 if runs.reference.ok and period_of(runs.reference.section) > keep // 2 else None  # to be in step with
-    known = PerSolution(None, None, None, late)
+    runs = _settled_runs(question, responses, cancelled)
+    system, per_period = question.system, question.per_period
+    late = runs.reference.ok and period_of(runs.reference.section) > question.keep // 2  # to be in step with
+    known = PerSolution(None, None, None, 0 if late else None)
     if not system.excitation.drives:  # what comes to rest repeats its section, and not what led there
         known = PerSolution(0, 0, 0, 0)
     motions = PerSolution(*(describe(run, period) for run, period in zip(runs, known, strict=True)))
@@ -341,15 +316,18 @@ def compare(
         **{name: series.relative(getattr(series, name)) if series else np.nan for name in ("total", *PARTS)},
         residual=series.residual if series else np.nan,
         encounters=encounters,
-        grid=Record(1, per_period, penalty.steps),
-        initial=system.rest if initial is None else tuple(map(float, initial)),
-        asked=int(periods),
+        grid=Record(1, per_period, question.penalty.steps),
+        initial=question.start,
+        asked=question.periods,
     )
 
 
-def _settled_runs(system, eta, penalty, reference, responses, options) -> PerSolution[Response]:
+def _settled_runs(
+    question: ComparisonQuestion, responses: Iterable[Response], cancelled: Callable[[], bool] | None
+) -> PerSolution[Response]:
     """Return the four runs, until they are settled; those that exist are not repeated."""
-    periods, keep, initial, cancelled = options
+    system, eta, periods, keep = question.system, question.eta, question.periods, question.keep
+    penalty, reference = question.penalty, question.reference
     methods = PerSolution(penalty, penalty.limit, replace(reference, joint_damping="derived"), reference)
     known = {(response.method, periods, keep): response for response in responses}
     for response in known.values():
@@ -363,7 +341,7 @@ def _settled_runs(system, eta, penalty, reference, responses, options) -> PerSol
     def run(name: str, *length: int) -> Response:
         key = (getattr(methods, name), *length)
         if key not in known:
-            kept = {"periods": length[0], "keep": length[1], "initial": initial, "cancelled": cancelled}
+            kept = {"periods": length[0], "keep": length[1], "initial": question.initial, "cancelled": cancelled}
             known[key] = simulate(system, eta, key[0], **kept)
         return known[key]
 

@@ -14,9 +14,7 @@ from ..model import System
 from ..restitution import effective_restitution
 from ..wording import finite_or_none
 from .contact import contact_duration, damping_of_law, damping_ratio, restitution_of
-
-REBOUNDS = 0.15  # the restitution may be off by so much
-RESOLVED = 10.0  # steps in a contact, undamped: with fewer, the restitution depends on where in a step it begins
+from .tolerances import RESOLVED, SAME_RESTITUTION
 
 
 @dataclass(frozen=True)
@@ -56,12 +54,12 @@ class Conditions:
     @property
     def rebounds(self) -> bool:
         """Whether the restitution is as asked, or not known."""
-        return not abs(self.given - self.asked) > REBOUNDS
+        return not abs(self.given - self.asked) > SAME_RESTITUTION
 
     @property
     def fit(self) -> bool:
         """Whether K and D give the restitution, whatever step and other forces make of it."""
-        return not abs(self.restitution - self.asked) > REBOUNDS
+        return not abs(self.restitution - self.asked) > SAME_RESTITUTION
 
     @property
     def resolved(self) -> bool:

@@ -12,16 +12,12 @@ from ..motions.words import touching
 from ..simulate import simulate
 from ..wording import percent, rounded
 from .alone import Alone
-from .blame import HALF
 from .compare import Comparison
 from .conditions import Conditions, equal_damping, equal_stiffness
 from .contact import contact_frequency, damping_ratio
 from .encounters import delivered_restitution, mean_closing_speed
 from .sentences import plain, share, value_text
-
-EQUAL = 0.01  # relative: what is as close as this to a present number is no other one
-OTHER = 0.25  # relative: a duration that is further from another is no longer the same
-AS_ASKED = 0.07  # relative: a restitution that is measured is as asked
+from .tolerances import AS_ASKED, HALF, SAME_DURATION, SAME_NUMBER
 
 
 def detail_sentences(
@@ -108,7 +104,7 @@ def _ways_to_rebound(comparison: Comparison, speed: float, cancelled: Callable[[
     found = {"D": equal_damping(system, method, speed), "K": equal_stiffness(system, method, speed)}
     for name, value in found.items():
         present = method.numbers[name]
-        if not math.isfinite(value) or value <= 0.0 or abs(value - present) <= EQUAL * present:
+        if not math.isfinite(value) or value <= 0.0 or abs(value - present) <= SAME_NUMBER * present:
             continue
         changed = simulate(system, run.eta, replace(method, **{METHOD_NUMBERS[name]: value}), **options)
         delivered = delivered_restitution(changed) if changed.ok else math.nan
@@ -131,6 +127,8 @@ def duration_sentences(comparison: Comparison, lasts: float = math.nan) -> tuple
     duration = math.pi / (contact_frequency(run.system, run.method.stiffness) * math.sqrt((1 - ratio) * (1 + ratio)))
     steps = duration * run.eta * run.method.steps / (2 * math.pi)
     beside = (
-        f" In the motion contacts last τ = {lasts:.3g} (median)." if abs(lasts - duration) > OTHER * duration else ""
+        f" In the motion contacts last τ = {lasts:.3g} (median)."
+        if abs(lasts - duration) > SAME_DURATION * duration
+        else ""
     )
     return (f"A contact of this K and D alone lasts τ = {duration:.4g}: {rounded(steps, 2)} steps.{beside}",)

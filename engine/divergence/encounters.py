@@ -11,9 +11,7 @@ import numpy as np
 
 from ..result import Response
 from .contact import contact_duration
-
-NEAR = 0.125  # excitation periods
-SHORT = 2.0  # durations of a contact alone; in longer ones other forces press the pendulums together
+from .tolerances import NEAR_ENCOUNTER, SHORT_CONTACT
 
 
 @dataclass(frozen=True)
@@ -29,8 +27,8 @@ class Encounters:
     phase_error : float
         Root mean square of the same.
     restitution : float
-        Restitution delivered: Σ parting speed / Σ closing speed over all contacts of at most SHORT durations of a
-        contact alone, matched or not; nan if there are none.
+        Restitution delivered: Σ parting speed / Σ closing speed over all contacts of at most SHORT_CONTACT durations
+        of a contact alone, matched or not; nan if there are none.
     """
 
     matched: float
@@ -86,7 +84,9 @@ def delivered_restitution(penalty: Response) -> float:
     )
     closes = closing < 0.0
     short = closes.copy()
-    short[closes] = durations[closes] <= SHORT * contact_duration(penalty.system, penalty.method, -closing[closes])
+    short[closes] = durations[closes] <= SHORT_CONTACT * contact_duration(
+        penalty.system, penalty.method, -closing[closes]
+    )
     before, after = closing[short].sum(), parting[short].sum()
     return float(-after / before) if before < 0 else np.nan
 
@@ -110,7 +110,7 @@ def _delays(impacts: np.ndarray, contacts: np.ndarray) -> np.ndarray:
     nearest = _nearest(impacts, contacts)
     delays = contacts[nearest] - impacts
     mutual = _nearest(contacts, impacts)[nearest] == np.arange(len(impacts))
-    return np.where(mutual & (np.abs(delays) <= NEAR), delays, np.nan)
+    return np.where(mutual & (np.abs(delays) <= NEAR_ENCOUNTER), delays, np.nan)
 
 
 def _nearest(values: np.ndarray, candidates: np.ndarray) -> np.ndarray:

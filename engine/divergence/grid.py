@@ -13,6 +13,7 @@ import numpy as np
 from ..model import System
 from ..result import Record, Response
 from ..simulate import simulate
+from .tolerances import EVEN_SAMPLES
 
 PER_PERIOD = 100  # samples; more change the fourth digit of an rms of displacements (tests/engine/test_error.py)
 
@@ -83,7 +84,7 @@ def grid_of(response: Response) -> Record:
     if response.method.has_step:
         return Record(1, m, response.method.steps)
     spacing = (sampled.time[1] - sampled.time[0]) / response.period
-    if abs(spacing * m - 1) > 1e-9:
+    if abs(spacing * m - 1) > EVEN_SAMPLES:
         raise ValueError("the samples are not spread evenly over a period: sample this solver without record.steps")
     return Record(1, m)
 

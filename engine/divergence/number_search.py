@@ -16,14 +16,14 @@ from ..methods import STEPS_RANGE, Newmark, TimeStepping
 from ..wording import rounded_to
 from .alone import Change, Curve
 from .remaining import Remaining
+from .tolerances import WORKS
 
 FINE = 1.05  # ratio of neighbours on the grid of K and D
-COARSE = 8  # of its places from one point of the first search to the next: six in a decade
-COARSER = 12  # where steps are not skipped
-NEAR = 2  # places on each side that count with a value: within 10 %
-HALVINGS, DOUBLINGS = 4, 6  # of the steps
-DOUBLINGS_WHOLE = 4  # where steps are not skipped, so that a run takes the longer the more there are
-WORKS = 1.25  # times the least: a value that leaves no more works as well
+COARSE_PLACES = 8  # of its places from one point of the first search to the next: six in a decade
+COARSER_PLACES = 12  # where steps are not skipped
+NEAR_PLACES = 2  # places on each side that count with a value: within 10 %
+STEP_HALVINGS, STEP_DOUBLINGS = 4, 6  # of the steps
+STEP_DOUBLINGS_WHOLE = 4  # where steps are not skipped, so that a run takes the longer the more there are
 
 
 class GridSearch:
@@ -49,7 +49,7 @@ class GridSearch:
         self.equal, self.resolved = equal, resolved
         first, last = math.ceil(math.log(ends[0], FINE)), math.floor(math.log(ends[1], FINE))
         marked = [round(math.log(equal, FINE))] if ends[0] <= equal <= ends[1] else []
-        self._stride = COARSE if remaining.quick else COARSER
+        self._stride = COARSE_PLACES if remaining.quick else COARSER_PLACES
         self._coarse = sorted({*range(first, last + 1, self._stride), *marked})
         self._ends, self._marked = (first, last), marked
         self._left: dict[int, float] = {}
@@ -74,7 +74,7 @@ class GridSearch:
         near = [self._make(_value(each)) for each in self._around(place)]
         measure = self._remaining.whole if self._remaining.quick else self._remaining
         self._remaining.run_ahead(near, whole=self._remaining.quick)
-        typical = sorted(near, key=measure)[NEAR]
+        typical = sorted(near, key=measure)[NEAR_PLACES]
         robust = measure(typical)
         if not math.isfinite(robust):
             return None
@@ -102,7 +102,7 @@ class GridSearch:
 
     def _around(self, place: int) -> list[int]:
         """The places that count with one, at an end of the range the last one more than once."""
-        return [min(max(place + step, self._ends[0]), self._ends[1]) for step in range(-NEAR, NEAR + 1)]
+        return [min(max(place + step, self._ends[0]), self._ends[1]) for step in range(-NEAR_PLACES, NEAR_PLACES + 1)]
 
     def _lowest(self) -> int:
         """The place with the least median: the best of the lowest of the first search, then step by step downhill."""
@@ -154,7 +154,7 @@ class StepSearch:
 
     def __init__(self, method: Newmark | TimeStepping, remaining: Remaining, resolved: float) -> None:
         self._method, self._remaining, self._resolved = method, remaining, resolved
-        powers = range(-HALVINGS, (DOUBLINGS if method.skips_steps else DOUBLINGS_WHOLE) + 1)
+        powers = range(-STEP_HALVINGS, (STEP_DOUBLINGS if method.skips_steps else STEP_DOUBLINGS_WHOLE) + 1)
         numbers = (round(method.steps * 2.0**power) for power in powers)
         self._steps = [steps for steps in numbers if STEPS_RANGE[0] <= steps <= STEPS_RANGE[1]]
         self._left: dict[int, float] = {}
@@ -206,7 +206,7 @@ class StepSearch:
         return self._left[steps]
 
     def _robust(self, steps: int) -> float:
-        near = {round(steps * FINE**step) for step in range(-NEAR, NEAR + 1)}
+        near = {round(steps * FINE**step) for step in range(-NEAR_PLACES, NEAR_PLACES + 1)}
         around = [min(max(n, STEPS_RANGE[0]), STEPS_RANGE[1]) for n in sorted(near)]
         self._remaining.run_ahead(map(self._with, around))
         return float(np.median([self._at(n) for n in around]))

@@ -23,11 +23,11 @@ from typing import Generic, NamedTuple, TypeVar
 import numpy as np
 
 from ..motions.description import Motion
+from ..motions.motion import SAMPLED_PERIODS
 from ..result import Record, Response
 from .grid import about_rest, relative_to, rms, samples_beside, samples_on_grid
 
 T = TypeVar("T")
-SAMPLED = 50  # kept periods at most: of motions that do not repeat, more are kept, whose difference means nothing
 PARTS = ("time_step", "regularisation", "joint_damping")
 
 
@@ -107,7 +107,7 @@ def difference_series(
     per_period: int,
     cancelled: Callable[[], bool] | None = None,
 ) -> DifferenceSeries:
-    """Sample the kept periods of four runs, SAMPLED at most, on one grid, at most ``per_period`` times a period.
+    """Sample the kept periods of four runs, SAMPLED_PERIODS at most, on one grid, up to ``per_period`` times a period.
 
     Of closed-form solutions that repeat themselves one cycle is sampled and repeated.
 
@@ -117,7 +117,7 @@ def difference_series(
         If Newmark's run ended early.
     """
     penalty = runs.penalty
-    keep, steps = min(penalty.keep, SAMPLED), penalty.method.steps
+    keep, steps = min(penalty.keep, SAMPLED_PERIODS), penalty.method.steps
     newmark = samples_on_grid(penalty, Record(keep, per_period, steps), cancelled)
 
     grid = Record(1, per_period, steps)

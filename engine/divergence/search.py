@@ -26,17 +26,16 @@ from ..methods import (
 )
 from .alone import Alone, Change
 from .compare import Comparison
-from .conditions import RESOLVED, conditions, equal_damping, equal_stiffness, with_equal_damping
+from .conditions import conditions, equal_damping, equal_stiffness, with_equal_damping
 from .encounters import mean_closing_speed
 from .number_search import FINE, GridSearch, StepSearch, TogetherSearch
 from .remaining import Remaining
 from .time_step import with_located_steps
+from .tolerances import AMPLE, LESS, RESOLVED
 
 STIFFNESS_DECADES = 6  # of K above the stiffer of both springs
 DAMPING_DECADES = 3  # of D on each side of equal restitution
-MOST_STEPS = 64  # times as many steps as the penalty solution has are tried at most
-AMPLE = 5 * RESOLVED  # steps in a contact where K, D and the step are changed together
-LESS = 0.98  # of the difference: a change that leaves more of it is no better one
+MOST_TIMES_THE_STEPS = 64  # times as many steps as the penalty solution has are tried at most
 
 
 def search_alone(
@@ -89,7 +88,7 @@ def search_all_three(comparison: Comparison, remaining: Remaining) -> Change | N
         fitting = with_equal_damping(run.system, run.method, stiffness, speed)
         steps = conditions(run.system, run.eta, fitting, speed).steps
         enough = fitting.steps * AMPLE / steps if steps > 0 else math.inf
-        most = min(MOST_STEPS * fitting.steps, STEPS_RANGE[1])
+        most = min(MOST_TIMES_THE_STEPS * fitting.steps, STEPS_RANGE[1])
         return replace(fitting, steps=_rounded_up(min(max(fitting.steps, enough), most)))
 
     search = TogetherSearch("K, D and the step", make, remaining, stiffness_ends(comparison))

@@ -4,13 +4,13 @@ import math
 
 from ..drivers.step_maps import damps
 from ..wording import percent, rounded, rounded_to
-from .agreement import CLOSE, SAME
 from .alone import Alone, Change
 from .blame import OF_STEPS, Blame, contact_fails
 from .compare import Comparison
 from .conditions import Conditions
 from .difference import Difference
 from .search import joint_damping_part
+from .tolerances import CLOSE_CURVE, SAME_CURVE
 
 _NAMES = {"steps": "the time step", "joint damping": "the joint damping", "law": "the damper's jump at touch"}
 _STATUSES = {"located": "steps cut where contact changes", "end": "that at the end", "start": "that at the start"}
@@ -21,7 +21,7 @@ def blame_sentence(comparison: Comparison, found: Alone, blame: Blame, now: Cond
     difference = comparison.difference
     if difference.total <= difference.chance:
         return "Nothing is to blame."
-    if difference.total <= SAME:
+    if difference.total <= SAME_CURVE:
         return _largest_sentence(difference)
     if blame.together is not None:
         return _together_sentence(comparison, found, blame, now)
@@ -155,14 +155,16 @@ def _together_sentence(comparison: Comparison, found: Alone, blame: Blame, now: 
     names = joined(["K", "D", "the time step"] if "step" in blame.together.changed else ["K", "D"], "and")
     left = percent(blame.together.left)
     why = _reason(comparison, blame.together, now) if blame.together.changed == "K and D" else ""
-    have = "would have" if found.total <= CLOSE else "have"  # motions that agree roughly may do
+    have = "would have" if found.total <= CLOSE_CURVE else "have"  # motions that agree roughly may do
     return f"{names} {have} to be changed together{why}: {value_text(blame.together)} leave {left}{alone}."
 
 
 def _nothing_sentence(comparison: Comparison, found: Alone, blame: Blame) -> str:
     part = joint_damping_part(comparison)
     best = next(iter(found.changes), None)
-    of_model = f" The joint damping alone, which the penalty model lacks, makes {percent(part)}." if part > SAME else ""
+    of_model = (
+        f" The joint damping alone, which the penalty model lacks, makes {percent(part)}." if part > SAME_CURVE else ""
+    )
     if best is None or best.left >= found.total:
         return f"No K, D or time step that was tried leaves less.{of_model}"
     does = "mends" if best.robust <= found.total / 2 else "halves"

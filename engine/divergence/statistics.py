@@ -21,9 +21,8 @@ from ..result import Response
 from ..simulate import simulate
 from .grid import about_rest, rms
 from .parts import PerSolution
+from .tolerances import CHANCE
 from .window import SECTION, chance_distance, wasserstein_distance
-
-CHANCE = 3.0  # floors
 
 
 @dataclass(frozen=True)

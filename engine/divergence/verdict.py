@@ -16,17 +16,18 @@ from ..motions.words import SYMBOLS, repetition, touching
 from ..result import Status
 from ..simulate import simulate
 from ..wording import finite_or_none, percent, rounded
-from .agreement import CLOSE, SAME, agreement, is_visible, time_step_scatter
+from .agreement import agreement, is_visible, time_step_scatter
 from .alone import Alone
 from .blame import Blame, find_blame
 from .compare import Comparison, error_from_penalty_state
 from .conditions import Conditions, conditions
 from .details import detail_sentences, duration_sentences
-from .encounters import SHORT, delivered_restitution, mean_closing_speed
+from .encounters import delivered_restitution, mean_closing_speed
 from .grid import rms
 from .remaining import Remaining
 from .search import search_alone, without_jump
 from .sentences import blame_sentence, change_of, rebound_text
+from .tolerances import CLOSE_CURVE, SAME_CURVE, SHORT_CONTACT
 from .window import SECTION
 
 # Relative: shifts of η at which what finishes must do so, too.
@@ -119,8 +120,8 @@ def verdict(
 
     Examples
     --------
-    >>> from vibroscope.engine import Newmark, System, compare, verdict
-    >>> found = verdict(compare(System(), 1.08, Newmark(100, 50, 2000)))
+    >>> from vibroscope.engine import ComparisonQuestion, Newmark, System, compare, verdict
+    >>> found = verdict(compare(ComparisonQuestion(System(), 1.08, Newmark(100, 50, 2000))))
     >>> found.agree, found.blame
     ('no', ('D', 'K'))
     """
@@ -139,9 +140,9 @@ def verdict(
         return Verdict(
             f"A solution does not stay bounded for {SECTION:,} periods more, so there is nothing to compare.", "unknown"
         )
-    if difference.measure == "displacements" and difference.total > CLOSE:
+    if difference.measure == "displacements" and difference.total > CLOSE_CURVE:
         elsewhere = error_from_penalty_state(comparison, cancelled)
-        if elsewhere < min(CLOSE, difference.total / 2):
+        if elsewhere < min(CLOSE_CURVE, difference.total / 2):
             return _of_other_motion(comparison, elsewhere, scatter, cancelled)
     reference, penalty = comparison.reference, comparison.penalty
     unchanged = touching(reference) if touching(reference) == touching(penalty) else ""
@@ -185,7 +186,7 @@ def contact_conditions(comparison: Comparison) -> Conditions:
     run = comparison.runs.penalty
     alone = conditions(run.system, run.eta, run.method, mean_closing_speed(comparison.runs.reference))
     lasts = float(np.median(np.diff(run.contacts, axis=1))) if len(run.contacts) else np.nan
-    steps = alone.steps * lasts / alone.duration if lasts > SHORT * alone.duration else alone.steps
+    steps = alone.steps * lasts / alone.duration if lasts > SHORT_CONTACT * alone.duration else alone.steps
     return replace(alone, measured=delivered_restitution(run), lasts=lasts, steps=steps)
 
 
@@ -197,7 +198,7 @@ def _blamed(blame: Blame) -> tuple[str, ...]:
 
 def _cancelling_sentence(comparison: Comparison, contact: Conditions) -> str:
     """Where motions agree although the contact does not do what is asked: errors cancel."""
-    if contact.hold or comparison.difference.total > CLOSE or not comparison.penalty.impacts_per_period:
+    if contact.hold or comparison.difference.total > CLOSE_CURVE or not comparison.penalty.impacts_per_period:
         return ""
     gains = ": it gains energy" if contact.given > 1 else ""
     failing = [] if contact.rebounds else [f"{rebound_text(contact)}{gains}"]
@@ -225,8 +226,8 @@ def _without_contact(comparison: Comparison, fact: str, cancelled) -> Verdict:
     total = comparison.difference.total
     return Verdict(
         f"{fact} The time step alone makes a difference of {percent(total)}.",
-        "yes" if total <= SAME else "partly" if total <= CLOSE else "no",
-        ("steps",) if total > SAME else (),
+        "yes" if total <= SAME_CURVE else "partly" if total <= CLOSE_CURVE else "no",
+        ("steps",) if total > SAME_CURVE else (),
         details=detail_sentences(comparison, None, contact_conditions(comparison), cancelled),
         reference=comparison.reference,
         penalty=comparison.penalty,
@@ -245,7 +246,7 @@ def _of_free_vibration(comparison: Comparison) -> Verdict:
     return Verdict(
         f"Nothing drives the bodies: in the {which} the displacements of this free vibration differ by "
         f"{percent(total)} (rms).{parts}",
-        "yes" if total <= SAME else "partly" if total <= CLOSE else "no",
+        "yes" if total <= SAME_CURVE else "partly" if total <= CLOSE_CURVE else "no",
         details=duration_sentences(comparison),
     )
 

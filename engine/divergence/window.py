@@ -19,17 +19,13 @@ from ..law_table import LAWS
 from ..motions.sameness import cycle_points
 from ..motions.section import band_width
 from ..result import Response
+from .tolerances import BURSTS, DRAWS_NEARER, NARROW, NOTICED, SECTION_DRIFT
 
 LONGER = (4, 16)  # times the periods asked for
 AFFORDED = 100_000_000  # steps of the longest run of a penalty solution whose steps are not skipped
 AFFORDED_PERIODS = {True: math.inf, False: 10_000}  # of the same, by whether its law is linear by pieces
 SECTION = 1000  # periods: quick to compute, and their distribution is known to about 1/√SECTION
-NARROW = 0.2  # of the cycle's size: the width of a band that a time step makes about it
-BURSTS = 4.0  # of its widths: how far the middle of such a band may lie from the cycle
-NEARER = 0.99  # times as far apart a cycle later: points that draw nearer to each other become one
 BLOCKS = 8  # of a section, whose distances show what chance does
-DRIFT = 2.0  # times the distance of halves: sections that differ by more belong to a motion that still changes
-NOTICED = 0.02  # of the section's size: less is no change that matters
 
 
 def settled_length(run: Callable[[str, int, int], Response], periods: int, keep: int) -> tuple[int, int]:
@@ -79,7 +75,7 @@ def _approaches_shorter_cycle(section: np.ndarray, period: int) -> bool:
     for part in range(1, period // 2 + 1):
         if period % part == 0:
             apart = np.abs(section[part:] - section[:-part]).max(axis=1)
-            if apart[period:].max(initial=0.0) < NEARER * apart[:-period].max(initial=0.0):
+            if apart[period:].max(initial=0.0) < DRAWS_NEARER * apart[:-period].max(initial=0.0):
                 return True
     return False
 
@@ -103,7 +99,7 @@ def change_between(before: np.ndarray, section: np.ndarray) -> float:
     size = float(np.sqrt(np.mean(np.square(section))))
     moved = wasserstein_distance(before, section)
     by_chance = max(wasserstein_distance(*np.array_split(rows, 2)) for rows in (before, section))
-    return moved / size if size > 0 and moved > max(DRIFT * by_chance, NOTICED * size) else 0.0
+    return moved / size if size > 0 and moved > max(SECTION_DRIFT * by_chance, NOTICED * size) else 0.0
 
 
 def chance_distance(section: np.ndarray) -> float:

@@ -15,7 +15,7 @@ from ..kernels import section_statistics
 from ..kernels.accelerated.step_map import SKIPPING as SKIPPING_LAYOUT
 from ..kernels.batch import run as kernel
 from ..kernels.batch.course import EXACT, REFERENCE, SKIPPING
-from ..kernels.batch.recurrence import CYCLE, TOLERANCE
+from ..kernels.batch.recurrence import CYCLE, RECURRENCE
 from ..kernels.compile.record import make_buffers
 from ..kernels.event_driven.state import STATE as EVENT_STATE
 from ..kernels.event_driven.state import SYSTEM
@@ -39,7 +39,7 @@ class Task(NamedTuple):
     transient: int
     sample: int
     coordinates: tuple[int, ...]
-    recurrence: float = TOLERANCE  # share of its size within which a state recurs; 0: no cell stops early
+    recurrence: float = RECURRENCE  # share of its size within which a state recurs; 0: no cell stops early
 
 
 def are_compiled(method: Method, rows: np.ndarray) -> np.ndarray:
@@ -111,7 +111,7 @@ def make_worker(
         ``run_cell(i, start, signals)`` runs cell i, which the kernel does not run; false if it was cancelled.
     """
     compiled = are_compiled(method, rows)[order]
-    cells, plan = batch_of(method, rows, initial, order, chained, **task._asdict())
+    cells, plan = batch_of(method, rows, initial, task, order, chained)
 
     def start_of(place: int) -> np.ndarray:
         before = order[place - 1]
@@ -140,18 +140,14 @@ def batch_of(
     method: Method,
     rows: np.ndarray,
     initial: np.ndarray,
+    task: Task,
     order: np.ndarray | None = None,
     chained: np.ndarray | None = None,
-    *,
-    transient: int = 0,
-    sample: int,
-    recurrence: float = 0.0,
-    coordinates: tuple[int, ...] = (),
 ) -> tuple[kernel.BatchCells, kernel.BatchPlan]:
     """Cells, by default as they stand and each on its own, and their plan, as the kernels of many cells take them."""
     kind, n = _KINDS[type(method)], len(rows)
-    columns = np.array(coordinates, dtype=np.int64)
-    plan = kernel.BatchPlan(kind, transient, sample, recurrence, columns, COMPLETION)
+    columns = np.array(task.coordinates, dtype=np.int64)
+    plan = kernel.BatchPlan(kind, task.transient, task.sample, task.recurrence, columns, COMPLETION)
     circles = separating_circles(rows) if kind == EXACT else np.zeros((n, 2))
     order = np.arange(n) if order is None else order
     chained = np.zeros(n, bool) if chained is None else chained

@@ -10,10 +10,10 @@ from ..kernels.batch import differences as kernel
 from ..kernels.batch.differences import ALONE, BESIDE, DIFFERENCES, OWN_LIMIT, Cycles
 from ..kernels.batch.recurrence import CYCLE
 from ..methods import Method
-from .batch import are_compiled, batch_of, make_work_space
+from .batch import Task, are_compiled, batch_of, make_work_space
 from .threads import Worker, share_out
 
-__all__ = ["ALONE", "BESIDE", "OWN_LIMIT", "Cycles", "Grid", "Motions", "differences", "shortest_cycle"]
+__all__ = ["ALONE", "BESIDE", "OWN_LIMIT", "Cycles", "Grid", "Motions", "Sampling", "differences", "shortest_cycle"]
 
 
 class Motions(NamedTuple):
@@ -52,13 +52,19 @@ class Grid(NamedTuple):
     cycles: Cycles
 
 
+class Sampling(NamedTuple):
+    """How cells are sampled: on which grid each one, (n,), the number of a grid, and for how many periods."""
+
+    grids: Sequence[Grid]
+    grid: np.ndarray
+    periods: int
+
+
 def differences(
     penalty: Motions,
     limit: Motions,
     parts: np.ndarray,
-    grids: Sequence[Grid],
-    grid: np.ndarray,
-    periods: int,
+    sampling: Sampling,
     *,
     threads: int,
     progress: Callable[[int], None] | None = None,
@@ -72,17 +78,15 @@ def differences(
         With and without the time step; the latter is run where ``parts`` is BESIDE.
     parts : (n,) ndarray of int64
         ALONE, OWN_LIMIT or BESIDE.
-    grids : sequence of Grid
-    grid : (n,) ndarray of int
-        Which of them each cell has.
-    periods : int
-        Periods to sample.
+    sampling : Sampling
     threads, progress, cancelled
         As in :func:`.threads.share_out`.
     """
     found = np.full((len(parts), DIFFERENCES), np.nan)
     compiled = are_compiled(penalty.method, penalty.rows)
-    batches = [batch_of(motions.method, motions.rows, motions.initial, sample=periods) for motions in (penalty, limit)]
+    grids, grid, periods = sampling
+    task = Task(0, periods, (), recurrence=0.0)
+    batches = [batch_of(motions.method, motions.rows, motions.initial, task) for motions in (penalty, limit)]
 
     def sides(phases: np.ndarray) -> list[kernel.Sampled]:
         return [

@@ -40,8 +40,8 @@ from .step_modes import Mode, Piece, end_of_step, modes_of
 
 LONGEST = ENTRIES  # stride: every step is then one entry of each level away
 BLOCK = 16  # rows of a product: so small that BLAS does not wake other threads for it, which would take longer
-DEEPEST = 4 / 27  # of t(1 − t)² between 0 and 1
-SAME = 1e-12  # rows that differ from a multiple of another by less, as a share of their size, are not watched
+LARGEST_CUBIC = 4 / 27  # of t(1 − t)² between 0 and 1
+SAME_ROW = 1e-12  # rows that differ from a multiple of another by less, as a share of their size, are not watched
 
 
 def skip_tables(m: LinearScheme, p: Parameters) -> SkipTables:
@@ -135,7 +135,7 @@ class LocatedTables:
                 mean = begins[:1] @ (piece - unit) / h
                 rates = _rows_of([gap], 1)
                 bound = _supremum(rates - mean, *within) + _supremum(rates @ piece - mean, *within)
-                tables.dips[mode, :1] = bound * (h * DEEPEST)
+                tables.dips[mode, :1] = bound * (h * LARGEST_CUBIC)
             else:  # |g″| at ends of pieces
                 tables.dips[mode, :1] = _supremum(unit[5:6], *within) * (h**2 / 2)
         if law:
@@ -218,7 +218,7 @@ def _is_implied(row: np.ndarray, others: list[np.ndarray]) -> bool:
     scaled = [other / np.abs(other).max() for other in others]
     for some in [*((one,) for one in scaled), *combinations(scaled, 2)]:
         factors, *_ = np.linalg.lstsq(np.transpose(some), row)
-        if factors.min() > 0.0 and np.abs(factors @ some - row).max() <= SAME:
+        if factors.min() > 0.0 and np.abs(factors @ some - row).max() <= SAME_ROW:
             return True
     return False
 

@@ -21,11 +21,15 @@ from ..result import Response
 from .law import spring_energy
 from .result import EnergyBalance
 
+EVERY_STEP = 1e-3  # relative: samples whose spacing is a step but for so much are those of every step
+
 
 def balance_of_steps(response: Response) -> EnergyBalance:
     """Balance the sampled periods; every step of them is recorded."""
     sampled, c, method = response.trajectory, response.system, response.method
-    if sampled is None or not np.isclose(sampled.time[1] - sampled.time[0], response.period / method.steps, rtol=1e-3):
+    if sampled is None or not np.isclose(
+        sampled.time[1] - sampled.time[0], response.period / method.steps, rtol=EVERY_STEP
+    ):
         raise ValueError("the energy of steps is balanced one by one: record every step of the sampled periods")
     mu, kappa = (0.0 if c.wall else c.mass_ratio), c.kappa
     x, v, force = sampled.displacement, sampled.velocity, sampled.force

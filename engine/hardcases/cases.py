@@ -13,11 +13,10 @@ from ..divergence.contact import contact_frequency
 from ..methods import ExactPenalty, Newmark, Reference
 from ..model import System
 from ..result import Status
-from .condition import EPSILON, MARGIN, SimulationSetup
+from .condition import EPSILON, SimulationSetup
+from .tolerances import MARGIN, SAME_STATISTICS
 
 TRUTH = files(assets) / "truth"
-LIMIT = 1e-20  # a smaller threshold in systems.json stands for its limit 0
-SIGMAS = 5.0  # by which statistics of the same motion may differ: exceeded once in two million times
 
 
 @dataclass(frozen=True)
@@ -73,7 +72,7 @@ def _as_in_hard(entry: dict) -> dict:
     """Return a solution of systems.json in the form of hard.json, and what it has besides: the conditioning."""
     numbers = {"stiffness": "K", "damping": "D", "joint_damping": "joint_damping", "threshold": "threshold"}
     method = {name: entry[key] for name, key in numbers.items() if key in entry} | {"name": entry["method"]}
-    omitted = method.get("threshold", 1.0) < LIMIT
+    omitted = method.get("threshold", 1.0) < 1e-20  # which stands for its limit 0 in systems.json
     if omitted:
         method["threshold"] = 0.0
     samples = len(entry["tau"]) // entry["periods"]
@@ -244,7 +243,7 @@ def _chaos() -> Iterator[HardCase]:
     ):
         first = SimulationSetup(system, 1.70, one, periods)
         second = SimulationSetup(system, 1.70, other, periods, displaced)
-        yield HardCase(f"chaos: {name}", first, compared=second, allowed=SIGMAS, kind="statistics")
+        yield HardCase(f"chaos: {name}", first, compared=second, allowed=SAME_STATISTICS, kind="statistics")
 
 
 def _unsolvable() -> Iterator[HardCase]:

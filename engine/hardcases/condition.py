@@ -25,12 +25,10 @@ from ..model import System
 from ..motions.steady import REST
 from ..result import Response
 from ..simulate import simulate
+from .tolerances import MARGIN, PIECE, PROPORTION, ROUNDED_CHANGE
 
 EPSILON = float(np.finfo(float).eps)
 RELATIVE_CHANGES = tuple(10.0**-k for k in range(6, 13))
-PROPORTION = (1.5, 2.7)  # allowed ratio of the changes of the result due to 2r and to r
-MARGIN = 64  # rounding errors in each piece: some tens of operations
-PIECE = 1.0  # radians; a closed-form motion may be rounded once in each
 
 Change = Callable[["SimulationSetup", float], "SimulationSetup"]
 
@@ -114,7 +112,7 @@ def _sensitivity_to(response: Response, setup: SimulationSetup, change: Change) 
         if once is None or twice is None or back is None:
             continue
         small = np.abs(once - back).max() / 2
-        noise = 1e-13 * np.abs(response.section).max()
+        noise = ROUNDED_CHANGE * np.abs(response.section).max()
         if small <= noise or PROPORTION[0] <= np.abs(twice - response.section).max() / small <= PROPORTION[1]:
             return float(max(small, np.abs(once - response.section).max()) / relative)
     return None

@@ -15,10 +15,11 @@ from ..motions.averages import standard_error
 from ..result import Record, Response, Status
 from ..simulate import simulate
 from .cases import HardCase, setup_of, solutions
-from .condition import EPSILON, MARGIN, accumulated_rounding, attainable_error, attainable_grazing_error
+from .condition import EPSILON, accumulated_rounding, attainable_error, attainable_grazing_error
+from .tolerances import MARGIN
 
-BATCHES = 40  # of a long chaotic run, whose means scatter as independent numbers do
-SAMPLES = 400  # per period, at which penetration is looked for
+RUN_BATCHES = 40  # of a long chaotic run, whose means scatter as independent numbers do
+PENETRATION_SAMPLES = 400  # per period, at which penetration is looked for
 DRIFT_KEEP = 100  # periods to compare before and after very many periods
 
 
@@ -125,7 +126,7 @@ def _penetration(response: Response) -> float:
 
 def _judge_states(case: HardCase) -> HardCaseOutcome:
     """Compare the section with the true solution, or its last row with another method's."""
-    record = None if case.setup.method.has_step else Record(case.setup.periods, SAMPLES)
+    record = None if case.setup.method.has_step else Record(case.setup.periods, PENETRATION_SAMPLES)
     response = case.setup.solve(record=record)
     if case.truth:
         return _judge_by_truth(case, response)
@@ -196,12 +197,12 @@ def _judge_statistics(case: HardCase) -> HardCaseOutcome:
 
 def _statistics(response: Response) -> tuple[np.ndarray, np.ndarray]:
     """Return means and their standard errors: impacts per period, contact share, ξ, ξ² and ξ′² of the observed body."""
-    edges = np.linspace(*response.window, BATCHES + 1)
-    rates = np.histogram(response.impacts.time, edges)[0] / (len(response.section) / BATCHES)
+    edges = np.linspace(*response.window, RUN_BATCHES + 1)
+    rates = np.histogram(response.impacts.time, edges)[0] / (len(response.section) / RUN_BATCHES)
     inside = [np.clip(response.contacts, low, high) for low, high in pairwise(edges)]
     shares = np.array([(spans[:, 1] - spans[:, 0]).sum() for spans in inside]) / (edges[1] - edges[0])
     first = 2 * response.system.observed_body - 2
-    sections = response.section[:, first : first + 2].reshape(BATCHES, -1, 2)
+    sections = response.section[:, first : first + 2].reshape(RUN_BATCHES, -1, 2)
     rows = np.column_stack([rates, shares, sections[..., 0].mean(1), (sections**2).mean(1)])
     return rows.mean(0), standard_error(rows) + 1e-300
 
@@ -209,7 +210,7 @@ def _statistics(response: Response) -> tuple[np.ndarray, np.ndarray]:
 def _judge_drift(case: HardCase) -> HardCaseOutcome:
     """Compare the steady motion after a fiftieth of the periods with that after all periods."""
     setup = case.setup
-    record = Record(DRIFT_KEEP, SAMPLES)
+    record = Record(DRIFT_KEEP, PENETRATION_SAMPLES)
     early, late = (
         simulate(setup.system, setup.eta, setup.method, periods=periods, keep=DRIFT_KEEP, record=record)
         for periods in (setup.periods // 50, setup.periods)

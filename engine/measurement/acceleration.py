@@ -9,7 +9,8 @@ displacement with it, which an accelerometer does not show.
 import numpy as np
 
 from .measurement import Measurement
-from .recurrence import COARSE, LONGEST, OVERLAP, coefficients, harmonics
+from .recurrence import HARMONIC_SAMPLES, LONGEST, coefficients, harmonics
+from .tolerances import OVERLAP
 
 
 def integrated(time: np.ndarray, acceleration: np.ndarray, eta: float) -> np.ndarray:
@@ -24,7 +25,7 @@ def integrated(time: np.ndarray, acceleration: np.ndarray, eta: float) -> np.nda
         Excitation frequency, about.
     """
     moved = Measurement(time, _integral(time, _integral(time, acceleration)), None, "absolute")
-    thin = moved.thinned(COARSE)
+    thin = moved.thinned(HARMONIC_SAMPLES)
     period = max(1, min(LONGEST, int(moved.span * eta / (2 * np.pi) / OVERLAP)))
     basis, _ = harmonics(thin, eta, period)
     growing = np.vander(thin.time / moved.span, 3, increasing=True)

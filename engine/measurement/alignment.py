@@ -19,8 +19,6 @@ from .measurement import Measurement
 from .recurrence import Sensor, summarise_sensor
 
 SHIFTS = 256  # τ₀ of the grid per period
-COARSE = 1000  # samples are enough for that grid
-REFINEMENTS = 8  # Gauss–Newton steps
 
 
 @dataclass(frozen=True)
@@ -85,10 +83,10 @@ def align(cycle: Cycle, measurement: Measurement, frame: str | None = None) -> A
 
 def best_phase(cycle: Cycle, measurement: Measurement, frame: str) -> float:
     """Return τ₀ in [0, pT) of the least squares: the best of a grid, refined by Gauss–Newton steps."""
-    thin = measurement.thinned(COARSE)
+    thin = measurement.thinned(1000)  # samples are enough for the grid
     grid = np.arange(0, cycle.length, cycle.length / (SHIFTS * cycle.periods))
     phase = min(grid, key=lambda shift: np.sum(_difference(cycle, thin, shift, frame) ** 2))
-    for _ in range(REFINEMENTS):
+    for _ in range(8):  # Gauss–Newton steps
         slope = cycle.velocity(measurement.time + phase, frame)[: len(measurement.displacement)]
         step = np.sum(slope * _difference(cycle, measurement, phase, frame)) / max(np.sum(slope**2), 1e-300)
         phase += np.clip(step, -grid[1], grid[1])

@@ -12,9 +12,8 @@ from .alignment import Alignment, align
 from .cycle import SettledRun, penalty_cycle, reference_cycle
 from .measurement import Measurement
 from .recurrence import Recurrence, recurrence
+from .tolerances import CERTAIN_SIGMAS, PHASE_DRIFT
 
-DRIFT = 0.3  # radians over the whole record: with a larger one, the given η is not that of the measurement
-CERTAIN = 4.0  # standard errors by which the two must differ
 OTHER_FRAME = {"absolute": "relative", "relative": "absolute"}
 
 
@@ -73,8 +72,8 @@ class MeasuredComparison:
     def other_eta(self) -> float | None:
         """The excitation frequency of the measurement if it is certainly not the given one."""
         own = self.recurrence
-        certain = abs(own.eta - self.reference.response.eta) > CERTAIN * own.eta_error
-        return own.eta if certain and self.drift > DRIFT else None
+        certain = abs(own.eta - self.reference.response.eta) > CERTAIN_SIGMAS * own.eta_error
+        return own.eta if certain and self.drift > PHASE_DRIFT else None
 
 
 def compare_measured(

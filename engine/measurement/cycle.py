@@ -16,13 +16,11 @@ import numpy as np
 from ..drivers.section import LONGEST_NEAR_PERIOD, near_period_of
 from ..methods import Newmark, Reference, TimeStepping
 from ..model import System
+from ..motions.motion import SAMPLES_PER_PERIOD
 from ..motions.steady import REST, steady
 from ..result import Record, Response
 from ..simulate import simulate
-
-INSTANT = 1e-9  # of a cycle, between an impact and each of its two knots
-SAMPLES = 2000  # per period
-NEWMARK_KEEP = 50
+from .tolerances import INSTANT
 
 
 @dataclass(frozen=True)
@@ -108,7 +106,7 @@ def reference_cycle(
     cancelled: Callable[[], bool] | None = None,
 ) -> SettledRun:
     """Find the steady motion of the reference; arguments and errors are those of :func:`..motions.steady.steady`."""
-    found = steady(system, eta, method, initial=initial, record=Record(8, SAMPLES), cancelled=cancelled)
+    found = steady(system, eta, method, initial=initial, record=Record(8, SAMPLES_PER_PERIOD), cancelled=cancelled)
     return SettledRun(found.response, _last_cycle(found.response, found.period) if found.periodic else None)
 
 
@@ -122,8 +120,8 @@ def penalty_cycle(
     cancelled: Callable[[], bool] | None = None,
 ) -> SettledRun:
     """Return the last cycle of Newmark's run, where scatter is ignored; raises as :func:`engine.simulate`."""
-    keep = min(NEWMARK_KEEP, periods)
-    record = Record(min(LONGEST_NEAR_PERIOD, keep), SAMPLES)
+    keep = min(50, periods)
+    record = Record(min(LONGEST_NEAR_PERIOD, keep), SAMPLES_PER_PERIOD)
     options = {"periods": periods, "keep": keep, "initial": initial, "record": record, "cancelled": cancelled}
     response = simulate(system, eta, method, **options)
     # not Motion.near_period: an artefact of the time step may repeat itself exactly, after many periods

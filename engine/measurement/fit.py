@@ -30,14 +30,9 @@ from ..model import BODY_2, System, check_eta
 from .least_squares import UPPER, FitProblem, constant
 from .measurement import Measurement
 from .recurrence import recurrence
+from .tolerances import AT_BOUND, CORRELATED, DEPENDENT, INVISIBLE, NOISIER, SAME_MINIMUM
 
 FITTED = tuple(UPPER)
-ALIKE = 1e-6  # relative: sums of squares that differ by less belong to the same minimum
-INVISIBLE = 1e-6  # of the largest column of J: a parameter with a smaller one cannot be determined
-CORRELATED = 0.95  # a larger correlation is remarked on
-NOISIER = 1.5  # times the measurement's own noise: with larger residuals the model is not right
-DEPENDENT = 0.3  # correlation of neighbouring residuals: with a larger one they are not independent noise
-EDGE = 1e-6  # distance from a bound
 
 
 @dataclass(frozen=True)
@@ -136,7 +131,7 @@ def fit(
     if not minima:
         raise ValueError(f"the reference is not periodic at eta = {eta:g} near this system: there is no cycle to fit")
     best = min(minima, key=lambda minimum: minimum.cost)
-    agreeing = sum(bool(minimum.cost <= best.cost * (1 + ALIKE)) for minimum in minima)
+    agreeing = sum(bool(minimum.cost <= best.cost * (1 + SAME_MINIMUM)) for minimum in minima)
     return _result(problem, best.x, noise, agreeing, len(minima))
 
 
@@ -189,7 +184,7 @@ def _remarks(names, best, determined, correlation, rows, deviation, noise) -> It
         if name not in determined:
             yield f"{name} does not change this motion and was left as it is"
     for name, value in zip(names, best, strict=False):
-        if name in determined and not EDGE < value < UPPER[name] - EDGE:
+        if name in determined and not AT_BOUND < value < UPPER[name] - AT_BOUND:
             yield f"{name} ended at the edge of its range, where the standard errors do not hold"
     for i, one in enumerate(determined):
         for j in range(i):

@@ -12,12 +12,11 @@ from ..motions.steady import REST
 from .alignment import best_phase
 from .cycle import Cycle, reference_cycle
 from .measurement import Measurement
+from .tolerances import FIT_DIFFERENCE
 
 UPPER = {"restitution": 1.0, "d1": 0.5, "d2": 0.5, "d3": 0.5}
-DIFFERENCE = 1e-5  # of the central differences; the reference's cycle is accurate to some 1e-8
 # Initial guesses, as changes of the given system: a restitution, or a factor of the dampings
 GUESSES = ({}, {"restitution": 0.2}, {"restitution": 0.8}, {"damping": 0.5}, {"damping": 2.0})
-EVALUATIONS = 60  # per guess
 
 
 def constant(system: System, name: str) -> float:
@@ -98,7 +97,7 @@ class FitProblem:
             jac=self.jacobian,
             bounds=(self.lower, self.upper),
             x_scale=np.append(np.where(np.array(self.names) == "restitution", 0.1, 0.01), 0.1),
-            max_nfev=EVALUATIONS,
+            max_nfev=60,  # per guess
         )
 
     def residuals(self, parameters: np.ndarray) -> np.ndarray:
@@ -118,7 +117,9 @@ class FitProblem:
         columns = []
         for i in range(len(self.names)):
             sides = np.tile(parameters, (2, 1))
-            sides[:, i] = np.clip(parameters[i] + np.array([-DIFFERENCE, DIFFERENCE]), self.lower[i], self.upper[i])
+            sides[:, i] = np.clip(
+                parameters[i] + np.array([-FIT_DIFFERENCE, FIT_DIFFERENCE]), self.lower[i], self.upper[i]
+            )
             below, above = map(self.residuals, sides)
             columns.append((above - below) / (sides[1, i] - sides[0, i]))
         cycle, measured = self.cycle(parameters), self.measurement

@@ -42,11 +42,10 @@ from .measurement_columns import (
     name_and_unit,
 )
 from .outliers import first_outlier
+from .tolerances import CONTACT_FORCE, WRONG_UNIT
 
-SIZE_LIMIT = 16 * 2**20  # bytes; some 400,000 samples
+MEASUREMENT_SIZE_LIMIT = 16 * 2**20  # bytes; some 400,000 samples
 FEWEST_SAMPLES = 16
-LARGEST = 1e9  # in units of the model: a larger number has a wrong unit
-PRESSED = 0.05  # of the largest force: the bodies are in contact while it is larger
 
 _SEPARATOR = re.compile(r"sep=(.)\s*", re.IGNORECASE)  # first line that spreadsheets write and read
 
@@ -88,10 +87,10 @@ def read_measurement(
     UnknownColumns
         If nothing says which column is the time and which a displacement.
     ValueError
-        If the file cannot be read, is larger than SIZE_LIMIT, or is malformed: one line that names file, line and
-        column.
+        If the file cannot be read, is larger than MEASUREMENT_SIZE_LIMIT, or is malformed: one line that names file,
+        line and column.
     """
-    content = read_file(path, SIZE_LIMIT, bytes)
+    content = read_file(path, MEASUREMENT_SIZE_LIMIT, bytes)
     try:
         return parse_measurement(content, units, columns, eta)
     except UnknownColumns as problem:
@@ -107,8 +106,10 @@ def parse_measurement(
     eta: float | None = None,
 ) -> Measurement:
     """Parse the bytes of a CSV file; raises as :func:`read_measurement`, without the name of the file."""
-    if len(content) > SIZE_LIMIT:
-        raise ValueError(f"larger than {SIZE_LIMIT // 2**20} MiB: give fewer periods, or fewer samples of each")
+    if len(content) > MEASUREMENT_SIZE_LIMIT:
+        raise ValueError(
+            f"larger than {MEASUREMENT_SIZE_LIMIT // 2**20} MiB: give fewer periods, or fewer samples of each"
+        )
     lines = _lines(content)
     table = _table(lines)
     chosen = find_columns(table.header, table.where, _in_millimetres(units or Units()), columns)
@@ -294,7 +295,7 @@ def _contact(values: Mapping[str, np.ndarray]) -> np.ndarray | None:
     if "force" not in values:
         return None
     force = np.abs(values["force"])
-    return force > PRESSED * force.max()
+    return force > CONTACT_FORCE * force.max()
 
 
 def _refuse_outlier(time: np.ndarray, values: np.ndarray, column: str, numbers: list[int]) -> None:
@@ -312,7 +313,7 @@ def _fault(value: float, name: str, previous: float) -> str:
     """Say what is wrong with a number in units of the model; empty if nothing is."""
     if math.isnan(value):
         return "is no finite number"
-    if abs(value) > LARGEST and name != "force":
+    if abs(value) > WRONG_UNIT and name != "force":
         return f"is {value:.3g} in units of the model; is the unit right?"
     if name == "contact" and value not in (0.0, 1.0):
         return "is neither 0 nor 1; set a threshold to the sensor's signal"

@@ -2,18 +2,15 @@
 
 import numpy as np
 
-COMMON = 0.98  # share of the samples that gives the size of the motion, and of the slopes that gives its speed
-FARTHER = 10.0  # times that size from the middle
-JUMP = 0.5  # of the way from the middle, in one step
-FASTER = 10.0  # times that speed, there and back
+from .tolerances import COMMON, FAR_OUT, JUMP, TOO_FAST
 
 
 def first_outlier(time: np.ndarray, values: np.ndarray) -> tuple[int, float] | None:
     """Find the first sample that lies too far out to belong to the motion.
 
-    A body moves on and does not jump: a sample is an outlier if it lies FARTHER sizes of the motion from its middle and
-    the body got there between two samples, or if the body moved to it and back with FASTER times the speed that it has
-    in all but few of the other intervals. An impact turns a velocity and moves no body between two samples.
+    A body moves on and does not jump: a sample is an outlier if it lies FAR_OUT sizes of the motion from its middle and
+    the body got there between two samples, or if the body moved to it and back with TOO_FAST times the speed that it
+    has in all but few of the other intervals. An impact turns a velocity and moves no body between two samples.
 
     Parameters
     ----------
@@ -30,10 +27,10 @@ def first_outlier(time: np.ndarray, values: np.ndarray) -> tuple[int, float] | N
         return None
     distance = np.abs(values - middle) / size
     slopes = np.diff(values) / np.diff(time)
-    fast = np.abs(slopes) > FASTER * np.quantile(np.abs(slopes), COMMON)
+    fast = np.abs(slopes) > TOO_FAST * np.quantile(np.abs(slopes), COMMON)
     spike = np.zeros(len(values), bool)
     spike[1:-1] = fast[:-1] & fast[1:] & (slopes[:-1] * slopes[1:] < 0)
-    found = np.flatnonzero(_beyond_a_jump(values, distance > FARTHER, distance * size) | (spike & (distance > 1)))
+    found = np.flatnonzero(_beyond_a_jump(values, distance > FAR_OUT, distance * size) | (spike & (distance > 1)))
     return (int(found[0]), float(distance[found[0]])) if len(found) else None
 
 

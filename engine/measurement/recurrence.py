@@ -17,20 +17,11 @@ from typing import NamedTuple
 import numpy as np
 
 from .measurement import Measurement
+from .tolerances import BETTER, CERTAIN_SIGMAS, HIDDEN, INTEGRATED, NYQUIST, OVERLAP, RIDGE, UNEXPLAINED, UNOBSERVED
 
-COARSE = 2000  # samples are enough for the harmonics
+HARMONIC_SAMPLES = 2000  # samples are enough for the harmonics
 LONGEST = 4  # periods after which a measurement may repeat itself
 HARMONICS = 24  # per excitation frequency
-OVERLAP = 1.5  # cycles that a record must cover to show that it repeats after one
-BETTER = 1.5  # a longer cycle must leave so many times less of the squares
-CERTAIN = 4.0  # standard errors by which it must
-HIDDEN = 0.5  # share of a subharmonic's squares: if a shorter cycle leaves less, it reproduces it at the samples
-INTEGRATED = 0.01  # of the size: what integrated noise of accelerations is taken for; it grows with the time
-GAP = 5.0  # median intervals between samples; a longer interval was not observed
-RIDGE = 1e-12  # of the Gram matrix's diagonal
-NYQUIST = 0.98  # of half the mean sampling rate: harmonics up to there tell frequencies apart
-REFINEMENTS = 5  # Gauss–Newton steps towards the measurement's own frequency
-UNEXPLAINED = 0.2  # of the measurement's size: if more remains, it is not in phase with the excitation
 
 
 @dataclass(frozen=True)
@@ -99,7 +90,7 @@ def recurrence(measurement: Measurement, eta: float) -> Recurrence:
             f"the measurement covers {periods:.3g} periods of the excitation at eta = {eta:g}: give at least one, "
             "and check the unit of time and omega1"
         )
-    thin = measurement.thinned(COARSE)
+    thin = measurement.thinned(HARMONIC_SAMPLES)
     size = float(np.std(thin.displacement, axis=1).max())
     period, possible, variance = _period(thin, eta, periods)
     if np.sqrt(variance) > UNEXPLAINED * size:
@@ -120,7 +111,7 @@ def recurrence(measurement: Measurement, eta: float) -> Recurrence:
 def summarise_sensor(time: np.ndarray, contact: np.ndarray, eta: float) -> Sensor:
     """Summarise the samples (n,) of a contact sensor; contacts between two samples are not seen."""
     intervals = np.diff(time)
-    observed = intervals <= GAP * np.median(intervals)
+    observed = intervals <= UNOBSERVED * np.median(intervals)
     weights = observed / _passes(time, observed, 2 * np.pi / eta)
     closed, length = contact.astype(float), np.sum(weights * intervals)
     closes = contact[1:] & ~contact[:-1]
@@ -175,7 +166,7 @@ def _better(fitted: _Fitted, longer: _Fitted) -> bool | None:
     ratio = fitted.variance / max(longer.variance, 1e-300)
     if ratio <= BETTER:
         return False
-    return True if ratio > 1 + CERTAIN * np.sqrt(2 / longer.freedom) else None
+    return True if ratio > 1 + CERTAIN_SIGMAS * np.sqrt(2 / longer.freedom) else None
 
 
 def _fitted(measurement: Measurement, eta: float, period: int, highest: float = np.inf) -> _Fitted:
@@ -245,7 +236,7 @@ def _own_frequency(measurement: Measurement, eta: float, period: int, periods: f
     """
     rows, frequency, width = measurement.displacement.T, eta, 0.5 / periods
     highest = _half_rate(measurement)
-    for _ in range(REFINEMENTS):
+    for _ in range(5):  # Gauss–Newton steps towards the measurement's own frequency
         basis, derivative = harmonics(measurement, frequency, period, highest)
         drift = _residual(basis, derivative @ coefficients(basis, rows))
         remaining, weight = _residual(basis, rows), max(np.sum(drift**2), 1e-300)

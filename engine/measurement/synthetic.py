@@ -21,7 +21,6 @@ def synthetic_measurement(
     phase: float = 0.0,
     frame: str = "absolute",
     seed: int = 0,
-    method: Reference | None = None,
 ) -> Measurement:
     """Sample the reference's steady motion, with independent normal noise on both displacements.
 
@@ -41,7 +40,6 @@ def synthetic_measurement(
     frame : {"absolute", "relative"}
     seed : int
         The same seed gives the same noise.
-    method : Reference, optional
 
     Returns
     -------
@@ -60,7 +58,7 @@ def synthetic_measurement(
     seed = whole("seed", seed, 0, 2**53, "give the start of the random numbers")
     if not system.excitation.drives:
         raise ValueError("nothing drives the bodies, so that they come to rest: give what drives them")
-    _, cycle = reference_cycle(system, eta, method or Reference())
+    _, cycle = reference_cycle(system, eta, Reference())
     if cycle is None:
         raise ValueError(f"the motion at eta = {eta:g} is not periodic: choose another eta")
     step = 2 * np.pi / eta / per_period

@@ -7,11 +7,7 @@ from ..result import Status
 from ..wording import every, percent
 from .alignment import Alignment
 from .comparison import MeasuredComparison, Solved
-
-WITHIN_NOISE = 1.1  # times the noise: a smaller difference is noise alone
-ALIKE = 0.05  # of the measured size: smaller differences are hardly visible
-OTHER_FRAME = 0.5  # times the difference: if less remains in the other frame, the columns may be named wrongly
-SENSOR = 0.2  # of the closings per period
+from .tolerances import HARDLY_VISIBLE, OTHER_FRAME, SENSOR, WITHIN_NOISE
 
 
 def measured_verdict(compared: MeasuredComparison) -> str:
@@ -49,7 +45,7 @@ def _sentences(compared: MeasuredComparison) -> Iterator[str]:
     if nearer := _nearer_sentence(compared):
         yield nearer
     aligned = compared.reference.alignment
-    if aligned is not None and aligned.rms > ALIKE and compared.other_frame < OTHER_FRAME * aligned.rms:
+    if aligned is not None and aligned.rms > HARDLY_VISIBLE and compared.other_frame < OTHER_FRAME * aligned.rms:
         names = "xi1, xi2 (relative to the base)" if compared.measurement.frame == "absolute" else "x1, x2 (absolute)"
         yield f"If the columns are {names}, the reference is {percent(compared.other_frame)} off: name them so."
 
@@ -66,7 +62,7 @@ def _solution_sentence(name: str, solved: Solved, compared: MeasuredComparison) 
         return f"The {name} repeats {every(solved.period)}, the measurement {measured}: another motion."
     if _is_within_noise(aligned, compared):
         sentence = f"The {name} agrees within the noise of the measurement ({percent(aligned.rms)})"
-    elif aligned.rms <= ALIKE:
+    elif aligned.rms <= HARDLY_VISIBLE:
         sentence = f"The {name} follows the measurement to {percent(aligned.rms)}, more than its noise explains"
     else:
         sentence = f"The {name} is {percent(aligned.rms)} off"

@@ -19,11 +19,12 @@ from ..model import System
 from ..result import Response
 from ..simulate import simulate
 from .description import Kind, Motion
-from .motion import KEEP, motion
-from .sameness import THIN, same_averages, same_cycle
+from .motion import DESCRIBED_PERIODS, motion
+from .sameness import same_averages, same_cycle
 from .steady import LONG, schedule_of, steady
+from .tolerances import THIN
 
-REACH = 2.0  # of the starts, in amplitudes of the motion from rest
+REACH_OF_STARTS = 2.0  # of the starts, in amplitudes of the motion from rest
 STARTS = 64
 DECIMALS = 4  # of a start, so that its numbers can be read, typed and sent in full
 
@@ -139,7 +140,7 @@ def _starts(system, eta, method, count, seed, cancelled) -> np.ndarray:
     """Return ``count`` initial states, (count, 4): rest, and random points of a box with the pendulums apart."""
     rows = simulate(system, eta, method, periods=LONG, cancelled=cancelled).section
     largest = np.abs(rows).max(axis=0, initial=0.0) if len(rows) else np.zeros(4)
-    reach = REACH * np.maximum([largest[[0, 2]].max(), largest[[1, 3]].max()], 1.0)
+    reach = REACH_OF_STARTS * np.maximum([largest[[0, 2]].max(), largest[[1, 3]].max()], 1.0)
     seed = whole("seed", seed, 0, 2**63 - 1, "give any whole number")
     states = np.round(np.random.default_rng(seed).uniform(-1, 1, (count, 4)) * reach[[0, 1, 0, 1]], DECIMALS)
     if system.wall:
@@ -158,7 +159,7 @@ def _long_term_response(system, eta, method, start, cancelled) -> Response:
         if found.periodic or not found.response.ok:
             return found.response
         start = found.response.section[-1]
-    return simulate(system, eta, method, periods=LONG, keep=KEEP, initial=start, cancelled=cancelled)
+    return simulate(system, eta, method, periods=LONG, keep=DESCRIBED_PERIODS, initial=start, cancelled=cancelled)
 
 
 def _limit_cycle(system, eta, method, run: Response, found: Motion, cancelled) -> np.ndarray | None:

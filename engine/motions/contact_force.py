@@ -5,7 +5,7 @@ import numpy as np
 from ..law_table import LAWS
 from ..result import Response
 
-FEWEST_SAMPLES = 8  # in a contact, to see the peak of its force: 2 % off at most for half a sine wave
+FEWEST_IN_CONTACT = 8  # in a contact, to see the peak of its force: 2 % off at most for half a sine wave
 
 
 def peak_force(response: Response) -> float:
@@ -19,7 +19,7 @@ def peak_force(response: Response) -> float:
     if method.rigid or every_step:
         return largest
     contacts = response.contacts[response.contacts[:, 1] > sampled.time[0]]
-    if np.diff(contacts, axis=1).min(initial=np.inf) < FEWEST_SAMPLES * spacing:
+    if np.diff(contacts, axis=1).min(initial=np.inf) < FEWEST_IN_CONTACT * spacing:
         return np.nan
     if not LAWS[method.law].without_jump:
         return largest

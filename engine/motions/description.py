@@ -9,9 +9,7 @@ from ..drivers.section import describe_section, name_numbers
 from ..result import Response, Status
 from ..wording import html_table
 from .contact_force import impulse_per_period, peak_force
-
-# The paper takes a contact of fewer than 30 steps of T/2000 as one sudden impact (Figures 10 to 12). In units of T:
-SUDDEN = 30 / 2000
+from .tolerances import SUDDEN
 
 
 class Kind(StrEnum):

@@ -8,10 +8,7 @@ from ..methods import Method
 from ..model import System
 from ..simulate import simulate
 from .poincare_map import PoincareMap
-
-DIFFERENCE = 1e-7  # of the state's size: well below what a time step shifts, well above rounding
-NEUTRAL = 1e-6  # distance of a multiplier from the unit circle at which disturbances keep their size
-REAL = 1e-9  # relative: a multiplier with a smaller imaginary part is real
+from .tolerances import LEAST_SIZE, NEUTRAL, REAL_MULTIPLIER, STATE_DIFFERENCE
 
 DOUBLING, FOLD, NEIMARK_SACKER, GRAZING = "period doubling", "fold", "Neimark-Sacker", "grazing"
 
@@ -47,7 +44,7 @@ def multipliers(
         poincare = PoincareMap(system, eta, method, cancelled)
         returned = poincare(poincare.coordinates(state), period)
         return np.empty(0, complex) if returned is None else eigenvalues_by_modulus(returned.jacobian)
-    width = DIFFERENCE * max(np.abs(state).max(), 1e-9)
+    width = STATE_DIFFERENCE * max(np.abs(state).max(), LEAST_SIZE)
     columns = []
     for disturbance in width * np.eye(4)[: 2 if system.wall else 4]:  # a wall does not move
         above, below = (
@@ -113,6 +110,6 @@ def nearest_bifurcation(values: np.ndarray, closing_speeds: np.ndarray, approach
 
 def _bifurcation_of(value: complex) -> str:
     """Name the bifurcation at which a multiplier of this argument leaves the unit circle."""
-    if abs(value.imag) > REAL * abs(value):
+    if abs(value.imag) > REAL_MULTIPLIER * abs(value):
         return NEIMARK_SACKER
     return DOUBLING if value.real < 0 else FOLD

@@ -33,14 +33,11 @@ from .averages import batch_means, smooth_weights, standard_error
 from .poincare_map import PoincareMap
 from .regularity import irregularity
 from .steady import REST
+from .tolerances import EXPONENT_DRIFT, REGULAR
 
-BATCHES = 32
+EXPONENT_BATCHES = 32
 SETTLING = 64  # periods in which a disturbance turns into the direction of fastest growth
-# Regular motions fall below this within thousands of periods, unless their tori are about to break up. A
-# chaotic motion falls below it only if eight averages agree this well by chance.
-REGULAR = 1e-5
-DRIFT = 5.0  # standard errors that the averages over the two halves of a run may differ by
-PERIODS_RANGE = (BATCHES * 8, 10_000_000)
+PERIODS_RANGE = (EXPONENT_BATCHES * 8, 10_000_000)
 
 
 @dataclass(frozen=True)
@@ -87,7 +84,7 @@ class Lyapunov:
     @property
     def is_chaotic(self) -> bool:
         """Whether the motion is irregular and its neighbours separate, in both halves of the run."""
-        return not self.regular and self.sign == 1 and self.drift < DRIFT
+        return not self.regular and self.sign == 1 and self.drift < EXPONENT_DRIFT
 
 
 def lyapunov(
@@ -230,4 +227,4 @@ def average_growth(growth: np.ndarray, section: np.ndarray) -> Lyapunov:
 
 
 def _mean_and_error(values: np.ndarray) -> tuple[float, float]:
-    return float(values.mean()), float(standard_error(batch_means(values, BATCHES)))
+    return float(values.mean()), float(standard_error(batch_means(values, EXPONENT_BATCHES)))

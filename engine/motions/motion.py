@@ -26,27 +26,26 @@ from ..energy.balance import energy_balance
 from ..methods import ExactPenalty, Method, Newmark, Reference, TimeStepping
 from ..model import System
 from ..result import Record, Response
-from ..simulate import simulate
+from ..simulate import FARTHEST, simulate
 from ..wording import counted
 from .contact_force import impulse_per_period, peak_force
 from .description import Kind, Motion, describe, sampled_periods
 from .floquet import fate_of_disturbances, lyapunov_exponent, multipliers, nearest_bifurcation
-from .free_vibration import own_period
 from .lyapunov import Lyapunov, lyapunov
 from .poincare_map import unresolved
 from .regularity import rotation_number
 from .steady import LONG, REST, schedule_of, steady
 from .time_step_scatter import judge_newmark_section, later_run
+from .tolerances import REPEATED_IMPACTS, REPEATED_IMPACTS_BY_STEPS, UNBALANCED
 
 LONGEST_SEEN = 512  # periods of a cycle that the section shows
-KEEP = 256  # described periods of a motion that does not repeat itself
-SAMPLES, SAMPLED = 2000, 50  # samples per period; sampled periods
+DESCRIBED_PERIODS = 256  # described periods of a motion that does not repeat itself
+SAMPLES_PER_PERIOD, SAMPLED_PERIODS = 2000, 50  # samples per period; sampled periods
 MOST_SAMPLES = 100_000
-FEWEST = 8  # sampled periods at least of a motion that does not repeat itself …
+MOST_IMPACTS = 8  # of a cycle of a free vibration
+FEWEST_PERIODS = 8  # sampled periods at least of a motion that does not repeat itself …
 STORED_SAMPLES = 1_000_000  # … unless these are more samples
-UNBALANCED = 0.01  # of the energy: a balance with a larger residual says nothing about the losses
-FARTHEST = 1e6  # base amplitudes: no run can start farther away (:func:`engine.simulate`)
-IN_CONTACT = 60  # samples in the shortest contact of a cycle: the peak of half a sine wave to 0.04 %
+SAMPLES_IN_CONTACT = 60  # samples in the shortest contact of a cycle: the peak of half a sine wave to 0.04 %
 
 
 def motion(
@@ -133,7 +132,7 @@ def classify(followed: Lyapunov) -> tuple[Kind, str]:
 
 def _closed_form_motion(system: System, eta, method: Reference | ExactPenalty, initial, cancelled) -> Motion:
     if reason := unresolved(system):
-        run = simulate(system, eta, method, periods=LONG, keep=KEEP, initial=initial, cancelled=cancelled)
+        run = simulate(system, eta, method, periods=LONG, keep=DESCRIBED_PERIODS, initial=initial, cancelled=cancelled)
         return replace(describe(run, 0), type=Kind.UNDECIDED, reason=reason) if run.ok else describe(run)
     schedule = schedule_of(method)
     found = steady(system, eta, method, initial=initial, max_period=schedule.longest, cancelled=cancelled)
@@ -146,7 +145,9 @@ def _closed_form_motion(system: System, eta, method: Reference | ExactPenalty, i
     if np.abs(state).max() > FARTHEST:
         return _unbounded_motion(run)
     if not system.excitation.drives and (own := own_period(run)) == own:
-        more = simulate(system, eta, method, periods=KEEP, keep=KEEP, initial=state, cancelled=cancelled)
+        more = simulate(
+            system, eta, method, periods=DESCRIBED_PERIODS, keep=DESCRIBED_PERIODS, initial=state, cancelled=cancelled
+        )
         return _free_motion(more, own, cancelled)
     for periods in schedule.followed:
         followed = lyapunov(system, eta, method, initial=state, periods=periods, cancelled=cancelled)
@@ -160,8 +161,17 @@ def _closed_form_motion(system: System, eta, method: Reference | ExactPenalty, i
         kind, reason = classify(followed)
         if kind is not Kind.UNDECIDED:
             break
-    record = Record(SAMPLED, SAMPLES)
-    run = simulate(system, eta, method, periods=KEEP, keep=KEEP, initial=state, record=record, cancelled=cancelled)
+    record = Record(SAMPLED_PERIODS, SAMPLES_PER_PERIOD)
+    run = simulate(
+        system,
+        eta,
+        method,
+        periods=DESCRIBED_PERIODS,
+        keep=DESCRIBED_PERIODS,
+        initial=state,
+        record=record,
+        cancelled=cancelled,
+    )
     return replace(
         _with_energy(describe(run, 0), run, cancelled),
         type=kind,
@@ -174,7 +184,7 @@ def _closed_form_motion(system: System, eta, method: Reference | ExactPenalty, i
 
 def _remembering_motion(system: System, eta, method, initial, cancelled) -> Motion:
     """Describe a run of a law whose section does not say all of the state: its period alone, no multipliers."""
-    run = simulate(system, eta, method, periods=LONG, keep=KEEP, initial=initial, cancelled=cancelled)
+    run = simulate(system, eta, method, periods=LONG, keep=DESCRIBED_PERIODS, initial=initial, cancelled=cancelled)
     return _with_samples(describe(run), run, cancelled) if run.ok else describe(run)
 
 
@@ -230,7 +240,9 @@ def _free_motion(run: Response, own: float, cancelled) -> Motion:
 def _samples_per_period(run: Response) -> int:
     """Samples per period with which the shortest contact has enough of them to show the peak of its force."""
     shortest = np.diff(run.contacts, axis=1).min(initial=run.period)
-    return int(np.clip(IN_CONTACT * run.period / shortest, SAMPLES, MOST_SAMPLES // max(run.keep, 1)))
+    return int(
+        np.clip(SAMPLES_IN_CONTACT * run.period / shortest, SAMPLES_PER_PERIOD, MOST_SAMPLES // max(run.keep, 1))
+    )
 
 
 def _with_multipliers(described: Motion, values: np.ndarray) -> Motion:
@@ -260,11 +272,11 @@ def _with_energy(described: Motion, run: Response, cancelled) -> Motion:
 def _with_samples(described: Motion, run: Response, cancelled) -> Motion:
     """Add what needs samples: peak force, impulse and energy, over whole cycles from the first kept period on.
 
-    Of a motion that does not repeat itself FEWEST periods are sampled at least; nothing if that takes too many steps.
+    Of a motion that does not repeat itself FEWEST_PERIODS are sampled at least; nothing if that takes too many steps.
     """
-    per_period = run.method.steps if run.method.has_step else SAMPLES
-    cycle, most = described.period or 1, max(MOST_SAMPLES // per_period, 0 if described.period else FEWEST)
-    periods = cycle * max(1, min(SAMPLED, most) // cycle)
+    per_period = run.method.steps if run.method.has_step else SAMPLES_PER_PERIOD
+    cycle, most = described.period or 1, max(MOST_SAMPLES // per_period, 0 if described.period else FEWEST_PERIODS)
+    periods = cycle * max(1, min(SAMPLED_PERIODS, most) // cycle)
     if run.method.located or not run.method.has_step:
         periods += cycle  # their balance begins with the second period
     if periods > run.keep or periods * per_period > STORED_SAMPLES:
@@ -277,7 +289,7 @@ def _with_samples(described: Motion, run: Response, cancelled) -> Motion:
 
 
 def _stepped_motion(system: System, eta, method: Newmark | TimeStepping, initial, cancelled) -> Motion:
-    run = simulate(system, eta, method, periods=LONG, keep=KEEP, initial=initial, cancelled=cancelled)
+    run = simulate(system, eta, method, periods=LONG, keep=DESCRIBED_PERIODS, initial=initial, cancelled=cancelled)
     if not run.ok:
         return describe(run)
     state = run.section[-1]
@@ -308,3 +320,26 @@ def _stepped_motion(system: System, eta, method: Newmark | TimeStepping, initial
         return _with_multipliers(described, limit.multipliers)
     values = multipliers(system, eta, method, state, judged.period, cancelled)
     return _with_multipliers(replace(described, section=described.section[-judged.period :]), values)
+
+
+def own_period(response: Response) -> float:
+    """Time τ after which a free vibration repeats itself, by its impacts; nan if they do not show one.
+
+    Nothing sets the instant at which such a motion is looked at, so that its section at τ ≡ 0 mod 2π/η says nothing: η
+    is arbitrary. The motion repeats itself if its impacts do, in position and velocities.
+
+    Parameters
+    ----------
+    response : Response
+        Of a system that nothing drives.
+    """
+    found = response.impacts
+    rows = np.column_stack([found.position, found.velocity_before])
+    tolerance = (REPEATED_IMPACTS_BY_STEPS if response.method.has_step else REPEATED_IMPACTS) * np.abs(rows).max(
+        initial=0.0
+    )
+    for count in range(1, min(MOST_IMPACTS, len(rows) // 2) + 1):
+        times = found.time[count:] - found.time[:-count]
+        if np.abs(rows[count:] - rows[:-count]).max() <= tolerance and np.ptp(times) <= tolerance:
+            return float(times.mean())
+    return np.nan

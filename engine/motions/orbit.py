@@ -18,16 +18,18 @@ from typing import NamedTuple
 import numpy as np
 
 from .poincare_map import PoincareMap, Return
+from .tolerances import (
+    APPROACHED,
+    LONGEST_NEWTON_STEP,
+    NEAR_RETURN,
+    NEARER_RETURN,
+    ON_ORBIT,
+    RESIDUAL,
+    SMALLEST_FRACTION,
+    SURELY_STABLE,
+)
 
-NEAR = 0.3  # of the section's size: a return within this distance is worth an attempt …
-NEARER = 0.5  # … if its distance is at most so many times that of all shorter periods
-NEWTON_STEPS = 30
-SMALLEST_FRACTION = 2.0**-10  # of a Newton step
-FARTHEST = 1e3  # sizes of the section that a Newton step may lead away
-RESIDUAL = 1e-12  # of the section's size
-CONVERGED = 0.03  # the run is followed until its distance from the orbit has fallen to this fraction
-ON_ORBIT = 1e-10  # of the section's size: a state this close to the orbit lies on it but for rounding
-NORM_DOUBLINGS = 60  # of the partial sums of the series that defines the norm
+MOST_NEWTON_STEPS = 30
 
 
 class FixedPoint(NamedTuple):
@@ -97,7 +99,7 @@ class OrbitSearch:
     def _newton(self, y: np.ndarray, period: int, size: float) -> FixedPoint | None:
         """Solve P(y*) = y* from y on."""
         returned, steps = self.map(y, period), 0
-        while returned is not None and steps < NEWTON_STEPS:
+        while returned is not None and steps < MOST_NEWTON_STEPS:
             improved = self._newton_step(y, returned, period, size)
             if improved is None:  # limited by rounding, or there is no orbit nearby
                 break
@@ -119,7 +121,11 @@ class OrbitSearch:
         fraction = 1.0
         while fraction >= SMALLEST_FRACTION:
             tried = y + fraction * full
-            there = self._image(tried, period, returned.residual) if np.abs(tried).max() <= FARTHEST * size else None
+            there = (
+                self._image(tried, period, returned.residual)
+                if np.abs(tried).max() <= LONGEST_NEWTON_STEP * size
+                else None
+            )
             if there is not None and there.residual < returned.residual:
                 return tried, there
             if returned.residual <= RESIDUAL * size:  # rounding prevents any further reduction
@@ -138,7 +144,7 @@ class OrbitSearch:
         if not self.stable_only:
             return True
         largest = np.abs(np.linalg.eigvals(orbit.returned.jacobian)).max()
-        if not largest < 1 - 1e-9:
+        if not largest < 1 - SURELY_STABLE:
             self.rejection = (
                 f"the orbit of period {orbit.period} near the end of the run is unstable: it grows "
                 f"{largest:.4g}-fold in each cycle"
@@ -159,7 +165,7 @@ class OrbitSearch:
         """
         factor = norm_factor(orbit.returned.jacobian / rate)
         first = np.linalg.norm(factor @ deviation)
-        while np.abs(deviation).max() > ON_ORBIT * size and np.linalg.norm(factor @ deviation) > CONVERGED * first:
+        while np.abs(deviation).max() > ON_ORBIT * size and np.linalg.norm(factor @ deviation) > APPROACHED * first:
             returned = self.map(orbit.state + deviation, orbit.period)
             if not contracts(orbit, factor, rate, deviation, returned):
                 return False
@@ -211,12 +217,12 @@ def contracts(
 
 def _near_returns(rows: np.ndarray, size: float, longest: int) -> list[int]:
     """Numbers of periods after which the last row nearly recurs, each much closer than all shorter ones."""
-    found, nearest = [], NEAR * size
+    found, nearest = [], NEAR_RETURN * size
     for period in range(1, min(longest, len(rows) - 1) + 1):
         distance = np.abs(rows[-1] - rows[-1 - period]).max()
         if distance <= nearest:
             found.append(period)
-            nearest = NEARER * distance
+            nearest = NEARER_RETURN * distance
     return found
 
 
@@ -226,7 +232,7 @@ def norm_factor(contraction: np.ndarray) -> np.ndarray:
     FᵀF = Σ (Bᵏ)ᵀBᵏ over k = 0, 1, …, so that |F B x|² = |F x|² − |x|². The series is summed by doubling.
     """
     total, power = np.eye(4), contraction
-    for _ in range(NORM_DOUBLINGS):
+    for _ in range(60):  # doublings of the partial sums
         total = total + power.T @ total @ power
         power = power @ power
         if np.abs(power).max() < 1e-18:

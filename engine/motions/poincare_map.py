@@ -15,8 +15,7 @@ from ..drivers.law_driven import LawFlow, needs_law
 from ..methods import ExactPenalty, Reference
 from ..model import System
 from ..result import Cancelled
-
-PRESSED = 1e4  # units of length by which springs may press the bodies into each other, were they not in contact
+from .tolerances import LARGEST_PRESSING
 
 
 def unresolved(system: System) -> str:
@@ -25,11 +24,11 @@ def unresolved(system: System) -> str:
     Displacements are computed from the equilibrium of the separate bodies. Where a large constant force acts on a weak
     spring, this lies so far beyond the contact that the motion near the contact has few digits left.
     """
-    if -system.static_gap <= PRESSED:
+    if -system.static_gap <= LARGEST_PRESSING:
         return ""
     return (
         f"without contact the bodies would overlap at rest by {-system.static_gap:.4g} units of length, more than "
-        f"{PRESSED:g}, and rounding hides periodic motions: give stiffer springs, or smaller constant forces"
+        f"{LARGEST_PRESSING:g}, and rounding hides periodic motions: give stiffer springs, or smaller constant forces"
     )
 
 

@@ -15,13 +15,9 @@ import numpy as np
 from ..drivers.section import TOLERANCE
 from .averages import batch_means, standard_error
 from .section import band_width
+from .tolerances import BETWEEN_SOLVERS, NOISY, SAME_AVERAGES, SAME_CYCLE
 
-BATCHES = 16
-SIGMAS = 6.0  # standard errors that the averages of one motion may differ by
-SAME = 1e-6  # of the size: cycles of closed-form solvers that differ by less are the same
-NOISY = 3.0  # cycles of Newmark may differ by so many widths of their bands, and these widths by such a factor
-THIN = 0.01  # of the size: bands that the time step causes differ by any factor below this width
-BETWEEN_SOLVERS = 0.25  # of the size
+SECTION_BATCHES = 16
 
 
 def same_cycle(known: np.ndarray, section: np.ndarray, period: int, thin: float = 0.0, least: float = 0.0) -> bool:
@@ -45,7 +41,7 @@ def same_cycle(known: np.ndarray, section: np.ndarray, period: int, thin: float 
     size = max(np.abs(known).max(), least)
     if max(widths) > max(NOISY * min(widths) + TOLERANCE * size, thin * size):
         return False
-    return _shifted_distance(points, others) <= SAME * size + NOISY * max(widths)
+    return _shifted_distance(points, others) <= SAME_CYCLE * size + NOISY * max(widths)
 
 
 def cycle_points(section: np.ndarray, period: int) -> np.ndarray:
@@ -58,10 +54,10 @@ def same_averages(known: np.ndarray, section: np.ndarray) -> bool:
     """Whether the averages of coordinates and their squares agree within their standard errors."""
     if len(known) != len(section):
         return False
-    means = [batch_means(np.hstack([rows, rows**2]), BATCHES) for rows in (known, section)]
+    means = [batch_means(np.hstack([rows, rows**2]), SECTION_BATCHES) for rows in (known, section)]
     average, other = (each.mean(axis=0) for each in means)
     error = np.hypot(*(standard_error(each) for each in means))
-    return bool((np.abs(average - other) <= SIGMAS * error + TOLERANCE * np.abs(average).max()).all())
+    return bool((np.abs(average - other) <= SAME_AVERAGES * error + TOLERANCE * np.abs(average).max()).all())
 
 
 def same_between_solvers(one: np.ndarray, period: int, other: np.ndarray, other_period: int) -> bool:

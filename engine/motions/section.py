@@ -5,8 +5,7 @@ from collections.abc import Callable
 import numpy as np
 
 from ..drivers.section import periods_of
-
-DYING = 0.9  # of two halves of a section: a difference between its points that falls by more is the rest of a transient
+from .tolerances import DYING
 
 
 def settled_periods(sections: np.ndarray) -> np.ndarray:

@@ -33,17 +33,12 @@ from ..simulate import simulate
 from ..wording import counted, every, rounded
 from .description import CellKind, Kind, Motion
 from .section import band_width, band_widths, cycle_spreads, scatter
+from .tolerances import CLEAR_SPREAD, REPEATED_BAND, SHOWN_SPREAD, SHRUNK
 from .words import SYMBOLS
 
 FINER = (4, 16, 64)  # times as many steps per period
 FINER_LOCATED = (4,)  # located steps converge quadratically, and none of them is skipped
-CLEAR = 1.0  # spread of a cycle, in widths of a band, from which on a band about its points must show them
-SHOWN = 0.5  # of the distances between the points of a cycle; a band that does not show it has some of them by chance
-SHRUNK = 0.5  # a width in proportion to Δτ would fall to a quarter each time; chance needs some room
-# A section that repeats itself within this share of its size goes on as it is: what is left of a transient lies far
-# below the width of a band.
-SETTLED = 1e-9
-TRANSIENT, KEEP = 768, 256  # periods of each run with finer steps
+SCATTER_TRANSIENT, SCATTER_KEEP = 768, 256  # periods of each run with finer steps
 
 
 class Limits(NamedTuple):
@@ -147,7 +142,7 @@ def judge_bands(
 
 def _points_of_bands(periods: np.ndarray, rows: int) -> np.ndarray:
     """The points about which sections are bands: those of the limits' cycles; 1, the mean, where two are too long."""
-    return np.where((periods > 0) & (2 * periods <= min(rows, KEEP)), periods, 1)
+    return np.where((periods > 0) & (2 * periods <= min(rows, SCATTER_KEEP)), periods, 1)
 
 
 def _periods_shown(own_periods: np.ndarray, limit_periods: np.ndarray, is_band: np.ndarray) -> np.ndarray:
@@ -162,9 +157,9 @@ def _periods_shown(own_periods: np.ndarray, limit_periods: np.ndarray, is_band: 
 
 def _is_about_cycle(sections: np.ndarray, periods: np.ndarray, widths: np.ndarray, spreads: np.ndarray) -> np.ndarray:
     """Whether bands may lie about the points of cycles: where they must show the distances of these, they have them."""
-    about = spreads <= CLEAR * widths
+    about = spreads <= CLEAR_SPREAD * widths
     rest = np.flatnonzero(~about)
-    about[rest] = cycle_spreads(sections[rest], periods[rest]) > SHOWN * spreads[rest]
+    about[rest] = cycle_spreads(sections[rest], periods[rest]) > SHOWN_SPREAD * spreads[rest]
     return about
 
 
@@ -258,7 +253,7 @@ def judge_newmark_section(
 
 def can_narrow(sections: np.ndarray) -> np.ndarray:
     """Whether bands of sections, (n, rows, 4), may be the rest of a transient: not where the scatter repeats itself."""
-    return periods_of(sections, SETTLED) == 0
+    return periods_of(sections, REPEATED_BAND) == 0
 
 
 def later_run(run: Response, limit: Motion, cancelled: Callable[[], bool] | None = None) -> Response | None:
@@ -271,7 +266,12 @@ def later_run(run: Response, limit: Motion, cancelled: Callable[[], bool] | None
     """
     if not can_narrow(run.section[None])[0]:
         return None
-    how = {"periods": TRANSIENT + 2 * run.keep, "keep": run.keep, "initial": run.checkpoint, "cancelled": cancelled}
+    how = {
+        "periods": SCATTER_TRANSIENT + 2 * run.keep,
+        "keep": run.keep,
+        "initial": run.checkpoint,
+        "cancelled": cancelled,
+    }
     later = simulate(run.system, run.eta, run.method, **how)
     period = int(_points_of_bands(np.array([limit.period]), len(run.section))[0])
     narrowed = later.ok and band_width(later.section, period) < SHRUNK * band_width(run.section, period)
@@ -282,5 +282,10 @@ def _run_with_steps(run: Response, steps: int, cancelled) -> Response:
     """A run with so many steps per period that goes on from where another one ended."""
     skipping = {"every_step": False} if run.method.has_step else {}
     method = replace(run.method, steps=steps, **skipping)
-    options = {"periods": TRANSIENT + KEEP, "keep": KEEP, "initial": run.section[-1], "cancelled": cancelled}
+    options = {
+        "periods": SCATTER_TRANSIENT + SCATTER_KEEP,
+        "keep": SCATTER_KEEP,
+        "initial": run.section[-1],
+        "cancelled": cancelled,
+    }
     return simulate(run.system, run.eta, method, **options)

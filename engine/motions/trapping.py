@@ -30,15 +30,14 @@ from ..model import System
 from .orbit import FixedPoint, contracts, norm_factor
 from .poincare_map import PoincareMap
 from .steady import Steady
+from .tolerances import FALLEN, JOINED, SURELY_STABLE
 
 DIRECTIONS = 128
 DISTANCES = (1.0, 0.5)  # of the radius that is examined
 SHARE = 0.6  # of the radius that is examined: the radius of the region
 SMALLER, RADII = 0.75, 60  # each radius that is examined of the one before; how many, from the section's size on
-FALLEN = 0.5  # what is left of a disturbance after the turns of a map …
 MOST_REGIONS = 8  # of a cycle: a motion comes by all of its points in turn
 MOST_TURNS = 64  # … if it falls so far within these
-JOINED = 1e-9  # of the size: gap and gap rate of bodies that move as one, but for rounding
 
 
 class Region(NamedTuple):
@@ -128,7 +127,7 @@ def _factor_of_region(poincare: PoincareMap, orbit: FixedPoint, rigid: bool, siz
     """F/r around a point of a cycle; None if it is not stable, r is not above rounding, or a wall holds the body."""
     jacobian = orbit.returned.jacobian
     largest = np.abs(np.linalg.eigvals(jacobian)).max()
-    if not largest < 1 - 1e-9:
+    if not largest < 1 - SURELY_STABLE:
         return None
     rate = (1 + largest) / 2
     factor = norm_factor(jacobian / rate)

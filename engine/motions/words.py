@@ -4,6 +4,7 @@ import math
 
 from ..wording import every, rounded
 from .description import Kind, Motion
+from .tolerances import UNBROKEN
 
 _TYPES = {
     Kind.CHAOTIC: "is chaotic and never repeats",
@@ -13,7 +14,6 @@ _TYPES = {
 
 
 SYMBOLS = {1: "ξ₁", 2: "ξ₂"}  # of a body's displacement
-UNBROKEN = 1e-12  # share of the time that rounding may take from a contact without an end
 
 
 def repetition(found: Motion) -> str:

@@ -24,6 +24,7 @@ from ..model import System
 from ..wording import rounded_to
 from .limits import Limits
 from .range_trials import RangeTrials
+from .tolerances import WELL
 from .trials import NEIGHBOURS, NewmarkSetting, Trial
 
 CONTACT_STEPS = (1.5, 100.0)  # steps in a contact that are worth a trial
@@ -32,10 +33,9 @@ SOFTEST = 10.0  # K that is worth a trial
 RATIO, LOCATED_RATIO = 2.0, 4.0  # between neighbouring K of the grid
 DAMPING_FACTORS = (0.2, 0.4, 0.7, 0.85, 1.0, 1.15, 1.4, 2.5)  # ζ of the grid, in units of ζ(e)
 LEAST_DAMPING = 0.01  # the unit, if e is so near to 1 that ζ(e) is less
-LIKELY, FEW = 16, 2  # settings of the grid that are tried with a few of their neighbours, and how few …
+LIKELY, FEW_NEIGHBOURS = 16, 2  # settings of the grid that are tried with a few of their neighbours, and how few …
 JUDGED = 6  # … and settings that are judged with all of them
-WELL = 0.8  # deviations of restitution and peak force, in units of the tolerance, of which none is better than another
-AT_ONCE = 4  # settings whose contacts are looked at side by side
+CONTACTS_AT_ONCE = 4  # settings whose contacts are looked at side by side
 MOVES = ((1.4, 1.12), (1.15, 1.05))  # factors of K and D, round by round
 
 
@@ -72,7 +72,7 @@ class ContactSearch:
         """
         best = self._judge(self._from_other_steps(steps), None)
         grid = [trial for trial in self.trials.screen(self._grid(steps)) if trial.cost <= cost]
-        grid = self.trials.screen(_first(LIKELY, grid, self._by_error), FEW)
+        grid = self.trials.screen(_first(LIKELY, grid, self._by_error), FEW_NEIGHBOURS)
         grid = self._with_contacts(grid, enough=JUDGED)
         best = self._judge(_first(JUDGED, grid, self.by_robust_error), best)
         for factors in MOVES:
@@ -104,8 +104,8 @@ class ContactSearch:
     def _with_contacts(self, trials: list[Trial], enough: int | None = None) -> list[Trial]:
         """Look at the contacts of those whose displacements keep to the tolerance, until enough of them do well."""
         trials, well = sorted(trials, key=self.by_robust_error), 0
-        for i in range(0, len(trials), AT_ONCE):
-            some = [one for one in trials[i : i + AT_ONCE] if one.robust <= self.tolerance]
+        for i in range(0, len(trials), CONTACTS_AT_ONCE):
+            some = [one for one in trials[i : i + CONTACTS_AT_ONCE] if one.robust <= self.tolerance]
             found = self.trials.excesses(one.setting for one in some)
             some = [one._replace(excess=excess) for one, excess in zip(some, found, strict=True)]
             trials[i : i + len(some)] = some

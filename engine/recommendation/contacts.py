@@ -16,18 +16,22 @@ import numpy as np
 
 from ..checks import require
 from ..divergence.contact import contact_duration
-from ..divergence.encounters import SHORT, delivered_restitution, mean_closing_speed
+from ..divergence.encounters import delivered_restitution, mean_closing_speed
 from ..divergence.error import Target
 from ..divergence.grid import simulate_samples
+from ..divergence.tolerances import SHORT_CONTACT
 from ..motions.contact_force import peak_force
 from ..restitution import effective_restitution
 from ..result import Record, Response
 
 DISPLACEMENT_RANGE = (1e-6, 1.0)
 RESTITUTION_RANGE, FORCE_RANGE = (1e-3, 1.0), (1e-3, 10.0)
-IN_CONTACT = 30  # samples in the shortest contact of a run that has no steps of its own
-SAMPLES, MORE_SAMPLES = 4_000, 40_000  # of a run, to choose by and to verify: at most, but for those of one cycle
-FEWEST = 200  # samples in a period
+TRIAL_SAMPLES_IN_CONTACT = 30  # samples in the shortest contact of a run that has no steps of its own
+PEAK_SAMPLES, MORE_PEAK_SAMPLES = (
+    4_000,
+    40_000,
+)  # of a run, to choose by and to verify: at most, but for those of one cycle
+FEWEST_PEAK_SAMPLES = 200  # samples in a period
 
 
 @dataclass(frozen=True)
@@ -112,7 +116,7 @@ def contacts_of(
     without_step: float,
     target: Target,
     cancelled: Callable[[], bool] | None,
-    samples: int = SAMPLES,
+    samples: int = PEAK_SAMPLES,
 ) -> Contacts:
     """Return what the contacts of the kept periods of a run do.
 
@@ -133,13 +137,13 @@ def contacts_of(
     return Contacts(restitution, run.system.restitution, peak, without_step, steps, run.steps_without_solution)
 
 
-def peak_of(run: Response, period: int, cancelled: Callable[[], bool] | None, samples: int = SAMPLES) -> float:
+def peak_of(run: Response, period: int, cancelled: Callable[[], bool] | None, samples: int = PEAK_SAMPLES) -> float:
     """Return the largest contact force in as many kept periods as the samples allow, and at least in one cycle."""
     steps = run.method.grid_steps
     per_period = steps
     if not steps:
         shortest = np.diff(run.contacts, axis=1).min(initial=run.period)
-        per_period = int(np.clip(IN_CONTACT * run.period / shortest, FEWEST, samples))
+        per_period = int(np.clip(TRIAL_SAMPLES_IN_CONTACT * run.period / shortest, FEWEST_PEAK_SAMPLES, samples))
     periods = min(run.keep, max(period, samples // per_period))
     return peak_force(simulate_samples(run, Record(periods, per_period, steps or None), cancelled))
 
@@ -151,5 +155,5 @@ def _short_contact(run: Response) -> float:
     closing = -np.diff(impacts.velocity_before[np.isin(impacts.time, run.contacts[:, 0])], axis=1)[:, 0]
     closes = closing > 0.0
     durations, alone = durations[closes], contact_duration(run.system, run.method, closing[closes])
-    short = durations[durations <= SHORT * alone]
+    short = durations[durations <= SHORT_CONTACT * alone]
     return float(np.median(short)) if len(short) else math.nan

@@ -14,14 +14,15 @@ import numpy as np
 from ..methods import DAMPING_RANGE, STIFFNESS_RANGE
 from .limits import Limits
 from .range_trials import RangeTrials
+from .tolerances import WHOLE_STEPS
 from .trials import NewmarkSetting, Trial
 
-STRIDE = 1.05  # from point to point of a range, a factor
-CONFIRMED, ONE_MISS_IN = 6, 20  # points to a stride that confirm a range; one in so many of them may miss
-FARTHEST = 10  # points on each side: a factor of 1.6
-AT_ONCE = 4  # points that are tried side by side
+RANGE_STRIDE = 1.05  # from point to point of a range, a factor
+CONFIRMED_PER_STRIDE, RANGE_MISS_IN = 6, 20  # points to a stride that confirm a range; one in so many of them may miss
+POINTS_EACH_SIDE = 10  # points on each side: a factor of 1.6
+POINTS_AT_ONCE = 4  # points that are tried side by side
 SPARE = (1.0, 1.1, 1.2, 1.35, 1.5, 1.75, 2.0, 2.5, 3.0, 4.0, 6.0, 8.0)  # times the least number of steps
-DIGITS = (2, 3)  # of K and D
+MIDDLE_DIGITS = (2, 3)  # of K and D
 
 
 class MiddleSearch:
@@ -93,33 +94,35 @@ class MiddleSearch:
         own, ends = getattr(setting, name), self._range(setting, name)
         found = []
         for end in ends:
-            count = math.ceil(abs(math.log(end / own)) / math.log(STRIDE) * CONFIRMED)
+            count = math.ceil(abs(math.log(end / own)) / math.log(RANGE_STRIDE) * CONFIRMED_PER_STRIDE)
             points = [own * (end / own) ** (i / count) for i in range(1, count + 1)]
             holds = self.trials.all_hold([setting._replace(**{name: point}) for point in points])
             misses = np.cumsum(np.logical_not(holds))
-            kept = [p for i, p in enumerate(points) if holds[i] and misses[i] * ONE_MISS_IN <= i + 1]
+            kept = [p for i, p in enumerate(points) if holds[i] and misses[i] * RANGE_MISS_IN <= i + 1]
             found.append(kept[-1] if kept else own)
         return tuple(found)
 
     def _has_room(self, name: str, own: float, low: float, high: float) -> bool:
         """Whether a range leaves room on both sides, but for what a limit takes."""
         least, most = self._bounds(name)
-        return (low < own or own / STRIDE**2 < least) and (high > own or own * STRIDE**2 > most)
+        return (low < own or own / RANGE_STRIDE**2 < least) and (high > own or own * RANGE_STRIDE**2 > most)
 
     def _range(self, setting: NewmarkSetting, name: str) -> tuple[float, float]:
         """Return how far one number goes down and up; its own value where it does not."""
         own, (least, most) = getattr(setting, name), self._bounds(name)
-        before = math.ceil(math.log(own, STRIDE)) - 1  # the points are powers, so that they are the same from any start
-        down = [STRIDE**i for i in range(before, before - FARTHEST, -1)]
-        after = math.floor(math.log(own, STRIDE)) + 1
-        up = [STRIDE**i for i in range(after, after + FARTHEST)]
+        before = (
+            math.ceil(math.log(own, RANGE_STRIDE)) - 1
+        )  # the points are powers, so that they are the same from any start
+        down = [RANGE_STRIDE**i for i in range(before, before - POINTS_EACH_SIDE, -1)]
+        after = math.floor(math.log(own, RANGE_STRIDE)) + 1
+        up = [RANGE_STRIDE**i for i in range(after, after + POINTS_EACH_SIDE)]
         allowed = ([point for point in points if least <= point <= most] for points in (down, up))
         return tuple(self._last_that_meets(setting, name, points) for points in allowed)
 
     def _last_that_meets(self, setting: NewmarkSetting, name: str, points: list[float]) -> float:
         last = getattr(setting, name)
-        for begin in range(0, len(points), AT_ONCE):
-            some = points[begin : begin + AT_ONCE]
+        for begin in range(0, len(points), POINTS_AT_ONCE):
+            some = points[begin : begin + POINTS_AT_ONCE]
             for point, meets in zip(
                 some, self._all_meet([setting._replace(**{name: one}) for one in some]), strict=True
             ):
@@ -140,7 +143,7 @@ class MiddleSearch:
 def _few_digits(low: float, high: float) -> float | None:
     """Return a number of few digits in the middle half of a range, on a logarithmic scale; None if there is none."""
     centre, quarter = math.sqrt(low * high), (high / low) ** 0.25
-    numbers = (float(f"{centre:.{digits}g}") for digits in DIGITS)
+    numbers = (float(f"{centre:.{digits}g}") for digits in MIDDLE_DIGITS)
     return next((number for number in numbers if centre / quarter <= number <= centre * quarter), None)
 
 
@@ -152,4 +155,4 @@ def spare_steps(steps: int, most: int) -> list[int]:
 def steps_of_two_digits(steps: float) -> int:
     """Round up to two significant digits."""
     unit = 10 ** max(0, math.floor(math.log10(steps)) - 1)
-    return unit * math.ceil(steps / unit * (1 - 1e-12))
+    return unit * math.ceil(steps / unit * (1 - WHOLE_STEPS))

@@ -1,7 +1,7 @@
 """What a search for K, D and the time step is asked."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields, is_dataclass, replace
 
 import numpy as np
 
@@ -13,6 +13,7 @@ from .limits import Limits
 from .trials import NewmarkSetting, with_setting
 
 MOST_ETAS = 50
+DIGITS = 10  # of a question: what depends on further ones is rounding, and a search must not answer it differently
 _UNSET = NewmarkSetting(1.0, 0.0, 1000)  # what a search does not read
 
 
@@ -78,3 +79,18 @@ class SettingQuestion:
     def located(self) -> bool:
         """Whether steps are cut at contact changes, so that the cost counts solves."""
         return self.scheme.located
+
+
+def round_numbers(value):
+    """Return a number, or a dataclass with all its numbers, rounded to DIGITS significant digits.
+
+    Examples
+    --------
+    >>> from vibroscope.engine.recommendation.question import round_numbers
+    >>> round_numbers(1.18 * (1 + 1e-12))
+    1.18
+    """
+    if is_dataclass(value):
+        numbers = {each.name: round_numbers(getattr(value, each.name)) for each in fields(value) if each.init}
+        return replace(value, **numbers)
+    return float(f"{value:.{DIGITS}g}") if isinstance(value, float) else value

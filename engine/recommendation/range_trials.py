@@ -12,6 +12,7 @@ from concurrent.futures import Executor
 from ..checks import require
 from ..methods import STEPS_RANGE, Newmark, TimeStepping
 from ..model import check_eta
+from .tolerances import WHOLE_STEPS
 from .trials import NewmarkSetting, Trial, Trials
 
 
@@ -120,4 +121,4 @@ def steps_at(eta: float, highest: float, steps: int) -> int:
     """
     eta, highest = check_eta(eta), check_eta(highest)
     steps = require("steps", steps, *STEPS_RANGE, "give the steps per period at the highest frequency")
-    return math.ceil(steps * highest / eta * (1 - 1e-12))
+    return math.ceil(steps * highest / eta * (1 - WHOLE_STEPS))

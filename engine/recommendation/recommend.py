@@ -8,8 +8,8 @@ where the tolerances are met. No setting is recommended by a formula: every one 
 Newmark's method, and so were its neighbours, so that it does not meet the tolerances by chance (:mod:`.trials`). With
 several η each setting is tried at all of them (:mod:`.range_trials`), and between them (:mod:`.search`).
 
-The search sees the question with ten digits (:mod:`.rounded`), so that a further one does not change the answer; the
-answer is verified for the question as it is.
+The search sees the question with ten digits (`.question.round_numbers`), so that a further one does not change the
+answer; the answer is verified for the question as it is.
 """
 
 from collections.abc import Callable, Sequence

@@ -8,6 +8,7 @@ from ..wording import html_table
 from .contacts import Contacts, Tolerances
 from .question import SettingQuestion
 from .range_trials import steps_at
+from .tolerances import WHOLE_DIGITS
 from .trials import NewmarkSetting, Trial, with_setting
 
 
@@ -150,4 +151,4 @@ class Recommendation:
 def rounded_up(error: float) -> float:
     """Round up to two significant digits."""
     unit = 10.0 ** (math.floor(math.log10(error)) - 1)
-    return float(f"{math.ceil(error / unit - 1e-9) * unit:.2g}")
+    return float(f"{math.ceil(error / unit - WHOLE_DIGITS) * unit:.2g}")

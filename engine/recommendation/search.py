@@ -12,7 +12,7 @@ from dataclasses import replace
 from itertools import islice, pairwise
 from typing import NamedTuple
 
-from ..divergence.compare import compare
+from ..divergence.compare import ComparisonQuestion, compare
 from ..divergence.difference import PART_NAMES
 from ..methods import Newmark, TimeStepping
 from ..motions.description import describe
@@ -25,7 +25,7 @@ from .contact_search import ContactSearch
 from .front import monotone_front
 from .limits import STEPS_MAX_RANGE
 from .middle import MiddleSearch
-from .question import SettingQuestion
+from .question import SettingQuestion, round_numbers
 from .range_trials import RangeTrials, steps_at
 from .reasons import (
     aperiodic_reference_reason,
@@ -35,13 +35,11 @@ from .reasons import (
     unmet_tolerance_reason,
 )
 from .recommendation import Recommendation, Served
-from .rounded import round_numbers
 from .step_search import StepSearch
+from .tolerances import ENOUGH, OTHERWISE
 from .trials import NewmarkSetting, Trial, Trials, verification, with_setting
 
 KINDS = 3  # settings whose kind of motion is looked at: evidence for one takes some tenths of a second
-ENOUGH = 1.05  # times the least error: if nothing meets the tolerance, the cheapest setting within it is returned
-OTHERWISE = 2.0  # times the error: further off, the motion without a time step is another one
 # Of the progress, before each search of a range and after the last. There are three at most: after each but the last,
 # an η between the others that misses the tolerances joins them.
 _SHARES = (0.05, 0.6, 0.8, 0.95)
@@ -213,7 +211,9 @@ class Search:
         left = error_without_time_step(part.target, method, self._cancelled)
         if left > OTHERWISE * worst.error:
             return f"{where}, which has no parts: without a time step the motion is another one, {percent(left)} off"
-        compared = compare(asked.system, worst.eta, method, reference=asked.reference, cancelled=self._cancelled)
+        compared = compare(
+            ComparisonQuestion(asked.system, worst.eta, method, reference=asked.reference), cancelled=self._cancelled
+        )
         difference = compared.difference if compared.parts is not None else None
         if difference is not None and difference.parts:
             name = difference.largest

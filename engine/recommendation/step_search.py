@@ -13,20 +13,21 @@ from collections.abc import Callable, Iterator
 from .contact_search import ContactSearch
 from .front import pareto_front
 from .middle import MiddleSearch
+from .tolerances import GAIN, LUCK, STARTS_APART
 from .trials import NewmarkSetting, Trial
 
 FIRST_STEPS, FIRST_STEPS_LOCATED = 16, 8  # the lowest level
 MEANINGFUL, MEANINGFUL_LOCATED = 512, 32  # from this n on, levels without gain end the search …
 CLOSER = 1.5  # located: below that n there is a level so many times each, too
 DENSE, DENSER = 128, 4  # constant steps: up to that n so many levels to a doubling, since what few steps do is luck
-PATIENCE = 2  # … after so many of them
-GAIN = 0.95  # a level that leaves more of the error than this is without gain
-BEYOND = 1  # levels above the first that meets the tolerance, for the front
+LEVELS_WITHOUT_GAIN = 2  # … after so many of them
+LEVELS_BEYOND = 1  # levels above the first that meets the tolerance, for the front
 BISECTIONS = 3  # they leave n uncertain by 2^(1/8), 9 %
-CONFIRMED = 9  # settings of a level that are confirmed if they seem to meet the tolerance, until some do
-SHOWN = 2  # … so many at a time; and best settings of a level that are confirmed for the front, whatever their error …
-STARTS, APART = 3, 1.4  # settings from which a middle is looked for, and how far apart their K are, a factor
-LUCK = 2.0  # … and shown unless their neighbours' error is so many times as large as their own
+MOST_CONFIRMED = 9  # settings of a level that are confirmed if they seem to meet the tolerance, until some do
+SHOWN_AT_ONCE = (
+    2  # … so many at a time; and best settings of a level that are confirmed for the front, whatever their error …
+)
+MIDDLE_STARTS = 3  # settings from which a middle is looked for, and how far apart their K are, a factor
 
 
 class StepSearch:
@@ -99,10 +100,10 @@ class StepSearch:
         self.contact.best_with(n)
         starts: list[NewmarkSetting] = []
         for trial in self._judged_with(n):
-            apart = (abs(math.log(trial.setting.stiffness / one.stiffness)) > math.log(APART) for one in starts)
+            apart = (abs(math.log(trial.setting.stiffness / one.stiffness)) > math.log(STARTS_APART) for one in starts)
             if trial.meets(self.tolerance) and all(apart):
                 starts.append(trial.setting)
-        return starts[:STARTS]
+        return starts[:MIDDLE_STARTS]
 
     def _search_levels(self) -> None:
         """Go up the levels to a little above the first that meets the tolerance, or until nothing is gained."""
@@ -110,13 +111,13 @@ class StepSearch:
         for n in self.levels:
             best = self._search(n)
             above += bool(self.met)
-            if above > BEYOND:
+            if above > LEVELS_BEYOND:
                 return
             if best is None or n < self._meaningful or best.robust <= self.tolerance:
                 continue
             without_gain = 0 if best.robust < GAIN * least else without_gain + 1
             least = min(least, best.robust)
-            if without_gain >= PATIENCE and not self.met:
+            if without_gain >= LEVELS_WITHOUT_GAIN and not self.met:
                 return
 
     def _bisect(self) -> None:
@@ -135,7 +136,7 @@ class StepSearch:
     def _confirm_best_of_levels(self) -> None:
         """Confirm the best settings of every level, for the front, but for those that a cheaper one beats."""
         for n in self.levels:
-            shown = self._judged_with(n)[:SHOWN]  # best first
+            shown = self._judged_with(n)[:SHOWN_AT_ONCE]  # best first
             shown = [one for i, one in enumerate(shown) if all(one.cost <= better.cost for better in shown[:i])]
             cost = min((trial.cost for trial in shown), default=0.0)
             cheaper = [trial.robust for trial in self.front() if trial.cost < cost]
@@ -149,9 +150,9 @@ class StepSearch:
         """Return the best setting with n steps, and confirm those that seem to meet the tolerance until some do."""
         best = self.contact.best_with(n, self.met[0].cost if self.met else math.inf)
         promising = [trial for trial in self._judged_with(n) if trial.meets(self.tolerance)]
-        for begin in range(0, len(promising[:CONFIRMED]), SHOWN):
+        for begin in range(0, len(promising[:MOST_CONFIRMED]), SHOWN_AT_ONCE):
             if not self._meets(n):
-                self._confirm(promising[begin : begin + SHOWN], self.tolerance)
+                self._confirm(promising[begin : begin + SHOWN_AT_ONCE], self.tolerance)
         self._done += 1
         self._partial(self._front_so_far())
         self._progress(self._done / (len(self.levels) + BISECTIONS + 1))

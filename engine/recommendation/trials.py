@@ -41,18 +41,17 @@ from ..methods import STEPS_RANGE, Method, Newmark, TimeStepping
 from ..motions.steady import KEEP, LONG, Steady
 from ..result import Record, Response
 from ..simulate import simulate
-from .contacts import MORE_SAMPLES, Contacts, Tolerances, contacts_of, peak_of
+from .contacts import MORE_PEAK_SAMPLES, Contacts, Tolerances, contacts_of, peak_of
+from .tolerances import AROUND, FORGOTTEN, STEPS_AROUND
 
-FORGOTTEN = 1e-4  # remainder of a disturbance after the transient of a short run
 KEEP_LOCATED = 12  # periods of a short run that are kept: located steps leave no scatter
-SHORTEST = 50  # periods of transient
-COARSE, FINER = 32, 64  # samples per period, sufficient to choose by, and to confirm by neighbours
-STEPS_AROUND, AROUND = 0.02, 0.01  # half the width of the neighbourhood: of n, and of K and D
-ONE_MISS_IN = 10  # one in so many neighbours may miss
+SHORTEST_TRANSIENT = 50  # periods of transient
+TRIAL_SAMPLES, NEIGHBOUR_SAMPLES = 32, 64  # samples per period, sufficient to choose by, and to confirm by neighbours
+NEIGHBOUR_MISS_IN = 10  # one in so many neighbours may miss
 NEIGHBOURS = 10  # to choose by
 NEW_NEIGHBOURS = 19  # to confirm by …
 EVERY_NTH_FROM_REST = 7  # … of which every seventh begins at rest
-AT_ONCE = 6  # runs that are made side by side before it is looked at what they say
+NEIGHBOURS_AT_ONCE = 6  # runs that are made side by side before it is looked at what they say
 VERIFIED, MISSES = 120, 4  # neighbours that verify what is recommended, and how many of them may miss a tolerance
 # Multiples of this vector, modulo 1, fill the unit cube evenly, however many are taken (M. Roberts's R₃; ρ⁴ = ρ + 1)
 _RHO = 1.2207440846057596
@@ -177,10 +176,10 @@ class Trials:
         error, cost = self._run_from_rest(setting, PER_PERIOD)
         others = neighbourhood(setting, range(NEIGHBOURS + 1, NEIGHBOURS + NEW_NEIGHBOURS + 1))
         around = (
-            (self._run_short if i % EVERY_NTH_FROM_REST else self._run_from_rest)(other, FINER)[0]
+            (self._run_short if i % EVERY_NTH_FROM_REST else self._run_from_rest)(other, NEIGHBOUR_SAMPLES)[0]
             for i, other in enumerate(others)
         )
-        robust = self._robust(setting, error, around, NEW_NEIGHBOURS, bound, FINER)
+        robust = self._robust(setting, error, around, NEW_NEIGHBOURS, bound, NEIGHBOUR_SAMPLES)
         return Trial(setting, error, robust, cost, excess=self.excess(setting))
 
     def verify(self, setting: NewmarkSetting) -> Trial:
@@ -209,14 +208,14 @@ class Trials:
         excess = max((math.inf if one is None else one.excess(self.tolerances)) for one in (contacts, of_half))
         cost = float(setting.steps)
         if self.located:
-            cost = self.run(setting, self._system.rest, LONG, KEEP, COARSE)[1]
+            cost = self.run(setting, self._system.rest, LONG, KEEP, TRIAL_SAMPLES)[1]
         return Trial(setting, error, robust, cost, contacts, excess)
 
     def _robust_from_rest(self, setting: NewmarkSetting) -> float:
         """Return the error that nine in ten neighbours do not exceed, inf if too many miss a tolerance."""
         peak, errors, missed = self._peak_without_step(setting, None), [], 0
-        for first in range(1, VERIFIED + 1, AT_ONCE):
-            others = neighbourhood(setting, range(first, first + AT_ONCE))
+        for first in range(1, VERIFIED + 1, NEIGHBOURS_AT_ONCE):
+            others = neighbourhood(setting, range(first, first + NEIGHBOURS_AT_ONCE))
             for error, contacts in self._pool.map(lambda other: self._from_rest(other, peak), others):
                 errors.append(error)
                 missed += not self._holds(error, contacts)
@@ -235,7 +234,7 @@ class Trials:
     def _from_rest(self, setting: NewmarkSetting, peak: float) -> tuple[float, Contacts | None]:
         """Return error and contacts of a run from rest, as a user makes it; inf and None if it ends early."""
         run = self._simulate(with_setting(self.scheme, setting), None, Record(KEEP, PER_PERIOD, setting.steps))
-        contacts = contacts_of(run, peak, self.target, self._cancelled, MORE_SAMPLES) if run.ok else None
+        contacts = contacts_of(run, peak, self.target, self._cancelled, MORE_PEAK_SAMPLES) if run.ok else None
         return self.target.error(run, self._cancelled), contacts
 
     def _simulate(self, method: Method, start: tuple | None, record: Record | None = None) -> Response:
@@ -258,7 +257,7 @@ class Trials:
         around: Iterator[float],
         count: int,
         bound: float,
-        per_period: int = COARSE,
+        per_period: int = TRIAL_SAMPLES,
     ) -> float:
         """Return the robust error, inf as soon as it exceeds the bound."""
         if error > bound:
@@ -266,7 +265,7 @@ class Trials:
         halved = self._run_short(setting._replace(steps=2 * setting.steps), per_period)[0]
         return max(error, halved, tolerant_maximum(around, count, bound)) if halved <= bound else math.inf
 
-    def _run_short(self, setting: NewmarkSetting, per_period: int = COARSE) -> tuple[float, float]:
+    def _run_short(self, setting: NewmarkSetting, per_period: int = TRIAL_SAMPLES) -> tuple[float, float]:
         found = self._short.get((setting, per_period))
         if found is None:
             found = self.run(setting, self._start, self._transient + self._keep, self._keep, per_period)
@@ -315,7 +314,7 @@ def transient_of(found: Steady) -> int:
     if per_period >= 1:
         return LONG - KEEP
     needed = math.log(FORGOTTEN) / math.log(max(per_period, FORGOTTEN))
-    return min(max(SHORTEST, math.ceil(needed)), LONG - KEEP)
+    return min(max(SHORTEST_TRANSIENT, math.ceil(needed)), LONG - KEEP)
 
 
 def tolerant_maximum(errors: Iterable[float], count: int, bound: float = math.inf) -> float:
@@ -323,7 +322,7 @@ def tolerant_maximum(errors: Iterable[float], count: int, bound: float = math.in
 
     ``errors`` is consumed no further than needed.
     """
-    allowed, seen, missed = count // ONE_MISS_IN, [], 0
+    allowed, seen, missed = count // NEIGHBOUR_MISS_IN, [], 0
     for error in errors:
         seen.append(error)
         missed += error > bound

@@ -9,7 +9,6 @@ from .batches import Chunk
 from .study import Study
 from .variables import StudyArray, Variable
 
-LEVEL = 1  # of zstd: sections of periodic motion shrink a lot, those of chaotic motion hardly, at any level
 DAMAGE = (ValueError, RuntimeError, OSError)  # what the checksum, the decompressor and the disk raise
 # A chunk of nothing but fill values becomes a file, too: nan then keeps its bits, which the manifest holds a digest of.
 EVERY_CHUNK = {"write_empty_chunks": True}
@@ -85,4 +84,5 @@ def _write_array(group, name: str, item: StudyArray) -> None:
 def _codecs() -> dict[str, object]:
     from zarr.codecs import Crc32cCodec, ZstdCodec
 
-    return {"compressors": [ZstdCodec(level=LEVEL), Crc32cCodec()], "config": EVERY_CHUNK}
+    # sections of periodic motion shrink a lot, those of chaotic motion hardly, at any level
+    return {"compressors": [ZstdCodec(level=1), Crc32cCodec()], "config": EVERY_CHUNK}

@@ -7,8 +7,7 @@ import numpy as np
 from ..arguments import shown
 from ..checks import require, whole
 
-LARGEST_END = 1e300  # of a range
-VALUES_LIMIT = 10_000_000  # along one axis, which is held in memory
+LARGEST_SWEPT = 1e300  # of a range
 
 
 def ascending_values(name: str, values: Sequence[float]) -> np.ndarray:
@@ -65,13 +64,14 @@ def spaced(name: str, low: float, high: float, count: float, *, logarithmic: boo
     >>> spaced("K", 100, 10000, 3, logarithmic=True).round(6).tolist()
     [100.0, 1000.0, 10000.0]
     """
-    n = whole(f"count of {name}", count, 1, VALUES_LIMIT, "give the number of values")
+    n = whole(f"count of {name}", count, 1, 10_000_000, "give the number of values")  # held in memory
     low, high = (
-        require(name, end, -LARGEST_END, LARGEST_END, "give the ends of the range as numbers") for end in (low, high)
+        require(name, end, -LARGEST_SWEPT, LARGEST_SWEPT, "give the ends of the range as numbers")
+        for end in (low, high)
     )
     if not (low < high or (low == high and n == 1)):
         raise ValueError(f"{name} from {low:g} to {high:g} is an empty range: give the smaller number first")
     if logarithmic:
-        require(name, low, 0, LARGEST_END, "a logarithmic axis begins above 0", open_low=True)
+        require(name, low, 0, LARGEST_SWEPT, "a logarithmic axis begins above 0", open_low=True)
     values = (np.geomspace if logarithmic else np.linspace)(low, high, n)
     return np.unique(np.round(values)) if name == "steps" else values

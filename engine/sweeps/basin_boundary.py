@@ -14,10 +14,10 @@ import numpy as np
 
 from .step_study import observed_order
 
-SMALLEST, LARGEST = 1, 16  # cells between the two of a pair, doubled from one to the other
+SMALLEST_DISTANCE, LARGEST_DISTANCE = 1, 16  # cells between the two of a pair, doubled from one to the other
 LARGEST_SHARE = 8  # of the shorter side: a larger distance compares the sides of the plane
 TILES = 4  # along each side
-FEWEST = 3  # distances of a fit with an error
+FEWEST_DISTANCES = 3  # distances of a fit with an error
 
 
 class Boundary(NamedTuple):
@@ -56,8 +56,8 @@ def boundary(motion: np.ndarray) -> Boundary:
 
 
 def _distances(shape: tuple[int, int]) -> list[int]:
-    longest = min(LARGEST, min(shape) // LARGEST_SHARE)
-    return [2**k for k in range(LARGEST.bit_length()) if SMALLEST <= 2**k <= longest]
+    longest = min(LARGEST_DISTANCE, min(shape) // LARGEST_SHARE)
+    return [2**k for k in range(LARGEST_DISTANCE.bit_length()) if SMALLEST_DISTANCE <= 2**k <= longest]
 
 
 def _counts(motion: np.ndarray, distance: int) -> np.ndarray:
@@ -78,6 +78,6 @@ def _counts(motion: np.ndarray, distance: int) -> np.ndarray:
 
 def _slope(distances: list[int], counts: np.ndarray) -> tuple[float, float]:
     """α and the standard error of the fit; ``counts`` (distances, 2): different pairs and all of them."""
-    if (counts > 0).all(axis=1).sum() < FEWEST:
+    if (counts > 0).all(axis=1).sum() < FEWEST_DISTANCES:
         return np.nan, np.nan
     return observed_order(1 / np.array(distances), counts[:, 0] / np.maximum(counts[:, 1], 1))

@@ -12,7 +12,7 @@ from .basin_boundary import share_error
 if TYPE_CHECKING:
     import xarray
 
-DIFFERENT, SAME, NO_STATEMENT = 1, 0, -1  # of a cell
+DIFFERENT, SAME_MOTION, NO_STATEMENT = 1, 0, -1  # of a cell
 
 
 @dataclass(frozen=True, eq=False)
@@ -22,7 +22,7 @@ class BasinDifference:
     Attributes
     ----------
     cells : (n, m) ndarray of int8
-        DIFFERENT, SAME, or NO_STATEMENT where one of them knows no start or no end.
+        DIFFERENT, SAME_MOTION, or NO_STATEMENT where one of them knows no start or no end.
     share, error : float
         Share of the cells with a statement in which they differ, with its standard error; nan without any.
     same : (k, l) ndarray of bool
@@ -77,7 +77,7 @@ def difference_of(first: Mapping[str, np.ndarray], second: Mapping[str, np.ndarr
     one, other = first["motion"], second["motion"]
     both = (one >= 0) & (other >= 0)
     cells = np.full(one.shape, NO_STATEMENT, np.int8)
-    cells[both] = np.where(same[one[both], other[both]], SAME, DIFFERENT)
+    cells[both] = np.where(same[one[both], other[both]], SAME_MOTION, DIFFERENT)
     known = int(both.sum())
     share = float((cells == DIFFERENT).sum() / known) if known else np.nan
     return BasinDifference(cells, share, share_error(share, known), same)

@@ -30,18 +30,18 @@ from ..model import System
 from ..motions.description import Kind
 from ..motions.motion import motion
 from ..motions.poincare_map import without_penetration
-from ..motions.sameness import THIN, cycle_points, same_averages, same_cycle
+from ..motions.sameness import cycle_points, same_averages, same_cycle
 from ..motions.steady import schedule_of, steady
+from ..motions.tolerances import THIN
 from ..motions.trapping import Region, trapping_regions
 from ..result import STATUSES, Status
 from .codes import MISSING
 from .start_plane import StartPlane, can_begin
 
 PROBES, SLOW_PROBES = 16, 6  # along each side of the lattice: of cells that are compiled, and of others
-MOST = 32  # motions that are looked for on the lattice
+MOST_MOTIONS = 32  # motions that are looked for on the lattice
 PROBED = 200  # periods of the lattice's starts between two searches for a motion
 LATER = 4  # multiples of the transient within which a cell may still enter a trapping region
-STRIDE = 12  # periods between two looks at the section
 OK = STATUSES.index(Status.OK)
 
 # In place of the index of a motion:
@@ -193,7 +193,7 @@ class BasinSearch:
             phases * (2 * np.pi / self.eta),
             driver.Traps(centres, factors),
             periods=max(periods, 1),
-            stride=STRIDE,
+            stride=12,  # periods between two looks at the section
             threads=threads,
             progress=progress,
             cancelled=cancelled,
@@ -270,7 +270,7 @@ class BasinSearch:
         motions: list[BasinMotion] = []
         if not phases[0]:  # else the first cells come to a section before there is any region
             self._add(motions, starts[0], cancelled)
-        while len(motions) < MOST:
+        while len(motions) < MOST_MOTIONS:
             settled = self._settle(motions, starts, phases, PROBED, threads, None, cancelled)
             left = (settled.trap == driver.NO_TRAP) & (settled.status == OK)
             starts, phases = self._clean(settled.end[left]), np.zeros(int(left.sum()))
@@ -305,7 +305,7 @@ class BasinSearch:
     def _motions_of_runs(self, run: CellResults, motions: list[BasinMotion], cancelled) -> list[BasinMotion]:
         """The motions so far, and those to which the runs tend beside them."""
         for k in np.flatnonzero(run.ok):
-            if len(motions) == MOST or self._index_of(run.section[k], motions) is not None:
+            if len(motions) == MOST_MOTIONS or self._index_of(run.section[k], motions) is not None:
                 continue
             end = self._clean(run.end[k : k + 1])[0]
             cycle = self._cycle_from(end, cancelled, trapped=False)

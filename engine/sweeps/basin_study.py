@@ -16,7 +16,8 @@ from ..checks import whole
 from ..methods import Method
 from ..model import System
 from ..motions.description import Kind
-from ..motions.sameness import BATCHES, SAME
+from ..motions.sameness import SECTION_BATCHES
+from ..motions.tolerances import SAME_CYCLE
 from ..simulate import KEEP_LIMIT
 from . import variables as vocabulary
 from .axis import ascending_values, start_of
@@ -25,9 +26,8 @@ from .basin_motions import OTHER, BasinMotion, BasinSearch, basin_search
 from .codes import KIND_FLAGS
 from .start_plane import AXES, StartPlane, can_begin
 from .study import Study
+from .tolerances import SCATTERED
 from .variables import StudyArray, Variable, status_variable, variables_of
-
-_SCATTERED = 0.03  # of the size: what another motion of a method with a time step may be blurred by
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -56,7 +56,7 @@ class BasinStudy(Study):
     def __post_init__(self):
         super().__post_init__()
         advice = "a motion that does not repeat itself is recognised by the averages of its sample"
-        whole("sample", self.sample, 2 * BATCHES, KEEP_LIMIT, advice)
+        whole("sample", self.sample, 2 * SECTION_BATCHES, KEEP_LIMIT, advice)
 
     @classmethod
     @checked
@@ -232,7 +232,7 @@ class BasinStudy(Study):
         alike = values["reached_period"] == period
         if not period:  # no cycle: nothing distinguishes these
             return alike
-        allowed = (SAME if self._search.closed_form else _SCATTERED) * np.abs(point).max()
+        allowed = (SAME_CYCLE if self._search.closed_form else SCATTERED) * np.abs(point).max()
         return alike & (np.abs(values["point"] - point).max(axis=-1) <= allowed)
 
     def _first_starts(self, motion: np.ndarray, count: int) -> np.ndarray:

@@ -23,7 +23,7 @@ Batch = Chunk | tuple[np.ndarray, ...]
 # between one and ten seconds.
 PERIODS_PER_CHUNK = 4_000_000
 NUMBERS_PER_CHUNK = 4_000_000
-SMALLEST, LARGEST = 16, 16_384  # cells of a chunk
+SMALLEST_CHUNK, LARGEST_CHUNK = 16, 16_384  # cells of a chunk
 
 COARSEST = 8  # stride of the grid that is computed first
 BATCH_SECONDS = 0.4  # often enough to watch
@@ -39,7 +39,7 @@ def chunk_shape(
     """
     if most is None:
         by_work, by_size = PERIODS_PER_CHUNK // periods_per_cell, NUMBERS_PER_CHUNK // numbers_per_cell
-        most = max(SMALLEST, min(by_work, by_size, LARGEST))
+        most = max(SMALLEST_CHUNK, min(by_work, by_size, LARGEST_CHUNK))
     left, sides = most, []
     for remaining, length in zip(range(len(shape), 0, -1), shape, strict=True):
         side = max(1, min(length, math.floor(left ** (1 / remaining) + 1e-9)))

@@ -21,9 +21,8 @@ from .store import Store
 from .store_location import StoreLocation
 from .study import Study
 
-PATIENCE = 20.0  # seconds for the scheduler to answer and a worker to be there
+ANSWER_SECONDS = 20.0  # seconds for the scheduler to answer and a worker to be there
 AHEAD = 3  # chunks a thread of the cluster: one at work, two that wait for it
-POLL = 0.2  # seconds
 
 
 def compute(study: Study, before: dict[str, np.ndarray] | None, digest: str, threads: int) -> dict[str, np.ndarray]:
@@ -69,12 +68,12 @@ def connect(scheduler: str, threads: int, cancelled: Callable[[], bool] | None) 
             "a scheduler needs Dask: install the extra `cluster` (pip install 'vibroscope[cluster]')"
         ) from None
     try:
-        client = Client(scheduler, timeout=PATIENCE, set_as_default=False)
+        client = Client(scheduler, timeout=ANSWER_SECONDS, set_as_default=False)
     except (OSError, ValueError) as problem:
         raise OSError(f"no Dask scheduler answers at {scheduler}: {problem}") from None
     with _clear_end(scheduler), client, client.as_current():
         try:
-            client.wait_for_workers(1, timeout=PATIENCE)
+            client.wait_for_workers(1, timeout=ANSWER_SECONDS)
         except TimeoutError:
             raise OSError(f"the scheduler at {scheduler} has no workers: start some") from None
         yield _Cluster(client, threads, cancelled).execute
@@ -173,7 +172,7 @@ class _Cluster:
                     raise Cancelled
                 counter.report()
                 with contextlib.suppress(TimeoutError):
-                    wait(list(running), timeout=POLL, return_when="FIRST_COMPLETED")
+                    wait(list(running), timeout=0.2, return_when="FIRST_COMPLETED")
                 for future in [future for future in running if future.done()]:
                     yield running.pop(future), future.result()
         finally:

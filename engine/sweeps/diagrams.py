@@ -23,7 +23,6 @@ from .progress import ProgressCallback
 
 SHIPPED = Path(str(files(assets))) / "diagrams"
 GRID = np.round(np.arange(0.5, 4.0 + 1e-9, 0.0025), 4)  # 1,401 values of η; the paper's four are among them
-TRANSIENT, SAMPLE = 2000, 50
 
 
 @dataclass(frozen=True)
@@ -43,7 +42,7 @@ class Diagram:
 
 def diagram_study(system: System, method: Reference) -> EtaStudy:
     """The study that the diagram is made of; its key changes with any number and any code that goes in."""
-    return EtaStudy(system, method, float(GRID[0]), transient=TRANSIENT, sample=SAMPLE, values=GRID)
+    return EtaStudy(system, method, float(GRID[0]), transient=2000, sample=50, values=GRID)
 
 
 def diagram(

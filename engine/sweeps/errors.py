@@ -24,14 +24,14 @@ from ..cells import CellResults, Cells
 from ..divergence.error import Target
 from ..divergence.grid import closest_repetition, relative_to, rms
 from ..divergence.grid import samples_by_period as by_period
-from ..drivers.differences import ALONE, BESIDE, OWN_LIMIT, Cycles, Grid, Motions, differences, shortest_cycle
+from ..drivers.differences import ALONE, BESIDE, OWN_LIMIT, Cycles, Grid, Motions, Sampling, differences, shortest_cycle
 from ..drivers.threads import thread_count
 from ..methods import Reference
 from ..model import System
 from ..result import Cancelled, Checkpoint, Record
 from ..simulate import simulate
 
-SAMPLES = 200  # per period (see engine.divergence.grid)
+ERROR_SAMPLES = 200  # per period (see engine.divergence.grid)
 
 
 class ReferenceMotion:
@@ -66,8 +66,8 @@ class ReferenceMotion:
         """Reference(derived) − reference(table), relative to the latter; nan if they do not repeat alike."""
         if not self.splits:
             return np.nan
-        table, size = self.table.cycle(Record(1, SAMPLES))
-        derived, _ = self.derived.cycle(Record(1, SAMPLES))
+        table, size = self.table.cycle(Record(1, ERROR_SAMPLES))
+        derived, _ = self.derived.cycle(Record(1, ERROR_SAMPLES))
         return relative_to(rms(closest_repetition(derived, table) - table), size)
 
     @functools.cached_property
@@ -142,9 +142,7 @@ class ReferenceMotion:
             motions_of(cells, found),
             motions_of(limits, found if exact is None else exact),
             parts[chosen],
-            [self._grid(record) for record in records],
-            grid,
-            kept,
+            Sampling([self._grid(record) for record in records], grid, kept),
             threads=thread_count(threads),
             progress=progress,
             cancelled=cancelled,
@@ -162,8 +160,8 @@ class ReferenceMotion:
 
 
 def _record_of(steps: int) -> Record:
-    """The record of a period that samples a method with so many steps per period, 0: none, at most SAMPLES times."""
-    return Record(1, len(Record(1, SAMPLES).phases(steps)), steps) if steps else Record(1, SAMPLES)
+    """The record of a period that samples a method with so many steps per period, 0: none; at most ERROR_SAMPLES."""
+    return Record(1, len(Record(1, ERROR_SAMPLES).phases(steps)), steps) if steps else Record(1, ERROR_SAMPLES)
 
 
 def _displacements(start: Checkpoint, record: Record, cancelled: Callable[[], bool]) -> np.ndarray | None:

@@ -20,7 +20,8 @@ from ..cells import CellResults, Cells
 from ..checks import require, whole
 from ..methods import METHOD_NUMBERS
 from ..motions.lyapunov import PERIODS_RANGE, Lyapunov
-from ..motions.motion import FARTHEST, classify
+from ..motions.motion import classify
+from ..simulate import FARTHEST
 from . import variables as vocabulary
 from .axis import start_of
 from .codes import KIND_FLAGS, CellKind
@@ -31,7 +32,6 @@ from .variables import StudyArray, Variable, status_variable, variables_of
 OVER = tuple(vocabulary.SWEPT)
 DIRECTIONS = ("rest", "up", "down")
 COORDINATES = ("xi1", "v1", "xi2", "v2")  # ξ₁, ξ₁′, ξ₂, ξ₂′: the columns of a section
-LEVELS = 20  # of refinement
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -80,7 +80,7 @@ class EtaStudy(Study):
         super().__post_init__()
         self._check_choices()
         eta = float(self.values[0]) if self.over == "eta" else self.eta
-        refine = whole("refine", self.refine, 0, LEVELS, "give levels of refinement")
+        refine = whole("refine", self.refine, 0, 20, "give levels of refinement")
         lyapunov = self.lyapunov and whole(
             "lyapunov", self.lyapunov, *PERIODS_RANGE, "give periods to average over, or 0"
         )

@@ -27,21 +27,21 @@ from ..methods import Method
 from ..model import System
 from ..motions.description import Kind
 from ..motions.lyapunov import Lyapunov
-from ..motions.motion import FARTHEST, classify
+from ..motions.motion import classify
 from ..motions.section import band_widths, cycle_spreads, scatter, settled_period, settled_periods
 from ..motions.steady import LONG, schedule_of
-from ..motions.time_step_scatter import FINER, FINER_LOCATED, SHRUNK, Limits, can_narrow, judge_bands
+from ..motions.time_step_scatter import FINER, FINER_LOCATED, Limits, can_narrow, judge_bands
+from ..motions.tolerances import SHRUNK
 from ..motions.words import repetition_of
+from ..simulate import FARTHEST
 from .codes import MISSING, CellKind
 from .eta_study import EtaStudy
 from .plane_study import PlaneStudy
+from .tolerances import SETTLES
 
 FOLLOWED = (512, 4096)  # periods with a disturbance; the second number only if the first does not decide
-SETTLED = 256  # last periods of these that may show a cycle which the motion has settled to
+SETTLED_PERIODS = 256  # last periods of these that may show a cycle which the motion has settled to
 FINER_TRANSIENT = 256  # periods of a run with smaller steps before its section is taken
-# A motion without a time step that returns to within this share of its size after a cycle, twice, has settled. What is
-# left of its transient lies far below the tolerance of a period.
-SETTLES = 1e-9
 
 
 # Of each cell: dtype and what stands where nothing is known.
@@ -197,7 +197,7 @@ def _judge(cells: Cells, period, end, run: dict, how: dict) -> dict[str, np.ndar
 
 
 def _as_late(cells: Cells, run: dict, how: dict) -> tuple[np.ndarray, Cells, np.ndarray, np.ndarray]:
-    """Let cells go on to the periods that a single motion is judged by, the last `SETTLED` of `LONG`, or to later ones.
+    """Let cells go on to what a single motion is judged by, the last `SETTLED_PERIODS` of `LONG`, or to later periods.
 
     Returns
     -------
@@ -206,8 +206,8 @@ def _as_late(cells: Cells, run: dict, how: dict) -> tuple[np.ndarray, Cells, np.
     cells, periods, sections
         Theirs, as they are then.
     """
-    missing = max(0, LONG - SETTLED - run["transient"] - run["sample"])
-    later = run_cells(cells, transient=missing, sample=SETTLED, **how)
+    missing = max(0, LONG - SETTLED_PERIODS - run["transient"] - run["sample"])
+    later = run_cells(cells, transient=missing, sample=SETTLED_PERIODS, **how)
     chosen = np.flatnonzero(later.ok & (np.abs(later.end) <= FARTHEST).all(axis=1))
     going_on = replace(_selected(cells, chosen), initial=later.end[chosen])
     return chosen, going_on, settled_periods(later.section[chosen]), later.section[chosen]
@@ -221,7 +221,7 @@ def _judge_newmark(cells: Cells, periods: np.ndarray, sections: np.ndarray, run,
 
     def finer(places: np.ndarray, factor: int) -> tuple[np.ndarray, np.ndarray]:
         some = replace(_selected(cells, places), method=method, steps=factor * cells.steps_each()[places])
-        runs = run_cells(some, transient=FINER_TRANSIENT, sample=SETTLED, **how)
+        runs = run_cells(some, transient=FINER_TRANSIENT, sample=SETTLED_PERIODS, **how)
         return runs.section, runs.ok
 
     limits = Limits(limit["kind"], limit["kind_period"], spreads)
@@ -240,7 +240,7 @@ def _judge_newmark(cells: Cells, periods: np.ndarray, sections: np.ndarray, run,
 def _judge_later(cells: Cells, settling: np.ndarray, widths, periods, found: dict, run: dict, how: dict) -> None:
     """Let cells with a band beside a periodic limit go on with the same step; judge again what was a transient."""
     some = _selected(cells, settling)
-    later = run_cells(some, transient=FINER_TRANSIENT, sample=SETTLED, **how)
+    later = run_cells(some, transient=FINER_TRANSIENT, sample=SETTLED_PERIODS, **how)
     chosen = np.flatnonzero(later.ok & (band_widths(later.section, periods) < SHRUNK * widths))
     if len(chosen):
         going_on = replace(_selected(some, chosen), initial=later.end[chosen])
@@ -255,7 +255,7 @@ def _limit(cells: Cells, run: dict, how: dict) -> tuple[dict[str, np.ndarray], n
     Their samples are long enough to tell a slow transient that alternates from a cycle. A spread is that of the points
     of a cycle (:func:`..motions.section.cycle_spreads`); 0 for other motions.
     """
-    runs = run_cells(cells, transient=run["transient"], sample=SETTLED, recurrence=SETTLES, **how)
+    runs = run_cells(cells, transient=run["transient"], sample=SETTLED_PERIODS, recurrence=SETTLES, **how)
     start = np.where(runs.ok[:, None], runs.end, np.nan)
     found, later = _follow(cells, settled_periods(runs.section), start, how)
     cycles = runs.section
@@ -294,7 +294,7 @@ def _follow(
             state[i] = np.nan
             return
         found["lyapunov"][i], found["lyapunov_error"][i] = followed.exponent, followed.error
-        sections[i], state[i] = followed.section[-SETTLED:], followed.section[-1]
+        sections[i], state[i] = followed.section[-SETTLED_PERIODS:], followed.section[-1]
         settled = settled_period(sections[i])
         kind = CellKind.PERIODIC if settled else CellKind[classify(followed)[0].name]
         found["kind"][i], found["kind_period"][i] = kind, settled
@@ -314,14 +314,14 @@ def _go_on(cells: Cells, period: np.ndarray, start: np.ndarray, found: dict, how
     -------
     state : (m, 4) ndarray
         Where each cell goes on from.
-    sections : dict of int to (SETTLED, 4) ndarray
+    sections : dict of int to (SETTLED_PERIODS, 4) ndarray
         The last points of the cells that went on, by their place.
     """
     state, sections = start.copy(), {}
     places = _without_period(period, start)
     some = replace(_selected(cells, places), initial=start[places])
     transient = schedule_of(cells.method).followed[0]
-    later = run_cells(some, transient=transient, sample=SETTLED, recurrence=SETTLES, **how)
+    later = run_cells(some, transient=transient, sample=SETTLED_PERIODS, recurrence=SETTLES, **how)
     periods = settled_periods(later.section)
     for k in np.flatnonzero(later.ok).tolist():
         i = places[k]

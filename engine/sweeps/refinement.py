@@ -3,8 +3,7 @@
 import numpy as np
 
 from .codes import MISSING
-
-CLEAR = 1e-6  # difference of impacts per period that is more than rounding
+from .tolerances import SAME_IMPACTS
 
 
 def midpoints(over: str, found: dict[str, np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
@@ -42,7 +41,7 @@ def changed_intervals(found: dict[str, np.ndarray]) -> np.ndarray:
     """
     status, period, impacts = found["status"], found["period"], found["impacts_per_period"]
     periodic = period > 0
-    other_impacts = periodic[1:] & periodic[:-1] & ~(np.abs(np.diff(impacts)) <= CLEAR)
+    other_impacts = periodic[1:] & periodic[:-1] & ~(np.abs(np.diff(impacts)) <= SAME_IMPACTS)
     ended = (status != 0) & (status != MISSING)
     both = ended[1:] & ended[:-1]
     return ~both & ((np.diff(status) != 0) | (np.diff(period) != 0) | other_impacts)

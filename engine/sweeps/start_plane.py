@@ -8,11 +8,11 @@ from ..arguments import shown
 from ..checks import require
 from ..methods import Method
 from ..model import System
+from ..simulate import FARTHEST
 
 PHASE = "phase"  # when a run begins, as a share of the excitation period
 STATE = ("xi1", "v1", "xi2", "v2")  # ξ₁, ξ₁′, ξ₂, ξ₂′
 AXES = (*STATE, PHASE)
-FARTHEST = 1e6
 
 
 @dataclass(frozen=True)

@@ -16,9 +16,6 @@ from ..result import Cancelled
 from .manifest import FOLDER
 from .study import Study
 
-POLL = 0.1  # seconds
-SPACE = 1.05  # of the uncompressed size must be free
-
 
 class StoreLocation:
     """The folder or URL of one store.
@@ -64,7 +61,7 @@ class StoreLocation:
             for variable in study.variables.values()
         )
         free = shutil.disk_usage(above).free
-        if SPACE * size > free:
+        if 1.05 * size > free:  # of the uncompressed size
             raise OSError(
                 errno.ENOSPC,
                 f"the result takes up to {size / 1e9:.3g} GB and {free / 1e9:.3g} GB are free at {above}: "
@@ -139,7 +136,7 @@ class StoreLocation:
                     raise BlockingIOError(errno.EAGAIN, text)
                 if cancelled is not None and cancelled():
                     raise Cancelled
-                time.sleep(POLL)
+                time.sleep(0.1)
             yield
         finally:
             os.close(handle)

@@ -5,7 +5,19 @@ import re
 
 import numpy as np
 import pytest
-from vibroscope.engine import HHT, Newmark, Reference, System, TimeStepping, compare, motion, percent, verdict, written
+from vibroscope.engine import (
+    HHT,
+    ComparisonQuestion,
+    Newmark,
+    Reference,
+    System,
+    TimeStepping,
+    compare,
+    motion,
+    percent,
+    verdict,
+    written,
+)
 
 from .command_line import run_command
 
@@ -19,7 +31,7 @@ def run(capsys, text, *more):
 def test_json_is_the_contract(capsys):
     status, out, _ = run(capsys, "--eta 2.76 --K 12000 --D 18 --steps 2000 --json")
     found = json.loads(out)
-    expected = compare(System(), 2.76, Newmark(12000, 18, 2000))
+    expected = compare(ComparisonQuestion(System(), 2.76, Newmark(12000, 18, 2000)))
     assert status == 0
     assert [found[name] for name in NUMBERS] == [getattr(expected, name) for name in NUMBERS]
     assert 0 <= found["residual"] < 1e-10
@@ -48,7 +60,7 @@ def test_options_reach_the_engine(capsys, tmp_path):
     found = json.loads(out)
     penalty = Newmark(2500, 8, 500, located=True)
     options = {"reference": Reference("derived"), "periods": 300, "keep": 4}
-    expected = compare(System(restitution=0.4), 1.08, penalty, **options)
+    expected = compare(ComparisonQuestion(System(restitution=0.4), 1.08, penalty, **options))
     assert found["total"] == expected.total
     assert found["joint_damping"] == 0
     series = {name: np.array(rows) for name, rows in found["series"].items()}
@@ -60,7 +72,7 @@ def test_what_a_code_chooses_reaches_the_engine(capsys):
     setting = "--eta 1.08 --K 2500 --D 8 --steps 500 --integrator hht --alpha -0.2 --status end --without-solution keep"
     found = json.loads(run(capsys, f"{setting} --periods 100 --keep 10 --json")[1])
     method = TimeStepping(2500, 8, 500, HHT(-0.2), "end", "keep")
-    expected = compare(System(), 1.08, method, periods=100, keep=10)
+    expected = compare(ComparisonQuestion(System(), 1.08, method, periods=100, keep=10))
     assert (found["integrator"], found["status"], found["law"]) == ("hht", "end", "kelvin-voigt")
     assert found["total"] == expected.total
     assert found["steps_without_solution"] == expected.runs.penalty.steps_without_solution > 0
@@ -101,7 +113,7 @@ OPENING = "--eta 1.08 --K 100 --D 50 --steps 2000"
 
 def test_the_difference_over_each_number_alone_is_printed(capsys):
     _, out, _ = run(capsys, OPENING, "--alone", "--units")
-    expected = verdict(compare(System(), 1.08, Newmark(100, 50, 2000))).alone
+    expected = verdict(compare(ComparisonQuestion(System(), 1.08, Newmark(100, 50, 2000)))).alone
     tables = dict(zip(expected.curves, re.split(r"\n\n", out)[-6:-3], strict=True))
     for name, curve in expected.curves.items():
         lines = tables[name].splitlines()
@@ -120,7 +132,7 @@ def test_the_difference_over_each_number_alone_is_printed(capsys):
 
 def test_the_json_has_the_curves_only_where_they_are_asked_for(capsys):
     found = json.loads(run(capsys, OPENING, "--alone", "--json")[1])["alone"]
-    expected = verdict(compare(System(), 1.08, Newmark(100, 50, 2000))).alone
+    expected = verdict(compare(ComparisonQuestion(System(), 1.08, Newmark(100, 50, 2000)))).alone
     assert found == json.loads(json.dumps(expected.as_dict()))
     assert [*found["curves"]] == ["K", "D", "steps"]
     assert "alone" not in json.loads(run(capsys, OPENING, "--json")[1])

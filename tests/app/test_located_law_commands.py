@@ -8,6 +8,7 @@ import xarray
 from vibroscope.engine import (
     HHT,
     Bathe,
+    ComparisonQuestion,
     Newmark,
     System,
     TimeStepping,
@@ -53,7 +54,7 @@ def test_simulate(capsys, words):
 @pytest.mark.parametrize("words", every(list(LAWS)[:2]))
 def test_compare(capsys, words):
     found = asked(capsys, "compare", f"--steps 200 --status located {words} --periods 60 --keep 8")
-    expected = compare(System(), 2.76, LAWS[words], periods=60, keep=8)
+    expected = compare(ComparisonQuestion(System(), 2.76, LAWS[words], periods=60, keep=8))
     assert (found["status"], found["law"], found["located"]) == ("located", LAWS[words].law, True)
     assert found["total"] == expected.difference.total
     assert found["time_step"] == expected.difference.parts["time_step"]

@@ -7,8 +7,18 @@ from dataclasses import replace
 import pytest
 from vibroscope.app.codes.rules import Rule, RuleQuestion, judge, rules
 from vibroscope.app.commands.cli import main
-from vibroscope.engine import CentralDifference, Excitation, Newmark, System, TimeStepping, compare, percent, simulate
-from vibroscope.engine.divergence.agreement import CLOSE
+from vibroscope.engine import (
+    CentralDifference,
+    ComparisonQuestion,
+    Excitation,
+    Newmark,
+    System,
+    TimeStepping,
+    compare,
+    percent,
+    simulate,
+)
+from vibroscope.engine.divergence.tolerances import CLOSE_CURVE
 
 PAPER = RuleQuestion(System(), 2.76, Newmark(12000.0, 18.0, 2000), element_stiffness=7.0)
 SHORT = {"periods": 40, "keep": 8}
@@ -47,10 +57,10 @@ def test_the_restitution_rule_and_the_time_constant_are_damped_as_they_say():
 def test_what_follows_is_what_compare_finds():
     rule = rules()["lsdyna-crash"]
     found = judge(rule, PAPER, **SHORT)
-    own = compare(PAPER.system, PAPER.eta, rule.method(PAPER), **SHORT)
+    own = compare(ComparisonQuestion(PAPER.system, PAPER.eta, rule.method(PAPER), **SHORT))
     assert found.total == own.difference.total
     assert found.part == own.difference.parts["regularisation"]
-    assert found.holds == (found.part <= CLOSE)
+    assert found.holds == (found.part <= CLOSE_CURVE)
     known = simulate(PAPER.system, PAPER.eta, rule.method(PAPER), **SHORT)
     assert judge(rule, PAPER, responses=[known], **SHORT).as_dict() == found.as_dict()
 
@@ -154,11 +164,11 @@ def test_a_step_is_judged_where_nothing_touches():
 )
 def test_the_blur_of_the_step_is_not_charged_to_a_rule_for_the_damper(key, asked):
     found = judge(rules()[key], asked)
-    without = compare(asked.system, asked.eta, replace(found.method, located=True)).difference.total
-    assert found.total > 2 * CLOSE
-    assert without < CLOSE
+    without = compare(ComparisonQuestion(asked.system, asked.eta, replace(found.method, located=True))).difference.total
+    assert found.total > 2 * CLOSE_CURVE
+    assert without < CLOSE_CURVE
     assert found.holds
-    assert found.part < CLOSE
+    assert found.part < CLOSE_CURVE
     assert found.why.startswith(f"Without a time step {percent(found.part)} is left of the {percent(found.total)}.")
 
 
@@ -166,7 +176,7 @@ def test_a_rule_for_the_step_is_judged_by_what_the_step_adds():
     rule = Rule("key", "title", "steps_per_contact", 14.2, "claim", "source")
     asked = RuleQuestion(System(), 1.39, Newmark(3870.0, 9.148, 2000))
     found = judge(rule, asked)
-    assert (found.holds, found.part > CLOSE) == (False, True)
+    assert (found.holds, found.part > CLOSE_CURVE) == (False, True)
     assert found.why.startswith(f"The time step adds {percent(found.part)}: without a time step ")
 
 

@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from vibroscope.app.commands.cli import main
 from vibroscope.app.commands.compare import as_json, as_text
 from vibroscope.engine import (
+    ComparisonQuestion,
     Excitation,
     Newmark,
     Reference,
@@ -67,7 +68,7 @@ def test_comparisons_hold_numbers_or_words():
     for _ in range(share(COUNT)):
         system, eta, method, reference = random_case(rng)
         length = {"periods": 60, "keep": 8} if system.excitation.drives else {"periods": 2, "keep": 2}
-        comparison = compare(system, eta, method, reference=reference, **length)
+        comparison = compare(ComparisonQuestion(system, eta, method, reference=reference, **length))
         arguments = comparison, verdict(comparison), comparison.split() if comparison.complete else None
         json.dumps(as_json(*arguments), allow_nan=False)
         text = as_text(*arguments)

@@ -13,7 +13,7 @@ from vibroscope.app.commands import cli
 from vibroscope.app.commands import validate as command
 from vibroscope.app.runtime.files import asset
 from vibroscope.app.validation import cases, validate
-from vibroscope.engine import ExactPenalty, Newmark, compare, simulate, system_of_physical, verdict
+from vibroscope.engine import ComparisonQuestion, ExactPenalty, Newmark, compare, simulate, system_of_physical, verdict
 
 ROOT = Path(__file__).parents[2]
 CASES = {case.key: case for case in cases()}
@@ -50,9 +50,9 @@ def test_where_the_published_figure_is_off_both_stand_with_the_reason():
 def test_our_own_comparison_blames_the_time_step():
     """More exactly what a step does not know of contact: the same steps, located, do nearly as well as none."""
     case = CASES["B2-step"]
-    found = verdict(compare(case.system, case.eta, case.method))
+    found = verdict(compare(ComparisonQuestion(case.system, case.eta, case.method)))
     assert found.blame == ("status",)
-    assert found.left < 0.5 * compare(case.system, case.eta, case.method).total
+    assert found.left < 0.5 * compare(ComparisonQuestion(case.system, case.eta, case.method)).total
 
 
 def test_a_wall_and_a_mirrored_body_give_the_same_force():

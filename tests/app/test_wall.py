@@ -15,7 +15,7 @@ from vibroscope.app.page.tab import Move
 from vibroscope.app.page.time_step.tab import statements
 from vibroscope.app.studies import time_step
 from vibroscope.app.studies.time_step import PartialStep, StepQuestion
-from vibroscope.engine import Newmark, motion, repetition, verdict
+from vibroscope.engine import ComparisonQuestion, Newmark, motion, repetition, verdict
 from vibroscope.engine import compare as compare_solutions
 from vibroscope.engine.sweeps import StepStudy, kind_words
 
@@ -66,7 +66,7 @@ def test_scatter_is_told_of_the_body():
     found = motion(WALL.system, WALL.eta, WALL.penalty)
     assert found.scatter == pytest.approx(found.section[:, 0].std(), rel=1e-9)
     assert f"blurred by the time step (±{found.scatter:.2g} in ξ₁)" in repetition(found)
-    words = verdict(compare_solutions(WALL.system, WALL.eta, WALL.penalty)).headline
+    words = verdict(compare_solutions(ComparisonQuestion(WALL.system, WALL.eta, WALL.penalty))).headline
     assert "ξ₂" not in words
     section = found.section + np.random.default_rng(1).normal(0, 0.1, found.section.shape) * [1, 1, 0, 0]
     assert "in ξ₁)" in kind_words(-1, 0, 1, section, WALL.system.observed_body)

@@ -5,7 +5,17 @@ import re
 from typing import NamedTuple
 
 import numpy as np
-from vibroscope.engine import Checkpoint, Kind, Newmark, Record, Reference, compare, simulate, verdict
+from vibroscope.engine import (
+    Checkpoint,
+    ComparisonQuestion,
+    Kind,
+    Newmark,
+    Record,
+    Reference,
+    compare,
+    simulate,
+    verdict,
+)
 
 from . import runs as own
 from .runs import Runs, changed, energy_lost, period_of, rebound_alone, undamped_duration
@@ -35,7 +45,7 @@ class Claim(NamedTuple):
 
 def judge(setting):
     """All claims about a setting, and the verdict."""
-    found = compare(*setting)
+    found = compare(ComparisonQuestion(*setting))
     words = verdict(found)
     return judge_words(setting, found, words), words
 

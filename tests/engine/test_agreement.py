@@ -15,6 +15,7 @@ from vibroscope.app.page.explore.findings import Findings
 from vibroscope.app.runtime.cache import Cache
 from vibroscope.engine import (
     Comparison,
+    ComparisonQuestion,
     Newmark,
     System,
     TimeStepping,
@@ -23,8 +24,7 @@ from vibroscope.engine import (
     repetition,
     verdict,
 )
-from vibroscope.engine.divergence.agreement import SAME
-from vibroscope.engine.divergence.blame import APART, NEARLY, TIE
+from vibroscope.engine.divergence.tolerances import APART, NEARLY, SAME_CURVE, TIE
 
 from tests.share import every, share
 
@@ -62,12 +62,12 @@ def difference_with(change, case):
         method = TimeStepping(method.stiffness, method.damping, method.steps, status=change["status"])
     else:
         method = replace(method, **change)
-    return compare(system, eta, method, **RUN).difference.total
+    return compare(ComparisonQuestion(system, eta, method, **RUN)).difference.total
 
 
 def contradictions(case):
     """What the words say that the numbers do not."""
-    comparison = compare(*case, **RUN)
+    comparison = compare(ComparisonQuestion(*case, **RUN))
     if comparison.parts is None:
         return []
     comparison = comparison.decided()
@@ -100,7 +100,7 @@ def contradictions(case):
         largest = "joint damping" not in found.blame or difference.largest == "joint_damping"
         check(largest, "the joint damping is to blame, whose part is not the largest")
         check(percent(found.left) in headline, "the cure's remainder is not in the headline")
-        least = max(found.alone.changes[0].robust, difference.chance, SAME)
+        least = max(found.alone.changes[0].robust, difference.chance, SAME_CURVE)
         check(found.together or found.left <= 1.3 * TIE * least, "another cure is better")
         if set(found.blame) <= {"status", "steps"} and found.change and difference.measure == "displacements":
             claimed = found.left == pytest.approx(difference_with(found.change, case), rel=NEARLY - 1)
@@ -136,7 +136,7 @@ def test_bars_lines_and_verdict_of_the_page_share_numbers_and_words(eta, numbers
     runs = compute_runs(setting, cache=Cache(4))
     found, explanation, view = describe(runs), explain(runs), Findings()
     view.update(found, explanation, None)
-    comparison = compare(setting.system, eta, setting.penalty).decided()
+    comparison = compare(ComparisonQuestion(setting.system, eta, setting.penalty)).decided()
     assert {name: text for name, *_, text in view.content["bars"]} == {
         "total": percent(comparison.difference.total),
         **{name: percent(value) for name, value in comparison.difference.parts.items()},
@@ -176,7 +176,7 @@ def test_no_share_has_an_exponent_or_more_digits_elsewhere(share, text):
 
 def test_a_scattered_motion_has_the_kind_of_its_limit_everywhere():
     """The section nearly repeats after two periods, by chance; without a time step, after one."""
-    comparison = compare(System(), 2.76, Newmark(12000, 18, 2000))
+    comparison = compare(ComparisonQuestion(System(), 2.76, Newmark(12000, 18, 2000)))
     assert comparison.penalty.near_period != 1
     decided = comparison.decided()
     assert repetition(decided.penalty).startswith("repeats every period, blurred by the time step (±")
@@ -185,7 +185,7 @@ def test_a_scattered_motion_has_the_kind_of_its_limit_everywhere():
 
 
 def test_what_is_decided_is_not_decided_again():
-    comparison = compare(System(), 2.76, Newmark(12000, 18, 2000)).decided()
+    comparison = compare(ComparisonQuestion(System(), 2.76, Newmark(12000, 18, 2000))).decided()
     assert comparison.decided().penalty is comparison.penalty
     assert math.isfinite(comparison.with_evidence().penalty.lyapunov)
     assert replace(comparison).difference == comparison.difference

@@ -13,6 +13,7 @@ from vibroscope.app.studies import bifurcation, plane, time_step
 from vibroscope.engine import (
     COORDINATES,
     Cells,
+    ComparisonQuestion,
     ExactPenalty,
     Newmark,
     Reference,
@@ -177,7 +178,7 @@ def test_a_linear_motion_after_a_short_transient_has_the_period_of_its_excitatio
 def test_a_study_over_the_step_has_the_errors_of_single_comparisons(eta, steps):
     """All but the first of the same periods: scatter comes in bursts, and other periods have another error."""
     study = sweep(StepStudy(System(), Newmark(12000.0, 18.0, 2000), eta, steps=[steps], transient=2000, sample=50))
-    found = compare(System(), eta, Newmark(12000.0, 18.0, steps))
+    found = compare(ComparisonQuestion(System(), eta, Newmark(12000.0, 18.0, steps)))
     errors = [float(study[f"error{part}"][0, 0]) for part in ("", "_time_step", "_regularisation")]
     assert errors == pytest.approx([found.total, found.time_step, found.regularisation], rel=0.05)
 

@@ -59,7 +59,7 @@ def test_each_cell_ends_on_the_motion_of_its_own_long_run(system, eta, method, a
     np.testing.assert_array_equal(labels == -4, penetrates)
     allowed = ~penetrates
     cells = Cells(system, np.full(allowed.sum(), eta), method, initial=starts[allowed])
-    run = run_cells(cells, transient=3000, sample=64, early_stop=False)
+    run = run_cells(cells, transient=3000, sample=64, recurrence=0)
     for label, section in zip(labels[allowed], run.section, strict=True):
         motion, distance = nearest_motion(found, section)
         assert label == motion

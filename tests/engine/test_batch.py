@@ -65,7 +65,7 @@ def one_by_one(cells, transient, sample):
 @pytest.mark.parametrize("name", SWEEPS)
 def test_cells_are_single_runs(name):
     cells = SWEEPS[name]
-    ours = run_cells(cells, transient=30, sample=25, early_stop=False)
+    ours = run_cells(cells, transient=30, sample=25, recurrence=0)
     responses, described = one_by_one(cells, 30, 25)
     assert [STATUSES[code] for code in ours.status] == [response.status for response in responses]
     for i, (response, single) in enumerate(zip(responses, described, strict=True)):
@@ -80,7 +80,7 @@ def test_cells_are_single_runs(name):
 def test_early_stop_changes_nothing(name):
     """Periods, too: a motion is only taken for periodic when it has come back to rounding."""
     cells = SWEEPS[name]
-    full = run_cells(cells, transient=400, sample=30, early_stop=False)
+    full = run_cells(cells, transient=400, sample=30, recurrence=0)
     early = run_cells(cells, transient=400, sample=30)
     assert early.periods.min() < 300
     for whole in ("status", "period", "near_period"):
@@ -108,7 +108,7 @@ def test_cells_may_stop_where_what_follows_is_nearly_the_same(name):
 @pytest.mark.parametrize("sample", [1, 7])
 def test_early_stop_with_a_sample_shorter_than_a_cycle(sample):
     cells = SWEEPS["reference"]
-    full = run_cells(cells, transient=401, sample=sample, early_stop=False)
+    full = run_cells(cells, transient=401, sample=sample, recurrence=0)
     early = run_cells(cells, transient=401, sample=sample)
     np.testing.assert_array_equal(early.period, full.period)
     np.testing.assert_allclose(early.section, full.section, rtol=0, atol=1e-10)

@@ -1,7 +1,18 @@
 """Whatever can be cancelled asks in each of its runs: a long period or many contacts make no run deaf."""
 
 import pytest
-from vibroscope.engine import Newmark, Reference, System, attractors, compare, lyapunov, motion, recommend, verdict
+from vibroscope.engine import (
+    ComparisonQuestion,
+    Newmark,
+    Reference,
+    System,
+    attractors,
+    compare,
+    lyapunov,
+    motion,
+    recommend,
+    verdict,
+)
 from vibroscope.engine.drivers.base import Driver
 from vibroscope.engine.energy import events
 
@@ -15,7 +26,7 @@ def never():
 
 def judged(eta, penalty, **how):
     """A comparison with all that the verdict on it runs."""
-    comparison = compare(System(), eta, penalty, periods=60, keep=10, cancelled=never, **how)
+    comparison = compare(ComparisonQuestion(System(), eta, penalty, periods=60, keep=10, **how), cancelled=never)
     verdict(comparison, cancelled=never)
     if comparison.complete:
         comparison.split(never)

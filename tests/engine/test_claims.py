@@ -3,7 +3,7 @@
 from dataclasses import replace
 
 import pytest
-from vibroscope.engine import Newmark, System, compare, verdict
+from vibroscope.engine import ComparisonQuestion, Newmark, System, compare, verdict
 
 from tests.claims.__main__ import judged
 from tests.claims.judge import FALSE, judge_words
@@ -52,7 +52,7 @@ WRONG = [  # what was said of these settings once, and the row that finds it out
 
 @pytest.mark.parametrize(("eta", "method", "headline", "blame", "row"), WRONG)
 def test_what_is_not_so_is_found_out(eta, method, headline, blame, row):
-    found = compare(System(), eta, method)
+    found = compare(ComparisonQuestion(System(), eta, method))
     words = replace(verdict(found), headline=headline, blame=blame, together=False, details=())
     wrong = [each.row for each in judge_words(Setting(System(), eta, method), found, words) if each.outcome == FALSE]
     assert row in wrong

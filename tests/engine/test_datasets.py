@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from vibroscope.engine import Newmark, Record, Reference, System, compare, simulate
+from vibroscope.engine import ComparisonQuestion, Newmark, Record, Reference, System, compare, simulate
 
 ETA = 2.76
 PENALTY = Newmark(12000, 18, 2000)
@@ -15,7 +15,7 @@ def run():
 
 @pytest.fixture(scope="module")
 def found():
-    return compare(System(), ETA, PENALTY, periods=400, keep=20)
+    return compare(ComparisonQuestion(System(), ETA, PENALTY, periods=400, keep=20))
 
 
 def test_a_run_as_dataset_holds_its_arrays(run):
@@ -46,7 +46,7 @@ def test_a_comparison_as_dataset_adds_up(found):
 
 
 def test_a_comparison_without_series_says_so():
-    early = compare(System(), ETA, Newmark(1e12, 0, 4), periods=50, keep=10)
+    early = compare(ComparisonQuestion(System(), ETA, Newmark(1e12, 0, 4), periods=50, keep=10))
     assert early.parts is None
     with pytest.raises(ValueError, match="ended early"):
         early.to_xarray()

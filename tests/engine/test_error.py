@@ -4,7 +4,17 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from vibroscope.engine import ExactPenalty, Excitation, Newmark, Record, Reference, System, compare, simulate
+from vibroscope.engine import (
+    ComparisonQuestion,
+    ExactPenalty,
+    Excitation,
+    Newmark,
+    Record,
+    Reference,
+    System,
+    compare,
+    simulate,
+)
 from vibroscope.engine.divergence.error import Target
 
 DOUBLED = 3.25  # two periods
@@ -75,7 +85,7 @@ def test_a_relative_difference_does_not_depend_on_where_the_bodies_rest():
     shifted = System(clearance=30.0, excitation=Excitation(constant1=30.0))
     assert shifted.static_gap == 0
     method = Newmark(2500.0, 8.0, 500)
-    found = [compare(system, 1.08, method).difference for system in (System(), shifted)]
+    found = [compare(ComparisonQuestion(system, 1.08, method)).difference for system in (System(), shifted)]
     assert found[1].total == pytest.approx(found[0].total, rel=1e-6)
     errors = [Target.find(system, 1.08).error(simulate(system, 1.08, method)) for system in (System(), shifted)]
     assert errors[1] == pytest.approx(errors[0], rel=1e-6)

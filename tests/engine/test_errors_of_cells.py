@@ -7,7 +7,7 @@ import pytest
 from vibroscope.engine import Cells, ExactPenalty, Newmark, Record, System, run_cells, simulate
 from vibroscope.engine.divergence.grid import repeat_cycle, rms, samples_by_period
 from vibroscope.engine.result import Checkpoint
-from vibroscope.engine.sweeps.errors import SAMPLES, reference_motion
+from vibroscope.engine.sweeps.errors import ERROR_SAMPLES, reference_motion
 
 from tests.share import every
 
@@ -19,7 +19,7 @@ CONTACTS = {"stiffness": [2500.0, 12000.0, 40000.0], "damping": [8.0, 18.0, 60.0
 def sampled(eta, method, state, periods, steps):
     """ξ₁ and ξ₂ from a state on, (2, periods, m)."""
     start = Checkpoint(SYSTEM, eta, method, 0, state)
-    record = Record(periods, SAMPLES, steps)
+    record = Record(periods, ERROR_SAMPLES, steps)
     run = simulate(SYSTEM, eta, method, periods=periods, keep=periods, initial=start, record=record)
     return samples_by_period(run)[:2]
 
@@ -33,7 +33,7 @@ def errors_of(reference, method, state, exact_state):
     """Error, part of the time step and part of the regularisation of one cell."""
     p, eta = reference.period, reference.table.reference.eta
     periods, steps = (SAMPLE - 1) // p * p, method.steps or None
-    record = Record(1, SAMPLES, steps)
+    record = Record(1, ERROR_SAMPLES, steps)
     table, derived = (target.cycle(record)[0] for target in (reference.table, reference.derived))
     size = reference.table.cycle(record)[1]
     penalty = sampled(eta, method, state, periods, steps)

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from vibroscope.engine import (
     BranchQuestion,
+    ComparisonQuestion,
     ExactPenalty,
     Newmark,
     Record,
@@ -75,6 +76,10 @@ def test_where_rounding_hides_orbits_an_error_says_so():
 def test_a_drop_that_comes_to_rest_is_compared_from_its_beginning(periods):
     """At rest the section repeats itself, and not what led there: the parts are those of the first period."""
     drop = System(wall=True, d1=0.05, restitution=0.5, excitation=Excitation(base=0.0, constant1=1.0))
-    found = compare(drop, 0.2, Newmark(1000.0, 7.0, 20_000), periods=periods, keep=periods, initial=(-1.0, 0, 0, 0))
+    found = compare(
+        ComparisonQuestion(
+            drop, 0.2, Newmark(1000.0, 7.0, 20_000), periods=periods, keep=periods, initial=(-1.0, 0, 0, 0)
+        )
+    )
     assert found.difference.total < 0.1
     assert found.difference.parts["time_step"] < 0.005

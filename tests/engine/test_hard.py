@@ -6,10 +6,10 @@ What is allowed is what double precision can attain (engine/hardcases/condition.
 import numpy as np
 import pytest
 from vibroscope.engine import Status
-from vibroscope.engine.hardcases.condition import MARGIN
 from vibroscope.engine.hardcases.condition import SimulationSetup as Run
 from vibroscope.engine.hardcases.condition import attainable_error as attainable
 from vibroscope.engine.hardcases.condition import attainable_grazing_error as at_the_edge
+from vibroscope.engine.hardcases.tolerances import MARGIN
 
 from tests import hard
 from tests.events import events_of

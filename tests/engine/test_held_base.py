@@ -88,8 +88,8 @@ def test_every_run_has_the_amplitude_of_its_frequency(held, method):
     """One run, the cells of a sweep, and a sweep over η are those of a base that moves by that amplitude."""
     etas = np.array([0.8, 1.08, 2.76])
     system = System(excitation=Excitation(base=1.3, base_phase=0.4, held=held))
-    cells = run_cells(Cells(system, etas, method), transient=40, sample=4, early_stop=False)
-    of_each = run_cells(Cells([system] * 3, etas, method), transient=40, sample=4, early_stop=False)
+    cells = run_cells(Cells(system, etas, method), transient=40, sample=4, recurrence=0)
+    of_each = run_cells(Cells([system] * 3, etas, method), transient=40, sample=4, recurrence=0)
     swept = sweep(EtaStudy(system, method, values=etas, transient=40, sample=4))
     for i, eta in enumerate(etas):
         amplitude = 1.3 / eta ** HELD.index(held)

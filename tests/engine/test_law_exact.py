@@ -6,6 +6,7 @@ from vibroscope.engine import (
     CONTACT_LAWS,
     LAWS_BY_RESTITUTION,
     Cells,
+    ComparisonQuestion,
     ExactPenalty,
     Excitation,
     Newmark,
@@ -195,7 +196,7 @@ def test_without_a_damper_the_piecewise_linear_laws_are_one():
 
 
 def test_comparison_and_cells_know_the_law():
-    found = compare(System(), 1.08, Newmark(2500, 8, 2000, law="cut"), periods=300, keep=4)
+    found = compare(ComparisonQuestion(System(), 1.08, Newmark(2500, 8, 2000, law="cut"), periods=300, keep=4))
     assert found.runs.exact.method == ExactPenalty(2500, 8, "cut")
     assert found.residual < 1e-9
     assert 0 < np.abs(found.parts.time_step).max() < 0.1

@@ -16,7 +16,7 @@ from vibroscope.engine import (
 )
 from vibroscope.engine.batch import follow_cells
 from vibroscope.engine.motions.description import Kind
-from vibroscope.engine.motions.lyapunov import BATCHES, SETTLING, Lyapunov, average_growth
+from vibroscope.engine.motions.lyapunov import EXPONENT_BATCHES, SETTLING, Lyapunov, average_growth
 from vibroscope.engine.motions.motion import classify
 from vibroscope.engine.motions.poincare_map import PoincareMap
 
@@ -45,8 +45,8 @@ def test_the_exponent_of_a_chaotic_motion_is_the_rate_at_which_two_runs_separate
         if n >= 20:
             growth.append(np.log(length / width))
         apart *= width / length
-    batches = [batch.mean() for batch in np.array_split(growth, BATCHES)]
-    error = np.hypot(found.error, np.std(batches, ddof=1) / np.sqrt(BATCHES))
+    batches = [batch.mean() for batch in np.array_split(growth, EXPONENT_BATCHES)]
+    error = np.hypot(found.error, np.std(batches, ddof=1) / np.sqrt(EXPONENT_BATCHES))
     assert abs(np.mean(growth) - found.exponent) < 4 * error
     assert error < 0.03
 

@@ -14,7 +14,7 @@ from vibroscope.engine import (
     simulate,
     synthetic_measurement,
 )
-from vibroscope.engine.measurement.measurement_file import FEWEST_SAMPLES, SIZE_LIMIT, parse_measurement
+from vibroscope.engine.measurement.measurement_file import FEWEST_SAMPLES, MEASUREMENT_SIZE_LIMIT, parse_measurement
 from vibroscope.engine.measurement.outliers import first_outlier
 
 UNITS = Units(omega1=5.0, m1=2.0, base_amplitude=0.5)
@@ -201,7 +201,7 @@ def test_column_names_mark_relative_displacements_and_the_contact_sensor():
         (text("time;x1;x2", ["0;1.000,5;1"]), r"line 2, column 2 \(x1\): '1.000,5' is no"),
         (text(rows=ROWS[:-1]), f"the file ends after {FEWEST_SAMPLES - 1} samples"),
         (text(rows=with_line(3, "0.1,\xff,1")).decode().encode("latin-1"), "line 3: not UTF-8"),
-        (b"#" * (SIZE_LIMIT + 1), "larger than 16 MiB"),
+        (b"#" * (MEASUREMENT_SIZE_LIMIT + 1), "larger than 16 MiB"),
     ],
 )
 def test_a_faulty_file_is_refused_with_line_and_column(content, words):

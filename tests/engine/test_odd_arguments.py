@@ -18,7 +18,6 @@ from vibroscope.engine import (
     System,
     TimeStepping,
     Units,
-    compare,
     motion,
     simulate,
 )
@@ -90,7 +89,7 @@ CALLS = {
     "synthetic_measurement": (
         engine.synthetic_measurement,
         {"system": SYSTEM, "eta": 2.76, "periods": 1, "per_period": 8, "noise": 0.0, "phase": 0.0, "frame": "absolute"},
-        ("system", "eta", "per_period", "noise", "phase", "frame", "seed", "method"),
+        ("system", "eta", "per_period", "noise", "phase", "frame", "seed"),
     ),
     "measurement_text": (engine.measurement_text, {"measurement": MEASURED, "units": Units(), "comment": ""}, None),
     "parse_measurement": (engine.parse_measurement, {"content": b"", "units": None}, None),
@@ -127,9 +126,14 @@ CALLS = {
     ),
     "run_cells": (engine.run_cells, {"cells": Cells(SYSTEM, [2.7], REFERENCE), "threads": 1, **SHORT}, None),
     "compare": (
-        compare,
+        engine.compare,
+        {"question": engine.ComparisonQuestion(SYSTEM, 2.76, NEWMARK, periods=20, keep=4)},
+        ("question", "responses"),
+    ),
+    "ComparisonQuestion": (
+        lambda **given: engine.compare(engine.ComparisonQuestion(**given)),
         {"system": SYSTEM, "eta": 2.76, "penalty": NEWMARK, "periods": 20, "keep": 4},
-        ("system", "eta", "penalty", "reference", "keep", "responses", "per_period"),
+        ("system", "eta", "penalty", "reference", "keep", "per_period"),
     ),
     "verdict": (engine.verdict, {}, ("comparison",)),
     "equal_restitution_damping": (engine.equal_restitution_damping, {"system": SYSTEM, "stiffness": 100.0}, None),

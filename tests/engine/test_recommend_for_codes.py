@@ -4,15 +4,7 @@ import json
 
 import pytest
 from vibroscope.app.commands.cli import main
-from vibroscope.engine import (
-    HHT,
-    ExactPenalty,
-    System,
-    TimeStepping,
-    compare,
-    recommend,
-    simulate,
-)
+from vibroscope.engine import HHT, ComparisonQuestion, ExactPenalty, System, TimeStepping, compare, recommend, simulate
 
 from tests.recommended import question
 
@@ -27,7 +19,7 @@ def test_every_setting_on_the_front_was_run_with_the_method():
     assert found.met
     k, d, n = found.best.setting
     assert found.method == TimeStepping(k, d, n, HHT(-0.1), "end", "keep")
-    assert compare(System(), 1.08, found.method).total == pytest.approx(found.best.error, rel=1e-9)
+    assert compare(ComparisonQuestion(System(), 1.08, found.method)).total == pytest.approx(found.best.error, rel=1e-9)
 
 
 def test_a_setting_that_stops_without_a_solution_is_not_offered():

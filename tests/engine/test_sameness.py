@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 from vibroscope.engine import ExactPenalty, Reference, System, steady
-from vibroscope.engine.motions.sameness import BETWEEN_SOLVERS, distance_between_solvers, same_between_solvers
+from vibroscope.engine.motions.sameness import distance_between_solvers, same_between_solvers
+from vibroscope.engine.motions.tolerances import BETWEEN_SOLVERS
 from vibroscope.engine.sweeps.basin_motions import basin_search
 from vibroscope.engine.sweeps.start_plane import StartPlane
 

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from vibroscope.engine import (
     FREE_PERIODS,
+    ComparisonQuestion,
     Excitation,
     Newmark,
     PlaneStudy,
@@ -36,18 +37,18 @@ PENALTY = Newmark(700.0, 6.0, 500)
 
 
 def test_a_wall_has_no_joint_damping_to_blame_or_to_list():
-    found = compare(WALL, 1.3, PENALTY)
+    found = compare(ComparisonQuestion(WALL, 1.3, PENALTY))
     assert found.part_names == tuple(found.difference.parts) == ("time_step", "regularisation")
     words = verdict(found)
     assert "joint damping" not in {each.changed for each in words.alone.choices}
     assert "joint damping" not in " ".join(words.details)
-    measured = compare(System(), 1.08, PENALTY)
+    measured = compare(ComparisonQuestion(System(), 1.08, PENALTY))
     assert "joint_damping" in measured.difference.parts
 
 
 def test_an_elastic_contact_needs_no_damping_and_no_sign():
     assert str(damping_ratio_for(1.0)) == "0.0"
-    elastic = compare(replace(WALL, restitution=1.0), 1.3, replace(PENALTY, damping=0.0))
+    elastic = compare(ComparisonQuestion(replace(WALL, restitution=1.0), 1.3, replace(PENALTY, damping=0.0)))
     words = verdict(elastic)
     methods = [each.method for each in words.alone.changes if each.method]
     assert len(methods) == len(set(methods))
@@ -56,7 +57,7 @@ def test_an_elastic_contact_needs_no_damping_and_no_sign():
 
 def test_a_free_vibration_is_compared_from_its_start_and_blames_nothing():
     start = (0.5, 1.0, 0.5, -1.0)
-    found = compare(FREE, 1.3, PENALTY, periods=FREE_PERIODS, keep=FREE_PERIODS, initial=start)
+    found = compare(ComparisonQuestion(FREE, 1.3, PENALTY, periods=FREE_PERIODS, keep=FREE_PERIODS, initial=start))
     words = verdict(found)
     assert words.headline.startswith("Nothing drives the bodies: in the first 2 periods T")
     assert (words.blame, words.change) == ((), {})
@@ -67,7 +68,7 @@ def test_a_free_vibration_is_compared_from_its_start_and_blames_nothing():
 
 
 def test_a_body_that_a_preload_holds_at_a_wall_has_no_relative_difference():
-    found = compare(HELD, 1.3, PENALTY)
+    found = compare(ComparisonQuestion(HELD, 1.3, PENALTY))
     words = verdict(found)
     assert words.agree == "unknown"
     assert words.headline.startswith("The bodies stay in contact all the time. The reference does not move")
@@ -80,14 +81,18 @@ def test_a_body_that_a_preload_holds_at_a_wall_has_no_relative_difference():
 @pytest.mark.parametrize("system", [HELD, System(clearance=-0.5)], ids=["wall", "two"])
 def test_a_preload_without_excitation_has_no_relative_difference(system):
     still = replace(system, excitation=Excitation(base=0.0))
-    words = verdict(compare(still, 1.3, PENALTY, periods=FREE_PERIODS, keep=FREE_PERIODS))
+    words = verdict(compare(ComparisonQuestion(still, 1.3, PENALTY, periods=FREE_PERIODS, keep=FREE_PERIODS)))
     assert "not known" not in words.headline
     assert words.headline.startswith("The bodies stay in contact all the time. The reference does not move")
 
 
 @pytest.mark.parametrize("system", [APART, System(clearance=-60.0)], ids=["apart", "joined"])
 def test_where_nothing_meets_nothing_is_said_of_rebounds(system):
-    assert not [line for line in verdict(compare(system, 1.3, PENALTY)).details if "speed at which they meet" in line]
+    assert not [
+        line
+        for line in verdict(compare(ComparisonQuestion(system, 1.3, PENALTY))).details
+        if "speed at which they meet" in line
+    ]
 
 
 # ------------------------------------------------------------------------------------------------- searches and studies

@@ -5,6 +5,7 @@ import itertools
 import numpy as np
 import pytest
 from vibroscope.engine import (
+    ComparisonQuestion,
     EtaStudy,
     ExactPenalty,
     Newmark,
@@ -104,7 +105,7 @@ def test_the_plane_holds_what_single_runs_give_and_the_parts_of_their_errors():
             parts.append(float(found["error_joint_damping"]))
             assert float(cell["error"]) <= sum(parts) * (1 + 1e-6)
             assert float(cell["error"]) >= 2 * max(parts) - sum(parts) - 1e-9
-    whole = compare(System(), 1.08, Newmark(3000, 20, 2000), periods=170)
+    whole = compare(ComparisonQuestion(System(), 1.08, Newmark(3000, 20, 2000), periods=170))
     assert float(found["error"][0, 0]) == pytest.approx(whole.total, rel=0.05)
     assert float(found["error_time_step"][0, 0]) == pytest.approx(whole.time_step, rel=0.1, abs=1e-4)
 

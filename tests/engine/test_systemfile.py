@@ -8,8 +8,8 @@ from hypothesis import given
 from vibroscope.engine import Excitation, System, SystemFile, Units, brief_system_text, read_system, system_text
 from vibroscope.engine.system_file import (
     EXCITATION_CONSTANTS,
-    SIZE_LIMIT,
     SYSTEM_CONSTANTS,
+    SYSTEM_SIZE_LIMIT,
     UNIT_CONSTANTS,
     parse_system,
 )
@@ -81,7 +81,7 @@ def test_the_mass_ratio_may_be_given_instead_of_kappa3():
         (b"[system]\nkappa = " + b"9" * 5000, "too long"),
         (b"[system]\nkappa = " + b"[" * 20000, "nested too deep"),
         (b"a." * 32000 + b"a = 1", "nested too deep"),  # tomllib would need quadratic time
-        (b"#" * (SIZE_LIMIT + 1), "larger than 65536 bytes"),
+        (b"#" * (SYSTEM_SIZE_LIMIT + 1), "larger than 65536 bytes"),
     ],
 )
 def test_a_faulty_file_is_refused_in_one_line(content, words):

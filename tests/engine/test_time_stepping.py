@@ -10,6 +10,7 @@ from vibroscope.engine import (
     TRBDF2,
     Bathe,
     CentralDifference,
+    ComparisonQuestion,
     Excitation,
     GeneralisedAlpha,
     HHTInterpolated,
@@ -205,6 +206,6 @@ def test_bad_numbers_are_one_clear_line(make, words):
 
 def test_a_comparison_has_its_parts():
     method = TimeStepping(2500.0, 8.0, 2000, HHT(-0.1), "end", "keep")
-    found = compare(System(), 1.08, method, reference=Reference(), periods=300, keep=10)
+    found = compare(ComparisonQuestion(System(), 1.08, method, reference=Reference(), periods=300, keep=10))
     assert found.residual < 1e-9
     assert 0 < found.time_step < found.total

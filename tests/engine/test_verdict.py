@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from vibroscope.engine import (
     Cancelled,
+    ComparisonQuestion,
     ExactPenalty,
     Newmark,
     System,
@@ -26,7 +27,7 @@ ZETA = math.log(2) / math.hypot(math.pi, math.log(2))
 
 def test_a_blurred_motion_is_not_said_not_to_repeat():
     """It repeats over more periods than are kept, as its evidence shows; the sentence is of the kept ones."""
-    found = compare(SYSTEM, 2.76, Newmark(12000, 18, 500)).decided()
+    found = compare(ComparisonQuestion(SYSTEM, 2.76, Newmark(12000, 18, 500))).decided()
     assert repetition(found.penalty).startswith("repeats every period, blurred")
     first = verdict(found).details[0]
     assert first == (
@@ -37,7 +38,7 @@ def test_a_blurred_motion_is_not_said_not_to_repeat():
 
 @cache
 def compared(eta, method):
-    return compare(SYSTEM, eta, method)
+    return compare(ComparisonQuestion(SYSTEM, eta, method))
 
 
 @cache
@@ -96,25 +97,25 @@ def test_the_verdict_mentions_time_step_scatter():
     scattered = verdict_of(2.76, Newmark(12000, 18, 2000))
     assert "The time step blurs each point of the section" in scattered.headline
     assert 0.05 < scattered.scatter < 0.4  # over 50 periods its size depends on rounding
-    located = verdict(compare(SYSTEM, 2.76, Newmark(12000, 18, 2000, located=True)))
+    located = verdict(compare(ComparisonQuestion(SYSTEM, 2.76, Newmark(12000, 18, 2000, located=True))))
     assert located.scatter == 0
 
 
 def test_numbers_that_do_nothing_alone_are_changed_together():
     """K and D each leave 2.4 % of 2.4 %; together, with a step that resolves the contact, half of it at most."""
-    found = verdict(compare(SYSTEM, 3.25, Newmark(12000, 18, 8000)))
+    found = verdict(compare(ComparisonQuestion(SYSTEM, 3.25, Newmark(12000, 18, 8000))))
     assert "have to be changed together" in found.headline
     assert found.together
     assert {"K", "D"} <= set(found.blame) == set(found.change)
     steps = found.change.get("steps", 8000)
-    advised = compare(SYSTEM, 3.25, Newmark(found.change["K"], found.change["D"], steps))
+    advised = compare(ComparisonQuestion(SYSTEM, 3.25, Newmark(found.change["K"], found.change["D"], steps)))
     assert advised.total == pytest.approx(found.left, rel=0.02)  # scatter depends on rounding
     assert advised.total < 0.5 * 0.024
 
 
 def test_contacts_that_do_not_rebound_as_asked_are_named_where_motions_agree():
     """Without contacts that rebound, the lasting contact of this motion is still there."""
-    found = verdict(compare(SYSTEM, 1.08, Newmark(100, 5, 2000)))
+    found = verdict(compare(ComparisonQuestion(SYSTEM, 1.08, Newmark(100, 5, 2000))))
     assert found.agree == "partly"
     assert "But a contact alone rebounds with 0.0" in found.headline
     assert not found.contact.rebounds
@@ -122,16 +123,16 @@ def test_contacts_that_do_not_rebound_as_asked_are_named_where_motions_agree():
 
 def test_a_transient_of_ten_thousand_periods_is_not_compared_as_if_it_were_the_motion():
     """The reference moves irregularly for more than 10,000 periods and then repeats itself every 2."""
-    found = compare(SYSTEM, 3.74, Newmark(5400, 5, 8000))
+    found = compare(ComparisonQuestion(SYSTEM, 3.74, Newmark(5400, 5, 8000)))
     assert (found.runs.reference.periods, found.reference.period) == (32_800, 2)
     assert found.difference.measure == "displacements"
-    later = compare(SYSTEM, 3.74, Newmark(5400, 5, 8000), periods=20_000)
+    later = compare(ComparisonQuestion(SYSTEM, 3.74, Newmark(5400, 5, 8000), periods=20_000))
     assert later.total == pytest.approx(found.total, rel=1e-3)
     assert "after 2,050 the motions had not settled" in verdict(found).details[-1]
 
 
 def test_agreement_is_graded():
-    fine = verdict(compare(SYSTEM, 2.76, Newmark(1e6, equal(1e6), 2000, located=True)))
+    fine = verdict(compare(ComparisonQuestion(SYSTEM, 2.76, Newmark(1e6, equal(1e6), 2000, located=True))))
     assert (fine.agree, fine.headline.startswith("They agree: ")) == ("yes", True)
     assert verdict_of(1.08, Newmark(2500, 8, 2000)).agree == "partly"
     assert verdict_of(1.08, Newmark(100, 50, 2000)).agree == "no"
@@ -139,7 +140,7 @@ def test_agreement_is_graded():
 
 def test_a_run_that_diverged_gets_the_number_of_steps_that_suffices():
     method = Newmark(60000, 1, 100)
-    found = verdict(compare(SYSTEM, 2.76, method))
+    found = verdict(compare(ComparisonQuestion(SYSTEM, 2.76, method)))
     assert (found.agree, found.blame) == ("unknown", ("steps",))
     assert simulate(SYSTEM, 2.76, Newmark(60000, 1, found.change["steps"])).ok
     assert not simulate(SYSTEM, 2.76, Newmark(60000, 1, found.change["steps"] // 2)).ok
@@ -151,20 +152,23 @@ def test_a_motion_that_grows_without_end_is_run_until_it_is_seen_to_blow_up():
     """After 50 periods it is still finite, beyond every start that may be given."""
     system = System(kappa=1.38, kappa3=1.08, d1=0.014, d2=0.0043, d3=0.049, restitution=0.6)
     assert simulate(system, 0.6163, Newmark(2320, 0.331, 600), periods=50, keep=16).ok
-    comparison = compare(system, 0.6163, Newmark(2320, 0.331, 600), periods=50, keep=16)
+    comparison = compare(ComparisonQuestion(system, 0.6163, Newmark(2320, 0.331, 600), periods=50, keep=16))
     assert verdict(comparison).headline.startswith("The penalty solution blew up")
 
 
 def test_chaotic_motions_are_judged_by_statistics():
-    found = verdict(compare(SYSTEM, 1.7, Newmark(12000, 18, 8000)))
+    found = verdict(compare(ComparisonQuestion(SYSTEM, 1.7, Newmark(12000, 18, 8000))))
     assert "statistics" in found.headline
     assert set(found.blame) & {"K", "D"}
-    stiff = compare(SYSTEM, 1.7, Newmark(1e6, equal(1e6), 400, located=True))
-    assert stiff.statistics.total < 0.5 * compare(SYSTEM, 1.7, Newmark(12000, 18, 8000)).statistics.total
+    stiff = compare(ComparisonQuestion(SYSTEM, 1.7, Newmark(1e6, equal(1e6), 400, located=True)))
+    assert (
+        stiff.statistics.total
+        < 0.5 * compare(ComparisonQuestion(SYSTEM, 1.7, Newmark(12000, 18, 8000))).statistics.total
+    )
 
 
 def test_doubled_motions_are_compared_pointwise():
-    compared = compare(SYSTEM, 3.25, Newmark(12000, 18, 8000))
+    compared = compare(ComparisonQuestion(SYSTEM, 3.25, Newmark(12000, 18, 8000)))
     found = verdict(compared)
     assert compared.pointwise
     assert found.agree == "partly"
@@ -174,7 +178,7 @@ def test_doubled_motions_are_compared_pointwise():
 
 def test_agreement_with_another_motion_of_the_reference_is_not_an_error():
     """At η = 3.2 the reference has a motion of two periods, from rest, and one of six."""
-    found = verdict(compare(SYSTEM, 3.2, Newmark(2500, 8, 2000)))
+    found = verdict(compare(ComparisonQuestion(SYSTEM, 3.2, Newmark(2500, 8, 2000))))
     assert "different but valid" in found.headline
     assert (found.agree, found.blame) == ("partly", ())
     assert found.left < 0.1
@@ -182,14 +186,14 @@ def test_agreement_with_another_motion_of_the_reference_is_not_an_error():
 
 @pytest.mark.parametrize("method", [Newmark(100, 50, 2000), Newmark(60000, 1, 100)])
 def test_a_verdict_can_be_cancelled(method):
-    found = compare(SYSTEM, 2.76, method)
+    found = compare(ComparisonQuestion(SYSTEM, 2.76, method))
     with pytest.raises(Cancelled):
         verdict(found, cancelled=lambda: True)
 
 
 @pytest.mark.parametrize("eta", every([1.6689, 3.5744]))
 def test_a_reference_that_repeats_only_nearly_is_compared_by_statistics(eta):
-    found = compare(System(), eta, Newmark(2500, 8, 2000))
+    found = compare(ComparisonQuestion(System(), eta, Newmark(2500, 8, 2000)))
     assert not found.motions.reference.period
     assert not found.pointwise
     assert "only statistics can be compared" in verdict(found).headline
@@ -199,7 +203,7 @@ def test_a_reference_that_repeats_only_nearly_is_compared_by_statistics(eta):
     "method", [Newmark(1e12, 1e9, 40), Newmark(1e-6, 0.0, 40), Newmark(1e6, 1e-9, 200_000), Newmark(1e3, 8, 4)]
 )
 def test_numbers_at_the_ends_of_their_ranges_have_a_verdict(method):
-    words = verdict(compare(SYSTEM, 2.76, method, periods=60, keep=8))
+    words = verdict(compare(ComparisonQuestion(SYSTEM, 2.76, method, periods=60, keep=8)))
     assert words.headline
     assert "nan" not in words.headline
 

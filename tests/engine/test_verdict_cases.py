@@ -7,6 +7,7 @@ from functools import cache
 import numpy as np
 import pytest
 from vibroscope.engine import (
+    ComparisonQuestion,
     Excitation,
     Kind,
     Newmark,
@@ -40,7 +41,7 @@ TOUCHING = System(kappa=0.9117, mu=0.2788, d1=0.0405, d2=0.0444, d3=None, restit
 @cache
 def judged(*setting):
     """The comparison and verdict of a setting, and runs of the same periods."""
-    found = compare(*setting)
+    found = compare(ComparisonQuestion(*setting))
     words = verdict(found)
     return found, words, Runs(Setting(*setting), found.runs.penalty.periods, found.runs.penalty.keep)
 
@@ -85,7 +86,7 @@ def test_a_long_transient_of_the_reference_is_not_compared(system, eta, method):
     assert found.difference.measure == "displacements"
     assert found.reference.impacts_per_period == pytest.approx(impacts, rel=0.02)
     assert found.motions.reference.period > 0
-    long = verdict(compare(system, eta, method, periods=20_000))
+    long = verdict(compare(ComparisonQuestion(system, eta, method, periods=20_000)))
     assert words.blame == long.blame
     assert words.change == pytest.approx(long.change, rel=0.1)
 
@@ -126,7 +127,7 @@ def test_energy_is_of_whole_cycles_whatever_the_step(eta, method):
 
 def test_two_chaotic_motions_are_of_one_kind():
     """The section of one came near to itself after some periods; both are chaotic."""
-    words = verdict(compare(PAPER, 3.77, Newmark(2000, 5.4, 900)).with_evidence())
+    words = verdict(compare(ComparisonQuestion(PAPER, 3.77, Newmark(2000, 5.4, 900))).with_evidence())
     assert "differ in kind" not in words.headline
     assert words.reference.type == words.penalty.type == Kind.CHAOTIC
 
@@ -159,7 +160,7 @@ def test_a_status_that_stops_a_run_is_not_said_to_leave_anything():
 def test_what_finishes_does_so_for_frequencies_nearby():
     """962 steps finished at η = 3.91 alone."""
     method = TimeStepping(27.7, 2.38, 481, status="end")
-    words = verdict(compare(TOUCHING, 3.91, method))
+    words = verdict(compare(ComparisonQuestion(TOUCHING, 3.91, method)))
     ways = re.search(r"each tried alone: (.*)\.$", words.headline).group(1).split(", or ")
     kinds = {"without-solution": "without_solution", "D": "damping", "law": "law", "status": "status"}
     for way in ways:

@@ -10,6 +10,7 @@ from vibroscope.engine import (
     HHT,
     Cancelled,
     CentralDifference,
+    ComparisonQuestion,
     Newmark,
     NewmarkBeta,
     System,
@@ -41,7 +42,7 @@ SHORT = {"periods": 300, "keep": 10}
     ids=repr,
 )
 def test_status_and_integrator_add_up_to_the_time_step_at_every_instant(method):
-    found = compare(SYSTEM, 1.08, method, **SHORT)
+    found = compare(ComparisonQuestion(SYSTEM, 1.08, method, **SHORT))
     parts = found.split_time_step()
     rest = parts.status + parts.integrator - found.parts.time_step
     assert np.abs(rest).max() < 1e-12
@@ -50,11 +51,11 @@ def test_status_and_integrator_add_up_to_the_time_step_at_every_instant(method):
 
 def test_each_part_of_the_time_step_responds_to_its_own_choice_alone():
     """A located step has no part of the status; the rest of Newmark's is of second order, the status is not."""
-    located = compare(SYSTEM, 1.08, Newmark(2500, 8, 500, located=True), **SHORT).split_time_step()
+    located = compare(ComparisonQuestion(SYSTEM, 1.08, Newmark(2500, 8, 500, located=True), **SHORT)).split_time_step()
     assert np.abs(located.status).max() == 0
 
     def sizes(n):
-        found = compare(SYSTEM, 1.08, TimeStepping(2500, 8, n), **SHORT)
+        found = compare(ComparisonQuestion(SYSTEM, 1.08, TimeStepping(2500, 8, n), **SHORT))
         parts = found.split_time_step()
         assert parts.in_step
         return [found.parts.relative(part) for part in (parts.status, parts.integrator)]
@@ -67,16 +68,18 @@ def test_each_part_of_the_time_step_responds_to_its_own_choice_alone():
 
 def test_the_integrators_part_is_the_rest_of_what_the_status_alone_changes():
     method = TimeStepping(2500, 8, 500, HHT(-0.3))
-    found = compare(SYSTEM, 1.08, method, **SHORT)
+    found = compare(ComparisonQuestion(SYSTEM, 1.08, method, **SHORT))
     parts = found.split_time_step()
     assert parts.located == TimeStepping(2500, 8, 500, HHT(-0.3), "located")
-    runs = [compare(SYSTEM, 1.08, each, **SHORT).parts.runs.penalty for each in (method, parts.located)]
+    runs = [
+        compare(ComparisonQuestion(SYSTEM, 1.08, each, **SHORT)).parts.runs.penalty for each in (method, parts.located)
+    ]
     np.testing.assert_allclose(parts.status, runs[0] - runs[1], atol=1e-12)
 
 
 @pytest.mark.parametrize("law", ["cut", "limited"])
 def test_the_split_of_another_law(law):
-    found = compare(SYSTEM, 1.08, TimeStepping(2500, 8, 500, law=law), **SHORT)
+    found = compare(ComparisonQuestion(SYSTEM, 1.08, TimeStepping(2500, 8, 500, law=law), **SHORT))
     parts = found.split_time_step()
     assert parts.located == TimeStepping(2500, 8, 500, status="located", law=law)
     np.testing.assert_allclose(parts.status + parts.integrator, found.parts.time_step, atol=1e-12)
@@ -85,7 +88,9 @@ def test_the_split_of_another_law(law):
 
 def test_the_same_method_under_both_names_has_the_same_parts_and_motion():
     """The contact steps are the same, so that both differ by rounding alone."""
-    newmark, stepping = (compare(SYSTEM, 1.08, kind(2500, 8, 500), **SHORT) for kind in (Newmark, TimeStepping))
+    newmark, stepping = (
+        compare(ComparisonQuestion(SYSTEM, 1.08, kind(2500, 8, 500), **SHORT)) for kind in (Newmark, TimeStepping)
+    )
     assert stepping.total == pytest.approx(newmark.total, rel=1e-6)
     found = [motion(SYSTEM, 1.08, each.runs.penalty.method) for each in (newmark, stepping)]
     assert [each.type for each in found] == ["periodic"] * 2
@@ -101,11 +106,11 @@ def test_scatter_by_the_status_is_an_artefact_of_the_step():
 @pytest.mark.parametrize("status", ["start", "end"])
 def test_the_contact_status_is_to_blame_and_what_is_advised_leaves_what_it_says(status):
     method = TimeStepping(12000, 18, 500, status=status, without_solution="keep")
-    compared = compare(SYSTEM, 2.76, method, periods=200)
+    compared = compare(ComparisonQuestion(SYSTEM, 2.76, method, periods=200))
     found = verdict(compared)
     assert f"The contact status at the {status} of the step is to blame" in found.headline
     assert (found.blame[0], found.change) == ("status", {"status": "located"})
-    advised = compare(SYSTEM, 2.76, with_located_steps(method), periods=200)
+    advised = compare(ComparisonQuestion(SYSTEM, 2.76, with_located_steps(method), periods=200))
     assert advised.total == pytest.approx(found.left, rel=0.05)
     assert advised.total < compared.total
 
@@ -113,7 +118,10 @@ def test_the_contact_status_is_to_blame_and_what_is_advised_leaves_what_it_says(
 def test_one_method_under_two_names_gets_one_verdict():
     """The paper's Newmark is a choice of status, integrator and law like any other."""
     options = {"periods": 600, "keep": 50}
-    found = [verdict(compare(SYSTEM, 2.76, kind(12000, 18, 2000), **options)) for kind in (Newmark, TimeStepping)]
+    found = [
+        verdict(compare(ComparisonQuestion(SYSTEM, 2.76, kind(12000, 18, 2000), **options)))
+        for kind in (Newmark, TimeStepping)
+    ]
     blamed = "The contact status at the start of the step is to blame: steps cut where contact changes would leave"
     assert all(blamed in each.headline for each in found)
     assert [each.blame for each in found] == [("status",), ("status",)]
@@ -123,20 +131,20 @@ def test_one_method_under_two_names_gets_one_verdict():
 
 def test_the_number_of_steps_that_is_named_leaves_what_is_said():
     for method in (Newmark(12000, 18, 500), TimeStepping(12000, 18, 500, CentralDifference())):
-        found = verdict(compare(SYSTEM, 2.76, method))
+        found = verdict(compare(ComparisonQuestion(SYSTEM, 2.76, method)))
         steps, said = re.search(r"([\d,]+) steps a period (?:leave )?([\d.]+) %", found.headline).groups()
-        advised = compare(SYSTEM, 2.76, replace(method, steps=int(steps.replace(",", "")))).total
+        advised = compare(ComparisonQuestion(SYSTEM, 2.76, replace(method, steps=int(steps.replace(",", ""))))).total
         assert 100 * advised == pytest.approx(float(said), rel=0.15)
         assert advised <= 1.3 * 0.04  # what no time step leaves
 
 
 def test_steps_that_are_not_enough_are_not_proposed():
-    compared = compare(SYSTEM, 2.76, Newmark(12000, 18, 500), **SHORT)
+    compared = compare(ComparisonQuestion(SYSTEM, 2.76, Newmark(12000, 18, 500), **SHORT))
     assert enough_steps(compared, Remaining(compared), compared.total / 1000) is None
 
 
 def test_the_search_and_more_steps_can_be_cancelled():
-    compared = compare(SYSTEM, 2.76, Newmark(12000, 18, 500), **SHORT)
+    compared = compare(ComparisonQuestion(SYSTEM, 2.76, Newmark(12000, 18, 500), **SHORT))
     remaining = Remaining(compared, lambda: True)
     for search in (lambda: enough_steps(compared, remaining, 0.03), lambda: search_alone(compared, remaining)):
         with pytest.raises(Cancelled):
@@ -144,7 +152,7 @@ def test_the_search_and_more_steps_can_be_cancelled():
 
 
 def test_runs_side_by_side_leave_what_single_ones_do_and_can_be_cancelled():
-    compared = compare(SYSTEM, 2.76, Newmark(12000, 18, 500), **SHORT)
+    compared = compare(ComparisonQuestion(SYSTEM, 2.76, Newmark(12000, 18, 500), **SHORT))
     methods = [replace(compared.runs.penalty.method, stiffness=k) for k in np.geomspace(1e3, 1e6, 500)]
     alone, ahead = Remaining(compared), Remaining(compared, threads=3)
     ahead.run_ahead(methods[::50])
@@ -155,12 +163,12 @@ def test_runs_side_by_side_leave_what_single_ones_do_and_can_be_cancelled():
 
 
 def test_a_located_step_has_a_verdict():
-    found = verdict(compare(SYSTEM, 2.76, TimeStepping(12000, 18, 50, status="located")))
+    found = verdict(compare(ComparisonQuestion(SYSTEM, 2.76, TimeStepping(12000, 18, 50, status="located"))))
     assert (found.blame, list(found.change)) == (("steps",), ["steps"])
 
 
 def test_a_law_without_the_dampers_jump_is_named_only_where_no_number_does_as_well():
-    compared = compare(SYSTEM, 2.76, Newmark(12000, 18, 500), **SHORT)
+    compared = compare(ComparisonQuestion(SYSTEM, 2.76, Newmark(12000, 18, 500), **SHORT))
     total, method = compared.difference.total, compared.runs.penalty.method
     law = Change("law", total / 10, total / 10, TimeStepping(12000, 18, 500, law="limited"))
     number = Change("D", total / 8, total / 8, replace(method, damping=17))
@@ -170,7 +178,7 @@ def test_a_law_without_the_dampers_jump_is_named_only_where_no_number_does_as_we
 
 
 def test_a_choice_is_blamed_only_if_it_does_nearly_as_much_as_no_time_step():
-    compared = compare(SYSTEM, 2.76, TimeStepping(12000, 18, 500), **SHORT)
+    compared = compare(ComparisonQuestion(SYSTEM, 2.76, TimeStepping(12000, 18, 500), **SHORT))
     method = TimeStepping(12000, 18, 500, status="end")
     steps = Change("steps", 0.03, 0.03, method.limit)
     for left, blamed in ((0.06, "steps"), (0.035, "status")):
@@ -188,7 +196,9 @@ def test_every_choice_is_changed_alone():
 
 
 def test_a_run_without_a_solution_says_when_why_and_what_finishes():
-    compared = compare(SYSTEM, 2.76, TimeStepping(12000, 18, 500, status="end"), periods=100, keep=10)
+    compared = compare(
+        ComparisonQuestion(SYSTEM, 2.76, TimeStepping(12000, 18, 500, status="end"), periods=100, keep=10)
+    )
     found = verdict(compared)
     assert (found.agree, found.blame) == ("unknown", ("law",))
     stopped = compared.runs.penalty

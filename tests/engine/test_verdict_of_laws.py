@@ -9,6 +9,7 @@ from vibroscope.engine import (
     CONTACT_LAWS,
     LAWS_BY_RESTITUTION,
     Comparison,
+    ComparisonQuestion,
     PlaneStudy,
     System,
     TimeStepping,
@@ -39,7 +40,7 @@ def stepping(law, damping, steps=1000, **more):
 def test_every_law_has_a_verdict_and_parts_that_add_up(law, damping, monkeypatch):
     """What the motions are is taken from the kept periods, since evidence for it takes seconds."""
     monkeypatch.setattr(Comparison, "decided", lambda self, _: self)
-    found = compare(SYSTEM, ETA, stepping(law, damping), **SHORT)
+    found = compare(ComparisonQuestion(SYSTEM, ETA, stepping(law, damping), **SHORT))
     words = verdict(found)
     text = " ".join((words.headline, *words.details))
     assert "nan" not in text
@@ -64,7 +65,7 @@ def test_the_equal_damping_of_a_law_gives_the_restitution(law):
 
 
 def test_where_the_damper_follows_from_e_there_is_no_D_to_change():
-    found = compare(SYSTEM, ETA, stepping("flores", None), **SHORT)
+    found = compare(ComparisonQuestion(SYSTEM, ETA, stepping("flores", None), **SHORT))
     assert np.isnan(equal_damping(SYSTEM, found.runs.penalty.method, 1.0))
     assert "D" not in verdict(found).alone.curves
 

@@ -65,7 +65,6 @@ _PLAIN = (" ", "")
 _DIRECTION = {"rest": "from rest", "own": "from an own start", "up": "upwards", "down": "downwards"}
 _ETA_LABEL = "excitation frequency η = Ω/ω₁"
 _SHOWN = ("shown_eta", "shown_value")  # columns of the hover with units; the others are those of the model
-_FADED = 0.3  # opacity of the cloud below branches
 _COLOURS = {"reference": BLUE, "penalty": VERMILLION}
 
 
@@ -277,7 +276,7 @@ class BifurcationView:
     def fade(self, faded: bool) -> None:
         """Draw the cloud paler, so that lines over it can be told from it."""
         for points in self._cloud_points:
-            points.glyph.fill_alpha = _FADED if faded else 1.0
+            points.glyph.fill_alpha = 0.3 if faded else 1.0
 
     def _on_tap_in_cloud(self, event: Tap) -> None:
         """Open the motion of a tap on a branch; any other tap sets the swept number."""

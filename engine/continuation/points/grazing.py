@@ -12,10 +12,8 @@ from ...drivers.orbit import CLOSING, IMPACT, PART, TOUCH, WHERE
 from ..margins import GRAZING, OPENS, Margin
 from ..orbit import Orbit, short_phase
 from ..plane import Place, Plane
+from ..tolerances import SAME_TOUCH, TOUCH_LENGTH
 from .problem import PointProblem
-
-SHORT = 1e-5  # excitation periods: a contact shorter than that is a touch
-BESIDE = 1e-4  # excitation periods: a minimum of the gap closer to a touch is the touch
 
 
 class Grazing(PointProblem):
@@ -35,7 +33,7 @@ class Grazing(PointProblem):
     def begun(cls, kind: str, plane: Plane, place: Place) -> Iterator[tuple[PointProblem, Orbit]]:
         """For each touch there may be, the closest first."""
         orbit = place.orbit
-        if not plane.rigid and len(orbit.kinds) > 1 and (lengths := np.diff(orbit.instants)).min() < SHORT:
+        if not plane.rigid and len(orbit.kinds) > 1 and (lengths := np.diff(orbit.instants)).min() < TOUCH_LENGTH:
             yield cls._of_touch(plane, *marked(orbit, int(np.argmin(lengths))))
         kinds = (GRAZING,) if plane.rigid else (GRAZING, OPENS)
         found = [each for each in plane.margins(place) if each.kind in kinds]
@@ -54,7 +52,7 @@ class Grazing(PointProblem):
         """That of the touch."""
         if not margin.inside:
             return margin.event == self.event
-        return abs(place.evaluation.facts[margin.event, WHERE] - place.orbit.instants[self.event]) < BESIDE
+        return abs(place.evaluation.facts[margin.event, WHERE] - place.orbit.instants[self.event]) < SAME_TOUCH
 
 
 def touched_at(plane: Plane, place: Place, margin: Margin) -> tuple[Orbit, int]:

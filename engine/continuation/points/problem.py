@@ -12,17 +12,14 @@ from typing import ClassVar
 import numpy as np
 
 from ...drivers.orbit import steps
+from ...motions.tolerances import LEAST_SIZE
 from ..margins import Margin
 from ..newton import Convergence, converges
 from ..orbit import Orbit
 from ..plane import Place, Plane
-from ..tracer import AT_BORDER
+from ..tolerances import AT_BORDER, CORRECTION_ROUNDING, LONG_POINT_CORRECTION, POINT_DIFFERENCE, SLOW
 
-DIFFERENCE = 1e-6  # scaled, of differences
 NEWTON = Convergence(12, far=0.2, converged=1e-11, stalled=1e-8)
-FAR = 0.1  # of a step: a correction as long as that leads to another curve, or the curve bends too much
-ROUNDING = 1e-9
-SLOW = 0.5  # ratio of two steps of Newton's method, above which the derivatives are renewed
 
 
 class PointProblem(abc.ABC):
@@ -47,7 +44,7 @@ class PointProblem(abc.ABC):
 
     def __init__(self, kind: str, plane: Plane, orbit: Orbit, event: int | None = None) -> None:
         self.kind, self.plane, self.event = kind, plane, event
-        size = max(np.abs(orbit.unknowns[:4]).max(), 1e-9)
+        size = max(np.abs(orbit.unknowns[:4]).max(), LEAST_SIZE)
         self.scales = np.concatenate([np.full(4, size), np.ones(len(orbit.kinds))])
 
     # -- what is special to a kind -------------------------------------------------------------------------------------
@@ -102,22 +99,24 @@ class PointProblem(abc.ABC):
 
     def gradient(self, value: Callable[[Place], float], place: Place) -> np.ndarray:
         """The derivative of a number in scaled X, (n + 2,), by differences."""
-        return np.array([self._difference(place, step, value) for step in DIFFERENCE * np.eye(len(self.scales) + 2)])
+        return np.array(
+            [self._difference(place, step, value) for step in POINT_DIFFERENCE * np.eye(len(self.scales) + 2)]
+        )
 
     def slope(self, k: int, place: Place, value: Callable[[Place], np.ndarray]) -> np.ndarray:
         """The derivative of an array in the share of one of both numbers."""
         step = np.zeros(len(self.scales) + 2)
-        step[len(self.scales) + k] = DIFFERENCE
+        step[len(self.scales) + k] = POINT_DIFFERENCE
         return self._difference(place, step, value)
 
     def jacobian_along(self, place: Place, v: np.ndarray) -> np.ndarray:
         """The derivative of ∂F/∂(y₀, θ), scaled, along a vector, (n, n)."""
         size = np.linalg.norm(v)
-        step = DIFFERENCE * np.append(v / size, [0.0, 0.0])
+        step = POINT_DIFFERENCE * np.append(v / size, [0.0, 0.0])
         return size * self._difference(place, step, lambda there: there.evaluation.jacobian * self.scales)
 
     def _difference(self, place: Place, step: np.ndarray, value: Callable):
-        """Derivative along a step in scaled X, for a step of the length DIFFERENCE; one-sided at the end of a range.
+        """Derivative along a step in scaled X, over a length of POINT_DIFFERENCE; one-sided at the end of a range.
 
         Raises
         ------
@@ -131,12 +130,12 @@ class PointProblem(abc.ABC):
             except ValueError:
                 continue
         if len(ends) == 2:
-            return (ends[0][1] - ends[1][1]) / (2 * DIFFERENCE)
+            return (ends[0][1] - ends[1][1]) / (2 * POINT_DIFFERENCE)
         if not ends:
             raise ValueError("a number is out of its range")
         way, near = ends[0]
         far = value(self.moved(place, 2 * way * step))
-        return way * (4 * near - far - 3 * value(place)) / (2 * DIFFERENCE)
+        return way * (4 * near - far - 3 * value(place)) / (2 * POINT_DIFFERENCE)
 
     def directed(self, place: Place, towards: np.ndarray) -> Place | None:
         """A place on the curve with its tangent, on the side of a vector; None where there is none."""
@@ -266,7 +265,7 @@ class PointProblem(abc.ABC):
             last = lambda there: here.tangent @ (there.scaled(scales) - target)  # noqa: E731
             found = self.solved(guess, here.tangent, last, here.matrix)
         far = np.inf if found is None else np.linalg.norm(found.scaled(scales) - target)
-        return found if far <= FAR * abs(s) + ROUNDING else None
+        return found if far <= LONG_POINT_CORRECTION * abs(s) + CORRECTION_ROUNDING else None
 
 
 def between(plane: Plane, here: Place, there: Place, part: float) -> Place | None:

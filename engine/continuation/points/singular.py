@@ -11,9 +11,8 @@ from ...drivers.orbit import PART, TOUCH
 from ..margins import DOUBLING, FOLD
 from ..orbit import Orbit
 from ..plane import Place
+from ..tolerances import BRIEF_CONTACT
 from .problem import PointProblem
-
-SHORT = 0.02  # excitation periods, of a contact of the penalty
 
 
 class Singular(PointProblem):
@@ -68,7 +67,7 @@ def short_pairs(orbit: Orbit) -> list[tuple[int, int]]:
     pairs = [(k, last) for k in range(len(kinds)) if (last := _end_of(kinds, k)) is not None]
     for first, last in sorted(pairs, key=lambda pair: instants[pair[1]] - instants[pair[0]]):
         events = {*range(first, last + 1)}
-        short = kinds[first] >= TOUCH and instants[last] - instants[first] < SHORT
+        short = kinds[first] >= TOUCH and instants[last] - instants[first] < BRIEF_CONTACT
         if short and not any(events & {*range(i, j + 1)} for i, j in found):
             found.append((first, last))
     return found

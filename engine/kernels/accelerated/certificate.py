@@ -23,9 +23,9 @@ FAR = 1e-3 * LIMIT  # beyond it no step is skipped
 # contact changes with its last step
 SKIP_ON, TAKE_STEP, CHANGE = range(3)
 CERTAIN = 2.0**-40  # a gap beyond this share of the displacements has a sign that rounding cannot change
-CHUNK = 32  # entries that are examined together
-_NONE = np.int32(CHUNK)
-FEW = CHUNK  # steps that are searched one by one: a level saves no time there
+GROUP = 32  # entries that are examined together
+_NONE = np.int32(GROUP)
+FEW = GROUP  # steps that are searched one by one: a level saves no time there
 
 
 class Skip(NamedTuple):
@@ -48,14 +48,14 @@ def signed_gap_at(t, pressed, level, z, j):
 
 @jit_inlined
 def entries_above(t, pressed, level, z, bound, begin):
-    """Entries of a level, up to the end of a chunk, before the first whose tabulated gap does not exceed the bound."""
-    m, end = t.signed_gaps[pressed, level], begin + CHUNK
+    """Entries of a level, up to the end of a group, before the first whose tabulated gap does not exceed the bound."""
+    m, end = t.signed_gaps[pressed, level], begin + GROUP
     z0, z1, z2, z3, z4, z5 = z
     m0, m1, m2 = m[0, begin:end], m[1, begin:end], m[2, begin:end]
     m3, m4, m5 = m[3, begin:end], m[4, begin:end], m[5, begin:end]
     first = _NONE
     # without a branch, and with indices of half the size: fewer vector instructions
-    for j in range(CHUNK):
+    for j in range(GROUP):
         signed_gap = m0[j] * z0 + m1[j] * z1 + m2[j] * z2 + m3[j] * z3 + m4[j] * z4 + m5[j] * z5
         first = min(first, _NONE if signed_gap > bound else np.int32(j))
     return begin + int(first)
@@ -86,9 +86,9 @@ def certified_entries(t, pressed, level, z):
         return 0
     bound += t.surfaces[pressed]
     entries = 0
-    for begin in range(0, ENTRIES, CHUNK):
+    for begin in range(0, ENTRIES, GROUP):
         entries = entries_above(t, pressed, level, z, bound, begin)
-        if entries < begin + CHUNK:
+        if entries < begin + GROUP:
             break
     return entries if entries * t.strides[pressed, level] > FEW else 0
 
@@ -100,9 +100,9 @@ def single_steps(t, pressed, z, signed_gap):
     A gap whose sign is not certain ends them as well, so that a graze within rounding is left to the plain step.
     """
     surface, count, uncertain = t.surfaces[pressed], ENTRIES, uncertainty(t, pressed, z)
-    for begin in range(0, ENTRIES, CHUNK):
+    for begin in range(0, ENTRIES, GROUP):
         count = entries_above(t, pressed, 0, z, uncertain + surface, begin)
-        if count < begin + CHUNK:
+        if count < begin + GROUP:
             break
     before = signed_gap_at(t, pressed, 0, z, count) if count > 0 else signed_gap
     if count == ENTRIES:

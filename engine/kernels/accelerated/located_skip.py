@@ -35,7 +35,7 @@ from ..time_stepping.contact_location import LocatedScheme, contact_force, side,
 from ..time_stepping.law_step import gain_of
 from ..time_stepping.linear_step import COLUMNS
 from ..time_stepping.located import (
-    ROUNDING,
+    PIECE_ROUNDING,
     LocatedState,
     advance,
     halvings_at,
@@ -145,7 +145,7 @@ def pieces_ahead(m, skips, s, kind):
     lasts = UNLIMITED
     if halvings > 0:
         lasts = int(
-            2.0 / (m.step_per_age * (1.0 + ROUNDING)) - s.since / piece
+            2.0 / (m.step_per_age * (1.0 + PIECE_ROUNDING)) - s.since / piece
         )  # until the longest piece is twice this
     mode = CONTACT + skips.pieces * halvings + kind if s.pressed else FREE
     return Pieces(mode, lasts, int(parts), int(done))

@@ -14,7 +14,7 @@ from ..compile.record import unpack_buffers
 from ..parameters import unpack_parameters
 from ..status import OK, WITHDRAWN
 from .course import NO_ORIGIN, integrate_to
-from .recurrence import CYCLE, TOLERANCE, close
+from .recurrence import CYCLE, RECURRENCE, close
 from .run import BatchCells, BatchPlan, WorkSpace, begin, set_up
 
 ALONE, OWN_LIMIT, BESIDE = range(3)  # parts of a difference: none; of a motion without a time step; of both motions
@@ -70,7 +70,7 @@ def has_returned(record, start, periods):
     """Whether the section is after so many periods where it was at the start."""
     flat, sizes, _ = record
     row = unpack_buffers(flat, sizes).section[periods - 1]
-    allowed = TOLERANCE * (abs(row[0]) + abs(row[1]) + abs(row[2]) + abs(row[3]))
+    allowed = RECURRENCE * (abs(row[0]) + abs(row[1]) + abs(row[2]) + abs(row[3]))
     same = close(row[0], start[0], allowed) and close(row[1], start[1], allowed)
     return same and close(row[2], start[2], allowed) and close(row[3], start[3], allowed)
 

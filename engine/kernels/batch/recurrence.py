@@ -2,13 +2,13 @@
 
 The solvers are deterministic: a state that recurs after CYCLE periods, with the excitation in the same phase, repeats
 what lay between for ever. So a cell is integrated in pieces of CYCLE periods. Once its state at the end of a piece is
-that of the two ends before, within TOLERANCE of its size, the next piece is recorded and stands for all that would
+that of the two ends before, within RECURRENCE of its size, the next piece is recorded and stands for all that would
 follow. The state is that of the last event, so the events must agree as well. CYCLE is divisible by the periods that
 matter; any other motion is integrated to its end.
 
-A difference within TOLERANCE does no harm: a periodic motion that is reached is stable, and the difference shrinks. On
-an unstable orbit, or in chaos, it would have to be smaller than TOLERANCE at three ends, which happens only to a motion
-that is on the cycle to rounding.
+A difference within RECURRENCE does no harm: a periodic motion that is reached is stable, and the difference shrinks. On
+an unstable orbit, or in chaos, it would have to be smaller than RECURRENCE at three ends, which happens only to a
+motion that is on the cycle to rounding.
 """
 
 from ..compile.options import jit_no_alloc
@@ -16,7 +16,7 @@ from ..event_driven.state import unpack_state as unpack_event_state
 from ..time_stepping.newmark import unpack_state as unpack_step_state
 
 CYCLE = 12
-TOLERANCE = 1e-13
+RECURRENCE = 1e-13
 
 
 @jit_no_alloc

@@ -3,8 +3,8 @@
 The extrapolated midpoint rule of Gragg, Bulirsch and Stoer (Hairer, Nørsett & Wanner, Solving Ordinary Differential
 Equations I (1993), section II.9): COLUMNS midpoint rules with 2, 4, 6, … parts of a step, extrapolated in the square of
 their parts to order 2·COLUMNS. Numbers are counted from the beginning of the step, so that rounding is a share of what
-a step changes. The step is chosen so that the last two columns agree within TOLERANCE, relative to the speeds: where
-the law has a kink, or where the force begins as a power δⁿ, steps become as short as that needs.
+a step changes. The step is chosen so that the last two columns agree within CONTACT_TOLERANCE, relative to the speeds:
+where the law has a kink, or where the force begins as a power δⁿ, steps become as short as that needs.
 
 A contact ends where the gap is zero again: there the last step is repeated with other sizes, by Newton's method within
 a bracket. The excursion of a gap that opens and closes within one step is sought at its largest.
@@ -28,7 +28,7 @@ from ..linear.tables import Phase, Scratch
 
 COLUMNS = 6
 ORDER = 2 * COLUMNS - 1  # of the column that is compared with the last
-TOLERANCE = 3e-14
+CONTACT_TOLERANCE = 3e-14
 TRIES = 60  # sizes of one step
 REPEATS = 60  # of the last step
 FALSE_POSITIONS = 10  # of these, after which the bracket is halved
@@ -151,7 +151,7 @@ def extrapolate(p, tau, gain, size):
         error += (abs(table[0, 0] - table[1, 0]) + abs(table[0, 2] - table[1, 2])) / size
     if not speed < math.inf:  # the formula of a side overflows far from it
         return math.inf
-    return error / (TOLERANCE * speed) if speed > 0.0 else 0.0
+    return error / (CONTACT_TOLERANCE * speed) if speed > 0.0 else 0.0
 
 
 @jit_inlined

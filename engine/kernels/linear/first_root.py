@@ -48,19 +48,19 @@ from .tables import (
 _N = TERMS - 1
 HALLEY_LIMIT = 12  # iterations; two are enough for most zeros
 NONE = -1.0
-CHUNK = 8
+CHECKED_AT_ONCE = 8
 SAFE = 1e-12  # coefficients above this share of a constant that was added to them have a sign beyond rounding
 
 
 @jit_inlined
 def first_at_most(values, level, start):
     """Index of the first value from ``start`` on that does not exceed the level; POINTS if there is none."""
-    for chunk in range(start & -CHUNK, POINTS, CHUNK):
+    for chunk in range(start & -CHECKED_AT_ONCE, POINTS, CHECKED_AT_ONCE):
         least = values[chunk]
-        for k in range(chunk + 1, chunk + CHUNK):
+        for k in range(chunk + 1, chunk + CHECKED_AT_ONCE):
             least = min(least, values[k])
         if not least > level:
-            for k in range(max(chunk, start), chunk + CHUNK):
+            for k in range(max(chunk, start), chunk + CHECKED_AT_ONCE):
                 if not values[k] > level:
                     return k
     return POINTS

@@ -28,11 +28,12 @@ from ..compile.packing import Layout
 from ..equations.contact_law import force
 from ..linear.cos_sin import cos_sin
 
-NEWTON = 3  # iterations for the zero of a cubic, which are cheap, and the step there is solved in any case
+CUBIC_NEWTON = 3  # iterations for the zero of a cubic, which are cheap, and the step there is solved in any case
 PRECISION = 1e-14  # of an instant of change, as a share of its step: the rounding of the gap allows little more
 ITERATIONS = 100  # two to four are needed, half of this with bisection alone
 AWAY = 1e-3  # of a bracket that begins at a zero of the gap, which rises there: so close to that, bisection is safer
-CONVERGED = 1e-15  # of a squared step: the last change of an instant times the next one, which is then not solved for
+# Of a squared step: the last change of an instant times the next one, which is then not solved for
+LOCATED_INSTANT = 1e-15
 
 
 class Side(NamedTuple):
@@ -59,8 +60,8 @@ class Stages(NamedTuple):
     numbers: tuple  # of each of two stages: c, d₀, d₁, e₀, e₁, β, f₀, f₁, γ, α_m, α_f
 
 
-NUMBERS = 11
-NO_STAGES = Stages(0, False, False, 0.0, 0.0, ((0.0,) * NUMBERS,) * 2)
+STAGE_NUMBERS = 11
+NO_STAGES = Stages(0, False, False, 0.0, 0.0, ((0.0,) * STAGE_NUMBERS,) * 2)
 
 
 class LocatedScheme(NamedTuple):
@@ -82,7 +83,7 @@ class LocatedScheme(NamedTuple):
     stages: Stages
 
 
-STAGES = Layout(Stages, numbers=(2, NUMBERS))
+STAGES = Layout(Stages, numbers=(2, STAGE_NUMBERS))
 SCHEME = Layout(LocatedScheme, separated=Layout(Side), pressed=Layout(Side), forcing=(2, 3), stages=STAGES)
 unpack_scheme = SCHEME.unpack
 
@@ -221,7 +222,7 @@ def cubic_of(value, rate, last, last_rate, length):
 def falling_root(value, rate, square, cube, length):
     """Where a cubic with these factors over t = τ/length falls to zero, or a time outside the step."""
     at = 1.0
-    for _ in range(NEWTON):
+    for _ in range(CUBIC_NEWTON):
         slope = rate + at * (2.0 * square + 3.0 * cube * at)
         if not slope < 0.0:
             return -length
@@ -273,7 +274,7 @@ def has_converged(passed, next_change, length):
     A parabola through the motions at the end of the step and at the last two instants then gives the motion at the
     next one (:func:`motion_between`): it is wrong by both changes times a sixth of a third derivative.
     """
-    return abs(passed * next_change) <= CONVERGED * (length * length) and abs(next_change) <= 0.5 * abs(passed)
+    return abs(passed * next_change) <= LOCATED_INSTANT * (length * length) and abs(next_change) <= 0.5 * abs(passed)
 
 
 @jit_inlined

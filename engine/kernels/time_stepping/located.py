@@ -56,8 +56,10 @@ from .contact_location import (
 from .newmark import LIMIT
 
 MOST_HALVINGS = 60  # of a step of the grid
-ROUNDING = 1e-6  # of a piece, and of its longest length: a contact from a step of the grid on has whole ratios, which …
-SLIGHT = 1e-15  # … rounding must not decide; where pieces are as short as the rounding of their instants, they grow
+# Of a piece, and of its longest length: a contact from a step of the grid on has whole ratios, which rounding must not
+# decide; where pieces are as short as the rounding of their instants, they grow.
+PIECE_ROUNDING = 1e-6
+OFFSET_ROUNDING = 1e-15  # relative, of the same
 SOLVES_PER_STEP = 10_000_000  # some tenths of a second within one step: contacts too short for this excitation period
 
 
@@ -166,7 +168,7 @@ def write_output(m, i, k, z, push, window, buffers):
 @jit_inlined
 def longest_piece(m, since):
     """The longest piece that Eq. (13) allows."""
-    return max(m.shortest_step, m.step_per_age * since) * (1.0 + ROUNDING)
+    return max(m.shortest_step, m.step_per_age * since) * (1.0 + PIECE_ROUNDING)
 
 
 @jit_inlined
@@ -183,7 +185,7 @@ def halvings_at(m, pressed, since):
 @jit_inlined
 def points_passed(piece, offset):
     """Points of a sub-grid from a step of the grid to the time ``offset`` after it."""
-    return math.floor(offset / piece * (1.0 + SLIGHT) + ROUNDING)
+    return math.floor(offset / piece * (1.0 + OFFSET_ROUNDING) + PIECE_ROUNDING)
 
 
 @jit_inlined

@@ -3,10 +3,11 @@
 import numpy as np
 import pytest
 from vibroscope.engine import ExactPenalty, Reference, System
-from vibroscope.engine.continuation.curve import DIFFERENCE, Curve
+from vibroscope.engine.continuation.curve import Curve
 from vibroscope.engine.continuation.family import Family
 from vibroscope.engine.continuation.parameter_range import ParameterRange
 from vibroscope.engine.continuation.seeds import OrbitFinder
+from vibroscope.engine.continuation.tolerances import SLOPE_DIFFERENCE
 from vibroscope.engine.drivers.orbit import Evaluation
 from vibroscope.engine.kernels.event_driven.orbit_steps import (
     GO_ON,
@@ -66,6 +67,6 @@ def test_an_orbit_is_found_in_one_call_as_step_by_step(method, eta, off):
 @pytest.mark.parametrize(("method", "eta"), CASES)
 def test_the_slope_is_the_difference_of_two_evaluations(method, eta):
     curve, orbit = orbit_at(method, eta)
-    h, here = DIFFERENCE * curve.width, curve.evaluate(orbit, eta).residual
+    h, here = SLOPE_DIFFERENCE * curve.width, curve.evaluate(orbit, eta).residual
     expected = (curve.evaluate(orbit, eta + h).residual - here) / h
     np.testing.assert_allclose(curve.slope(orbit, eta, here), expected, rtol=0, atol=1e-6 * np.abs(expected).max())

@@ -1,0 +1,73 @@
+"""Tolerances stand in one place a package, each with its unit and its reason; no name stands for two numbers."""
+
+import ast
+import io
+import re
+import tokenize
+from collections import defaultdict
+from pathlib import Path
+
+ENGINE = Path(__file__).parents[1] / "engine"
+BEHIND_THE_DOOR = {"kernels", "drivers"}  # tuples of numbers there are places in an array, or codes
+MODULES = {path: ast.parse(path.read_text(encoding="utf-8")) for path in sorted(ENGINE.rglob("*.py"))}
+TOLERANCES = [path for path in MODULES if path.stem == "tolerances"]
+
+
+def number(node):
+    """The number that an expression of literals is; None if it is none."""
+    if not isinstance(node, ast.Constant | ast.BinOp | ast.UnaryOp) or any(
+        isinstance(part, ast.Name | ast.Call | ast.Attribute) for part in ast.walk(node)
+    ):
+        return None
+    value = eval(compile(ast.Expression(node), "", "eval"), {"__builtins__": {}})
+    return value if isinstance(value, int | float) and not isinstance(value, bool) else None
+
+
+def constants(path):
+    """Name, number and line of each constant of a module that is a number, or one of a tuple of numbers."""
+    places = BEHIND_THE_DOOR.isdisjoint(path.relative_to(ENGINE).parts)
+    for node in MODULES[path].body:
+        if not isinstance(node, ast.Assign):
+            continue
+        (target,), value = node.targets, node.value
+        both_tuples = isinstance(target, ast.Tuple) and isinstance(value, ast.Tuple) and places
+        pairs = zip(target.elts, value.elts, strict=True) if both_tuples else [(target, value)]
+        for name, literal in pairs:
+            if isinstance(name, ast.Name) and (found := number(literal)) is not None:
+                yield name.id, found, node.lineno
+
+
+def test_no_name_stands_for_two_numbers():
+    found = defaultdict(lambda: defaultdict(list))
+    for path in MODULES:
+        for name, value, _ in constants(path):
+            found[name][value].append(str(path.relative_to(ENGINE)))
+    assert not {name: dict(values) for name, values in found.items() if len(values) > 1}
+
+
+def test_every_tolerance_is_used():
+    assert len(TOLERANCES) > 5
+    for path in TOLERANCES:
+        names = {node.targets[0].id for node in MODULES[path].body if isinstance(node, ast.Assign)}
+        own = {
+            node.id for node in ast.walk(MODULES[path]) if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Load)
+        }
+        used = {name for module in MODULES.values() for name in taken_from(module, path.parent.name)}
+        assert names <= used | own, names - used - own
+
+
+def taken_from(module, package):
+    """Names that a module takes from the tolerances of a package, its own or another one."""
+    for node in ast.walk(module):
+        if isinstance(node, ast.ImportFrom) and re.fullmatch(rf"({package}\.)?tolerances", node.module or ""):
+            yield from (alias.name for alias in node.names)
+
+
+def test_every_tolerance_has_its_reason():
+    for path in TOLERANCES:
+        tokens = tokenize.generate_tokens(io.StringIO(path.read_text(encoding="utf-8")).readline)
+        comments = [token for token in tokens if token.type == tokenize.COMMENT]
+        # beside a constant, or on a line of their own above it
+        told = {token.start[0] + (token.line.lstrip()[0] == "#") for token in comments}
+        bare = [node.lineno for node in MODULES[path].body[1:] if node.lineno not in told]
+        assert not bare, f"{path.relative_to(ENGINE)}: say unit and reason beside lines {bare}"
