@@ -7,6 +7,7 @@ from dataclasses import replace
 from ..divergence.contact import damping_of_law, equal_restitution_damping
 from ..divergence.error import Target
 from ..divergence.grid import PER_PERIOD
+from ..facts import ETA, Amount, Statement, equation, joined, stated
 from ..methods import Newmark, Reference, TimeStepping
 from ..motions.description import describe
 from ..motions.steady import KEEP, LONG, Steady, steady
@@ -19,14 +20,17 @@ from .question import SettingQuestion
 from .trials import MISSES, VERIFIED, Trial, Trials
 
 
-def aperiodic_reference_reason(found: Steady) -> str:
+def aperiodic_reference_reason(found: Steady) -> Statement:
     """Say that the reference does not repeat itself, so that no error exists at each instant."""
     if not found.response.ok:
-        return f"the reference itself ended as {found.response.status}: {found.response.message}"
-    return (
-        f"the reference's motion at eta = {found.response.eta:g} does not repeat itself ({found.message}), so two "
-        "solutions drift apart whatever K, D and the step are, and no error exists at each instant: set K, D and n by "
-        "a neighbouring eta with periodic motion, and compare statistics (motion type, impacts per period, section)"
+        return stated("the reference itself ended as {}: {}", str(found.response.status), found.response.message)
+    return stated(
+        "the reference's motion at {} does not repeat itself ({}), so two solutions drift apart whatever K, D and the "
+        "step are, and no error exists at each instant: set K, D and n by a neighbouring {} with periodic motion, and "
+        "compare statistics (motion type, impacts per period, section)",
+        equation("eta", found.response.eta),
+        found.message,
+        ETA,
     )
 
 
@@ -70,7 +74,7 @@ def unmet_tolerance_reason(
     joint_damping: float,
     question: SettingQuestion,
     cancelled: Callable[[], bool] | None = None,
-) -> str:
+) -> str | Statement:
     """Say what keeps the error above the tolerance, and what to do about it.
 
     Parameters
@@ -86,12 +90,16 @@ def unmet_tolerance_reason(
     tolerance = tolerances.displacement
     stiffness_max = limits.stiffness_max if limits.stiffness is None else limits.stiffness
     if not front:
-        none = f"no K up to {stiffness_max:g} gave a run that reached its end within {limits.steps_max} steps"
+        none = stated(
+            "no {} gave a run that reached its end within {} steps",
+            equation("K", stiffness_max, relation=" up to "),
+            str(limits.steps_max),
+        )
         if trials.scheme.counts_solutions and trials.scheme.without_solution == "stop":
             return (
-                f"{none}: with contact at the end, a step has no solution sooner or later; keep its status or halve it"
+                none + ": with contact at the end, a step has no solution sooner or later; keep its status or halve it"
             )
-        return f"{none}: allow more steps"
+        return none + ": allow more steps"
     system, least = target.reference.system, front[-1]
     error = percent(least.robust, beside=tolerance)
     found = f"the least error found is {error}, with {least.setting.steps} steps per period"
@@ -115,16 +123,19 @@ def unmet_tolerance_reason(
         advice = "allow more steps" + ("" if trials.located else ", or cut them where contact changes")
         return f"the time step is to blame: without one, K and D would meet the tolerance; {found}: {advice}"
     held = [
-        f"{name} = {value:g}" for name, value in (("K", limits.stiffness), ("D", limits.damping)) if value is not None
+        equation(name, value) for name, value in (("K", limits.stiffness), ("D", limits.damping)) if value is not None
     ]
     if held:
-        return (
-            f"{' and '.join(held)}, which is held, is to blame: the error stays too large even without a time step; "
-            f"{found}: let the search choose"
+        return stated(
+            "{}, which is held, is to blame: the error stays too large even without a time step; {}: let the search "
+            "choose",
+            joined(" and ", held),
+            found,
         )
-    return (
-        f"K is to blame: up to {stiffness_max:g} the contact stays too soft, even without a time step; {found}: "
-        "allow a larger K"
+    return stated(
+        "K is to blame: up to {} the contact stays too soft, even without a time step; {}: allow a larger K",
+        Amount(stiffness_max, "contact_stiffness", 6),
+        found,
     )
 
 
