@@ -15,14 +15,8 @@ from typing import NamedTuple
 from .units import Units, time_text, written
 from .wording import NOT_KNOWN, rounded_to
 
-_IN_UNITS = {
-    "D": "2D",
-    "eta": "f",
-    "η": "f",
-    "ξ₁": "x₁",
-    "ξ₂": "x₂",
-    "Δτ": "Δt",
-}  # symbols of what is shown with a dimension
+# Symbols that are others where numbers have a dimension.
+_IN_UNITS = {"D": "2D", "eta": "f", "η": "f", "ξ₁": "x₁", "ξ₂": "x₂", "Δτ": "Δt"}
 _QUANTITIES = {"K": "contact_stiffness", "D": "contact_damping", "eta": "frequency", "η": "frequency"}
 _DIGITS = {"displacement": 3}  # with units: of a blur, which has two without them; of others four
 _STATEMENT = "statement"
