@@ -138,6 +138,28 @@ class Statement(str):
         """The parts that are no words."""
         return tuple(part for part in self.parts if not isinstance(part, str))
 
+    @property
+    def head(self) -> "Statement":
+        """What stands for it where there is little room: all of it, but of a :class:`Reason`."""
+        return self
+
+
+class Reason(Statement):
+    """A statement with a head that says the essential, and the rest behind it."""
+
+    def __new__(cls, head="", rest=""):  # noqa: D102 - said by the class
+        found = super().__new__(cls, head, rest)
+        found._head, found._rest = Statement(head), rest
+        return found
+
+    def __getnewargs__(self):
+        return self._head, self._rest
+
+    @property
+    def head(self) -> Statement:
+        """The essential."""
+        return self._head
+
 
 class Ending(Statement):
     """Why a run ended early, as "what: cause; advice", or "what: cause; advice: limit".
@@ -170,7 +192,15 @@ class Ending(Statement):
 
 
 def parts_of(text: "str | Statement | Fact") -> tuple:
-    """The parts of a statement; of text or a fact itself."""
+    """The parts of a statement; of text or a fact itself.
+
+    Raises
+    ------
+    TypeError
+        If it is none of them, as a number is that nobody has written.
+    """
+    if not isinstance(text, str | Fact):
+        raise TypeError(f"a statement has no part {text!r}: give text, or a fact")
     return text.parts if isinstance(text, Statement) else (text,)
 
 

@@ -395,11 +395,11 @@ def _curve_text(curve: list[Recommendation]) -> str:
     lines = ["    eta         K         D   steps  solves     error    robust  met"]
     for found in curve:
         if found.best is None:
-            lines.append(f"{found.eta:7.4f}  {found.reason.split(' (')[0]}")
+            lines.append(f"{found.eta:7.4f}  {found.reason.head}")
             continue
         (k, d, n), best = found.best.setting, found.best
         error, robust = _beside(found, best.error), _beside(found, best.robust)
-        met = ("yes, of another kind" if found.kind else "yes") if found.met else f"no: {found.reason.split(':')[0]}"
+        met = ("yes, of another kind" if found.kind else "yes") if found.met else f"no: {found.reason.head}"
         cells = [f"{found.eta:7.4f} {written(k, 6):>9} {written(d, 6):>9} {n:7d} {best.cost:7.0f}"]
         lines.append(" ".join([*cells, f"{error:>9s} {robust:>9s}  {met}"]))
     return "\n".join(lines)

@@ -33,6 +33,7 @@ from vibroscope.engine.facts import (
     Choice,
     Dimensionless,
     Ending,
+    Reason,
     Symbol,
     as_json,
     equation,
@@ -158,6 +159,19 @@ def test_an_ending_is_said_in_full_and_in_brief():
     assert known.facts == advice.facts
     for found in (pickle.loads(pickle.dumps(known)), copy.deepcopy(known)):
         assert (found, found.parts, found.brief) == (known, known.parts, known.brief)
+
+
+def test_a_reason_has_a_head_for_where_there_is_little_room():
+    found = Reason("K is to blame", stated(": up to {}", Amount(1e4, "contact_stiffness")))
+    assert (found, found.head) == ("K is to blame: up to 10000", "K is to blame")
+    assert Statement("all of it").head == "all of it"
+    for each in (pickle.loads(pickle.dumps(found)), copy.deepcopy(found)):
+        assert (each, each.parts, each.head) == (found, found.parts, found.head)
+
+
+def test_a_number_that_nobody_has_written_is_no_part():
+    with pytest.raises(TypeError, match="no part 5"):
+        stated("{} steps", 5)
 
 
 # --- of results -------------------------------------------------------------------------------------------------------
