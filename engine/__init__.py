@@ -93,6 +93,7 @@ _LATER = {
     "recommendation.range_trials": ("steps_at",),
     "recommendation.recommend": ("design_curve", "recommend", "recommend_schemes"),
     "recommendation.recommendation": ("Recommendation", "Served"),
+    "facts": ("Statement", "print_statement"),
     "laws": (
         "stiffness_of_duration",
         "stiffness_of_step",

@@ -150,7 +150,7 @@ class Response:
     system, eta, method, periods, keep
         What was asked.
     status : Status
-    message : str
+    message : str or Ending
         Why the run ended early and what to change; empty when it did not.
     section : (keep, 4) ndarray
         Poincaré section τ ≡ 0 mod T: ξ₁, ξ₁′, ξ₂, ξ₂′ at the end of each kept period, oldest first; only the periods
@@ -207,7 +207,7 @@ class Response:
     @property
     def ending(self) -> str:
         """How a run ended that did not reach its end, and why."""
-        return f"the run ended as {self.status}: {self.message}"
+        return f"the run ended as {self.status}: " + self.message  # which may be a statement
 
     @property
     def period(self) -> float:

@@ -24,6 +24,7 @@ m = n of Eq. (18), where 2D = hK; (n − 1)/2 of Eqs. (19) and (20); 0 of all ot
 import math
 import re
 from dataclasses import dataclass, replace
+from decimal import Decimal
 from typing import NamedTuple, TypeVar
 
 import numpy as np
@@ -37,6 +38,7 @@ from .result import Impacts, Trajectory
 Numbers = TypeVar("Numbers", float, np.ndarray)
 
 _PLAIN = (1e-4, 1e7)  # numbers that are written without a power of ten
+_TIMES = ((1e-6, "µs"), (1e-3, "ms"), (1.0, "s"))
 OMEGA1_RANGE = (1e-6, 1e9)  # 1/s
 M1_RANGE = (1e-15, 1e12)  # kg
 BASE_AMPLITUDE_RANGE = (1e-9, 1e6)  # mm
@@ -267,5 +269,12 @@ def written(value: float, digits: int = 4) -> str:
     text = f"{value:.{digits}g}"
     size = abs(float(text))
     if size == 0 or _PLAIN[0] <= size < _PLAIN[1]:
-        return f"{float(text):.{digits + 4}f}".rstrip("0").rstrip(".")
+        plain = format(Decimal(text), "f")
+        return plain.rstrip("0").rstrip(".") if "." in plain else plain
     return re.sub(r"e\+?(-?)0*", r"e\1", text)
+
+
+def time_text(seconds: float) -> str:
+    """A time in the unit that suits it, as in "25 µs"."""
+    size, unit = next(((size, unit) for size, unit in _TIMES if abs(seconds) < 1e3 * size), _TIMES[-1])
+    return f"{written(seconds / size)} {unit}"

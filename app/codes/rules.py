@@ -58,6 +58,7 @@ from vibroscope.engine.checks import require
 from vibroscope.engine.divergence.contact import contact_frequency, damping_for, equal_restitution_damping
 from vibroscope.engine.divergence.remaining import Remaining
 from vibroscope.engine.divergence.tolerances import CLOSE_CURVE
+from vibroscope.engine.facts import Choice, Statement, message_of, sentence, stated
 from vibroscope.engine.model import check_eta
 
 Stepping = Newmark | TimeStepping
@@ -213,7 +214,11 @@ class Rule:
         """
         law = asked.method.law
         if asked.method.spring_exponent != 1.0 and self.kind not in ANY_LAW:
-            raise ValueError(f"the rule is about a linear contact spring, which the law {law} does not have")
+            raise ValueError(
+                stated(
+                    "the rule is about a linear contact spring, which the law {} does not have", Choice("law", (law,))
+                )
+            )
         numbers = _KINDS[self.kind][1](asked, self.number)
         if "steps" in numbers:
             numbers["steps"] = max(4, numbers["steps"])
@@ -243,30 +248,36 @@ class RuleOutcome:
     rule : Rule
     method : Newmark, TimeStepping or None
         With the numbers of the rule; None where it gives none.
-    motion : str
+    motion : str or Statement
         What the motion then is; empty where there is none.
     total, part : float
         The difference from the reference, and the part of it that the rule's numbers cause; nan where not known.
     holds : bool or None
         Whether ``part`` is small; None where it is not known.
-    why : str
+    why : str or Statement
         A sentence with the number behind ``holds``, or why there is none.
     without_solution : int
         Steps without a solution.
     motions : dict of str to Motion
         Of the ``reference`` and the ``penalty`` solution, with the evidence that decides what they are; empty where
         they were not compared.
+    brief : str or Statement
+        ``why`` where there is little room; of a run that ended early without what to change.
     """
 
     rule: Rule
     method: Stepping | None
-    motion: str
+    motion: str | Statement
     total: float
     part: float
     holds: bool | None
-    why: str
+    why: str | Statement
     without_solution: int = 0
     motions: Mapping[str, Motion] = field(default_factory=dict)
+    brief: str | Statement = ""
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "brief", self.brief or self.why)
 
     def as_dict(self) -> dict[str, object]:
         """Plain values for JSON; None for what is not known."""
@@ -314,7 +325,7 @@ def judge(
     try:
         method = rule.method(asked)
     except ValueError as error:
-        return RuleOutcome(rule, None, "", math.nan, math.nan, None, f"{error}.")
+        return RuleOutcome(rule, None, "", math.nan, math.nan, None, message_of(error) + ".")
     if not asked.system.excitation.drives:
         options = {"periods": FREE_PERIODS, "keep": FREE_PERIODS} | options
     if rule.kind == EXPLICIT:
@@ -330,19 +341,28 @@ def judge(
         )
     except ValueError as error:  # what cannot be compared can still be run
         run = next((each for each in known if each.method == method), None)
-        run = run or simulate(asked.system, asked.eta, method, **options, cancelled=cancelled)
-        words = repetition(motion(run)) if run.ok else _sentence(run.message)
+        run = run or simulate(asked.system, asked.eta, method, **options)
+        words = repetition(motion(run)) if run.ok else sentence(run.message)
         count = getattr(run, "steps_without_solution", 0)
-        return RuleOutcome(rule, method, words, math.nan, math.nan, None if run.ok else False, f"{error}.", count)
+        return RuleOutcome(
+            rule, method, words, math.nan, math.nan, None if run.ok else False, message_of(error) + ".", count
+        )
     return _of_comparison(rule, method, found, cancelled)
 
 
 def _judge_stability(rule: Rule, asked: RuleQuestion, method: TimeStepping, options: dict) -> RuleOutcome:
     """Whether a run with central differences stays bounded; nothing is said of how exact it is."""
     run = simulate(asked.system, asked.eta, method, **options)
-    why = f"With central differences the run stays bounded over {run.periods:,} periods." if run.ok else run.message
-    words = "stays bounded" if run.ok else ENDED
-    return RuleOutcome(rule, method, words, math.nan, math.nan, run.ok, _sentence(why))
+    if not run.ok:
+        return _ended(rule, method, run, False)
+    why = f"With central differences the run stays bounded over {run.periods:,} periods."
+    return RuleOutcome(rule, method, "stays bounded", math.nan, math.nan, True, why)
+
+
+def _ended(rule: Rule, method: Stepping, run: Response, holds: bool | None, count: int = 0) -> RuleOutcome:
+    """The outcome where a run ended early."""
+    why, brief = sentence(run.message), sentence(run.message.brief)
+    return RuleOutcome(rule, method, ENDED, math.nan, math.nan, holds, why, count, brief=brief)
 
 
 def _of_comparison(
@@ -354,7 +374,7 @@ def _of_comparison(
         ended = penalty if not penalty.ok else found.runs.reference
         by_step = penalty.status is Status.DIVERGED and rule.gives and "steps" not in rule.gives
         known = False if ended is penalty and not by_step else None  # a step that is too long tests no K and no D
-        return RuleOutcome(rule, method, ENDED, math.nan, math.nan, known, _sentence(ended.message), count)
+        return _ended(rule, method, ended, known, count)
     found = found.decided(cancelled)
     motions = {"reference": found.reference, "penalty": found.penalty}
     words = repetition(found.penalty)
@@ -372,8 +392,8 @@ def _of_comparison(
         why = f"the solutions differ by {percent(difference.total)}"
     holds = (part if math.isfinite(part) else difference.total) <= CLOSE_CURVE
     if not math.isfinite(part) and (kinds := difference_in_kind(found.reference, found.penalty)):
-        holds, why = False, f"{kinds}; {why}"
-    return RuleOutcome(rule, method, words, difference.total, part, holds, _sentence(why), count, motions)
+        holds, why = False, stated("{}; {}", kinds, why)
+    return RuleOutcome(rule, method, words, difference.total, part, holds, sentence(why), count, motions)
 
 
 def _part_by_limit(found: Comparison, name: str, cancelled: Callable[[], bool] | None) -> tuple[float, str]:
@@ -396,8 +416,3 @@ def _nothing_to_test(found: Comparison, part: str) -> str:
         return f"{fact} The reference does not move, so that no relative difference exists.".strip()
     apart = found.penalty.contact_share == found.reference.contact_share == 0.0
     return fact if apart and part == "regularisation" else ""
-
-
-def _sentence(text: object) -> str:
-    text = str(text).strip()
-    return text[:1].upper() + text[1:] + ("" if text.endswith(".") else ".")

@@ -4,7 +4,7 @@ import argparse
 import json
 import math
 from collections.abc import Iterable
-from dataclasses import fields, replace
+from dataclasses import fields
 from textwrap import wrap
 
 from vibroscope.app.commands.alone_table import alone_lines
@@ -35,7 +35,6 @@ from vibroscope.app.commands.physical_units import (
 )
 from vibroscope.app.explorer.force import plain_motion
 from vibroscope.app.explorer.method_words import full_words
-from vibroscope.app.explorer.words_in_units import in_units
 from vibroscope.engine import (
     FREE_PERIODS,
     PARTS,
@@ -51,6 +50,7 @@ from vibroscope.engine import (
     compare,
     finite_or_none,
     percent,
+    print_statement,
     repetition,
     verdict,
 )
@@ -132,9 +132,10 @@ def run(options: argparse.Namespace) -> None:
         print(
             as_text(
                 comparison,
-                judgement if units is None else _in_units(judgement, units.of_contact(comparison.runs.penalty.method)),
+                judgement,
                 split,
                 of_step,
+                units,
             )
         )
         if options.alone:
@@ -271,21 +272,27 @@ def _physical_json(comparison: Comparison, units: Units) -> dict:
 
 
 def as_text(
-    comparison: Comparison, judgement: Verdict, split: Regularisation | None, of_step: TimeStepParts | None = None
+    comparison: Comparison,
+    judgement: Verdict,
+    split: Regularisation | None,
+    of_step: TimeStepParts | None = None,
+    units: Units | None = None,
 ) -> str:
     """The comparison as text: the verdict, the parts of the difference, both motions, and the evidence."""
     penalty, reference = comparison.runs.penalty, comparison.runs.reference
-    details = (line for text in judgement.details for line in wrap(text, 100, subsequent_indent="  "))
+    units = units and units.of_contact(penalty.method)
+    details = (print_statement(text, units) for text in judgement.details)
+    rows = [*part_rows(comparison, split, of_step), *_motion_rows(comparison, units)]
     return "\n".join(
         [
             full_words(penalty.method),
             f"eta = {penalty.eta:g}, against the {full_words(reference.method, wall=reference.system.wall)}",
             "",
-            *wrap(judgement.headline, 100),
+            *wrap(print_statement(judgement.headline, units), 100),
             "",
-            *columns([*part_rows(comparison, split, of_step), *_motion_rows(comparison)]),
+            *columns(rows),
             "",
-            *details,
+            *(line for text in details for line in wrap(text, 100, subsequent_indent="  ")),
         ]
     )
 
@@ -318,24 +325,19 @@ def part_rows(
     return rows
 
 
-def _motion_rows(comparison: Comparison) -> list[tuple[str, str]]:
+def _motion_rows(comparison: Comparison, units: Units | None) -> list[tuple[str, str]]:
     """Both motions, which a free vibration does not repeat."""
     motions = {"reference": comparison.reference, "penalty": comparison.penalty}
-    texts = {name: "free vibration" if comparison.is_free else _motion_text(each) for name, each in motions.items()}
+    free = comparison.is_free
+    texts = {name: "free vibration" if free else _motion_text(each, units) for name, each in motions.items()}
     if comparison.runs.penalty.status is Status.WITHOUT_SOLUTION:
         texts["penalty"] = "not known: stopped at a step without a solution"
     return list(texts.items())
 
 
-def _motion_text(motion: Motion) -> str:
+def _motion_text(motion: Motion, units: Units | None) -> str:
     rate = f"; Lyapunov exponent {motion.lyapunov:+.3g} a period" if math.isfinite(motion.lyapunov) else ""
-    return f"{repetition(motion)}{rate}"
-
-
-def _in_units(judgement: Verdict, units: Units) -> Verdict:
-    """The verdict with the numbers of its sentences in units."""
-    details = tuple(in_units(text, units) for text in judgement.details)
-    return replace(judgement, headline=in_units(judgement.headline, units), details=details)
+    return f"{print_statement(repetition(motion), units)}{rate}"
 
 
 def _physical_lines(comparison: Comparison, units: Units) -> list[str]:

@@ -18,6 +18,7 @@ from vibroscope.engine import (
     finite_or_none,
     fit,
     measured_verdict,
+    print_statement,
     read_measurement,
 )
 
@@ -152,15 +153,15 @@ def _fit_json(fitted: Fit) -> dict:
 def as_text(comparison: MeasuredComparison, fitted: Fit | None = None, scale: Units | None = None) -> str:
     """The comparison as text, times and lengths in these units."""
     # here, so that a comparison without a measurement need not wait for it
-    from vibroscope.app.explorer.measured import comparison_rows, fit_remarks, fit_rows, headline, measured_words
+    from vibroscope.app.explorer.measured import comparison_rows, fit_rows, headline
 
     lines = [
-        headline(comparison, scale),
+        print_statement(headline(comparison), scale),
         *(_columns(row) for row in (fit_rows(fitted, scale) if fitted else ())),
-        *(f"note: {remark}" for remark in (fit_remarks(fitted, scale) if fitted else ())),
+        *(f"note: {print_statement(remark, scale)}" for remark in (fitted.remarks if fitted else ())),
         *(_columns(row) for row in comparison_rows(comparison, scale)),
     ]
-    return "\n".join([*lines, measured_words(comparison, scale)])
+    return "\n".join([*lines, print_statement(measured_verdict(comparison), scale)])
 
 
 def _columns(cells: list[str]) -> str:

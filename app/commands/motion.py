@@ -23,7 +23,17 @@ from vibroscope.app.commands.physical_units import (
     wanted_units,
 )
 from vibroscope.app.explorer.force import has_peak_force, plain_motion
-from vibroscope.engine import Attractor, Motion, attractors, counted, motion, repetition, touching
+from vibroscope.engine import (
+    Attractor,
+    Motion,
+    Units,
+    attractors,
+    counted,
+    motion,
+    print_statement,
+    repetition,
+    touching,
+)
 
 _INDENT = 18 * " "
 _MOST_IMPACTS = 12  # that are listed
@@ -38,7 +48,7 @@ def add(commands) -> None:
         help="name the motion: periodic, quasi-periodic or chaotic, with the evidence",
         description="Find what a run from rest (or --initial) settles to: its period with Floquet multipliers and the "
         "bifurcation it is near, or its largest Lyapunov exponent. A Newmark band that shrinks with the time step is "
-        "called an artefact. All numbers are non-dimensional.",
+        "called an artefact. Without --units all numbers are non-dimensional.",
         epilog="A motion whose kind is not certain is undecided, and a run that blows up is diverged; the exit "
         "status is 2 only for bad input.",
     )
@@ -72,14 +82,14 @@ def run(options: argparse.Namespace) -> None:
             }
         print(json.dumps(report, allow_nan=False))
     else:
-        lines = [f"{problem[2]}, eta = {options.eta:g}", *_motion_lines(found)]
+        lines = [f"{problem[2]}, eta = {options.eta:g}", *_motion_lines(found, units)]
         if units:
             physical = settings_text(units, *problem[1:]), motion_text(units, options.eta, found, problem[2])
             if _has_impact_list(found):
                 speeds = _speeds_text(units.physical("velocity", found.closing_speeds))
                 physical += (f"closing speeds {speeds} {units.unit('velocity')}",)
             lines += [f"physical          {line}" for line in physical if line]
-        print("\n".join([*lines, *map(_attractor_line, others)]))
+        print("\n".join([*lines, *(_attractor_line(each, units) for each in others)]))
 
 
 def _find_attractors(options: argparse.Namespace, problem: tuple) -> tuple[Attractor, ...]:
@@ -94,10 +104,10 @@ def _find_attractors(options: argparse.Namespace, problem: tuple) -> tuple[Attra
     return attractors(*problem, **search, progress=progress)
 
 
-def _motion_lines(found: Motion) -> list[str]:
+def _motion_lines(found: Motion, units: Units | None) -> list[str]:
     """A motion as text."""
-    lines = [f"motion            {_name(found)}"]
-    lines += wrap(found.reason, 100, initial_indent=_INDENT, subsequent_indent=_INDENT)
+    lines = [f"motion            {_name(found, units)}"]
+    lines += wrap(print_statement(found.reason, units), 100, initial_indent=_INDENT, subsequent_indent=_INDENT)
     if not found.impacts_per_period >= 0:  # not known: the run ended early
         return lines
     if fact := touching(found):
@@ -130,18 +140,17 @@ def _speeds_text(speeds: Sequence[float]) -> str:
     return ", ".join(f"{speed:.3g}" for speed in speeds[:_MOST_IMPACTS])
 
 
-def _attractor_line(found: Attractor) -> str:
+def _attractor_line(found: Attractor, units: Units | None) -> str:
     start = ",".join(f"{value:.10g}" for value in found.start)  # as --initial takes it
     impacts = _number(found.motion.impacts_per_period)
-    return (
-        f"{100 * found.share:5.1f} % of starts  {_name(found.motion)}, {impacts} impacts per period; first from {start}"
-    )
+    name = _name(found.motion, units)
+    return f"{100 * found.share:5.1f} % of starts  {name}, {impacts} impacts per period; first from {start}"
 
 
-def _name(found: Motion) -> str:
+def _name(found: Motion, units: Units | None) -> str:
     """The kind of the motion, and how it repeats itself where it does."""
     repeats = found.near_period or found.own_period == found.own_period
-    return f"{found.type}: {repetition(found)}" if repeats else str(found.type)
+    return f"{found.type}: {print_statement(repetition(found), units)}" if repeats else str(found.type)
 
 
 def _rate_text(per_period: float, share: float) -> str:

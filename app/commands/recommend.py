@@ -28,6 +28,7 @@ from vibroscope.engine import (
     Recommendation,
     Served,
     SettingQuestion,
+    Statement,
     TimeStepping,
     Tolerances,
     Units,
@@ -35,6 +36,7 @@ from vibroscope.engine import (
     end_text,
     finite_or_none,
     percent,
+    print_statement,
     recommend,
     with_located_steps,
     written,
@@ -278,7 +280,7 @@ def _front_row(trial) -> list[float]:
 
 def as_text(found: Recommendation, units: Units | None = None) -> str:
     """A recommendation as text: the setting, its error and cost, and the front."""
-    lines = _asked_lines(found, f"eta = {found.eta:g}")
+    lines = _asked_lines(found, f"eta = {found.eta:g}", units)
     if found.best is None:
         return "\n".join(lines)
     lines += [
@@ -291,7 +293,7 @@ def as_text(found: Recommendation, units: Units | None = None) -> str:
     if found.question.located or found.scheme.stages > 1:
         lines.append(f"cost              {found.solves:.1f} solves per period")
     if found.kind:
-        lines.append(f"mind              another kind of motion: {found.kind}")
+        lines.append(f"mind              another kind of motion: {_printed(found.kind, found, units)}")
     if found.compensated:
         part = percent(found.joint_damping)
         lines.append(
@@ -306,7 +308,7 @@ def _contact_lines(found: Recommendation, units: Units | None) -> list[str]:
     """The ranges, the contacts, and what was verified."""
     force = written if units is None else lambda value: units.text("force", value)
     rows = {
-        "range": range_words(found),
+        "range": _printed(range_words(found), found, units),
         "contacts": contact_words(found),
         "peak force": force_words(found, force),
         "verified for": verified_words(found),
@@ -314,11 +316,16 @@ def _contact_lines(found: Recommendation, units: Units | None) -> list[str]:
     return [f"{name:18s}{text}" for name, text in rows.items() if text]
 
 
-def _asked_lines(found: Recommendation, where: str) -> list[str]:
+def _printed(text: str | Statement, found: Recommendation, units: Units | None) -> str:
+    """A statement in units of the contact law that was searched over."""
+    return print_statement(text, units and units.of_contact(found.scheme))
+
+
+def _asked_lines(found: Recommendation, where: str, units: Units | None) -> list[str]:
     """What was asked, which codes it is for, and why nothing meets the tolerance."""
     lines = [f"{where}, {_kind_of_steps(found)}, tolerance {percent(found.tolerance)}"]
     lines.append(f"for               {for_codes(found.scheme)}")
-    return lines if found.met else [*lines, f"not met           {found.reason}"]
+    return lines if found.met else [*lines, f"not met           {_printed(found.reason, found, units)}"]
 
 
 def _setting_text(found: Recommendation) -> str:
@@ -338,7 +345,7 @@ def _kind_of_steps(found: Recommendation) -> str:
 
 def range_text(found: Recommendation, units: Units | None = None) -> str:
     """One setting for a range as text: the setting, what it does at each eta, what limits it, and the front."""
-    lines = _asked_lines(found, "one setting for a range of eta")
+    lines = _asked_lines(found, "one setting for a range of eta", units)
     if found.left_out:
         etas = ", ".join(f"{eta:.4g}" for eta in found.left_out)
         lines.append(f"left out          eta = {etas}: the reference does not repeat itself, or nothing touches there")
@@ -347,11 +354,11 @@ def range_text(found: Recommendation, units: Units | None = None) -> str:
     steps = f"{found.best.setting.steps} steps per period at eta = {found.eta:g}"
     lines += [
         f"{_setting_text(found)}, time step {written(found.time_step)} ({steps})",
-        f"limit             {found.limit}",
+        f"limit             {_printed(found.limit, found, units)}",
         *_contact_lines(found, units),
     ]
     if found.kind:
-        lines.append(f"mind              another kind of motion: {found.kind}")
+        lines.append(f"mind              another kind of motion: {_printed(found.kind, found, units)}")
     if units is not None:
         lines.append(f"physical          {settings_text(units, found.eta, found.method)}")
     lines.append("eta               steps     error    robust")
@@ -388,11 +395,11 @@ def _curve_text(curve: list[Recommendation]) -> str:
     lines = ["    eta         K         D   steps  solves     error    robust  met"]
     for found in curve:
         if found.best is None:
-            lines.append(f"{found.eta:7.4f}  {found.reason.split(' (')[0]}")
+            lines.append(f"{found.eta:7.4f}  {found.reason.head}")
             continue
         (k, d, n), best = found.best.setting, found.best
         error, robust = _beside(found, best.error), _beside(found, best.robust)
-        met = ("yes, of another kind" if found.kind else "yes") if found.met else f"no: {found.reason.split(':')[0]}"
+        met = ("yes, of another kind" if found.kind else "yes") if found.met else f"no: {found.reason.head}"
         cells = [f"{found.eta:7.4f} {written(k, 6):>9} {written(d, 6):>9} {n:7d} {best.cost:7.0f}"]
         lines.append(" ".join([*cells, f"{error:>9s} {robust:>9s}  {met}"]))
     return "\n".join(lines)

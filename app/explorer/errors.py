@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from vibroscope.app.runtime import logs, metrics
+from vibroscope.engine.facts import Statement, message_of
 
 
 class Refused(ValueError):
@@ -18,10 +19,11 @@ class Refused(ValueError):
         logs.event("refused", what="value", name=self.name)
 
 
-def error_text(error: BaseException) -> str:
+def error_text(error: BaseException) -> str | Statement:
     """The text of an error as the page may show it.
 
     The engine raises ValueError and ArithmeticError with messages for the user. The text of any other error may hold a
     path of the server, so it goes to the log only.
     """
-    return str(error) if isinstance(error, ValueError | ArithmeticError) else "a fault of the server, see its log"
+    known = isinstance(error, ValueError | ArithmeticError)
+    return message_of(error) if known else "a fault of the server, see its log"

@@ -14,7 +14,7 @@ from vibroscope.app.explorer.method_words import words_of_method
 from vibroscope.app.explorer.present import TIME_POINTS, WINDOW
 from vibroscope.app.explorer.reading import read_setting
 from vibroscope.app.explorer.state import Setting, is_driven
-from vibroscope.app.explorer.words_in_units import in_units
+from vibroscope.app.explorer.statements import shown_text
 from vibroscope.app.runtime.number_text import print_value
 from vibroscope.app.runtime.settings import current_settings
 from vibroscope.engine import (
@@ -39,6 +39,7 @@ from vibroscope.engine import (
 from vibroscope.engine.divergence.agreement import agreement
 from vibroscope.engine.divergence.alone import Alone, Curve
 from vibroscope.engine.divergence.sentences import change_of
+from vibroscope.engine.facts import Statement, message_of, sentence, stated
 
 _WITHOUT_IMPACTS = {  # by the share of contact
     0.0: "Nothing touches: the bodies move as if they were alone.",
@@ -78,11 +79,11 @@ class Explanation:
 
     Attributes
     ----------
-    headline : str
+    headline : str or Statement
         Short sentences.
     agree : str
         "yes", "partly", "no" or "unknown".
-    kinds : dict of str to str
+    kinds : dict of str to str or Statement
         What motion the ``reference`` and the ``penalty`` show, decided with evidence where the runs leave it open;
         empty if a run ended early.
     measure : str
@@ -94,7 +95,7 @@ class Explanation:
         Why there are no parts, or how much of it is chance; may be empty.
     change : dict of str to str
         What to set first, as texts for `app.explorer.reading.read_setting`; empty if no number helps.
-    details : tuple of str
+    details : tuple of str or Statement
         The numbers behind the headline.
     series : dict of str to (2, n) ndarray
         The difference of ξ₁ and ξ₂, and its parts, over the last ``WINDOW`` periods, evenly spaced, both ends included;
@@ -115,10 +116,10 @@ class Explanation:
     alone: AloneFacts | None = None
 
     def in_units(self, scale: Units | None) -> Explanation:
-        """The explanation with the numbers of its sentences in units."""
-        texts = {name: in_units(getattr(self, name), scale) for name in ("headline", "note")}
-        kinds = {name: in_units(text, scale) for name, text in self.kinds.items()}
-        return replace(self, **texts, kinds=kinds, details=tuple(in_units(text, scale) for text in self.details))
+        """The explanation as the page shows it, with the numbers of its sentences in units."""
+        kinds = {name: shown_text(text, scale) for name, text in self.kinds.items()}
+        details = tuple(shown_text(text, scale) for text in self.details)
+        return replace(self, headline=shown_text(self.headline, scale), kinds=kinds, details=details)
 
 
 def describe(runs: RunPair) -> Description:
@@ -153,7 +154,7 @@ def explain(
             cancelled=cancelled,
         )
     except ValueError as error:  # a law without a solution in closed form has no parts
-        return _unexplained(f"Not compared: {error}.")
+        return _unexplained(stated("Not compared: {}.", message_of(error)))
     try:
         found = verdict(
             comparison,
@@ -226,7 +227,7 @@ def _without_verdict(comparison: Comparison, error: ValueError) -> Verdict:
         agree, first = "unknown", f"The displacements differ by {percent(comparison.difference.total)} (rms)."
     else:
         agree, first = agreement(comparison)
-    return Verdict(f"{first} No number is blamed: {error}.", agree, **motions)
+    return Verdict(stated("{} No number is blamed: {}.", first, message_of(error)), agree, **motions)
 
 
 def paragraphs(description: Description, explanation: Explanation | None) -> dict[str, str]:
@@ -312,8 +313,8 @@ def _describe_run(run: SolverRun, scale: Units | None) -> tuple[str, str]:
     """The motion of a run in words, and with a scale its contact force."""
     how = _stepping_text(run.response)
     if not run.response.ok:
-        return "No result.", f"{sentence(in_units(run.response.message, scale))} {how}".strip()
-    words = in_units(_motion_text(run.motion, run.response.method, run.response.system), scale)
+        return "No result.", f"{shown_text(sentence(run.response.message), scale)} {how}".strip()
+    words = shown_text(_motion_text(run.motion, run.response.method, run.response.system), scale)
     force = scale and force_text(scale, run.response.eta, run.motion, run.response.method)
     return words, " ".join(filter(None, (sentence(force) if force else "", how)))
 
@@ -335,23 +336,18 @@ def _free_text(found: Motion, method: Method) -> str:
     return f"Free vibration. {number} in {WINDOW} periods T, in contact {percent(found.contact_share)} of that time."
 
 
-def motion_texts(setting: Setting, motions: Mapping[str, Motion | None]) -> dict[str, str]:
+def motion_texts(setting: Setting, motions: Mapping[str, Motion | None]) -> dict[str, str | Statement]:
     """The motions of the ``reference`` and the ``penalty`` model in words, as far as they are known."""
     known = {name: found for name, found in motions.items() if found is not None}
     return {name: _motion_text(found, getattr(setting, name), setting.system) for name, found in known.items()}
 
 
-def _motion_text(found: Motion, method: Method, system: System) -> str:
+def _motion_text(found: Motion, method: Method, system: System) -> str | Statement:
     """How a motion repeats itself, its impacts per period, and its share of contact."""
     if not is_driven(system):
         return _free_text(found, method)
     if found.impacts_per_period == 0 and found.contact_share in (0.0, 1.0):
-        return f"{sentence(repetition(found))} {_WITHOUT_IMPACTS[found.contact_share]}"
+        return sentence(repetition(found)) + f" {_WITHOUT_IMPACTS[found.contact_share]}"
     rate = counted(found.impacts_per_period, "impact" if method.rigid else "contact")
-    return f"{sentence(repetition(found))} {rate} per period, in contact {percent(found.contact_share)} of the time."
-
-
-def sentence(text: str) -> str:
-    """``text`` with a capital letter and a full stop."""
-    text = text.strip()
-    return text[:1].upper() + text[1:] + ("" if text.endswith(".") else ".")
+    share = percent(found.contact_share)
+    return sentence(repetition(found)) + f" {rate} per period, in contact {share} of the time."

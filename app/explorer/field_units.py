@@ -47,7 +47,6 @@ _NATURAL = {
 }
 _NOT_DRIVEN = "frequency that counts time: nothing drives the bodies"
 _DEFINING = {"omega1": "angular_frequency", "m1": "mass", "amplitude": "displacement"}
-_TIMES = ((1e-6, "µs"), (1e-3, "ms"), (1.0, "s"))
 _DIGITS = 6  # of a number that was converted: as many as a field has room for
 
 
@@ -167,9 +166,3 @@ def unit_of(quantity: str, setting: Setting) -> str:
 def length_power(units: Units, quantity: str) -> float:
     """The power of length that K or D of the contact law of these units is divided by; 0 of a linear law."""
     return -units.quantity(quantity).length if quantity.startswith("contact_") else 0.0
-
-
-def time_text(seconds: float) -> str:
-    """A time in the unit that suits it, as in "25 µs"."""
-    size, unit = next(((size, unit) for size, unit in _TIMES if abs(seconds) < 1e3 * size), _TIMES[-1])
-    return f"{written(seconds / size)} {unit}"

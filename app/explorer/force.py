@@ -8,8 +8,8 @@ from __future__ import annotations
 
 import math
 
-from vibroscope.app.explorer.field_units import time_text
 from vibroscope.engine import Method, Motion, Units, counted
+from vibroscope.engine.units import time_text
 
 
 def has_peak_force(motion: Motion) -> bool:

@@ -14,7 +14,7 @@ import numpy as np
 from vibroscope.app.explorer.parameters import Explorer
 from vibroscope.app.explorer.present import WINDOW, Columns, convert_units
 from vibroscope.app.explorer.state import Setting
-from vibroscope.app.explorer.words_in_units import in_units
+from vibroscope.app.explorer.statements import shown_text
 from vibroscope.app.runtime.job import Job
 from vibroscope.app.runtime.number_text import print_number
 from vibroscope.app.runtime.workers import background_worker, lower_priority, pool
@@ -26,12 +26,12 @@ from vibroscope.engine import (
     Units,
     compare_measured,
     fit,
-    measured_verdict,
     parse_measurement,
     percent,
     written,
 )
 from vibroscope.engine.arguments import shown
+from vibroscope.engine.facts import Statement, Symbol, equation
 from vibroscope.engine.measurement.alignment import Alignment
 
 LARGEST_FILE = 2 * 2**20  # bytes that the page takes, some 50,000 samples; the command line takes more
@@ -100,22 +100,18 @@ class MeasuredJob(Job):
 # ---- in words -------------------------------------------------------------------------------------------------------
 
 
-def headline(comparison: MeasuredComparison, scale: Units | None = None) -> str:
+def headline(comparison: MeasuredComparison) -> Statement:
     """How many samples there are, over how many periods, of which bodies in which frame, and what was left out."""
     measurement = comparison.measurement
-    eta = in_units(f"eta = {comparison.reference.response.eta:g}", scale)
+    eta = equation("eta", comparison.reference.response.eta)
     bodies = "displacements" if len(measurement.displacement) > 1 else "displacement of body 1"
     bodies += "" if measurement.mean_known else " without their mean, from accelerations"
-    text = f"{eta}, {len(measurement)} samples over {comparison.periods:.3g} periods, {measurement.frame} {bodies}"
-    return text + (f"; left out: {', '.join(map(shown, measurement.left_out))}" if measurement.left_out else "")
+    text = f", {len(measurement)} samples over {comparison.periods:.3g} periods, {measurement.frame} {bodies}"
+    left_out = f"; left out: {', '.join(map(shown, measurement.left_out))}" if measurement.left_out else ""
+    return eta + text + left_out
 
 
-def measured_words(comparison: MeasuredComparison, scale: Units | None = None) -> str:
-    """Whether the measurement shows this motion, how close each solution is to it, and which one is nearer."""
-    return in_units(measured_verdict(comparison), scale)
-
-
-def comparison_rows(comparison: MeasuredComparison, scale: Units | None = None) -> list[list[str]]:
+def comparison_rows(comparison: MeasuredComparison, scale: Units | None = None) -> list[list[str | Statement]]:
     """A table of the measurement beside both solutions, its heads first; "-" for what is not known."""
     recurrence, sensor = comparison.recurrence, comparison.recurrence.sensor
     solved = comparison.reference, comparison.penalty
@@ -132,11 +128,12 @@ def comparison_rows(comparison: MeasuredComparison, scale: Units | None = None) 
     def closings(alignment) -> str:
         return "-" if alignment.closing_error is None else f"{percent(alignment.closing_error)} of T"
 
+    begins = "begins at" if scale else Statement("begins at ", Symbol("tau"))
     return [
         ["", "measured", "reference", "penalty"],
         ["repeats after", " or ".join(map(str, recurrence.possible or (0,))), *(str(each.period) for each in solved)],
         ["difference (rms)", f"{shown('displacement', recurrence.noise, 3)} noise", *both(lambda a: percent(a.rms))],
-        ["begins at" if scale else "begins at tau", "", *both(lambda a: shown("time", a.phase, 4))],
+        [begins, "", *both(lambda a: shown("time", a.phase, 4))],
         ["contacts per period", *of_sensor(lambda one: f"{one.per_period:.3g}")],
         ["time in contact, by samples", *of_sensor(lambda one: percent(one.share))],
         ["contact start error", "", *both(closings)],
@@ -169,11 +166,6 @@ def fit_rows(fitted: Fit, scale: Units | None = None) -> list[list[str]]:
     return rows
 
 
-def fit_remarks(fitted: Fit, scale: Units | None = None) -> list[str]:
-    """What to know of the constants before they are used."""
-    return [in_units(remark, scale) for remark in fitted.remarks]
-
-
 def fit_content(fitted: Fit, scale: Units | None = None) -> dict:
     """The content of the page for a fit: ``rows``, ``remarks``, and ``use``: the constants as texts that can be set."""
     rows = [
@@ -181,7 +173,8 @@ def fit_content(fitted: Fit, scale: Units | None = None) -> dict:
         for name, text in fit_rows(fitted, scale)
     ]
     use = {name: print_number(float(f"{value:.6g}")) for name, value in fitted.values.items()}
-    return {"rows": rows, "remarks": [f"Note: {remark}." for remark in fit_remarks(fitted, scale)], "use": use}
+    remarks = [f"Note: {shown_text(remark, scale)}." for remark in fitted.remarks]
+    return {"rows": rows, "remarks": remarks, "use": use}
 
 
 def own_eta(comparison: MeasuredComparison) -> str:

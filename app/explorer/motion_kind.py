@@ -12,11 +12,12 @@ from typing import NamedTuple
 
 import numpy as np
 from vibroscope.app.explorer.compute import RunKey
-from vibroscope.app.explorer.explanation import sentence
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.runtime.cache import Cache
 from vibroscope.app.runtime.workers import Workers, lower_priority, own_time, pool
-from vibroscope.engine import Cancelled, Kind, Motion, motion, percent, rounded
+from vibroscope.engine import Cancelled, Kind, Motion, motion, percent
+from vibroscope.engine.facts import Statement, joined, message_of, sentence, stated
+from vibroscope.engine.motions.time_step_scatter import widths_text
 
 SECONDS = 20.0  # for one motion
 KINDS = Cache(200)  # by what the runs depend on
@@ -29,12 +30,13 @@ class MotionKind(NamedTuple):
     Attributes
     ----------
     kind : Kind
-    name, evidence : str
+    name : str
+    evidence : str or Statement
     """
 
     kind: Kind
     name: str
-    evidence: str
+    evidence: str | Statement
 
 
 _NAMES = {
@@ -91,7 +93,7 @@ def _judge(key: RunKey, cancelled: Callable[[], bool]) -> MotionKind:
         found = motion(*problem, initial=initial, cancelled=lambda: cancelled() or own_time() > end)
         found = describe_kind(found)
     except ValueError as error:  # the engine does not judge this penalty solution
-        found = MotionKind(Kind.UNDECIDED, _NAMES[Kind.UNDECIDED], sentence(str(error)))
+        found = MotionKind(Kind.UNDECIDED, _NAMES[Kind.UNDECIDED], sentence(message_of(error)))
     except Cancelled:
         if cancelled():
             raise
@@ -103,19 +105,25 @@ def _judge(key: RunKey, cancelled: Callable[[], bool]) -> MotionKind:
 def describe_kind(found: Motion) -> MotionKind:
     """The kind of a motion, and its evidence, with what the time step makes of its energy."""
     kind = _kind_of(found)
-    return kind._replace(evidence=f"{kind.evidence} {_energy(found)}".strip())
+    energy = _energy(found)
+    return kind._replace(evidence=joined(" ", filter(None, (kind.evidence, energy)))) if energy else kind
 
 
 def _kind_of(found: Motion) -> MotionKind:
     kind = found.type
     if found.step_noise > 0:
-        widths = ", ".join(f"±{rounded(width, 2)} at T/{steps}" for steps, width in found.bands)
         period = _period(found.period)
         return MotionKind(
             Kind.ARTEFACT,
             f"{period}, blurred by the time step",
-            f"The blur is an artefact: it shrinks with the step ({widths}, over {len(found.section)} periods). "
-            f"Without a time step the motion has {period}.{_multiplier(found)}",
+            stated(
+                "The blur is an artefact: it shrinks with the step ({}, over {} periods). Without a time step the "
+                "motion has {}.{}",
+                widths_text(found.bands),
+                str(len(found.section)),
+                period,
+                _multiplier(found),
+            ),
         )
     if kind is Kind.PERIODIC:
         return MotionKind(kind, _period(found.period), _multiplier(found).strip())

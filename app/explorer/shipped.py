@@ -20,6 +20,7 @@ from vibroscope.app.explorer.scenes import opening_setting
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.runtime.compilation import compilation
 from vibroscope.app.runtime.files import ASSETS
+from vibroscope.engine.facts import as_json, read_statement
 from vibroscope.engine.sweeps import engine_digest
 
 PATH = Path(str(ASSETS)) / "opening.npz"
@@ -63,7 +64,7 @@ def save(path: Path, setting: Setting, result: Shipped) -> None:
     for source, columns in result.columns.items():
         arrays |= {f"column/{source}/{name}": column for name, column in columns.items()}
     written = io.BytesIO()
-    np.savez_compressed(written, texts=np.array(json.dumps(texts)), **arrays)
+    np.savez_compressed(written, texts=np.array(json.dumps(as_json(texts))), **arrays)
     path.write_bytes(written.getvalue())
 
 
@@ -72,7 +73,7 @@ def load(path: Path, setting: Setting) -> Shipped | None:
     try:
         # opened here, since numpy leaves a damaged file open
         with path.open("rb") as file, np.load(file, allow_pickle=False) as content:
-            texts = json.loads(str(content["texts"]))
+            texts = json.loads(str(content["texts"]), object_hook=read_statement)
             if texts["key"] != _key(setting):
                 return None
             return Shipped(

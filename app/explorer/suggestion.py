@@ -8,15 +8,15 @@ from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 from vibroscope.app.explorer.errors import Refused
-from vibroscope.app.explorer.explanation import Explanation, sentence
-from vibroscope.app.explorer.field_units import held_in_words, shown_field, time_text
+from vibroscope.app.explorer.explanation import Explanation
+from vibroscope.app.explorer.field_units import held_in_words, shown_field
 from vibroscope.app.explorer.method_words import name_of_method, scheme_texts
 from vibroscope.app.explorer.parameters import bounds_of
 from vibroscope.app.explorer.reading import most_steps
 from vibroscope.app.explorer.state import Setting
+from vibroscope.app.explorer.statements import shown_text, words_of_change
 from vibroscope.app.explorer.suggestion_words import contact_words, force_words, range_words, verified_words
 from vibroscope.app.explorer.typed import read_typed_number
-from vibroscope.app.explorer.words_in_units import in_units, plain_symbols, words_of_change
 from vibroscope.app.runtime.cache import Cache
 from vibroscope.app.runtime.job import Job
 from vibroscope.app.runtime.number_text import print_number
@@ -36,6 +36,7 @@ from vibroscope.engine import (
     steps_at,
     written,
 )
+from vibroscope.engine.facts import ALL_DIGITS, Amount, Statement, Symbol, equation, joined, sentence, stated
 from vibroscope.engine.recommendation.contacts import FORCE_RANGE, RESTITUTION_RANGE
 from vibroscope.engine.recommendation.limits import STEPS_MAX_RANGE, STIFFNESS_MAX_RANGE, largest_stiffness
 from vibroscope.engine.recommendation.trials import Trial
@@ -255,7 +256,7 @@ def suggestion_content(found: Recommendation, setting: Setting) -> dict:
     return {
         "met": found.met,
         "head": _head(found),
-        "lines": [plain_symbols(in_units(line, setting.scale)) for line in _lines(found, setting)]
+        "lines": [shown_text(line, setting.scale) for line in _lines(found, setting)]
         + _held_lines(found, setting)
         + _start_lines(setting),
         "use": trial_texts(best, found, setting) if best is not None else {},
@@ -283,21 +284,26 @@ def partial_content(so_far: SoFar, setting: Setting) -> dict:
     if not front:
         return {}
     met = next((trial for trial in front if trial.robust <= tolerance), None)
-    at = f" at η = {eta:.6g} and more below" if so_far.question.is_range else ""
+    at = stated(" at {} and more below", equation("η", eta)) if so_far.question.is_range else ""
     end = "; fewer steps may do." if met else "."
-    line = f"So far: {_trial_words(met or front[-1], tolerance, at)}{end}"
+    line = stated("So far: {}{}", _trial_words(met or front[-1], tolerance, at), end)
     return {
-        "lines": [in_units(line, setting.scale)],
+        "lines": [shown_text(line, setting.scale)],
         "tolerance": tolerance,
         "use": {},
         "front": [_point(trial, so_far, setting) for trial in _thin_front(front, met)],
     }
 
 
-def _trial_words(trial: Trial, tolerance: float, at: str = "") -> str:
-    (stiffness, damping, steps), error = trial.setting, percent(trial.error, beside=tolerance)
-    numbers = f"K = {print_number(stiffness)}, D = {print_number(damping)}, T/Δτ = {steps:,} steps a period"
-    return f"{numbers}{at}: error {error}"
+def _trial_words(trial: Trial, tolerance: float, at: str | Statement = "") -> Statement:
+    error = percent(trial.error, beside=tolerance)
+    return stated("{}, T/Δτ = {} steps a period{}: error {}", _contact(trial), f"{trial.setting.steps:,}", at, error)
+
+
+def _contact(trial: Trial) -> Statement:
+    """K and D of a trial, with all their digits."""
+    stiffness, damping, _ = trial.setting
+    return stated("{}, {}", equation("K", stiffness, ALL_DIGITS), equation("D", damping, ALL_DIGITS))
 
 
 def _point(trial: Trial, found: Recommendation | SoFar, setting: Setting) -> list:
@@ -323,19 +329,20 @@ def _head(found: Recommendation) -> str:
     return f"An error of {asked} is not met; {percent(found.possible, beside=found.tolerance)} is possible"
 
 
-def _lines(found: Recommendation, setting: Setting) -> list[str]:
+def _lines(found: Recommendation, setting: Setting) -> list[str | Statement]:
     of = f"{name_of_method(found.scheme)}: " if isinstance(found, OfSchemes) else ""
     if found.best is None:
         return [sentence(of + found.reason), *(_other_lines(found) if of else [])]
     if found.question.is_range:
         return _range_lines(found, setting)
     best, robust = found.best, percent(found.best.robust, beside=found.tolerance)
-    result = f"{of}{_trial_words(best, found.tolerance)}; nine in ten neighbouring settings have at most {robust}."
+    trial = _trial_words(best, found.tolerance)
+    result = of + trial + f"; nine in ten neighbouring settings have at most {robust}."
     if found.question.located:
         result += f" It costs {best.cost:.0f} solves per period, since steps are cut where contact changes."
-    lines = [result] if found.met else [f"Best found: {result}", sentence(found.reason)]
+    lines = [result] if found.met else ["Best found: " + result, sentence(found.reason)]
     if found.kind:
-        lines.append(f"Mind: another kind of motion: {found.kind}.")
+        lines.append(stated("Mind: another kind of motion: {}.", found.kind))
     if found.compensated:
         part = percent(found.joint_damping)
         lines.append(f"Note: the joint damping alone causes {part}; errors cancel here, and may not at another η.")
@@ -344,12 +351,12 @@ def _lines(found: Recommendation, setting: Setting) -> list[str]:
     return [*lines, *_contact_lines(found, setting), *_other_lines(found)]
 
 
-def _contact_lines(found: Recommendation, setting: Setting) -> list[str]:
+def _contact_lines(found: Recommendation, setting: Setting) -> list[str | Statement]:
     """The ranges, the contacts, and what was verified, a sentence each."""
     scale = setting.scale
     force = written if scale is None else lambda value: scale.text("force", value)
     ranges, contacts = range_words(found), contact_words(found)
-    lines = [f"Met where one number alone is changed: {ranges}."] if ranges else []
+    lines = [stated("Met where one number alone is changed: {}.", ranges)] if ranges else []
     lines += [f"Contacts: {contacts}."] if contacts else []
     lines.append(f"Peak force: {force_words(found, force)}.")
     other = (
@@ -360,41 +367,48 @@ def _contact_lines(found: Recommendation, setting: Setting) -> list[str]:
     return [*lines, f"Verified for {verified_words(found)}.{other}"]
 
 
-def _other_lines(found: Recommendation) -> list[str]:
+def _other_lines(found: Recommendation) -> list[Statement]:
     """The steps that the other integrators of a code would need, in words."""
     lines = []
     for other in found.others if isinstance(found, OfSchemes) else ():
         name = name_of_method(other.scheme)
         if other.best is None:
-            lines.append(f"{name}: {other.reason}.")
+            lines.append(stated("{}: {}.", name, other.reason))
         else:
             met = "" if other.met else "not met: "
-            lines.append(f"{name}: {met}{_trial_words(other.best, other.tolerance)}, {other.solves:.0f} solves.")
+            trial = _trial_words(other.best, other.tolerance)
+            lines.append(stated("{}: {}{}, {} solves.", name, met, trial, f"{other.solves:.0f}"))
     return lines
 
 
-def _range_lines(found: Recommendation, setting: Setting) -> list[str]:
-    (stiffness, damping, steps), best = found.best.setting, found.best
+def _range_lines(found: Recommendation, setting: Setting) -> list[str | Statement]:
+    best = found.best
     error, robust = (percent(value, beside=found.tolerance) for value in (best.error, best.robust))
-    scale = setting.scale
-    step = f"Δτ = {written(found.time_step)}"
-    if scale is not None:
-        step = f"Δt = {time_text(scale.physical('time', found.time_step))}"
-    result = (
-        f"K = {print_number(stiffness)}, D = {print_number(damping)}, {step}, which is {steps:,} steps a period "
-        f"at η = {found.eta:.6g} and more below: error at most {error}; nine in ten neighbouring settings have at most "
-        f"{robust}."
+    result = stated(
+        "{}, {} = {}, which is {} steps a period at {} and more below: error at most {}; nine in ten neighbouring "
+        "settings have at most {}.",
+        _contact(best),
+        Symbol("Δτ"),
+        Amount(found.time_step, "time"),
+        f"{best.setting.steps:,}",
+        equation("η", found.eta),
+        error,
+        robust,
     )
-    lines = [result if found.met else f"Best found: {result}", sentence(found.limit)]
+    lines = [result if found.met else "Best found: " + result, sentence(found.limit)]
     if not found.met:
         lines.append(sentence(found.reason))
     if found.kind:
-        lines.append(f"Mind: another kind of motion: {found.kind}.")
+        lines.append(stated("Mind: another kind of motion: {}.", found.kind))
     if found.left_out:
-        etas = ", ".join(f"η = {eta:.6g}" for eta in found.left_out)
-        lines.append(f"Left out, since the reference does not repeat itself, or nothing touches there: {etas}.")
-    errors = (f"{percent(one.error, beside=found.tolerance)} at η = {one.eta:.6g}" for one in found.served)
-    return [*lines, f"Error: {', '.join(errors)}.", *_contact_lines(found, setting)]
+        etas = joined(", ", (equation("η", eta) for eta in found.left_out))
+        lines.append(
+            stated("Left out, since the reference does not repeat itself, or nothing touches there: {}.", etas)
+        )
+    errors = (
+        stated("{} at {}", percent(one.error, beside=found.tolerance), equation("η", one.eta)) for one in found.served
+    )
+    return [*lines, stated("Error: {}.", joined(", ", errors)), *_contact_lines(found, setting)]
 
 
 def _start_lines(setting: Setting) -> list[str]:

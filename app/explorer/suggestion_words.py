@@ -7,20 +7,24 @@ from collections.abc import Callable
 
 from vibroscope.app.explorer.method_words import words_of_scheme
 from vibroscope.engine import Recommendation, percent, rounded, written
+from vibroscope.engine.facts import Statement, equation, joined, span, stated
 
 OF_THE_MODEL = "a number of the contact model, not of the system: it grows with K"
 
 
-def range_words(found: Recommendation) -> str:
+def range_words(found: Recommendation) -> Statement:
     """The ranges of K and D, empty if there are none, as "K = 7920 to 11100 where D = 14.6"."""
     k, d, _ = found.best.setting if found.best else (None, None, None)
-    rows = (("stiffness", "K", f"D = {written(d or 0)}"), ("damping", "D", f"K = {written(k or 0)}"))
+    rows = (("stiffness", "K", equation("D", d or 0, 4)), ("damping", "D", equation("K", k or 0, 4)))
     ends = {name: found.ranges[name] for name, *_ in rows if name in found.ranges}
-    return "; ".join(
-        f"{symbol} = {written(_inwards(ends[name][0], up=True))} to {written(_inwards(ends[name][1], up=False))} "
-        f"where {other}"
-        for name, symbol, other in rows
-        if name in ends
+    return joined(
+        "; ",
+        (
+            stated("{} where {}", span(symbol, _inwards(low, up=True), _inwards(high, up=False), 4), other)
+            for name, symbol, other in rows
+            if name in ends
+            for low, high in [ends[name]]
+        ),
     )
 
 

@@ -14,7 +14,6 @@ from typing import ClassVar
 
 import panel as pn
 from vibroscope.app.explorer.errors import Refused
-from vibroscope.app.explorer.explanation import sentence
 from vibroscope.app.explorer.history import History
 from vibroscope.app.explorer.link import MOST_PINS, View
 from vibroscope.app.explorer.physical_fields import entered
@@ -33,6 +32,7 @@ from vibroscope.app.page.take_away import TakeAway, offered_figures
 from vibroscope.app.page.updates import SessionLoop, UpdateChannel
 from vibroscope.app.runtime.compilation import compilation
 from vibroscope.engine import CompileProgress
+from vibroscope.engine.facts import sentence
 
 _OWN_SETTING = (
     "No scene, but a setting of your own: the findings say whether its motion is real, and what to change first."

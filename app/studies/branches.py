@@ -26,6 +26,7 @@ from vibroscope.engine import (
     System,
     search_branches,
 )
+from vibroscope.engine.facts import Statement, joined, sentence
 
 MAX_PERIOD = 4  # longest cycle that is looked for, in excitation periods
 MOST_BRANCHES = 60
@@ -74,12 +75,12 @@ class PartialBranches:
     branches : tuple of Branch
     share : float
         1 when the search is over.
-    cut : str
+    cut : str or Statement
         Why the search ended before all was found, in a sentence; empty if it did not.
     """
 
     def __init__(
-        self, question: BranchesQuestion, branches: tuple[Branch, ...], *, over: bool = False, cut: str = ""
+        self, question: BranchesQuestion, branches: tuple[Branch, ...], *, over: bool = False, cut: str | Statement = ""
     ) -> None:
         self.question, self.branches, self.cut = question, branches, cut
         self.share = 1.0 if over else 0.0
@@ -162,8 +163,7 @@ def grow_branches(
         if cancelled():
             raise
         cut = f"The search ended after {SECONDS:g} s and may have missed branches: a narrower range is quicker."
-    said = " ".join(f"{note[0].upper()}{note[1:]}." for note in notes)
-    yield PartialBranches(question, found, over=True, cut=" ".join(filter(None, (cut, said))))
+    yield PartialBranches(question, found, over=True, cut=joined(" ", filter(None, (cut, *map(sentence, notes)))))
 
 
 def kind_words(kind: str, count: int = 1) -> str:

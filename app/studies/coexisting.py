@@ -16,7 +16,7 @@ from vibroscope.app.explorer.method_words import brief_name
 from vibroscope.app.explorer.motion_kind import describe_kind
 from vibroscope.app.explorer.parameters import START_FIELDS
 from vibroscope.app.explorer.state import Setting
-from vibroscope.app.explorer.words_in_units import in_units
+from vibroscope.app.explorer.statements import shown_text
 from vibroscope.app.runtime.number_text import print_number
 from vibroscope.engine import (
     Attractor,
@@ -116,7 +116,7 @@ def _motion(each: Attractor, setting: Setting, event: str) -> dict:
         "name": kind.name,
         "share": percent(each.share),
         "text": _strength(each.motion, setting.scale, event),
-        "why": in_units(kind.evidence, setting.scale),
+        "why": shown_text(kind.evidence, setting.scale),
         "starts": _start_words(each, setting),
         "use": {"zero_start": "zero", **dict(zip(START_FIELDS, map(print_number, each.start.tolist()), strict=True))},
         "shown": tuple(each.start.tolist()) == setting.initial,

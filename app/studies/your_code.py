@@ -14,12 +14,12 @@ from vibroscope.app.codes.catalogue import Code
 from vibroscope.app.codes.rules import AS_SET, EXPLICIT, Rule, RuleOutcome, RuleQuestion, judge, rules
 from vibroscope.app.explorer.compute import RunPair, compute_runs, run_length
 from vibroscope.app.explorer.errors import Refused
-from vibroscope.app.explorer.explanation import sentence
 from vibroscope.app.explorer.reading import read_setting
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.runtime.cache import Cache
 from vibroscope.app.runtime.number_text import print_number
-from vibroscope.engine import simulate
+from vibroscope.engine import Response, Status, simulate
+from vibroscope.engine.facts import Statement, message_of, sentence, stated
 
 _POINTS = 240  # of a small picture
 _CACHE = Cache(24)  # runs of rules, which shall not take the place of those that the page draws
@@ -112,7 +112,7 @@ def code_lines(code: Code, setting: Setting, contact_area: float | None = None) 
     return code.words_for(setting.system, setting.eta, setting.penalty, setting.scale, contact_area)
 
 
-def _solvable(setting: Setting, cancelled: Callable[[], bool]) -> str:
+def _solvable(setting: Setting, cancelled: Callable[[], bool]) -> str | Statement:
     """Whether the steps have solutions: by a run that stops at the first that has none."""
     method = setting.penalty
     if method.located:
@@ -122,17 +122,18 @@ def _solvable(setting: Setting, cancelled: Callable[[], bool]) -> str:
     how = run_length(setting.system) | {"initial": setting.initial, "cancelled": cancelled}
     run = simulate(setting.system, setting.eta, replace(method, without_solution="stop"), **how)
     if not run.ok:
-        return _first_without_solution(run.message, method.without_solution)
+        return _first_without_solution(run, method.without_solution)
     return f"Every step of {run.periods:,} periods has a solution."
 
 
 _HANDLED = {"keep": "the status of the step before is kept", "halve": "such steps are halved"}
 
 
-def _first_without_solution(message: str, handled: str) -> str:
+def _first_without_solution(run: Response, handled: str) -> Statement:
     """Where and why a step has no solution; what to do where that stops the run, else what becomes of such steps."""
-    where, then, _ = message.partition("; ")
-    return sentence(f"{where}; {_HANDLED[handled]}" if then and handled in _HANDLED else message)
+    if run.status is not Status.WITHOUT_SOLUTION or handled not in _HANDLED:
+        return sentence(run.message)
+    return sentence(stated("{}; {}", run.message.without_advice, _HANDLED[handled]))
 
 
 def _judge(rule: Rule, question: CodeQuestion, cancelled: Callable[[], bool]) -> Judged:
@@ -143,7 +144,7 @@ def _judge(rule: Rule, question: CodeQuestion, cancelled: Callable[[], bool]) ->
     except Refused as error:  # more than this server computes
         return Judged(RuleOutcome(rule, rule.method(asked), "", np.nan, np.nan, None, str(error)), empty)
     except ValueError as error:
-        return Judged(RuleOutcome(rule, None, "", np.nan, np.nan, None, f"{error}."), empty)
+        return Judged(RuleOutcome(rule, None, "", np.nan, np.nan, None, message_of(error) + "."), empty)
     runs = None if rule.kind == EXPLICIT else compute_runs(with_rule, cancelled, _CACHE)
     outcome = judge(
         rule,

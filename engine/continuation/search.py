@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from ..drivers.event_driven import check_apart
+from ..facts import message_of, stated
 from ..motions.tolerances import NEUTRAL
 from ..result import Cancelled
 from ..simulate import starting_checkpoint
@@ -96,7 +97,7 @@ class BranchSearch:
             try:
                 yield value, self.finder.near(value, initial) or self.finder.settled(value, initial)
             except ValueError as error:
-                note(f"the motion from the initial state is not followed: {error}")
+                note(stated("the motion from the initial state is not followed: {}", message_of(error)))
 
     def _stoppable(self, branch: Branch) -> Iterator[Branch]:
         """Yield a branch; raise Cancelled if the search was cancelled while it was followed."""

@@ -11,6 +11,7 @@ import numpy as np
 
 from ..batch import run_cells
 from ..cells import CellResults, Cells
+from ..facts import Symbol, equation, stated
 from ..model import System
 from ..motions.poincare_map import PoincareMap
 from ..motions.steady import steady
@@ -108,8 +109,13 @@ class OrbitFinder:
             raise ValueError(f"there is no periodic motion to follow: {found.message}")
         orbit = self.at(value, found.state, found.period)
         if orbit is None:
-            where = f"the motion at {over} = {value:g}"
-            raise ValueError(f"{where} has no sequence of events that can be followed: change {over} a little")
+            raise ValueError(
+                stated(
+                    "the motion at {} has no sequence of events that can be followed: change {} a little",
+                    equation(over, value),
+                    Symbol(over),
+                )
+            )
         return orbit
 
     def by_newton(self, value: float, state: Sequence[float], period: int) -> Orbit | None:

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from ..facts import Statement, stated
 from ..motions.description import Motion
 from ..motions.tolerances import UNBROKEN
 from ..motions.words import difference_in_kind
@@ -10,7 +11,7 @@ from .compare import Comparison
 from .tolerances import CLOSE_CURVE, SAME_COUNT, SAME_CURVE, VISIBLE
 
 
-def agreement(comparison: Comparison) -> tuple[str, str]:
+def agreement(comparison: Comparison) -> tuple[str, str | Statement]:
     """Return how far the solutions agree, as in :class:`.verdict.Verdict`, and a sentence about it."""
     if comparison.difference.measure == "sections":
         return _agreement_of_sections(comparison)
@@ -18,9 +19,9 @@ def agreement(comparison: Comparison) -> tuple[str, str]:
     impacts, kinds = _impacts_clause(reference, penalty), difference_in_kind(reference, penalty)
     amount = f"the displacements differ by {percent(total)} (rms)"
     if kinds and total <= CLOSE_CURVE:
-        return "partly", f"They agree roughly, but not in kind: {kinds}, and {amount}{impacts}."
+        return "partly", stated("They agree roughly, but not in kind: {}, and {}{}.", kinds, amount, impacts)
     if kinds:
-        return "no", f"They disagree: {kinds}, and {amount}{impacts}."
+        return "no", stated("They disagree: {}, and {}{}.", kinds, amount, impacts)
     if total <= SAME_CURVE:
         return ("partly" if impacts else "yes"), f"They agree: {amount}{impacts and ', but' + impacts[1:]}."
     if total <= CLOSE_CURVE:
@@ -38,22 +39,22 @@ def is_visible(scatter: float, comparison: Comparison) -> bool:
     return scatter > VISIBLE * float(np.abs(comparison.runs.penalty.section).max())
 
 
-def _agreement_of_sections(comparison: Comparison) -> tuple[str, str]:
+def _agreement_of_sections(comparison: Comparison) -> tuple[str, str | Statement]:
     reference, penalty, difference = comparison.reference, comparison.penalty, comparison.difference
     kinds, impacts = difference_in_kind(reference, penalty), _impacts_clause(reference, penalty)
     if kinds:
-        first = f"They differ in kind: {kinds}; only statistics can be compared"
+        first = stated("They differ in kind: {}; only statistics can be compared", kinds)
     elif reference.near_period:
         first = "They repeat too late to be compared instant by instant, so that only statistics can be compared"
     else:
         first = "Neither repeats, so that only statistics can be compared"
     total, chance = difference.total, f"up to {percent(difference.chance)}"
-    head = f"{first}: the sections differ by {percent(total)}"
+    head = stated("{}: the sections differ by {}", first, percent(total))
     if total <= difference.chance:
         agree = "yes" if total <= CLOSE_CURVE and not kinds else "partly"
-        return agree, f"{head}, no more than chance explains ({chance})."
+        return agree, head + f", no more than chance explains ({chance})."
     agree = "partly" if total <= CLOSE_CURVE and not impacts and not kinds else "no"
-    return agree, f"{head} (chance explains {chance}){impacts}."
+    return agree, head + f" (chance explains {chance}){impacts}."
 
 
 def _impacts_clause(reference: Motion, penalty: Motion) -> str:

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from ..drivers.section import NEAR_TOLERANCE
+from ..facts import Amount, Choice, Dimensionless, Statement, equation, joined, stated
 from ..methods import METHOD_NUMBERS
 from ..motions.words import touching
 from ..simulate import simulate
@@ -16,18 +17,21 @@ from .compare import Comparison
 from .conditions import Conditions, equal_damping, equal_stiffness
 from .contact import contact_frequency, damping_ratio
 from .encounters import delivered_restitution, mean_closing_speed
-from .sentences import plain, share, value_text
+from .sentences import DIGITS, share, value_text
 from .tolerances import AS_ASKED, HALF, SAME_DURATION, SAME_NUMBER
 
 
 def detail_sentences(
     comparison: Comparison, found: Alone | None, contact: Conditions, cancelled: Callable[[], bool] | None
-) -> tuple[str, ...]:
+) -> tuple[str | Statement, ...]:
     """Return the numbers behind the headline of a verdict as sentences; without a search if there was none."""
     difference, lines = comparison.difference, []
     if comparison.pointwise:
-        parts = ", ".join(f"{difference.name(name)} {percent(value)}" for name, value in difference.parts.items())
-        lines.append(f"Of the {percent(difference.total)}: {parts}; these add up at each instant, not as numbers.")
+        parts = joined(
+            ", ", (stated("{} {}", difference.name(name), percent(value)) for name, value in difference.parts.items())
+        )
+        total = percent(difference.total)
+        lines.append(stated("Of the {}: {}; these add up at each instant, not as numbers.", total, parts))
     elif difference.measure == "displacements":
         lines.append(_why_no_parts(comparison))
     if not touching(comparison.penalty) or not touching(comparison.reference):  # else nothing meets
@@ -46,8 +50,8 @@ def detail_sentences(
     lines.append(f"Contact takes {shares[0]} of the time in the reference, {shares[1]} in the penalty solution.")
     if found is not None and found.changes:
         halving = [each for each in found.changes if max(each.left, each.robust) <= HALF * found.total]
-        left = "; ".join(f"{value_text(each)} {percent(each.left)}" for each in halving or found.changes[:1])
-        lines.append(f"What is left at best if one number alone is changed: {left}.")
+        left = (stated("{} {}", value_text(each), percent(each.left)) for each in halving or found.changes[:1])
+        lines.append(stated("What is left at best if one number alone is changed: {}.", joined("; ", left)))
     run = comparison.runs.penalty
     if run.periods > comparison.asked:
         lines.append(
@@ -74,7 +78,7 @@ def _why_no_parts(comparison: Comparison) -> str:
 
 def _restitution_sentences(
     comparison: Comparison, contact: Conditions, cancelled: Callable[[], bool] | None
-) -> tuple[str, ...]:
+) -> tuple[Statement, ...]:
     """Return how fast the bodies part, measured or as a contact alone has it, and what would give e."""
     run = comparison.runs.penalty
     method, system, speed = run.method, run.system, mean_closing_speed(comparison.runs.reference)
@@ -88,15 +92,15 @@ def _restitution_sentences(
         )
     asked = f"the restitution e asks for {share(system.restitution)}"
     if method.damping is None:
-        asked += f", from which the law {method.law} takes its damper"
+        asked += stated(", from which the law {} takes its damper", Choice("law", (method.law,)))
     as_asked = abs(contact.given - system.restitution) <= AS_ASKED * system.restitution
     ways = [] if as_asked else _ways_to_rebound(comparison, speed, cancelled)
     if ways:
-        asked += f", which {' or '.join(ways)} alone gives"
-    return (f"{who} with {share(contact.given)} of the speed at which they meet{of_ratio}; {asked}.",)
+        asked += stated(", which {} alone gives", joined(" or ", ways))
+    return (stated("{} with {} of the speed at which they meet{}; {}.", who, share(contact.given), of_ratio, asked),)
 
 
-def _ways_to_rebound(comparison: Comparison, speed: float, cancelled: Callable[[], bool] | None) -> list[str]:
+def _ways_to_rebound(comparison: Comparison, speed: float, cancelled: Callable[[], bool] | None) -> list[Statement]:
     """The D and K of equal restitution whose own runs rebound as asked: where other forces act, they do not."""
     run, asked, ways = comparison.runs.penalty, comparison.asked, []
     system, method = run.system, run.method
@@ -109,11 +113,11 @@ def _ways_to_rebound(comparison: Comparison, speed: float, cancelled: Callable[[
         changed = simulate(system, run.eta, replace(method, **{METHOD_NUMBERS[name]: value}), **options)
         delivered = delivered_restitution(changed) if changed.ok else math.nan
         if abs(delivered - system.restitution) <= AS_ASKED * system.restitution:
-            ways.append(f"{name} = {plain(value)}")
+            ways.append(equation(name, value, DIGITS))
     return ways
 
 
-def duration_sentences(comparison: Comparison, lasts: float = math.nan) -> tuple[str, ...]:
+def duration_sentences(comparison: Comparison, lasts: float = math.nan) -> tuple[Statement, ...]:
     """Return how long a contact lasts, half an oscillation of its mode, and how many steps; nothing if it creeps.
 
     ``lasts``: the median of the contacts in the motion, which other forces may hold together for longer.
@@ -126,9 +130,12 @@ def duration_sentences(comparison: Comparison, lasts: float = math.nan) -> tuple
         return ()
     duration = math.pi / (contact_frequency(run.system, run.method.stiffness) * math.sqrt((1 - ratio) * (1 + ratio)))
     steps = duration * run.eta * run.method.steps / (2 * math.pi)
-    beside = (
-        f" In the motion contacts last τ = {lasts:.3g} (median)."
-        if abs(lasts - duration) > SAME_DURATION * duration
-        else ""
-    )
-    return (f"A contact of this K and D alone lasts τ = {duration:.4g}: {rounded(steps, 2)} steps.{beside}",)
+    beside = ""
+    if abs(lasts - duration) > SAME_DURATION * duration:
+        beside = stated(" In the motion contacts last {} (median).", _time(lasts, 3))
+    alone = _time(duration, 4)
+    return (stated("A contact of this K and D alone lasts {}: {} steps.{}", alone, rounded(steps, 2), beside),)
+
+
+def _time(duration: float, digits: int) -> Statement:
+    return Statement(Dimensionless("τ = "), Amount(duration, "time", digits))

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..facts import Choice, Statement, stated
 from ..methods import CONTACT_LAWS
 
 PART_NAMES = {"time_step": "time step", "regularisation": "K and D", "joint_damping": "joint damping"}
@@ -36,10 +37,10 @@ class Difference:
     chance: float = 0.0
     law: str = CONTACT_LAWS[0]
 
-    def name(self, part: str) -> str:
+    def name(self, part: str) -> str | Statement:
         """Return the words for a part; of K and D with a law that is another one than the spring and the damper."""
         named = part == "regularisation" and self.law != CONTACT_LAWS[0]
-        return f"{PART_NAMES[part]} (law {self.law})" if named else PART_NAMES[part]
+        return stated("{} (law {})", PART_NAMES[part], Choice("law", (self.law,))) if named else PART_NAMES[part]
 
     @property
     def largest(self) -> str:

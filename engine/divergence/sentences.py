@@ -3,7 +3,8 @@
 import math
 
 from ..drivers.step_maps import damps
-from ..wording import percent, rounded, rounded_to
+from ..facts import Choice, Statement, equation, joined, sentence, stated
+from ..wording import percent, rounded
 from .alone import Alone, Change
 from .blame import OF_STEPS, Blame, contact_fails
 from .compare import Comparison
@@ -12,11 +13,12 @@ from .difference import Difference
 from .search import joint_damping_part
 from .tolerances import CLOSE_CURVE, SAME_CURVE
 
+DIGITS = 3  # of K and D
 _NAMES = {"steps": "the time step", "joint damping": "the joint damping", "law": "the damper's jump at touch"}
 _STATUSES = {"located": "steps cut where contact changes", "end": "that at the end", "start": "that at the start"}
 
 
-def blame_sentence(comparison: Comparison, found: Alone, blame: Blame, now: Conditions | None) -> str:
+def blame_sentence(comparison: Comparison, found: Alone, blame: Blame, now: Conditions | None) -> str | Statement:
     """Return what is to blame, why unless it has been said (None), and what to change first."""
     difference = comparison.difference
     if difference.total <= difference.chance:
@@ -31,19 +33,19 @@ def blame_sentence(comparison: Comparison, found: Alone, blame: Blame, now: Cond
     only = len(names) == 1
     values = [_leaves(each, only) + _more_steps(blame, each) + _cancels(blame, each) for each in blame.changes]
     verb = "is to blame" if only else "are to blame, each alone"
-    subject = joined(names, "and")
     why = _reason(comparison, blame.changes[0], now)
-    return f"{subject[0].upper()}{subject[1:]} {verb}{why}: {joined(values, 'or')}."
+    return sentence(stated("{} {}{}: {}.", listed(names, "and"), verb, why, listed(values, "or")))
 
 
-def name_of(comparison: Comparison, changed: str) -> str:
+def name_of(comparison: Comparison, changed: str) -> str | Statement:
     """Return the words for a number or a choice within a sentence."""
     method = comparison.runs.penalty.method
     if changed == "status":
         return f"the contact status at the {method.status} of the step"
     if changed == "integrator":
         of = method.integrator
-        return f"the numerical damping of {of.name}" if damps(of) else f"the integrator {of.name}"
+        name = Choice("integrator", (of.name,))
+        return Statement("the numerical damping of " if damps(of) else "the integrator ", name)
     return _NAMES.get(changed, changed)
 
 
@@ -63,7 +65,7 @@ def change_of(change: Change) -> dict[str, float | bool | str]:
     return {name: own[name] for name in wanted}
 
 
-def value_text(change: Change) -> str:
+def value_text(change: Change) -> str | Statement:
     """Return what a change sets, such as "K = 1000" or "8,000 steps a period"."""
     method = change.method
     if change.changed == "joint damping":
@@ -71,20 +73,27 @@ def value_text(change: Change) -> str:
     if change.changed == "steps":
         return f"{method.steps:,} steps a period" if method.has_step else "no time step"
     if change.changed == "status":
-        return f"status {method.status}"
+        return chosen("status", method.status)
     if change.changed == "integrator":
-        return f"integrator {method.integrator.name}"
+        return chosen("integrator", method.integrator.name)
     if change.changed == "law":
-        return f"law {method.law}"
+        return chosen("law", method.law)
     numbers = change_of(change)
     steps = numbers.pop("steps", None)
-    texts = [f"{name} = {plain(value)}" for name, value in numbers.items()]
-    return ", ".join(texts + ([f"{steps:,} steps a period"] if steps else []))
+    texts = [equation(name, value, DIGITS) for name, value in numbers.items()]
+    return joined(", ", texts + ([f"{steps:,} steps a period"] if steps else []))
 
 
-def joined(words: list[str], last: str) -> str:
-    """Join words as in a sentence, ``last`` before the last of them."""
-    return f" {last} ".join(filter(None, (", ".join(words[:-1]), words[-1])))
+def chosen(field: str, value: str) -> Statement:
+    """What is set that is no number, such as "law limited"; located steps are a choice of their own."""
+    if value == "located":
+        return Statement(Choice(field, (value,), f"{field} {value}"))
+    return Statement(f"{field} ", Choice(field, (value,)))
+
+
+def listed(words: list[str], last: str) -> Statement:
+    """Words joined as in a sentence, ``last`` before the last of them."""
+    return joined(f" {last} ", filter(None, (joined(", ", words[:-1]), words[-1])))
 
 
 def rebound_text(now: Conditions) -> str:
@@ -96,11 +105,6 @@ def rebound_text(now: Conditions) -> str:
 def share(restitution: float) -> str:
     """Return a restitution with two decimals at most."""
     return rounded(round(restitution, 2), 3)
-
-
-def plain(value: float) -> str:
-    """Return a number with three digits, without an exponent."""
-    return rounded(rounded_to(value, 3), 3)
 
 
 def _reason(comparison: Comparison, change: Change, now: Conditions | None) -> str:
@@ -120,7 +124,7 @@ def _reason(comparison: Comparison, change: Change, now: Conditions | None) -> s
     return ""
 
 
-def _leaves(change: Change, only: bool) -> str:
+def _leaves(change: Change, only: bool) -> str | Statement:
     """What a change leaves; ``only``: it is the only one that is named."""
     left = percent(change.left)
     if change.changed == "joint damping":
@@ -132,15 +136,15 @@ def _leaves(change: Change, only: bool) -> str:
     if change.changed == "integrator":
         return f"Newmark's ¼ and ½, which damp nothing, leave {left}"
     if change.changed == "law":
-        return f"the law {change.method.law}, which has none, leaves {left}"
-    return f"{value_text(change)} {'leave' if change.changed == 'steps' else 'leaves'} {left}"
+        return stated("the {}, which has none, leaves {}", chosen("law", change.method.law), left)
+    return stated("{} {} {}", value_text(change), "leave" if change.changed == "steps" else "leaves", left)
 
 
-def _more_steps(blame: Blame, change: Change) -> str:
+def _more_steps(blame: Blame, change: Change) -> str | Statement:
     """The difference that more steps leave, for codes that cannot cut a step."""
     if blame.more_steps is None or change.changed not in OF_STEPS:
         return ""
-    return f" ({value_text(blame.more_steps)} {percent(blame.more_steps.left)})"
+    return stated(" ({} {})", value_text(blame.more_steps), percent(blame.more_steps.left))
 
 
 def _cancels(blame: Blame, change: Change) -> str:
@@ -148,18 +152,20 @@ def _cancels(blame: Blame, change: Change) -> str:
     return " by errors that cancel" if change in blame.cancelling else ""
 
 
-def _together_sentence(comparison: Comparison, found: Alone, blame: Blame, now: Conditions | None) -> str:
+def _together_sentence(comparison: Comparison, found: Alone, blame: Blame, now: Conditions | None) -> Statement:
     best = found.changes[0] if found.changes else None
     helps = best is not None and best.left < found.total
-    alone = f"; alone at best {_best_text(comparison, best)}" if helps else ""
-    names = joined(["K", "D", "the time step"] if "step" in blame.together.changed else ["K", "D"], "and")
+    alone = "; alone at best " + _best_text(comparison, best) if helps else ""
+    names = listed(["K", "D", "the time step"] if "step" in blame.together.changed else ["K", "D"], "and")
     left = percent(blame.together.left)
     why = _reason(comparison, blame.together, now) if blame.together.changed == "K and D" else ""
     have = "would have" if found.total <= CLOSE_CURVE else "have"  # motions that agree roughly may do
-    return f"{names} {have} to be changed together{why}: {value_text(blame.together)} leave {left}{alone}."
+    return stated(
+        "{} {} to be changed together{}: {} leave {}{}.", names, have, why, value_text(blame.together), left, alone
+    )
 
 
-def _nothing_sentence(comparison: Comparison, found: Alone, blame: Blame) -> str:
+def _nothing_sentence(comparison: Comparison, found: Alone, blame: Blame) -> str | Statement:
     part = joint_damping_part(comparison)
     best = next(iter(found.changes), None)
     of_model = (
@@ -168,17 +174,17 @@ def _nothing_sentence(comparison: Comparison, found: Alone, blame: Blame) -> str
     if best is None or best.left >= found.total:
         return f"No K, D or time step that was tried leaves less.{of_model}"
     does = "mends" if best.robust <= found.total / 2 else "halves"
-    return f"No number alone {does} it: at best {_best_text(comparison, best)}.{of_model}"
+    return stated("No number alone {} it: at best {}.{}", does, _best_text(comparison, best), of_model)
 
 
-def _best_text(comparison: Comparison, best: Change) -> str:
+def _best_text(comparison: Comparison, best: Change) -> Statement:
     """What the best change of one number leaves, which is luck where its contact does not do what it should."""
     cancels = " by errors that cancel" if contact_fails(comparison, best) else ""
-    return f"{value_text(best)} leaves {percent(best.left)}{cancels}"
+    return stated("{} leaves {}{}", value_text(best), percent(best.left), cancels)
 
 
-def _largest_sentence(difference: Difference) -> str:
+def _largest_sentence(difference: Difference) -> str | Statement:
     if not difference.largest:
         return "So little needs no change."
     name, share = difference.name(difference.largest), percent(difference.parts[difference.largest])
-    return f"Its largest part is that of {name if name.startswith('K') else f'the {name}'} ({share})."
+    return stated("Its largest part is that of {}{} ({}).", "" if name.startswith("K") else "the ", name, share)

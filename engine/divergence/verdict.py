@@ -9,6 +9,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from ..facts import Amount, Choice, Dimensionless, Statement, Symbol, equation, joined, sentence, stated
 from ..law_table import LAWS
 from ..methods import STEPS_RANGE, WITHOUT_SOLUTION, Newmark, TimeStepping
 from ..motions.description import Motion
@@ -26,7 +27,7 @@ from .encounters import delivered_restitution, mean_closing_speed
 from .grid import rms
 from .remaining import Remaining
 from .search import search_alone, without_jump
-from .sentences import blame_sentence, change_of, rebound_text
+from .sentences import DIGITS, blame_sentence, change_of, chosen, rebound_text
 from .tolerances import CLOSE_CURVE, SAME_CURVE, SHORT_CONTACT
 from .window import SECTION
 
@@ -41,7 +42,7 @@ class Verdict:
 
     Attributes
     ----------
-    headline : str
+    headline : str or Statement
         At most three short sentences.
     agree : {"yes", "partly", "no", "unknown"}
     blame : tuple of {"steps", "K", "D", "joint damping", "status", "integrator", "law"}
@@ -58,7 +59,7 @@ class Verdict:
     scatter : float
         Standard deviation of ξ₂ (at a wall ξ₁) about the section's points that the time step alone causes; 0 if there
         is none.
-    details : tuple of str
+    details : tuple of str or Statement
         The numbers behind it, a sentence each.
     alone : Alone or None
         The difference over each number alone; None where there is nothing to search for.
@@ -163,7 +164,7 @@ def _of_search(comparison: Comparison, found: Alone, blame: Blame, unchanged: st
     scattered = "" if repetition(comparison.penalty) in first else _scatter_sentence(comparison, scatter)
     second = blame_sentence(comparison, found, blame, None if cancel else contact)
     return Verdict(
-        headline=" ".join(filter(None, (unchanged, first, cancel, second))) + scattered,
+        headline=joined(" ", filter(None, (unchanged, first, cancel, second))) + scattered,
         agree="partly" if cancel else agree,
         blame=_blamed(blame),
         change=change_of(first_change) if first_change else {},
@@ -238,14 +239,14 @@ def _of_free_vibration(comparison: Comparison) -> Verdict:
     """Return the verdict on two free vibrations from one start: no number is to blame, since nothing lasts."""
     run, difference = comparison.runs.penalty, comparison.difference
     total = difference.total
-    sizes = (f"{difference.name(name)} {percent(share)}" for name, share in difference.parts.items())
+    sizes = (stated("{} {}", difference.name(name), percent(share)) for name, share in difference.parts.items())
     which = f"last {run.keep} of {run.periods} periods T"
     if run.keep == run.periods:
         which = "first period T" if run.periods == 1 else f"first {run.periods} periods T"
-    parts = f" Its parts: {', '.join(sizes)}." if difference.parts else ""
+    parts = stated(" Its parts: {}.", joined(", ", sizes)) if difference.parts else ""
     return Verdict(
         f"Nothing drives the bodies: in the {which} the displacements of this free vibration differ by "
-        f"{percent(total)} (rms).{parts}",
+        f"{percent(total)} (rms)." + parts,
         "yes" if total <= SAME_CURVE else "partly" if total <= CLOSE_CURVE else "no",
         details=duration_sentences(comparison),
     )
@@ -253,21 +254,29 @@ def _of_free_vibration(comparison: Comparison) -> Verdict:
 
 def _of_rest(comparison: Comparison) -> Verdict:
     """Return the verdict where the reference does not move, as a body that a preload holds at a wall."""
-    apart = rounded(rms(comparison.parts.total[:2]), 2)
+    apart = Amount(rms(comparison.parts.total[:2]), "displacement", 2)
+    said = stated(
+        "{} The reference does not move, so that no relative difference exists: the penalty solution is off by {} "
+        "(rms{}), by which the spring K gives way.",
+        touching(comparison.reference),
+        apart,
+        Dimensionless(", in units of length"),
+    )
     return Verdict(
-        f"{touching(comparison.reference)} The reference does not move, so that no relative difference exists: "
-        f"the penalty solution is off by {apart} (rms, in units of length), by which the spring K gives way.".strip(),
+        sentence(said),
         "unknown",
         reference=comparison.reference,
         penalty=comparison.penalty,
     )
 
 
-def _scatter_sentence(comparison: Comparison, scatter: float) -> str:
+def _scatter_sentence(comparison: Comparison, scatter: float) -> str | Statement:
     if not is_visible(scatter, comparison):
         return ""
-    symbol = SYMBOLS[comparison.penalty.body]
-    return f" The time step blurs each point of the section ({symbol} by ±{rounded(scatter, 2)})."
+    symbol = Symbol(SYMBOLS[comparison.penalty.body])
+    return stated(
+        " The time step blurs each point of the section ({} by ±{}).", symbol, Amount(scatter, "displacement", 2)
+    )
 
 
 def _of_other_motion(comparison: Comparison, elsewhere: float, scatter: float, cancelled) -> Verdict:
@@ -294,7 +303,7 @@ def _of_early_end(comparison: Comparison, cancelled) -> Verdict:
     runs = comparison.runs
     if not runs.reference.ok:
         message = runs.reference.message
-        return Verdict(f"The reference ended early, so there is nothing to compare: {message}.", "unknown")
+        return Verdict(stated("The reference ended early, so there is nothing to compare: {}.", message), "unknown")
     if runs.penalty.status is Status.WITHOUT_SOLUTION:
         return _of_no_solution(comparison, cancelled)
     fact = "The penalty solution blew up, so there is nothing to compare."
@@ -352,16 +361,27 @@ def _of_no_solution(comparison: Comparison, cancelled) -> Verdict:
     }
     found = {name: _first_that_finishes(comparison, methods, cancelled) for name, methods in tried.items()}
     change = {name: getattr(each, name) for name, each in found.items() if each is not None}
-    words = {"without_solution": "without-solution {}", "steps": "{:,} steps", "damping": "D = {:g}"}
-    ways = [words.get(name, name + " {}").format(value) for name, value in change.items()]
+    ways = [_way(name, value) for name, value in change.items()]
     first = {"damping": "D"}
     step = run.cost.steps + 1
     when = f"step {step} (period {(step - 1) // method.steps + 1})"
+    finishes = stated("What finishes, each tried alone: {}.", joined(", or ", ways)) if ways else ""
     return Verdict(
         f"The penalty solution stopped at {when}, which has no solution. {why} is to blame. "
-        + (f"What finishes, each tried alone: {', or '.join(ways)}." if ways else "Nothing tried finishes."),
+        + (finishes or "Nothing tried finishes."),
         "unknown",
         (("law" if at_touch else "D") if jumps else "status",),
         {first.get(name, name): value for name, value in list(change.items())[:1]},
         details=(run.message,),
     )
+
+
+def _way(name: str, value: float | str) -> str | Statement:
+    """A change after which a run finishes, in words."""
+    if name == "steps":
+        return f"{value:,} steps"
+    if name == "damping":
+        return equation("D", value, DIGITS)
+    if name == "without_solution":
+        return Statement(Choice(name, (value,), f"without-solution {value}"))
+    return chosen(name, value)

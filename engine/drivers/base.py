@@ -7,6 +7,7 @@ from collections.abc import Callable
 
 import numpy as np
 
+from ..facts import Ending
 from ..kernels.compile.record import IMPACT_COLUMNS, Buffers, PackedBuffers, make_buffers
 from ..result import Cancelled, Checkpoint, Cost, Impacts, Status, Trajectory
 
@@ -121,7 +122,7 @@ class Driver(ABC):
         """Call the kernel up to the end of period ``stop``; the flag: it has to be called again."""
 
     @abstractmethod
-    def explain(self, status: Status) -> str:
+    def explain(self, status: Status) -> Ending:
         """Why the run ended and what to change."""
 
     @abstractmethod

@@ -5,6 +5,7 @@ from typing import ClassVar, NamedTuple
 
 import numpy as np
 
+from ..facts import ETA, Ending, stated
 from ..kernels.compile.options import uncompiled
 from ..kernels.compile.record import Buffers, PackedBuffers, make_buffers
 from ..kernels.equations.coordinates import contact_coordinates, displacements
@@ -131,21 +132,24 @@ class EventDriver(Driver):
         again = code in (FULL, PAUSED)
         return Status.OK if again else STATUSES[code], again
 
-    def explain(self, status: Status) -> str:
+    def explain(self, status: Status) -> Ending:
         period = int(self._now.period) + 1
         if status is Status.UNRESOLVED and self._pauses > kernel.MOST_PAUSES:
-            return (
-                f"following period {period} was given up: what is fast in it does not die away; "
-                "take a smaller K or a larger D, or a higher eta"
+            return Ending(
+                f"following period {period} was given up",
+                "what is fast in it does not die away",
+                stated("take a smaller K or a larger D, or a higher {}", ETA),
             )
         if status is Status.UNRESOLVED:
-            return (
-                f"in period {period} the joined bodies would part into each other: their joint damping and the two "
-                "dampers contradict each other; take the derived joint damping, or smaller damping ratios"
+            return Ending(
+                f"in period {period} the joined bodies would part into each other",
+                "their joint damping and the two dampers contradict each other",
+                "take the derived joint damping, or smaller damping ratios",
             )
         rigid = self._system.views.rigid
         change = "take a larger threshold or a smaller restitution" if rigid else "take a smaller K"
-        return f"over {kernel.MOST_EVENTS} impacts and contacts in period {period}: the chatter does not end; {change}"
+        what = f"over {kernel.MOST_EVENTS} impacts and contacts in period {period}"
+        return Ending(what, "the chatter does not end", change)
 
     def record_open_contact(self, buffers: Buffers) -> None:
         if uncompiled(in_contact)(self._now) and self.periods > self.kept_from:

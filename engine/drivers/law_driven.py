@@ -6,6 +6,7 @@ from typing import ClassVar
 
 import numpy as np
 
+from ..facts import Ending
 from ..kernels.compile.options import uncompiled
 from ..kernels.compile.record import Buffers, PackedBuffers, no_contact
 from ..kernels.equations.contact_law import COMPRESSION, CUT, LIMITED, force
@@ -186,14 +187,16 @@ class LawDriver(EventDriver):
     def call(self, stop: int, buffers: PackedBuffers) -> tuple[int, int, int]:
         return self.loop(self._system, self._state, float(stop), self._window, buffers.flat, buffers.sizes)
 
-    def explain(self, status: Status) -> str:
+    def explain(self, status: Status) -> Ending:
         period = int(self._now.period) + 1
         if status is Status.UNRESOLVED:
-            return (
-                f"from period {period} on a contact needs steps too short to go on: its damper is too stiff beside its "
-                "spring; take a smaller K or D, or a law whose damper does not depend on the closing speed"
+            return Ending(
+                f"from period {period} on a contact needs steps too short to go on",
+                "its damper is too stiff beside its spring",
+                "take a smaller K or D, or a law whose damper does not depend on the closing speed",
             )
-        return f"over {kernel.MOST_EVENTS} events in period {period}: a contact does not end; take a smaller K"
+        what = f"over {kernel.MOST_EVENTS} events in period {period}"
+        return Ending(what, "a contact does not end", "take a smaller K")
 
     def record_open_contact(self, buffers: Buffers) -> None:
         p, a = self._system, self._now

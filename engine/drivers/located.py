@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from ..facts import Ending
 from ..integrators import Integrator, NewmarkBeta
 from ..kernels.accelerated import located_skip
 from ..kernels.compile.options import uncompiled
@@ -118,13 +119,14 @@ class LocatedDriver(SteppingDriver):
         again = code == PAUSED
         return Status.OK if again else STATUSES[code], again
 
-    def explain(self, status: Status) -> str:
+    def explain(self, status: Status) -> Ending:
         step, n = self._now.step, self._method.steps
         if status is Status.DIVERGED:
             return self.explain_divergence(step)
-        return (
-            f"more than {kernel.SOLVES_PER_STEP:,} solves within step {step} (period {step / n:.2f}): contacts follow "
-            "each other far faster than the excitation; take a smaller K, or a D that ends them"
+        return Ending(
+            f"more than {kernel.SOLVES_PER_STEP:,} solves within step {step} (period {step / n:.2f})",
+            "contacts follow each other far faster than the excitation",
+            "take a smaller K, or a D that ends them",
         )
 
     def results(self) -> dict:

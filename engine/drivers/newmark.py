@@ -4,6 +4,7 @@ from typing import ClassVar
 
 import numpy as np
 
+from ..facts import Ending
 from ..kernels.accelerated import skip
 from ..kernels.accelerated.step_map import FREE, REACHES, SKIPPING, set_up_skipping
 from ..kernels.compile.options import uncompiled
@@ -97,7 +98,7 @@ class NewmarkDriver(SteppingDriver):
             code = self.kernel.integrate(self._scheme, self._cosines, self._state, last)
         return Status.OK if code == FULL else STATUSES[code], code == FULL
 
-    def explain(self, status: Status) -> str:
+    def explain(self, status: Status) -> Ending:
         return self.explain_divergence(self._now.step)
 
     def record_open_contact(self, buffers: Buffers) -> None:

@@ -5,10 +5,12 @@ from typing import ClassVar
 
 import numpy as np
 
+from ..facts import Ending
 from ..kernels.time_stepping.newmark import LIMIT
 from ..methods import Newmark, TimeStepping
 from ..model import System
 from ..result import Checkpoint, Cost, Record
+from ..wording import end_text
 from .base import Driver
 
 
@@ -67,10 +69,12 @@ class SteppingDriver(Driver):
         n = self._method.steps
         return 2 * np.pi * np.arange(n + 1) / n
 
-    def explain_divergence(self, step: int) -> str:
-        """The step at which the run diverged, the reason, and what to change."""
+    def explain_divergence(self, step: int, limit: str = "") -> Ending:
+        """The step at which the run diverged, the reason, what to change, and the limit of stability if it is known."""
         n = self._method.steps
-        return (
-            f"{self.solution} blew up: the gap passed {LIMIT:g} base amplitudes at step {step} "
-            f"(period {step / n:.2f}); take more steps per period than {n}, or a smaller K or D"
+        return Ending(
+            f"{self.solution} blew up",
+            f"the gap passed {end_text(LIMIT)} base amplitudes at step {step} (period {step / n:.2f})",
+            f"take more steps per period than {n}, or a smaller K or D",
+            limit,
         )

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from ..facts import Choice, Ending, equation, stated
 from ..kernels.accelerated import matrix_skip
 from ..kernels.compile.options import uncompiled
 from ..kernels.compile.record import Buffers, PackedBuffers, make_buffers, no_contact
@@ -107,20 +108,26 @@ class TimeSteppingDriver(SteppingDriver):
             code = matrix_skip.integrate_skipping(self._scheme, self._tables, *arrays)
         return Status.OK if code == FULL else STATUSES[code], code == FULL
 
-    def explain(self, status: Status) -> str:
+    def explain(self, status: Status) -> Ending:
         if status is Status.WITHOUT_SOLUTION:
             return self._explain_no_solution()
-        unstable = self._explain_instability()
-        return self.explain_divergence(self._now.step) + (f": {unstable}" if unstable else "")
+        return self.explain_divergence(self._now.step, self._explain_instability())
 
-    def _explain_no_solution(self) -> str:
+    def _explain_no_solution(self) -> Ending:
         method, step, damping = self._method, self._now.step, self._scheme.system.gain / 2
         cut = f", even in {kernel.PARTS} parts," if method.without_solution == "halve" else ""
-        others = " or ".join(repr(name) for name in WITHOUT_SOLUTION[1:] if name != method.without_solution)
-        return (
-            f"step {step + 1} (period {step // method.steps + 1}){cut} has no solution: with contact it ends open, "
-            f"without contact it ends closed, because the damper's force jumps where the bodies touch; take a smaller "
-            f"D than {damping:g}, other steps per period than {method.steps}, or without_solution = {others}"
+        others = tuple(name for name in WITHOUT_SOLUTION[1:] if name != method.without_solution)
+        advice = stated(
+            "take a smaller {}, other steps per period than {}, or {}",
+            equation("D", damping, relation=" than "),
+            str(method.steps),
+            Choice("without_solution", others, f"without_solution = {' or '.join(map(repr, others))}"),
+        )
+        return Ending(
+            f"step {step + 1} (period {step // method.steps + 1}){cut} has no solution",
+            "with contact it ends open, without contact it ends closed, because the damper's force jumps where the "
+            "bodies touch",
+            advice,
         )
 
     def _explain_instability(self) -> str:

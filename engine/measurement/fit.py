@@ -25,6 +25,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..arguments import shown
+from ..facts import Amount, Statement, equation, stated
 from ..methods import Reference
 from ..model import BODY_2, System, check_eta
 from .least_squares import UPPER, FitProblem, constant
@@ -55,7 +56,7 @@ class Fit:
         The measurement's own, see :class:`.recurrence.Recurrence`.
     agreeing, starts : int
         How many of the initial guesses led to this minimum, and how many led to any.
-    remarks : tuple of str
+    remarks : tuple of str or Statement
         Reservations about the numbers.
     """
 
@@ -129,7 +130,10 @@ def fit(
     problem = FitProblem(system, eta, measurement, names, method or Reference(threshold=0.0), cancelled)
     minima = [minimum for guess in problem.guesses() if (minimum := problem.minimum(guess)) is not None]
     if not minima:
-        raise ValueError(f"the reference is not periodic at eta = {eta:g} near this system: there is no cycle to fit")
+        where = equation("eta", eta)
+        raise ValueError(
+            stated("the reference is not periodic at {} near this system: there is no cycle to fit", where)
+        )
     best = min(minima, key=lambda minimum: minimum.cost)
     agreeing = sum(bool(minimum.cost <= best.cost * (1 + SAME_MINIMUM)) for minimum in minima)
     return _result(problem, best.x, noise, agreeing, len(minima))
@@ -178,7 +182,7 @@ def _result(problem: FitProblem, best: np.ndarray, noise: float, agreeing: int, 
     )
 
 
-def _remarks(names, best, determined, correlation, rows, deviation, noise) -> Iterator[str]:
+def _remarks(names, best, determined, correlation, rows, deviation, noise) -> Iterator[str | Statement]:
     """Yield reservations about a fit, in words."""
     for name in names:
         if name not in determined:
@@ -192,9 +196,10 @@ def _remarks(names, best, determined, correlation, rows, deviation, noise) -> It
                 yield f"{determined[j]} and {one} can hardly be distinguished (correlation {correlation[i, j]:.3f})"
     neighbours = np.sum(rows[:, 1:] * rows[:, :-1]) / max(np.sum(rows**2), 1e-300)
     if deviation > NOISIER * noise:
-        yield (
-            f"the residual ({deviation:.3g}) is larger than the measurement's own noise ({noise:.3g}): the reference "
-            "moves otherwise, and the standard errors do not hold"
+        yield stated(
+            "the residual ({}) is larger than the measurement's own noise ({}): the reference moves otherwise, and the "
+            "standard errors do not hold",
+            *(Amount(value, "displacement", 3) for value in (deviation, noise)),
         )
     if neighbours > DEPENDENT:
         yield f"neighbouring residuals depend on each other ({neighbours:.2f}): the standard errors are too small"

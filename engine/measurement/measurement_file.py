@@ -27,6 +27,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..facts import ETA, stated
 from ..files import read_file
 from ..units import Units
 from .acceleration import integrated
@@ -133,7 +134,9 @@ def parse_measurement(
     in_periods = bool(series) and not chosen[names.index("time")].physical
     needs_eta = in_periods or measured == ACCELERATIONS
     if eta is None and needs_eta:
-        raise ValueError(f"{table.where}: time in periods and accelerations need the excitation frequency: give eta")
+        raise ValueError(
+            stated("{}: time in periods and accelerations need the excitation frequency: give {}", table.where, ETA)
+        )
     time = time * 2 * np.pi / eta if in_periods else time
     return Measurement(
         time=time,

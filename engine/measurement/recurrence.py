@@ -16,6 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..facts import OMEGA1, equation, stated
 from .measurement import Measurement
 from .tolerances import BETTER, CERTAIN_SIGMAS, HIDDEN, INTEGRATED, NYQUIST, OVERLAP, RIDGE, UNEXPLAINED, UNOBSERVED
 
@@ -87,8 +88,13 @@ def recurrence(measurement: Measurement, eta: float) -> Recurrence:
     periods = measurement.span * eta / (2 * np.pi)
     if periods < 1:
         raise ValueError(
-            f"the measurement covers {periods:.3g} periods of the excitation at eta = {eta:g}: give at least one, "
-            "and check the unit of time and omega1"
+            stated(
+                "the measurement covers {} periods of the excitation at {}: give at least one, and check the unit of "
+                "time and {}",
+                f"{periods:.3g}",
+                equation("eta", eta),
+                OMEGA1,
+            )
         )
     thin = measurement.thinned(HARMONIC_SAMPLES)
     size = float(np.std(thin.displacement, axis=1).max())

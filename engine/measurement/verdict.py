@@ -3,6 +3,7 @@
 import math
 from collections.abc import Iterator
 
+from ..facts import ETA, OMEGA1, Statement, equation, joined, stated
 from ..result import Status
 from ..wording import every, percent
 from .alignment import Alignment
@@ -10,12 +11,12 @@ from .comparison import MeasuredComparison, Solved
 from .tolerances import HARDLY_VISIBLE, OTHER_FRAME, SENSOR, WITHIN_NOISE
 
 
-def measured_verdict(compared: MeasuredComparison) -> str:
+def measured_verdict(compared: MeasuredComparison) -> Statement:
     """Say whether a measurement shows this motion at all, and how close each solution is to it."""
-    return " ".join(_sentences(compared))
+    return joined(" ", _sentences(compared))
 
 
-def _sentences(compared: MeasuredComparison) -> Iterator[str]:
+def _sentences(compared: MeasuredComparison) -> Iterator[str | Statement]:
     own, eta = compared.recurrence, compared.reference.response.eta
     if not compared.reference.response.system.excitation.drives:
         yield (
@@ -25,17 +26,25 @@ def _sentences(compared: MeasuredComparison) -> Iterator[str]:
         )
         return
     if own.period == 0:
-        yield (
-            f"The measurement is not in step with an excitation at eta = {eta:g}; its strongest frequency is "
-            f"eta = {own.strongest:.4g}. Check eta, the unit of time and omega1; if they are right, the motion is not "
-            "periodic, or noise hides it, and only statistics can be compared."
+        yield stated(
+            "The measurement is not in step with an excitation at {}; its strongest frequency is {}. Check {}, the "
+            "unit of time and {}; if they are right, the motion is not periodic, or noise hides it, and only "
+            "statistics can be compared.",
+            equation("eta", eta),
+            equation("eta", own.strongest, 4),
+            ETA,
+            OMEGA1,
         )
         return
     if compared.other_eta is not None:
         error = own.eta_error * compared.measurement.span
-        yield (
-            f"The measurement was excited at eta = {own.eta:.6g}, not at eta = {eta:g}: it runs out of step by "
-            f"{compared.drift:.2g} +- {error:.1g} rad. Give that eta before anything else is judged."
+        yield stated(
+            "The measurement was excited at {}, not at {}: it runs out of step by {} rad. Give that {} before anything "
+            "else is judged.",
+            equation("eta", own.eta),
+            equation("eta", eta),
+            f"{compared.drift:.2g} +- {error:.1g}",
+            ETA,
         )
         return
     if len(own.possible) > 1:

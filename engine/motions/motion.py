@@ -27,7 +27,7 @@ from ..methods import ExactPenalty, Method, Newmark, Reference, TimeStepping
 from ..model import System
 from ..result import Record, Response
 from ..simulate import FARTHEST, simulate
-from ..wording import counted
+from ..wording import counted, end_text
 from .contact_force import impulse_per_period, peak_force
 from .description import Kind, Motion, describe, sampled_periods
 from .floquet import fate_of_disturbances, lyapunov_exponent, multipliers, nearest_bifurcation
@@ -157,7 +157,7 @@ def _closed_form_motion(system: System, eta, method: Reference | ExactPenalty, i
         state = followed.section[-1]
         cycle = _late_cycle(system, eta, method, followed.section, cancelled)
         if cycle is not None:
-            return replace(cycle, reason=f"{cycle.reason}; a run of {schedule.long} periods did not find it")
+            return replace(cycle, reason=cycle.reason + f"; a run of {schedule.long} periods did not find it")
         kind, reason = classify(followed)
         if kind is not Kind.UNDECIDED:
             break
@@ -203,7 +203,7 @@ def _late_cycle(system: System, eta, method, section: np.ndarray, cancelled) -> 
 
 
 def _unbounded_motion(run: Response) -> Motion:
-    reason = f"it has grown to more than {FARTHEST:g} base amplitudes: nothing takes the energy that is put in"
+    reason = f"it has grown to more than {end_text(FARTHEST)} base amplitudes: nothing takes the energy that is put in"
     return replace(describe(run, 0), type=Kind.UNDECIDED, reason=reason)
 
 

@@ -12,13 +12,14 @@ import numpy as np
 
 from ..drivers.event_driven import LinearFlow, contact_state, displaced_state, set_up
 from ..drivers.law_driven import LawFlow, needs_law
+from ..facts import Amount, Dimensionless, Statement, stated
 from ..methods import ExactPenalty, Reference
 from ..model import System
 from ..result import Cancelled
 from .tolerances import LARGEST_PRESSING
 
 
-def unresolved(system: System) -> str:
+def unresolved(system: System) -> str | Statement:
     """Why rounding hides the orbits of a system; empty if it does not.
 
     Displacements are computed from the equilibrium of the separate bodies. Where a large constant force acts on a weak
@@ -26,9 +27,12 @@ def unresolved(system: System) -> str:
     """
     if -system.static_gap <= LARGEST_PRESSING:
         return ""
-    return (
-        f"without contact the bodies would overlap at rest by {-system.static_gap:.4g} units of length, more than "
-        f"{LARGEST_PRESSING:g}, and rounding hides periodic motions: give stiffer springs, or smaller constant forces"
+    return stated(
+        "without contact the bodies would overlap at rest by {}{}, more than {}, and rounding hides periodic motions: "
+        "give stiffer springs, or smaller constant forces",
+        Amount(-system.static_gap, "displacement"),
+        Dimensionless(" units of length"),
+        Amount(LARGEST_PRESSING, "displacement"),
     )
 
 

@@ -190,7 +190,7 @@ def steady(
     orbit = search.attempt(run.section, schedule.long) if run.ok else None
     if orbit is not None:
         return _of_orbit(system, eta, method, orbit, search, record)
-    message = f"{_failure(run, search)}; this is the run of {schedule.long} periods, the last {KEEP} kept"
+    message = _failure(run, search) + f"; this is the run of {schedule.long} periods, the last {KEEP} kept"
     end = run.section[-1] if len(run.section) else np.full(4, np.nan)
     return Steady(
         periodic=False,

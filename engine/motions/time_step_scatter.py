@@ -20,17 +20,18 @@ steps say nothing of it (:func:`_is_about_cycle`).
 them, with longer runs and a sentence.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 
 from ..drivers.section import TOLERANCE, period_of, periods_of
+from ..facts import Amount, Statement, Symbol, joined, stated
 from ..methods import STEPS_RANGE
 from ..result import Response
 from ..simulate import simulate
-from ..wording import counted, every, rounded
+from ..wording import counted, every
 from .description import CellKind, Kind, Motion
 from .section import band_width, band_widths, cycle_spreads, scatter
 from .tolerances import CLEAR_SPREAD, REPEATED_BAND, SHOWN_SPREAD, SHRUNK
@@ -180,6 +181,11 @@ class SectionJudgement(NamedTuple):
     bands: tuple[tuple[int, float], ...]  # :class:`Band` with the step itself and with smaller ones
 
 
+def widths_text(bands: Iterable[tuple[int, float]]) -> Statement:
+    """The widths of bands, as in "±0.034 at T/8000, ±0.0068 at T/32000"."""
+    return joined(", ", (stated("±{} at T/{}", Amount(width, "displacement", 2), str(steps)) for steps, width in bands))
+
+
 def judge_newmark_section(
     run: Response, limit: Motion, cancelled: Callable[[], bool] | None = None
 ) -> SectionJudgement:
@@ -219,33 +225,41 @@ def judge_newmark_section(
     own = Band(run.method.steps, scatter(run.section, period, body))
     bands.insert(0, own)
     decided, artefact = Kind[CellKind(judged.kinds[0]).name], judged.kinds[0] == CellKind.ARTEFACT
-    widths = ", ".join(f"±{rounded(each.scatter, 2)} at T/{each.steps}" for each in bands)
-    listed = f"{widths} in {SYMBOLS[run.system.observed_body]}, over {len(run.section)} periods"
+    symbol, over = Symbol(SYMBOLS[run.system.observed_body]), f"over {len(run.section)} periods"
+    listed = stated("{} in {}, {}", widths_text(bands), symbol, over)
     if artefact:
-        reason = (
-            f"the section is a band, but an artefact of the time step: its width shrinks with it ({listed}), and "
-            f"without a time step the motion repeats itself {every(limit.period)}"
+        reason = stated(
+            "the section is a band, but an artefact of the time step: its width shrinks with it ({}), and without a "
+            "time step the motion repeats itself {}",
+            listed,
+            every(limit.period),
         )
     elif own_period:
         after = counted(own_period, "period")
         reason = f"the section repeats itself after {after}; without a time step the motion is {limit.type}"
     elif not judged.is_about_cycle[0]:
-        reason = (
-            f"the section is a band ({listed}), but not about the points of the "
-            f"motion without a time step, which repeats itself {every(limit.period)}: with this time step it is "
-            "another motion"
+        reason = stated(
+            "the section is a band ({}), but not about the points of the motion without a time step, which repeats "
+            "itself {}: with this time step it is another motion",
+            listed,
+            every(limit.period),
         )
     elif decided is Kind.UNDECIDED:
         is_seen = limit.period <= period
         what = "more steps per period would decide" if is_seen else "too long a cycle for these periods to show it"
-        reason = (
-            f"the section is a band ({listed}), and without a time step the motion "
-            f"is {limit.type} ({limit.reason}): {what}"
+        reason = stated(
+            "the section is a band ({}), and without a time step the motion is {} ({}): {}",
+            listed,
+            str(limit.type),
+            limit.reason,
+            what,
         )
     else:
-        reason = (
-            f"without a time step the motion is {limit.type} ({limit.reason}), and the band does not shrink with the "
-            f"step ({listed})"
+        reason = stated(
+            "without a time step the motion is {} ({}), and the band does not shrink with the step ({})",
+            str(limit.type),
+            limit.reason,
+            listed,
         )
     noise, decided = (own.scatter, Kind.PERIODIC) if artefact else (0.0, decided)
     return SectionJudgement(decided, int(judged.periods[0]), reason, noise, tuple(map(tuple, bands)))

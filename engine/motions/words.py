@@ -2,7 +2,8 @@
 
 import math
 
-from ..wording import every, rounded
+from ..facts import Amount, Statement, Symbol, stated
+from ..wording import every
 from .description import Kind, Motion
 from .tolerances import UNBROKEN
 
@@ -40,10 +41,12 @@ def repetition_of(kind: Kind, period: int, near_period: int, scatter: float, blu
     if not near_period:
         return "does not repeat"
     cycle = every(near_period)
-    amount = f" (±{rounded(scatter, 2)} in {SYMBOLS[body]})" if math.isfinite(scatter) else ""
+    amount = ""
+    if math.isfinite(scatter):
+        amount = stated(" (±{} in {})", Amount(scatter, "displacement", 2), Symbol(SYMBOLS[body]))
     if blurred:
-        return f"repeats {cycle}, blurred by the time step{amount}"
-    return f"repeats {cycle}" if period == near_period else f"nearly repeats {cycle}{amount}"
+        return Statement(f"repeats {cycle}, blurred by the time step", amount)
+    return f"repeats {cycle}" if period == near_period else Statement(f"nearly repeats {cycle}", amount)
 
 
 def difference_in_kind(reference: Motion, penalty: Motion) -> str:
@@ -55,7 +58,7 @@ def difference_in_kind(reference: Motion, penalty: Motion) -> str:
         return ""
     if penalty.type is reference.type in (Kind.CHAOTIC, Kind.QUASI_PERIODIC):  # though one of them may nearly repeat
         return ""
-    return f"the penalty solution {repetition(penalty)}, the reference {repetition(reference)}"
+    return stated("the penalty solution {}, the reference {}", repetition(penalty), repetition(reference))
 
 
 def touching(found: Motion) -> str:

@@ -7,6 +7,7 @@ from dataclasses import replace
 from ..divergence.contact import damping_of_law, equal_restitution_damping
 from ..divergence.error import Target
 from ..divergence.grid import PER_PERIOD
+from ..facts import ETA, Amount, Reason, Statement, equation, joined, stated
 from ..methods import Newmark, Reference, TimeStepping
 from ..motions.description import describe
 from ..motions.steady import KEEP, LONG, Steady, steady
@@ -19,30 +20,35 @@ from .question import SettingQuestion
 from .trials import MISSES, VERIFIED, Trial, Trials
 
 
-def aperiodic_reference_reason(found: Steady) -> str:
+def aperiodic_reference_reason(found: Steady) -> Reason:
     """Say that the reference does not repeat itself, so that no error exists at each instant."""
     if not found.response.ok:
-        return f"the reference itself ended as {found.response.status}: {found.response.message}"
-    return (
-        f"the reference's motion at eta = {found.response.eta:g} does not repeat itself ({found.message}), so two "
-        "solutions drift apart whatever K, D and the step are, and no error exists at each instant: set K, D and n by "
-        "a neighbouring eta with periodic motion, and compare statistics (motion type, impacts per period, section)"
+        return Reason(f"the reference itself ended as {found.response.status}", ": " + found.response.message)
+    return Reason(
+        stated("the reference's motion at {} does not repeat itself", equation("eta", found.response.eta)),
+        stated(
+            " ({}), so two solutions drift apart whatever K, D and the step are, and no error exists at each instant: "
+            "set K, D and n by a neighbouring {} with periodic motion, and compare statistics (motion type, impacts "
+            "per period, section)",
+            found.message,
+            ETA,
+        ),
     )
 
 
-def idle_reason(found: Steady) -> str:
+def idle_reason(found: Steady) -> Statement:
     """Say that there is nothing to recommend: nothing drives the bodies, or nothing touches; else empty."""
     if not found.response.system.excitation.drives:
-        return (
+        return Statement(
             "Nothing drives the bodies, so that they come to rest: there is no steady motion that K and D could change."
         )
     described = describe(found.response, found.period)
     fact = touching(described)
     if fact and described.contact_share > 0 and found.response.system.wall:
-        return (
+        return Statement(
             f"{fact} Body 1 rests against the wall: it does not move, so that no error relative to its motion exists."
         )
-    return fact if described.contact_share == 0.0 else ""
+    return Statement(fact if described.contact_share == 0.0 else "")
 
 
 def joint_damping_error(target: Target, reference: Reference, cancelled: Callable[[], bool] | None = None) -> float:
@@ -70,7 +76,7 @@ def unmet_tolerance_reason(
     joint_damping: float,
     question: SettingQuestion,
     cancelled: Callable[[], bool] | None = None,
-) -> str:
+) -> Reason:
     """Say what keeps the error above the tolerance, and what to do about it.
 
     Parameters
@@ -86,21 +92,25 @@ def unmet_tolerance_reason(
     tolerance = tolerances.displacement
     stiffness_max = limits.stiffness_max if limits.stiffness is None else limits.stiffness
     if not front:
-        none = f"no K up to {stiffness_max:g} gave a run that reached its end within {limits.steps_max} steps"
+        none = stated(
+            "no {} gave a run that reached its end within {} steps",
+            equation("K", stiffness_max, relation=" up to "),
+            str(limits.steps_max),
+        )
         if trials.scheme.counts_solutions and trials.scheme.without_solution == "stop":
-            return (
-                f"{none}: with contact at the end, a step has no solution sooner or later; keep its status or halve it"
+            return Reason(
+                none, ": with contact at the end, a step has no solution sooner or later; keep its status or halve it"
             )
-        return f"{none}: allow more steps"
+        return Reason(none, ": allow more steps")
     system, least = target.reference.system, front[-1]
     error = percent(least.robust, beside=tolerance)
     found = f"the least error found is {error}, with {least.setting.steps} steps per period"
     if joint_damping > tolerance:
-        return (
-            f"the joint damping alone makes an error of {percent(joint_damping)}: the reference holds "
-            f"d3 = {system.d3:g} in permanent contact, the two dampers give {system.derived_joint_damping:.3g}, and K, "
-            f"D and the step are not made to supply the rest; {found}. Allow a larger tolerance, or compare with the "
-            "derived joint damping (d3 from d1 and d2)"
+        return Reason(
+            f"the joint damping alone makes an error of {percent(joint_damping)}",
+            f": the reference holds d3 = {system.d3:g} in permanent contact, the two dampers give "
+            f"{system.derived_joint_damping:.3g}, and K, D and the step are not made to supply the rest; {found}. "
+            "Allow a larger tolerance, or compare with the derived joint damping (d3 from d1 and d2)",
         )
     if least.robust <= tolerance:
         return _contacts_reason(least, tolerances)
@@ -113,28 +123,34 @@ def unmet_tolerance_reason(
     methods = (replace(trials.scheme, stiffness=stiffness, damping=d) for stiffness, d in pairs)
     if min(error_without_time_step(target, method, cancelled) for method in methods) <= tolerance:
         advice = "allow more steps" + ("" if trials.located else ", or cut them where contact changes")
-        return f"the time step is to blame: without one, K and D would meet the tolerance; {found}: {advice}"
+        why = f": without one, K and D would meet the tolerance; {found}: {advice}"
+        return Reason("the time step is to blame", why)
     held = [
-        f"{name} = {value:g}" for name, value in (("K", limits.stiffness), ("D", limits.damping)) if value is not None
+        equation(name, value) for name, value in (("K", limits.stiffness), ("D", limits.damping)) if value is not None
     ]
     if held:
-        return (
-            f"{' and '.join(held)}, which is held, is to blame: the error stays too large even without a time step; "
-            f"{found}: let the search choose"
+        return Reason(
+            stated("{}, which is held, is to blame", joined(" and ", held)),
+            f": the error stays too large even without a time step; {found}: let the search choose",
         )
-    return (
-        f"K is to blame: up to {stiffness_max:g} the contact stays too soft, even without a time step; {found}: "
-        "allow a larger K"
+    return Reason(
+        "K is to blame",
+        stated(
+            ": up to {} the contact stays too soft, even without a time step; {}: allow a larger K",
+            Amount(stiffness_max, "contact_stiffness", 6),
+            found,
+        ),
     )
 
 
-def _contacts_reason(least: Trial, tolerances: Tolerances) -> str:
+def _contacts_reason(least: Trial, tolerances: Tolerances) -> Reason:
     """Say that displacements are met, and what is not."""
     found = f"the displacements keep to {percent(tolerances.displacement)} with {least.setting.steps} steps per period"
     if least.excess <= 1.0:
-        return (
-            f"{found}, but not reliably: run from rest, more than {MISSES} of {VERIFIED} settings within one or two "
-            "per cent of K, D and the steps miss it, or stop: allow more steps"
+        return Reason(
+            f"{found}, but not reliably",
+            f": run from rest, more than {MISSES} of {VERIFIED} settings within one or two "
+            "per cent of K, D and the steps miss it, or stop: allow more steps",
         )
     asked = [
         f"{name} within {value}"
@@ -144,4 +160,5 @@ def _contacts_reason(least: Trial, tolerances: Tolerances) -> str:
         )
         if value
     ]
-    return f"{found}, but the contacts do not with {' and '.join(asked) or 'a restitution of 1'}: allow more steps"
+    what = f"{found}, but the contacts do not with {' and '.join(asked) or 'a restitution of 1'}"
+    return Reason(what, ": allow more steps")

@@ -66,11 +66,11 @@ class Recommendation:
         Error that no K, D or step can remove, where ``best`` has its largest: that of the reference with derived joint
         damping, against the reference asked for; nan if it does not exist. A smaller error results from errors that
         cancel each other.
-    limit : str
+    limit : str or Statement
         Of several η: at which the error is largest, and which part of it: what limits the range.
-    reason : str
+    reason : str or Statement
         Why nothing meets the tolerance and what to do; empty if ``met``.
-    kind : str
+    kind : str or Statement
         How, and at which η, the motion of ``best`` and the reference's differ in kind, in words; empty if they do not.
         Among the settings that meet the tolerance, one of the reference's kind is preferred.
     """

@@ -14,6 +14,7 @@ from typing import NamedTuple
 
 from ..divergence.compare import ComparisonQuestion, compare
 from ..divergence.difference import PART_NAMES
+from ..facts import ETA, Statement, equation, joined, stated
 from ..methods import Newmark, TimeStepping
 from ..motions.description import describe
 from ..motions.motion import motion
@@ -200,12 +201,12 @@ class Search:
             for part, one in zip(parts, trials, strict=True)
         ]
 
-    def _limit(self, worst: Served, part: Trials, best: Trial) -> str:
+    def _limit(self, worst: Served, part: Trials, best: Trial) -> Statement:
         """Say at which η the robust error is largest, and what makes most of it."""
         asked = self.question
         method = with_setting(asked.scheme, best.setting._replace(steps=worst.steps))
         error, robust = (percent(value, asked.tolerances.displacement) for value in (worst.error, worst.robust))
-        where = f"the range is limited at eta = {worst.eta:.6g}: an error of {error} there"
+        where = stated("the range is limited at {}: an error of {} there", equation("eta", worst.eta), error)
         if robust != error:
             where += f", {robust} with half the step or numbers nearby"
         left = error_without_time_step(part.target, method, self._cancelled)
@@ -217,10 +218,11 @@ class Search:
         difference = compared.difference if compared.parts is not None else None
         if difference is not None and difference.parts:
             name = difference.largest
-            return f"{where}, the largest part by {difference.name(name)} ({percent(difference.parts[name])})"
+            part = percent(difference.parts[name])
+            return stated("{}, the largest part by {} ({})", where, difference.name(name), part)
         # the steps scatter the motion: no exact split
         name = "time_step" if left < worst.error / 2 else "regularisation"
-        return f"{where}, most of it by {PART_NAMES[name]}: {percent(left)} are left without a time step"
+        return where + f", most of it by {PART_NAMES[name]}: {percent(left)} are left without a time step"
 
     def _reason(self, worst: Served, served: Sequence[Served], part: Trials, joint_damping: float, best: Trial) -> str:
         """Say where the tolerances are met and where not, and why not at the worst η."""
@@ -229,9 +231,9 @@ class Search:
         setting = best.setting._replace(steps=worst.steps)
         front = [best._replace(setting=setting, excess=worst.excess, error=worst.error, robust=worst.robust)]
         why = unmet_tolerance_reason(part, front, joint_damping, self.question, self._cancelled)
-        good = [f"eta = {one.eta:.6g}" for one in served if self._meets(one)]
-        where = f"met at {', '.join(good)} only" if good else "met at no eta of the range"
-        return f"{where}; at eta = {worst.eta:.6g} {why}"
+        good = [equation("eta", one.eta) for one in served if self._meets(one)]
+        where = stated("met at {} only", joined(", ", good)) if good else stated("met at no {} of the range", ETA)
+        return stated("{}; at {} {}", where, equation("eta", worst.eta), why)
 
 
 def of_same_kind(
@@ -258,7 +260,9 @@ def of_same_kind(
     if first is None:
         return None, ""
     different = [(one.response.eta, kind) for one, kind in zip(found, kinds[0], strict=True) if kind]
-    return first, "; ".join(kind if len(found) == 1 else f"at eta = {eta:.4g} {kind}" for eta, kind in different)
+    if len(found) == 1:
+        return first, joined("; ", (kind for _, kind in different))
+    return first, joined("; ", (stated("at {} {}", equation("eta", eta, 4), kind) for eta, kind in different))
 
 
 def _kind(found: Steady, method: Newmark | TimeStepping, cancelled: Callable[[], bool] | None) -> str:
@@ -276,8 +280,10 @@ def cheapest_near_least(front: list[Trial]) -> Trial | None:
     return next((trial for trial in front if trial.robust <= ENOUGH * least), None)
 
 
-def _nowhere_periodic(etas: Sequence[float]) -> str:
-    return (
-        f"the reference repeats itself nowhere from eta = {etas[0]:.6g} to eta = {etas[-1]:.6g}, so no error exists "
-        "at each instant: give another range, and compare statistics (motion type, impacts per period, section)"
+def _nowhere_periodic(etas: Sequence[float]) -> Statement:
+    return stated(
+        "the reference repeats itself nowhere from {} to {}, so no error exists at each instant: give another range, "
+        "and compare statistics (motion type, impacts per period, section)",
+        equation("eta", etas[0]),
+        equation("eta", etas[-1]),
     )

@@ -100,7 +100,7 @@ def kind_words(
     near = near_period if is_open and near_period is not None else period
     amount = scatter(section, near, body) if section is not None and near else np.nan
     words = repetition_of(Kind[CellKind(kind).name], period, near, amount, kind == CellKind.ARTEFACT, body)
-    return f"{words}, its kind not decided" if kind == CellKind.UNDECIDED else words
+    return words + ", its kind not decided" if kind == CellKind.UNDECIDED else words
 
 
 def judge_cells(

@@ -9,7 +9,7 @@ from vibroscope.app.explorer.present import present
 from vibroscope.app.explorer.reading import read_setting, read_values
 from vibroscope.app.explorer.scenes import scenes
 from vibroscope.app.explorer.state import Setting
-from vibroscope.app.explorer.words_in_units import words_of_change
+from vibroscope.app.explorer.statements import words_of_change
 from vibroscope.app.runtime.cache import Cache
 from vibroscope.engine import Verdict, percent
 

@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 from vibroscope.app.explorer import measured
 from vibroscope.app.explorer.compute import compute_runs
-from vibroscope.app.explorer.measured import LARGEST_FILE, MeasuredFile, measured_words, own_eta, place
+from vibroscope.app.explorer.measured import LARGEST_FILE, MeasuredFile, own_eta, place
 from vibroscope.app.explorer.present import present
 from vibroscope.app.explorer.state import Setting
+from vibroscope.app.explorer.statements import shown_text
 from vibroscope.app.export.formats import as_csv
 from vibroscope.app.export.scripts import as_command
 from vibroscope.app.export.tables import figure_table, measured_table
@@ -231,7 +232,7 @@ def test_a_measurement_of_another_frequency_has_no_place_and_its_own_is_offered(
     found, points, _ = placed(setting, 2.76, periods=8)
     assert float(own_eta(found)) == pytest.approx(2.76, abs=1e-3)
     assert len(points.phase["x1"]) == len(points.displacements["t"]) == 0
-    words = measured_words(found, Units(2 * np.pi, system="si"))  # η counts hertz
+    words = shown_text(measured_verdict(found), Units(2 * np.pi, system="si"))  # η counts hertz
     assert words.startswith("The measurement was excited at f = 2.76 Hz, not at f = 2.8 Hz")
 
 

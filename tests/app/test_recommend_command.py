@@ -1,6 +1,7 @@
 """``vibroscope recommend``, as scripts see it."""
 
 import json
+import re
 
 import pytest
 from vibroscope.app.commands import recommend as command
@@ -107,7 +108,8 @@ def test_one_setting_for_a_range_in_units(capsys, monkeypatch):
     assert found["physical"]["front"][0][2] == 5000
     assert main(["recommend", *range_]) == 0
     text = capsys.readouterr().out
-    assert "limit             the range is limited at eta = 2.7" in text
+    assert "limit             the range is limited at f = 0.4" in text
+    assert re.search(r"^range +2D = \S+ to \S+ N·s/m where K = 5000 N/m$", text, re.MULTILINE)
     assert "K / N/m" in text
     assert main(["recommend", "--eta", "2.76", "--one-setting"]) == 2
 

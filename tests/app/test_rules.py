@@ -2,6 +2,7 @@
 
 import json
 import math
+import re
 from dataclasses import replace
 
 import pytest
@@ -75,6 +76,7 @@ def test_a_run_that_ends_early_fails_and_says_why():
     found = judge(rule, RuleQuestion(System(), 2.76, stops), **SHORT)
     assert (found.holds, found.without_solution) == (False, 1)
     assert "has no solution" in found.why
+    assert re.fullmatch(r"Step \d+ \(period 5\) has no solution\.", found.brief)
 
 
 def test_a_step_that_is_too_long_tests_no_stiffness_and_no_damping():
@@ -108,10 +110,11 @@ def test_a_rule_about_stability_is_judged_by_stability_with_central_differences(
     found = judge(Rule("key", "title", "nodal_step", 0.8, "claim", "source"), undamped, periods=200)
     assert isinstance(found.method.integrator, CentralDifference)
     assert (found.holds, found.motion, math.isnan(found.total)) == (True, "stays bounded", True)
-    assert found.why == "With central differences the run stays bounded over 200 periods."
+    assert found.why == found.brief == "With central differences the run stays bounded over 200 periods."
     longer = judge(rules()["radioss-step"], undamped, periods=200)
     assert (longer.holds, longer.motion) == (False, "ended early")
     assert "central differences blew up" in longer.why
+    assert longer.brief == "The solution by central differences blew up."
 
 
 def test_a_rule_about_a_linear_spring_is_not_judged_by_another():

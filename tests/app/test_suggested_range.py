@@ -7,6 +7,7 @@ from vibroscope.app.explorer.errors import Refused
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.explorer.suggestion import default_limits, make_question, suggestion_content
 from vibroscope.engine import Recommendation, Served, SettingQuestion, System, Tolerances
+from vibroscope.engine.facts import equation, stated
 from vibroscope.engine.recommendation.trials import NewmarkSetting as Chosen
 from vibroscope.engine.recommendation.trials import Trial
 
@@ -43,7 +44,7 @@ def test_a_range_has_two_ends_in_order(typed, words):
 def test_a_range_is_shown_with_its_limit_and_sets_the_steps_at_the_present_frequency():
     served = (Served(2.0, 150, 0.04, 0.041, CONTACTS, 0.5), Served(3.0, 100, 0.05, 0.06, CONTACTS, 0.5))
     trial = Trial(Chosen(5000.0, 12.0, 100), 0.05, 0.06, 100.0, CONTACTS)
-    limit = "the range is limited at eta = 3: an error of 5 % there, the largest part by time step (4 %)"
+    limit = stated("the range is limited at {}: an error of 5 % there, the largest part", equation("eta", 3.0))
     found = Recommendation(
         question=SettingQuestion(System(), [2.0, 3.0], Tolerances(0.1)),
         eta=3.0,
@@ -59,10 +60,7 @@ def test_a_range_is_shown_with_its_limit_and_sets_the_steps_at_the_present_frequ
     assert content["head"] == "An error of 10 % over the range is met"
     assert content["use"] == {"K": "5000", "D": "12", "steps": "200"}  # of the same time step
     assert content["lines"][0].startswith("K = 5000, D = 12, Δτ = 0.02094, which is 100 steps a period at η = 3 and")
-    assert (
-        content["lines"][1]
-        == "The range is limited at η = 3: an error of 5 % there, the largest part by time step (4 %)."
-    )
+    assert content["lines"][1] == "The range is limited at η = 3: an error of 5 % there, the largest part."
     assert (
         content["lines"][2]
         == "Left out, since the reference does not repeat itself, or nothing touches there: η = 2.5."
@@ -71,3 +69,4 @@ def test_a_range_is_shown_with_its_limit_and_sets_the_steps_at_the_present_frequ
     assert content["lines"][4] == "Met where one number alone is changed: D = 11 to 14 where K = 5000."
     physical = suggestion_content(found, SETTING._replace(eta=1.5, units="si", omega1=20.0))
     assert "Δt = 1.047 ms, which is 100 steps a period at f = 9.549 Hz" in physical["lines"][0]
+    assert physical["lines"][1].startswith("The range is limited at f = 9.549 Hz:")

@@ -9,11 +9,12 @@ from vibroscope.app.codes.catalogue import codes
 from vibroscope.app.commands.numbers import measured
 from vibroscope.app.explorer.field_units import shown_field
 from vibroscope.app.explorer.reading import read_setting
+from vibroscope.app.explorer.statements import shown_text
 from vibroscope.app.explorer.suggestion import OfSchemes, make_question, suggestion_content
 from vibroscope.app.explorer.typed import plain_texts
-from vibroscope.app.explorer.words_in_units import in_units
 from vibroscope.app.export.tables import columns_in_units
 from vibroscope.engine import parse_system, written
+from vibroscope.engine.facts import equation
 
 from .command_line import run_command
 from .searches import SETTING, found_for
@@ -91,7 +92,7 @@ def test_the_fields_show_and_read_the_unit_of_the_law():
 
 def test_sentences_and_files_have_the_unit_of_the_law():
     setting = setting_of(K="1000")
-    assert re.search(r"K = 3\.017e9 N/m\^1\.5", in_units("K = 1000 leaves 3 %", setting.scale))
+    assert re.search(r"K = 3\.017e9 N/m\^1\.5", shown_text(equation("K", 1000), setting.scale))
     columns = columns_in_units({"K": [1000.0]}, setting.scale)
     assert list(columns) == ["K [N/m^1.5]"]
 

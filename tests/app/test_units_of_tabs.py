@@ -18,6 +18,7 @@ from vibroscope.app.page.tabs import TABS
 from vibroscope.app.page.your_code.rules import rows_of
 from vibroscope.app.studies.your_code import Judged, PartialCode, question_of
 from vibroscope.engine import Units
+from vibroscope.engine.facts import Amount, Symbol, stated
 
 from tests.share import every
 
@@ -108,9 +109,10 @@ def test_a_diagram_over_any_number_has_units(choice):
 
 
 def judged(method):
-    why = "Nearly repeats every period (±0.04 in ξ₂)."
+    why = stated("Nearly repeats every period (±{} in {}).", Amount(0.04, "displacement", 2), Symbol("ξ₂"))
+    blurred = stated("blurred: {} by ±{}", Symbol("ξ₂"), Amount(0.04, "displacement", 2))
     rule = rules()["abaqus-ten"] if method is None else AS_SET
-    return Judged(RuleOutcome(rule, method, "blurred: ξ₂ by ±0.04", 0.1, 0.1, None, why), np.empty((2, 0)))
+    return Judged(RuleOutcome(rule, method, blurred, 0.1, 0.1, None, why), np.empty((2, 0)))
 
 
 def test_rules_have_units_in_the_page_and_in_files_also_without_a_number():

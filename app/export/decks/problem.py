@@ -243,8 +243,7 @@ class DeckProblem:
         run = simulate(self.system, self.eta, method, periods=self.periods, keep=1, initial=self.initial)
         if run.status is not Status.WITHOUT_SOLUTION:
             return []
-        where = run.message.partition(":")[0]
-        return [f"WARNING: with the contact status of this code {where}: it cuts the step, or stops there."]
+        return [f"WARNING: with the contact status of this code {run.message.what}: it cuts the step, or stops there."]
 
     def compare(self, status: str, suffix: str) -> list[str]:
         """The lines of a deck with the commands that lay the result over ours.

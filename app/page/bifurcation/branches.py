@@ -28,6 +28,7 @@ from vibroscope.app.runtime.number_text import print_number
 from vibroscope.app.studies.branches import BranchesQuestion, PartialBranches, grow_branches, kind_words, matched
 from vibroscope.app.studies.study_job import RESULTS, StudyJob
 from vibroscope.engine import Branch, Point
+from vibroscope.engine.facts import Statement, joined
 
 NAMES = {"reference": "reference", "penalty": "exact penalty"}
 
@@ -153,11 +154,11 @@ class Branches:
         how = ["searching …"] if self.running else ["stopped"] if self._stopped else []
         return "; ".join([*texts, *how])
 
-    def words(self) -> list[list[str]]:
+    def words(self) -> list[list[str | Statement]]:
         """Head and text for the panel, of each search that is over."""
         over = {solver: result for solver, result in self.results.items() if result.share == 1}
         return [
-            [f"Branches of the {NAMES[solver]}", " ".join([f"{result.words()}.", result.cut]).strip()]
+            [f"Branches of the {NAMES[solver]}", joined(" ", filter(None, (f"{result.words()}.", result.cut)))]
             for solver, result in over.items()
         ]
 

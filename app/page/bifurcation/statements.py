@@ -6,10 +6,11 @@ import numpy as np
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.page.bifurcation.swept import SWEPT
 from vibroscope.app.studies.bifurcation import PartialDiagram
+from vibroscope.engine.facts import Statement, equation, span, stated
 from vibroscope.engine.sweeps import CellKind
 
 
-def statements(setting: Setting, result: PartialDiagram) -> list[list[str]]:
+def statements(setting: Setting, result: PartialDiagram) -> list[list[str | Statement]]:
     """Head and text of what the diagram says."""
     known = np.flatnonzero(result.known)
     axis = result.question.axis
@@ -18,8 +19,8 @@ def statements(setting: Setting, result: PartialDiagram) -> list[list[str]]:
     (low, high), symbol = question.span, SWEPT[question.over].symbol
     lines = []
     if low <= value <= high:
-        lines.append([f"Near {symbol} = {axis[nearest]:.5g}", _motion(result, nearest)])
-    return [*lines, [f"From {symbol} = {low:g} to {high:g}", f"{'; '.join(_shares(result, known))}."]]
+        lines.append([stated("Near {}", equation(symbol, float(axis[nearest]), 5)), _motion(result, nearest)])
+    return [*lines, [stated("From {}", span(symbol, low, high)), f"{'; '.join(_shares(result, known))}."]]
 
 
 _SHARES = {  # a kind of motion as the statement names it
@@ -46,7 +47,7 @@ def _motion(result: PartialDiagram, index: int) -> str:
     if result.ended[index]:
         return "the run ended early."
     impacts = f"impacts per period {result.impacts[index]:.3g}"
-    return f"{kind_text(result, index)}, {impacts}."
+    return kind_text(result, index) + f", {impacts}."
 
 
 def _percent(share: float) -> str:
@@ -57,8 +58,8 @@ def kind_text(result: PartialDiagram, index: int) -> str:
     """Kind of motion of a cell, with its evidence."""
     kind = CellKind(result.kinds["kind"][index])
     if kind is CellKind.UNKNOWN:
-        return f"{result.motion_words(index)} by its section alone (being judged)"
+        return result.motion_words(index) + " by its section alone (being judged)"
     exponent, error = result.kinds["lyapunov"][index], result.kinds["lyapunov_error"][index]
     is_aperiodic = np.isfinite(exponent) and kind is not CellKind.PERIODIC
     rate = f" (Lyapunov exponent {exponent:+.2g} ± {error:.1g} per period)" if is_aperiodic else ""
-    return f"{result.motion_words(index)}{rate}"
+    return result.motion_words(index) + rate

@@ -11,7 +11,7 @@ import math
 
 import param
 from vibroscope.app.explorer.drawing import drawing, drawing_in_words
-from vibroscope.app.explorer.field_units import shown_field, time_text
+from vibroscope.app.explorer.field_units import shown_field
 from vibroscope.app.explorer.method_words import CHOICE_NAMES
 from vibroscope.app.explorer.parameters import MAIN_FIELDS, START_FIELDS, Explorer
 from vibroscope.app.explorer.physical_fields import CONTACT_OF_SYSTEM
@@ -33,6 +33,7 @@ from vibroscope.app.page.shared.component import Component
 from vibroscope.app.runtime.number_text import print_number
 from vibroscope.engine import LAWS_BY_RESTITUTION, written
 from vibroscope.engine.law_table import LAWS
+from vibroscope.engine.units import time_text
 
 _STEP = 0.01  # of one arrow key: in η, and in decades of the other sliders
 _BODIES = {"pendulums": "the paper’s pendulums", "two": "two bodies", "wall": "a body and a wall"}

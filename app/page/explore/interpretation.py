@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from vibroscope.app.explorer.explanation import Explanation, paragraphs
 from vibroscope.app.explorer.motion_kind import Kinds, with_kinds
-from vibroscope.app.explorer.words_in_units import in_units, words_of_change
+from vibroscope.app.explorer.statements import shown_text, words_of_change
 from vibroscope.app.page.explore.result import Result
 
 
@@ -28,7 +28,7 @@ class Interpretation:
         """The kinds of the motions, their evidence in the units of the setting."""
         scale = self.result.setting.scale
         return self.kinds and {
-            name: kind._replace(evidence=in_units(kind.evidence, scale)) for name, kind in self.kinds.items()
+            name: kind._replace(evidence=shown_text(kind.evidence, scale)) for name, kind in self.kinds.items()
         }
 
     @property

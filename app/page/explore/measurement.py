@@ -21,13 +21,12 @@ from vibroscope.app.explorer.measured import (
     comparison_rows,
     fit_content,
     headline,
-    measured_words,
     own_eta,
     place,
 )
 from vibroscope.app.explorer.present import Columns
 from vibroscope.app.explorer.state import Setting
-from vibroscope.app.explorer.words_in_units import plain_symbols, words_of_change
+from vibroscope.app.explorer.statements import shown_text, words_of_change
 from vibroscope.app.page.explore.displacement import DisplacementView
 from vibroscope.app.page.explore.phase import PhaseView
 from vibroscope.app.page.files import esm, style
@@ -35,7 +34,8 @@ from vibroscope.app.page.shared.component import Component
 from vibroscope.app.page.shared.figure import INK, add_glyph, empty_source, models_added, write
 from vibroscope.app.page.shared.muting import show_entry
 from vibroscope.app.page.tab import TabHost, on_loop
-from vibroscope.engine import FITTED, Fit, MeasuredComparison, UnknownColumns, fitted_names
+from vibroscope.engine import FITTED, Fit, MeasuredComparison, UnknownColumns, fitted_names, measured_verdict
+from vibroscope.engine.facts import sentence
 
 _REST = 150  # ms without a new result before the measurement is compared with it
 _LONGEST_NAME = 80
@@ -226,7 +226,7 @@ class Overlay:
         if job is self._fit_job:
             self._fit_job = None
             failed = isinstance(found, Exception)
-            self._fit = {"phase": "failed", "error": _sentence(found)} if failed else {"phase": "done"}
+            self._fit = {"phase": "failed", "error": self._sentence(found)} if failed else {"phase": "done"}
             self._fitted = None if failed else found
             self._show()
         elif job is self._job:
@@ -236,9 +236,9 @@ class Overlay:
             if isinstance(found, UnknownColumns):
                 self._header = [cell.strip()[:_LONGEST_NAME] for cell in found.header[:_MOST_COLUMNS]]
             if failed and self._header:
-                self._write(phase="columns", name=self._name, error=_sentence(found), header=self._header)
+                self._write(phase="columns", name=self._name, error=self._sentence(found), header=self._header)
             elif failed:
-                self._fail(_sentence(found))
+                self._fail(self._sentence(found))
             else:
                 self._show()
 
@@ -271,14 +271,17 @@ class Overlay:
             phase="done",
             name=self._file.name,
             pending=pending,
-            headline=plain_symbols(headline(comparison, scale)),
-            words=plain_symbols(measured_words(comparison, scale)),
-            rows=[[plain_symbols(cell) for cell in row] for row in comparison_rows(comparison, scale)],
+            headline=shown_text(headline(comparison), scale),
+            words=shown_text(measured_verdict(comparison), scale),
+            rows=[[shown_text(cell, scale) for cell in row] for row in comparison_rows(comparison, scale)],
             names=list(fitted_names(self._setting.system)),
             eta=(eta := own_eta(comparison)),
             offer=words_of_change({"eta": eta}, self._setting) if eta else "",
             fit=self._fit | (fit_content(self._fitted, scale) if self._fitted is not None else {}),
         )
+
+    def _sentence(self, error: Exception) -> str:
+        return shown_text(sentence(error_text(error)), self._setting.scale)
 
     def _write(self, **content) -> None:
         if content != self.panel.content:
@@ -298,11 +301,6 @@ def _reference_key(setting: Setting) -> object:
 def _key(setting: Setting) -> object:
     """Everything that a comparison depends on."""
     return *_reference_key(setting), setting.penalty
-
-
-def _sentence(error: Exception) -> str:
-    text = plain_symbols(error_text(error))
-    return f"{text[:1].upper()}{text[1:].rstrip('.')}."
 
 
 class MeasuredPoints:

@@ -23,6 +23,7 @@ from vibroscope.app.studies.branches import why_none
 from vibroscope.app.studies.plane import COUNT, SAMPLE, SIDES, TRANSIENT, PartialPlane, PlaneQuestion, grow_plane
 from vibroscope.app.studies.plane_curves import KINDS, CurvesQuestion
 from vibroscope.engine import counted, percent
+from vibroscope.engine.facts import Statement, equation, joined, stated
 from vibroscope.engine.sweeps import CellKind, kind_words
 
 _SUDDEN = 30  # steps: the paper takes a contact of fewer for one sudden impact
@@ -239,21 +240,24 @@ def error_of(explanation: Explanation | None) -> float:
     return explanation.parts.get("total", math.nan) if shown else math.nan
 
 
-def statements(setting: Setting, result: PartialPlane, explanation: Explanation | None = None) -> list[list[str]]:
+def statements(
+    setting: Setting, result: PartialPlane, explanation: Explanation | None = None
+) -> list[list[str | Statement]]:
     """Head and text: what is set as Explore has it, the cell that holds it on both sides, and both planes together."""
     lines = []
     names, place = _side_names(result.question), result.cell(*setting.place_in_plane)
     if explanation is not None:
-        K, D = (print_number(float(f"{x:.4g}")) for x in setting.place_in_plane)
+        K, D = (equation(name, x, 4) for name, x in zip("KD", setting.place_in_plane, strict=True))
         kind, error = explanation.kinds.get("penalty", ""), error_of(explanation)
         total = f"Error {percent(error)}." if math.isfinite(error) else explanation.note
         count = math.nan if place is None else result.steps_without_solution("penalty")[place]
         none = f"In its cell {counted(count, 'step')} without a solution." if math.isfinite(count) else ""
-        lines.append([f"{names['penalty']}, what is set: K = {K}, D = {D}", f"{kind} {total} {none}".strip()])
+        head = stated("{}, what is set: {}, {}", names["penalty"], K, D)
+        lines.append([head, joined(" ", filter(None, (kind, total, none)))])
     if place is not None:
-        K, D = (print_number(float(f"{x:.3g}")) for x in result.centre(place))
+        K, D = (equation(name, x, 3, " ≈ ") for name, x in zip("KD", result.centre(place), strict=True))
         lines += [
-            [f"{names[side]}, cell at K ≈ {K}, D ≈ {D}", _cell(result, side, place)]
+            [stated("{}, cell at {}, {}", names[side], K, D), _cell(result, side, place)]
             for side in SIDES
             if side == "exact" or explanation is None
         ]
@@ -275,14 +279,15 @@ def _cell(result: PartialPlane, side: str, place: tuple[int, int]) -> str:
     )
     if not math.isfinite(period):
         return "not computed yet."
-    text = f"{_repetition(result, side, place)}, impacts per period {impacts:.3g}, longest contact {steps:.3g} steps"
+    text = _repetition(result, side, place)
+    text += f", impacts per period {impacts:.3g}, longest contact {steps:.3g} steps"
     if result.question.errors:
         error = result.shown(side, "error")[place]
         text += f", error {percent(error)}" if math.isfinite(error) else ", no error: the motions keep no step"
     count = result.steps_without_solution(side)[place]
     if math.isfinite(count):
         text += f", {counted(count, 'step')} without a solution"
-    return f"{text}."
+    return text + "."
 
 
 def _repetition(result: PartialPlane, side: str, place: tuple[int, int]) -> str:
@@ -294,7 +299,7 @@ def _repetition(result: PartialPlane, side: str, place: tuple[int, int]) -> str:
     kind, of = CellKind(result.kinds["kind"][source]), int(result.kinds["kind_period"][source])
     if kind is not CellKind.UNKNOWN:
         return kind_words(kind, of, near)
-    return f"{kind_words(kind, period, near)} by its section alone"
+    return kind_words(kind, period, near) + " by its section alone"
 
 
 def _whole(result: PartialPlane) -> str:

@@ -13,10 +13,9 @@ from typing import ClassVar
 import panel as pn
 from bokeh.plotting import figure
 from vibroscope.app.explorer.errors import error_text
-from vibroscope.app.explorer.explanation import sentence
 from vibroscope.app.explorer.link import View
 from vibroscope.app.explorer.state import Setting
-from vibroscope.app.explorer.words_in_units import in_units
+from vibroscope.app.explorer.statements import shown_text
 from vibroscope.app.export.formats import Figure
 from vibroscope.app.export.tables import columns_in_units
 from vibroscope.app.page.files import style
@@ -24,6 +23,7 @@ from vibroscope.app.page.shared.muting import Muting
 from vibroscope.app.page.study.panel import StudyPanel
 from vibroscope.app.page.tab import COMPUTING, Move, Tab, TabHost, on_loop
 from vibroscope.app.studies.study_job import RESULTS, Grow, PartialResult, StudyJob
+from vibroscope.engine.facts import Statement, message_of, sentence
 
 
 class StudyTab(Tab):
@@ -67,8 +67,8 @@ class StudyTab(Tab):
         """Write the marks of the setting and, if there is one, the picture."""
 
     @abstractmethod
-    def describe(self, setting: Setting, result: PartialResult) -> list[list[str]]:
-        """Head and text of what the picture says about a setting that it answers."""
+    def describe(self, setting: Setting, result: PartialResult) -> list[list[str | Statement]]:
+        """Head and text of what the picture says about a setting that it answers; printed in the units shown."""
 
     def obstacle(self, setting: Setting) -> str:
         """Why the study has nothing to show of a setting, and what to do, in a sentence; empty if it has."""
@@ -286,12 +286,12 @@ def engine_obstacle(setting: Setting, question) -> str:
     try:
         question.study()
     except ValueError as error:
-        return sentence(str(error))
+        return sentence(message_of(error))
     return ""
 
 
-def _in_units(statements: list[list[str]], setting: Setting) -> list[list[str]]:
-    return [[in_units(text, setting.scale) for text in each] for each in statements]
+def _in_units(statements: list[list[str | Statement]], setting: Setting) -> list[list[str]]:
+    return [[shown_text(text, setting.scale) for text in each] for each in statements]
 
 
 def _as_text(statements: list[list[str]]) -> str:

@@ -24,6 +24,7 @@ from vibroscope.app.page.time_step.figure import TimeStepView
 from vibroscope.app.runtime.number_text import print_number
 from vibroscope.app.studies.time_step import SAMPLE, STEPS, TRANSIENT, PartialStep, StepQuestion, grow_step
 from vibroscope.engine import STATUSES, Status, percent, written
+from vibroscope.engine.facts import Amount, Statement, Symbol, stated
 from vibroscope.engine.sweeps import SCHEMES
 
 
@@ -132,7 +133,7 @@ _ROUNDING = 1e-11  # of a displacement: the width of a motion that repeats exact
 _ENDED = {Status.DIVERGED: "blown up.", Status.WITHOUT_SOLUTION: "stopped: a step has no solution."}
 
 
-def statements(setting: Setting, result: PartialStep) -> list[list[str]]:
+def statements(setting: Setting, result: PartialStep) -> list[list[str | Statement]]:
     """Head and text: the n that is shown, and how blur and error fade."""
     index = result.nearest(setting.steps)
     n = f"T/{result.steps[index]:.0f}"
@@ -142,17 +143,19 @@ def statements(setting: Setting, result: PartialStep) -> list[list[str]]:
     return lines
 
 
-def _motion(result: PartialStep, index: int, scheme: str) -> str:
+def _motion(result: PartialStep, index: int, scheme: str) -> str | Statement:
     names = ("status", "scatter", "longest_contact_steps", "error")
     status, scatter, steps, error = (result.of_scheme(name, scheme)[index] for name in names)
     if status != 0:
         return _ENDED.get(STATUSES[int(status)], "ended early.")
-    words, symbol = result.words(index, scheme), "ξ₁" if result.question.system.wall else "ξ₂"
-    amount = f"{symbol} by ±{scatter:.2g}"
-    blur = f": {amount}" if "blurred" in words else f"; {amount} about the cycle"
-    blur = f"{blur} over {SAMPLE} periods" if scatter > _ROUNDING else "; no blur beyond rounding"
-    text = f"{words}{blur}; longest contact {steps:.3g} steps"
-    return f"{text}; error against the reference {percent(error)}." if math.isfinite(error) else f"{text}."
+    words, symbol = result.words(index, scheme), Symbol("ξ₁" if result.question.system.wall else "ξ₂")
+    blur = "; no blur beyond rounding"
+    if scatter > _ROUNDING:
+        amount = stated("{} by ±{}", symbol, Amount(scatter, "displacement", 2))
+        begin, about = (": ", "") if "blurred" in words else ("; ", " about the cycle")
+        blur = stated("{}{}{} over {} periods", begin, amount, about, str(SAMPLE))
+    against = f"; error against the reference {percent(error)}" if math.isfinite(error) else ""
+    return stated("{}{}; longest contact {} steps{}.", words, blur, f"{steps:.3g}", against)
 
 
 def _orders(result: PartialStep, name: str) -> str:

@@ -7,10 +7,10 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 import param
-from vibroscope.app.codes.rules import AS_SET, ENDED, RuleOutcome
+from vibroscope.app.codes.rules import AS_SET, ENDED
 from vibroscope.app.explorer.field_units import shown_field
 from vibroscope.app.explorer.state import Setting
-from vibroscope.app.explorer.words_in_units import in_units
+from vibroscope.app.explorer.statements import shown_text
 from vibroscope.app.page.files import esm, style
 from vibroscope.app.page.shared.component import Component
 from vibroscope.app.studies.your_code import Judged
@@ -70,7 +70,7 @@ def _row(judged: Judged, span: np.ndarray, marked: Sequence[str], setting: Setti
         # No damping: it follows from the restitution, as some laws have it.
         given = {name: found.method.numbers[name] for name in rule.gives or METHOD_NUMBERS}
         numbers = [_measure(setting, name, value) for name, value in given.items() if value is not None]
-    why = in_units(brief_why(found), setting.scale)
+    why = shown_text(found.brief, setting.scale)
     if found.without_solution and found.motion != ENDED:
         why += f" {counted(found.without_solution, 'step')} without a solution."
     return {
@@ -80,7 +80,7 @@ def _row(judged: Judged, span: np.ndarray, marked: Sequence[str], setting: Setti
         "own": rule.key in marked,
         "settable": rule is not AS_SET and bool(found.motion),  # else the server would refuse it
         "numbers": numbers,
-        "motion": in_units(found.motion, setting.scale),
+        "motion": shown_text(found.motion, setting.scale),
         "total": percent(found.total) if math.isfinite(found.total) else "",
         "holds": {True: "yes", False: "no", None: ""}[found.holds],
         "why": why,
@@ -95,15 +95,6 @@ def _measure(setting: Setting, name: str, value: float) -> str:
     if name == "steps":
         return f"{'Δτ' if setting.scale is None else 'Δt'} = T/{value:.0f}"
     return shown_field(name, setting).words(float(f"{value:.4g}"))
-
-
-def brief_why(found: RuleOutcome) -> str:
-    """Why a rule holds or fails; of a run that ended early what happened and the limit, without what to change."""
-    if found.motion != ENDED:
-        return found.why
-    what, *others = found.why.rstrip(".").split(": ")
-    limit = [each for each in others[-1:] if each.startswith("the method ")]
-    return f"{': '.join([what, *limit])}."
 
 
 def _span(orbits: Sequence[np.ndarray], reference: np.ndarray) -> np.ndarray:

@@ -13,13 +13,13 @@ from vibroscope.app.explorer.field_units import ShownField
 from vibroscope.app.explorer.link import LINEAR
 from vibroscope.app.explorer.method_words import name_of_method, words_of_method
 from vibroscope.app.explorer.state import Setting
-from vibroscope.app.explorer.words_in_units import in_units
+from vibroscope.app.explorer.statements import shown_text
 from vibroscope.app.export.formats import Figure, Series
 from vibroscope.app.export.scripts import as_command
 from vibroscope.app.page.study.tab import StudyTab
 from vibroscope.app.page.tab import Move
 from vibroscope.app.page.your_code.figure import YourCodeView
-from vibroscope.app.page.your_code.rules import RulesTable, brief_why, rows_of
+from vibroscope.app.page.your_code.rules import RulesTable, rows_of
 from vibroscope.app.runtime.typed_units import sizes
 from vibroscope.app.studies.your_code import (
     CodeQuestion,
@@ -32,6 +32,7 @@ from vibroscope.app.studies.your_code import (
     small_orbit,
 )
 from vibroscope.engine import counted
+from vibroscope.engine.facts import Statement, joined
 
 _NUMBERS = {  # of the model beside the system: symbol, meaning, quantity, what one of it is without units
     "area": ("A", "contact area; 0: not known", "area", "A²"),
@@ -137,7 +138,7 @@ class YourCode(StudyTab):
         marked = () if code is None else code.rules
         return {"code": own, **rows_of(judged, reference, marked, setting)}
 
-    def describe(self, setting: Setting, result: PartialCode) -> list[list[str]]:
+    def describe(self, setting: Setting, result: PartialCode) -> list[list[str | Statement]]:
         """The setting, its motion, and whether its steps have solutions, in words."""
         lines = [["What is set", f"{words_of_method(setting.penalty) or _NEWMARK}."]]
         code = codes().get(self.panel.chosen["code"])
@@ -147,15 +148,15 @@ class YourCode(StudyTab):
         texts = {"penalty": described.penalty[0], "reference": described.reference[0]}
         if result.judged:
             known = motion_texts(setting, result.judged[0].outcome.motions)  # with evidence
-            texts |= {name: in_units(text, setting.scale) for name, text in known.items()}
+            texts |= known
         lines += [["Penalty", texts["penalty"]], ["Reference", texts["reference"]]]
         if result.judged:
-            lines.append(["Do they agree?", brief_why(result.judged[0].outcome)])
+            lines.append(["Do they agree?", result.judged[0].outcome.brief])
         if result.solvable:
             response = result.runs.penalty.response
             counts = {"without a solution": response.steps_without_solution, "with two": response.steps_with_two}
             said = " ".join(f"{counted(count, 'step')} {what} in this run." for what, count in counts.items() if count)
-            lines.append(["Do its steps have solutions?", f"{result.solvable} {said}".strip()])
+            lines.append(["Do its steps have solutions?", joined(" ", filter(None, (result.solvable, said)))])
         return lines
 
     def figures(self) -> list[Figure]:
@@ -175,10 +176,11 @@ class YourCode(StudyTab):
         """The results so far; sentences, too, in the units that are shown."""
         data, scale = super().data(), self._move.setting.scale
         rules = {
-            key: {name: in_units(cell, scale) if name in _SENTENCES and cell else cell for name, cell in row.items()}
+            key: {name: shown_text(cell, scale) if name in _SENTENCES and cell else cell for name, cell in row.items()}
             for key, row in data["rules"].items()
         }
-        return data | {"rules": rules}
+        solvable = shown_text(data["steps_have_solutions"], scale)
+        return data | {"steps_have_solutions": solvable, "rules": rules}
 
     def command(self, setting: Setting) -> str:
         """The commands of the setting."""
