@@ -8,17 +8,17 @@ from ..event_driven.disturbance import follow_disturbance
 from ..event_driven.state import unpack_system
 from .run import set_up
 
-PIECE = 512  # periods between two looks at whether the call is withdrawn: some milliseconds
+PERIODS_A_LOOK = 512  # periods between two looks at whether the call is withdrawn: some milliseconds
 
 
 @jit
 def follow_pieces(work, variation, y, direction, growth, section, signals):
     """Follow a disturbance as :func:`follow_disturbance` does, to the end or until the call is withdrawn (False)."""
     growth[:] = math.nan
-    for begin in range(0, growth.shape[0], PIECE):
+    for begin in range(0, growth.shape[0], PERIODS_A_LOOK):
         if signals[0] != 0:
             return False
-        end, nothing = min(begin + PIECE, growth.shape[0]), (work.nothing, work.no_sizes)
+        end, nothing = min(begin + PERIODS_A_LOOK, growth.shape[0]), (work.nothing, work.no_sizes)
         rows = growth[begin:end], section[begin:end]
         follow_disturbance(work.packed, work.state, variation, nothing, y, direction, rows[0], rows[1])
         if math.isnan(growth[end - 1]):
