@@ -11,6 +11,7 @@ Numba keeps each of the two by itself, so that the bits of a kernel do not depen
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import Compiler
 from numba.core.registry import CPUDispatcher
+from numba.core.types import unliteral
 
 from .code_cache import Cache
 
@@ -34,8 +35,12 @@ class Kernel(CPUDispatcher):
         )
 
     def get_call_template(self, args, kws):
-        """How a kernel calls it; see `numba.core.dispatcher.Dispatcher`."""
-        return self._inside.get_call_template(args, kws)
+        """How a kernel calls it; see `numba.core.dispatcher.Dispatcher`.
+
+        For a number that is a constant where it is called it is not compiled once more: LLVM sees the constant as well.
+        """
+        _, args = self.fold_argument_types(args, kws)
+        return self._inside.get_call_template(tuple(map(unliteral, args)), {})
 
     def get_overload(self, sig):
         """What a kernel calls; see `numba.core.dispatcher.Dispatcher`."""
