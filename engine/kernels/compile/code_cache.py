@@ -46,6 +46,7 @@ class Cache(FunctionCache):
         self._cache_file = _Files(self._cache_path, self._impl.filename_base, source_stamp=None)
 
     def save_overload(self, sig, data):
+        """Save machine code, if the disk lets it; see `numba.core.caching.FunctionCache`."""
         with contextlib.suppress(OSError):
             super().save_overload(sig, data)
 

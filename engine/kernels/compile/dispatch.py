@@ -1,11 +1,12 @@
 """A kernel as Python calls it, and as other kernels do.
 
 For Python a function becomes machine code, with a wrapper that takes Python's objects. Other kernels need neither: what
-they call becomes part of their own code. So for them a function is kept as what LLVM made of it when it was read, and
-all further work is done once, where everything stands together that Python calls as one. Each function was optimised,
-translated and wrapped on its own before, and again within each of those that call it, which took three times as long.
+they call becomes part of their own code. So for them a function is kept as LLVM has read it, and it is optimised and
+translated once, together with all that Python calls with it. By itself Numba does that for each function on its own,
+again within each that calls it, and wraps each for Python.
 
-Numba keeps each of the two by itself, so that the bits of a kernel do not depend on which was asked for first.
+Both kinds are compiled apart, so that the bits of a kernel do not depend on which was asked for first. Only machine
+code is cached.
 """
 
 from numba.core.codegen import JITCodeLibrary
