@@ -11,7 +11,7 @@ def add(commands) -> None:
     command = commands.add_parser(
         "warm",
         help="compile every kernel now, so that the first start is quick",
-        description="Compile every kernel that the cache folder does not have: four to five minutes on two cores the "
+        description="Compile every kernel that the cache folder does not have: two to three minutes on two cores the "
         "first time, and again after an upgrade or a change of the engine.",
     )
     command.set_defaults(run=run)

@@ -91,7 +91,8 @@ def write_skipped(p, pressed, z, i, end, change, window, buffers):
     kept_from, sampled_from, stride = window
     t = (max(i, kept_from) // n + 1) * n
     while t <= end:
-        buffers.section[(t - kept_from) // n - 1] = motion_after(p, pressed, z, i, t)
+        row = buffers.section[(t - kept_from) // n - 1]
+        row[0], row[1], row[2], row[3] = motion_after(p, pressed, z, i, t)
         t += n
     if buffers.samples.shape[0] == 0:
         return

@@ -188,7 +188,9 @@ def choose_strides(longest):
 def fill_tables(tables, m, eta, state, rate):
     """Write all levels of one contact state; ``rate`` bounds |ν| of its motion, the excitation included."""
     one, sign = step_map(m, eta, state == PRESSED), -1.0 if state == PRESSED else 1.0
-    tables.accelerations[state] = one.accelerations
+    for body in range(2):
+        for i in range(6):
+            tables.accelerations[state, body, i] = one.accelerations[body, i]
     strides, matrices, signed_gaps = tables.strides[state], tables.matrices[state], tables.signed_gaps[state]
     strides[0] = 1
     strides[1], strides[2] = choose_strides(int(REACHES[state] / (rate * m.h)))
@@ -227,4 +229,5 @@ def set_up_skipping(packed, keys, row):
             fill_tables(tables, m, p.eta, state, rates[state])
     (x, gap), (x_pressed, gap_pressed) = free_equilibrium(p), pressed_equilibrium(p)
     tables.surfaces[FREE], tables.surfaces[PRESSED] = -gap, gap_pressed
-    tables.origins[PRESSED] = (x_pressed - x, gap_pressed - gap, -m.h * p.stiffness * gap_pressed)
+    origin = tables.origins[PRESSED]
+    origin[0], origin[1], origin[2] = x_pressed - x, gap_pressed - gap, -m.h * p.stiffness * gap_pressed

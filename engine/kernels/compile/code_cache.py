@@ -4,28 +4,18 @@ Numba's own cache raises whatever the disk raises, so that a kernel fails where 
 and it would run machine code in which a bit has flipped, or that of another function whose file stands in its place.
 Here each file begins with a digest of its name, of the kernels' sources and of its content: a file that does not match
 its digest counts as missing, and code that cannot be written is compiled anew at the next start.
-
-Three quarters of the code are of kernels that only other kernels call, which have them inside. It is read again only
-where another caller is compiled, so it is compressed.
 """
 
 import contextlib
 import functools
 import hashlib
 import pickle
-import zlib
 from pathlib import Path
 
-import numba
 from numba.core.caching import FunctionCache, IndexDataCacheFile
 
 _KERNELS = Path(__file__).parents[1]
 _LENGTH = hashlib.sha256().digest_size
-_ZLIB = b"\x78"  # its first byte; that of a pickle is another one
-_FAST = 1  # level of zlib
-
-# The functions that are being compiled, each called by the one before: Numba holds a lock meanwhile.
-_compiling: list["_Cache"] = []
 
 
 def source_digest(folder: Path = _KERNELS) -> str:
@@ -52,14 +42,7 @@ def _digest(path: str, data: bytes) -> bytes:
     return hashlib.sha256(b"\0".join((place, _own_sources(), data))).digest()
 
 
-def cache_safe(function, **options):
-    """Compile a function by Numba and cache its machine code."""
-    dispatcher = numba.njit(function, **options)
-    dispatcher._cache = _Cache(function)
-    return dispatcher
-
-
-class _Cache(FunctionCache):
+class Cache(FunctionCache):
     """The machine code of one function."""
 
     def __init__(self, function):
@@ -67,24 +50,14 @@ class _Cache(FunctionCache):
         # No time stamp of the source, which a copy changes: the name of the folder identifies the sources.
         self._cache_file = _Files(self._cache_path, self._impl.filename_base, source_stamp=None)
 
-    def load_overload(self, sig, target_context):
-        found = super().load_overload(sig, target_context)
-        if found is None:  # Numba compiles it, and saves it
-            _compiling.append(self)
-        return found
-
     def save_overload(self, sig, data):
-        while _compiling and _compiling.pop() is not self:  # those whose compilation has failed
-            pass
-        self._cache_file.compresses = bool(_compiling)
+        """Save machine code, if the disk lets it; see `numba.core.caching.FunctionCache`."""
         with contextlib.suppress(OSError):
             super().save_overload(sig, data)
 
 
 class _Files(IndexDataCacheFile):
     """An index, and one file for each signature; each holds a digest and the content that it belongs to."""
-
-    compresses = False  # whether the next code that is saved is compressed
 
     def _load_index(self):
         version, entries = self._read(self._index_path) or (None, {})
@@ -97,7 +70,7 @@ class _Files(IndexDataCacheFile):
         return self._read(self._data_path(name))
 
     def _save_data(self, name, data):
-        self._write(self._data_path(name), data, compress=self.compresses)
+        self._write(self._data_path(name), data)
 
     def _read(self, path):
         try:
@@ -107,11 +80,9 @@ class _Files(IndexDataCacheFile):
         digest, data = content[:_LENGTH], content[_LENGTH:]
         if _digest(path, data) != digest:
             return None
-        return pickle.loads(zlib.decompress(data) if data.startswith(_ZLIB) else data)
+        return pickle.loads(data)
 
-    def _write(self, path, content, compress=False):
+    def _write(self, path, content):
         data = self._dump(content)
-        if compress:
-            data = zlib.compress(data, _FAST)
         with self._open_for_write(path) as file:
             file.write(_digest(path, data) + data)

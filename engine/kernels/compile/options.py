@@ -15,7 +15,8 @@ from pathlib import Path
 import numba
 import platformdirs
 
-from .code_cache import cache_safe, source_digest
+from .code_cache import source_digest
+from .dispatch import Kernel
 
 _FOLDERS_KEPT = 4  # a developer switches between a few versions; older machine code is dropped
 
@@ -54,12 +55,18 @@ def _private_copy(folder: Path) -> Path:
 
 numba.config.CACHE_DIR = str(_kernel_folder())
 
+
+def _compiled(function, **options):
+    """The kernel of a function; the function itself where Numba is switched off."""
+    return function if numba.config.DISABLE_JIT else Kernel(function, **options)
+
+
 # error_model="numpy": a division by zero gives inf, as the kernels expect, without a branch at each division.
 # nogil: the kernels of one session must not stop the other sessions of the process.
 # fastmath=False: a function for which it is not given inherits that of the function that happens to call it first in
 # the process that compiles it, so that its last bits would depend on the order of calls. Inlining (forceinline) is
 # inherited on purpose: what an event loop calls becomes part of it, which halves its time.
-jit_uncontracted = functools.partial(cache_safe, nogil=True, error_model="numpy", fastmath=False)
+jit_uncontracted = functools.partial(_compiled, nogil=True, error_model="numpy", fastmath=False)
 
 # Of fast-math only "contract", which fuses a product and a sum and rounds once instead of twice. The other options
 # would delete the checks for NaN and reorder the sums that decide an event.

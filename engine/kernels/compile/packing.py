@@ -126,7 +126,9 @@ class Layout:
         if self.kind.__annotations__[name] is tuple:
             return [f"packed[{at + i}] = {value}{each}" for i, each in enumerate(_subscripts(field))]
         if field is not None:
-            return [f"packed[{at}:{end}] = {value}.ravel()" if len(field) > 1 else f"packed[{at}:{end}] = {value}"]
+            # number by number: for arrays Numba compiles what says that their shapes differ, for a second each
+            flat = f"{value}.ravel()" if len(field) > 1 else value
+            return [f"flat = {flat}", f"for i in range({end - at}):", f"    packed[{at} + i] = flat[i]"]
         return [f"packed[{at}] = {value}"]
 
     def _generate(self, arguments: str, lines: list[str]):

@@ -130,7 +130,10 @@ def full_pressed_generators(rows):
     out = np.zeros((len(rows), 6, 6))
     for i in range(len(rows)):
         p = unpack_parameters(rows[i])
-        out[i] = full_generator(pressed_generator(p), p.eta)
+        generator = full_generator(pressed_generator(p), p.eta)
+        for j in range(6):
+            for k in range(6):
+                out[i, j, k] = generator[j, k]
     return out
 
 

@@ -90,7 +90,7 @@ def _rounded_product(a, b, out):
 @jit
 def _times(a, h):
     """The matrix ah, (2, 6, 6)."""
-    matrix, factor, plain = np.zeros((3, 2, 6, 6))
+    matrix, factor, plain = np.zeros((2, 6, 6)), np.zeros((2, 6, 6)), np.zeros((2, 6, 6))
     for i in range(6):
         factor[0, i, i] = h
         for j in range(6):

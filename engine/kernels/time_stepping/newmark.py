@@ -276,7 +276,8 @@ def write_output(m, i, k, n, now, pressed, window, buffers):
     """Write the section row and the sample of step i, the k-th of its period (k < n), if they are asked for."""
     kept_from, sampled_from, stride = window
     if k == 0:
-        buffers.section[(i - kept_from) // n - 1] = now
+        row = buffers.section[(i - kept_from) // n - 1]
+        row[0], row[1], row[2], row[3] = now
     j = (i - sampled_from) // n * buffers.phases.shape[0] + k // stride
     if i >= sampled_from and k % stride == 0 and j < buffers.samples.shape[0]:
         write_sample(m, buffers.samples[j], now, pressed)

@@ -5,7 +5,7 @@ import resource
 
 import numba
 import pytest
-from vibroscope.engine.kernels.compile.code_cache import cache_safe
+from vibroscope.engine.kernels.compile.dispatch import Kernel
 
 NAMES = "twice", "thrice"
 
@@ -26,7 +26,7 @@ def thrice(x):
 
 def is_cached(plain=twice):
     """Whether the code was found, once the function has been called anew, as a new process would."""
-    function = cache_safe(plain)
+    function = Kernel(plain)
     assert function(3.5) == plain(3.5)
     return bool(function.stats.cache_hits)
 
