@@ -8,7 +8,7 @@ from ..kernels.batch import follow as kernel
 from ..kernels.compile.options import uncompiled
 from ..kernels.event_driven.saltation import make_variation
 from ..methods import ExactPenalty, Reference
-from .batch import are_compiled, batch_of, make_work_space
+from .batch import Task, are_compiled, batch_of, make_work_space
 from .threads import Worker, share_out
 
 
@@ -49,7 +49,7 @@ def follow(
         If ``cancelled`` returned true.
     """
     compiled = are_compiled(method, rows)
-    cells, plan = batch_of(method, rows, initial, sample=1)
+    cells, plan = batch_of(method, rows, initial, Task(0, 1, (), recurrence=0.0))
 
     def worker() -> Worker:
         work, variation = make_work_space(plan.kind, 1), uncompiled(make_variation)(1)
