@@ -17,7 +17,7 @@ from .compare import Comparison
 from .conditions import Conditions, equal_damping, equal_stiffness
 from .contact import contact_frequency, damping_ratio
 from .encounters import delivered_restitution, mean_closing_speed
-from .sentences import DIGITS, share, value_text
+from .sentences import SENTENCE_DIGITS, share, value_text
 from .tolerances import AS_ASKED, HALF, SAME_DURATION, SAME_NUMBER
 
 
@@ -113,7 +113,7 @@ def _ways_to_rebound(comparison: Comparison, speed: float, cancelled: Callable[[
         changed = simulate(system, run.eta, replace(method, **{METHOD_NUMBERS[name]: value}), **options)
         delivered = delivered_restitution(changed) if changed.ok else math.nan
         if abs(delivered - system.restitution) <= AS_ASKED * system.restitution:
-            ways.append(equation(name, value, DIGITS))
+            ways.append(equation(name, value, SENTENCE_DIGITS))
     return ways
 
 

@@ -13,7 +13,7 @@ from .difference import Difference
 from .search import joint_damping_part
 from .tolerances import CLOSE_CURVE, SAME_CURVE
 
-DIGITS = 3  # of K and D
+SENTENCE_DIGITS = 3  # of K and D
 _NAMES = {"steps": "the time step", "joint damping": "the joint damping", "law": "the damper's jump at touch"}
 _STATUSES = {"located": "steps cut where contact changes", "end": "that at the end", "start": "that at the start"}
 
@@ -80,7 +80,7 @@ def value_text(change: Change) -> str | Statement:
         return chosen("law", method.law)
     numbers = change_of(change)
     steps = numbers.pop("steps", None)
-    texts = [equation(name, value, DIGITS) for name, value in numbers.items()]
+    texts = [equation(name, value, SENTENCE_DIGITS) for name, value in numbers.items()]
     return joined(", ", texts + ([f"{steps:,} steps a period"] if steps else []))
 
 

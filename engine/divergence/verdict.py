@@ -27,7 +27,7 @@ from .encounters import delivered_restitution, mean_closing_speed
 from .grid import rms
 from .remaining import Remaining
 from .search import search_alone, without_jump
-from .sentences import DIGITS, blame_sentence, change_of, chosen, rebound_text
+from .sentences import SENTENCE_DIGITS, blame_sentence, change_of, chosen, rebound_text
 from .tolerances import CLOSE_CURVE, SAME_CURVE, SHORT_CONTACT
 from .window import SECTION
 
@@ -381,7 +381,7 @@ def _way(name: str, value: float | str) -> str | Statement:
     if name == "steps":
         return f"{value:,} steps"
     if name == "damping":
-        return equation("D", value, DIGITS)
+        return equation("D", value, SENTENCE_DIGITS)
     if name == "without_solution":
         return Statement(Choice(name, (value,), f"without-solution {value}"))
     return chosen(name, value)
