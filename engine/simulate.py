@@ -75,8 +75,7 @@ def simulate(
     >>> further = simulate(System(), 2.76, method, periods=50, initial=run.checkpoint)  # goes on where it ended
     """
     eta = check_eta(eta)
-    periods = whole("periods", periods, 1, PERIODS_LIMIT, "give the excitation periods to run")
-    keep = whole("keep", keep, 1, min(periods, KEEP_LIMIT), "keep at least one period and at most all of them")
+    periods, keep = check_lengths(periods, keep)
     steps = periods * method.steps
     require("periods × steps", steps, 0, STEPS_LIMIT, "run fewer periods or fewer steps per period")
     if record is not None:
@@ -99,6 +98,18 @@ def simulate(
         checkpoint=checkpoint,
         **driver.results(),
     )
+
+
+def check_lengths(periods: float, keep: float) -> tuple[int, int]:
+    """Periods to run and to keep, as whole numbers.
+
+    Raises
+    ------
+    ValueError
+        If one is none, or out of range.
+    """
+    periods = whole("periods", periods, 1, PERIODS_LIMIT, "give the excitation periods to run")
+    return periods, whole("keep", keep, 1, min(periods, KEEP_LIMIT), "keep at least one period and at most all of them")
 
 
 def sample_run(

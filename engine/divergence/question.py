@@ -7,6 +7,7 @@ from ..arguments import check_fields
 from ..methods import Newmark, Reference, TimeStepping
 from ..model import System, check_eta
 from ..motions.steady import REST
+from ..simulate import check_lengths
 from .grid import PER_PERIOD
 
 
@@ -58,6 +59,9 @@ class ComparisonQuestion:
         if not self.penalty.has_step:
             raise ValueError(f"{self.penalty} has no time step: compare Newmark, whose limit it is")
         object.__setattr__(self, "eta", check_eta(self.eta))
+        periods, keep = check_lengths(self.periods, self.keep)
+        object.__setattr__(self, "periods", periods)
+        object.__setattr__(self, "keep", keep)
         object.__setattr__(self, "initial", None if self.initial is None else tuple(self.initial))
 
     @property

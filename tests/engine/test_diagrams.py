@@ -29,7 +29,6 @@ def test_the_shipped_diagram_is_up_to_date_and_right(kind):
 def short(tmp_path, monkeypatch):
     monkeypatch.setenv("VIBROSCOPE_CACHE_DIR", str(tmp_path))
     monkeypatch.setattr(diagrams, "GRID", np.array([2.76, 3.25]))
-    monkeypatch.setattr(diagrams, "TRANSIENT", 20)
     return System(restitution=0.45)
 
 

@@ -11,6 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from vibroscope.engine import (
     HHT,
+    ComparisonQuestion,
     Limits,
     Newmark,
     Reference,
@@ -212,7 +213,7 @@ METHODS = [
 
 @pytest.mark.parametrize(("eta", "method"), METHODS)
 def test_no_sentence_of_a_verdict_loses_its_facts(guarded, eta, method):
-    found = verdict(compare(System(), eta, method))
+    found = verdict(compare(ComparisonQuestion(System(), eta, method)))
     said = (found.headline, *found.details)
     for text in said:
         check(text)

@@ -146,7 +146,7 @@ def test_a_worker_that_is_killed_changes_nothing(cluster, tmp_path):
 
 
 def test_an_address_without_a_scheduler_is_refused(monkeypatch):
-    monkeypatch.setattr("vibroscope.engine.sweeps.cluster.PATIENCE", 0.5)
+    monkeypatch.setattr("vibroscope.engine.sweeps.cluster.ANSWER_SECONDS", 0.5)
     with pytest.raises(OSError, match="no Dask scheduler answers"):
         swept(scheduler="tcp://127.0.0.1:9")
 
