@@ -9,7 +9,16 @@ import numpy as np
 from ..facts import Ending
 from ..kernels.compile.options import uncompiled
 from ..kernels.compile.record import Buffers, PackedBuffers, no_contact
-from ..kernels.equations.contact_law import COMPRESSION, CUT, LIMITED, force
+from ..kernels.equations.contact_law import (
+    MAIN,
+    OTHER,
+    count_kinks,
+    factors,
+    force,
+    is_piecewise_linear,
+    kink,
+    takes_larger,
+)
 from ..kernels.equations.coordinates import contact_coordinates
 from ..kernels.equations.motion import coefficients, free_equilibrium, pressed_equilibrium, pressed_generator
 from ..kernels.equations.motion import separated_generator as free_generator
@@ -53,7 +62,6 @@ GAP, RATE = 2, 3  # columns of z
 PIECES = 4  # with the flight
 MOST_STEPS = 10_000  # of a contact alone
 DIFFERENCE = 1e-6  # of a start, for a derivative, as a share of its largest number
-OVERLAP, PUSH, EXTRA = 1, 2, 3  # numbers of pieces
 
 
 def needs_law(method) -> bool:
@@ -69,23 +77,21 @@ def by_steps(method) -> bool:
 
 
 def _pieces(p: Parameters) -> dict[int, tuple[tuple[float, float], list[tuple[np.ndarray, float, int]]]]:
-    """For each piece of a law: spring, damper, and its watched quantities (row of z, next piece, mirrored row)."""
+    """For each piece of a law: spring, damper, and its watched quantities (row of z, next mode, mirrored row)."""
+    if not uncompiled(is_piecewise_linear)(p.law):
+        return {}
     spring, damper = np.zeros(6), np.zeros(6)
     spring[GAP], damper[RATE] = force(p.stiffness, p.damping, 1.0, 0.0), force(p.stiffness, p.damping, 0.0, 1.0)
-    open_again = (spring, FLIGHT, -1)
-    whole, half = (p.stiffness, p.damping), (p.stiffness, 0.0)
-    over = (0.0, 0.0), [open_again, (-spring - damper, kernel.PUSH, 0)]
-    push = spring + damper, kernel.OVERLAP, 1
-    if p.law == CUT:
-        return {OVERLAP: over, PUSH: (whole, [push])}
-    if p.law == LIMITED:
-        double = 2.0 * p.stiffness, 0.0
-        limit = spring - damper, kernel.EXTRA, 0
-        return {OVERLAP: over, PUSH: (whole, [push, limit]), EXTRA: (double, [(damper - spring, kernel.PUSH, 1)])}
-    if p.law == COMPRESSION:
-        turn = damper, kernel.EXTRA, 1
-        return {PUSH: (whole, [turn]), EXTRA: (half, [open_again, (-damper, kernel.PUSH, 0)])}
-    return {}
+    main = (p.stiffness, p.damping), []
+    found = {MAIN: main}
+    for k, piece in enumerate(range(OTHER, OTHER + uncompiled(count_kinks)(p.law))):
+        a, b = factors(p.law, piece)
+        row = uncompiled(kink)(p.law, piece, spring, damper)
+        # A force that is smaller than spring and damper is one of bodies that close: there the gap stays closed.
+        opens = [(spring, FLIGHT, -1)] if takes_larger(p.law, piece) else []
+        main[1].append((row, kernel.PIECES_FROM + piece, len(opens)))
+        found[piece] = (a * p.stiffness, b * p.damping), [*opens, (-row, kernel.PIECES_FROM + MAIN, k)]
+    return found
 
 
 def set_up_law(system: System, eta: float, method: ExactPenalty) -> LawSystem:
@@ -200,7 +206,7 @@ class LawDriver(EventDriver):
 
     def record_open_contact(self, buffers: Buffers) -> None:
         p, a = self._system, self._now
-        if a.mode < kernel.OVERLAP or self.periods <= self.kept_from:
+        if a.mode <= kernel.PIECES_FROM or self.periods <= self.kept_from:
             return
         s = (self.periods - a.period) * self.period - a.tau
         y, more = motion_after(p, a, s)

@@ -8,7 +8,15 @@ from typing import NamedTuple
 import numpy as np
 
 from ..kernels.compile.options import uncompiled
-from ..kernels.equations.contact_law import COMPRESSION, CUT, KELVIN_VOIGT, LIMITED
+from ..kernels.equations.contact_law import (
+    CUT,
+    KELVIN_VOIGT,
+    MAIN,
+    OTHER,
+    count_kinks,
+    is_piecewise_linear,
+    takes_larger,
+)
 from ..kernels.time_stepping import law_pieces
 from ..kernels.time_stepping.law_step import LawScheme, linear_root
 from ..kernels.time_stepping.linear_step import BEFORE, COLUMNS, FORCE, GAP, OWN, RATE, LinearScheme
@@ -26,8 +34,9 @@ class Piece(NamedTuple):
 def pieces_of(law: LawScheme | Scheme) -> list[Piece]:
     """The pieces of a law that is piecewise linear; none of another one."""
     found, margin = [], uncompiled(law_pieces.margin_of)
-    count = {CUT: 2, LIMITED: 3, COMPRESSION: 2}.get(law.law, 0)
-    for piece in range(law_pieces.MAIN, law_pieces.MAIN + count):
+    if not uncompiled(is_piecewise_linear)(law.law):
+        return found
+    for piece in range(MAIN, OTHER + uncompiled(count_kinks)(law.law)):
         stiffness, gain = uncompiled(law_pieces.formula_of)(law, law.gain, piece)
         causes = range(law_pieces.FIRST, law_pieces.FIRST + uncompiled(law_pieces.kinks)(law, piece))
         kinks = [[margin(law, law.gain, piece, which, *unit) for unit in ((1.0, 0.0), (0.0, 1.0))] for which in causes]
@@ -54,7 +63,7 @@ def modes_of(m: LinearScheme) -> list[Mode]:
         found = [_mode_of_statuses(m, False, 0), _mode_of_statuses(m, True, 1)]
         return found if law == KELVIN_VOIGT else [*found, _mode_of_statuses(m, True, 0)]
     pieces = pieces_of(m.system)
-    if law == LIMITED:
+    if not uncompiled(takes_larger)(law, OTHER):
         pieces[:2] = pieces[1::-1]  # where the bodies touch, the damper is at its limit
     return [_mode_of_piece(m, None), *(_mode_of_piece(m, piece) for piece in pieces)]
 

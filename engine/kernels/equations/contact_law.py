@@ -5,7 +5,8 @@
     λ = −K g − 2D g′                    "kelvin-voigt": may pull near the end of a contact         (5)
     λ = max(0, −K g − 2D g′)            "cut": Kelvin–Voigt cut at zero                            (6)
 
-Both are linear where they push. With the penetration δ = −g, its rate v = −g′ and c = 2D two more are piecewise linear,
+Both are linear where they push. With the penetration δ = −g, its rate v = −g′ and c = 2D two more are piecewise linear
+(:data:`PIECES`),
 
     λ = Kδ + min(max(cv, −Kδ), Kδ)      "limited": neither jumps nor pulls                         (16)
     λ = Kδ + c max(v, 0)                "compression": the damper acts while the bodies close      (17)
@@ -43,6 +44,8 @@ other.
 
 import math
 
+import numpy as np
+
 from ..compile.options import jit, jit_inlined, jit_no_alloc, jit_uncontracted
 from ..compile.to_power import to_power
 
@@ -52,6 +55,24 @@ LAWS = (  # a law is given to kernels as its index in here
 )
 KELVIN_VOIGT, CUT, LIMITED, COMPRESSION = range(4)
 HUNT_CROSSLEY, _, FLORES, JANKOWSKI, CONSTANT, IMPACT = range(4, len(LAWS))
+
+# A contact consists of *pieces*, in each of which the force has one formula. Flight is one, too. MAIN is that of spring
+# and damper. From there a kink leads to OTHER, or a second one to BEYOND, and each of these back to MAIN.
+FREE, MAIN, OTHER, BEYOND = range(4)
+SMALLER, LARGER = -1.0, 1.0
+# Of a law that is piecewise linear, the pieces from OTHER on: a and b of their force aKδ + bcv, and whether the law
+# takes the smaller or the larger of that and of the force so far
+_PIECES = {
+    CUT: ((0.0, 0.0, LARGER),),
+    LIMITED: ((2.0, 0.0, SMALLER), (0.0, 0.0, LARGER)),
+    COMPRESSION: ((1.0, 0.0, LARGER),),
+}
+PIECES = np.zeros((len(LAWS), 4, 3))  # of a law and a piece, as above
+PIECES[:, MAIN] = 1.0, 1.0, 0.0
+KINKS = np.zeros(len(LAWS), dtype=np.int64)  # of a law
+KINKS[[JANKOWSKI, IMPACT]] = 1  # of their own kinds: :mod:`..time_stepping.law_pieces`
+for _law, _rows in _PIECES.items():
+    PIECES[_law, OTHER : OTHER + len(_rows)], KINKS[_law] = _rows, len(_rows)
 
 
 @jit_uncontracted
@@ -68,6 +89,44 @@ def force_of_law(law, linear):
     sign of L, so that cutting it at zero is exact. Other laws are solved for (:mod:`..time_stepping.law_step`).
     """
     return max(linear, 0.0) if law == CUT else linear  # Eqs. (5) and (6)
+
+
+@jit_inlined
+def is_piecewise_linear(law):
+    """Whether a law has pieces, all of them in :data:`PIECES`."""
+    return CUT <= law <= COMPRESSION
+
+
+@jit_inlined
+def factors(law, piece):
+    """The factors a and b in the force aKδ + bcv of a piece."""
+    return PIECES[int(law), piece, 0], PIECES[int(law), piece, 1]
+
+
+@jit_inlined
+def takes_larger(law, piece):
+    """Whether the law takes the larger of a piece's force and of that without this piece, or the smaller."""
+    return PIECES[int(law), piece, 2] == LARGER
+
+
+@jit_inlined
+def count_kinks(law):
+    """How many pieces there are beyond MAIN."""
+    return KINKS[int(law)]
+
+
+@jit_inlined
+def of_both(law, piece, before, own):
+    """The force of a law that is ``before`` without a piece and ``own`` in it; likewise what a step gives."""
+    return max(before, own) if takes_larger(law, piece) else min(before, own)
+
+
+@jit_inlined
+def kink(law, piece, spring, damper):
+    """What falls below zero where a law goes from MAIN to a piece, of Kδ and cv."""
+    a, b = factors(law, piece)
+    found = (1.0 - a) * spring + (1.0 - b) * damper
+    return found if takes_larger(law, piece) else -found
 
 
 @jit_inlined
@@ -106,16 +165,16 @@ def law_force(law, stiffness, gain, exponent, penetration, depth, speed):
     Beyond δ = 0 a law that jumps there, Eqs. (5), (6), (17) and (20) with n = 1, goes on; the others are zero.
     ``gain``: c, or h of Eq. (18).
     """
-    if law <= CUT or (law == CONSTANT and exponent == 1.0):
-        linear = stiffness * depth + gain * speed
-        return max(linear, 0.0) if law == CUT else linear
-    if law == COMPRESSION:
-        return stiffness * depth + gain * max(speed, 0.0)  # Eq. (17)
+    if law <= COMPRESSION or (law == CONSTANT and exponent == 1.0):
+        spring, damper = stiffness * depth, gain * speed
+        found = spring + damper
+        if is_piecewise_linear(law):  # Eqs. (6), (16) and (17)
+            for piece in range(OTHER, OTHER + count_kinks(law)):
+                a, b = factors(law, piece)
+                found = of_both(law, piece, found, a * spring + b * damper)
+        return found
     if not depth > 0.0:
         return 0.0
-    if law == LIMITED:
-        spring = stiffness * depth
-        return spring + min(max(gain * speed, -spring), spring)  # Eq. (16)
     spring = stiffness * power(depth, exponent)
     if law <= FLORES:
         return spring * (1.0 + gain * speed)  # Eq. (18)

@@ -1,12 +1,8 @@
 """The event loop for contact laws other than spring and damper: exact penalty solutions, from event to event.
 
-The flight is known in closed form (:mod:`..linear.tables`). So is each *piece* of a piecewise linear law, Eqs. (6),
-(16) and (17) of :mod:`..equations.contact_law`; a piece ends where one of the quantities that it watches falls to zero:
-
-    piece      force          "cut"               "limited"                        "compression"
-    OVERLAP    0              −g, −(Kδ + cv)      −g, −(Kδ + cv)
-    PUSH       Kδ + cv        Kδ + cv             Kδ + cv, Kδ − cv                 v
-    EXTRA      2Kδ or Kδ                          cv − Kδ                       δ, −v
+The flight is known in closed form (:mod:`..linear.tables`). So is each *piece* of a piecewise linear law
+(:data:`..equations.contact_law.PIECES`); a piece ends where one of the quantities that it watches falls to zero: one
+for each kink that leads to another piece, and in a contact that may open there, −g.
 
 The force is continuous over these events but for the one at touch, so that the quantity which ends a piece begins the
 next one with its sign changed, at zero and rising. A contact lasts as long as the gap is not positive, whether or not
@@ -16,7 +12,15 @@ the law pushes, as it does in the time-stepping methods. Other laws are followed
 
 from ..compile.options import jit_inlined, jit_no_alloc
 from ..compile.record import OpenContact, no_room, unpack_buffers, with_impulse
-from ..equations.contact_law import COMPRESSION, CUT, LIMITED, law_force
+from ..equations.contact_law import (
+    MAIN,
+    OTHER,
+    count_kinks,
+    is_piecewise_linear,
+    kink,
+    law_force,
+    takes_larger,
+)
 from ..equations.coordinates import displacements
 from ..linear.first_root import first_root
 from ..linear.tables import POINTS, Phase, gap_at, position_at, state_after
@@ -40,8 +44,9 @@ from .state import (
     write_state,
 )
 
-OVERLAP, PUSH, EXTRA, SMOOTH = 4.0, 5.0, 6.0, 7.0  # modes; CONTACT: the piece is still to be found
-PIECES_FROM = 3  # mode less this is the number of a piece
+# Modes: a piece of a contact has its number, from MAIN on, and this; CONTACT: the piece is still to be found
+PIECES_FROM = 3.0
+SMOOTH = 7.0
 STEP_EFFORT = 10  # intervals examined, as which a step of a contact counts
 SECOND = 8.0  # added to the order of the second watched quantity
 
@@ -49,14 +54,15 @@ SECOND = 8.0  # added to the order of the second watched quantity
 @jit_inlined
 def first_piece(p, depth, speed):
     """The mode of a contact with this δ and v."""
+    if not is_piecewise_linear(p.law):
+        return SMOOTH
     spring, damper = p.stiffness * depth, p.gain * speed
-    if p.law == CUT:
-        return PUSH if spring + damper >= 0.0 else OVERLAP
-    if p.law == LIMITED:
-        return EXTRA if damper >= spring else OVERLAP if damper <= -spring else PUSH
-    if p.law == COMPRESSION:
-        return PUSH if speed >= 0.0 else EXTRA
-    return SMOOTH
+    for piece in range(OTHER, OTHER + count_kinks(p.law)):
+        value = kink(p.law, piece, spring, damper)
+        # at a touch the damper acts before the spring does: a smaller force than both follows at once
+        if value < 0.0 or (value == 0.0 and not takes_larger(p.law, piece)):
+            return PIECES_FROM + piece
+    return PIECES_FROM + MAIN
 
 
 @jit_inlined
@@ -122,7 +128,7 @@ def law_motion(p, a, z, t):
 @jit_inlined
 def piece_of(a):
     """The number of the piece, 0 in flight."""
-    return 0 if a.mode == FLIGHT else int(a.mode) - PIECES_FROM
+    return 0 if a.mode == FLIGHT else int(a.mode - PIECES_FROM)
 
 
 @jit_inlined

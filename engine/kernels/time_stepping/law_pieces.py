@@ -1,12 +1,10 @@
 """The pieces of a contact whose law is not spring and damper alone, and where within a step each of them ends.
 
-Between two *pieces* the force of a contact is continuous and its derivative is not. A piece ends where one of these
-falls below zero:
+Between two *pieces* the force of a contact is continuous and its derivative is not. Those of a law that is piecewise
+linear are :data:`..equations.contact_law.PIECES`. Of the others, a piece ends where one of these falls below zero:
 
-    "cut"              Kδ + cv                        in the piece that pushes, the reverse in the one without force
-    "limited"          Kδ − cv and Kδ + cv            in the middle piece, the reverse in each of the others
-    "compression", "jankowski"    v                   while the bodies close, the reverse while they part
-    "impact"           Kδⁿ + cS(δ/d)v                 as with "cut"
+    "jankowski"        v                              while the bodies close, the reverse while they part
+    "impact"           Kδⁿ + cS(δ/d)v                 in the piece that pushes, the reverse in the one without force
 
 So the force may end before the gap opens: that ends a piece, and the gap ends the contact. The first of all that may
 end a piece ends it. Where both ends of a step are in the piece, it may have ended and begun again between them: the
@@ -18,7 +16,20 @@ end begins at the end of the step, and takes only what falls to zero: there it r
 import math
 
 from ..compile.options import jit_inlined, jit_no_alloc
-from ..equations.contact_law import COMPRESSION, CUT, IMPACT, JANKOWSKI, LIMITED, full_damping, power
+from ..equations.contact_law import (
+    BEYOND,
+    FREE,
+    IMPACT,
+    JANKOWSKI,
+    MAIN,
+    OTHER,
+    count_kinks,
+    factors,
+    full_damping,
+    is_piecewise_linear,
+    kink,
+    power,
+)
 from .contact_location import (
     AWAY,
     ITERATIONS,
@@ -33,7 +44,6 @@ from .contact_location import (
 )
 from .law_step import step_of_law
 
-FREE, MAIN, OTHER, BEYOND = range(4)  # pieces: flight, that of most of a contact, and those beyond its kinks
 GAP, FIRST, SECOND = range(3)  # what may end a piece
 NOTHING = -1
 SAME = 1e-12  # causes whose instants differ by less, as a share of the time to them, end a piece together
@@ -50,12 +60,10 @@ def margin_of(m, gain, piece, which, depth, speed):
     if which == GAP:
         return depth if piece != FREE else -depth
     side = 1.0 if piece == MAIN else -1.0
-    if m.law == LIMITED:
-        opposite = which == SECOND if piece == MAIN else piece == BEYOND
-        return side * (m.stiffness * depth + (gain if opposite else -gain) * speed)
-    if m.law == CUT:
-        return side * (m.stiffness * depth + gain * speed)
-    if m.law == COMPRESSION or m.law == JANKOWSKI:
+    if is_piecewise_linear(m.law):
+        beyond = OTHER + which - FIRST if piece == MAIN else piece
+        return side * kink(m.law, beyond, m.stiffness * depth, gain * speed)
+    if m.law == JANKOWSKI:
         return side * speed
     if not depth > 0.0:
         return 0.0
@@ -86,21 +94,14 @@ def margin_rate(m, gain, piece, which, z):
 @jit_inlined
 def formula_of(m, gain, piece):
     """K and c of the force Kδ + cv of a piece in contact of a law that is piecewise linear."""
-    if piece == MAIN:
-        return m.stiffness, gain
-    if m.law == COMPRESSION:
-        return m.stiffness, 0.0
-    return (2.0 * m.stiffness, 0.0) if m.law == LIMITED and piece == OTHER else (0.0, 0.0)
+    a, b = factors(m.law, piece)
+    return a * m.stiffness, b * gain
 
 
 @jit_inlined
 def kinks(m, piece):
     """How many kinks of the law may end a piece."""
-    if piece == FREE:
-        return 0
-    if m.law == LIMITED:
-        return 2 if piece == MAIN else 1
-    return 1 if m.law == CUT or m.law == COMPRESSION or m.law == JANKOWSKI or m.law == IMPACT else 0
+    return 0 if piece == FREE else count_kinks(m.law) if piece == MAIN else min(count_kinks(m.law), 1)
 
 
 @jit_no_alloc
@@ -155,7 +156,7 @@ def locate_end(m, gain, piece, which, z, end, length, k, s):
         slope = (value - before) / passed
         better = theta - value / slope if slope < 0.0 else -length  # outside, where it does not fall
         change = abs(better - theta)
-        if piece != FREE and m.law > COMPRESSION:
+        if piece != FREE and not is_piecewise_linear(m.law):
             if abs(passed) <= SETTLED * length and change <= FASTER * abs(passed):
                 high, beyond = theta, there
                 break

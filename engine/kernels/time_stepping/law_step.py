@@ -22,15 +22,17 @@ from typing import NamedTuple
 
 from ..compile.options import jit_inlined, jit_no_alloc
 from ..equations.contact_law import (
-    COMPRESSION,
-    CUT,
     FLORES,
     HUNT_CROSSLEY,
     IMPACT,
-    LIMITED,
+    OTHER,
+    count_kinks,
+    factors,
     gain_at,
+    is_piecewise_linear,
     law_force,
     law_slopes,
+    of_both,
 )
 from .contact_location import LocatedScheme, forcing_at, with_accelerations
 
@@ -74,13 +76,13 @@ def solve_force(m, gain, gap, rate, by_gap, by_rate):
     by_gap, by_rate : float
         a and b.
     """
-    if m.law == CUT or m.law == LIMITED or m.law == COMPRESSION:
-        both = linear_root(m.stiffness, gain, gap, rate, by_gap, by_rate)
-        if m.law == CUT:
-            return max(0.0, both)
-        if m.law == COMPRESSION:
-            return max(both, linear_root(m.stiffness, 0.0, gap, rate, by_gap, by_rate))
-        return max(0.0, min(both, linear_root(2.0 * m.stiffness, 0.0, gap, rate, by_gap, by_rate)))
+    if is_piecewise_linear(m.law):  # the force of a step grows with that of the law, so that it has the same form
+        found = linear_root(m.stiffness, gain, gap, rate, by_gap, by_rate)
+        for piece in range(OTHER, OTHER + count_kinks(m.law)):
+            a, b = factors(m.law, piece)
+            own = linear_root(a * m.stiffness, b * gain, gap, rate, by_gap, by_rate)
+            found = of_both(m.law, piece, found, own)
+        return found
     push = newton_root(m, gain, gap, rate, by_gap, by_rate) if HUNT_CROSSLEY <= m.law <= IMPACT else math.nan
     return push if push == push else bracketed_root(m, gain, gap, rate, by_gap, by_rate)
 
