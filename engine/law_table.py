@@ -62,7 +62,7 @@ class Law(NamedTuple):
     divides: bool = False  # whether that formula has no value for e = 0
     restitution: Callable[[float, float], float] | None = None  # of ζ and n, which alone decide it
     linear: bool = False  # a spring and a damper as long as the bodies overlap
-    closed_form: bool = False  # piecewise linear, with its pieces in drivers/law_driven.py
+    closed_form: bool = False  # piecewise linear, with its pieces in kernels/equations/contact_law.py
     graded: bool = False  # whether its damper is c δ^((n − 1)/2) v
     without_jump: str = ""  # of a law whose damper acts in full as soon as the bodies touch: the same where it grows
     newmark: bool = False  # taken by `Newmark`, too

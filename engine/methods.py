@@ -266,6 +266,11 @@ class Newmark(_Steps):
         _check_steps(self)
 
     @property
+    def skips_steps(self) -> bool:
+        """As of the others, but of "cut", of which all are taken."""
+        return self.linear and super().skips_steps
+
+    @property
     def status(self) -> str:
         """Of a contact: "start" or "located", as those of :class:`TimeStepping`."""
         return "located" if self.located else CONTACT_STATUSES[0]

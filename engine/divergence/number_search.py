@@ -188,7 +188,7 @@ class StepSearch:
         return best if math.isfinite(best.robust) else None
 
     def enough(self, most_left: float) -> Change | None:
-        """See :func:`enough_steps`."""
+        """See :func:`.search.enough_steps`."""
         more = [steps for steps in self._steps if steps > self._method.steps]
         for i, steps in enumerate(more):
             if max(self._at(n) for n in more[i : i + 2]) <= most_left and (robust := self._robust(steps)) <= most_left:

@@ -108,7 +108,7 @@ def click_last_entry(explorer, figure):
 
 
 def test_muted_entries_and_the_theme_come_back(visit):
-    explorer = visit(height=880)  # a browser of its own, which remembers for no other test
+    explorer = visit(whose="dark")  # a browser of its own, which remembers for no other test
     assert "theme" not in explorer.address()  # nobody has chosen
     explorer.page.get_by_role("button", name="Dark page").click()
     click_last_entry(explorer, "phase1")
@@ -126,7 +126,7 @@ def test_muted_entries_and_the_theme_come_back(visit):
     wait_until(lambda: second.address()["mute"] == "force:penalty_impulses", 5, "one muted entry less")
     # The link's theme is for this page alone, and that of an earlier visit is in the link from the start.
     assert second.page.evaluate("localStorage.getItem('vibroscope-theme')") is None
-    third = visit(height=880)
+    third = visit(whose="dark")
     wait_until(lambda: third.address().get("theme") == "dark", 5, "the theme that was chosen on an earlier visit")
 
 

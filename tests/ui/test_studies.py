@@ -272,18 +272,25 @@ def test_no_update_is_large_and_what_is_hidden_costs_nothing(counted, visit, tab
     assert received() - before < 50_000
 
 
+# Colours of patches; of one that has just been replaced there is none.
+PATCH_COLOURS = """all => all
+  .map(patch => getComputedStyle(patch).backgroundColor.match(/\\d+/g))
+  .map(parts => parts && "#" + parts.map(part => Number(part).toString(16).padStart(2, "0")).join("").toUpperCase())
+"""
+
+
 def test_the_key_has_the_colours_of_the_cells_in_the_dark_too(visit):
     explorer = visit("?tab=plane&choice=quantity:error&theme=dark")
     wait_until(lambda: "no number" in panel(explorer).locator(".key").text_content(), what="the key")
     mapper = "[...Bokeh.documents[0].all_models].find(model => model.type === 'LinearColorMapper')"
     explorer.until(f"!!{mapper}")
     palette = explorer.page.evaluate(f"{mapper}.palette")
-    shown = (
-        panel(explorer)
-        .locator(".key .patch:not(.cross, .veil)")
-        .evaluate_all("""all => all
-      .map(patch => getComputedStyle(patch).backgroundColor.match(/\\d+/g))
-      .map(parts => "#" + parts.map(part => Number(part).toString(16).padStart(2, "0")).join("").toUpperCase())""")
-    )
-    assert len(shown) == 7
-    assert set(shown) <= set(palette)
+    patches = panel(explorer).locator(".key .patch:not(.cross, .veil)")
+    seen = []
+
+    def complete_key():
+        seen[:] = patches.evaluate_all(PATCH_COLOURS)
+        return len(seen) == 7 and None not in seen
+
+    wait_until(complete_key, what="seven patches, none of which is drawn anew")
+    assert set(seen) <= set(palette)

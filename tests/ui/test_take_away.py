@@ -200,7 +200,9 @@ def test_an_error_in_making_a_picture_is_shown_like_any_other(visit):
         if (figure.name === "phase1") throw new Error("no canvas");
         return draw(figure, ...more);
       };
-      Bokeh.documents[0].get_model_by_name("phase2").setv({ name: "gone" }, { sync: false });
+      const find = Bokeh.index.find_one_by_id;
+      const hidden = Bokeh.documents[0].get_model_by_name("phase2").id;
+      Bokeh.index.find_one_by_id = (id) => (id === hidden ? null : find.call(Bokeh.index, id));
     }""")
     menu(explorer)
     click = explorer.page.locator("details.take-away").get_by_role

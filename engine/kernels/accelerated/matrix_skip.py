@@ -163,8 +163,8 @@ def integrate_skipping(m, t, angles, state, work, stop, window, buffers):
     angles, stop, window, buffers
         As there.
     state : (STATE.size,) float64
-        A :class:`LinearState`, changed in place. Its ``step`` is the one from which the next call goes on: ``stop`` or,
-        where a skip reaches beyond, the step before that skip.
+        A :class:`..time_stepping.linear_step.LinearState`, changed in place. Its ``step`` is the one from which the
+        next call goes on: ``stop`` or, where a skip reaches beyond, the step before that skip.
     work : (WORK_ROWS, WORK) float64
         Work space.
 

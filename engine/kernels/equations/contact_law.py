@@ -71,8 +71,9 @@ PIECES = np.zeros((len(LAWS), 4, 3))  # of a law and a piece, as above
 PIECES[:, MAIN] = 1.0, 1.0, 0.0
 KINKS = np.zeros(len(LAWS), dtype=np.int64)  # of a law
 KINKS[[JANKOWSKI, IMPACT]] = 1  # of their own kinds: :mod:`..time_stepping.law_pieces`
+PIECEWISE_LINEAR = np.zeros(len(LAWS), dtype=np.bool_)
 for _law, _rows in _PIECES.items():
-    PIECES[_law, OTHER : OTHER + len(_rows)], KINKS[_law] = _rows, len(_rows)
+    PIECES[_law, OTHER : OTHER + len(_rows)], KINKS[_law], PIECEWISE_LINEAR[_law] = _rows, len(_rows), True
 
 
 @jit_uncontracted
@@ -94,7 +95,7 @@ def force_of_law(law, linear):
 @jit_inlined
 def is_piecewise_linear(law):
     """Whether a law has pieces, all of them in :data:`PIECES`."""
-    return CUT <= law <= COMPRESSION
+    return PIECEWISE_LINEAR[int(law)]
 
 
 @jit_inlined
@@ -165,7 +166,7 @@ def law_force(law, stiffness, gain, exponent, penetration, depth, speed):
     Beyond δ = 0 a law that jumps there, Eqs. (5), (6), (17) and (20) with n = 1, goes on; the others are zero.
     ``gain``: c, or h of Eq. (18).
     """
-    if law <= COMPRESSION or (law == CONSTANT and exponent == 1.0):
+    if law == KELVIN_VOIGT or is_piecewise_linear(law) or (law == CONSTANT and exponent == 1.0):
         spring, damper = stiffness * depth, gain * speed
         found = spring + damper
         if is_piecewise_linear(law):  # Eqs. (6), (16) and (17)

@@ -43,7 +43,8 @@ WORK = TABLE + COLUMNS
 class LawSystem(NamedTuple):
     """Flight, the pieces of a piecewise linear law, and the numbers of any law; a row or an item for each piece.
 
-    Pieces: :mod:`.law_pieces`, 0 is the flight. Each watches one quantity or two, item 2·piece + k of their tables.
+    Pieces: :data:`..equations.contact_law.PIECES`, 0 is the flight. Each watches one quantity or two, item
+    2·piece + k of their tables.
     """
 
     period: float
