@@ -63,9 +63,9 @@ SMALLER, LARGER = -1.0, 1.0
 # Of a law that is piecewise linear, the pieces from OTHER on: a and b of their force aKδ + bcv, and whether the law
 # takes the smaller or the larger of that and of the force so far
 _PIECES = {
-    CUT: ((0.0, 0.0, LARGER),),
-    LIMITED: ((2.0, 0.0, SMALLER), (0.0, 0.0, LARGER)),
-    COMPRESSION: ((1.0, 0.0, LARGER),),
+    CUT: ((0.0, 0.0, LARGER),),  # Eq. (6)
+    LIMITED: ((2.0, 0.0, SMALLER), (0.0, 0.0, LARGER)),  # Eq. (16)
+    COMPRESSION: ((1.0, 0.0, LARGER),),  # Eq. (17)
 }
 PIECES = np.zeros((len(LAWS), 4, 3))  # of a law and a piece, as above
 PIECES[:, MAIN] = 1.0, 1.0, 0.0
