@@ -68,6 +68,6 @@ def test_every_tolerance_has_its_reason():
         tokens = tokenize.generate_tokens(io.StringIO(path.read_text(encoding="utf-8")).readline)
         comments = [token for token in tokens if token.type == tokenize.COMMENT]
         # beside a constant, or on a line of their own above it
-        told = {token.start[0] + (token.line.lstrip()[0] == "#") for token in comments}
-        bare = [node.lineno for node in MODULES[path].body[1:] if node.lineno not in told]
+        explained = {token.start[0] + (token.line.lstrip()[0] == "#") for token in comments}
+        bare = [node.lineno for node in MODULES[path].body[1:] if node.lineno not in explained]
         assert not bare, f"{path.relative_to(ENGINE)}: say unit and reason beside lines {bare}"

@@ -71,7 +71,7 @@ def browser(playwright):
 class Window:
     """A browser of a person, and the size that its pages have.
 
-    It keeps on disk what it has fetched and compiled, which is a quarter of the work of opening a page.
+    It keeps on disk what it has fetched and compiled, as that of a person does, so that a page opens sooner.
     """
 
     def __init__(self, context, viewport):

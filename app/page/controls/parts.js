@@ -1,7 +1,7 @@
 // The parts of the panel around the sliders: scenes, actions, system and solver, switches, key. Each has an element, and
 // a function that draws the accepted values.
 
-import { typedField } from "./controls.js";
+import { typedField } from "./field.js";
 import { button, choose, element, listen, setText } from "../shared/dom.js";
 
 const NARROW = matchMedia("(max-width: 1000px)");

@@ -1,0 +1,66 @@
+// Fields of the panel, which sliders, system and solver have in common.
+
+import { element } from "../shared/dom.js";
+
+export function input(type, id, name) {
+  const made = element("input");
+  made.type = type;
+  made.id = id;
+  made.setAttribute("aria-label", name);
+  return made;
+}
+
+const SHORT = 8; // digits that each field has room for
+
+// The field of a typed value, with the reason if it was refused.
+export function typedField(number, link, place) {
+  const typed = input("text", `vibroscope-${number.name}-typed`, `${number.label}: ${number.hint}, typed`);
+  typed.inputMode = "decimal";
+  typed.autocomplete = "off";
+  const refusal = element("p", "refusal");
+  refusal.id = `vibroscope-${number.name}-refusal`;
+  refusal.setAttribute("role", "alert");
+  refusal.hidden = true;
+  const unit = element("span", "unit");
+  let accepted = ""; // in the numbers of the model
+  let field = { text: "", factor: 1 }; // the same as it is shown
+  let typing = false; // an answer must not change what is being typed
+  const fill = (text) => {
+    typed.value = text;
+    typed.style.minWidth = text.length > SHORT ? `calc(${text.length}ch + 16px)` : ""; // or its exponent could be hidden
+  };
+  typed.addEventListener("input", () => { typing = true; });
+  typed.addEventListener("change", () => {
+    typing = false;
+    link.set({ [number.name]: { typed: typed.value.trim() } }); // the server reads separators and units
+  });
+  typed.addEventListener("blur", () => {
+    if (typing) fill(field.text); // the text equals the one before, since there was no change event
+    typing = false;
+  });
+  typed.addEventListener("keydown", (event) => {
+    if (event.key !== "Escape") return;
+    typing = false;
+    fill(field.text);
+    link.set({ [number.name]: accepted });
+  });
+  place.append(refusal);
+  const draw = (shown, isLatest) => {
+    accepted = shown.texts[number.name];
+    field = shown.fields[number.name];
+    unit.textContent = field.unit;
+    typed.disabled = Boolean(field.locked);
+    typed.title = `${field.name}; ${field.locked || field.range}`;
+    typed.setAttribute("aria-label", `${field.label}: ${field.name}, typed`);
+    const refused = shown.refused.name === number.name;
+    typed.setAttribute("aria-invalid", String(refused));
+    if (refused) typed.setAttribute("aria-describedby", refusal.id);
+    else typed.removeAttribute("aria-describedby");
+    refusal.hidden = !refused;
+    refusal.textContent = refused ? `${shown.refused.text} Escape brings back ${field.text}.` : "";
+    if (isLatest && !refused && !typing) fill(field.text);
+  };
+  // A number of the model as the field shows it, until the server has answered.
+  const preview = (text) => (field.factor === 1 ? text : String(Number((field.factor * Number(text)).toPrecision(6))));
+  return { typed, unit, draw, preview, fill };
+}
