@@ -4,27 +4,20 @@ import numpy as np
 
 from ..facts import Ending
 from ..integrators import Integrator, NewmarkBeta
-from ..kernels.accelerated import located_skip
 from ..kernels.compile.options import uncompiled
 from ..kernels.compile.record import Buffers, PackedBuffers
 from ..kernels.equations.contact_law import CONSTANT, KELVIN_VOIGT, LAWS
 from ..kernels.equations.motion import coefficients
-from ..kernels.equations.rates import free_rate
 from ..kernels.parameters import Parameters
 from ..kernels.status import PAUSED, STATUSES
 from ..kernels.time_stepping import law_pieces, law_step, located_law
 from ..kernels.time_stepping import located as kernel
-from ..kernels.time_stepping.contact_location import SCHEME, LocatedScheme, Stages, forcing_with
+from ..kernels.time_stepping.contact_location import SCHEME, Stages, forcing_with
 from ..methods import Newmark, TimeStepping
 from ..result import Checkpoint, Cost, Status
 from .base import is_first_use
-from .newmark import has_strides
-from .skip_tables import LocatedTables
-from .step_modes import Piece, pieces_of
 from .stepping import SteppingDriver
 from .time_stepping import parameters_of_steps
-
-MANY_STEPS = 200  # per period: with fewer, tables take longer than the steps that they save a run of 2,000 periods
 
 
 def stages_of(integrator: Integrator, p: Parameters) -> Stages:
@@ -51,7 +44,6 @@ class LocatedDriver(SteppingDriver):
             integrator = method.integrator
             self.solution = f"the solution by {integrator.short_title()}"
             self._scheme = self._scheme._replace(stages=stages_of(integrator, p), shortest_step=self._scheme.h)
-        self._tables = None
         self._prepare(p, integrator)
         if len(start.state) > len(self.run[0].rest):
             self._state = np.array(start.state)
@@ -67,21 +59,10 @@ class LocatedDriver(SteppingDriver):
     def _prepare(self, p: Parameters, integrator: Integrator) -> None:
         """Make what the kernel needs beside the scheme."""
         self._packed, self._forces = SCHEME.pack(self._scheme), self.forces_of_steps()
-        self._prepare_skips(self._scheme, p, integrator, [Piece(p.stiffness, p.damping)])
-
-    def _prepare_skips(self, m: LocatedScheme, p: Parameters, integrator: Integrator, pieces: list[Piece]) -> None:
-        """Make what skips need, where steps can be skipped; ``pieces``: those of a contact that can be skipped."""
-        if self._can_skip(p):
-            self._tables = LocatedTables(m, p, integrator, pieces)
 
     def _packed_start(self, state: kernel.LocatedState, at_rest: bool) -> np.ndarray:
         """The discrete solution at τ = 0; ``at_rest``: without acceleration."""
         return kernel.STATE.pack(state._replace(a=0.0, b=0.0) if at_rest else state)
-
-    def _can_skip(self, p: Parameters) -> bool:
-        method = self._method
-        enough = method.has_choices or method.steps >= MANY_STEPS
-        return enough and not method.every_step and has_strides(p.eta, uncompiled(free_rate)(p), method.steps)
 
     def forces_of_steps(self) -> np.ndarray:
         """f₁ and f at the beginning of each step of a period, and at the end of the last, (n + 1, 2)."""
@@ -92,27 +73,11 @@ class LocatedDriver(SteppingDriver):
     def _now(self) -> kernel.LocatedState:
         return kernel.STATE.read(self._state)
 
-    @property
-    def _kernel(self):
-        return kernel.integrate_located if self._tables is None else located_skip.integrate_skipping
-
-    def prepare(self) -> None:
-        if self._tables is not None:
-            self._tables.make_asked()
+    _kernel = staticmethod(kernel.integrate_located)
 
     def _call(self, last: int, most: int, buffers: PackedBuffers) -> int:
-        if self._tables is None:
-            return self._take_every_step(last, most, buffers)
-        return self._skip(last, most, buffers)
-
-    def _skip(self, last: int, most: int, buffers: PackedBuffers) -> int:
-        """Integrate with skips."""
         arrays = self._forces, self._state, last, most, self._window, buffers.flat, buffers.sizes
-        return located_skip.integrate_skipping(self._packed, *self._tables.packed, *arrays)
-
-    def _take_every_step(self, last: int, most: int, buffers: PackedBuffers) -> int:
-        arrays = self._forces, self._state, last, most, self._window, buffers.flat, buffers.sizes
-        return kernel.integrate_located(self._packed, *arrays)
+        return self._kernel(self._packed, *arrays)
 
     def integrate(self, stop: int, buffers: PackedBuffers) -> tuple[Status, bool]:
         code = self._call(stop * self._method.steps, self.solves_per_call, buffers)
@@ -129,12 +94,6 @@ class LocatedDriver(SteppingDriver):
             "take a smaller K, or a D that ends them",
         )
 
-    def results(self) -> dict:
-        last = self.periods * self._method.steps
-        while self._now.step < last and self._take_every_step(last, self.solves_per_call, self._no_buffers) == PAUSED:
-            pass  # a skip stops short of where a run is cut
-        return super().results()
-
     def record_open_contact(self, buffers: Buffers) -> None:
         now = self._now
         if now.pressed and now.step > self._window[0]:
@@ -149,15 +108,11 @@ class LocatedDriver(SteppingDriver):
 
 
 class LocatedLawDriver(LocatedDriver):
-    """A run with located steps and another contact law than spring and damper.
-
-    It skips flights, and contacts of a law that is piecewise linear; it takes the other steps in contact.
-    """
+    """A run with located steps and another contact law than spring and damper."""
 
     def _prepare(self, p: Parameters, integrator: Integrator) -> None:
         m = self._scheme._replace(stages=stages_of(integrator, p))
         self._law = law_step.LawScheme(m, int(p.law), p.stiffness, p.exponent, p.penetration, p.gain, p.relative)
-        self._prepare_skips(m, p, integrator, pieces_of(self._law))
 
     def _packed_start(self, state: kernel.LocatedState, at_rest: bool) -> np.ndarray:
         m, pressed = self._law, state.pressed
@@ -177,16 +132,10 @@ class LocatedLawDriver(LocatedDriver):
     def _now(self) -> kernel.LocatedState:
         return located_law.STATE.read(self._state).located
 
-    @property
-    def _kernel(self):
-        return located_law.integrate_located_law if self._tables is None else located_skip.integrate_law_skipping
+    _kernel = staticmethod(located_law.integrate_located_law)
 
-    def _skip(self, last: int, most: int, buffers: PackedBuffers) -> int:
-        arrays = self._state, last, most, self._window, buffers.views
-        return located_skip.integrate_law_skipping(self._law, self._tables.skips, *arrays)
-
-    def _take_every_step(self, last: int, most: int, buffers: PackedBuffers) -> int:
-        return located_law.integrate_located_law(self._law, self._state, last, most, self._window, buffers.views)
+    def _call(self, last: int, most: int, buffers: PackedBuffers) -> int:
+        return self._kernel(self._law, self._state, last, most, self._window, buffers.views)
 
 
 def located_driver(method: Newmark | TimeStepping) -> type[LocatedDriver]:

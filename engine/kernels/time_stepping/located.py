@@ -14,8 +14,7 @@ then, so that every time scale has the same number of steps:
 
 A step of the grid is therefore halved j times, until its pieces keep to (13) when they begin. A piece ends at the next
 point of this sub-grid: a contact that begins within a step begins with a shorter piece, and so does a coarser sub-grid
-of which the last piece did not end at a point. All other pieces with one j are alike, so they can be skipped
-(:mod:`..accelerated.located_skip`).
+of which the last piece did not end at a point.
 
 Every step is then proportional to Δτ, and the method is of second order throughout. With N = T_f/Δτ an impact costs N/2
 to N solves and some four to locate each change, a contact of duration t > T_c/2 costs up to twice
