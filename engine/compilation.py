@@ -67,7 +67,6 @@ _RUNS = {  # what is called, by what it solves
     "Newmark, every step": replace(_NEWMARK, every_step=True),
     "other integrators": TimeStepping(2500.0, 8.0, 2000),
     "other integrators, every step": TimeStepping(2500.0, 8.0, 2000, every_step=True),
-    "other contact laws, located": TimeStepping(2500.0, 8.0, 2000, status="located", law="cut"),
 }
 _OPENING = (  # what the explorer opens with, and what its verdict tries; those that share functions beside each other
     "reference",

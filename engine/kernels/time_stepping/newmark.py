@@ -265,22 +265,31 @@ def end_contact(m, contact, i, now, buffers):
 
 
 @jit_inlined
-def write_sample(m, row, now, pressed):
-    """Write motion and contact force, λ as the step that now begins will feel it."""
-    row[0], row[1], row[2], row[3] = now
-    row[4] = contact_force(m, now[0], now[1], now[2], now[3]) if pressed else 0.0
+def force_at(m, now, pressed):
+    """λ of a motion, as the step that now begins will feel it."""
+    return contact_force(m, now[0], now[1], now[2], now[3]) if pressed else 0.0
 
 
 @jit_inlined
-def write_output(m, i, k, n, now, pressed, window, buffers):
-    """Write the section row and the sample of step i, the k-th of its period (k < n), if they are asked for."""
+def write_sample(row, now, push):
+    """Write the motion ξ₁, ξ₁′, ξ₂, ξ₂′ and λ."""
+    row[0], row[1], row[2], row[3] = now
+    row[4] = push
+
+
+@jit_inlined
+def write_output(i, k, n, now, push, window, buffers):
+    """Write the section row and the sample of step i, the k-th of its period (k < n), if they are asked for.
+
+    ``now``: ξ₁, ξ₁′, ξ₂, ξ₂′; ``push``: λ as the step that now begins will feel it.
+    """
     kept_from, sampled_from, stride = window
-    if k == 0:
+    if k == 0 and i > kept_from and buffers.section.shape[0] > 0:
         row = buffers.section[(i - kept_from) // n - 1]
         row[0], row[1], row[2], row[3] = now
     j = (i - sampled_from) // n * buffers.phases.shape[0] + k // stride
     if i >= sampled_from and k % stride == 0 and j < buffers.samples.shape[0]:
-        write_sample(m, buffers.samples[j], now, pressed)
+        write_sample(buffers.samples[j], now, push)
 
 
 @jit_inlined
@@ -304,7 +313,8 @@ def integrate_recorded(m, cosines, state, stop, window, buffers):
     n, status = cosines1.shape[0] - 1, OK
     _, sampled_from, stride = window
     if i == sampled_from and buffers.samples.shape[0] > 0:
-        write_sample(m, buffers.samples[0], motion(m, p1, q1, a1, p2, q2, a2), pressed)
+        now = motion(m, p1, q1, a1, p2, q2, a2)
+        write_sample(buffers.samples[0], now, force_at(m, now, pressed))
     k = i % n  # steps done in the period
     impulse = contact.impulse
     while i < stop and status == OK:
@@ -331,7 +341,7 @@ def integrate_recorded(m, cosines, state, stop, window, buffers):
         if k == n or (i >= sampled_from and k % stride == 0):
             k = 0 if k == n else k
             now = motion(m, p1, q1, a1, p2, q2, a2)
-            write_output(m, i, k, n, now, pressed, window, buffers)
+            write_output(i, k, n, now, force_at(m, now, pressed), window, buffers)
         if not abs(gap) < LIMIT:
             status = DIVERGED
     write_state(state, StepState(p1, q1, p2, q2, a1, a2, gap, pressed, i, with_impulse(contact, impulse)))

@@ -18,18 +18,12 @@ from vibroscope.engine import (
     TimeStepping,
     simulate,
 )
-from vibroscope.engine.drivers.located import stages_of
+from vibroscope.engine.drivers.located import scheme_of_run
 from vibroscope.engine.drivers.parameters import parameters_of
 from vibroscope.engine.drivers.step_maps import bodies_of, step_maps
 from vibroscope.engine.kernels.compile.options import uncompiled
-from vibroscope.engine.kernels.time_stepping import contact_location
-from vibroscope.engine.kernels.time_stepping.contact_location import (
-    contact_force,
-    forcing_at,
-    step_of_stages,
-    with_accelerations,
-)
-from vibroscope.engine.kernels.time_stepping.located import located_scheme
+from vibroscope.engine.kernels.time_stepping import law_pieces
+from vibroscope.engine.kernels.time_stepping.contact_location import force_of, forcing_at, step_from, with_accelerations
 
 SYSTEMS = System(mu=0.7, clearance=-0.2), System(wall=True, clearance=0.2, excitation=Excitation(constant1=0.3))
 
@@ -40,7 +34,7 @@ def test_a_step_of_any_length_is_its_matrix(system, kind):
     eta, k, part = 1.3, 7, 0.37
     method = TimeStepping(300.0, 5.0, 200, kind(), "located")
     p = parameters_of(system, eta, method)
-    m = located_scheme(p)._replace(stages=stages_of(kind(), p))
+    m = scheme_of_run(p, method)
     s, angle = part * m.h, 2 * math.pi * (k + 0.2) / 200
     maps = step_maps(bodies_of(p), kind(), s)
     one = (0.0, 0.0, 0.0) if system.wall else (0.4, -0.3, 0.2)
@@ -48,10 +42,10 @@ def test_a_step_of_any_length_is_its_matrix(system, kind):
         gap = -0.02 if pressed else 0.3
         z = (*one, gap, 0.5, -1.5)
         x, g = z[0] - p.free_position, gap - p.free_gap
-        begun = contact_force(m, pressed, z)
+        begun = force_of(m, p.gain, pressed, z)
         y = (x, x + g, z[1], z[1] + z[4], z[2], z[2] + z[5], begun, math.cos(angle), math.sin(angle), 1.0)
         end = maps[int(pressed) if len(maps) == 2 else 2 + 3 * pressed] @ y
-        found = step_of_stages(m, pressed, z, s, k, 0.2 * m.h)
+        found = step_from(m, p.gain, pressed, z, s, k, 0.2 * m.h)
         displaced = found[0] - p.free_position, found[1], found[2], *(np.add(found[3:], found[:3]))
         expected = end[[0, 2, 4, 1, 3, 5]] + (0, 0, 0, p.free_position + p.free_gap, 0, 0)
         np.testing.assert_allclose(displaced, expected, rtol=0, atol=1e-11)
@@ -82,13 +76,14 @@ def test_a_contact_whose_end_is_looked_for_at_its_beginning_ends_where_it_ends(m
     """With x + sv, v = v₀ + sa, the gap θ(v + θa) of a contact is zero twice; rounding decides its sign at one."""
     method = TimeStepping(2500.0, 8.0, 60, SemiImplicitEuler(), "located")
     p = parameters_of(System(), 1.08, method)
-    m = located_scheme(p)._replace(stages=stages_of(method.integrator, p))
+    m = scheme_of_run(p, method)
     z = with_accelerations(m.pressed, (0.0, 0.0, 0.0, 0.0, -1.0, 0.0), forcing_at(m, 0, 0.0))
     for length in np.linspace(0.6, 1.0, 100) * m.h:
-        end = step_of_stages(m, True, z, length, 0, 0.0)
+        end = step_from(m, p.gain, True, z, length, 0, 0.0)
         for begin in (1e-17, 1e-16, 1e-15):
-            monkeypatch.setattr(contact_location, "root_by_curvature", lambda *_, found=begin * length: found)
-            theta, *_ = uncompiled(contact_location.locate_change)(m, True, z, end, length, 0, 0.0)
+            monkeypatch.setattr(law_pieces, "root_by_curvature", lambda *_, found=begin * length: found)
+            arguments = m, p.gain, law_pieces.MAIN, law_pieces.GAP, z, end, length, 0, 0.0
+            theta, *_ = uncompiled(law_pieces.locate_end)(*arguments)
             assert theta == pytest.approx(-z[4] / z[5], rel=1e-9)
 
 
