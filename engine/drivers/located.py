@@ -1,5 +1,7 @@
 """Driver of one-step methods with their step cut at each contact change."""
 
+from collections.abc import Callable
+
 import numpy as np
 
 from ..facts import Ending
@@ -9,12 +11,10 @@ from ..kernels.compile.record import Buffers, PackedBuffers
 from ..kernels.equations.contact_law import KELVIN_VOIGT
 from ..kernels.equations.motion import coefficients
 from ..kernels.parameters import Parameters
-from ..kernels.status import PAUSED, STATUSES
 from ..kernels.time_stepping import located as kernel
 from ..kernels.time_stepping.contact_location import SCHEME, STAGE_NUMBERS, LocatedScheme, Stages, forcing_with
 from ..methods import Newmark, TimeStepping
-from ..result import Checkpoint, Cost, Status
-from .base import is_first_use
+from ..result import Checkpoint, Status
 from .stepping import SteppingDriver
 from .time_stepping import parameters_of_steps
 
@@ -41,24 +41,16 @@ def scheme_of_run(p: Parameters, method: Newmark | TimeStepping) -> LocatedSchem
 class LocatedDriver(SteppingDriver):
     """One run of a one-step method with located contact changes."""
 
+    layout = kernel.STATE
     solves_per_call = 2_000_000
 
-    def begin(self, start: Checkpoint) -> None:
-        method, p = self._method, parameters_of_steps(*self.run)
-        if method.has_choices:
-            self.solution = f"the solution by {method.integrator.short_title()}"
-        self._scheme = scheme_of_run(p, method)
+    def begin(self) -> None:
+        self._scheme = scheme_of_run(parameters_of_steps(*self.run), self._method)
         self._packed, self._forces = SCHEME.pack(self._scheme), self.forces_of_steps()
-        if len(start.state) > len(self.run[0].rest):
-            self._state = np.array(start.state)
-        else:
-            at_rest = method.initial_acceleration == "zero"
-            self._state = kernel.STATE.pack(kernel.start_state(self._scheme, start.state, self.kept_from == 0, at_rest))
-        self._started = self._now.solves
-        if is_first_use(kernel.integrate_located):  # compile or load outside the measured seconds
-            state, self._state = self._state, self._state.copy()
-            self._call(0, 0, self._no_buffers)
-            self._state = state
+
+    def start_state(self, start: Checkpoint) -> np.ndarray:
+        at_rest = self._method.initial_acceleration == "zero"
+        return self.layout.pack(kernel.start_state(self._scheme, start.state, self.kept_from == 0, at_rest))
 
     def forces_of_steps(self) -> np.ndarray:
         """f₁ and f at the beginning of each step of a period, and at the end of the last, (n + 1, 2)."""
@@ -66,22 +58,17 @@ class LocatedDriver(SteppingDriver):
         return np.column_stack(uncompiled(forcing_with)(self._scheme, np.cos(angle), np.sin(angle)))
 
     @property
-    def _now(self) -> kernel.LocatedState:
-        return kernel.STATE.read(self._state)
+    def loop(self) -> Callable:
+        return kernel.integrate_located
 
-    def _call(self, last: int, most: int, buffers: PackedBuffers) -> int:
-        arrays = self._forces, self._state, last, most, self._window, buffers.flat, buffers.sizes
+    def call(self, last: int, buffers: PackedBuffers) -> int:
+        arrays = self._forces, self._state, last, self.solves_per_call, self._window, buffers.flat, buffers.sizes
         return kernel.integrate_located(self._packed, *arrays)
 
-    def integrate(self, stop: int, buffers: PackedBuffers) -> tuple[Status, bool]:
-        code = self._call(stop * self._method.steps, self.solves_per_call, buffers)
-        again = code == PAUSED
-        return Status.OK if again else STATUSES[code], again
-
     def explain(self, status: Status) -> Ending:
-        step, n = self._now.step, self._method.steps
         if status is Status.DIVERGED:
-            return self.explain_divergence(step)
+            return super().explain(status)
+        step, n = self._now.step, self._method.steps
         return Ending(
             f"more than {kernel.SOLVES_PER_STEP:,} solves within step {step} (period {step / n:.2f})",
             "contacts follow each other far faster than the excitation",
@@ -94,5 +81,5 @@ class LocatedDriver(SteppingDriver):
             time = now.step * self._scheme.h + now.offset
             kernel.end_contact(self._scheme, now.contact, time, uncompiled(kernel.motion_of)(now), buffers)
 
-    def cost(self) -> Cost:
-        return Cost(self.seconds, steps=self._now.solves - self._started)
+    def steps_taken(self) -> int:
+        return self._now.solves
