@@ -80,12 +80,10 @@ class NewmarkDriver(SteppingDriver):
         return self.loops.integrate if self._packed is None else skip.integrate_skipping
 
     def call(self, last: int, buffers: PackedBuffers) -> int:
-        window = self._window
-        if self._packed is not None:
-            return skip.integrate_skipping(self._packed, self._state, last, window, buffers.flat, buffers.sizes, True)
-        if buffers is self._no_buffers:
-            return self.loops.integrate(self._scheme, self._cosines, self._state, last)
-        return self.loops.integrate_recorded(self._scheme, self._cosines, self._state, last, window, buffers.views)
+        arrays = self._state, last, self._window
+        if self._packed is None:
+            return self.loops.integrate(self._scheme, self._cosines, *arrays, buffers.views)
+        return skip.integrate_skipping(self._packed, *arrays, buffers.flat, buffers.sizes, True)
 
     def record_open_contact(self, buffers: Buffers) -> None:
         last, now = self._steps_done(), self._now

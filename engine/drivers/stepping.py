@@ -72,10 +72,8 @@ class SteppingDriver(Driver):
     def _load(self) -> None:
         """Compile or load the loop outside the measured seconds; a call up to step 0 does nothing."""
         if is_first_use(self.loop):
-            state = self._state
-            for buffers in (self._no_buffers, self._buffers):  # a loop that records may be apart
-                self._state = state.copy()
-                self.call(0, buffers)
+            state, self._state = self._state, self._state.copy()
+            self.call(0, self._no_buffers)
             self._state = state
 
     def integrate(self, stop: int, buffers: PackedBuffers) -> tuple[Status, bool]:

@@ -6,7 +6,7 @@ taken as the plain loop takes it; only there may contact change at another step 
 depend on where a run is cut: one that reaches beyond its end is not made, what is asked for within it is read off, and
 the next call begins with it.
 
-Plain twin: :func:`..time_stepping.newmark.integrate_recorded` (tests/engine/kernels/test_skip.py).
+Plain twin: :func:`..time_stepping.newmark.integrate` (tests/engine/kernels/test_skip.py).
 """
 
 from typing import NamedTuple
@@ -99,7 +99,7 @@ def change_contact(m, now, there, closed, kept, buffers):
 
 @jit_no_alloc
 def integrate_skipping(packed, state, stop, window, flat, sizes, full):
-    """Integrate the discrete solution to the end of step ``stop``, as ``integrate_recorded`` does.
+    """Integrate the discrete solution to the end of step ``stop``, as :func:`..time_stepping.newmark.integrate` does.
 
     Parameters
     ----------

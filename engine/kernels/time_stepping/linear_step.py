@@ -305,7 +305,7 @@ def integrate_linear(m, angles, state, work, stop, window, buffers):
         Work space.
     stop : int
     window : (3,) int64
-        As in :func:`.newmark.integrate_recorded`.
+        As in :func:`.newmark.integrate`.
     buffers : Buffers
 
     Returns

@@ -39,7 +39,7 @@ SOLVERS = {  # a method, the layout of its state, the numbers of body 1 in it, a
     "pieces": (ExactPenalty(1200.0, 5.0, "limited"), state.STATE, ("x1", "v1"), law_integrate.integrate_law),
     "smooth": (ExactPenalty(1200.0, 0.1, "flores"), state.STATE, ("x1", "v1"), law_integrate.integrate_law),
     "skipping": (NEWMARK, newmark.STATE, ("p1", "q1", "a1"), skip.integrate_skipping),
-    "every step": (replace(NEWMARK, every_step=True), newmark.STATE, ("p1", "q1", "a1"), newmark.integrate_recorded),
+    "every step": (replace(NEWMARK, every_step=True), newmark.STATE, ("p1", "q1", "a1"), newmark.integrate),
     "located": (replace(NEWMARK, located=True), located.STATE, ("x", "v", "a"), located.integrate_located),
 }
 STEPPED = {
