@@ -15,7 +15,7 @@ from ..kernels.equations.rates import free_rate
 from ..kernels.parameters import Parameters
 from ..kernels.status import FULL
 from ..kernels.time_stepping import linear_step as kernel
-from ..kernels.time_stepping.newmark import contact_force, end_contact, scheme_of
+from ..kernels.time_stepping.newmark import end_contact, scheme_of
 from ..methods import WITHOUT_SOLUTION, TimeStepping
 from ..model import System
 from ..result import Checkpoint, Status
@@ -72,7 +72,9 @@ class TimeSteppingDriver(SteppingDriver):
         x1, v1, gap, rate = uncompiled(contact_coordinates)(m, *start.state)
         pressed = gap <= 0.0
         closing = max(-rate, 0.0) if gap == 0.0 else 0.0
-        push = self._force(m, start.state, gap, rate, closing) if pressed else 0.0
+        gain = uncompiled(gain_at)(m, closing)
+        force = uncompiled(law_force)(m.law, m.stiffness, gain, m.exponent, m.penetration, -gap, -rate)
+        push = force if pressed else 0.0
         x1, v2 = x1 - m.rest1, v1 + rate
         x2 = m.touch + gap + x1
         found = uncompiled(accelerations)(uncompiled(coefficients)(p), x1, v1, x2, v2, push, 1.0, 0.0)
@@ -82,13 +84,6 @@ class TimeSteppingDriver(SteppingDriver):
         contact = uncompiled(no_contact)()._replace(speed1=closing)  # of which only the difference of speeds is used
         progress = kernel.StepProgress(int(pressed), pressed, 0, 0, 0, contact)
         return kernel.STATE.pack(kernel.LinearState(y, progress))
-
-    def _force(self, m, start: tuple[float, ...], gap: float, rate: float, closing: float) -> float:
-        """λ at the start."""
-        if self._linear:
-            return uncompiled(contact_force)(m, *start)
-        gain = uncompiled(gain_at)(m, closing)
-        return uncompiled(law_force)(m.law, m.stiffness, gain, m.exponent, m.penetration, -gap, -rate)
 
     @property
     def _now(self) -> kernel.StepProgress:

@@ -29,7 +29,7 @@ from ..compile.record import OpenContact, no_room, with_impulse
 from ..equations.contact_law import CUT, gain_at, law_force
 from ..status import DIVERGED, FULL, OK, WITHOUT_SOLUTION
 from .law_step import solve_force
-from .newmark import LIMIT, Scheme, begin_contact, contact_force, displaced, end_contact, write_output, write_sample
+from .newmark import LIMIT, Scheme, begin_contact, displaced, end_contact, write_output, write_sample
 
 STATE_ROWS, FORCE = 7, 6  # y, and where λ stands in it
 GAP = STATE_ROWS  # row of the gap
@@ -162,14 +162,9 @@ def motion_of(m, y):
 @jit_inlined
 def force_at(m, y, pressed, contact):
     """λ of a state y, as the step that now begins will feel it."""
-    s = m.system
-    if not pressed:
-        return 0.0
-    if s.law <= CUT:
-        now = motion_of(m, y)
-        return contact_force(s, now[0], now[1], now[2], now[3])
-    gain = gain_at(s, contact.speed1 - contact.speed2)
-    return law_force(s.law, s.stiffness, gain, s.exponent, s.penetration, s.touch - (y[1] - y[0]), y[2] - y[3])
+    s, gain = m.system, gain_at(m.system, contact.speed1 - contact.speed2)
+    depth, speed = s.touch - (y[1] - y[0]), y[2] - y[3]
+    return law_force(s.law, s.stiffness, gain, s.exponent, s.penetration, depth, speed) if pressed else 0.0
 
 
 @jit_no_alloc

@@ -199,7 +199,15 @@ def points_passed(piece, offset):
 
 
 @jit_inlined
-def advance(m, s, window, buffers):
+def step_to_grid(m, forces, gain, pressed, z, length, k, offset):
+    """As :func:`.contact_location.step_from`, of a step that ends at the next step of the grid."""
+    if m.stages.count > 0:
+        return step_of_stages(m, gain, pressed, z, length, k, offset)
+    return step(side(m, pressed), z, length, (forces[k + 1, 0], forces[k + 1, 1]))
+
+
+@jit_inlined
+def advance(m, forces, s, window, buffers):
     """Solve one step, or the piece of it up to a change, and record it.
 
     Returns
@@ -214,7 +222,10 @@ def advance(m, s, window, buffers):
     length_of_part = m.h / parts
     point = min(parts, points_passed(length_of_part, offset) + 1.0)  # of the sub-grid, at which the part ends
     length = point * length_of_part - offset
-    end = step_from(m, gain, pressed, z, length, k, offset)
+    if point == parts:
+        end = step_to_grid(m, forces, gain, pressed, z, length, k, offset)
+    else:
+        end = step_from(m, gain, pressed, z, length, k, offset)
     after, more = piece, 0
     if not stays(m, gain, piece, z, end, length):
         length, end, after, more = locate_change(m, gain, piece, z, end, length, k, offset)
@@ -252,14 +263,6 @@ def advance(m, s, window, buffers):
 
 
 @jit_inlined
-def whole_step(m, forces, gain, pressed, z, k):
-    """The motion after the step that follows step k of a period."""
-    if m.stages.count > 0:
-        return step_of_stages(m, gain, pressed, z, m.h, k, 0.0)
-    return step(side(m, pressed), z, m.h, (forces[k + 1, 0], forces[k + 1, 1]))
-
-
-@jit_inlined
 def glide(m, forces, s, stop, window, sampled):
     """The state after the next whole steps in which nothing ends, as :func:`advance` takes them.
 
@@ -273,7 +276,7 @@ def glide(m, forces, s, stop, window, sampled):
     z, since, gain = motion_of(s), s.since, gain_of(m, s.contact)
     push, impulse = force_of(m, gain, pressed, z), s.contact.impulse
     while taken < left:
-        end = whole_step(m, forces, gain, pressed, z, k + taken)
+        end = step_to_grid(m, forces, gain, pressed, z, m.h, k + taken, 0.0)
         if not (stays(m, gain, piece, z, end, m.h) and abs(end[3]) < LIMIT):
             break
         if pressed:
@@ -321,7 +324,7 @@ def integrate_located(packed, forces, state, stop, most, window, flat, sizes):
         write_motion(m, s.step, s.step % m.steps, motion_of(s), push, window, buffers)
     while s.step < stop and status == OK:
         s = glide(m, forces, s, stop, window, sampled)
-        s, status = advance(m, s, window, buffers)
+        s, status = advance(m, forces, s, window, buffers)
         if status == OK and s.solves > pause and s.offset == 0.0 and s.step < stop:
             status = PAUSED
     write_state(state, s)
