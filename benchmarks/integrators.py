@@ -3,8 +3,9 @@
     .venv/bin/python benchmarks/integrators.py               # all; or some scenes and steps: integrators.py A C 2000
 
 All runs of a line take turns in one process, and each is the best of TURNS; the times are seconds in compiled code.
-``plain`` takes every step with that contact status; ``ratio`` is what skipping saves of it. ``located`` is judged
-by the loop that takes every step with the status from the start, since a user has the choice between the two.
+``plain`` takes every step with that contact status; ``ratio`` is what skipping saves of it. Located steps are all
+taken; they are judged by the loop that takes every step with the status from the start, since a user has the choice
+between the two.
 """
 
 import sys

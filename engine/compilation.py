@@ -65,13 +65,8 @@ _RUNS = {  # what is called, by what it solves
     "other contact laws": ExactPenalty(2500.0, 8.0, "cut"),
     "Newmark, located": replace(_NEWMARK, located=True),
     "Newmark, every step": replace(_NEWMARK, every_step=True),
-    "Newmark, located, every step": replace(_NEWMARK, located=True, every_step=True),
     "other integrators": TimeStepping(2500.0, 8.0, 2000),
     "other integrators, every step": TimeStepping(2500.0, 8.0, 2000, every_step=True),
-    "other contact laws, located": TimeStepping(2500.0, 8.0, 2000, status="located", law="cut"),
-    "other contact laws, located, every step": TimeStepping(
-        2500.0, 8.0, 2000, status="located", law="cut", every_step=True
-    ),
 }
 _OPENING = (  # what the explorer opens with, and what its verdict tries; those that share functions beside each other
     "reference",

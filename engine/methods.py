@@ -219,7 +219,7 @@ class Newmark(_Steps):
     every_step : bool
         Take every step, as an FE code must, instead of skipping those in which contact does not change. The solution is
         the same but for rounding, the cost is not. Rounding shows where it is amplified: in chaotic motion after some
-        hundred periods, and in the scatter that a coarse step causes.
+        hundred periods, and in the scatter that a coarse step causes. Located steps are all taken.
     located : bool
         Cut a step at each contact change, located within it, instead of finding contact only at the start of steps;
         contacts shorter than some steps are resolved by shorter ones. The cost counts each solve.

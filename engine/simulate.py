@@ -7,7 +7,7 @@ from .checks import require, whole
 from .drivers.base import Driver
 from .drivers.event_driven import EventDriver
 from .drivers.law_driven import LawDriver, needs_law
-from .drivers.located import located_driver
+from .drivers.located import LocatedDriver
 from .drivers.newmark import ONE_STEP_DRIVERS
 from .drivers.time_stepping import TimeSteppingDriver
 from .methods import ExactPenalty, Method, Reference, TimeStepping
@@ -138,7 +138,7 @@ def sample_run(
 
 def _driver(method: Method) -> type[Driver]:
     if method.located:
-        return located_driver(method)
+        return LocatedDriver
     if needs_law(method):
         return LawDriver
     return _DRIVERS[type(method)]

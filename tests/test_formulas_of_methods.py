@@ -27,6 +27,7 @@ from vibroscope.engine import (
 from vibroscope.engine.divergence.grid import samples_on_grid
 from vibroscope.engine.divergence.parts import PARTS
 from vibroscope.engine.drivers.event_driven import set_up
+from vibroscope.engine.drivers.located import scheme_of_run
 from vibroscope.engine.drivers.parameters import parameters_of
 from vibroscope.engine.drivers.step_maps import bodies_of, step_maps
 from vibroscope.engine.energy.balance import energy_balance
@@ -65,7 +66,8 @@ def spelled_out(formula, count):
 @pytest.mark.parametrize("pressed", [False, True])
 @compares(12)
 def test_accelerations_of_a_located_step(pressed):
-    m = located.located_scheme(parameters_of(SYSTEM, ETA, Newmark(700.0, 4.0, 60, located=True)))
+    method = Newmark(700.0, 4.0, 60, located=True)
+    m = scheme_of_run(parameters_of(SYSTEM, ETA, method), method)
     e = contact_location.side(m, pressed)
     for x, v, g, u, cosine, sine in states(5, 6):
         forcing = contact_location.forcing_with(m, cosine, sine)
@@ -81,8 +83,9 @@ def test_accelerations_of_a_located_step(pressed):
 @pytest.mark.parametrize("stiffness", [50.0, 3e4])
 @compares(13)
 def test_steps_in_contact_are_as_long_as_they_may_be(stiffness):
-    p = parameters_of(SYSTEM, ETA, Newmark(stiffness, 4.0, 60, located=True))
-    m = located.located_scheme(p)
+    method = Newmark(stiffness, 4.0, 60, located=True)
+    p = parameters_of(SYSTEM, ETA, method)
+    m = scheme_of_run(p, method)
     fast = contact_rate(p.stiffness, p.damping, 1 / p.mass_share)
     symbols = {"Δτ": m.h, "T_c": 2 * math.pi / fast, "T_f": 2 * math.pi / max(1.0, SYSTEM.kappa, ETA)}
     for t in (0.0, 0.03, 0.4, 2.0):

@@ -1,87 +1,56 @@
 """Driver of one-step methods with their step cut at each contact change."""
 
+from collections.abc import Callable
+
 import numpy as np
 
 from ..facts import Ending
 from ..integrators import Integrator, NewmarkBeta
-from ..kernels.accelerated import located_skip
 from ..kernels.compile.options import uncompiled
 from ..kernels.compile.record import Buffers, PackedBuffers
-from ..kernels.equations.contact_law import CONSTANT, KELVIN_VOIGT, LAWS
+from ..kernels.equations.contact_law import KELVIN_VOIGT
 from ..kernels.equations.motion import coefficients
-from ..kernels.equations.rates import free_rate
 from ..kernels.parameters import Parameters
-from ..kernels.status import PAUSED, STATUSES
-from ..kernels.time_stepping import law_pieces, law_step, located_law
 from ..kernels.time_stepping import located as kernel
-from ..kernels.time_stepping.contact_location import SCHEME, LocatedScheme, Stages, forcing_with
+from ..kernels.time_stepping.contact_location import SCHEME, STAGE_NUMBERS, LocatedScheme, Stages, forcing_with
 from ..methods import Newmark, TimeStepping
-from ..result import Checkpoint, Cost, Status
-from .base import is_first_use
-from .newmark import has_strides
-from .skip_tables import LocatedTables
-from .step_modes import Piece, pieces_of
+from ..result import Checkpoint, Status
 from .stepping import SteppingDriver
 from .time_stepping import parameters_of_steps
 
-MANY_STEPS = 200  # per period: with fewer, tables take longer than the steps that they save a run of 2,000 periods
-
 
 def stages_of(integrator: Integrator, p: Parameters) -> Stages:
-    """The stages of an integrator for compiled code, at most two."""
+    """The stages of an integrator for compiled code, at most two; none of Newmark's own step."""
     c, numbers = uncompiled(coefficients)(p), []
     for stage in integrator.stages:
         pairs = (*stage.velocities, 0.0)[:2], (*stage.accelerations, 0.0)[:2], (*stage.rates, 0.0)[:2]
         d, e, f = pairs
         numbers.append((stage.end, *d, *e, stage.beta, *f, stage.gamma, stage.alpha_m, stage.alpha_f))
-    numbers = tuple(tuple(map(float, row)) for row in (*numbers, numbers[0])[:2])
-    kind = integrator.averaged, integrator.explicit
-    return Stages(len(integrator.stages), *kind, float(c.react1), float(c.inverse_mass), numbers)
+    if integrator == NewmarkBeta() and p.law == KELVIN_VOIGT:
+        numbers = []
+    rows = (*numbers, (0.0,) * STAGE_NUMBERS, (0.0,) * STAGE_NUMBERS)[:2]
+    rows = tuple(tuple(map(float, row)) for row in rows)
+    return Stages(len(numbers), integrator.averaged, integrator.explicit, float(c.react1), float(c.inverse_mass), rows)
+
+
+def scheme_of_run(p: Parameters, method: Newmark | TimeStepping) -> LocatedScheme:
+    """The scheme of a method; Newmark's alone resolves contacts by shorter steps."""
+    return kernel.located_scheme(p, stages_of(method.integrator, p), not method.has_choices)
 
 
 class LocatedDriver(SteppingDriver):
     """One run of a one-step method with located contact changes."""
 
+    layout = kernel.STATE
     solves_per_call = 2_000_000
 
-    def begin(self, start: Checkpoint) -> None:
-        method, p = self._method, parameters_of_steps(*self.run)
-        self._scheme, integrator = kernel.located_scheme(p), NewmarkBeta()
-        if method.has_choices:
-            integrator = method.integrator
-            self.solution = f"the solution by {integrator.short_title()}"
-            self._scheme = self._scheme._replace(stages=stages_of(integrator, p), shortest_step=self._scheme.h)
-        self._tables = None
-        self._prepare(p, integrator)
-        if len(start.state) > len(self.run[0].rest):
-            self._state = np.array(start.state)
-        else:
-            state = kernel.start_state(self._scheme, start.state, self.kept_from == 0)
-            self._state = self._packed_start(state, method.initial_acceleration == "zero")
-        self._started = self._now.solves
-        if is_first_use(self._kernel):  # compile or load outside the measured seconds
-            state, self._state = self._state, self._state.copy()
-            self._call(0, 0, self._no_buffers)
-            self._state = state
-
-    def _prepare(self, p: Parameters, integrator: Integrator) -> None:
-        """Make what the kernel needs beside the scheme."""
+    def begin(self) -> None:
+        self._scheme = scheme_of_run(parameters_of_steps(*self.run), self._method)
         self._packed, self._forces = SCHEME.pack(self._scheme), self.forces_of_steps()
-        self._prepare_skips(self._scheme, p, integrator, [Piece(p.stiffness, p.damping)])
 
-    def _prepare_skips(self, m: LocatedScheme, p: Parameters, integrator: Integrator, pieces: list[Piece]) -> None:
-        """Make what skips need, where steps can be skipped; ``pieces``: those of a contact that can be skipped."""
-        if self._can_skip(p):
-            self._tables = LocatedTables(m, p, integrator, pieces)
-
-    def _packed_start(self, state: kernel.LocatedState, at_rest: bool) -> np.ndarray:
-        """The discrete solution at τ = 0; ``at_rest``: without acceleration."""
-        return kernel.STATE.pack(state._replace(a=0.0, b=0.0) if at_rest else state)
-
-    def _can_skip(self, p: Parameters) -> bool:
-        method = self._method
-        enough = method.has_choices or method.steps >= MANY_STEPS
-        return enough and not method.every_step and has_strides(p.eta, uncompiled(free_rate)(p), method.steps)
+    def start_state(self, start: Checkpoint) -> np.ndarray:
+        at_rest = self._method.initial_acceleration == "zero"
+        return self.layout.pack(kernel.start_state(self._scheme, start.state, self.kept_from == 0, at_rest))
 
     def forces_of_steps(self) -> np.ndarray:
         """f₁ and f at the beginning of each step of a period, and at the end of the last, (n + 1, 2)."""
@@ -89,107 +58,28 @@ class LocatedDriver(SteppingDriver):
         return np.column_stack(uncompiled(forcing_with)(self._scheme, np.cos(angle), np.sin(angle)))
 
     @property
-    def _now(self) -> kernel.LocatedState:
-        return kernel.STATE.read(self._state)
+    def loop(self) -> Callable:
+        return kernel.integrate_located
 
-    @property
-    def _kernel(self):
-        return kernel.integrate_located if self._tables is None else located_skip.integrate_skipping
-
-    def prepare(self) -> None:
-        if self._tables is not None:
-            self._tables.make_asked()
-
-    def _call(self, last: int, most: int, buffers: PackedBuffers) -> int:
-        if self._tables is None:
-            return self._take_every_step(last, most, buffers)
-        return self._skip(last, most, buffers)
-
-    def _skip(self, last: int, most: int, buffers: PackedBuffers) -> int:
-        """Integrate with skips."""
-        arrays = self._forces, self._state, last, most, self._window, buffers.flat, buffers.sizes
-        return located_skip.integrate_skipping(self._packed, *self._tables.packed, *arrays)
-
-    def _take_every_step(self, last: int, most: int, buffers: PackedBuffers) -> int:
-        arrays = self._forces, self._state, last, most, self._window, buffers.flat, buffers.sizes
+    def call(self, last: int, buffers: PackedBuffers) -> int:
+        arrays = self._forces, self._state, last, self.solves_per_call, self._window, buffers.flat, buffers.sizes
         return kernel.integrate_located(self._packed, *arrays)
 
-    def integrate(self, stop: int, buffers: PackedBuffers) -> tuple[Status, bool]:
-        code = self._call(stop * self._method.steps, self.solves_per_call, buffers)
-        again = code == PAUSED
-        return Status.OK if again else STATUSES[code], again
-
     def explain(self, status: Status) -> Ending:
-        step, n = self._now.step, self._method.steps
         if status is Status.DIVERGED:
-            return self.explain_divergence(step)
+            return super().explain(status)
+        step, n = self._now.step, self._method.steps
         return Ending(
             f"more than {kernel.SOLVES_PER_STEP:,} solves within step {step} (period {step / n:.2f})",
             "contacts follow each other far faster than the excitation",
             "take a smaller K, or a D that ends them",
         )
 
-    def results(self) -> dict:
-        last = self.periods * self._method.steps
-        while self._now.step < last and self._take_every_step(last, self.solves_per_call, self._no_buffers) == PAUSED:
-            pass  # a skip stops short of where a run is cut
-        return super().results()
-
     def record_open_contact(self, buffers: Buffers) -> None:
         now = self._now
-        if now.pressed and now.step > self._window[0]:
+        if now.piece != kernel.FREE and now.step > self._window[0]:
             time = now.step * self._scheme.h + now.offset
             kernel.end_contact(self._scheme, now.contact, time, uncompiled(kernel.motion_of)(now), buffers)
 
-    def section_rows_done(self) -> int:
-        return max(0, (self._now.step - self._window[0]) // self._method.steps)
-
-    def cost(self) -> Cost:
-        return Cost(self.seconds, steps=self._now.solves - self._started)
-
-
-class LocatedLawDriver(LocatedDriver):
-    """A run with located steps and another contact law than spring and damper.
-
-    It skips flights, and contacts of a law that is piecewise linear; it takes the other steps in contact.
-    """
-
-    def _prepare(self, p: Parameters, integrator: Integrator) -> None:
-        m = self._scheme._replace(stages=stages_of(integrator, p))
-        self._law = law_step.LawScheme(m, int(p.law), p.stiffness, p.exponent, p.penetration, p.gain, p.relative)
-        self._prepare_skips(m, p, integrator, pieces_of(self._law))
-
-    def _packed_start(self, state: kernel.LocatedState, at_rest: bool) -> np.ndarray:
-        m, pressed = self._law, state.pressed
-        z = uncompiled(kernel.motion_of)(state)
-        closing = max(-state.u, 0.0) if state.g == 0.0 else 0.0  # of a contact that was open before, nothing is known
-        contact = state.contact._replace(speed2=state.contact.speed1 - closing)
-        gain = uncompiled(law_step.gain_of)(m, contact)
-        if at_rest:
-            a, b = 0.0, 0.0
-        else:
-            forcing = uncompiled(forcing_with)(m.located, 1.0, 0.0)
-            _, _, a, _, _, b = law_step.with_law_accelerations(m, gain, pressed, z, forcing)
-        piece = law_pieces.piece_at(m, gain, z) if pressed else law_pieces.FREE
-        return located_law.STATE.pack(located_law.LawState(state._replace(a=a, b=b, contact=contact), piece))
-
-    @property
-    def _now(self) -> kernel.LocatedState:
-        return located_law.STATE.read(self._state).located
-
-    @property
-    def _kernel(self):
-        return located_law.integrate_located_law if self._tables is None else located_skip.integrate_law_skipping
-
-    def _skip(self, last: int, most: int, buffers: PackedBuffers) -> int:
-        arrays = self._state, last, most, self._window, buffers.views
-        return located_skip.integrate_law_skipping(self._law, self._tables.skips, *arrays)
-
-    def _take_every_step(self, last: int, most: int, buffers: PackedBuffers) -> int:
-        return located_law.integrate_located_law(self._law, self._state, last, most, self._window, buffers.views)
-
-
-def located_driver(method: Newmark | TimeStepping) -> type[LocatedDriver]:
-    """The driver of a method with located steps."""
-    same = method.law == LAWS[CONSTANT] and method.spring_exponent == 1.0  # Eq. (20) with n = 1 is Eq. (5)
-    return LocatedDriver if same or method.law == LAWS[KELVIN_VOIGT] else LocatedLawDriver
+    def steps_taken(self) -> int:
+        return self._now.solves

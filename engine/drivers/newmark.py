@@ -1,21 +1,20 @@
 """Driver of one-step methods with a constant step: plain loops, and for Newmark's method skipping."""
 
+from collections.abc import Callable
 from typing import ClassVar
 
 import numpy as np
 
-from ..facts import Ending
 from ..kernels.accelerated import skip
 from ..kernels.accelerated.step_map import FREE, REACHES, SKIPPING, set_up_skipping
 from ..kernels.compile.options import uncompiled
+from ..kernels.compile.packing import Layout
 from ..kernels.compile.record import Buffers, PackedBuffers
 from ..kernels.equations.rates import free_rate
 from ..kernels.parameters import no_keys
-from ..kernels.status import FULL, STATUSES
 from ..kernels.time_stepping import newmark
 from ..methods import Method, Newmark
-from ..result import Checkpoint, Status
-from .base import is_first_use
+from ..result import Checkpoint
 from .parameters import parameters_of
 from .stepping import SteppingDriver
 
@@ -39,30 +38,33 @@ class NewmarkDriver(SteppingDriver):
 
     Attributes
     ----------
-    kernel : module
+    loops : module
         The plain loops. Another one-step method is a subclass with its own, listed in `ONE_STEP_DRIVERS`.
     """
 
-    kernel: ClassVar = newmark
+    loops: ClassVar = newmark
     solves_per_call = STEPS_PER_CALL
 
-    def begin(self, start: Checkpoint) -> None:
+    @property
+    def layout(self) -> Layout:
+        return self.loops.STATE
+
+    def begin(self) -> None:
         system, eta, method = self.run
         parameters = parameters_of(system, eta, method)
-        row = np.array(parameters)
-        self._scheme = self.kernel.scheme_of(parameters)
+        self._row = np.array(parameters)
+        self._scheme = self.loops.scheme_of(parameters)
         self._packed = self._cosines = None
         if not method.has_choices and can_skip(eta, free_rate(parameters), method.steps, method):
             self._packed = SKIPPING.zeros()
-            set_up_skipping(self._packed, no_keys(), row)
+            set_up_skipping(self._packed, no_keys(), self._row)
         else:
             self._cosines = self.cosines_of_steps()
-        if len(start.state) == self.kernel.STATE.size:
-            self._state = np.array(start.state)
-        else:
-            self._state = self.kernel.STATE.zeros()
-            self.kernel.write_start(row, self._state, *map(float, start.state))
-        self._load()
+
+    def start_state(self, start: Checkpoint) -> np.ndarray:
+        state = self.layout.zeros()
+        self.loops.write_start(self._row, state, *map(float, start.state))
+        return state
 
     def cosines_of_steps(self) -> tuple[np.ndarray, np.ndarray]:
         """cos(ητ + ψ) of both bodies at the beginning of each step of a period, and at the end of the last.
@@ -70,36 +72,18 @@ class NewmarkDriver(SteppingDriver):
         Where both are the same, so are the arrays: the loop then reads one of them.
         """
         angle, m = self.angles_of_steps(), self._scheme
-        first, second = uncompiled(self.kernel.phased)(m, np.cos(angle), np.sin(angle))
+        first, second = uncompiled(self.loops.phased)(m, np.cos(angle), np.sin(angle))
         return first, first if (m.cosine1, m.sine1) == (m.cosine2, m.sine2) else second
 
-    def _load(self) -> None:
-        """Compile or load the kernels outside the measured seconds; a call up to step 0 does nothing."""
-        kernel = self.kernel.integrate if self._packed is None else skip.integrate_skipping
-        if is_first_use(kernel):
-            state = self._state
-            for buffers in (self._no_buffers, self._buffers):  # the plain loops that record are apart
-                self._state = state.copy()
-                self.integrate(0, buffers)
-            self._state = state
-
     @property
-    def _now(self) -> newmark.StepState:
-        return self.kernel.STATE.read(self._state)
+    def loop(self) -> Callable:
+        return self.loops.integrate if self._packed is None else skip.integrate_skipping
 
-    def integrate(self, stop: int, buffers: PackedBuffers) -> tuple[Status, bool]:
-        last, window = stop * self._method.steps, self._window
-        if self._packed is not None:
-            flat, sizes = buffers.flat, buffers.sizes
-            code = skip.integrate_skipping(self._packed, self._state, last, window, flat, sizes, True)
-        elif buffers is not self._no_buffers:
-            code = self.kernel.integrate_recorded(self._scheme, self._cosines, self._state, last, window, buffers.views)
-        else:
-            code = self.kernel.integrate(self._scheme, self._cosines, self._state, last)
-        return Status.OK if code == FULL else STATUSES[code], code == FULL
-
-    def explain(self, status: Status) -> Ending:
-        return self.explain_divergence(self._now.step)
+    def call(self, last: int, buffers: PackedBuffers) -> int:
+        arrays = self._state, last, self._window
+        if self._packed is None:
+            return self.loops.integrate(self._scheme, self._cosines, *arrays, buffers.views)
+        return skip.integrate_skipping(self._packed, *arrays, buffers.flat, buffers.sizes, True)
 
     def record_open_contact(self, buffers: Buffers) -> None:
         last, now = self._steps_done(), self._now
@@ -108,8 +92,8 @@ class NewmarkDriver(SteppingDriver):
         if self._packed is not None:
             skip.record_open_contact(self._packed, self._state, last, buffers)
         else:
-            motion = uncompiled(self.kernel.motion_of)(self._scheme, now)
-            self.kernel.end_contact(self._scheme, now.contact, last, motion, buffers)
+            motion = uncompiled(self.loops.motion_of)(self._scheme, now)
+            self.loops.end_contact(self._scheme, now.contact, last, motion, buffers)
 
 
 ONE_STEP_DRIVERS: dict[type[Method], type[NewmarkDriver]] = {Newmark: NewmarkDriver}

@@ -18,7 +18,7 @@ from ..kernels.equations.contact_law import (
     takes_larger,
 )
 from ..kernels.time_stepping import law_pieces
-from ..kernels.time_stepping.law_step import LawScheme, linear_root
+from ..kernels.time_stepping.law_step import linear_root
 from ..kernels.time_stepping.linear_step import BEFORE, COLUMNS, FORCE, GAP, OWN, RATE, LinearScheme
 from ..kernels.time_stepping.newmark import Scheme
 
@@ -31,7 +31,7 @@ class Piece(NamedTuple):
     kinks: tuple = ()  # factors of δ and v of what falls below zero at its end
 
 
-def pieces_of(law: LawScheme | Scheme) -> list[Piece]:
+def pieces_of(law: Scheme) -> list[Piece]:
     """The pieces of a law that is piecewise linear; none of another one."""
     found, margin = [], uncompiled(law_pieces.margin_of)
     if not uncompiled(is_piecewise_linear)(law.law):

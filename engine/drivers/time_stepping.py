@@ -1,5 +1,7 @@
 """Driver of one-step methods whose step is a matrix for each contact status."""
 
+from collections.abc import Callable
+
 import numpy as np
 
 from ..facts import Choice, Ending, equation, stated
@@ -11,9 +13,9 @@ from ..kernels.equations.coordinates import contact_coordinates
 from ..kernels.equations.motion import accelerations, coefficients
 from ..kernels.equations.rates import free_rate
 from ..kernels.parameters import Parameters
-from ..kernels.status import FULL, STATUSES
+from ..kernels.status import FULL
 from ..kernels.time_stepping import linear_step as kernel
-from ..kernels.time_stepping.newmark import contact_force, end_contact, scheme_of
+from ..kernels.time_stepping.newmark import end_contact, scheme_of
 from ..methods import WITHOUT_SOLUTION, TimeStepping
 from ..model import System
 from ..result import Checkpoint, Status
@@ -52,33 +54,27 @@ def linear_scheme(p: Parameters, method: TimeStepping) -> kernel.LinearScheme:
 class TimeSteppingDriver(SteppingDriver):
     """One run of :class:`engine.TimeStepping`."""
 
+    layout = kernel.STATE
     solves_per_call = 1_000_000
 
-    def begin(self, start: Checkpoint) -> None:
+    def begin(self) -> None:
         method, p = self._method, parameters_of_steps(*self.run)
-        self.solution = f"the solution by {method.integrator.short_title()}"
-        self._bodies, self._scheme = bodies_of(p), linear_scheme(p, method)
+        self._parameters, self._bodies, self._scheme = p, bodies_of(p), linear_scheme(p, method)
         self._linear = p.law <= CUT
         angle = self.angles_of_steps()[:-1]
         self._angles = np.array([np.cos(angle), np.sin(angle)])
         self._work = np.zeros((matrix_skip.WORK_ROWS, kernel.WORK))
         skips = not method.every_step and has_strides(p.eta, uncompiled(free_rate)(p), method.steps)
         self._tables = skip_tables(self._scheme, p) if skips else None
-        own = len(start.state) == kernel.STATE.size
-        self._state = np.array(start.state) if own else kernel.STATE.pack(self._start_state(p, start.state))
-        used = kernel.integrate_linear if self._tables is None else matrix_skip.integrate_skipping
-        if not getattr(used, "signatures", True):  # compile or load outside the measured seconds
-            state, self._state = self._state, self._state.copy()
-            self.integrate(0, self._no_buffers)
-            self._state = state
 
-    def _start_state(self, p, start: tuple[float, ...]) -> kernel.LinearState:
-        """The discrete solution at τ = 0."""
-        m = self._scheme.system
-        x1, v1, gap, rate = uncompiled(contact_coordinates)(m, *start)
+    def start_state(self, start: Checkpoint) -> np.ndarray:
+        m, p = self._scheme.system, self._parameters
+        x1, v1, gap, rate = uncompiled(contact_coordinates)(m, *start.state)
         pressed = gap <= 0.0
         closing = max(-rate, 0.0) if gap == 0.0 else 0.0
-        push = self._force(m, start, gap, rate, closing) if pressed else 0.0
+        gain = uncompiled(gain_at)(m, closing)
+        force = uncompiled(law_force)(m.law, m.stiffness, gain, m.exponent, m.penetration, -gap, -rate)
+        push = force if pressed else 0.0
         x1, v2 = x1 - m.rest1, v1 + rate
         x2 = m.touch + gap + x1
         found = uncompiled(accelerations)(uncompiled(coefficients)(p), x1, v1, x2, v2, push, 1.0, 0.0)
@@ -86,27 +82,22 @@ class TimeSteppingDriver(SteppingDriver):
             found = 0.0, 0.0
         y = np.array([x1, x2, v1, v2, *found, push])
         contact = uncompiled(no_contact)()._replace(speed1=closing)  # of which only the difference of speeds is used
-        return kernel.LinearState(y, kernel.StepProgress(int(pressed), pressed, 0, 0, 0, contact))
-
-    def _force(self, m, start: tuple[float, ...], gap: float, rate: float, closing: float) -> float:
-        """λ at the start."""
-        if self._linear:
-            return uncompiled(contact_force)(m, *start)
-        gain = uncompiled(gain_at)(m, closing)
-        return uncompiled(law_force)(m.law, m.stiffness, gain, m.exponent, m.penetration, -gap, -rate)
+        progress = kernel.StepProgress(int(pressed), pressed, 0, 0, 0, contact)
+        return kernel.STATE.pack(kernel.LinearState(y, progress))
 
     @property
     def _now(self) -> kernel.StepProgress:
         return kernel.STATE.read(self._state).progress
 
-    def integrate(self, stop: int, buffers: PackedBuffers) -> tuple[Status, bool]:
-        last = stop * self._method.steps
+    @property
+    def loop(self) -> Callable:
+        return kernel.integrate_linear if self._tables is None else matrix_skip.integrate_skipping
+
+    def call(self, last: int, buffers: PackedBuffers) -> int:
         arrays = self._angles, self._state, self._work, last, self._window, buffers.views
         if self._tables is None:
-            code = kernel.integrate_linear(self._scheme, *arrays)
-        else:
-            code = matrix_skip.integrate_skipping(self._scheme, self._tables, *arrays)
-        return Status.OK if code == FULL else STATUSES[code], code == FULL
+            return kernel.integrate_linear(self._scheme, *arrays)
+        return matrix_skip.integrate_skipping(self._scheme, self._tables, *arrays)
 
     def explain(self, status: Status) -> Ending:
         if status is Status.WITHOUT_SOLUTION:

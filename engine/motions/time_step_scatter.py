@@ -38,7 +38,7 @@ from .tolerances import CLEAR_SPREAD, REPEATED_BAND, SHOWN_SPREAD, SHRUNK
 from .words import SYMBOLS
 
 FINER = (4, 16, 64)  # times as many steps per period
-FINER_LOCATED = (4,)  # located steps converge quadratically, and none of them is skipped
+FINER_LOCATED = (4,)  # located steps converge quadratically, and all of them are taken
 SCATTER_TRANSIENT, SCATTER_KEEP = 768, 256  # periods of each run with finer steps
 
 

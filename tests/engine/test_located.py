@@ -6,9 +6,11 @@ import math
 import numpy as np
 import pytest
 from vibroscope.engine import Newmark, Record, System, motion, simulate
+from vibroscope.engine.drivers.located import scheme_of_run
 from vibroscope.engine.drivers.parameters import parameters_of
 from vibroscope.engine.kernels.compile.record import make_buffers
 from vibroscope.engine.kernels.time_stepping import contact_location as location
+from vibroscope.engine.kernels.time_stepping import law_pieces
 from vibroscope.engine.kernels.time_stepping import located as kernel
 
 from tests import truth
@@ -92,12 +94,12 @@ def test_200_steps_do_what_8000_do_not():
 
 def scheme(eta, method):
     """Both sides and the time grid of the default system."""
-    return kernel.located_scheme(parameters_of(System(), eta, method))
+    return scheme_of_run(parameters_of(System(), eta, method), method)
 
 
 def start(m, initial):
     """The state at τ = 0."""
-    return kernel.start_state(m, initial, False)
+    return kernel.start_state(m, initial, False, False)
 
 
 def test_location_alone_is_not_enough():
@@ -164,10 +166,10 @@ def test_a_dip_within_a_step_is_found_if_it_crosses(depth, contact):
         there = location.step(e, z, vertex, location.forcing_at(m, 0, vertex))
         gap -= side * there[3] + depth
     assert (end[3] <= 0.0) == contact  # the same side at both ends
-    theta, at, _ = location.locate_change(m, contact, z, end, h, 0, 0.0)
-    if depth < 0:
-        assert theta == math.inf
-    else:
+    piece = law_pieces.MAIN if contact else law_pieces.FREE
+    theta, at, after, _ = law_pieces.locate_change(m, m.gain, piece, z, end, h, 0, 0.0)
+    assert (after == piece) == (depth < 0)
+    if depth > 0:
         assert 0 < theta < vertex
         for earlier in np.linspace(0, theta, 50, endpoint=False)[1:]:
             assert side * location.step(e, z, earlier, location.forcing_at(m, 0, earlier))[3] > 0
@@ -187,7 +189,7 @@ def test_starts():
         ((0, 0, 1e-300, -5), False),
         ((0, 0, -1e-300, 5), True),
     ):
-        assert start(scheme(2.76, method), initial).pressed == contact, initial
+        assert (start(scheme(2.76, method), initial).piece != kernel.FREE) == contact, initial
     approaching = run(2.76, 12000.0, 18.0, 200, 1, initial=(0, 2, 0, 1))
     assert approaching.impacts.time[0] == 0
     assert approaching.impacts.closing_speed[0] == 1

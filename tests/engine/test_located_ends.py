@@ -87,7 +87,6 @@ def test_too_many_solves_in_one_step_have_a_status(monkeypatch):
 @pytest.mark.parametrize("steps", [20, 200])
 @pytest.mark.parametrize("clearance", [-0.3, 0.0])
 def test_pieces_at_a_wall_are_those_of_mirrored_bodies(steps, clearance):
-    """Which are solved one by one with 20 steps, and skipped with 200."""
     force = {"base": 0.0, "force1": 1.0}
     wall = System(wall=True, d1=0.01, clearance=clearance, excitation=Excitation(**force))
     both = Excitation(**force, force2=-1.0)

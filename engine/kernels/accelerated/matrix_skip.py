@@ -27,15 +27,14 @@ Plain twin: :func:`..time_stepping.linear_step.integrate_linear` (tests/engine/k
 
 from ..compile.options import jit_inlined, jit_no_alloc
 from ..compile.record import no_room, unrecorded_contact, with_impulse
-from ..equations.contact_law import CUT
 from ..status import FULL, OK
 from ..time_stepping.linear_step import (
     StepProgress,
     advance,
+    force_at,
     motion_of,
     unpack_state,
     write_first_sample,
-    write_law_force,
     write_progress,
 )
 from ..time_stepping.newmark import begin_contact, end_contact, next_output, write_output, write_sample
@@ -87,12 +86,11 @@ def write_skipped(m, t, mode, n, at, coarse, end, turn, us, y, window, buffers):
             pressed = (mode != FREE) != (i == turn)
             write_u_at(t, mode, i - at.step, coarse, us)
             write_state(m, us[4], y)
+            now, push = motion_of(m, y), force_at(m, y, pressed, at.contact)
             if i > window[0]:
-                write_output(m.system, i, i % n, n, motion_of(m, y), pressed, window, buffers)
+                write_output(i, i % n, n, now, push, window, buffers)
             elif sampled:
-                write_sample(m.system, buffers.samples[0], motion_of(m, y), pressed)
-            if sampled and m.system.law > CUT:
-                write_law_force(m, i, i % n, n, y, pressed, at.contact, window, buffers)
+                write_sample(buffers.samples[0], now, push)
         i = next_output(i, n, window, sampled)
 
 
@@ -175,7 +173,7 @@ def integrate_skipping(m, t, angles, state, work, stop, window, buffers):
     """
     s, code, n, us = unpack_state(state), OK, angles.shape[1], work[3:9]
     y, at, recorded = s.y, s.progress, buffers.contacts.shape[0] > 0
-    write_first_sample(m, n, y, at, window, buffers)
+    write_first_sample(m, y, at, window, buffers)
     mode, k = FREE, at.step % n
     while at.step < stop and code == OK:
         write_relative(m, y, angles[0, k], angles[1, k], us[0])

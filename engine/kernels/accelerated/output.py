@@ -6,7 +6,7 @@ Every step is one entry of each level away from where the skip begins, so no ste
 from ..compile.options import jit_inlined, jit_no_alloc
 from ..linear.cos_sin import cos_sin
 from ..linear.tables import apply_transition, dot
-from ..time_stepping.newmark import displaced, write_sample
+from ..time_stepping.newmark import displaced, force_at, write_sample
 from .certificate import steps_of
 from .step_map import ENTRIES, PRESSED
 
@@ -109,7 +109,7 @@ def write_skipped(p, pressed, z, i, end, change, window, buffers):
             coarse, middle = entries[0], entries[1]
             before = state_after_strides(p.tables, pressed, z, coarse, middle)
         now = motion_at(p, pressed, before, entries[2], k - 1 if k > 0 else n - 1)
-        write_sample(p.scheme, buffers.samples[j], now, (pressed == PRESSED) != (t == change))
+        write_sample(buffers.samples[j], now, force_at(p.scheme, now, (pressed == PRESSED) != (t == change)))
         ahead = min(stride, n - k)
         t, k, j = t + ahead, k + ahead if k + ahead < n else 0, j + 1
         entries = next_entries(p, pressed, entries, ahead)

@@ -6,7 +6,7 @@ taken as the plain loop takes it; only there may contact change at another step 
 depend on where a run is cut: one that reaches beyond its end is not made, what is asked for within it is read off, and
 the next call begins with it.
 
-Plain twin: :func:`..time_stepping.newmark.integrate_recorded` (tests/engine/kernels/test_skip.py).
+Plain twin: :func:`..time_stepping.newmark.integrate` (tests/engine/kernels/test_skip.py).
 """
 
 from typing import NamedTuple
@@ -21,6 +21,7 @@ from ..time_stepping.newmark import (
     StepState,
     begin_contact,
     end_contact,
+    force_at,
     motion,
     motion_of,
     phased,
@@ -98,7 +99,7 @@ def change_contact(m, now, there, closed, kept, buffers):
 
 @jit_no_alloc
 def integrate_skipping(packed, state, stop, window, flat, sizes, full):
-    """Integrate the discrete solution to the end of step ``stop``, as ``integrate_recorded`` does.
+    """Integrate the discrete solution to the end of step ``stop``, as :func:`..time_stepping.newmark.integrate` does.
 
     Parameters
     ----------
@@ -125,7 +126,8 @@ def integrate_skipping(packed, state, stop, window, flat, sizes, full):
     kept, sampled = buffers.section.shape[0] > 0, buffers.samples.shape[0] > 0
     at = excitation_at(p, now.step % p.steps)
     if sampled and now.step == window[1]:
-        write_sample(p.scheme, buffers.samples[0], motion_of(p.scheme, now), now.pressed)
+        there = motion_of(p.scheme, now)
+        write_sample(buffers.samples[0], there, force_at(p.scheme, there, now.pressed))
     while now.step < stop:
         if kept and no_room(buffers):
             status = FULL
@@ -155,7 +157,8 @@ def integrate_skipping(packed, state, stop, window, flat, sizes, full):
             if now.pressed != before.pressed:
                 now = change_contact(p.scheme, now, there, before.gap - now.gap, kept, buffers)
             if kept:
-                write_output(p.scheme, now.step, at.k, p.steps, there, now.pressed, window, buffers)
+                push = force_at(p.scheme, there, now.pressed)
+                write_output(now.step, at.k, p.steps, there, push, window, buffers)
             if not abs(now.gap) < LIMIT:
                 status = DIVERGED
                 break

@@ -1,4 +1,4 @@
-"""How many steps keep a mode, by tables of what many of them do (:mod:`.matrix_skip`, :mod:`.located_skip`).
+"""How many steps keep a mode, by tables of what many of them do (:mod:`.matrix_skip`).
 
 The values of a row w at the ends of the next steps, or of every s-th of them, are the rows w Φʲ⁻¹ times one u. Where
 the second differences of single steps, rows w(Φ − 1)²Φʲ⁻², are at most B, a row lies between two entries of the coarser
@@ -22,11 +22,9 @@ from .step_map import ENTRIES
 FREE = 0  # the mode without contact
 CHUNK = 16  # entries that are examined together: most contacts last as long
 LEVELS, CHUNKS = 2, ENTRIES // CHUNK
-RISING = 2  # chunks of steps for which it is known whether a flight rises
 AFTER_STEP, AFTER_STRIDE, IN_MIDST, AT_WORTH = range(4)  # rows of ``SkipTables.firsts``
 FIRSTS = AT_WORTH + 1
 LEAST = 5  # row of the work space of a skip: what each watched row must exceed
-UNLIMITED = 1 << 62
 WORTHWHILE = 64  # steps that a skip by the coarser level has at least
 NOT_YET = -1  # entries of the coarser level that pays some steps later
 
@@ -45,9 +43,6 @@ class SkipTables(NamedTuple):
     strides: np.ndarray  # (M,) int64 steps from entry to entry of the coarser level, 0 if there is none
     columns: np.ndarray  # (M, LEVELS, ENTRIES, COLUMNS, COLUMNS) those of Φ, Φ², … and Φˢ, Φ²ˢ, …
     impulses: np.ndarray  # (M, LEVELS, ENTRIES, COLUMNS) Δτ Σλ over the steps up to each entry
-    begins: np.ndarray  # (M, R, COLUMNS) what the rows watch, at the beginning; none where dips do not count
-    dips: np.ndarray  # the same shape: how far it may fall within a step
-    rates: np.ndarray  # (RISING, COLUMNS, CHUNK) g′ of a flight at the beginning of each step; none without dips
     period: float  # of the excitation
 
 
@@ -177,54 +172,12 @@ def extent_of(t, u):
 
 
 @jit_inlined
-def gap_rate_of(t, u):
-    """g′."""
-    return u[3]
-
-
-@jit_inlined
-def rising_steps(t, us, noise):
-    """As :func:`find_skip`, of a flight whose first step ends within the dip: those at whose beginning it rises."""
-    positive = steps_above(t.rows[FREE, 0, 0], us[0], noise, RISING * CHUNK)
-    steps = steps_above(t.rates, us[0], 0.0, positive)
-    carry(t, FREE, 0, steps, us[0], us[2])
-    carry(t, FREE, 1, 0, us[0], us[1])
-    return 0, steps
-
-
-@jit_inlined
-def find_skip(t, mode, us, touch, most):
-    """Coarse and single entries of the skip from us[0]; us[1] and us[2] become u after the former and the latter.
-
-    ``touch``: ξ₂ − ξ₁ where the bodies touch, by which rounding is judged; ``most``: steps that the mode may last.
-    """
-    u, least, stride, rises = us[0], us[LEAST], t.strides[mode], False
-    if not reach_of(t, u) < FAR:
-        return 0, 0
-    noise = CERTAIN * (extent_of(t, u) + abs(touch))
-    for r in range(t.counts[mode]):
-        dip = bound_of(t.dips[mode, r], u)
-        if not dot(t.begins[mode, r], u) > dip:
-            rises = mode == FREE and gap_rate_of(t, u) > 0.0
-            if not rises:
-                return 0, 0
-        least[r] = noise * t.sizes[mode, r] + dip
-    if rises and not dot(t.firsts[FREE, 0, AFTER_STEP], u) > least[0]:
-        return rising_steps(t, us, noise)
-    coarse = max(coarse_entries(t, mode, u, least), 0)
-    if coarse * stride > most:
-        coarse = most // stride
-    carry(t, mode, 1, coarse, u, us[1])
-    fine, count = 0, t.counts[mode]
-    if coarse < ENTRIES and first_step_stays(t, mode, count, us[1], least):
-        fine = min(steps_of_rows(t, mode, count, us[1], least, ENTRIES), most - coarse * stride)
-    carry(t, mode, 0, fine, us[1], us[2])
-    return (coarse, fine) if reach_of(t, us[2]) < FAR else (0, 0)
-
-
-@jit_inlined
 def find_steps(t, mode, us, touch):
-    """As :func:`find_skip`, of steps without dips; and whether the gap is on the other side after the last of them."""
+    """Coarse and single entries of the skip from us[0], and whether the gap is on the other side after its last step.
+
+    us[1] and us[2] become u after the former and the latter. ``touch``: ξ₂ − ξ₁ where the bodies touch, by which
+    rounding is judged.
+    """
     u, least = us[0], us[LEAST]
     deciding = t.deciding[mode]
     noise = CERTAIN * (extent_of(t, u) + abs(touch))

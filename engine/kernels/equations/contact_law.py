@@ -63,6 +63,7 @@ SMALLER, LARGER = -1.0, 1.0
 # Of a law that is piecewise linear, the pieces from OTHER on: a and b of their force aKδ + bcv, and whether the law
 # takes the smaller or the larger of that and of the force so far
 _PIECES = {
+    KELVIN_VOIGT: (),
     CUT: ((0.0, 0.0, LARGER),),  # Eq. (6)
     LIMITED: ((2.0, 0.0, SMALLER), (0.0, 0.0, LARGER)),  # Eq. (16)
     COMPRESSION: ((1.0, 0.0, LARGER),),  # Eq. (17)
@@ -73,7 +74,9 @@ KINKS = np.zeros(len(LAWS), dtype=np.int64)  # of a law
 KINKS[[JANKOWSKI, IMPACT]] = 1  # of their own kinds: :mod:`..time_stepping.law_pieces`
 PIECEWISE_LINEAR = np.zeros(len(LAWS), dtype=np.bool_)
 for _law, _rows in _PIECES.items():
-    PIECES[_law, OTHER : OTHER + len(_rows)], KINKS[_law], PIECEWISE_LINEAR[_law] = _rows, len(_rows), True
+    KINKS[_law], PIECEWISE_LINEAR[_law] = len(_rows), True
+    for _piece, _row in enumerate(_rows, OTHER):
+        PIECES[_law, _piece] = _row
 
 
 @jit_uncontracted
@@ -94,7 +97,7 @@ def force_of_law(law, linear):
 
 @jit_inlined
 def is_piecewise_linear(law):
-    """Whether a law has pieces, all of them in :data:`PIECES`."""
+    """Whether a law is spring and damper in each of its pieces, all of them in :data:`PIECES`."""
     return PIECEWISE_LINEAR[int(law)]
 
 
@@ -166,13 +169,12 @@ def law_force(law, stiffness, gain, exponent, penetration, depth, speed):
     Beyond δ = 0 a law that jumps there, Eqs. (5), (6), (17) and (20) with n = 1, goes on; the others are zero.
     ``gain``: c, or h of Eq. (18).
     """
-    if law == KELVIN_VOIGT or is_piecewise_linear(law) or (law == CONSTANT and exponent == 1.0):
+    if is_piecewise_linear(law) or (law == CONSTANT and exponent == 1.0):
         spring, damper = stiffness * depth, gain * speed
         found = spring + damper
-        if is_piecewise_linear(law):  # Eqs. (6), (16) and (17)
-            for piece in range(OTHER, OTHER + count_kinks(law)):
-                a, b = factors(law, piece)
-                found = of_both(law, piece, found, a * spring + b * damper)
+        for piece in range(OTHER, OTHER + count_kinks(law)):  # Eqs. (6), (16) and (17)
+            a, b = factors(law, piece)
+            found = of_both(law, piece, found, a * spring + b * damper)
         return found
     if not depth > 0.0:
         return 0.0

@@ -1,4 +1,4 @@
-"""A step of Newmark's method of any length, and the instant within it at which contact changes (α = ½, β = ¼).
+"""A step of any length, and the instant within it at which contact changes (of Newmark's method: α = ½, β = ¼).
 
 **Step.** The unknowns are ξ₁ with its velocity and acceleration (x, v, a), and the gap with its own (g, u, b):
 subtracting ξ₁ from ξ₂ would lose the digits that a stiff contact needs. On one side of the contact surface the
@@ -20,13 +20,13 @@ constant acceleration (b₀ + b₁)/2, a parabola. Where the vertex of the parab
 ends at the vertex decides.
 """
 
-import math
 from typing import NamedTuple
 
 from ..compile.options import jit, jit_inlined, jit_no_alloc
 from ..compile.packing import Layout
-from ..equations.contact_law import force
+from ..equations.contact_law import law_force
 from ..linear.cos_sin import cos_sin
+from .law_step import solve_force
 
 CUBIC_NEWTON = 3  # iterations for the zero of a cubic, which are cheap, and the step there is solved in any case
 PRECISION = 1e-14  # of an instant of change, as a share of its step: the rounding of the gap allows little more
@@ -50,7 +50,10 @@ class Side(NamedTuple):
 
 
 class Stages(NamedTuple):
-    """The stages of a one-step method (:mod:`engine.integrators`), of any length; none of Newmark's own step above."""
+    """The stages of a one-step method (:mod:`engine.integrators`), of any length; none of Newmark's own step above.
+
+    That one takes the contact of spring and damper alone.
+    """
 
     count: int
     averaged: bool
@@ -61,19 +64,22 @@ class Stages(NamedTuple):
 
 
 STAGE_NUMBERS = 11
-NO_STAGES = Stages(0, False, False, 0.0, 0.0, ((0.0,) * STAGE_NUMBERS,) * 2)
 
 
 class LocatedScheme(NamedTuple):
-    """Both sides, the contact's spring and damper, and the time grid."""
+    """Both sides, the contact law, and the time grid."""
 
     separated: Side
     pressed: Side
     forcing: tuple  # f₁ and f as factors of cos ητ and sin ητ, and constants: (2, 3)
     clearance: float
     wall: float  # 1 if body 1 is a wall, else 0
+    law: int
     stiffness: float  # K
-    damper: float  # D
+    exponent: float
+    penetration: float
+    gain: float  # as in :class:`..parameters.Parameters`
+    relative: float
     eta: float
     frequency: float  # 1/T
     h: float  # T/n
@@ -150,57 +156,77 @@ def forcing_at(m, k, s):
 
 
 @jit_inlined
-def stage_end(m, numbers, z, former, acts, begun, s, k, offset):
+def force_of(m, gain, pressed, z):
+    """λ of a motion."""
+    return law_force(m.law, m.stiffness, gain, m.exponent, m.penetration, -z[3], -z[4]) if pressed else 0.0
+
+
+@jit_no_alloc
+def with_contact_accelerations(m, gain, pressed, z, forcing):
+    """The motion with a and b from the equations of motion with the force of the law; ``forcing``: f₁ and f."""
+    t, push = m.stages, force_of(m, gain, pressed, z)
+    x, v, a, g, u, b = with_accelerations(m.separated, z, forcing)
+    return x, v, a - t.react1 * push, g, u, b + t.inverse_mass * push
+
+
+@jit_inlined
+def stage_end(m, numbers, gain, pressed, z, former, begun, s, k, offset):
     """The motion at the end of a stage, Eqs. (14) and (15), from that at the beginning of the step.
 
-    (15) divided by the masses is (12) without contact, with λ felt by both. ``former``: the motion at the end of the
-    stage before; ``acts``: 1 where the contact force acts, else 0; ``begun``: that force at the beginning of the step.
+    (15) divided by the masses is (12) without contact, with λ felt by both. ``gain``: c, or h of Eq. (18), of the open
+    contact; ``former``: the motion at the end of the stage before; ``begun``: λ at the beginning of the step.
     """
     x, v, a, g, u, b = z
     _, v1, a1, _, u1, b1 = former
     t, e = m.stages, m.separated
     end, d0, d1, e0, e1, beta, f0, f1, gamma, alpha_m, alpha_f = numbers
     by_q, by_v, now = s * s * beta, s * gamma, 1.0 - alpha_f
-    # what is known of the motion at the end
     xk, vk = x + s * (d0 * v + d1 * v1) + s * s * (e0 * a + e1 * a1), v + s * (f0 * a + f1 * a1)
     gk, uk = g + s * (d0 * u + d1 * u1) + s * s * (e0 * b + e1 * b1), u + s * (f0 * b + f1 * b1)
-    # what is felt of it, and by how much the unknown accelerations add to that
     felt = now * xk + alpha_f * x, now * vk + alpha_f * v, 0.0, now * gk + alpha_f * g, now * uk + alpha_f * u, 0.0
     felt_q, felt_v = now * by_q, 0.0 if t.explicit else now * by_v
     if t.averaged:
         ended, started = forcing_at(m, k, offset + s * end), forcing_at(m, k, offset)
         forcing = now * ended[0] + alpha_f * started[0], now * ended[1] + alpha_f * started[1]
-        push = now * acts * force(m.stiffness, m.damper, gk, uk) + alpha_f * begun
-        slope = now * acts * force(m.stiffness, m.damper, by_q, by_v)
     else:
         forcing = forcing_at(m, k, offset + s * end * now)
-        push = acts * force(m.stiffness, m.damper, felt[3], felt[4])
-        slope = acts * force(m.stiffness, m.damper, felt_q, felt_v)
     _, _, p, _, _, q = with_accelerations(e, felt, forcing)
-    p, q = p - t.react1 * push - alpha_m * a, q + t.inverse_mass * push - alpha_m * b
-    m11, m12 = 1.0 - alpha_m - e.ax * felt_q - e.av * felt_v, t.react1 * slope - e.ag * felt_q - e.au * felt_v
+    p, q = p - alpha_m * a, q - alpha_m * b
+    m11, m12 = 1.0 - alpha_m - e.ax * felt_q - e.av * felt_v, -e.ag * felt_q - e.au * felt_v
     m21, m22 = -e.bx * felt_q - e.bv * felt_v, 1.0 - alpha_m - e.bg * felt_q - e.bu * felt_v
-    m22 -= t.inverse_mass * slope
     over = 1.0 / (m11 * m22 - m12 * m21)
+    # accelerations without contact force, and what a unit of it adds
     a1, b1 = (m22 * p - m12 * q) * over, (m11 * q - m21 * p) * over
+    if pressed:
+        by_a, by_b = (-m22 * t.react1 - m12 * t.inverse_mass) * over, (m11 * t.inverse_mass + m21 * t.react1) * over
+        if t.averaged:
+            known = b1 + by_b * alpha_f * begun
+            step_q, step_v = by_q * by_b * now, by_v * by_b * now
+            push = solve_force(m, gain, gk + by_q * known, uk + by_v * known, step_q, step_v)
+            push = now * push + alpha_f * begun
+        else:
+            step_q, step_v = felt_q * by_b, felt_v * by_b
+            push = solve_force(m, gain, felt[3] + felt_q * b1, felt[4] + felt_v * b1, step_q, step_v)
+        a1, b1 = a1 + by_a * push, b1 + by_b * push
     return xk + by_q * a1, vk + by_v * a1, a1, gk + by_q * b1, uk + by_v * b1, b1
 
 
 @jit_no_alloc
-def step_of_stages(m, pressed, z, s, k, offset):
+def step_of_stages(m, gain, pressed, z, s, k, offset):
     """The motion after a step of length ``s``, the time ``offset`` after step k of a period."""
-    begun, acts = contact_force(m, pressed, z), 1.0 if pressed else 0.0
-    end = stage_end(m, m.stages.numbers[0], z, z, acts, begun, s, k, offset)
-    if m.stages.count > 1:
-        end = stage_end(m, m.stages.numbers[1], z, end, acts, begun, s, k, offset)
+    t = m.stages
+    begun = force_of(m, gain, pressed and t.averaged, z)
+    end = stage_end(m, t.numbers[0], gain, pressed, z, z, begun, s, k, offset)
+    if t.count > 1:
+        end = stage_end(m, t.numbers[1], gain, pressed, z, end, begun, s, k, offset)
     return end
 
 
 @jit_inlined
-def step_from(m, pressed, z, s, k, offset):
-    """The motion after a step of length ``s``, the time ``offset`` after step k of a period."""
+def step_from(m, gain, pressed, z, s, k, offset):
+    """The same, by Newmark's own step where the scheme has no stages."""
     if m.stages.count > 0:
-        return step_of_stages(m, pressed, z, s, k, offset)
+        return step_of_stages(m, gain, pressed, z, s, k, offset)
     return step(side(m, pressed), z, s, forcing_at(m, k, offset + s))
 
 
@@ -292,56 +318,3 @@ def motion_between(end, length, before, earlier, there, at, instant):
         own * there[4] + (weight * before[4] + other * end[4]),
         own * there[5] + (weight * before[5] + other * end[5]),
     )
-
-
-@jit_inlined
-def locate_change(m, pressed, z, end, length, k, s):
-    """Where contact changes within a step, the motion there, and how many steps were solved to find it.
-
-    ``z`` and ``end`` are the motions at the beginning of the step, the time s after step k of the period, and
-    ``length`` later. inf stands for a step without change.
-    """
-    sign = -1.0 if pressed else 1.0
-    gap, rate = sign * z[3], sign * z[4]
-    solves, reach, there = 0, length, end
-    if (end[3] <= 0.0) == pressed:
-        reach, solves = vertex_within(gap, rate, 0.5 * sign * (z[5] + end[5]), length), 1
-        if reach == 0.0:
-            return math.inf, end, 0
-        there = step_from(m, pressed, z, reach, k, s)
-        if (there[3] <= 0.0) == pressed:
-            return math.inf, end, 1
-    elif gap <= 0.0 and rate <= 0.0:
-        # the step begins on the surface and does not move away from it: contact changes where it ends
-        return length, end, 0
-    # it falls where the contact status ends; where this begins, in the last change, the gap is zero and rises
-    low, high, theta, beyond, least = 0.0, reach, reach, there, 0.0 if gap > 0.0 else AWAY
-    better = root_by_curvature(gap, rate, sign * z[5], sign * there[3], reach)
-    for i in range(ITERATIONS):
-        if (there[3] <= 0.0) == pressed:
-            low = theta
-        else:
-            high = theta
-        if min(abs(better - theta), high - low) <= PRECISION * reach:
-            break
-        if not max(low, least * high) < better < high or i % 8 == 7:
-            better = 0.5 * (low + high)
-        before, earlier = there, theta
-        there = step_from(m, pressed, z, better, k, s)
-        theta, solves = better, solves + 1
-        passed = theta - earlier
-        if i == 0:
-            better = next_root(gap, rate, sign * beyond[3], reach, theta, sign * there[3])
-            continue
-        slope = (there[3] - before[3]) / passed
-        better = theta - there[3] / slope if sign * slope < 0.0 else -reach
-        if 0.0 < better < reach and has_converged(passed, better - theta, reach):
-            there, theta = motion_between(beyond, reach, before, earlier, there, theta, better), better
-            break
-    return theta, (there[0], there[1], there[2], 0.0, there[4], there[5]), solves
-
-
-@jit_inlined
-def contact_force(m, pressed, z):
-    """λ of a motion."""
-    return force(m.stiffness, m.damper, z[3], z[4]) if pressed else 0.0

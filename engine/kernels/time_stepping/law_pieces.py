@@ -1,4 +1,4 @@
-"""The pieces of a contact whose law is not spring and damper alone, and where within a step each of them ends.
+"""The pieces of a contact, and where within a step each of them ends.
 
 Between two *pieces* the force of a contact is continuous and its derivative is not. Those of a law that is piecewise
 linear are :data:`..equations.contact_law.PIECES`. Of the others, a piece ends where one of these falls below zero:
@@ -8,9 +8,9 @@ linear are :data:`..equations.contact_law.PIECES`. Of the others, a piece ends w
 
 So the force may end before the gap opens: that ends a piece, and the gap ends the contact. The first of all that may
 end a piece ends it. Where both ends of a step are in the piece, it may have ended and begun again between them: the
-lowest point of what ends it is looked for, in flight on a parabola as in :mod:`.contact_location`, in contact on a
-cubic, and the step that ends there decides. A piece begins where what ended the former one is zero. The search for its
-end begins at the end of the step, and takes only what falls to zero: there it rises.
+lowest point of what ends it is looked for, on a cubic, or on a parabola (:mod:`.contact_location`) in flight and with
+spring and damper alone, and the step that ends there decides. A piece begins where what ended the former one is zero.
+The search for its end begins at the end of the step, and takes only what falls to zero: there it rises.
 """
 
 import math
@@ -21,6 +21,7 @@ from ..equations.contact_law import (
     FREE,
     IMPACT,
     JANKOWSKI,
+    KELVIN_VOIGT,
     MAIN,
     OTHER,
     count_kinks,
@@ -40,9 +41,9 @@ from .contact_location import (
     next_root,
     root_by_curvature,
     root_of_cubic,
+    step_from,
     vertex_within,
 )
-from .law_step import step_of_law
 
 GAP, FIRST, SECOND = range(3)  # what may end a piece
 NOTHING = -1
@@ -104,6 +105,12 @@ def kinks(m, piece):
     return 0 if piece == FREE else count_kinks(m.law) if piece == MAIN else min(count_kinks(m.law), 1)
 
 
+@jit_inlined
+def has_no_kinks(m, piece):
+    """Whether a piece is a flight, or all of a contact of spring and damper alone: the gap alone ends it."""
+    return piece == FREE or m.law == KELVIN_VOIGT
+
+
 @jit_no_alloc
 def piece_at(m, gain, z):
     """The piece of a contact with this motion."""
@@ -123,12 +130,12 @@ def has_ended(piece, value):
 def locate_end(m, gain, piece, which, z, end, length, k, s):
     """Where a piece ends that the step from ``z`` to ``end`` leaves, the motion there, and steps solved to find it.
 
-    Arguments as those of :func:`.contact_location.locate_change`.
+    Arguments as those of :func:`locate_change`.
     """
     low, high, theta, there, beyond, solves = 0.0, length, length, end, end, 0
     value, begun = margin(m, gain, piece, which, end), margin(m, gain, piece, which, z)
     last, rate = value, margin_rate(m, gain, piece, which, z)
-    least, near = AWAY if which == GAP and not begun > 0.0 else 0.0, 1.0 if piece == FREE else NEAR
+    least, near = AWAY if which == GAP and not begun > 0.0 else 0.0, 1.0 if has_no_kinks(m, piece) else NEAR
     if which == GAP:
         better = root_by_curvature(begun, rate, z[5] if piece == FREE else -z[5], value, length)
     else:
@@ -146,7 +153,7 @@ def locate_end(m, gain, piece, which, z, end, length, k, s):
         if not max(low, least * high) < better < high or i % 8 == 7:
             better = 0.5 * (low + high)
         former, earlier, before = there, theta, value
-        there = step_of_law(m, gain, piece != FREE, z, better, k, s)
+        there = step_from(m, gain, piece != FREE, z, better, k, s)
         value = margin(m, gain, piece, which, there)
         theta, solves = better, solves + 1
         if i == 0:
@@ -193,13 +200,14 @@ def lowest(value, rate, last, last_rate, length):
 def asked_at(m, gain, piece, which, z, end, length):
     """When within a step one cause may have ended a piece: at the end, or at the lowest point of what ends it; else 0.
 
-    In flight that is the vertex of a parabola, as in :mod:`.contact_location`, in contact the one of a cubic.
+    Where the law has no kinks that is the vertex of a parabola (:mod:`.contact_location`), else the one of a cubic.
     """
     value, last = margin(m, gain, piece, which, z), margin(m, gain, piece, which, end)
     if has_ended(piece, last):
         return length
-    if piece == FREE:
-        return vertex_within(value, z[4], 0.5 * (z[5] + end[5]), length)
+    if has_no_kinks(m, piece):
+        sign = 1.0 if piece == FREE else -1.0
+        return vertex_within(value, sign * z[4], 0.5 * sign * (z[5] + end[5]), length)
     rates = margin_rate(m, gain, piece, which, z), margin_rate(m, gain, piece, which, end)
     return lowest(value, rates[0], last, rates[1], length)
 
@@ -222,7 +230,7 @@ def passed_by(m, gain, piece, which, z, end, length, k, s):
     reach = asked_at(m, gain, piece, which, z, end, length)
     if reach == 0.0 or reach == length:
         return reach, end, 0
-    there = step_of_law(m, gain, piece != FREE, z, reach, k, s)
+    there = step_from(m, gain, piece != FREE, z, reach, k, s)
     return (reach if has_ended(piece, margin(m, gain, piece, which, there)) else 0.0), there, 1
 
 
@@ -237,6 +245,9 @@ def following(piece, which):
 @jit_no_alloc
 def locate_change(m, gain, piece, z, end, length, k, s):
     """The end of a piece within a step: the first of all that may end it.
+
+    ``z`` and ``end`` are the motions at the beginning of the step, the time s after step k of the period, and
+    ``length`` later.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""A step, of any length too, with the contact force of a law that is not spring and damper alone.
+"""The contact force of any law within a stage of a step.
 
 Where the law takes them, the gap and its rate at the end of a stage are linear in λ, g = g₀ + aλ and g′ = r₀ + bλ with
 a, b ≥ 0, so that one scalar equation is left,
@@ -18,7 +18,6 @@ root lies beyond L(−g₀, −r₀).
 """
 
 import math
-from typing import NamedTuple
 
 from ..compile.options import jit_inlined, jit_no_alloc
 from ..equations.contact_law import (
@@ -34,25 +33,12 @@ from ..equations.contact_law import (
     law_slopes,
     of_both,
 )
-from .contact_location import LocatedScheme, forcing_at, with_accelerations
 
 SOLVES = 100  # secants, of which 6 to 10 are needed
 WIDENINGS = 200  # of a bracket, each twice as far
 CLOSE = 4 * 2.0**-52
 NEWTON = 6  # iterations of Newton's method, of which two are needed
 SLIGHT = 1e-6  # its step, times what of the slope is not 1, as a share of the force, after which another is rounding
-
-
-class LawScheme(NamedTuple):
-    """The grid and the stages, and the law in the place of the contact's spring and damper."""
-
-    located: LocatedScheme
-    law: int
-    stiffness: float
-    exponent: float
-    penetration: float
-    gain: float  # as in :class:`..parameters.Parameters`
-    relative: float
 
 
 @jit_inlined
@@ -67,8 +53,8 @@ def solve_force(m, gain, gap, rate, by_gap, by_rate):
 
     Parameters
     ----------
-    m : Scheme or LawScheme
-        Scheme of :mod:`.newmark`, or that below.
+    m : Scheme or LocatedScheme
+        Of :mod:`.newmark` or :mod:`.contact_location`.
     gain : float
         c, or h of Eq. (18).
     gap, rate : float
@@ -151,66 +137,3 @@ def bracketed_root(m, gain, gap, rate, by_gap, by_rate):
 def gain_of(m, contact):
     """c, or h of Eq. (18), of the open contact."""
     return gain_at(m, contact.speed1 - contact.speed2)
-
-
-@jit_inlined
-def force_of(m, gain, pressed, z):
-    """λ of a motion."""
-    return law_force(m.law, m.stiffness, gain, m.exponent, m.penetration, -z[3], -z[4]) if pressed else 0.0
-
-
-@jit_no_alloc
-def with_law_accelerations(m, gain, pressed, z, forcing):
-    """The motion with a and b from the equations; ``forcing``: f₁ and f."""
-    t, push = m.located.stages, force_of(m, gain, pressed, z)
-    x, v, a, g, u, b = with_accelerations(m.located.separated, z, forcing)
-    return x, v, a - t.react1 * push, g, u, b + t.inverse_mass * push
-
-
-@jit_inlined
-def stage_of_law(m, numbers, gain, pressed, z, former, begun, s, k, offset):
-    """As :func:`.contact_location.stage_end`."""
-    x, v, a, g, u, b = z
-    _, v1, a1, _, u1, b1 = former
-    t, e = m.located.stages, m.located.separated
-    end, d0, d1, e0, e1, beta, f0, f1, gamma, alpha_m, alpha_f = numbers
-    by_q, by_v, now = s * s * beta, s * gamma, 1.0 - alpha_f
-    xk, vk = x + s * (d0 * v + d1 * v1) + s * s * (e0 * a + e1 * a1), v + s * (f0 * a + f1 * a1)
-    gk, uk = g + s * (d0 * u + d1 * u1) + s * s * (e0 * b + e1 * b1), u + s * (f0 * b + f1 * b1)
-    felt = now * xk + alpha_f * x, now * vk + alpha_f * v, 0.0, now * gk + alpha_f * g, now * uk + alpha_f * u, 0.0
-    felt_q, felt_v = now * by_q, 0.0 if t.explicit else now * by_v
-    if t.averaged:
-        ended, started = forcing_at(m.located, k, offset + s * end), forcing_at(m.located, k, offset)
-        forcing = now * ended[0] + alpha_f * started[0], now * ended[1] + alpha_f * started[1]
-    else:
-        forcing = forcing_at(m.located, k, offset + s * end * now)
-    _, _, p, _, _, q = with_accelerations(e, felt, forcing)
-    p, q = p - alpha_m * a, q - alpha_m * b
-    m11, m12 = 1.0 - alpha_m - e.ax * felt_q - e.av * felt_v, -e.ag * felt_q - e.au * felt_v
-    m21, m22 = -e.bx * felt_q - e.bv * felt_v, 1.0 - alpha_m - e.bg * felt_q - e.bu * felt_v
-    over = 1.0 / (m11 * m22 - m12 * m21)
-    # accelerations without contact force, and what a unit of it adds
-    a1, b1 = (m22 * p - m12 * q) * over, (m11 * q - m21 * p) * over
-    if pressed:
-        by_a, by_b = (-m22 * t.react1 - m12 * t.inverse_mass) * over, (m11 * t.inverse_mass + m21 * t.react1) * over
-        if t.averaged:
-            known = b1 + by_b * alpha_f * begun
-            step_q, step_v = by_q * by_b * now, by_v * by_b * now
-            push = solve_force(m, gain, gk + by_q * known, uk + by_v * known, step_q, step_v)
-            push = now * push + alpha_f * begun
-        else:
-            step_q, step_v = felt_q * by_b, felt_v * by_b
-            push = solve_force(m, gain, felt[3] + felt_q * b1, felt[4] + felt_v * b1, step_q, step_v)
-        a1, b1 = a1 + by_a * push, b1 + by_b * push
-    return xk + by_q * a1, vk + by_v * a1, a1, gk + by_q * b1, uk + by_v * b1, b1
-
-
-@jit_no_alloc
-def step_of_law(m, gain, pressed, z, s, k, offset):
-    """The motion after a step of length ``s``, as :func:`.contact_location.step_of_stages` with the force of a law."""
-    t = m.located.stages
-    begun = force_of(m, gain, pressed and t.averaged, z)
-    end = stage_of_law(m, t.numbers[0], gain, pressed, z, z, begun, s, k, offset)
-    if t.count > 1:
-        end = stage_of_law(m, t.numbers[1], gain, pressed, z, end, begun, s, k, offset)
-    return end

@@ -147,37 +147,24 @@ def take_law_stage(m, level, k, former, x, ends):
     return (former, TWO) if kept else (1 - former, 1)
 
 
-@jit_no_alloc
-def take_law_step(m, level, former, x, ends):
-    """As :func:`take_step` for another law."""
-    x[BEFORE] = 0.0
-    status, solutions = take_law_stage(m, level, 0, former, x, ends)
-    push = m.weights[0] * ends[status, FORCE] * status
-    if m.maps.shape[1] > 1:
-        x[BEFORE] = ends[status, FORCE] * status
-        former = status if m.at_end else int(ends[status, GAP] <= 0.0)
-        status, more = take_law_stage(m, level, 1, former, x, ends)
-        solutions = min(solutions, more) if NONE in (solutions, more) else max(solutions, more)
-        push += m.weights[1] * ends[status, FORCE] * status
-    ends[status, FORCE] *= status
-    return status, solutions, push
-
-
 @jit_inlined
 def closing_speed(y, pressed, contact):
     """−g′ at touch: that of the open contact, or the one with which the coming step may begin a contact."""
     return contact.speed1 - contact.speed2 if pressed else y[2] - y[3]
 
 
-@jit_no_alloc
-def write_law_force(m, i, k, n, y, pressed, contact, window, buffers):
-    """Write λ of another law to the sample of step i, if there is one."""
-    j = (i - window[1]) // n * buffers.phases.shape[0] + k // window[2]
-    if i >= window[1] and k % window[2] == 0 and j < buffers.samples.shape[0]:
-        s, gain = m.system, gain_at(m.system, contact.speed1 - contact.speed2)
-        depth, speed = s.touch - (y[1] - y[0]), y[2] - y[3]
-        push = law_force(s.law, s.stiffness, gain, s.exponent, s.penetration, depth, speed) if pressed else 0.0
-        buffers.samples[j, 4] = push
+@jit_inlined
+def motion_of(m, y):
+    """ξ₁, ξ₁′, ξ₂, ξ₂′ of a state y."""
+    return displaced(m.system, y[0], y[2], y[1], y[3])
+
+
+@jit_inlined
+def force_at(m, y, pressed, contact):
+    """λ of a state y, as the step that now begins will feel it."""
+    s, gain = m.system, gain_at(m.system, contact.speed1 - contact.speed2)
+    depth, speed = s.touch - (y[1] - y[0]), y[2] - y[3]
+    return law_force(s.law, s.stiffness, gain, s.exponent, s.penetration, depth, speed) if pressed else 0.0
 
 
 @jit_no_alloc
@@ -189,14 +176,21 @@ def take_step(m, level, former, x, ends):
     tuple
         s; NONE, 1 or TWO solutions; mean contact force over the step.
     """
-    if m.system.law > CUT:
-        return take_law_step(m, level, former, x, ends)
-    status, solutions = take_stage(m, level, 0, former, x, ends)
+    law = m.system.law > CUT
+    if law:
+        x[BEFORE] = 0.0
+        status, solutions = take_law_stage(m, level, 0, former, x, ends)
+    else:
+        status, solutions = take_stage(m, level, 0, former, x, ends)
     push = m.weights[0] * ends[status, FORCE] * status
-    if m.maps.shape[1] > 2:
+    if m.maps.shape[1] > (1 if law else 2):
         first = status
         former = first if m.at_end else int(ends[status, GAP] <= 0.0)
-        status, more = take_stage(m, level, 2 + 2 * first, former, x, ends)
+        if law:
+            x[BEFORE] = ends[first, FORCE] * first
+            status, more = take_law_stage(m, level, 1, former, x, ends)
+        else:
+            status, more = take_stage(m, level, 2 + 2 * first, former, x, ends)
         solutions = min(solutions, more) if NONE in (solutions, more) else max(solutions, more)
         push += m.weights[1] * ends[status, FORCE] * status
     ends[status, FORCE] *= status
@@ -241,12 +235,6 @@ def take_parts(m, status, angle, x, ends):
 
 
 @jit_inlined
-def motion_of(m, y):
-    """ξ₁, ξ₁′, ξ₂, ξ₂′ of a state y."""
-    return displaced(m.system, y[0], y[2], y[1], y[3])
-
-
-@jit_inlined
 def advance(m, angles, y, at, work, window, buffers):
     """Take one step and record it; y is changed in place unless the step ends the run.
 
@@ -284,21 +272,17 @@ def advance(m, angles, y, at, work, window, buffers):
             end_contact(m.system, contact, i, now, buffers)
             code = FULL if no_room(buffers) else OK
     if recorded and (k == 0 or (i >= window[1] and k % window[2] == 0)):
-        write_output(m.system, i, k, n, motion_of(m, y), pressed, window, buffers)
-        if m.system.law > CUT:
-            write_law_force(m, i, k, n, y, pressed, contact, window, buffers)
+        write_output(i, k, n, motion_of(m, y), force_at(m, y, pressed, contact), window, buffers)
     if not abs(gap) < LIMIT:
         code = DIVERGED
     return StepProgress(after, pressed, i, none, two, contact), code
 
 
 @jit_inlined
-def write_first_sample(m, n, y, at, window, buffers):
-    """Write the sample at the step with which sampling begins, if the run stands there; n: steps per period."""
+def write_first_sample(m, y, at, window, buffers):
+    """Write the sample at the step with which sampling begins, if the run stands there."""
     if at.step == window[1] and buffers.samples.shape[0] > 0:
-        write_sample(m.system, buffers.samples[0], motion_of(m, y), at.pressed)
-        if m.system.law > CUT:
-            write_law_force(m, at.step, at.step % n, n, y, at.pressed, at.contact, window, buffers)
+        write_sample(buffers.samples[0], motion_of(m, y), force_at(m, y, at.pressed, at.contact))
 
 
 @jit_no_alloc
@@ -316,7 +300,7 @@ def integrate_linear(m, angles, state, work, stop, window, buffers):
         Work space.
     stop : int
     window : (3,) int64
-        As in :func:`.newmark.integrate_recorded`.
+        As in :func:`.newmark.integrate`.
     buffers : Buffers
 
     Returns
@@ -325,8 +309,8 @@ def integrate_linear(m, angles, state, work, stop, window, buffers):
         What :func:`advance` returns.
     """
     s, code = unpack_state(state), OK
-    y, at, n = s.y, s.progress, angles.shape[1]
-    write_first_sample(m, n, y, at, window, buffers)
+    y, at = s.y, s.progress
+    write_first_sample(m, y, at, window, buffers)
     while at.step < stop and code == OK:
         at, code = advance(m, angles, y, at, work, window, buffers)
     write_progress(state, at)

@@ -1,10 +1,15 @@
-"""Newmark's method with its step cut at each contact change, located within the step (:mod:`.contact_location`).
+"""One-step methods with their step cut at each contact change, located within the step (:mod:`.contact_location`).
 
 At the change displacement and velocity continue, the acceleration starts anew from the equations of the other side, and
-what is left of the step follows. So the grid stays as it is, whatever happens between its steps.
+what is left of the step follows. So the grid stays as it is, whatever happens between its steps. A step is also cut
+where a piece of a contact ends (:mod:`.law_pieces`): at a kink of the law.
 
-**Resolution of a contact.** Locating the changes is not enough if a contact then lasts two steps: average acceleration
-gives its restitution only where it resolves the contact mode, of fastest rate |s| (Eq. (7) of
+A cut keeps the order of an integrator where the force of the law is as smooth as that needs. Near touch the damper of
+"jankowski" acts as δ^¼ and that of "constant-restitution" as δ^((n−1)/2), which leave the orders 5/4 and 1 + (n − 1)/2
+wherever a step ends.
+
+**Resolution of a contact** by Newmark's method. Locating the changes is not enough if a contact then lasts two steps:
+average acceleration gives its restitution only where it resolves the contact mode, of fastest rate |s| (Eq. (7) of
 :mod:`..equations.contact_law`). On the grid the fastest of what moves without contact, T_f = 2π/max(1, κ, η), has
 T_f/Δτ steps to the cycle. A contact begins with as many to its own cycle T_c = 2π/|s|. A contact longer than half a
 cycle is not an impact; what the beginning of contact excited decays, and the longest step grows with the time t since
@@ -14,12 +19,13 @@ then, so that every time scale has the same number of steps:
 
 A step of the grid is therefore halved j times, until its pieces keep to (13) when they begin. A piece ends at the next
 point of this sub-grid: a contact that begins within a step begins with a shorter piece, and so does a coarser sub-grid
-of which the last piece did not end at a point. All other pieces with one j are alike, so they can be skipped
-(:mod:`..accelerated.located_skip`).
+of which the last piece did not end at a point.
 
 Every step is then proportional to Δτ, and the method is of second order throughout. With N = T_f/Δτ an impact costs N/2
 to N solves and some four to locate each change, a contact of duration t > T_c/2 costs up to twice
 N/2 (1 + ln(2t/T_c)), however stiff it is. (In an FE code a step of another length costs another factorisation too.)
+
+Plain twin: tests/naive_law_located.py.
 """
 
 import math
@@ -39,21 +45,23 @@ from ..equations.motion import (
 from ..equations.rates import free_rate
 from ..status import DIVERGED, OK, PAUSED, UNRESOLVED
 from .contact_location import (
-    NO_STAGES,
     LocatedScheme,
-    contact_force,
+    force_of,
     forcing_at,
     forcing_of,
     forcing_with,
-    locate_change,
     side,
     side_of,
     step,
     step_from,
+    step_of_stages,
     unpack_scheme,
     with_accelerations,
+    with_contact_accelerations,
 )
-from .newmark import LIMIT
+from .law_pieces import FREE, locate_change, piece_at, stays
+from .law_step import gain_of
+from .newmark import LIMIT, next_output, write_output
 
 MOST_HALVINGS = 60  # of a step of the grid
 # Of a piece, and of its longest length: a contact from a step of the grid on has whole ratios, which rounding must not
@@ -72,7 +80,7 @@ class LocatedState(NamedTuple):
     g: float  # the gap likewise
     u: float
     b: float
-    pressed: bool
+    piece: int  # of the law, FREE in flight
     step: int  # steps of the grid done
     offset: float  # time since the last of them
     solves: int  # steps solved since the start of the run
@@ -86,43 +94,59 @@ unpack_state, write_state = STATE.unpack, STATE.write
 
 
 @jit
-def located_scheme(p):
-    """Both sides and the time grid, from :class:`..parameters.Parameters`."""
+def located_scheme(p, stages, resolves):
+    """Both sides and the time grid, from :class:`..parameters.Parameters`.
+
+    ``stages``: of the method, :class:`.contact_location.Stages`; ``resolves``: whether contacts are resolved by shorter
+    steps, Eq. (13).
+    """
     h, fastest = 2 * math.pi / p.eta / p.steps, free_rate(p)
     rate = contact_rate(p.stiffness, p.damping, coefficients(p).inverse_mass)
     separated = separated_generator(p)
-    shortest, per_age = h * fastest / rate, h * fastest / math.pi
     return LocatedScheme(
         side_of(separated),
         side_of(pressed_generator(p)),
         forcing_of(separated, free_equilibrium(p)),
         p.clearance,
         p.wall,
+        int(p.law),
         p.stiffness,
-        p.damping,
+        p.exponent,
+        p.penetration,
+        p.gain,
+        p.relative,
         p.eta,
         p.eta / (2.0 * math.pi),
         h,
         int(p.steps),
-        shortest,
-        per_age,
-        NO_STAGES,
+        h * fastest / rate if resolves else h,
+        h * fastest / math.pi,
+        stages,
     )
 
 
 @jit
-def start_state(m, start, kept):
-    """The discrete solution at τ = 0; ``start``: ξ₁, ξ₁′, ξ₂, ξ₂′; ``kept``: whether the first period is recorded."""
+def start_state(m, start, kept, at_rest):
+    """The discrete solution at τ = 0.
+
+    ``start``: ξ₁, ξ₁′, ξ₂, ξ₂′; ``kept``: whether the first period is recorded; ``at_rest``: without acceleration.
+    """
     x, v, g, u = contact_coordinates(m, start[0], start[1], start[2], start[3])
     forcing = forcing_with(m, 1.0, 0.0)
-    x, v, a, g, u, b = with_accelerations(m.separated, (x, v, 0.0, g, u, 0.0), forcing)
+    z = with_accelerations(m.separated, (x, v, 0.0, g, u, 0.0), forcing)
+    a, b = z[2], z[5]
     # at zero gap the first derivative of the free motion that is not zero decides
     jerk = with_accelerations(m.separated, (v, a, 0.0, u, b, 0.0), (0.0, m.eta * m.forcing[1][1]))[5]
     deciding = g if g != 0.0 else u if u != 0.0 else b if b != 0.0 else jerk
     pressed = deciding < 0.0 or deciding == 0.0
-    z = with_accelerations(side(m, pressed), (x, v, a, g, u, b), forcing)
     contact = begin_contact(m, 0.0, z, kept and pressed and g == 0.0)
-    return LocatedState(z[0], z[1], z[2], z[3], z[4], z[5], pressed, 0, 0.0, 0, 0, 0.0, contact)
+    if g != 0.0:  # a contact that was open before: of its beginning nothing is known
+        contact = OpenContact(0.0, 0.0, contact.position, contact.speed1, contact.speed1, 0.0)
+    gain = gain_of(m, contact)
+    piece = piece_at(m, gain, z) if pressed else FREE
+    z = with_contact_accelerations(m, gain, pressed, z, forcing)
+    a, b = (0.0, 0.0) if at_rest else (z[2], z[5])
+    return LocatedState(x, v, a, g, u, b, piece, 0, 0.0, 0, 0, 0.0, contact)
 
 
 @jit_inlined
@@ -146,23 +170,9 @@ def motion_of(s):
 
 
 @jit_inlined
-def write_row(m, row, z):
-    """Write the motion as ξ₁, ξ₁′, ξ₂, ξ₂′."""
-    row[0], row[1], row[2], row[3] = displacements(m, z[0], z[1], z[3], z[4])
-
-
-@jit
-def write_output(m, i, k, z, push, window, buffers):
-    """Write the section row and the sample of step i, the k-th of its period, if they are asked for; ``push``: λ."""
-    kept_from, sampled_from, stride = window
-    section, samples = buffers.section, buffers.samples
-    if k == 0 and i > kept_from and section.shape[0] > 0:
-        write_row(m, section[(i - kept_from) // m.steps - 1], z)
-    if i >= sampled_from and samples.shape[0] > 0 and k % stride == 0:
-        j = (i - sampled_from) // m.steps * buffers.phases.shape[0] + k // stride
-        if j < samples.shape[0]:
-            write_row(m, samples[j], z)
-            samples[j, 4] = push
+def write_motion(m, i, k, z, push, window, buffers):
+    """Write the section row and the sample of step i, the k-th of its period, if they are asked for."""
+    write_output(i, k, m.steps, displacements(m, z[0], z[1], z[3], z[4]), push, window, buffers)
 
 
 @jit_inlined
@@ -189,6 +199,14 @@ def points_passed(piece, offset):
 
 
 @jit_inlined
+def step_to_grid(m, forces, gain, pressed, z, length, k, offset):
+    """As :func:`.contact_location.step_from`, of a step that ends at the next step of the grid."""
+    if m.stages.count > 0:
+        return step_of_stages(m, gain, pressed, z, length, k, offset)
+    return step(side(m, pressed), z, length, (forces[k + 1, 0], forces[k + 1, 1]))
+
+
+@jit_inlined
 def advance(m, forces, s, window, buffers):
     """Solve one step, or the piece of it up to a change, and record it.
 
@@ -197,49 +215,79 @@ def advance(m, forces, s, window, buffers):
     tuple
         :class:`LocatedState`; OK, PAUSED for want of room, DIVERGED or UNRESOLVED.
     """
-    z, pressed, i, offset, since, contact = motion_of(s), s.pressed, s.step, s.offset, s.since, s.contact
+    z, piece, i, offset, since, contact = motion_of(s), s.piece, s.step, s.offset, s.since, s.contact
     solves, before, status, k = s.solves, s.solves_before, OK, s.step % m.steps
+    pressed, gain = piece != FREE, gain_of(m, contact)
     _, parts = halvings_at(m, pressed, since)
-    piece = m.h / parts
-    point = min(parts, points_passed(piece, offset) + 1.0)  # of the sub-grid, at which the piece ends
-    length = point * piece - offset
-    if m.stages.count == 0 and point == parts:
-        end = step(side(m, pressed), z, length, (forces[k + 1, 0], forces[k + 1, 1]))
+    length_of_part = m.h / parts
+    point = min(parts, points_passed(length_of_part, offset) + 1.0)  # of the sub-grid, at which the part ends
+    length = point * length_of_part - offset
+    if point == parts:
+        end = step_to_grid(m, forces, gain, pressed, z, length, k, offset)
     else:
-        end = step_from(m, pressed, z, length, k, offset)
-    theta, there, more = locate_change(m, pressed, z, end, length, k, offset)
-    changed = theta < math.inf
-    if changed:
-        length, end = theta, there
+        end = step_from(m, gain, pressed, z, length, k, offset)
+    after, more = piece, 0
+    if not stays(m, gain, piece, z, end, length):
+        length, end, after, more = locate_change(m, gain, piece, z, end, length, k, offset)
+    changed = after != piece
     if pressed:
         since += length
-        twice = contact_force(m, pressed, z) + contact_force(m, pressed, end)
+        twice = force_of(m, gain, True, z) + force_of(m, gain, True, end)
         contact = with_impulse(contact, contact.impulse + 0.5 * length * twice)
     solves += 1 + more
-    offset = offset + length if changed else point * piece
+    offset = offset + length if changed else point * length_of_part
     z = end
     if changed:
-        pressed, since, now = not pressed, 0.0, i * m.h + offset
-        if pressed:
-            contact = begin_contact(m, now, z, buffers.contacts.shape[0] > 0)
-        else:
+        if not pressed:
+            since, contact = 0.0, begin_contact(m, i * m.h + offset, z, buffers.contacts.shape[0] > 0)
+            gain = gain_of(m, contact)
+            after = piece_at(m, gain, z)
+        elif after == FREE:
             if buffers.contacts.shape[0] > 0:
-                end_contact(m, contact, now, z, buffers)
-            contact = no_contact()
-        z = with_accelerations(side(m, pressed), z, forcing_at(m, k, offset))
+                end_contact(m, contact, i * m.h + offset, z, buffers)
+            since, contact = 0.0, no_contact()
+        z = with_contact_accelerations(m, gain, after != FREE, z, forcing_at(m, k, offset))
         if no_room(buffers):
             status = PAUSED
     elif point == parts:
         i, offset, before = i + 1, 0.0, solves
         k = k + 1 if k + 1 < m.steps else 0
         if k == 0 or i >= window[1]:
-            write_output(m, i, k, z, contact_force(m, pressed, z), window, buffers)
+            write_motion(m, i, k, z, force_of(m, gain, pressed, z), window, buffers)
     if not abs(z[3]) < LIMIT:
         status = DIVERGED
     elif solves - before > SOLVES_PER_STEP:
         status = UNRESOLVED
     x, v, a, g, u, b = z
-    return LocatedState(x, v, a, g, u, b, pressed, i, offset, solves, before, since, contact), status
+    return LocatedState(x, v, a, g, u, b, after, i, offset, solves, before, since, contact), status
+
+
+@jit_inlined
+def glide(m, forces, s, stop, window, sampled):
+    """The state after the next whole steps in which nothing ends, as :func:`advance` takes them.
+
+    That takes the step that follows, and those at whose end something is recorded.
+    """
+    piece, pressed = s.piece, s.piece != FREE
+    _, parts = halvings_at(m, pressed, s.since)
+    if s.offset != 0.0 or parts > 1.0:
+        return s
+    left, k, taken = min(next_output(s.step, m.steps, window, sampled), stop) - s.step - 1, s.step % m.steps, 0
+    z, since, gain = motion_of(s), s.since, gain_of(m, s.contact)
+    push, impulse = force_of(m, gain, pressed, z), s.contact.impulse
+    while taken < left:
+        end = step_to_grid(m, forces, gain, pressed, z, m.h, k + taken, 0.0)
+        if not (stays(m, gain, piece, z, end, m.h) and abs(end[3]) < LIMIT):
+            break
+        if pressed:
+            after = force_of(m, gain, True, end)
+            since, impulse, push = since + m.h, impulse + 0.5 * m.h * (push + after), after
+        z, taken = end, taken + 1
+    if taken == 0:
+        return s
+    x, v, a, g, u, b = z
+    contact, solves = with_impulse(s.contact, impulse), s.solves + taken
+    return LocatedState(x, v, a, g, u, b, piece, s.step + taken, 0.0, solves, solves, since, contact)
 
 
 @jit_no_alloc
@@ -270,11 +318,12 @@ def integrate_located(packed, forces, state, stop, most, window, flat, sizes):
         than SOLVES_PER_STEP solves.
     """
     m, buffers, s, status = unpack_scheme(packed), unpack_buffers(flat, sizes), unpack_state(state), OK
-    pause = s.solves + most
+    pause, sampled = s.solves + most, buffers.samples.shape[0] > 0
     if s.offset == 0.0:
-        z = motion_of(s)
-        write_output(m, s.step, s.step % m.steps, z, contact_force(m, s.pressed, z), window, buffers)
+        push = force_of(m, gain_of(m, s.contact), s.piece != FREE, motion_of(s))
+        write_motion(m, s.step, s.step % m.steps, motion_of(s), push, window, buffers)
     while s.step < stop and status == OK:
+        s = glide(m, forces, s, stop, window, sampled)
         s, status = advance(m, forces, s, window, buffers)
         if status == OK and s.solves > pause and s.offset == 0.0 and s.step < stop:
             status = PAUSED

@@ -194,46 +194,6 @@ def step(m, p1, q1, p2, q2, pressed, cosine1, cosine2):
 
 
 @jit_inlined
-def change_contact(pressed, contact, time):
-    """The other contact status, and the contact that begins with it at a time, or has ended and stays as it is."""
-    return not pressed, contact if pressed else unrecorded_contact(time)
-
-
-@jit
-def integrate(m, cosines, state, stop):
-    """Integrate whole periods to the end of step ``stop`` and record nothing; returns OK or DIVERGED.
-
-    Parameters
-    ----------
-    m : Scheme
-    cosines : pair of (n + 1,) float64
-        cos(ητ + ψ) of both bodies at the steps of one period.
-    state : (STATE.size,) float64
-        A :class:`StepState`, changed in place.
-    stop : int
-    """
-    p1, q1, p2, q2, a1, a2, gap, pressed, done, contact = unpack_state(state)
-    cosines1, cosines2 = cosines
-    n, status, touch = cosines1.shape[0] - 1, OK, m.touch
-    while done < stop and status == OK:
-        for k in range(1, n + 1):
-            a1, a2, _ = step(m, p1, q1, p2, q2, pressed, cosines1[k], cosines2[k])
-            gap = p2 - p1 + 0.25 * (a2 - a1)
-            q1 += a1
-            q2 += a2
-            p1 += q1
-            p2 += q2
-            if (gap <= touch) != pressed:
-                pressed, contact = change_contact(pressed, contact, (done + k) * m.h)
-            if not abs(gap) < LIMIT:
-                status, n = DIVERGED, k
-                break
-        done += n
-    write_state(state, StepState(p1, q1, p2, q2, a1, a2, gap, pressed, done, contact))
-    return status
-
-
-@jit_inlined
 def motion(m, p1, q1, a1, p2, q2, a2):
     """(ξ₁, ξ₁′, ξ₂, ξ₂′) at the end of a step, from the predictors of the next one and the accelerations."""
     x1, x2 = p1 - q1 + 0.25 * a1, p2 - q2 + 0.25 * a2
@@ -265,22 +225,31 @@ def end_contact(m, contact, i, now, buffers):
 
 
 @jit_inlined
-def write_sample(m, row, now, pressed):
-    """Write motion and contact force, λ as the step that now begins will feel it."""
-    row[0], row[1], row[2], row[3] = now
-    row[4] = contact_force(m, now[0], now[1], now[2], now[3]) if pressed else 0.0
+def force_at(m, now, pressed):
+    """λ of a motion, as the step that now begins will feel it."""
+    return contact_force(m, now[0], now[1], now[2], now[3]) if pressed else 0.0
 
 
 @jit_inlined
-def write_output(m, i, k, n, now, pressed, window, buffers):
-    """Write the section row and the sample of step i, the k-th of its period (k < n), if they are asked for."""
+def write_sample(row, now, push):
+    """Write the motion ξ₁, ξ₁′, ξ₂, ξ₂′ and λ."""
+    row[0], row[1], row[2], row[3] = now
+    row[4] = push
+
+
+@jit_inlined
+def write_output(i, k, n, now, push, window, buffers):
+    """Write the section row and the sample of step i, the k-th of its period (k < n), if they are asked for.
+
+    ``now``: ξ₁, ξ₁′, ξ₂, ξ₂′; ``push``: λ as the step that now begins will feel it.
+    """
     kept_from, sampled_from, stride = window
-    if k == 0:
+    if k == 0 and i > kept_from and buffers.section.shape[0] > 0:
         row = buffers.section[(i - kept_from) // n - 1]
         row[0], row[1], row[2], row[3] = now
     j = (i - sampled_from) // n * buffers.phases.shape[0] + k // stride
     if i >= sampled_from and k % stride == 0 and j < buffers.samples.shape[0]:
-        write_sample(m, buffers.samples[j], now, pressed)
+        write_sample(buffers.samples[j], now, push)
 
 
 @jit_inlined
@@ -293,18 +262,34 @@ def next_output(i, n, window, sampled):
 
 
 @jit
-def integrate_recorded(m, cosines, state, stop, window, buffers):
-    """As :func:`integrate`, step for step, and fill the buffers; returns OK, DIVERGED or FULL.
+def integrate(m, cosines, state, stop, window, buffers):
+    """Integrate to the end of step ``stop``, and fill the buffers if they have room for contacts.
 
-    ``window``, (3,) int64: the step at which the kept periods begin, the step at which sampling begins, and the steps
-    from sample to sample, counted anew in each period.
+    Parameters
+    ----------
+    m : Scheme
+    cosines : pair of (n + 1,) float64
+        cos(ητ + ψ) of both bodies at the steps of one period.
+    state : (STATE.size,) float64
+        A :class:`StepState`, changed in place.
+    stop : int
+    window : (3,) int64
+        The step at which the kept periods begin, the step at which sampling begins, and the steps from sample to
+        sample, counted anew in each period.
+    buffers : Buffers
+
+    Returns
+    -------
+    int
+        OK, DIVERGED or FULL.
     """
     p1, q1, p2, q2, a1, a2, gap, pressed, i, contact = unpack_state(state)
     cosines1, cosines2 = cosines
-    n, status = cosines1.shape[0] - 1, OK
+    n, status, kept = cosines1.shape[0] - 1, OK, buffers.contacts.shape[0] > 0
     _, sampled_from, stride = window
     if i == sampled_from and buffers.samples.shape[0] > 0:
-        write_sample(m, buffers.samples[0], motion(m, p1, q1, a1, p2, q2, a2), pressed)
+        now = motion(m, p1, q1, a1, p2, q2, a2)
+        write_sample(buffers.samples[0], now, force_at(m, now, pressed))
     k = i % n  # steps done in the period
     impulse = contact.impulse
     while i < stop and status == OK:
@@ -323,16 +308,18 @@ def integrate_recorded(m, cosines, state, stop, window, buffers):
             pressed = not pressed
             now = motion(m, p1, q1, a1, p2, q2, a2)
             if pressed:
-                contact = begin_contact(m, i, now, (before - gap) / m.h)
+                contact = begin_contact(m, i, now, (before - gap) / m.h) if kept else unrecorded_contact(i * m.h)
                 impulse = 0.0
-            else:
+            elif kept:
                 end_contact(m, with_impulse(contact, impulse), i, now, buffers)
                 status = FULL if no_room(buffers) else OK
         if k == n or (i >= sampled_from and k % stride == 0):
             k = 0 if k == n else k
-            now = motion(m, p1, q1, a1, p2, q2, a2)
-            write_output(m, i, k, n, now, pressed, window, buffers)
+            if kept:
+                now = motion(m, p1, q1, a1, p2, q2, a2)
+                write_output(i, k, n, now, force_at(m, now, pressed), window, buffers)
         if not abs(gap) < LIMIT:
             status = DIVERGED
-    write_state(state, StepState(p1, q1, p2, q2, a1, a2, gap, pressed, i, with_impulse(contact, impulse)))
+    contact = with_impulse(contact, impulse) if kept else contact
+    write_state(state, StepState(p1, q1, p2, q2, a1, a2, gap, pressed, i, contact))
     return status

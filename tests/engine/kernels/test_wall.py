@@ -20,7 +20,7 @@ from vibroscope.engine import (
 )
 from vibroscope.engine.drivers.event_driven import LinearFlow, set_up
 from vibroscope.engine.drivers.parameters import parameters_of
-from vibroscope.engine.kernels.accelerated import located_skip, skip
+from vibroscope.engine.kernels.accelerated import skip
 from vibroscope.engine.kernels.compile.options import uncompiled
 from vibroscope.engine.kernels.equations import coordinates
 from vibroscope.engine.kernels.equations.motion import joined_generator, pressed_generator, separated_generator
@@ -39,14 +39,8 @@ SOLVERS = {  # a method, the layout of its state, the numbers of body 1 in it, a
     "pieces": (ExactPenalty(1200.0, 5.0, "limited"), state.STATE, ("x1", "v1"), law_integrate.integrate_law),
     "smooth": (ExactPenalty(1200.0, 0.1, "flores"), state.STATE, ("x1", "v1"), law_integrate.integrate_law),
     "skipping": (NEWMARK, newmark.STATE, ("p1", "q1", "a1"), skip.integrate_skipping),
-    "every step": (replace(NEWMARK, every_step=True), newmark.STATE, ("p1", "q1", "a1"), newmark.integrate_recorded),
-    "located": (replace(NEWMARK, located=True), located.STATE, ("x", "v", "a"), located_skip.integrate_skipping),
-    "located, every step": (
-        replace(NEWMARK, located=True, every_step=True),
-        located.STATE,
-        ("x", "v", "a"),
-        located.integrate_located,
-    ),
+    "every step": (replace(NEWMARK, every_step=True), newmark.STATE, ("p1", "q1", "a1"), newmark.integrate),
+    "located": (replace(NEWMARK, located=True), located.STATE, ("x", "v", "a"), located.integrate_located),
 }
 STEPPED = {
     "start": STEPS,
