@@ -167,7 +167,6 @@ def _step(system: System) -> None:
     steps.branch_point_indicator(found.jacobian, slope, tangent)
     steps.doubling_indicator(found.jacobian)
     steps.neimark_sacker_indicator(found.jacobian)
-    steps.indicators_of(found.jacobian, slope, tangent)
     steps.interpolated(np.zeros(1), np.array([x]), np.array([ones]), ones, 0.1)
     steps.least_of_margins(found.facts, start[4:], 0.0, np.zeros((2, 1), dtype=np.int64))
     steps.margin_values(found.facts, start[4:], 0.0, np.zeros((2, 1), dtype=np.int64))

@@ -10,7 +10,7 @@ from .branch import Branch, Point
 from .dataset import branches_dataset
 from .family import PARAMETERS
 from .find import continue_branch, find_branches, search_branches
-from .margins import POINT_KINDS
+from .kinds import POINT_KINDS, PointKind
 from .point_curve import PointCurve, PointCurves, continue_point
 from .points import FOLLOWED_KINDS
 from .question import BranchQuestion
@@ -24,6 +24,7 @@ __all__ = [
     "Point",
     "PointCurve",
     "PointCurves",
+    "PointKind",
     "branches_dataset",
     "continue_branch",
     "continue_point",

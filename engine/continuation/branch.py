@@ -5,9 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..wording import html_table
-
-# Kinds of points at which a multiplier passes the unit circle, and where it does; a pair passes somewhere.
-_CROSSINGS = {"period doubling": -1.0, "fold": 1.0, "branch point": 1.0, "Neimark-Sacker": None}
+from .kinds import BIFURCATIONS, POINT_KINDS
 
 
 @dataclass(frozen=True)
@@ -17,8 +15,7 @@ class Point:
     Attributes
     ----------
     kind : str
-        "fold", "period doubling", "Neimark-Sacker", "branch point", "grazing", "sticking begins", "sticking ends",
-        "contact opens" or "chatter completes". A point has the same kind from both sides: where a contact opens there
+        One of POINT_KINDS. A point has the same kind from both sides: where a contact opens there
         is a flight more on one of them. Where an impact begins or ceases to stick the motion jumps, and both ends of
         the jump are points.
     value : float
@@ -49,17 +46,12 @@ class Point:
     @property
     def is_crossing(self) -> bool:
         """Whether a multiplier passes the unit circle here."""
-        return self.kind in _CROSSINGS
+        return self.kind in BIFURCATIONS
 
     @property
     def critical_multiplier(self) -> complex:
         """The multiplier that passes the unit circle here, whatever others are larger; else the largest."""
-        if not self.is_crossing:
-            return complex(self.multipliers[0])
-        target, values = _CROSSINGS[self.kind], self.multipliers
-        pairs = values[values.imag != 0] if target is None else values
-        distance = np.abs(np.abs(pairs) - 1) if target is None else np.abs(pairs - target)
-        return complex(pairs[np.argmin(distance)] if len(pairs) else values[0])
+        return POINT_KINDS[self.kind].critical(self.multipliers)
 
 
 @dataclass(frozen=True)

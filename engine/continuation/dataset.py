@@ -7,7 +7,7 @@ import numpy as np
 
 from ..datasets import LENGTH, ROWS, SPEED, labelled
 from .branch import Branch
-from .margins import POINT_KINDS
+from .kinds import POINT_KINDS
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -45,10 +45,11 @@ def branches_dataset(branches: Sequence[Branch], over: str | None = None) -> "xr
     values = np.concatenate([np.empty(0), *(branch.values for branch in branches)])
     stable = np.concatenate([np.empty(0, bool), *(branch.stable for branch in branches)])
     points = [(k, point) for k, branch in enumerate(branches) for point in branch.points]
-    kinds = np.array([POINT_KINDS.index(point.kind) for _, point in points], dtype="i1")
+    names = list(POINT_KINDS)
+    kinds = np.array([names.index(point.kind) for _, point in points], dtype="i1")
     states = np.array([point.state for _, point in points]).reshape(-1, 4)
-    names = " ".join(kind.replace(" ", "_") for kind in POINT_KINDS)
-    flags = {"long_name": "kind of the point", "flag_values": list(range(len(POINT_KINDS))), "flag_meanings": names}
+    flags = {"long_name": "kind of the point", "flag_values": list(range(len(names)))}
+    flags["flag_meanings"] = " ".join(name.replace(" ", "_") for name in names)
     per_cycle, rows = "per cycle", ("orbit", "multiplier")
     return xr.Dataset(
         {

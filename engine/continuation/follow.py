@@ -13,24 +13,21 @@ from operator import attrgetter
 import numpy as np
 
 from ..drivers.orbit import CHATTER
-from .bifurcations import bifurcations_ahead
 from .closing import halves_meet, is_first, share_of_first, value_of_meeting
 from .curve import Curve, CurvePoint
-from .known_branches import KnownBranches
-from .margins import (
+from .kinds import (
     BIFURCATIONS,
     CHATTER_COMPLETES,
     FOLD,
     GRAZING,
-    LATER_SUM,
     OPENS,
     STICKING_BEGINS,
     STICKING_ENDS,
-    Margin,
-    impacts_that_may_stick,
+    bifurcations_ahead,
     indicators,
-    parts_more_than_pressed,
 )
+from .known_branches import KnownBranches
+from .margins import LATER_SUM, Margin, impacts_that_may_stick, parts_more_than_pressed
 from .nearby import point_within_cycle
 from .orbit import least_period
 from .roots import zero_ahead
@@ -159,7 +156,7 @@ class BranchTracer(Tracer):
 
     # -- points --------------------------------------------------------------------------------------------------------
 
-    def _mark_bifurcations(self, here: CurvePoint, there: CurvePoint, step: float) -> np.ndarray:
+    def _mark_bifurcations(self, here: CurvePoint, there: CurvePoint, step: float) -> dict[str, float]:
         """Locate the bifurcations between two neighbouring orbits; return the indicators of the second."""
         after = indicators(there)
         for kind, point in bifurcations_ahead(self.curve, here, step, self._indicators, after):

@@ -13,7 +13,8 @@ import numpy as np
 
 from ..drivers.orbit import CHATTER, FORCE, IMPACT, JOINS, PARTING, RELEASE, STICK
 from .curve import Curve, CurvePoint
-from .margins import STICKING_BEGINS, STICKING_ENDS, Margin
+from .kinds import STICKING_BEGINS, STICKING_ENDS
+from .margins import Margin
 from .nearby import first_ahead, is_near, orbit_near, point_within_cycle, walk
 from .orbit import Orbit, orbit_of_run, touching_at_start, within_cycle
 from .roots import zero_ahead

@@ -8,7 +8,7 @@ import numpy as np
 
 from ..motions.tolerances import LEAST_SIZE
 from .curve import Curve, CurvePoint
-from .margins import STICKING_BEGINS, STICKING_ENDS
+from .kinds import STICKING_BEGINS, STICKING_ENDS
 from .nearby import point_within_cycle
 from .orbit import Orbit
 from .tolerances import MARGIN_ROUNDING, SAME_ORBIT

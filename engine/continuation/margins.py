@@ -1,7 +1,7 @@
-"""What keeps a solution of the equations an orbit, and where orbits bifurcate: functions with zeros.
+"""What keeps a solution of the equations an orbit with its sequence of events: margins.
 
-Each is smooth along a curve of orbits with one sequence of events. A *margin* is positive as long as the solution is an
-orbit with this sequence; at its zero the sequence changes. An *indicator* changes its sign at a bifurcation.
+Each is smooth along a curve of orbits with one sequence of events, and positive as long as the solution is an orbit
+with this sequence. At its zero the sequence changes.
 """
 
 from collections.abc import Iterator
@@ -27,31 +27,14 @@ from ..drivers.orbit import (
     steps,
 )
 from ..methods import ExactPenalty, Reference
+from .kinds import GRAZING, OPENS, STICKING_BEGINS, STICKING_ENDS
 from .orbit import Orbit, short_phase
 
 if TYPE_CHECKING:
     from .curve import CurvePoint
 
-# kinds of points, in the order of their numbers in stores
-FOLD, DOUBLING, NEIMARK_SACKER, BRANCH_POINT = "fold", "period doubling", "Neimark-Sacker", "branch point"
-GRAZING = "grazing"
-STICKING_BEGINS, STICKING_ENDS = "sticking begins", "sticking ends"
-CHATTER_COMPLETES = "chatter completes"
-OPENS = "contact opens"
-POINT_KINDS = (
-    FOLD,
-    DOUBLING,
-    NEIMARK_SACKER,
-    BRANCH_POINT,
-    GRAZING,
-    STICKING_BEGINS,
-    STICKING_ENDS,
-    OPENS,
-    CHATTER_COMPLETES,
-)
 LATER_SUM = "chatter summed later"  # no point of a branch: the orbit is the same
 STAYS_SHUT = "contact no longer opens"  # OPENS from the other side
-BIFURCATIONS = (FOLD, DOUBLING, BRANCH_POINT, NEIMARK_SACKER)
 _MORE = {
     (GRAZING, True): (IMPACT,),
     (GRAZING, False): (TOUCH, PART),
@@ -146,23 +129,3 @@ def _margins(kinds: tuple[int, ...], first: bool, rigid: bool, sticks: bool) -> 
         if kind == PART:
             yield Margin(GRAZING, k, False), PARTING
         touching = kind in (STICK, CHATTER, TOUCH)
-
-
-def indicator(kind: str, point: "CurvePoint") -> float:
-    """What changes its sign at a point of one of the kinds BIFURCATIONS.
-
-    Determinants of the whole Jacobian instead of that of the Poincaré map, which is infinite at a grazing impact.
-    """
-    if kind == FOLD:
-        return float(point.tangent[-1])
-    jacobian = point.evaluation.jacobian
-    if kind == DOUBLING:
-        return steps.doubling_indicator(jacobian)
-    if kind == BRANCH_POINT:
-        return steps.branch_point_indicator(jacobian, point.slope, point.tangent)
-    return steps.neimark_sacker_indicator(jacobian)
-
-
-def indicators(point: "CurvePoint") -> np.ndarray:
-    """All of them, (4,)."""
-    return steps.indicators_of(point.evaluation.jacobian, point.slope, point.tangent)

@@ -21,8 +21,8 @@ from .branch import Branch
 from .curve import Curve, CurvePoint
 from .follow import BranchTracer
 from .journal import Journal
+from .kinds import BRANCH_POINT, DOUBLING
 from .known_branches import KnownBranches
-from .margins import BRANCH_POINT, DOUBLING
 from .orbit import Orbit, check_cancelled
 from .question import BranchQuestion
 from .seeds import OrbitFinder

@@ -16,7 +16,8 @@ import numpy as np
 from ..drivers.orbit import IMPACT, WHERE
 from .curve import Curve, CurvePoint
 from .jumps import after_jump
-from .margins import GRAZING, LATER_SUM, OPENS, STAYS_SHUT, Margin
+from .kinds import GRAZING, OPENS
+from .margins import LATER_SUM, STAYS_SHUT, Margin
 from .nearby import first_ahead, orbit_near, point_within_cycle
 from .orbit import Orbit, least_period, short_phase
 from .roots import zero_ahead

@@ -9,7 +9,8 @@ from collections.abc import Iterator
 import numpy as np
 
 from ...drivers.orbit import CLOSING, IMPACT, PART, TOUCH, WHERE
-from ..margins import GRAZING, OPENS, Margin
+from ..kinds import GRAZING, OPENS
+from ..margins import Margin
 from ..orbit import Orbit, short_phase
 from ..plane import Place, Plane
 from ..tolerances import SAME_TOUCH, TOUCH_LENGTH

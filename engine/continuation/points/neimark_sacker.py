@@ -1,6 +1,6 @@
 """Neimark–Sacker points: a pair of multipliers lies on the unit circle."""
 
-from ..margins import NEIMARK_SACKER, indicator
+from ..kinds import NEIMARK_SACKER, indicator
 from ..plane import Place
 from .problem import PointProblem
 

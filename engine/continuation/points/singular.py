@@ -8,7 +8,7 @@ and (∂A/∂X)v is the derivative of ∂F/∂X along v: two evaluations for all
 import numpy as np
 
 from ...drivers.orbit import PART, TOUCH
-from ..margins import DOUBLING, FOLD
+from ..kinds import DOUBLING, FOLD
 from ..orbit import Orbit
 from ..plane import Place
 from ..tolerances import BRIEF_CONTACT
