@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..motions.floquet import is_stable
 from ..wording import html_table
 from .kinds import BIFURCATIONS, POINT_KINDS
 
@@ -89,7 +90,7 @@ class Branch:
     @property
     def stable(self) -> np.ndarray:
         """Whether small disturbances die away, (n,) of bool."""
-        return np.abs(self.multipliers).max(axis=1, initial=0.0) < 1
+        return is_stable(self.multipliers)
 
     @property
     def stable_ranges(self) -> tuple[tuple[float, float], ...]:

@@ -14,7 +14,7 @@ import numpy as np
 
 from ..drivers.event_driven import check_apart
 from ..facts import message_of, stated
-from ..motions.tolerances import NEUTRAL
+from ..motions.floquet import may_be_stable
 from ..result import Cancelled
 from ..simulate import starting_checkpoint
 from .branch import Branch
@@ -152,8 +152,8 @@ class BranchSearch:
         self._doublings += [(point.period, point.value) for point, _ in trace.marks if point.kind == DOUBLING]
         for point, orbit in trace.marks:
             doubles = point.kind == DOUBLING and 2 * point.period <= self.question.max_period
-            stable = np.abs(point.multipliers).max() < 1 + NEUTRAL
-            if (doubles or point.kind == BRANCH_POINT) and (stable or self.question.unstable):
+            followed = self.question.unstable or may_be_stable(point.multipliers)
+            if (doubles or point.kind == BRANCH_POINT) and followed:
                 self._pending.append((point.kind, orbit))
         return trace
 
@@ -168,8 +168,7 @@ class BranchSearch:
                     break
                 if self.question.unstable or here.orbit.period == 1:
                     continue
-                stable = np.abs(here.multipliers).max() < 1 + NEUTRAL
-                since = tracer.length if stable else since
+                since = tracer.length if may_be_stable(here.multipliers) else since
                 if tracer.length - since >= LONGEST_UNSTABLE:
                     where = self.curve.words(here)
                     tracer.reason = f"given up at {where}, unstable for long: ask for unstable motions to go on"

@@ -17,6 +17,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from .floquet import eigenvalues_by_modulus, fate_of_disturbances, is_stable
 from .poincare_map import PoincareMap, Return
 from .tolerances import (
     APPROACHED,
@@ -26,7 +27,6 @@ from .tolerances import (
     ON_ORBIT,
     RESIDUAL,
     SMALLEST_FRACTION,
-    SURELY_STABLE,
 )
 
 MOST_NEWTON_STEPS = 30
@@ -90,64 +90,24 @@ class OrbitSearch:
         rows = self.map.coordinates(section)
         size = max(np.abs(section).max(), 1e-300)
         self.rejection = ""
-        for period in _near_returns(rows, size, self.max_period):
-            orbit = self._newton(rows[-1], period, size)
-            if orbit is not None and self._accepts(orbit, rows[-1], size):
+        for period in near_returns(rows, size, self.max_period, NEAR_RETURN):
+            orbit = fixed_point(self.map, rows[-1], period, size)
+            if orbit is None:
+                self.rejection = f"Newton's method finds no orbit of period {period} near the end of the run"
+            elif self._accepts(orbit, rows[-1], size):
                 return self._moved_to_cycle_start(self._with_least_period(orbit, size), periods)
         return None
-
-    def _newton(self, y: np.ndarray, period: int, size: float) -> FixedPoint | None:
-        """Solve P(y*) = y* from y on."""
-        returned, steps = self.map(y, period), 0
-        while returned is not None and steps < MOST_NEWTON_STEPS:
-            improved = self._newton_step(y, returned, period, size)
-            if improved is None:  # limited by rounding, or there is no orbit nearby
-                break
-            y, returned = improved
-            steps += 1
-        if returned is None or returned.residual > RESIDUAL * size:
-            self.rejection = f"Newton's method finds no orbit of period {period} near the end of the run"
-            return None
-        return FixedPoint(period, y, returned, steps)
-
-    def _newton_step(self, y: np.ndarray, returned: Return, period: int, size: float):
-        """One step, halved until it reduces the residual: events may appear and disappear along the way."""
-        if returned.residual == 0.0:
-            return None
-        try:
-            full = np.linalg.solve(np.eye(4) - returned.jacobian, returned.state - y)
-        except np.linalg.LinAlgError:
-            return None
-        fraction = 1.0
-        while fraction >= SMALLEST_FRACTION:
-            tried = y + fraction * full
-            there = (
-                self._image(tried, period, returned.residual)
-                if np.abs(tried).max() <= LONGEST_NEWTON_STEP * size
-                else None
-            )
-            if there is not None and there.residual < returned.residual:
-                return tried, there
-            if returned.residual <= RESIDUAL * size:  # rounding prevents any further reduction
-                return None
-            fraction /= 2
-        return None
-
-    def _image(self, y: np.ndarray, period: int, residual: float) -> Return | None:
-        """The return of y; where a Jacobian takes more runs, None unless y reduces the residual."""
-        if self.map.by_differences and not self.map.residual(y, period) < residual:
-            return None
-        return self.map(y, period)
 
     def _accepts(self, orbit: FixedPoint, y: np.ndarray, size: float) -> bool:
         """Whether the orbit is stable and the run, which ended at y, converges to it (see the module)."""
         if not self.stable_only:
             return True
-        largest = np.abs(np.linalg.eigvals(orbit.returned.jacobian)).max()
-        if not largest < 1 - SURELY_STABLE:
+        values = eigenvalues_by_modulus(orbit.returned.jacobian)
+        largest = abs(values[0])
+        if not is_stable(values):
             self.rejection = (
-                f"the orbit of period {orbit.period} near the end of the run is unstable: it grows "
-                f"{largest:.4g}-fold in each cycle"
+                f"the orbit of period {orbit.period} near the end of the run is not stable: disturbances "
+                f"{fate_of_disturbances(values)}, {largest:.4g}-fold in each cycle"
             )
             return False
         if not self._converges(orbit, y - orbit.state, (1 + largest) / 2, size):
@@ -179,7 +139,7 @@ class OrbitSearch:
                 returned = self.map(orbit.state, period)
                 # Near a bifurcation the point of several cycles is known less exactly than its residual says.
                 if returned is not None and returned.residual <= ON_ORBIT * size:
-                    once = self._newton(orbit.state, period, size)
+                    once = fixed_point(self.map, orbit.state, period, size)
                     if once is not None:
                         return once._replace(iterations=orbit.iterations + once.iterations)
         return orbit
@@ -191,6 +151,53 @@ class OrbitSearch:
             return orbit
         state = self.map(orbit.state, ahead).state
         return orbit._replace(state=state, returned=self.map(state, orbit.period))
+
+
+def fixed_point(poincare: PoincareMap, y: np.ndarray, period: int, size: float) -> FixedPoint | None:
+    """Solve P(y*) = y* for the map over ``period`` periods by Newton's method from y on; None if it finds none.
+
+    ``size``: of the motion, of which the residual may be RESIDUAL.
+    """
+    returned, steps = poincare(y, period), 0
+    while returned is not None and steps < MOST_NEWTON_STEPS:
+        improved = _newton_step(poincare, y, returned, period, size)
+        if improved is None:  # limited by rounding, or there is no orbit nearby
+            break
+        y, returned = improved
+        steps += 1
+    found = returned is not None and returned.residual <= RESIDUAL * size
+    return FixedPoint(period, y, returned, steps) if found else None
+
+
+def _newton_step(poincare: PoincareMap, y: np.ndarray, returned: Return, period: int, size: float):
+    """One step, halved until it reduces the residual: events may appear and disappear along the way."""
+    if returned.residual == 0.0:
+        return None
+    try:
+        full = np.linalg.solve(np.eye(4) - returned.jacobian, returned.state - y)
+    except np.linalg.LinAlgError:
+        return None
+    fraction = 1.0
+    while fraction >= SMALLEST_FRACTION:
+        tried = y + fraction * full
+        there = (
+            _image(poincare, tried, period, returned.residual)
+            if np.abs(tried).max() <= LONGEST_NEWTON_STEP * size
+            else None
+        )
+        if there is not None and there.residual < returned.residual:
+            return tried, there
+        if returned.residual <= RESIDUAL * size:  # rounding prevents any further reduction
+            return None
+        fraction /= 2
+    return None
+
+
+def _image(poincare: PoincareMap, y: np.ndarray, period: int, residual: float) -> Return | None:
+    """The return of y; where a Jacobian takes more runs, None unless y reduces the residual."""
+    if poincare.by_differences and not poincare.residual(y, period) < residual:
+        return None
+    return poincare(y, period)
 
 
 def contracts(
@@ -215,9 +222,12 @@ def contracts(
     return bool(np.linalg.norm(factor @ difference) <= 0.5 * (1 - rate) * np.linalg.norm(factor @ deviation))
 
 
-def _near_returns(rows: np.ndarray, size: float, longest: int) -> list[int]:
-    """Numbers of periods after which the last row nearly recurs, each much closer than all shorter ones."""
-    found, nearest = [], NEAR_RETURN * size
+def near_returns(rows: np.ndarray, size: float, longest: int, within: float) -> list[int]:
+    """Numbers of periods after which the last row nearly recurs, each much closer than all shorter ones.
+
+    ``within``: the distance that counts as near, as a share of ``size``.
+    """
+    found, nearest = [], within * size
     for period in range(1, min(longest, len(rows) - 1) + 1):
         distance = np.abs(rows[-1] - rows[-1 - period]).max()
         if distance <= nearest:

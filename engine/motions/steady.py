@@ -25,7 +25,7 @@ from ..methods import ExactPenalty, Reference
 from ..model import System, check_eta
 from ..result import Checkpoint, Record, Response, Status
 from ..simulate import simulate, starting_checkpoint
-from .floquet import eigenvalues_by_modulus
+from .floquet import eigenvalues_by_modulus, is_stable
 from .orbit import FixedPoint, OrbitSearch
 from .poincare_map import PoincareMap
 
@@ -112,7 +112,7 @@ class Steady:
     @property
     def stable(self) -> bool:
         """Whether the motion is periodic and small disturbances die away."""
-        return self.periodic and bool(np.abs(self.multipliers).max() < 1)
+        return self.periodic and bool(is_stable(self.multipliers))
 
 
 def steady(
