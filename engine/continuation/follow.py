@@ -13,6 +13,7 @@ from operator import attrgetter
 import numpy as np
 
 from ..drivers.orbit import CHATTER
+from .branch import point_on_branch
 from .closing import halves_meet, is_first, share_of_first, value_of_meeting
 from .curve import Curve, CurvePoint
 from .kinds import (
@@ -28,7 +29,6 @@ from .kinds import (
 )
 from .known_branches import KnownBranches
 from .margins import LATER_SUM, Margin, impacts_that_may_stick, parts_more_than_pressed
-from .nearby import point_within_cycle
 from .orbit import least_period
 from .roots import zero_ahead
 from .sequences import after_chatter, beyond, where_contact_opens
@@ -43,7 +43,6 @@ from .tolerances import (
     VANISHING_MARGIN,
     VANISHING_STEP,
 )
-from .trace import point_on_branch
 from .tracer import StepControl, Tracer
 
 SERIES = 6
@@ -115,7 +114,7 @@ class BranchTracer(Tracer):
 
     def _accept(self, here: CurvePoint, there: CurvePoint, step: float) -> None:
         after = self._mark_bifurcations(here, there, step)
-        self.points.append(point_within_cycle(self.curve, there))
+        self.points.append(there.within_cycle())
         self.length += step
         here.around.clear()
         if self.points[-1] is there:
@@ -162,12 +161,12 @@ class BranchTracer(Tracer):
         for kind, point in bifurcations_ahead(self.curve, here, step, self._indicators, after):
             self.mark(kind, point)
             if kind == FOLD:  # the farthest orbit of its branch
-                self.points.append(point_within_cycle(self.curve, point))
+                self.points.append(point.within_cycle())
         return after
 
     def mark(self, kind: str, point: CurvePoint, regular: CurvePoint | None = None) -> None:
         """Note a point of the branch; ``regular``: an orbit with the same multipliers, where a phase has no length."""
-        point = point_within_cycle(self.curve, point)
+        point = point.within_cycle()
         noted = point_on_branch(self.curve, kind, point, len(self.points) - 1)
         if regular is not None:
             noted = replace(noted, multipliers=regular.multipliers)
@@ -222,10 +221,10 @@ class BranchTracer(Tracer):
             end = inside
         self._mark_bifurcations(here, end or inside, way)
         if end is not None:
-            self.points.append(point_within_cycle(self.curve, end))
+            self.points.append(end.within_cycle())
             return True
         if inside is not here:
-            self.points.append(point_within_cycle(self.curve, inside))
+            self.points.append(inside.within_cycle())
         self._go_beyond(last, inside)
         return True
 
@@ -270,7 +269,7 @@ class BranchTracer(Tracer):
             self.mark(OTHER_END[margin.kind], arrival)
         if flight and more > 0:
             self._pass_short_flight(following)
-        self.points.append(point_within_cycle(self.curve, following))
+        self.points.append(following.within_cycle())
         self._indicators = indicators(self.points[-1])
 
     def _pass_short_flight(self, following: CurvePoint) -> None:

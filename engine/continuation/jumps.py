@@ -15,10 +15,10 @@ from ..drivers.orbit import CHATTER, FORCE, IMPACT, JOINS, PARTING, RELEASE, STI
 from .curve import Curve, CurvePoint
 from .kinds import STICKING_BEGINS, STICKING_ENDS
 from .margins import Margin
-from .nearby import first_ahead, is_near, orbit_near, point_within_cycle, walk
 from .orbit import Orbit, orbit_of_run, touching_at_start, within_cycle
 from .roots import zero_ahead
 from .tolerances import INSIDE_CURVE, LOCATED_JUMP
+from .tracer import first_ahead, walk
 
 JUMPS = 10.0 ** np.arange(-7, -3)  # of the range, to where runs show a sequence that follows
 SPLICED = 3  # events of a run, from the first that differs on, with which the last orbit may go on
@@ -38,7 +38,7 @@ def after_jump(curve: Curve, last: CurvePoint, margin: Margin | None) -> tuple[C
         The end of its curve from which it comes; None if it is not known.
     """
     sticking = margin and Sticking.of(curve, last, margin)
-    last = point_within_cycle(curve, last)  # its state at τ = 0, from which runs begin, lies before all its events
+    last = last.within_cycle()  # its state at τ = 0, from which runs begin, lies before all its events
     onwards = 1.0 if last.tangent[-1] >= 0 else -1.0
     first, second = tee(_starts(curve, last, onwards, complete=margin is None))
     found = (sticking.first_orbit(start) for start in first if sticking is not None)
@@ -54,7 +54,7 @@ def _starts(curve: Curve, last: CurvePoint, onwards: float, complete: bool) -> I
 
     def near(guess: Orbit, values: Sequence[float]) -> Iterator[CurvePoint]:
         seen.add(guess.kinds)
-        found = (orbit_near(curve, last, guess, value, onwards) for value in values)
+        found = (last.neighbour(guess, value, onwards) for value in values)
         return (start for start in found if start is not None)
 
     for shown in places:
@@ -104,7 +104,7 @@ def _with_phase_of(curve: Curve, last: CurvePoint, guess: Orbit, k: int) -> Iter
     if not 0 <= k < len(guess.kinds) - 1:
         return
     start = curve.with_phase(guess, last.value, k, k + 1)
-    if start is not None and is_near(curve, last, start.orbit):
+    if start is not None and last.is_near(start.orbit):
         yield start
 
 

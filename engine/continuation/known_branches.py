@@ -9,10 +9,9 @@ import numpy as np
 from ..motions.tolerances import LEAST_SIZE
 from .curve import Curve, CurvePoint
 from .kinds import STICKING_BEGINS, STICKING_ENDS
-from .nearby import point_within_cycle
 from .orbit import Orbit
 from .tolerances import MARGIN_ROUNDING, SAME_ORBIT
-from .trace import Trace
+from .tracer import Trace
 
 MOST_WALK = 8  # steps from an orbit to one between it and its neighbour on the branch
 
@@ -75,6 +74,6 @@ class KnownBranches:
 
         On the way to it events may have passed the ends of the cycle.
         """
-        there = point_within_cycle(self.curve, CurvePoint(self.curve, known, value))
+        there = CurvePoint(self.curve, known, value).within_cycle()
         near = (np.abs(rows - there.orbit.unknowns[:4]).max(axis=1) < same).any()
         return bool(near) and there.least_margin > -MARGIN_ROUNDING

@@ -12,12 +12,13 @@ from pathlib import Path
 
 import numpy as np
 
+from ..arguments import checked
 from ..drivers.event_driven import check_apart
 from ..facts import message_of, stated
 from ..motions.floquet import may_be_stable
 from ..result import Cancelled
 from ..simulate import starting_checkpoint
-from .branch import Branch
+from .branch import Branch, branch_of_traces
 from .curve import Curve, CurvePoint
 from .follow import BranchTracer
 from .journal import Journal
@@ -28,7 +29,7 @@ from .question import BranchQuestion
 from .seeds import OrbitFinder
 from .sequences import on_its_sequence
 from .tolerances import SAME_JOIN
-from .trace import Trace, branch_of_traces
+from .tracer import Trace
 
 SEEDS = 40  # values of the number at which motions are looked for
 STARTS_AT_EACH = 6  # at each, the first of them rest
@@ -212,3 +213,107 @@ def _across(tangent: np.ndarray, first: np.ndarray, second: np.ndarray) -> np.nd
     farther = second if abs(tangent @ second) < abs(tangent @ first) else first
     away = farther - tangent * (tangent @ farther)
     return away / np.linalg.norm(away)
+
+
+def continue_branch(
+    question: BranchQuestion, *, threads: int | None = None, cancelled: Callable[[], bool] | None = None
+) -> Branch:
+    """Follow the periodic motion that a run settles to, both ways through a range of one number.
+
+    Parameters
+    ----------
+    question : BranchQuestion
+        With ``initial`` the orbit there is followed.
+    threads : int, optional
+        That run what the search begins with; as many as there are processors, if not given.
+    cancelled : callable, optional
+        Polled many times a second; when it returns true the work is cancelled.
+
+    Returns
+    -------
+    Branch
+
+    Raises
+    ------
+    ValueError
+        If the motion begins outside the range, or the run does not settle to a periodic motion.
+    Cancelled
+        If ``cancelled`` returned true.
+
+    Examples
+    --------
+    >>> from vibroscope.engine import BranchQuestion, Reference, System, continue_branch
+    >>> branch = continue_branch(BranchQuestion(System(), 2.76, Reference(), low=2.7, high=2.85, max_period=1))
+    >>> [(point.kind, round(point.value, 8)) for point in branch.points]
+    [('period doubling', 2.78895505)]
+    """
+    search = BranchSearch(question, threads, cancelled)
+    value, initial = question.value, question.initial
+    question.span.check_start(value)
+    orbit = search.finder.near(value, initial) if initial is not None else None
+    if orbit is None:
+        orbit = search.finder.settled(value, initial)
+    branch = search.follow(orbit, value)
+    if STOPPED in branch.ends:
+        raise Cancelled
+    return branch
+
+
+def search_branches(
+    question: BranchQuestion,
+    *,
+    threads: int | None = None,
+    note: Callable[[str], None] | None = None,
+    keep: str | Path | None = None,
+    cancelled: Callable[[], bool] | None = None,
+) -> Iterator[Branch]:
+    """Follow every branch of periodic motions through a range of one number, and yield each as it is found.
+
+    A branch that is being followed when the search is cancelled is yielded as far as it goes, before the exception.
+
+    Parameters
+    ----------
+    question : BranchQuestion
+    threads, cancelled
+        As for :func:`continue_branch`.
+    note : callable, optional
+        Called with a sentence where no motion is found: from ``initial``, or at all.
+    keep : str or Path, optional
+        A folder, in which each branch is kept once it is followed: the same search reads it there, however it ended.
+
+    Yields
+    ------
+    Branch
+
+    Raises
+    ------
+    ValueError
+        If ``initial`` is no state, or the folder holds another search, or one of another engine.
+    Cancelled
+        If ``cancelled`` returned true.
+    """
+    yield from BranchSearch(question, threads, cancelled, keep).all(note or (lambda _: None))
+
+
+def find_branches(question: BranchQuestion, **search: object) -> tuple[Branch, ...]:
+    """Follow every branch of periodic motions through a range of one number.
+
+    Parameters
+    ----------
+    question : BranchQuestion
+    **search
+        Arguments of :func:`search_branches`; exceptions are the same, too.
+
+    Returns
+    -------
+    tuple of Branch
+        In the order in which they were found.
+
+    Examples
+    --------
+    >>> from vibroscope.engine import BranchQuestion, Reference, System, find_branches
+    >>> found = find_branches(BranchQuestion(System(), 1.4, Reference(), low=1.35, high=1.48, max_period=2))
+    >>> sorted(branch.period for branch in found)
+    [1, 2]
+    """
+    return tuple(checked(search_branches)(question, **search))

@@ -12,10 +12,10 @@ import numpy as np
 from ..batch import run_cells
 from ..cells import CellResults, Cells
 from ..facts import Symbol, equation, stated
-from ..model import System
 from ..motions.floquet import may_be_stable
 from ..motions.orbit import fixed_point, near_returns
 from ..motions.poincare_map import PoincareMap
+from ..motions.starts import apart, random_states, reach_of
 from ..motions.steady import steady
 from ..motions.tolerances import LEAST_SIZE
 from ..simulate import starting_checkpoint
@@ -163,15 +163,14 @@ class OrbitFinder:
     def _from_rest(self, values: np.ndarray) -> CellResults:
         """Runs at these values from rest."""
         runs = self._runs(values, None)
-        ends = np.nanmax(np.abs(runs.end), axis=0, initial=1.0)
-        self._reach = np.maximum(self._reach, REACH_OF_SEEDS * np.array([max(ends[0], ends[2]), max(ends[1], ends[3])]))
+        self._reach = np.maximum(self._reach, REACH_OF_SEEDS * reach_of(runs.end[runs.ok]))
         return runs
 
     def _from_random_starts(self, values: np.ndarray) -> CellResults:
         """Runs at these values, each from another start within reach of the runs from rest so far."""
-        states = self._random.uniform(-1, 1, (len(values), 4)) * self._reach[[0, 1, 0, 1]]
+        states = random_states(self._random, len(values), self._reach)
         systems = (self.family.at(float(value))[0] for value in values)
-        return self._runs(values, [_apart(*each) for each in zip(systems, states, strict=True)])
+        return self._runs(values, [apart(*each) for each in zip(systems, states, strict=True)])
 
     def _runs(self, values: np.ndarray, initial: Sequence[np.ndarray] | None) -> CellResults:
         """Runs at these values."""
@@ -210,11 +209,3 @@ class OrbitFinder:
 
     def _attracts(self, orbit: Orbit, value: float) -> bool:
         return orbit.period == 1 or bool(may_be_stable(self.curve.evaluate(orbit, value).multipliers))
-
-
-def _apart(system: System, state: np.ndarray) -> np.ndarray:
-    """A start with the bodies apart."""
-    x1, v1, x2, v2 = state
-    if system.wall:
-        return np.array([min(x1, 2 * system.clearance - x1), v1, 0.0, 0.0])
-    return np.array([min(x1, x2 + system.clearance), v1, max(x2, x1 - system.clearance), v2])

@@ -18,10 +18,10 @@ from .curve import Curve, CurvePoint
 from .jumps import after_jump
 from .kinds import GRAZING, OPENS
 from .margins import LATER_SUM, STAYS_SHUT, Margin
-from .nearby import first_ahead, orbit_near, point_within_cycle
 from .orbit import Orbit, least_period, short_phase
 from .roots import zero_ahead
 from .tolerances import REPEATED, SHORTEST_CONTACT, SHORTEST_FLIGHT, ZERO_MARGIN
+from .tracer import first_ahead
 
 STEPS = 10.0 ** np.arange(-7, -2.5, 0.5)  # scaled, along the new curve: the first that shows which way it goes
 
@@ -109,13 +109,13 @@ def _summed_later(orbit: Orbit, k: int, end: float, restitution: float) -> Orbit
 def _with_short_phase(curve: Curve, last: CurvePoint, orbit: Orbit, i: int, j: int) -> CurvePoint | None:
     """The orbit whose phase between events i and j is as short as in the guess, and grows."""
     point = curve.with_phase(orbit, last.value, i, j)
-    point = point and point_within_cycle(curve, point)  # a new phase may lie across its ends
+    point = point and point.within_cycle()  # a new phase may lie across its ends
     return point if point is not None and point.holds else None
 
 
 def _on_its_side(curve: Curve, last: CurvePoint, guess: Orbit) -> CurvePoint | None:
     """The first orbit near a guess at the last α₁, on the side on which its sequence holds."""
-    start = orbit_near(curve, last, guess, last.value, last.tangent[-1])
+    start = last.neighbour(guess, last.value, last.tangent[-1])
     return start and _first(curve, (start, start.turned()))
 
 

@@ -1,4 +1,7 @@
-"""Folds and period doublings: where A = ∂F/∂(y₀, θ), with M + 1 in place of M − 1 at a doubling, is singular.
+"""Folds, period doublings and Neimark–Sacker points.
+
+At a fold and a doubling A = ∂F/∂(y₀, θ), with M + 1 in place of M − 1 at a doubling, is singular;
+at a Neimark–Sacker point the test function of a branch is zero.
 
 With two fixed vectors the bordered matrix [[A, p], [qᵀ, 0]] is regular, and the last component s of its solution for
 (0, 1) is zero exactly where A is singular (Govaerts 2000). Its derivative is −wᵀ(∂A)v with the null vectors v and w,
@@ -8,7 +11,7 @@ and (∂A/∂X)v is the derivative of ∂F/∂X along v: two evaluations for all
 import numpy as np
 
 from ...drivers.orbit import PART, TOUCH
-from ..kinds import DOUBLING, FOLD
+from ..kinds import DOUBLING, FOLD, NEIMARK_SACKER, indicator
 from ..orbit import Orbit
 from ..plane import Place
 from ..tolerances import BRIEF_CONTACT
@@ -98,3 +101,13 @@ def regular(kind: str, place: Place, scales: np.ndarray, short: list[tuple[int, 
         both = [4 + first, 4 + last]
         basis[np.ix_(both, both)] = [[1.0, -1.0 / length], [1.0, 1.0 / length]]
     return matrix @ basis, basis
+
+
+class NeimarkSacker(PointProblem):
+    """The indicator of a branch is zero."""
+
+    kinds = (NEIMARK_SACKER,)
+
+    def condition(self, place: Place) -> float:
+        """The indicator."""
+        return indicator(self.kind, place)
