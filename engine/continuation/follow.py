@@ -12,7 +12,7 @@ from operator import attrgetter
 
 import numpy as np
 
-from ..drivers.orbit import CHATTER
+from ..drivers.orbit import event
 from .branch import point_on_branch
 from .closing import halves_meet, is_first, share_of_first, value_of_meeting
 from .curve import Curve, CurvePoint
@@ -88,7 +88,7 @@ class BranchTracer(Tracer):
         return True
 
     def _why_lost(self, here: CurvePoint) -> str:
-        chatters = CHATTER in here.orbit.kinds and np.diff(here.orbit.instants).min() < ROUNDED_IMPACTS
+        chatters = event.CHATTER in here.orbit.kinds and np.diff(here.orbit.instants).min() < ROUNDED_IMPACTS
         why = "the impacts of a chatter lie too close together" if chatters else "no orbit is found ahead"
         return f"the step shrinks to nothing at {self.curve.words(here)}: {why}"
 

@@ -11,7 +11,7 @@ from itertools import chain, pairwise, tee
 
 import numpy as np
 
-from ..drivers.orbit import CHATTER, FORCE, IMPACT, JOINS, PARTING, RELEASE, STICK
+from ..drivers.orbit import event
 from .curve import Curve, CurvePoint
 from .kinds import STICKING_BEGINS, STICKING_ENDS
 from .margins import Margin
@@ -59,11 +59,11 @@ def _starts(curve: Curve, last: CurvePoint, onwards: float, complete: bool) -> I
 
     for shown in places:
         guess = orbit_of_run(curve.family.at(shown), last.evaluation.section[0], last.orbit.period)
-        if guess is None or guess.kinds in seen or (complete and CHATTER not in guess.kinds):
+        if guess is None or guess.kinds in seen or (complete and event.CHATTER not in guess.kinds):
             continue
         runs.append((shown, guess))
         yield from near(guess, (shown, *places))
-        sticks = [k for k, pair in enumerate(pairwise(guess.kinds)) if pair == (STICK, RELEASE)]
+        sticks = [k for k, pair in enumerate(pairwise(guess.kinds)) if pair == (event.STICK, event.RELEASE)]
         pairs = zip(guess.kinds, last.orbit.kinds, strict=False)
         differs = next((k for k, (kind, before) in enumerate(pairs) if kind != before), 0)
         for k in sorted({differs, *sticks}):
@@ -90,7 +90,7 @@ def _spliced(last: Orbit, run: Orbit) -> Iterator[Orbit]:
     differs = next((k for k, (kind, before) in pairs if kind != before), len(run.kinds))
     for k in range(differs + 1, min(differs + SPLICED, len(run.kinds)) + 1):
         later = int((last.instants <= run.instants[k - 1]).sum())
-        while last.kinds[later : later + 1] == (RELEASE,) and run.kinds[k - 1] not in JOINS:
+        while last.kinds[later : later + 1] == (event.RELEASE,) and run.kinds[k - 1] not in event.JOINS:
             later += 1
         kinds = run.kinds[:k] + last.kinds[later:]
         instants = np.concatenate([run.instants[:k], last.instants[later:]])
@@ -110,7 +110,7 @@ def _with_phase_of(curve: Curve, last: CurvePoint, guess: Orbit, k: int) -> Iter
 
 def _parting(orbit: Orbit, k: int) -> Orbit:
     """The orbit whose impact k parts instead of sticking until a release: beyond a jump it may not be pressed."""
-    kinds = (*orbit.kinds[:k], IMPACT, *orbit.kinds[k + 2 :])
+    kinds = (*orbit.kinds[:k], event.IMPACT, *orbit.kinds[k + 2 :])
     return replace(orbit, kinds=kinds, unknowns=np.delete(orbit.unknowns, 5 + k))
 
 
@@ -138,19 +138,19 @@ class Sticking:
     def of(cls, curve: Curve, last: CurvePoint, margin: Margin) -> "Sticking | None":
         """That of the last orbit before the jump; None if its margin is another one."""
         k, kinds = margin.event, last.orbit.kinds
-        if margin.kind not in (STICKING_BEGINS, STICKING_ENDS) or kinds[k] == CHATTER:
+        if margin.kind not in (STICKING_BEGINS, STICKING_ENDS) or kinds[k] == event.CHATTER:
             return None
-        parting, force = last.evaluation.facts[k, [PARTING, FORCE]]
-        column = PARTING if abs(parting - last.method.threshold) < abs(force) else FORCE
+        parting, force = last.evaluation.facts[k, [event.PARTING, event.FORCE]]
+        column = event.PARTING if abs(parting - last.method.threshold) < abs(force) else event.FORCE
         _, turned = within_cycle(last.orbit, last.evaluation, curve.equations(last.value))
-        return cls(curve, (k + turned) % len(kinds), kinds[k] == IMPACT, column)
+        return cls(curve, (k + turned) % len(kinds), kinds[k] == event.IMPACT, column)
 
     def first_orbit(self, start: CurvePoint) -> tuple[CurvePoint | None, CurvePoint | None]:
         """The first orbit of a curve beyond the jump, with the tangent away from it, and the end of that curve.
 
         ``start`` is any orbit nearby.
         """
-        kind = STICK if self.sticks else IMPACT
+        kind = event.STICK if self.sticks else event.IMPACT
         ahead = next(walk(self.curve, start), None)
         if ahead is None or start.orbit.kinds[self.event : self.event + 1] != (kind,):
             return None, None
@@ -176,9 +176,9 @@ class Sticking:
     def _value(self, point: CurvePoint) -> float:
         """What is zero at the jump, and positive where the sequence beyond it holds."""
         facts = point.evaluation.facts[self.event]
-        if self.column == FORCE:
-            return float(facts[FORCE] if self.sticks else -facts[FORCE])
-        slower = float(point.method.threshold - facts[PARTING])
+        if self.column == event.FORCE:
+            return float(facts[event.FORCE] if self.sticks else -facts[event.FORCE])
+        slower = float(point.method.threshold - facts[event.PARTING])
         return slower if self.sticks else -slower
 
 

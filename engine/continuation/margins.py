@@ -10,22 +10,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from ..drivers.orbit import (
-    CHATTER,
-    CLOSING,
-    FORCE,
-    IMPACT,
-    LOWEST,
-    PART,
-    PARTING,
-    RELEASE,
-    ROOM,
-    STICK,
-    TOUCH,
-    Evaluation,
-    numbers_of,
-    steps,
-)
+from ..drivers.orbit import Evaluation, event, numbers_of, steps
 from ..methods import ExactPenalty, Reference
 from .kinds import GRAZING, OPENS, STICKING_BEGINS, STICKING_ENDS
 from .orbit import Orbit, short_phase
@@ -36,10 +21,10 @@ if TYPE_CHECKING:
 LATER_SUM = "chatter summed later"  # no point of a branch: the orbit is the same
 STAYS_SHUT = "contact no longer opens"  # OPENS from the other side
 _MORE = {
-    (GRAZING, True): (IMPACT,),
-    (GRAZING, False): (TOUCH, PART),
-    (OPENS, True): (RELEASE, STICK),
-    (OPENS, False): (PART, TOUCH),
+    (GRAZING, True): (event.IMPACT,),
+    (GRAZING, False): (event.TOUCH, event.PART),
+    (OPENS, True): (event.RELEASE, event.STICK),
+    (OPENS, False): (event.PART, event.TOUCH),
 }  # events at the zero of a minimum, of the reference and of the exact penalty
 
 
@@ -59,7 +44,7 @@ class Margin(NamedTuple):
         the other side where a minimum is zero.
         """
         grazes = self.kind == GRAZING and not self.inside and not method.rigid
-        flight_vanishes = grazes and orbit.kinds[short_phase(orbit, self.event)[0]] == PART
+        flight_vanishes = grazes and orbit.kinds[short_phase(orbit, self.event)[0]] == event.PART
         return OPENS if self.kind == STAYS_SHUT or flight_vanishes else self.kind
 
 
@@ -77,7 +62,7 @@ def least_margin(orbit: Orbit, evaluation: Evaluation, method: Reference | Exact
 
 def parts_more_than_pressed(k: int, point: "CurvePoint") -> float:
     """By how much the parting speed of impact k less ε exceeds the force that parts the bodies."""
-    parting, force = point.evaluation.facts[k, [PARTING, FORCE]]
+    parting, force = point.evaluation.facts[k, [event.PARTING, event.FORCE]]
     return float(parting - point.method.threshold + force)
 
 
@@ -114,18 +99,18 @@ def _margins(kinds: tuple[int, ...], first: bool, rigid: bool, sticks: bool) -> 
     touching = first
     for k, kind in enumerate((*kinds, None)):
         within = OPENS if touching else GRAZING
-        yield Margin(within, k, True, more=_MORE[within, rigid]), LOWEST
-        if k and kind is not None and kinds[k - 1] == RELEASE:  # its closing speed is of second order
+        yield Margin(within, k, True, more=_MORE[within, rigid]), event.LOWEST
+        if k and kind is not None and kinds[k - 1] == event.RELEASE:  # its closing speed is of second order
             yield Margin(STAYS_SHUT, k, False), steps.LENGTH
-        elif kind in (IMPACT, STICK, CHATTER, TOUCH):
-            yield Margin(GRAZING, k, False), CLOSING
-        if kind == IMPACT and sticks:
+        elif kind in (event.IMPACT, event.STICK, event.CHATTER, event.TOUCH):
+            yield Margin(GRAZING, k, False), event.CLOSING
+        if kind == event.IMPACT and sticks:
             yield Margin(STICKING_BEGINS, k, False), steps.BEGINS
-        if kind == STICK:
+        if kind == event.STICK:
             yield Margin(STICKING_ENDS, k, False), steps.ENDS
-        if kind == CHATTER:
-            yield Margin(STICKING_ENDS, k, False), FORCE
-            yield Margin(LATER_SUM, k, False), ROOM
-        if kind == PART:
-            yield Margin(GRAZING, k, False), PARTING
-        touching = kind in (STICK, CHATTER, TOUCH)
+        if kind == event.CHATTER:
+            yield Margin(STICKING_ENDS, k, False), event.FORCE
+            yield Margin(LATER_SUM, k, False), event.ROOM
+        if kind == event.PART:
+            yield Margin(GRAZING, k, False), event.PARTING
+        touching = kind in (event.STICK, event.CHATTER, event.TOUCH)

@@ -13,7 +13,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from ..drivers.orbit import IMPACT, WHERE
+from ..drivers.orbit import event
 from .curve import Curve, CurvePoint
 from .jumps import after_jump
 from .kinds import GRAZING, OPENS
@@ -83,14 +83,14 @@ def _neighbours(curve: Curve, last: CurvePoint, margin: Margin) -> Iterator[tupl
     rigid = method.rigid
     if margin.inside:
         length = SHORTEST_FLIGHT if rigid and margin.kind == OPENS else SHORTEST_CONTACT
-        n, where = len(margin.more), last.evaluation.facts[k, WHERE]
+        n, where = len(margin.more), last.evaluation.facts[k, event.WHERE]
         new = orbit.with_events(k, where + length * np.linspace(0.0, 1.0, n), margin.more)
         yield new, (k, k + n - 1) if n > 1 else None
     elif margin.kind == LATER_SUM:
         yield _summed_later(orbit, k, last.evaluation.after[k, -1], curve.family.at(last.value)[0].restitution), None
     elif margin.kind == STAYS_SHUT:
         yield orbit.without({k - 1, k}), None
-    elif margin.kind == GRAZING and orbit.kinds[k] == IMPACT:
+    elif margin.kind == GRAZING and orbit.kinds[k] == event.IMPACT:
         yield orbit.without({k}), None
     elif margin.kind == GRAZING and not rigid:
         yield orbit.without({*short_phase(orbit, k)[:2]}), None
@@ -101,7 +101,7 @@ def _summed_later(orbit: Orbit, k: int, end: float, restitution: float) -> Orbit
 
     Its flights last as terms of a geometric series do.
     """
-    new = orbit.with_events(k, orbit.instants[k], (IMPACT,))
+    new = orbit.with_events(k, orbit.instants[k], (event.IMPACT,))
     new.unknowns[4 + k + 1] += (1.0 - restitution) * (end - orbit.instants[k])
     return new
 

@@ -10,7 +10,7 @@ and (∂A/∂X)v is the derivative of ∂F/∂X along v: two evaluations for all
 
 import numpy as np
 
-from ...drivers.orbit import PART, TOUCH
+from ...drivers.orbit import event
 from ..kinds import DOUBLING, FOLD, NEIMARK_SACKER, indicator
 from ..orbit import Orbit
 from ..plane import Place
@@ -70,7 +70,7 @@ def short_pairs(orbit: Orbit) -> list[tuple[int, int]]:
     pairs = [(k, last) for k in range(len(kinds)) if (last := _end_of(kinds, k)) is not None]
     for first, last in sorted(pairs, key=lambda pair: instants[pair[1]] - instants[pair[0]]):
         events = {*range(first, last + 1)}
-        short = kinds[first] >= TOUCH and instants[last] - instants[first] < BRIEF_CONTACT
+        short = kinds[first] >= event.TOUCH and instants[last] - instants[first] < BRIEF_CONTACT
         if short and not any(events & {*range(i, j + 1)} for i, j in found):
             found.append((first, last))
     return found
@@ -78,9 +78,9 @@ def short_pairs(orbit: Orbit) -> list[tuple[int, int]]:
 
 def _end_of(kinds: tuple[int, ...], first: int) -> int | None:
     """The event that ends the contact, or the flight, which another one begins."""
-    if kinds[first] == TOUCH:
-        return next((k for k in range(first + 1, len(kinds)) if kinds[k] == PART), None)
-    return first + 1 if kinds[first : first + 2] == (PART, TOUCH) else None
+    if kinds[first] == event.TOUCH:
+        return next((k for k in range(first + 1, len(kinds)) if kinds[k] == event.PART), None)
+    return first + 1 if kinds[first : first + 2] == (event.PART, event.TOUCH) else None
 
 
 def regular(kind: str, place: Place, scales: np.ndarray, short: list[tuple[int, int]]) -> tuple[np.ndarray, np.ndarray]:
