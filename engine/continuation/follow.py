@@ -299,7 +299,7 @@ class BranchTracer(Tracer):
             return False
         passed = KnownBranches(self.curve)
         passed.add(self)
-        return passed.have_point(ahead)
+        return passed.have(ahead)
 
     def _is_singular(self, margin: Margin) -> bool:
         """Whether a contact of the penalty has no length at the zero of a margin."""

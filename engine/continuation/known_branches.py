@@ -36,12 +36,8 @@ class KnownBranches:
         """How many orbits there are on all of them."""
         return sum(len(points) for points, _ in self._pieces)
 
-    def have(self, orbit: Orbit, value: float) -> bool:
+    def have(self, point: CurvePoint) -> bool:
         """Whether an orbit lies on one of them."""
-        return self.have_point(CurvePoint(self.curve, orbit, value))
-
-    def have_point(self, point: CurvePoint) -> bool:
-        """Whether an orbit that is a point of a curve lies on one of them."""
         orbit, value, rows = point.orbit, point.value, point.evaluation.section
         size = max(np.abs(rows).max(), LEAST_SIZE)
         for points, values in self._pieces:

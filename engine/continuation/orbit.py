@@ -12,14 +12,7 @@ from ..result import Cancelled, Checkpoint
 from ..simulate import simulate
 from .tolerances import INSTANT_ROUNDING
 
-NAMES = {
-    event.IMPACT: "impact",
-    event.STICK: "stick",
-    event.CHATTER: "chatter",
-    event.RELEASE: "release",
-    event.TOUCH: "touch",
-    event.PART: "part",
-}
+NAMES = {getattr(event, name.upper()): name for name in ("impact", "stick", "chatter", "release", "touch", "part")}
 KINDS = {name: kind for kind, name in NAMES.items()}
 
 

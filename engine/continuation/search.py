@@ -74,7 +74,7 @@ class BranchSearch:
         """Yield all branches: first from what a few values of the number show, then from what lies on none of these."""
         for value, orbit in chain(self._given(note), self._candidates()):
             check_cancelled(self.cancelled)
-            if not self._known.have(orbit, value):
+            if not self._known.have(CurvePoint(self.curve, orbit, value)):
                 yield from self._stoppable(self.follow(orbit, value))
                 yield from self._offspring()
             if self._is_spent():
@@ -127,7 +127,7 @@ class BranchSearch:
             if any(abs(point.value - value) < SAME_JOIN * self.span.width for value in self._joined):
                 continue
             start = other_branch(self.curve, kind, point)
-            if start is not None and not self._known.have_point(start):
+            if start is not None and not self._known.have(start):
                 yield from self._stoppable(branch_of_traces(self.family, self._traced(start), None, kind))
 
     def follow(self, orbit: Orbit, value: float) -> Branch:
@@ -164,7 +164,7 @@ class BranchSearch:
         try:
             for count, _ in enumerate(tracer.run(self.question.most_orbits), start=1):
                 here = tracer.points[-1]
-                if count % EVERY == 0 and self._known.have_point(here):
+                if count % EVERY == 0 and self._known.have(here):
                     tracer.reason = f"meets a branch found before at {self.curve.words(here)}"
                     break
                 if self.question.unstable or here.orbit.period == 1:
