@@ -59,6 +59,7 @@ _LATER = {
         "Point",
         "PointCurve",
         "PointCurves",
+        "PointKind",
         "branches_dataset",
         "continue_branch",
         "continue_point",

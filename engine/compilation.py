@@ -28,7 +28,7 @@ from .divergence.verdict import verdict
 from .drivers import settle
 from .drivers.code_cache import CompileListener, compilable_functions, complete_mark, is_cache_private
 from .drivers.event_driven import hybrid_state
-from .drivers.orbit import PART, OrbitEquations, numbers_of, steps
+from .drivers.orbit import OrbitEquations, event, numbers_of, steps
 from .methods import ExactPenalty, Newmark, Reference, TimeStepping
 from .model import System
 from .motions.lyapunov import lyapunov
@@ -153,7 +153,7 @@ def _step(system: System) -> None:
     hybrid_state(*problem, start)
     found = equations(cycle, start)
     equations.slope(problem, 1e-7, cycle, start, found.residual)
-    equations.state_later(PART, start, 0.0, 0.1)
+    equations.state_later(event.PART, start, 0.0, 0.1)
     equations.solve(cycle, start.copy(), 1.0)
     scales = steps.scales_of(start, 1.0)
     x, slope, step = np.zeros(5), found.residual.copy(), np.zeros((5, 1))
@@ -162,11 +162,10 @@ def _step(system: System) -> None:
     steps.branch_point_indicator(found.jacobian, slope, tangent)
     steps.doubling_indicator(found.jacobian)
     steps.neimark_sacker_indicator(found.jacobian)
-    steps.indicators_of(found.jacobian, slope, tangent)
     steps.interpolated(np.zeros(1), np.array([x]), np.array([ones]), ones, 0.1)
     steps.least_of_margins(found.facts, start[4:], 0.0, np.zeros((2, 1), dtype=np.int64))
     steps.margin_values(found.facts, start[4:], 0.0, np.zeros((2, 1), dtype=np.int64))
-    steps.impact_that_may_stick(numbers_of((PART,)), found.facts, found.facts, 0.0, 0)
+    steps.impact_that_may_stick(numbers_of((event.PART,)), found.facts, found.facts, 0.0, 0)
     steps.null_vector(np.eye(4, 5))
 
 

@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 from vibroscope.engine import ExactPenalty, Reference, System, fit, steady, synthetic_measurement
-from vibroscope.engine.drivers.orbit import IMPACT, PART, TOUCH, OrbitEquations
+from vibroscope.engine.drivers.orbit import OrbitEquations
 from vibroscope.engine.drivers.parameters import parameters_of
 from vibroscope.engine.kernels.equations.motion import pressed_generator, separated_generator
+from vibroscope.engine.kernels.event_driven.orbit import IMPACT, PART, TOUCH
 from vibroscope.engine.kernels.linear.tables import full_generator
 from vibroscope.engine.measurement.alignment import align
 from vibroscope.engine.measurement.cycle import reference_cycle

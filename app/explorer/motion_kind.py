@@ -17,6 +17,7 @@ from vibroscope.app.runtime.cache import Cache
 from vibroscope.app.runtime.workers import Workers, lower_priority, own_time, pool
 from vibroscope.engine import Cancelled, Kind, Motion, motion, percent
 from vibroscope.engine.facts import Statement, joined, message_of, sentence, stated
+from vibroscope.engine.motions.floquet import is_stable
 from vibroscope.engine.motions.time_step_scatter import widths_text
 
 SECONDS = 20.0  # for one motion
@@ -154,7 +155,7 @@ def _multiplier(found: Motion) -> str:
     largest = float(np.abs(found.multipliers).max())
     near = f"; nearest bifurcation: {found.bifurcation}, {found.margin:.2g} away" if found.bifurcation else ""
     over = "each period" if found.period == 1 else f"in {found.period} periods"
-    if largest < 1:
+    if is_stable(found.multipliers):
         return f" A disturbance is multiplied by {largest:.2g} {over} (largest Floquet multiplier{near})."
     return f" A disturbance does not die away (largest Floquet multiplier {largest:.3g}{near})."
 

@@ -17,6 +17,7 @@ from vibroscope.engine import (
     COORDINATES,
     METHOD_NUMBERS,
     PARAMETERS,
+    POINT_KINDS,
     Branch,
     BranchQuestion,
     Cancelled,
@@ -32,14 +33,8 @@ MAX_PERIOD = 4  # longest cycle that is looked for, in excitation periods
 MOST_BRANCHES = 60
 LIMIT = {"most_orbits": 400}  # of a branch in each direction: where impacts pile up it has thousands
 SECONDS = 60.0  # of one search, without what others had meanwhile
-# Kinds of points where motions begin, end or change their stability; the others are changes of the sequence of events.
-_PLURALS = {
-    "fold": "folds",
-    "period doubling": "period doublings",
-    "Neimark-Sacker": "Neimark–Sacker points",
-    "branch point": "branch points",
-}
-BIFURCATIONS = tuple(_PLURALS)
+# kinds of points where motions begin, end or change their stability; the others are changes of the sequence of events
+BIFURCATIONS = tuple(name for name, kind in POINT_KINDS.items() if kind.test)
 
 
 class BranchesQuestion(NamedTuple):
@@ -104,7 +99,7 @@ class PartialBranches:
         """How many branches and bifurcations there are."""
         kinds = [point.kind for branch in self.branches for point in branch.points]
         numbers = {kind: kinds.count(kind) for kind in BIFURCATIONS if kind in kinds}
-        counts = [f"{number} {kind_words(kind, number)}" for kind, number in numbers.items()]
+        counts = [f"{number} {POINT_KINDS[kind].words(number)}" for kind, number in numbers.items()]
         count = len(self.branches)
         head = f"{count} branch{'' if count == 1 else 'es'} of up to {MAX_PERIOD} periods"
         return f"{head} with {', '.join(counts)}" if counts else head
@@ -164,11 +159,6 @@ def grow_branches(
             raise
         cut = f"The search ended after {SECONDS:g} s and may have missed branches: a narrower range is quicker."
     yield PartialBranches(question, found, over=True, cut=joined(" ", filter(None, (cut, *map(sentence, notes)))))
-
-
-def kind_words(kind: str, count: int = 1) -> str:
-    """The kind of one point, or of several, as sentences have it."""
-    return _PLURALS[kind].removesuffix("s") if count == 1 and kind in _PLURALS else _PLURALS.get(kind, kind)
 
 
 def why_none(over: str, method: Reference | ExactPenalty) -> str:

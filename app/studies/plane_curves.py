@@ -12,14 +12,18 @@ from typing import NamedTuple
 import numpy as np
 from vibroscope.app.runtime.settings import current_settings
 from vibroscope.app.studies.time_limit import TimeLimit
-from vibroscope.engine import BranchQuestion, Cancelled, ExactPenalty, PointCurve, PointCurves, System, search_branches
+from vibroscope.engine import (
+    POINT_KINDS,
+    BranchQuestion,
+    Cancelled,
+    ExactPenalty,
+    PointCurve,
+    PointCurves,
+    System,
+    search_branches,
+)
 
-KINDS = {
-    "fold": "folds",
-    "period doubling": "period doublings",
-    "grazing": "grazing",
-    "contact opens": "contacts that open",
-}
+KINDS = ("fold", "period doubling", "grazing", "contact opens")  # of points that are followed
 ROWS = 3  # values of D at which branches are followed
 SEARCH = {"max_period": 2, "most_orbits": 300}
 SECONDS = 120.0  # of one search, without what others had meanwhile
@@ -68,7 +72,7 @@ class PartialCurves:
     def words(self) -> str:
         """How many curves there are of each kind."""
         numbers = {kind: sum(curve.kind == kind for curve in self.curves) for kind in KINDS}
-        parts = [f"{number} of {KINDS[kind]}" for kind, number in numbers.items() if number]
+        parts = [f"{number} of {POINT_KINDS[kind].several}" for kind, number in numbers.items() if number]
         return f"{len(self.curves)} curve{'' if len(self.curves) == 1 else 's'}" + (
             f": {', '.join(parts)}" * bool(parts)
         )

@@ -6,14 +6,13 @@ it does not. ``point_curve`` follows a point in two numbers; ``points`` has a pr
 the ``tracer``.
 """
 
-from .branch import Branch, Point
-from .dataset import branches_dataset
+from .branch import Branch, Point, branches_dataset
 from .family import PARAMETERS
-from .find import continue_branch, find_branches, search_branches
-from .margins import POINT_KINDS
+from .kinds import POINT_KINDS, PointKind
 from .point_curve import PointCurve, PointCurves, continue_point
 from .points import FOLLOWED_KINDS
 from .question import BranchQuestion
+from .search import continue_branch, find_branches, search_branches
 
 __all__ = [
     "FOLLOWED_KINDS",
@@ -24,6 +23,7 @@ __all__ = [
     "Point",
     "PointCurve",
     "PointCurves",
+    "PointKind",
     "branches_dataset",
     "continue_branch",
     "continue_point",

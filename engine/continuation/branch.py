@@ -1,13 +1,23 @@
-"""A branch of periodic motions, and the points on it."""
+"""A branch of periodic motions and the points on it: what traces of a curve make, also as labelled arrays (xarray)."""
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..datasets import LENGTH, ROWS, SPEED, labelled
+from ..drivers.event_driven import displaced_state
+from ..drivers.orbit import multipliers_of
+from ..motions.floquet import is_stable
 from ..wording import html_table
+from .curve import Curve, CurvePoint
+from .family import Family
+from .kinds import BIFURCATIONS, POINT_KINDS
+from .tracer import Trace
 
-# Kinds of points at which a multiplier passes the unit circle, and where it does; a pair passes somewhere.
-_CROSSINGS = {"period doubling": -1.0, "fold": 1.0, "branch point": 1.0, "Neimark-Sacker": None}
+if TYPE_CHECKING:
+    import xarray as xr
 
 
 @dataclass(frozen=True)
@@ -17,8 +27,7 @@ class Point:
     Attributes
     ----------
     kind : str
-        "fold", "period doubling", "Neimark-Sacker", "branch point", "grazing", "sticking begins", "sticking ends",
-        "contact opens" or "chatter completes". A point has the same kind from both sides: where a contact opens there
+        One of POINT_KINDS. A point has the same kind from both sides: where a contact opens there
         is a flight more on one of them. Where an impact begins or ceases to stick the motion jumps, and both ends of
         the jump are points.
     value : float
@@ -49,17 +58,12 @@ class Point:
     @property
     def is_crossing(self) -> bool:
         """Whether a multiplier passes the unit circle here."""
-        return self.kind in _CROSSINGS
+        return self.kind in BIFURCATIONS
 
     @property
     def critical_multiplier(self) -> complex:
         """The multiplier that passes the unit circle here, whatever others are larger; else the largest."""
-        if not self.is_crossing:
-            return complex(self.multipliers[0])
-        target, values = _CROSSINGS[self.kind], self.multipliers
-        pairs = values[values.imag != 0] if target is None else values
-        distance = np.abs(np.abs(pairs) - 1) if target is None else np.abs(pairs - target)
-        return complex(pairs[np.argmin(distance)] if len(pairs) else values[0])
+        return POINT_KINDS[self.kind].critical(self.multipliers)
 
 
 @dataclass(frozen=True)
@@ -97,7 +101,7 @@ class Branch:
     @property
     def stable(self) -> np.ndarray:
         """Whether small disturbances die away, (n,) of bool."""
-        return np.abs(self.multipliers).max(axis=1, initial=0.0) < 1
+        return is_stable(self.multipliers)
 
     @property
     def stable_ranges(self) -> tuple[tuple[float, float], ...]:
@@ -127,3 +131,119 @@ class Branch:
 
     def _repr_html_(self) -> str:
         return html_table(repr(self), {f"{point.kind}, {self.over}": point.value for point in self.points})
+
+
+def point_on_branch(curve: Curve, kind: str, point: CurvePoint, index: int) -> Point:
+    """The point of a branch at an orbit of its curve."""
+    system, _, _ = curve.family.at(point.value)
+    return Point(
+        kind=kind,
+        value=point.value,
+        period=point.orbit.period,
+        multipliers=point.multipliers,
+        state=displaced_state(system, point.evaluation.section[0]),
+        events=point.orbit.events,
+        instants=point.orbit.instants,
+        index=index,
+    )
+
+
+def branch_of_traces(family: Family, forwards: Trace, backwards: Trace | None, begins: str) -> Branch:
+    """The branch, from the end of the second trace to that of the first.
+
+    Parameters
+    ----------
+    family : Family
+    forwards, backwards : Trace
+        The second is None if the branch closes in itself, or begins at another one.
+    begins : str
+        The kind of the point of another branch at which this one begins; empty if it begins at none.
+    """
+    points, marks = list(forwards.points), [mark for mark, _ in forwards.marks]
+    if backwards is not None:
+        shift = len(backwards.points) - 1
+        marks = [replace(mark, index=mark.index + shift) for mark in marks]
+        before = [replace(mark, index=shift - 1 - mark.index) for mark, _ in backwards.marks]
+        marks = before[::-1] + marks
+        points = backwards.points[:0:-1] + points
+    orbits = [point.orbit for point in points]
+    changes = (k for k in range(1, len(orbits)) if not orbits[k].has_sequence_of(orbits[k - 1]))
+    sequences = tuple((k, orbits[k].sequence) for k in (0, *changes))
+    first = backwards.reason if backwards is not None else (f"begins at a {begins}" if begins else forwards.reason)
+    return Branch(
+        over=family.over,
+        period=points[0].orbit.period,
+        values=np.array([point.value for point in points]),
+        sections=_sections(family, points),
+        multipliers=multipliers_of([point.evaluation for point in points]),
+        sequences=sequences,
+        points=tuple(marks),
+        ends=(first, forwards.reason),
+    )
+
+
+def _sections(family: Family, points: Sequence[CurvePoint]) -> np.ndarray:
+    """ξ₁, ξ₁′, ξ₂, ξ₂′ of orbits at τ ≡ 0 mod T, (n, p, 4)."""
+    sections = np.array([point.evaluation.section for point in points])
+    if family.changes_system:
+        systems = (family.at(point.value)[0] for point in points)
+        return np.array([displaced_state(*each) for each in zip(systems, sections, strict=True)])
+    return displaced_state(family.system, sections)
+
+
+def branches_dataset(branches: Sequence[Branch], over: str | None = None) -> "xr.Dataset":
+    """Branches of periodic motions, one after the other.
+
+    Parameters
+    ----------
+    branches : sequence of Branch
+        Over one number.
+    over : str, optional
+        That number; needed where there is no branch.
+
+    Returns
+    -------
+    xarray.Dataset
+        Of each ``orbit``: the number that varies, ``branch``, ``period``, ``stable``, ``section`` (cycle, coordinate;
+        nan beyond the period), ``multiplier_real`` and ``multiplier_imag`` (multiplier). Of each ``point``: its kind,
+        value, branch and state.
+    """
+    import xarray as xr
+
+    over = over or branches[0].over
+    longest = max((branch.period for branch in branches), default=1)
+    count = sum(len(branch.values) for branch in branches)
+    section, first = np.full((count, longest, 4), np.nan), 0
+    for branch in branches:
+        section[first : first + len(branch.values), : branch.period] = branch.sections
+        first += len(branch.values)
+    of_orbit = [np.full(len(branch.values), k) for k, branch in enumerate(branches)]
+    periods = [np.full(len(branch.values), branch.period) for branch in branches]
+    multipliers = np.concatenate([np.empty((0, 4), complex), *(branch.multipliers for branch in branches)])
+    values = np.concatenate([np.empty(0), *(branch.values for branch in branches)])
+    stable = np.concatenate([np.empty(0, bool), *(branch.stable for branch in branches)])
+    points = [(k, point) for k, branch in enumerate(branches) for point in branch.points]
+    names = list(POINT_KINDS)
+    kinds = np.array([names.index(point.kind) for _, point in points], dtype="i1")
+    states = np.array([point.state for _, point in points]).reshape(-1, 4)
+    flags = {"long_name": "kind of the point", "flag_values": list(range(len(names)))}
+    flags["flag_meanings"] = " ".join(name.replace(" ", "_") for name in names)
+    per_cycle, rows = "per cycle", ("orbit", "multiplier")
+    return xr.Dataset(
+        {
+            over: labelled("orbit", values, "number that varies", "1"),
+            "branch": labelled("orbit", np.concatenate([np.empty(0, int), *of_orbit]), "branch of the orbit", "1"),
+            "period": labelled(
+                "orbit", np.concatenate([np.empty(0, int), *periods]), "excitation periods of the cycle", "1"
+            ),
+            "stable": labelled("orbit", stable, "stable", "1"),
+            "section": labelled(("orbit", "cycle", "coordinate"), section, "Poincaré section", f"{LENGTH}, {SPEED}"),
+            "multiplier_real": labelled(rows, multipliers.real, "Floquet multipliers", per_cycle),
+            "multiplier_imag": labelled(rows, multipliers.imag, "Floquet multipliers", per_cycle),
+            "point_kind": ("point", kinds, flags),
+            "point_value": labelled("point", [point.value for _, point in points], "number that varies", "1"),
+            "point_branch": labelled("point", [k for k, _ in points], "branch of the point", "1"),
+            "point_state": labelled(("point", "coordinate"), states, "state at tau = 0 mod T", f"{LENGTH}, {SPEED}"),
+        },
+        attrs={"over": over, "coordinates_of_states": " ".join(ROWS)},
+    )

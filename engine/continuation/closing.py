@@ -5,9 +5,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from ..motions.tolerances import LEAST_SIZE
-from .bifurcations import bifurcations_ahead
 from .curve import Curve, CurvePoint
-from .margins import DOUBLING, indicators
+from .kinds import DOUBLING, bifurcations_ahead, indicators
 from .orbit import Orbit
 from .tolerances import CLOSED_BRANCH, SAME_DOUBLING, SAME_ORBIT
 

@@ -14,12 +14,11 @@ import numpy as np
 
 from ..drivers.orbit import Evaluation, steps
 from ..methods import ExactPenalty, Reference
-from .family import Family
+from .family import Family, ParameterRange
 from .margins import Margin, least_margin, margins
-from .newton import Convergence, converges
-from .orbit import KeptEquations, Orbit
-from .parameter_range import ParameterRange
-from .tolerances import LONG_CORRECTION, ROUGH, SLOPE_DIFFERENCE, STEEP
+from .orbit import KeptEquations, Orbit, within_cycle
+from .roots import Convergence, converges
+from .tolerances import ANOTHER_MOTION, LONG_CORRECTION, ROUGH, SLOPE_DIFFERENCE, STEEP
 
 # by a slope that is corrected the ratio of two steps stays
 IN_PLANE = Convergence(
@@ -154,6 +153,27 @@ class CurvePoint:
             if "slope" in point.__dict__:
                 return self.slope + s / distance * (point.slope - self.slope)
         return self.slope
+
+    def within_cycle(self) -> "CurvePoint":
+        """The same orbit with all its events in [0, p)."""
+        orbit, turned = within_cycle(self.orbit, self.evaluation, self._curve.equations(self.value))
+        if not turned:
+            return self
+        orbit = self._curve.corrected(orbit, self.value) or orbit  # at a grazing there is nothing to correct with
+        towards = np.concatenate([np.zeros(4), np.roll(self.tangent[4:-1], turned), self.tangent[-1:]])
+        there = CurvePoint(self._curve, orbit, self.value, towards)
+        both = (self.orbit.instants < 0).any() and (self.orbit.instants >= self.orbit.period).any()
+        return there.within_cycle() if both else there
+
+    def is_near(self, orbit: Orbit) -> bool:
+        """Whether another orbit is near: farther away is another motion."""
+        distance = np.abs(orbit.unknowns[:4] - self.orbit.unknowns[:4]).max()
+        return bool(distance <= ANOTHER_MOTION * self._curve.scales(orbit)[0])
+
+    def neighbour(self, guess: Orbit, value: float, onwards: float) -> "CurvePoint | None":
+        """The orbit near a guess and near this one, its tangent along the sign of ``onwards``, or None."""
+        point = self._curve.solved(guess, value, np.append(np.zeros(len(guess.unknowns)), onwards))
+        return point if point is not None and self.is_near(point.orbit) else None
 
     @property
     def extended(self) -> np.ndarray:

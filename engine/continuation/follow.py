@@ -12,26 +12,23 @@ from operator import attrgetter
 
 import numpy as np
 
-from ..drivers.orbit import CHATTER
-from .bifurcations import bifurcations_ahead
+from ..drivers.orbit import event
+from .branch import point_on_branch
 from .closing import halves_meet, is_first, share_of_first, value_of_meeting
 from .curve import Curve, CurvePoint
-from .known_branches import KnownBranches
-from .margins import (
+from .kinds import (
     BIFURCATIONS,
     CHATTER_COMPLETES,
     FOLD,
     GRAZING,
-    LATER_SUM,
     OPENS,
     STICKING_BEGINS,
     STICKING_ENDS,
-    Margin,
-    impacts_that_may_stick,
+    bifurcations_ahead,
     indicators,
-    parts_more_than_pressed,
 )
-from .nearby import point_within_cycle
+from .known_branches import KnownBranches
+from .margins import LATER_SUM, Margin, impacts_that_may_stick, parts_more_than_pressed
 from .orbit import least_period
 from .roots import zero_ahead
 from .sequences import after_chatter, beyond, where_contact_opens
@@ -46,7 +43,6 @@ from .tolerances import (
     VANISHING_MARGIN,
     VANISHING_STEP,
 )
-from .trace import point_on_branch
 from .tracer import StepControl, Tracer
 
 SERIES = 6
@@ -92,7 +88,7 @@ class BranchTracer(Tracer):
         return True
 
     def _why_lost(self, here: CurvePoint) -> str:
-        chatters = CHATTER in here.orbit.kinds and np.diff(here.orbit.instants).min() < ROUNDED_IMPACTS
+        chatters = event.CHATTER in here.orbit.kinds and np.diff(here.orbit.instants).min() < ROUNDED_IMPACTS
         why = "the impacts of a chatter lie too close together" if chatters else "no orbit is found ahead"
         return f"the step shrinks to nothing at {self.curve.words(here)}: {why}"
 
@@ -118,7 +114,7 @@ class BranchTracer(Tracer):
 
     def _accept(self, here: CurvePoint, there: CurvePoint, step: float) -> None:
         after = self._mark_bifurcations(here, there, step)
-        self.points.append(point_within_cycle(self.curve, there))
+        self.points.append(there.within_cycle())
         self.length += step
         here.around.clear()
         if self.points[-1] is there:
@@ -159,18 +155,18 @@ class BranchTracer(Tracer):
 
     # -- points --------------------------------------------------------------------------------------------------------
 
-    def _mark_bifurcations(self, here: CurvePoint, there: CurvePoint, step: float) -> np.ndarray:
+    def _mark_bifurcations(self, here: CurvePoint, there: CurvePoint, step: float) -> dict[str, float]:
         """Locate the bifurcations between two neighbouring orbits; return the indicators of the second."""
         after = indicators(there)
         for kind, point in bifurcations_ahead(self.curve, here, step, self._indicators, after):
             self.mark(kind, point)
             if kind == FOLD:  # the farthest orbit of its branch
-                self.points.append(point_within_cycle(self.curve, point))
+                self.points.append(point.within_cycle())
         return after
 
     def mark(self, kind: str, point: CurvePoint, regular: CurvePoint | None = None) -> None:
         """Note a point of the branch; ``regular``: an orbit with the same multipliers, where a phase has no length."""
-        point = point_within_cycle(self.curve, point)
+        point = point.within_cycle()
         noted = point_on_branch(self.curve, kind, point, len(self.points) - 1)
         if regular is not None:
             noted = replace(noted, multipliers=regular.multipliers)
@@ -225,10 +221,10 @@ class BranchTracer(Tracer):
             end = inside
         self._mark_bifurcations(here, end or inside, way)
         if end is not None:
-            self.points.append(point_within_cycle(self.curve, end))
+            self.points.append(end.within_cycle())
             return True
         if inside is not here:
-            self.points.append(point_within_cycle(self.curve, inside))
+            self.points.append(inside.within_cycle())
         self._go_beyond(last, inside)
         return True
 
@@ -273,7 +269,7 @@ class BranchTracer(Tracer):
             self.mark(OTHER_END[margin.kind], arrival)
         if flight and more > 0:
             self._pass_short_flight(following)
-        self.points.append(point_within_cycle(self.curve, following))
+        self.points.append(following.within_cycle())
         self._indicators = indicators(self.points[-1])
 
     def _pass_short_flight(self, following: CurvePoint) -> None:
@@ -303,7 +299,7 @@ class BranchTracer(Tracer):
             return False
         passed = KnownBranches(self.curve)
         passed.add(self)
-        return passed.have_point(ahead)
+        return passed.have(ahead)
 
     def _is_singular(self, margin: Margin) -> bool:
         """Whether a contact of the penalty has no length at the zero of a margin."""

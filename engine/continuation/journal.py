@@ -13,9 +13,10 @@ from pathlib import Path
 import numpy as np
 
 from ..drivers.code_cache import source_digest
+from .branch import point_on_branch
 from .curve import Curve, CurvePoint
 from .orbit import Orbit
-from .trace import Trace, point_on_branch
+from .tracer import Trace
 
 QUESTION = "question.json"
 ENGINE = Path(__file__).parents[1]

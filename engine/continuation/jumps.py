@@ -11,13 +11,14 @@ from itertools import chain, pairwise, tee
 
 import numpy as np
 
-from ..drivers.orbit import CHATTER, FORCE, IMPACT, JOINS, PARTING, RELEASE, STICK
+from ..drivers.orbit import event
 from .curve import Curve, CurvePoint
-from .margins import STICKING_BEGINS, STICKING_ENDS, Margin
-from .nearby import first_ahead, is_near, orbit_near, point_within_cycle, walk
+from .kinds import STICKING_BEGINS, STICKING_ENDS
+from .margins import Margin
 from .orbit import Orbit, orbit_of_run, touching_at_start, within_cycle
 from .roots import zero_ahead
 from .tolerances import INSIDE_CURVE, LOCATED_JUMP
+from .tracer import first_ahead, walk
 
 JUMPS = 10.0 ** np.arange(-7, -3)  # of the range, to where runs show a sequence that follows
 SPLICED = 3  # events of a run, from the first that differs on, with which the last orbit may go on
@@ -37,7 +38,7 @@ def after_jump(curve: Curve, last: CurvePoint, margin: Margin | None) -> tuple[C
         The end of its curve from which it comes; None if it is not known.
     """
     sticking = margin and Sticking.of(curve, last, margin)
-    last = point_within_cycle(curve, last)  # its state at τ = 0, from which runs begin, lies before all its events
+    last = last.within_cycle()  # its state at τ = 0, from which runs begin, lies before all its events
     onwards = 1.0 if last.tangent[-1] >= 0 else -1.0
     first, second = tee(_starts(curve, last, onwards, complete=margin is None))
     found = (sticking.first_orbit(start) for start in first if sticking is not None)
@@ -53,16 +54,16 @@ def _starts(curve: Curve, last: CurvePoint, onwards: float, complete: bool) -> I
 
     def near(guess: Orbit, values: Sequence[float]) -> Iterator[CurvePoint]:
         seen.add(guess.kinds)
-        found = (orbit_near(curve, last, guess, value, onwards) for value in values)
+        found = (last.neighbour(guess, value, onwards) for value in values)
         return (start for start in found if start is not None)
 
     for shown in places:
         guess = orbit_of_run(curve.family.at(shown), last.evaluation.section[0], last.orbit.period)
-        if guess is None or guess.kinds in seen or (complete and CHATTER not in guess.kinds):
+        if guess is None or guess.kinds in seen or (complete and event.CHATTER not in guess.kinds):
             continue
         runs.append((shown, guess))
         yield from near(guess, (shown, *places))
-        sticks = [k for k, pair in enumerate(pairwise(guess.kinds)) if pair == (STICK, RELEASE)]
+        sticks = [k for k, pair in enumerate(pairwise(guess.kinds)) if pair == (event.STICK, event.RELEASE)]
         pairs = zip(guess.kinds, last.orbit.kinds, strict=False)
         differs = next((k for k, (kind, before) in enumerate(pairs) if kind != before), 0)
         for k in sorted({differs, *sticks}):
@@ -89,7 +90,7 @@ def _spliced(last: Orbit, run: Orbit) -> Iterator[Orbit]:
     differs = next((k for k, (kind, before) in pairs if kind != before), len(run.kinds))
     for k in range(differs + 1, min(differs + SPLICED, len(run.kinds)) + 1):
         later = int((last.instants <= run.instants[k - 1]).sum())
-        while last.kinds[later : later + 1] == (RELEASE,) and run.kinds[k - 1] not in JOINS:
+        while last.kinds[later : later + 1] == (event.RELEASE,) and run.kinds[k - 1] not in event.JOINS:
             later += 1
         kinds = run.kinds[:k] + last.kinds[later:]
         instants = np.concatenate([run.instants[:k], last.instants[later:]])
@@ -103,13 +104,13 @@ def _with_phase_of(curve: Curve, last: CurvePoint, guess: Orbit, k: int) -> Iter
     if not 0 <= k < len(guess.kinds) - 1:
         return
     start = curve.with_phase(guess, last.value, k, k + 1)
-    if start is not None and is_near(curve, last, start.orbit):
+    if start is not None and last.is_near(start.orbit):
         yield start
 
 
 def _parting(orbit: Orbit, k: int) -> Orbit:
     """The orbit whose impact k parts instead of sticking until a release: beyond a jump it may not be pressed."""
-    kinds = (*orbit.kinds[:k], IMPACT, *orbit.kinds[k + 2 :])
+    kinds = (*orbit.kinds[:k], event.IMPACT, *orbit.kinds[k + 2 :])
     return replace(orbit, kinds=kinds, unknowns=np.delete(orbit.unknowns, 5 + k))
 
 
@@ -137,19 +138,19 @@ class Sticking:
     def of(cls, curve: Curve, last: CurvePoint, margin: Margin) -> "Sticking | None":
         """That of the last orbit before the jump; None if its margin is another one."""
         k, kinds = margin.event, last.orbit.kinds
-        if margin.kind not in (STICKING_BEGINS, STICKING_ENDS) or kinds[k] == CHATTER:
+        if margin.kind not in (STICKING_BEGINS, STICKING_ENDS) or kinds[k] == event.CHATTER:
             return None
-        parting, force = last.evaluation.facts[k, [PARTING, FORCE]]
-        column = PARTING if abs(parting - last.method.threshold) < abs(force) else FORCE
+        parting, force = last.evaluation.facts[k, [event.PARTING, event.FORCE]]
+        column = event.PARTING if abs(parting - last.method.threshold) < abs(force) else event.FORCE
         _, turned = within_cycle(last.orbit, last.evaluation, curve.equations(last.value))
-        return cls(curve, (k + turned) % len(kinds), kinds[k] == IMPACT, column)
+        return cls(curve, (k + turned) % len(kinds), kinds[k] == event.IMPACT, column)
 
     def first_orbit(self, start: CurvePoint) -> tuple[CurvePoint | None, CurvePoint | None]:
         """The first orbit of a curve beyond the jump, with the tangent away from it, and the end of that curve.
 
         ``start`` is any orbit nearby.
         """
-        kind = STICK if self.sticks else IMPACT
+        kind = event.STICK if self.sticks else event.IMPACT
         ahead = next(walk(self.curve, start), None)
         if ahead is None or start.orbit.kinds[self.event : self.event + 1] != (kind,):
             return None, None
@@ -175,9 +176,9 @@ class Sticking:
     def _value(self, point: CurvePoint) -> float:
         """What is zero at the jump, and positive where the sequence beyond it holds."""
         facts = point.evaluation.facts[self.event]
-        if self.column == FORCE:
-            return float(facts[FORCE] if self.sticks else -facts[FORCE])
-        slower = float(point.method.threshold - facts[PARTING])
+        if self.column == event.FORCE:
+            return float(facts[event.FORCE] if self.sticks else -facts[event.FORCE])
+        slower = float(point.method.threshold - facts[event.PARTING])
         return slower if self.sticks else -slower
 
 

@@ -8,11 +8,10 @@ import numpy as np
 
 from ..motions.tolerances import LEAST_SIZE
 from .curve import Curve, CurvePoint
-from .margins import STICKING_BEGINS, STICKING_ENDS
-from .nearby import point_within_cycle
+from .kinds import STICKING_BEGINS, STICKING_ENDS
 from .orbit import Orbit
 from .tolerances import MARGIN_ROUNDING, SAME_ORBIT
-from .trace import Trace
+from .tracer import Trace
 
 MOST_WALK = 8  # steps from an orbit to one between it and its neighbour on the branch
 
@@ -37,12 +36,8 @@ class KnownBranches:
         """How many orbits there are on all of them."""
         return sum(len(points) for points, _ in self._pieces)
 
-    def have(self, orbit: Orbit, value: float) -> bool:
+    def have(self, point: CurvePoint) -> bool:
         """Whether an orbit lies on one of them."""
-        return self.have_point(CurvePoint(self.curve, orbit, value))
-
-    def have_point(self, point: CurvePoint) -> bool:
-        """Whether an orbit that is a point of a curve lies on one of them."""
         orbit, value, rows = point.orbit, point.value, point.evaluation.section
         size = max(np.abs(rows).max(), LEAST_SIZE)
         for points, values in self._pieces:
@@ -75,6 +70,6 @@ class KnownBranches:
 
         On the way to it events may have passed the ends of the cycle.
         """
-        there = point_within_cycle(self.curve, CurvePoint(self.curve, known, value))
+        there = CurvePoint(self.curve, known, value).within_cycle()
         near = (np.abs(rows - there.orbit.unknowns[:4]).max(axis=1) < same).any()
         return bool(near) and there.least_margin > -MARGIN_ROUNDING

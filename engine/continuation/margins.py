@@ -1,7 +1,7 @@
-"""What keeps a solution of the equations an orbit, and where orbits bifurcate: functions with zeros.
+"""What keeps a solution of the equations an orbit with its sequence of events: margins.
 
-Each is smooth along a curve of orbits with one sequence of events. A *margin* is positive as long as the solution is an
-orbit with this sequence; at its zero the sequence changes. An *indicator* changes its sign at a bifurcation.
+Each is smooth along a curve of orbits with one sequence of events, and positive as long as the solution is an orbit
+with this sequence. At its zero the sequence changes.
 """
 
 from collections.abc import Iterator
@@ -10,53 +10,21 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from ..drivers.orbit import (
-    CHATTER,
-    CLOSING,
-    FORCE,
-    IMPACT,
-    LOWEST,
-    PART,
-    PARTING,
-    RELEASE,
-    ROOM,
-    STICK,
-    TOUCH,
-    Evaluation,
-    numbers_of,
-    steps,
-)
+from ..drivers.orbit import Evaluation, event, numbers_of, steps
 from ..methods import ExactPenalty, Reference
+from .kinds import GRAZING, OPENS, STICKING_BEGINS, STICKING_ENDS
 from .orbit import Orbit, short_phase
 
 if TYPE_CHECKING:
     from .curve import CurvePoint
 
-# kinds of points, in the order of their numbers in stores
-FOLD, DOUBLING, NEIMARK_SACKER, BRANCH_POINT = "fold", "period doubling", "Neimark-Sacker", "branch point"
-GRAZING = "grazing"
-STICKING_BEGINS, STICKING_ENDS = "sticking begins", "sticking ends"
-CHATTER_COMPLETES = "chatter completes"
-OPENS = "contact opens"
-POINT_KINDS = (
-    FOLD,
-    DOUBLING,
-    NEIMARK_SACKER,
-    BRANCH_POINT,
-    GRAZING,
-    STICKING_BEGINS,
-    STICKING_ENDS,
-    OPENS,
-    CHATTER_COMPLETES,
-)
 LATER_SUM = "chatter summed later"  # no point of a branch: the orbit is the same
 STAYS_SHUT = "contact no longer opens"  # OPENS from the other side
-BIFURCATIONS = (FOLD, DOUBLING, BRANCH_POINT, NEIMARK_SACKER)
 _MORE = {
-    (GRAZING, True): (IMPACT,),
-    (GRAZING, False): (TOUCH, PART),
-    (OPENS, True): (RELEASE, STICK),
-    (OPENS, False): (PART, TOUCH),
+    (GRAZING, True): (event.IMPACT,),
+    (GRAZING, False): (event.TOUCH, event.PART),
+    (OPENS, True): (event.RELEASE, event.STICK),
+    (OPENS, False): (event.PART, event.TOUCH),
 }  # events at the zero of a minimum, of the reference and of the exact penalty
 
 
@@ -76,7 +44,7 @@ class Margin(NamedTuple):
         the other side where a minimum is zero.
         """
         grazes = self.kind == GRAZING and not self.inside and not method.rigid
-        flight_vanishes = grazes and orbit.kinds[short_phase(orbit, self.event)[0]] == PART
+        flight_vanishes = grazes and orbit.kinds[short_phase(orbit, self.event)[0]] == event.PART
         return OPENS if self.kind == STAYS_SHUT or flight_vanishes else self.kind
 
 
@@ -94,7 +62,7 @@ def least_margin(orbit: Orbit, evaluation: Evaluation, method: Reference | Exact
 
 def parts_more_than_pressed(k: int, point: "CurvePoint") -> float:
     """By how much the parting speed of impact k less ε exceeds the force that parts the bodies."""
-    parting, force = point.evaluation.facts[k, [PARTING, FORCE]]
+    parting, force = point.evaluation.facts[k, [event.PARTING, event.FORCE]]
     return float(parting - point.method.threshold + force)
 
 
@@ -131,38 +99,18 @@ def _margins(kinds: tuple[int, ...], first: bool, rigid: bool, sticks: bool) -> 
     touching = first
     for k, kind in enumerate((*kinds, None)):
         within = OPENS if touching else GRAZING
-        yield Margin(within, k, True, more=_MORE[within, rigid]), LOWEST
-        if k and kind is not None and kinds[k - 1] == RELEASE:  # its closing speed is of second order
+        yield Margin(within, k, True, more=_MORE[within, rigid]), event.LOWEST
+        if k and kind is not None and kinds[k - 1] == event.RELEASE:  # its closing speed is of second order
             yield Margin(STAYS_SHUT, k, False), steps.LENGTH
-        elif kind in (IMPACT, STICK, CHATTER, TOUCH):
-            yield Margin(GRAZING, k, False), CLOSING
-        if kind == IMPACT and sticks:
+        elif kind in (event.IMPACT, event.STICK, event.CHATTER, event.TOUCH):
+            yield Margin(GRAZING, k, False), event.CLOSING
+        if kind == event.IMPACT and sticks:
             yield Margin(STICKING_BEGINS, k, False), steps.BEGINS
-        if kind == STICK:
+        if kind == event.STICK:
             yield Margin(STICKING_ENDS, k, False), steps.ENDS
-        if kind == CHATTER:
-            yield Margin(STICKING_ENDS, k, False), FORCE
-            yield Margin(LATER_SUM, k, False), ROOM
-        if kind == PART:
-            yield Margin(GRAZING, k, False), PARTING
-        touching = kind in (STICK, CHATTER, TOUCH)
-
-
-def indicator(kind: str, point: "CurvePoint") -> float:
-    """What changes its sign at a point of one of the kinds BIFURCATIONS.
-
-    Determinants of the whole Jacobian instead of that of the Poincaré map, which is infinite at a grazing impact.
-    """
-    if kind == FOLD:
-        return float(point.tangent[-1])
-    jacobian = point.evaluation.jacobian
-    if kind == DOUBLING:
-        return steps.doubling_indicator(jacobian)
-    if kind == BRANCH_POINT:
-        return steps.branch_point_indicator(jacobian, point.slope, point.tangent)
-    return steps.neimark_sacker_indicator(jacobian)
-
-
-def indicators(point: "CurvePoint") -> np.ndarray:
-    """All of them, (4,)."""
-    return steps.indicators_of(point.evaluation.jacobian, point.slope, point.tangent)
+        if kind == event.CHATTER:
+            yield Margin(STICKING_ENDS, k, False), event.FORCE
+            yield Margin(LATER_SUM, k, False), event.ROOM
+        if kind == event.PART:
+            yield Margin(GRAZING, k, False), event.PARTING
+        touching = kind in (event.STICK, event.CHATTER, event.TOUCH)

@@ -9,7 +9,8 @@ from functools import partial
 
 import numpy as np
 
-from .margins import BIFURCATIONS, BRANCH_POINT, FOLD, GRAZING, NEIMARK_SACKER, Margin, indicator
+from .kinds import BIFURCATIONS, BRANCH_POINT, FOLD, GRAZING, NEIMARK_SACKER, indicator
+from .margins import Margin
 from .plane import Place
 from .points import PointProblem
 from .points.grazing import Grazing, touched_at

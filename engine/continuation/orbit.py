@@ -6,30 +6,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..drivers.event_driven import hybrid_state
-from ..drivers.orbit import (
-    CHATTER,
-    IMPACT,
-    JOINS,
-    PART,
-    RELEASE,
-    STICK,
-    TOUCH,
-    Evaluation,
-    OrbitEquations,
-)
+from ..drivers.orbit import Evaluation, OrbitEquations, event
 from ..motions.tolerances import LEAST_SIZE
 from ..result import Cancelled, Checkpoint
 from ..simulate import simulate
 from .tolerances import INSTANT_ROUNDING
 
-NAMES = {
-    IMPACT: "impact",
-    STICK: "stick",
-    CHATTER: "chatter",
-    RELEASE: "release",
-    TOUCH: "touch",
-    PART: "part",
-}
+NAMES = {getattr(event, name.upper()): name for name in ("impact", "stick", "chatter", "release", "touch", "part")}
 KINDS = {name: kind for kind, name in NAMES.items()}
 
 
@@ -91,7 +74,7 @@ class Orbit:
     def without(self, events: set[int]) -> "Orbit":
         """The orbit without some events: a touch alone, or the two that begin and end a phase."""
         kinds = tuple(kind for k, kind in enumerate(self.kinds) if k not in events)
-        touching = (self.kinds[min(events)] in JOINS) == (len(events) == 1)  # if no event is left
+        touching = (self.kinds[min(events)] in event.JOINS) == (len(events) == 1)  # if no event is left
         unknowns = np.delete(self.unknowns, [4 + k for k in events])
         return Orbit(self.period, kinds, touching_at_start(kinds, touching), unknowns)
 
@@ -134,7 +117,7 @@ def least_period(rows: np.ndarray, same: float) -> int:
 
 def touching_at_start(kinds: tuple[int, ...], default: bool) -> bool:
     """Whether the bodies touch at τ = 0, by the last event of the cycle."""
-    return kinds[-1] in JOINS if kinds else default
+    return kinds[-1] in event.JOINS if kinds else default
 
 
 def within_cycle(orbit: Orbit, evaluation: Evaluation, equations: OrbitEquations) -> tuple[Orbit, int]:
@@ -178,9 +161,9 @@ def _contacts(run, cycle: float, period: int) -> list[tuple[float, int]]:
     events = []
     for begin, end in run.contacts / cycle:
         if begin > 0.0:
-            events.append((begin, TOUCH))
+            events.append((begin, event.TOUCH))
         if end < period - INSTANT_ROUNDING:
-            events.append((end, PART))
+            events.append((end, event.PART))
     return sorted(events)
 
 
@@ -188,13 +171,13 @@ def _impacts_and_contacts(run, cycle: float, period: int) -> list[tuple[float, i
     """Impacts and permanent contacts of the reference within the cycle."""
     begins, ends = run.contacts.T / cycle if len(run.contacts) else (np.empty(0), np.empty(0))
     times = run.impacts.time / cycle
-    kinds = [STICK if time in begins else IMPACT for time in times]
+    kinds = [event.STICK if time in begins else event.IMPACT for time in times]
     for begin in begins:
         before = np.flatnonzero(times < begin)
         if begin > 0.0 and begin not in times and len(before):
-            kinds[before[-1]] = CHATTER
+            kinds[before[-1]] = event.CHATTER
     events = list(zip(times.tolist(), kinds, strict=True))
-    events += [(end, RELEASE) for end in ends.tolist() if end < period]
+    events += [(end, event.RELEASE) for end in ends.tolist() if end < period]
     return sorted(events)
 
 

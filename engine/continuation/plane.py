@@ -5,10 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..drivers.orbit import Evaluation, OrbitEquations
-from .family import Family
+from .family import Family, ParameterRange
 from .margins import Margin, margins
 from .orbit import KeptEquations, Orbit
-from .parameter_range import ParameterRange
 
 
 @dataclass(frozen=True)

@@ -13,9 +13,8 @@ import numpy as np
 
 from ..drivers.event_driven import contact_state
 from .branch import Point
-from .family import Family
+from .family import Family, ParameterRange
 from .orbit import KINDS, Orbit, touching_at_start
-from .parameter_range import ParameterRange
 from .plane import Place, Plane
 from .point_trace import CLOSES, PointTracer
 from .points import PointProblem

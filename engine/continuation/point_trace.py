@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from .closing import difference_of_halves, share_on_chord
-from .margins import DOUBLING, FOLD
+from .kinds import DOUBLING, FOLD
 from .meetings import Meetings
 from .orbit import within_cycle
 from .plane import Place

@@ -12,8 +12,7 @@ from ..methods import ExactPenalty, Reference
 from ..model import System, check_eta
 from ..motions.poincare_map import unresolved
 from ..motions.steady import MAX_PERIOD_LIMIT
-from .family import Family
-from .parameter_range import ParameterRange
+from .family import Family, ParameterRange
 
 
 @dataclass(frozen=True)

@@ -12,23 +12,24 @@ from pathlib import Path
 
 import numpy as np
 
+from ..arguments import checked
 from ..drivers.event_driven import check_apart
 from ..facts import message_of, stated
-from ..motions.tolerances import NEUTRAL
+from ..motions.floquet import may_be_stable
 from ..result import Cancelled
 from ..simulate import starting_checkpoint
-from .branch import Branch
+from .branch import Branch, branch_of_traces
 from .curve import Curve, CurvePoint
 from .follow import BranchTracer
 from .journal import Journal
+from .kinds import BRANCH_POINT, DOUBLING
 from .known_branches import KnownBranches
-from .margins import BRANCH_POINT, DOUBLING
 from .orbit import Orbit, check_cancelled
 from .question import BranchQuestion
 from .seeds import OrbitFinder
 from .sequences import on_its_sequence
 from .tolerances import SAME_JOIN
-from .trace import Trace, branch_of_traces
+from .tracer import Trace
 
 SEEDS = 40  # values of the number at which motions are looked for
 STARTS_AT_EACH = 6  # at each, the first of them rest
@@ -73,7 +74,7 @@ class BranchSearch:
         """Yield all branches: first from what a few values of the number show, then from what lies on none of these."""
         for value, orbit in chain(self._given(note), self._candidates()):
             check_cancelled(self.cancelled)
-            if not self._known.have(orbit, value):
+            if not self._known.have(CurvePoint(self.curve, orbit, value)):
                 yield from self._stoppable(self.follow(orbit, value))
                 yield from self._offspring()
             if self._is_spent():
@@ -126,7 +127,7 @@ class BranchSearch:
             if any(abs(point.value - value) < SAME_JOIN * self.span.width for value in self._joined):
                 continue
             start = other_branch(self.curve, kind, point)
-            if start is not None and not self._known.have_point(start):
+            if start is not None and not self._known.have(start):
                 yield from self._stoppable(branch_of_traces(self.family, self._traced(start), None, kind))
 
     def follow(self, orbit: Orbit, value: float) -> Branch:
@@ -152,8 +153,8 @@ class BranchSearch:
         self._doublings += [(point.period, point.value) for point, _ in trace.marks if point.kind == DOUBLING]
         for point, orbit in trace.marks:
             doubles = point.kind == DOUBLING and 2 * point.period <= self.question.max_period
-            stable = np.abs(point.multipliers).max() < 1 + NEUTRAL
-            if (doubles or point.kind == BRANCH_POINT) and (stable or self.question.unstable):
+            followed = self.question.unstable or may_be_stable(point.multipliers)
+            if (doubles or point.kind == BRANCH_POINT) and followed:
                 self._pending.append((point.kind, orbit))
         return trace
 
@@ -163,13 +164,12 @@ class BranchSearch:
         try:
             for count, _ in enumerate(tracer.run(self.question.most_orbits), start=1):
                 here = tracer.points[-1]
-                if count % EVERY == 0 and self._known.have_point(here):
+                if count % EVERY == 0 and self._known.have(here):
                     tracer.reason = f"meets a branch found before at {self.curve.words(here)}"
                     break
                 if self.question.unstable or here.orbit.period == 1:
                     continue
-                stable = np.abs(here.multipliers).max() < 1 + NEUTRAL
-                since = tracer.length if stable else since
+                since = tracer.length if may_be_stable(here.multipliers) else since
                 if tracer.length - since >= LONGEST_UNSTABLE:
                     where = self.curve.words(here)
                     tracer.reason = f"given up at {where}, unstable for long: ask for unstable motions to go on"
@@ -213,3 +213,107 @@ def _across(tangent: np.ndarray, first: np.ndarray, second: np.ndarray) -> np.nd
     farther = second if abs(tangent @ second) < abs(tangent @ first) else first
     away = farther - tangent * (tangent @ farther)
     return away / np.linalg.norm(away)
+
+
+def continue_branch(
+    question: BranchQuestion, *, threads: int | None = None, cancelled: Callable[[], bool] | None = None
+) -> Branch:
+    """Follow the periodic motion that a run settles to, both ways through a range of one number.
+
+    Parameters
+    ----------
+    question : BranchQuestion
+        With ``initial`` the orbit there is followed.
+    threads : int, optional
+        That run what the search begins with; as many as there are processors, if not given.
+    cancelled : callable, optional
+        Polled many times a second; when it returns true the work is cancelled.
+
+    Returns
+    -------
+    Branch
+
+    Raises
+    ------
+    ValueError
+        If the motion begins outside the range, or the run does not settle to a periodic motion.
+    Cancelled
+        If ``cancelled`` returned true.
+
+    Examples
+    --------
+    >>> from vibroscope.engine import BranchQuestion, Reference, System, continue_branch
+    >>> branch = continue_branch(BranchQuestion(System(), 2.76, Reference(), low=2.7, high=2.85, max_period=1))
+    >>> [(point.kind, round(point.value, 8)) for point in branch.points]
+    [('period doubling', 2.78895505)]
+    """
+    search = BranchSearch(question, threads, cancelled)
+    value, initial = question.value, question.initial
+    question.span.check_start(value)
+    orbit = search.finder.near(value, initial) if initial is not None else None
+    if orbit is None:
+        orbit = search.finder.settled(value, initial)
+    branch = search.follow(orbit, value)
+    if STOPPED in branch.ends:
+        raise Cancelled
+    return branch
+
+
+def search_branches(
+    question: BranchQuestion,
+    *,
+    threads: int | None = None,
+    note: Callable[[str], None] | None = None,
+    keep: str | Path | None = None,
+    cancelled: Callable[[], bool] | None = None,
+) -> Iterator[Branch]:
+    """Follow every branch of periodic motions through a range of one number, and yield each as it is found.
+
+    A branch that is being followed when the search is cancelled is yielded as far as it goes, before the exception.
+
+    Parameters
+    ----------
+    question : BranchQuestion
+    threads, cancelled
+        As for :func:`continue_branch`.
+    note : callable, optional
+        Called with a sentence where no motion is found: from ``initial``, or at all.
+    keep : str or Path, optional
+        A folder, in which each branch is kept once it is followed: the same search reads it there, however it ended.
+
+    Yields
+    ------
+    Branch
+
+    Raises
+    ------
+    ValueError
+        If ``initial`` is no state, or the folder holds another search, or one of another engine.
+    Cancelled
+        If ``cancelled`` returned true.
+    """
+    yield from BranchSearch(question, threads, cancelled, keep).all(note or (lambda _: None))
+
+
+def find_branches(question: BranchQuestion, **search: object) -> tuple[Branch, ...]:
+    """Follow every branch of periodic motions through a range of one number.
+
+    Parameters
+    ----------
+    question : BranchQuestion
+    **search
+        Arguments of :func:`search_branches`; exceptions are the same, too.
+
+    Returns
+    -------
+    tuple of Branch
+        In the order in which they were found.
+
+    Examples
+    --------
+    >>> from vibroscope.engine import BranchQuestion, Reference, System, find_branches
+    >>> found = find_branches(BranchQuestion(System(), 1.4, Reference(), low=1.35, high=1.48, max_period=2))
+    >>> sorted(branch.period for branch in found)
+    [1, 2]
+    """
+    return tuple(checked(search_branches)(question, **search))

@@ -12,19 +12,19 @@ import numpy as np
 from ..batch import run_cells
 from ..cells import CellResults, Cells
 from ..facts import Symbol, equation, stated
-from ..model import System
+from ..motions.floquet import may_be_stable
+from ..motions.orbit import fixed_point, near_returns
 from ..motions.poincare_map import PoincareMap
+from ..motions.starts import apart, random_states, reach_of
 from ..motions.steady import steady
-from ..motions.tolerances import LEAST_SIZE, NEUTRAL
+from ..motions.tolerances import LEAST_SIZE
 from ..simulate import starting_checkpoint
 from .curve import Curve, CurvePoint
-from .newton import Convergence, converges
 from .orbit import Orbit, least_period, orbit_of_run
 from .sequences import on_its_sequence
 from .tolerances import BESIDE_SEQUENCE, NEARLY_RETURNS, RETURNS_CLOSELY, SAME_ORBIT, ZERO_MARGIN
 
 REACH_OF_SEEDS = 1.5  # of the largest displacement and velocity of the runs from rest, to where starts are drawn
-OF_MAP = Convergence(15, far=10.0, converged=RETURNS_CLOSELY)  # of Newton's method on the Poincaré map, in sizes
 
 
 class OrbitFinder:
@@ -122,18 +122,8 @@ class OrbitFinder:
         """The orbit that Newton's method on the Poincaré map finds from a state; None if it finds none."""
         poincare = PoincareMap(*self.family.at(value), self.cancelled)
         y = poincare.coordinates(np.asarray(state, dtype=float))
-        size = max(np.abs(y).max(), LEAST_SIZE)
-
-        def take(before: float) -> float:  # the residual stands for the step
-            nonlocal y
-            returned = poincare(y, period)
-            residual = np.inf if returned is None else returned.residual / size
-            if RETURNS_CLOSELY <= residual < OF_MAP.far:
-                step = np.linalg.lstsq(returned.jacobian - np.eye(4), y - returned.state, rcond=None)[0]
-                y = y + step * min(1.0, 0.5 * size / max(np.abs(step).max(), 1e-300))
-            return residual
-
-        return self.at(value, poincare.displacements(y), period) if converges(take, OF_MAP) else None
+        found = fixed_point(poincare, y, period, max(np.abs(y).max(), LEAST_SIZE))
+        return found and self.at(value, poincare.displacements(found.state), period)
 
     def why_none(self) -> str:
         """A sentence about the runs, where no motion was found."""
@@ -173,15 +163,14 @@ class OrbitFinder:
     def _from_rest(self, values: np.ndarray) -> CellResults:
         """Runs at these values from rest."""
         runs = self._runs(values, None)
-        ends = np.nanmax(np.abs(runs.end), axis=0, initial=1.0)
-        self._reach = np.maximum(self._reach, REACH_OF_SEEDS * np.array([max(ends[0], ends[2]), max(ends[1], ends[3])]))
+        self._reach = np.maximum(self._reach, REACH_OF_SEEDS * reach_of(runs.end[runs.ok]))
         return runs
 
     def _from_random_starts(self, values: np.ndarray) -> CellResults:
         """Runs at these values, each from another start within reach of the runs from rest so far."""
-        states = self._random.uniform(-1, 1, (len(values), 4)) * self._reach[[0, 1, 0, 1]]
+        states = random_states(self._random, len(values), self._reach)
         systems = (self.family.at(float(value))[0] for value in values)
-        return self._runs(values, [_apart(*each) for each in zip(systems, states, strict=True)])
+        return self._runs(values, [apart(*each) for each in zip(systems, states, strict=True)])
 
     def _runs(self, values: np.ndarray, initial: Sequence[np.ndarray] | None) -> CellResults:
         """Runs at these values."""
@@ -200,11 +189,11 @@ class OrbitFinder:
     def _of_run(self, value: float, runs: CellResults, i: int, unstable: bool) -> Iterator[Orbit]:
         """The orbits that the section of one run leads to."""
         rows, period = runs.section[i], int(runs.period[i])
-        near = NEARLY_RETURNS * max(np.abs(rows).max(), LEAST_SIZE)
+        size = max(np.abs(rows).max(), LEAST_SIZE)
         if 0 < period <= self.max_period:
             guesses = [self.at(value, runs.end[i], period)]
         else:
-            recurs = (p for p in range(1, self.max_period + 1) if np.abs(rows[-1] - rows[-1 - p]).max() < near)
+            recurs = near_returns(rows, size, self.max_period, NEARLY_RETURNS)
             guesses = (self.by_newton(value, rows[-1], p) for p in recurs)
         yield from (orbit for orbit in guesses if orbit is not None and self._attracts(orbit, value))
         if not unstable or period == 1:
@@ -219,13 +208,4 @@ class OrbitFinder:
         yield from (orbit for orbit in found if orbit is not None)
 
     def _attracts(self, orbit: Orbit, value: float) -> bool:
-        factors = np.abs(self.curve.evaluate(orbit, value).multipliers)
-        return orbit.period == 1 or not factors.max() > 1 + NEUTRAL
-
-
-def _apart(system: System, state: np.ndarray) -> np.ndarray:
-    """A start with the bodies apart."""
-    x1, v1, x2, v2 = state
-    if system.wall:
-        return np.array([min(x1, 2 * system.clearance - x1), v1, 0.0, 0.0])
-    return np.array([min(x1, x2 + system.clearance), v1, max(x2, x1 - system.clearance), v2])
+        return orbit.period == 1 or bool(may_be_stable(self.curve.evaluate(orbit, value).multipliers))

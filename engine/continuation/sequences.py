@@ -13,14 +13,15 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from ..drivers.orbit import IMPACT, WHERE
+from ..drivers.orbit import event
 from .curve import Curve, CurvePoint
 from .jumps import after_jump
-from .margins import GRAZING, LATER_SUM, OPENS, STAYS_SHUT, Margin
-from .nearby import first_ahead, orbit_near, point_within_cycle
+from .kinds import GRAZING, OPENS
+from .margins import LATER_SUM, STAYS_SHUT, Margin
 from .orbit import Orbit, least_period, short_phase
 from .roots import zero_ahead
 from .tolerances import REPEATED, SHORTEST_CONTACT, SHORTEST_FLIGHT, ZERO_MARGIN
+from .tracer import first_ahead
 
 STEPS = 10.0 ** np.arange(-7, -2.5, 0.5)  # scaled, along the new curve: the first that shows which way it goes
 
@@ -82,14 +83,14 @@ def _neighbours(curve: Curve, last: CurvePoint, margin: Margin) -> Iterator[tupl
     rigid = method.rigid
     if margin.inside:
         length = SHORTEST_FLIGHT if rigid and margin.kind == OPENS else SHORTEST_CONTACT
-        n, where = len(margin.more), last.evaluation.facts[k, WHERE]
+        n, where = len(margin.more), last.evaluation.facts[k, event.WHERE]
         new = orbit.with_events(k, where + length * np.linspace(0.0, 1.0, n), margin.more)
         yield new, (k, k + n - 1) if n > 1 else None
     elif margin.kind == LATER_SUM:
         yield _summed_later(orbit, k, last.evaluation.after[k, -1], curve.family.at(last.value)[0].restitution), None
     elif margin.kind == STAYS_SHUT:
         yield orbit.without({k - 1, k}), None
-    elif margin.kind == GRAZING and orbit.kinds[k] == IMPACT:
+    elif margin.kind == GRAZING and orbit.kinds[k] == event.IMPACT:
         yield orbit.without({k}), None
     elif margin.kind == GRAZING and not rigid:
         yield orbit.without({*short_phase(orbit, k)[:2]}), None
@@ -100,7 +101,7 @@ def _summed_later(orbit: Orbit, k: int, end: float, restitution: float) -> Orbit
 
     Its flights last as terms of a geometric series do.
     """
-    new = orbit.with_events(k, orbit.instants[k], (IMPACT,))
+    new = orbit.with_events(k, orbit.instants[k], (event.IMPACT,))
     new.unknowns[4 + k + 1] += (1.0 - restitution) * (end - orbit.instants[k])
     return new
 
@@ -108,13 +109,13 @@ def _summed_later(orbit: Orbit, k: int, end: float, restitution: float) -> Orbit
 def _with_short_phase(curve: Curve, last: CurvePoint, orbit: Orbit, i: int, j: int) -> CurvePoint | None:
     """The orbit whose phase between events i and j is as short as in the guess, and grows."""
     point = curve.with_phase(orbit, last.value, i, j)
-    point = point and point_within_cycle(curve, point)  # a new phase may lie across its ends
+    point = point and point.within_cycle()  # a new phase may lie across its ends
     return point if point is not None and point.holds else None
 
 
 def _on_its_side(curve: Curve, last: CurvePoint, guess: Orbit) -> CurvePoint | None:
     """The first orbit near a guess at the last α₁, on the side on which its sequence holds."""
-    start = orbit_near(curve, last, guess, last.value, last.tangent[-1])
+    start = last.neighbour(guess, last.value, last.tangent[-1])
     return start and _first(curve, (start, start.turned()))
 
 

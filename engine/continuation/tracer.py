@@ -6,12 +6,19 @@ between two points, and what goes on where a sequence of events ends, is said by
 """
 
 import math
-from collections.abc import Callable, Iterator
-from typing import NamedTuple, TypeVar
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field
+from itertools import chain, zip_longest
+from typing import TYPE_CHECKING, NamedTuple, TypeVar
+
+import numpy as np
 
 from .orbit import check_cancelled
 from .tolerances import AT_BORDER
-from .trace import Trace
+
+if TYPE_CHECKING:
+    from .branch import Point
+    from .curve import Curve, CurvePoint
 
 P = TypeVar("P")
 
@@ -42,6 +49,34 @@ class StepControl(NamedTuple):
             angle = math.sqrt(max(2.0 - 2.0 * float(there.tangent @ here.tangent), 0.0))
             growth = min(self.bend / angle, growth) if angle else growth
         return min(step * growth, self.largest)
+
+
+WALK, LONGEST_WALK = StepControl(first=1e-5, largest=np.inf, smallest=1e-7, growth=4.0, turn=0.98), 0.03
+
+
+@dataclass
+class Trace:
+    """A curve followed one way.
+
+    Attributes
+    ----------
+    points : list
+        In their order along the curve.
+    marks : list of (Point, CurvePoint)
+        Points of a branch, and the orbits there.
+    reason : str
+        Why it ends.
+    length : float
+        Scaled.
+    joined : float or None
+        α₁ where a branch ends in one of a shorter period.
+    """
+
+    points: list
+    marks: "list[tuple[Point, CurvePoint]]" = field(default_factory=list)
+    reason: str = ""
+    length: float = 0.0
+    joined: float | None = None
 
 
 class Tracer(Trace):
@@ -118,3 +153,23 @@ class Tracer(Trace):
 
     def _accept(self, here: P, there: P, step: float) -> None:
         """Note what lies between two points, and add the second."""
+
+
+def walk(curve: "Curve", point: "CurvePoint") -> "Iterator[CurvePoint]":
+    """Orbits ahead of one, at distances that grow up to LONGEST_WALK, one after the other: there may be folds."""
+    way, step = 0.0, WALK.first
+    while way < LONGEST_WALK:
+        at = curve.along(point)
+        there, step = WALK.shrunk(at, point, at(step), step)
+        if there is None:
+            return
+        way, step, point = way + step, WALK.following(step, point, there), there
+        yield there
+
+
+def first_ahead(
+    curve: "Curve", starts: "Sequence[CurvePoint]", leads_on: Callable[[float], bool] = lambda _: True
+) -> "CurvePoint | None":
+    """The first orbit ahead of one of these whose sequence holds, at an α₁ that leads on."""
+    points = chain.from_iterable(zip_longest(*(walk(curve, start) for start in starts)))
+    return next((point for point in points if point is not None and leads_on(point.value) and point.holds), None)

@@ -1,5 +1,6 @@
 """The equations of a periodic orbit of a solution in closed form (:mod:`..kernels.event_driven.orbit`).
 
+``event``: numbers of what happens at an event, and the columns of its facts, from the same module.
 ``steps``: steps of Newton's method, tangents, indicators and margins (:mod:`..kernels.event_driven.orbit_steps`).
 """
 
@@ -9,26 +10,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..kernels.event_driven import orbit as event
 from ..kernels.event_driven import orbit_steps as steps
-from ..kernels.event_driven.orbit import (
-    CHATTER,
-    CLOSING,
-    FACTS,
-    FORCE,
-    IMPACT,
-    JOINS,
-    LOWEST,
-    PART,
-    PARTING,
-    RELEASE,
-    ROOM,
-    STICK,
-    TOUCH,
-    WHERE,
-    evaluate_orbit,
-    orbit_slope,
-    orbit_state_later,
-)
+from ..kernels.event_driven.orbit import evaluate_orbit, orbit_slope, orbit_state_later
 from ..kernels.event_driven.orbit_newton import solve_orbit
 from ..kernels.event_driven.state import SYSTEM
 from ..kernels.parameters import ETA, no_keys
@@ -36,28 +20,6 @@ from ..methods import ExactPenalty, Reference
 from ..model import System
 from .event_driven import COMPLETION
 from .parameters import parameters_of
-
-__all__ = [
-    "CHATTER",
-    "CLOSING",
-    "FORCE",
-    "IMPACT",
-    "JOINS",
-    "LOWEST",
-    "PART",
-    "PARTING",
-    "RELEASE",
-    "ROOM",
-    "STICK",
-    "TOUCH",
-    "WHERE",
-    "Evaluation",
-    "OrbitEquations",
-    "multipliers_of",
-    "numbers_of",
-    "steps",
-]
-
 
 Cycle = tuple[tuple[int, ...], bool, int]  # events, whether the bodies touch at its beginning, and its periods
 INFINITE = 1e10  # an element of the Jacobian above that is one of a grazing impact
@@ -89,7 +51,7 @@ class Evaluation(NamedTuple):
     def zeros(cls, events: int, periods: int = 0) -> "Evaluation":
         """Room for the equations of so many events and periods; for none without facts, as Newton steps are taken."""
         n, facts = 4 + events, events + 1 if periods else 0
-        return cls(*map(np.zeros, (n, (n, n), (facts, FACTS), (events + 1, 5), (periods, 4))))
+        return cls(*map(np.zeros, (n, (n, n), (facts, event.FACTS), (events + 1, 5), (periods, 4))))
 
     @property
     def monodromy(self) -> np.ndarray:
@@ -227,4 +189,4 @@ class OrbitEquations:
         turn, length : float
             When it holds, and how much later, in excitation periods.
         """
-        return np.array(orbit_state_later(self._tables, self._problem, kind in JOINS, state, turn, length))
+        return np.array(orbit_state_later(self._tables, self._problem, kind in event.JOINS, state, turn, length))

@@ -21,6 +21,7 @@ from ..simulate import simulate
 from .description import Kind, Motion
 from .motion import DESCRIBED_PERIODS, motion
 from .sameness import same_averages, same_cycle
+from .starts import apart, random_states, reach_of
 from .steady import LONG, schedule_of, steady
 from .tolerances import THIN
 
@@ -139,15 +140,9 @@ def search_attractors(
 def _starts(system, eta, method, count, seed, cancelled) -> np.ndarray:
     """Return ``count`` initial states, (count, 4): rest, and random points of a box with the pendulums apart."""
     rows = simulate(system, eta, method, periods=LONG, cancelled=cancelled).section
-    largest = np.abs(rows).max(axis=0, initial=0.0) if len(rows) else np.zeros(4)
-    reach = REACH_OF_STARTS * np.maximum([largest[[0, 2]].max(), largest[[1, 3]].max()], 1.0)
+    reach = REACH_OF_STARTS * reach_of(rows)
     seed = whole("seed", seed, 0, 2**63 - 1, "give any whole number")
-    states = np.round(np.random.default_rng(seed).uniform(-1, 1, (count, 4)) * reach[[0, 1, 0, 1]], DECIMALS)
-    if system.wall:
-        states[:, 0] = np.minimum(states[:, 0], 2 * system.clearance - states[:, 0])  # reflected at the wall
-        states[:, 2:] = 0.0
-    else:
-        states[:, [0, 2]] = np.sort(states[:, [0, 2]] + [0.0, system.clearance], axis=1) - [0.0, system.clearance]
+    states = apart(system, np.round(random_states(np.random.default_rng(seed), count, reach), DECIMALS))
     states[0] = system.rest
     return states
 

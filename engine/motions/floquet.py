@@ -65,11 +65,21 @@ def eigenvalues_by_modulus(jacobian: np.ndarray) -> np.ndarray:
     return values[np.argsort(-np.abs(values), kind="stable")]
 
 
-def fate_of_disturbances(largest: float) -> str:
-    """What becomes of small disturbances, by the largest modulus of a multiplier."""
-    if abs(largest - 1) <= NEUTRAL:
-        return "neither grow nor die away"
-    return "die away" if largest < 1 else "grow"
+def is_stable(values: np.ndarray) -> np.ndarray:
+    """Whether small disturbances die away, by the multipliers of a motion, or of many in the rows of an array."""
+    return np.abs(np.atleast_1d(values)).max(axis=-1, initial=0.0) < 1 - NEUTRAL
+
+
+def may_be_stable(values: np.ndarray) -> np.ndarray:
+    """Whether small disturbances do not grow: they die away, or the motion lies where it bifurcates."""
+    return np.abs(np.atleast_1d(values)).max(axis=-1, initial=0.0) <= 1 + NEUTRAL
+
+
+def fate_of_disturbances(values: np.ndarray) -> str:
+    """What becomes of small disturbances, by the multipliers of a motion."""
+    if is_stable(values):
+        return "die away"
+    return "neither grow nor die away" if may_be_stable(values) else "grow"
 
 
 def lyapunov_exponent(values: np.ndarray, period: int) -> float:

@@ -221,7 +221,7 @@ def _periodic_motion(once: Response, period: int, values: np.ndarray, cancelled)
     start, twice = once.checkpoint, {"periods": 2 * period, "keep": 2 * period}
     run = simulate(once.system, once.eta, once.method, initial=start, record=record, cancelled=cancelled, **twice)
     described = _with_energy(describe(run, period), run, cancelled)
-    fate = fate_of_disturbances(float(np.abs(values).max(initial=0.0)))
+    fate = fate_of_disturbances(values)
     reason = f"a cycle of {counted(period, 'period')} closes, and disturbances of it {fate}"
     if not once.system.excitation.drives:
         reason = f"nothing drives the bodies: their free vibration has come to rest, and disturbances {fate}"

@@ -17,6 +17,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from .floquet import eigenvalues_by_modulus, fate_of_disturbances, is_stable
 from .poincare_map import PoincareMap, Return
 from .tolerances import (
     APPROACHED,
@@ -26,7 +27,6 @@ from .tolerances import (
     ON_ORBIT,
     RESIDUAL,
     SMALLEST_FRACTION,
-    SURELY_STABLE,
 )
 
 MOST_NEWTON_STEPS = 30
@@ -41,156 +41,137 @@ class FixedPoint(NamedTuple):
     iterations: int
 
 
-class OrbitSearch:
-    """Search for the orbit that a run converges to.
+def approached_orbit(
+    poincare: PoincareMap, section: np.ndarray, periods: int, max_period: int, stable_only: bool
+) -> FixedPoint | str:
+    """The orbit that a run converges to, from its end.
 
     Parameters
     ----------
     poincare : PoincareMap
+    section : (n, 4) ndarray
+        Last rows of the run's Poincaré section.
+    periods : int
+        Excitation periods of the run, up to the last row.
     max_period : int
         Longest cycle to look for, in excitation periods.
     stable_only : bool
         Accept only an orbit that the run converges to; otherwise the first one that Newton's method finds.
 
-    Attributes
-    ----------
-    run_periods : int
-        Excitation periods of the run so far, set by the caller.
-    rejection : str
-        Why the last attempt accepted no orbit; empty if no orbit was near.
+    Returns
+    -------
+    FixedPoint or str
+        Its state belongs to τ ≡ 0 mod pT, τ counted from the start of the run. If no orbit is accepted, why not the
+        last one; empty if none was near.
     """
+    rows, size, rejection = poincare.coordinates(section), max(np.abs(section).max(), 1e-300), ""
+    for period in near_returns(rows, size, max_period, NEAR_RETURN):
+        orbit = fixed_point(poincare, rows[-1], period, size)
+        if orbit is None:
+            rejection = f"Newton's method finds no orbit of period {period} near the end of the run"
+            continue
+        rejection = _why_not(poincare, orbit, rows[-1], size) if stable_only else ""
+        if not rejection:
+            return _moved_to_cycle_start(poincare, _with_least_period(poincare, orbit, size), periods)
+    return rejection
 
-    def __init__(self, poincare: PoincareMap, max_period: int, stable_only: bool):
-        self.map = poincare
-        self.max_period = max_period
-        self.stable_only = stable_only
-        self.run_periods = 0
-        self.rejection = ""
 
-    @property
-    def all_periods(self) -> int:
-        """Excitation periods integrated in all: those of the run and those of the map."""
-        return self.run_periods + self.map.periods
+def _why_not(poincare: PoincareMap, orbit: FixedPoint, y: np.ndarray, size: float) -> str:
+    """Why a run that ended at y is not seen to converge to an orbit; empty if it is, and that is stable."""
+    values = eigenvalues_by_modulus(orbit.returned.jacobian)
+    largest = abs(values[0])
+    if not is_stable(values):
+        return (
+            f"the orbit of period {orbit.period} near the end of the run is not stable: disturbances "
+            f"{fate_of_disturbances(values)}, {largest:.4g}-fold in each cycle"
+        )
+    if not _converges(poincare, orbit, y - orbit.state, (1 + largest) / 2, size):
+        return f"the run has not settled to the orbit of period {orbit.period} that lies near"
+    return ""
 
-    def attempt(self, section: np.ndarray, periods: int) -> FixedPoint | None:
-        """Search from the end of a run.
 
-        Parameters
-        ----------
-        section : (n, 4) ndarray
-            Last rows of the run's Poincaré section.
-        periods : int
-            Excitation periods of the run, up to the last row.
+def _converges(poincare: PoincareMap, orbit: FixedPoint, deviation: np.ndarray, rate: float, size: float) -> bool:
+    """Follow a deviation from the orbit until it has died away; False if it stops obeying the condition.
 
-        Returns
-        -------
-        FixedPoint or None
-            Its state belongs to τ ≡ 0 mod pT, τ counted from the start of the run.
-        """
-        rows = self.map.coordinates(section)
-        size = max(np.abs(section).max(), 1e-300)
-        self.rejection = ""
-        for period in _near_returns(rows, size, self.max_period):
-            orbit = self._newton(rows[-1], period, size)
-            if orbit is not None and self._accepts(orbit, rows[-1], size):
-                return self._moved_to_cycle_start(self._with_least_period(orbit, size), periods)
-        return None
-
-    def _newton(self, y: np.ndarray, period: int, size: float) -> FixedPoint | None:
-        """Solve P(y*) = y* from y on."""
-        returned, steps = self.map(y, period), 0
-        while returned is not None and steps < MOST_NEWTON_STEPS:
-            improved = self._newton_step(y, returned, period, size)
-            if improved is None:  # limited by rounding, or there is no orbit nearby
-                break
-            y, returned = improved
-            steps += 1
-        if returned is None or returned.residual > RESIDUAL * size:
-            self.rejection = f"Newton's method finds no orbit of period {period} near the end of the run"
-            return None
-        return FixedPoint(period, y, returned, steps)
-
-    def _newton_step(self, y: np.ndarray, returned: Return, period: int, size: float):
-        """One step, halved until it reduces the residual: events may appear and disappear along the way."""
-        if returned.residual == 0.0:
-            return None
-        try:
-            full = np.linalg.solve(np.eye(4) - returned.jacobian, returned.state - y)
-        except np.linalg.LinAlgError:
-            return None
-        fraction = 1.0
-        while fraction >= SMALLEST_FRACTION:
-            tried = y + fraction * full
-            there = (
-                self._image(tried, period, returned.residual)
-                if np.abs(tried).max() <= LONGEST_NEWTON_STEP * size
-                else None
-            )
-            if there is not None and there.residual < returned.residual:
-                return tried, there
-            if returned.residual <= RESIDUAL * size:  # rounding prevents any further reduction
-                return None
-            fraction /= 2
-        return None
-
-    def _image(self, y: np.ndarray, period: int, residual: float) -> Return | None:
-        """The return of y; where a Jacobian takes more runs, None unless y reduces the residual."""
-        if self.map.by_differences and not self.map.residual(y, period) < residual:
-            return None
-        return self.map(y, period)
-
-    def _accepts(self, orbit: FixedPoint, y: np.ndarray, size: float) -> bool:
-        """Whether the orbit is stable and the run, which ended at y, converges to it (see the module)."""
-        if not self.stable_only:
-            return True
-        largest = np.abs(np.linalg.eigvals(orbit.returned.jacobian)).max()
-        if not largest < 1 - SURELY_STABLE:
-            self.rejection = (
-                f"the orbit of period {orbit.period} near the end of the run is unstable: it grows "
-                f"{largest:.4g}-fold in each cycle"
-            )
+    ``rate``: ψ, above the largest modulus of the eigenvalues of DP.
+    """
+    factor = norm_factor(orbit.returned.jacobian / rate)
+    first = np.linalg.norm(factor @ deviation)
+    while np.abs(deviation).max() > ON_ORBIT * size and np.linalg.norm(factor @ deviation) > APPROACHED * first:
+        returned = poincare(orbit.state + deviation, orbit.period)
+        if not contracts(orbit, factor, rate, deviation, returned):
             return False
-        if not self._converges(orbit, y - orbit.state, (1 + largest) / 2, size):
-            self.rejection = f"the run has not settled to the orbit of period {orbit.period} that lies near"
-            return False
-        return True
+        deviation = returned.state - orbit.state
+    return True
 
-    def _converges(self, orbit: FixedPoint, deviation: np.ndarray, rate: float, size: float) -> bool:
-        """Follow a deviation from the orbit until it has died away; False if it stops obeying the condition.
 
-        Parameters
-        ----------
-        rate : float
-            ψ, above the largest modulus of the eigenvalues of DP.
-        """
-        factor = norm_factor(orbit.returned.jacobian / rate)
-        first = np.linalg.norm(factor @ deviation)
-        while np.abs(deviation).max() > ON_ORBIT * size and np.linalg.norm(factor @ deviation) > APPROACHED * first:
-            returned = self.map(orbit.state + deviation, orbit.period)
-            if not contracts(orbit, factor, rate, deviation, returned):
-                return False
-            deviation = returned.state - orbit.state
-        return True
+def _with_least_period(poincare: PoincareMap, orbit: FixedPoint, size: float) -> FixedPoint:
+    """The same orbit with its least period: a cycle of p periods may consist of equal shorter ones."""
+    for period in range(1, orbit.period):
+        if orbit.period % period == 0:
+            returned = poincare(orbit.state, period)
+            # Near a bifurcation the point of several cycles is known less exactly than its residual says.
+            if returned is not None and returned.residual <= ON_ORBIT * size:
+                once = fixed_point(poincare, orbit.state, period, size)
+                if once is not None:
+                    return once._replace(iterations=orbit.iterations + once.iterations)
+    return orbit
 
-    def _with_least_period(self, orbit: FixedPoint, size: float) -> FixedPoint:
-        """Return the same orbit with its least period: a cycle of p periods may consist of equal shorter ones."""
-        for period in range(1, orbit.period):
-            if orbit.period % period == 0:
-                returned = self.map(orbit.state, period)
-                # Near a bifurcation the point of several cycles is known less exactly than its residual says.
-                if returned is not None and returned.residual <= ON_ORBIT * size:
-                    once = self._newton(orbit.state, period, size)
-                    if once is not None:
-                        return once._replace(iterations=orbit.iterations + once.iterations)
+
+def _moved_to_cycle_start(poincare: PoincareMap, orbit: FixedPoint, periods: int) -> FixedPoint:
+    """The orbit with its state at τ ≡ 0 mod pT instead of at the end of a run of so many periods."""
+    ahead = -periods % orbit.period
+    if ahead == 0:
         return orbit
+    state = poincare(orbit.state, ahead).state
+    return orbit._replace(state=state, returned=poincare(state, orbit.period))
 
-    def _moved_to_cycle_start(self, orbit: FixedPoint, periods: int) -> FixedPoint:
-        """Return the orbit with its state at τ ≡ 0 mod pT instead of at the end of the run."""
-        ahead = -periods % orbit.period
-        if ahead == 0:
-            return orbit
-        state = self.map(orbit.state, ahead).state
-        return orbit._replace(state=state, returned=self.map(state, orbit.period))
+
+def fixed_point(poincare: PoincareMap, y: np.ndarray, period: int, size: float) -> FixedPoint | None:
+    """Solve P(y*) = y* for the map over ``period`` periods by Newton's method from y on; None if it finds none.
+
+    ``size``: of the motion, of which the residual may be RESIDUAL.
+    """
+    returned, steps = poincare(y, period), 0
+    while returned is not None and steps < MOST_NEWTON_STEPS:
+        improved = _newton_step(poincare, y, returned, period, size)
+        if improved is None:  # limited by rounding, or there is no orbit nearby
+            break
+        y, returned = improved
+        steps += 1
+    found = returned is not None and returned.residual <= RESIDUAL * size
+    return FixedPoint(period, y, returned, steps) if found else None
+
+
+def _newton_step(poincare: PoincareMap, y: np.ndarray, returned: Return, period: int, size: float):
+    """One step, halved until it reduces the residual: events may appear and disappear along the way."""
+    if returned.residual == 0.0:
+        return None
+    try:
+        full = np.linalg.solve(np.eye(4) - returned.jacobian, returned.state - y)
+    except np.linalg.LinAlgError:
+        return None
+    fraction = 1.0
+    while fraction >= SMALLEST_FRACTION:
+        tried = y + fraction * full
+        there = (
+            _image(poincare, tried, period, returned.residual)
+            if np.abs(tried).max() <= LONGEST_NEWTON_STEP * size
+            else None
+        )
+        if there is not None and there.residual < returned.residual:
+            return tried, there
+        if returned.residual <= RESIDUAL * size:  # rounding prevents any further reduction
+            return None
+        fraction /= 2
+    return None
+
+
+def _image(poincare: PoincareMap, y: np.ndarray, period: int, residual: float) -> Return | None:
+    """The return of y; where a Jacobian takes more runs, None unless y reduces the residual."""
+    if poincare.by_differences and not poincare.residual(y, period) < residual:
+        return None
+    return poincare(y, period)
 
 
 def contracts(
@@ -215,9 +196,12 @@ def contracts(
     return bool(np.linalg.norm(factor @ difference) <= 0.5 * (1 - rate) * np.linalg.norm(factor @ deviation))
 
 
-def _near_returns(rows: np.ndarray, size: float, longest: int) -> list[int]:
-    """Numbers of periods after which the last row nearly recurs, each much closer than all shorter ones."""
-    found, nearest = [], NEAR_RETURN * size
+def near_returns(rows: np.ndarray, size: float, longest: int, within: float) -> list[int]:
+    """Numbers of periods after which the last row nearly recurs, each much closer than all shorter ones.
+
+    ``within``: the distance that counts as near, as a share of ``size``.
+    """
+    found, nearest = [], within * size
     for period in range(1, min(longest, len(rows) - 1) + 1):
         distance = np.abs(rows[-1] - rows[-1 - period]).max()
         if distance <= nearest:

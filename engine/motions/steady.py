@@ -25,8 +25,8 @@ from ..methods import ExactPenalty, Reference
 from ..model import System, check_eta
 from ..result import Checkpoint, Record, Response, Status
 from ..simulate import simulate, starting_checkpoint
-from .floquet import eigenvalues_by_modulus
-from .orbit import FixedPoint, OrbitSearch
+from .floquet import eigenvalues_by_modulus, is_stable
+from .orbit import FixedPoint, approached_orbit
 from .poincare_map import PoincareMap
 
 REST = None  # as a start: the static equilibrium of the system
@@ -112,7 +112,7 @@ class Steady:
     @property
     def stable(self) -> bool:
         """Whether the motion is periodic and small disturbances die away."""
-        return self.periodic and bool(np.abs(self.multipliers).max() < 1)
+        return self.periodic and bool(is_stable(self.multipliers))
 
 
 def steady(
@@ -175,22 +175,24 @@ def steady(
     kind = LawDriver if needs_law(method) else EventDriver
     schedule = schedule_of(method)
     driver = kind(system, eta, method, start, schedule.attempts[-1], 0, None)
-    search = OrbitSearch(PoincareMap(system, eta, method, cancelled), max_period, stable_only)
+    poincare, sought = (
+        PoincareMap(system, eta, method, cancelled),
+        {"max_period": max_period, "stable_only": stable_only},
+    )
     for periods in schedule.attempts:
         status, _ = driver.advance(periods, cancelled, record=True)
-        search.run_periods = driver.periods
         if status is not Status.OK:
             break
-        orbit = search.attempt(driver.section, periods)
-        if orbit is not None:
-            return _of_orbit(system, eta, method, orbit, search, record)
+        orbit = approached_orbit(poincare, driver.section, periods, **sought)
+        if isinstance(orbit, FixedPoint):
+            return _of_orbit((system, eta, method), poincare, orbit, driver.periods, record)
     options = {"periods": schedule.long, "keep": KEEP, "initial": initial, "cancelled": cancelled}
     run = simulate(system, eta, method, record=_limited(record, KEEP), **options)
-    search.run_periods += schedule.long
-    orbit = search.attempt(run.section, schedule.long) if run.ok else None
-    if orbit is not None:
-        return _of_orbit(system, eta, method, orbit, search, record)
-    message = _failure(run, search) + f"; this is the run of {schedule.long} periods, the last {KEEP} kept"
+    periods = driver.periods + schedule.long
+    orbit = approached_orbit(poincare, run.section, schedule.long, **sought) if run.ok else ""
+    if isinstance(orbit, FixedPoint):
+        return _of_orbit((system, eta, method), poincare, orbit, periods, record)
+    message = _failure(run, max_period, orbit) + f"; this is the run of {schedule.long} periods, the last {KEEP} kept"
     end = run.section[-1] if len(run.section) else np.full(4, np.nan)
     return Steady(
         periodic=False,
@@ -200,34 +202,28 @@ def steady(
         multipliers=np.empty(0, complex),
         residual=np.nan,
         iterations=0,
-        periods=search.all_periods,
+        periods=periods + poincare.periods,
         response=run,
     )
 
 
-def _of_orbit(system, eta, method, orbit: FixedPoint, search: OrbitSearch, record: Record | None) -> Steady:
-    """Return the result for an orbit. Its response starts one cycle early, to include where open contacts began."""
-    start = Checkpoint(system, eta, method, 0, tuple(search.map.start(orbit.state).tolist()))
-    response = simulate(
-        system,
-        eta,
-        method,
-        periods=2 * orbit.period,
-        keep=orbit.period,
-        initial=start,
-        record=_limited(record, orbit.period),
-        cancelled=search.map.cancelled,
-    )
+def _of_orbit(problem: tuple, poincare: PoincareMap, orbit: FixedPoint, periods: int, record: Record | None) -> Steady:
+    """The result for an orbit, after runs of so many periods.
+
+    Its response starts one cycle early, to include where open contacts began.
+    """
+    start = Checkpoint(*problem, 0, tuple(poincare.start(orbit.state).tolist()))
+    cycles = {"periods": 2 * orbit.period, "keep": orbit.period, "record": _limited(record, orbit.period)}
     return Steady(
         periodic=True,
         message="",
         period=orbit.period,
-        state=search.map.displacements(orbit.state),
+        state=poincare.displacements(orbit.state),
         multipliers=eigenvalues_by_modulus(orbit.returned.jacobian),
         residual=orbit.returned.residual,
         iterations=orbit.iterations,
-        periods=search.all_periods,
-        response=response,
+        periods=periods + poincare.periods,
+        response=simulate(*problem, initial=start, cancelled=poincare.cancelled, **cycles),
     )
 
 
@@ -236,12 +232,12 @@ def _limited(record: Record | None, periods: int) -> Record | None:
     return record and replace(record, periods=min(record.periods, periods))
 
 
-def _failure(run: Response, search: OrbitSearch) -> str:
+def _failure(run: Response, max_period: int, rejection: str) -> str:
     """Why no periodic motion was found."""
     if not run.ok:
         return run.ending
     period = period_of(run.section)
-    if period > search.max_period:
-        return f"the motion repeats itself after {period} periods, more than max_period = {search.max_period}"
-    reason = search.rejection or f"the run does not come back near to where it was within {search.max_period} periods"
+    if period > max_period:
+        return f"the motion repeats itself after {period} periods, more than max_period = {max_period}"
+    reason = rejection or f"the run does not come back near to where it was within {max_period} periods"
     return f"no periodic motion found: {reason}"

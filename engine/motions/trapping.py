@@ -27,10 +27,11 @@ import numpy as np
 from ..drivers.event_driven import contact_state
 from ..methods import ExactPenalty, Reference
 from ..model import System
+from .floquet import eigenvalues_by_modulus, is_stable
 from .orbit import FixedPoint, contracts, norm_factor
 from .poincare_map import PoincareMap
 from .steady import Steady
-from .tolerances import FALLEN, JOINED, SURELY_STABLE
+from .tolerances import FALLEN, JOINED
 
 DIRECTIONS = 128
 DISTANCES = (1.0, 0.5)  # of the radius that is examined
@@ -126,10 +127,10 @@ def _linear_part(system: System) -> np.ndarray:
 def _factor_of_region(poincare: PoincareMap, orbit: FixedPoint, rigid: bool, size: float) -> np.ndarray | None:
     """F/r around a point of a cycle; None if it is not stable, r is not above rounding, or a wall holds the body."""
     jacobian = orbit.returned.jacobian
-    largest = np.abs(np.linalg.eigvals(jacobian)).max()
-    if not largest < 1 - SURELY_STABLE:
+    values = eigenvalues_by_modulus(jacobian)
+    if not is_stable(values):
         return None
-    rate = (1 + largest) / 2
+    rate = (1 + abs(values[0])) / 2
     factor = norm_factor(jacobian / rate)
     joined = rigid and np.abs(orbit.state[2:]).max() <= JOINED * size  # whoever comes there has no gap, either
     free = np.array([True, True, not joined, not joined])

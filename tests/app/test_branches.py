@@ -6,14 +6,14 @@ from vibroscope.app.explorer.field_units import shown_field
 from vibroscope.app.explorer.link import parse_address, print_address, print_choice
 from vibroscope.app.explorer.reading import read_setting
 from vibroscope.app.explorer.state import Setting
-from vibroscope.app.page.bifurcation.branch_lines import MARKS, Place, place_named, stretches, thinned
+from vibroscope.app.page.bifurcation.branch_lines import Place, place_named, stretches, thinned
 from vibroscope.app.page.bifurcation.branches import Branches, opened
 from vibroscope.app.page.explore.opened import OpenedMotion
 from vibroscope.app.page.explore.tab import Explore
 from vibroscope.app.page.shared.figure import make_figure
 from vibroscope.app.page.shared.stability import stability_words
 from vibroscope.app.studies import branches as study
-from vibroscope.app.studies.branches import BranchesQuestion, grow_branches, kind_words, matched, why_none
+from vibroscope.app.studies.branches import BranchesQuestion, grow_branches, matched, why_none
 from vibroscope.engine import (
     POINT_KINDS,
     Branch,
@@ -139,10 +139,8 @@ def test_a_sentence_says_why_there_are_no_branches(over, method, why):
 
 
 def test_every_kind_of_points_has_a_mark_of_its_own():
-    assert MARKS.keys() == set(POINT_KINDS)
-    assert (
-        len({marker for marker, _ in MARKS.values()}) == len({sign for _, sign in MARKS.values()}) == len(POINT_KINDS)
-    )
+    kinds = POINT_KINDS.values()
+    assert len({kind.marker for kind in kinds}) == len({kind.sign for kind in kinds}) == len(POINT_KINDS)
 
 
 def test_lines_are_solid_or_dashed_without_gaps():
@@ -213,7 +211,7 @@ def test_words_say_how_fast_a_run_leaves_an_unstable_motion():
     assert "after about 24 excitation periods" in words
     assert "−0.6 ± 1.2i" in stability_words(-0.6 + 1.2j, 1)
     assert "∞" in stability_words(complex(np.inf, 0), 1)
-    assert kind_words("Neimark-Sacker") == "Neimark–Sacker point"
+    assert POINT_KINDS["Neimark-Sacker"].words() == "Neimark–Sacker point"
 
 
 def test_tables_are_in_the_units_of_the_setting_and_say_the_shift(shown, grown):

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from vibroscope.engine import Cancelled, ExactPenalty, Newmark, Reference, System, attractors, simulate
+from vibroscope.engine.motions.starts import apart, random_states
 
 from tests.share import every
 
@@ -12,6 +13,18 @@ SYSTEM = System()
 def distance(section, points):
     """Distance from the last row of a section to the nearest of some points."""
     return np.abs(points - section[-1]).max(axis=1).min()
+
+
+@pytest.mark.parametrize(
+    "system", [SYSTEM, System(clearance=0.3), System(clearance=-0.2), System(wall=True, clearance=0.5)]
+)
+def test_random_starts_have_the_bodies_apart_and_stay_where_they_are(system):
+    drawn = random_states(np.random.default_rng(1), 500, np.array([2.0, 3.0]))
+    found = apart(system, drawn)
+    assert system.overlaps_of(drawn).any()
+    assert not system.overlaps_of(found).any()
+    assert np.array_equal(apart(system, found), found)
+    assert np.array_equal(found[0], apart(system, drawn[0]))
 
 
 def test_two_cycles_coexist_at_eta_3_2():

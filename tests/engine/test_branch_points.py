@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from vibroscope.engine import Branch, Point, branches_dataset
+from vibroscope.engine import POINT_KINDS, Branch, Point, branches_dataset
 
 FAR = 0.1
 
@@ -28,6 +28,19 @@ def test_a_stable_range_ends_at_the_point_where_stability_is_lost():
     found = branch([0.5, 0.9, -1.1, -1.05, 0.9, 0.8], [grazing, doubling, fold])
     assert found.stable_ranges == ((0.0, 1.7), (3.2, 5.0))
     assert branch([0.5, 0.9, -1.1]).stable_ranges == ((0.0, 1.0),)  # no point is known between them
+
+
+def test_on_the_unit_circle_no_orbit_counts_as_stable():
+    """Where a branch bifurcates, rounding decides on which side a multiplier lies."""
+    assert branch([0.5, 1 - 1e-8, 1.0, 1 + 1e-8, np.inf, np.nan]).stable.tolist() == [True] + 5 * [False]
+
+
+def test_a_bifurcation_has_what_locates_and_what_confirms_it():
+    for kind in POINT_KINDS.values():
+        assert (kind.test is None) == (kind.confirmed is None)
+        assert kind.test is not None or kind.multiplier is None
+        assert kind.words() == kind.one != ""
+        assert kind.words(2) == kind.several != ""
 
 
 @pytest.mark.parametrize(

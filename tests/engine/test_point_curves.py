@@ -15,7 +15,7 @@ from vibroscope.engine import (
     simulate,
 )
 from vibroscope.engine.continuation.points import PointProblem
-from vibroscope.engine.drivers.orbit import CLOSING
+from vibroscope.engine.kernels.event_driven.orbit import CLOSING
 
 PAPER, EXACT = System(), ExactPenalty(12_000.0, 18.0)
 CLOSE = 1e-8

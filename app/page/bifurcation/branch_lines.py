@@ -12,21 +12,9 @@ from bokeh.plotting import figure
 from vibroscope.app.explorer.field_units import ShownField
 from vibroscope.app.page.shared.figure import BLUE, INK, VERMILLION, add_glyph, empty_source, write
 from vibroscope.app.page.shared.stability import point_multiplier
-from vibroscope.app.studies.branches import BIFURCATIONS, PartialBranches, kind_words
-from vibroscope.engine import COORDINATES, Branch
+from vibroscope.app.studies.branches import BIFURCATIONS, PartialBranches
+from vibroscope.engine import COORDINATES, POINT_KINDS, Branch
 
-# Kind of a point: marker of Bokeh, and the same sign as a letter of the list.
-MARKS = {
-    "fold": ("triangle", "▲"),
-    "period doubling": ("diamond", "◆"),
-    "Neimark-Sacker": ("star", "★"),
-    "branch point": ("plus", "✚"),
-    "grazing": ("circle", "○"),
-    "sticking begins": ("square", "□"),
-    "sticking ends": ("square_x", "⊠"),
-    "contact opens": ("x", "×"),
-    "chatter completes": ("square_cross", "⊞"),
-}
 _LOOKS = {
     "reference": {"line_color": BLUE, "line_width": 2.4},
     "penalty": {"line_color": VERMILLION, "line_width": 1.5},
@@ -213,9 +201,9 @@ def _point_columns(result: PartialBranches, column: int, field: ShownField) -> d
     return {
         "eta": [point.value for point in points],
         "value": [float(point.state[column]) for point in points],
-        "marker": [MARKS[point.kind][0] for point in points],
+        "marker": [POINT_KINDS[point.kind].marker for point in points],
         "size": [9 if point.kind in BIFURCATIONS else 5 for point in points],
-        "kind": [kind_words(point.kind) for point in points],
+        "kind": [POINT_KINDS[point.kind].one for point in points],
         "where": [f"{field.label} = {value_text(field, point.value)}" for point in points],
         "period": [point.period for point in points],
         "multiplier": [point_multiplier(point) for point in points],

@@ -14,7 +14,6 @@ from vibroscope.app.explorer.field_units import ShownField, shown_field
 from vibroscope.app.explorer.parameters import START_FIELDS
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.page.bifurcation.branch_lines import (
-    MARKS,
     BranchLines,
     Place,
     place_named,
@@ -25,9 +24,9 @@ from vibroscope.app.page.shared.component import Component
 from vibroscope.app.page.shared.stability import multiplier_words, orbit_words, point_multiplier, stability_words
 from vibroscope.app.page.tab import TabHost, on_loop
 from vibroscope.app.runtime.number_text import print_number
-from vibroscope.app.studies.branches import BranchesQuestion, PartialBranches, grow_branches, kind_words, matched
+from vibroscope.app.studies.branches import BranchesQuestion, PartialBranches, grow_branches, matched
 from vibroscope.app.studies.study_job import RESULTS, StudyJob
-from vibroscope.engine import Branch, Point
+from vibroscope.engine import POINT_KINDS, Branch, Point
 from vibroscope.engine.facts import Statement, joined
 
 NAMES = {"reference": "reference", "penalty": "exact penalty"}
@@ -258,10 +257,10 @@ def _point_table(shown: Mapping[str, PartialBranches], field: ShownField) -> dic
     """The points of one solver."""
     rows = [
         {
-            "mark": MARKS[point.kind][1],
-            "kind": kind_words(point.kind),
+            "mark": POINT_KINDS[point.kind].sign,
+            "kind": POINT_KINDS[point.kind].one,
             "cells": [
-                _cell(kind_words(point.kind), Place(solver, number, "point", k)),
+                _cell(POINT_KINDS[point.kind].one, Place(solver, number, "point", k)),
                 _cell(value_text(field, point.value)),
                 _cell(str(point.period)),
                 _cell(point_multiplier(point)),
@@ -293,5 +292,5 @@ def _pair(pair: tuple[Point | None, Point | None], places: Mapping[int, Place], 
     shift = ""
     if all(pair):
         shift = f"{field.factor * (pair[1].value - pair[0].value):+.3g} {field.unit}".strip().replace("-", "−")
-    cells = [_cell(kind_words(point.kind)), _cell(str(point.period)), *values, _cell(shift)]
-    return {"mark": MARKS[point.kind][1], "kind": kind_words(point.kind), "cells": cells}
+    cells = [_cell(POINT_KINDS[point.kind].one), _cell(str(point.period)), *values, _cell(shift)]
+    return {"mark": POINT_KINDS[point.kind].sign, "kind": POINT_KINDS[point.kind].one, "cells": cells}

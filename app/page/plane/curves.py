@@ -11,7 +11,6 @@ from vibroscope.app.explorer.errors import error_text
 from vibroscope.app.explorer.field_units import ShownField, shown_field
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.export.scripts import branch_command
-from vibroscope.app.page.bifurcation.branch_lines import MARKS
 from vibroscope.app.page.bifurcation.branches import BranchPanel
 from vibroscope.app.page.shared.figure import INK, MAGENTA, VERMILLION, add_glyph, empty_source
 from vibroscope.app.page.shared.muting import show_entry
@@ -19,7 +18,7 @@ from vibroscope.app.page.tab import TabHost, on_loop
 from vibroscope.app.runtime.number_text import print_number
 from vibroscope.app.studies.plane_curves import KINDS, SEARCH, CurvesQuestion, PartialCurves, grow_curves
 from vibroscope.app.studies.study_job import RESULTS, StudyJob
-from vibroscope.engine import PointCurve, written
+from vibroscope.engine import POINT_KINDS, PointCurve, written
 
 _LOOKS = {
     "fold": {"line_color": INK, "line_width": 2.2, "line_dash": "solid"},
@@ -62,7 +61,7 @@ class PlaneCurves:
         for kind, source in self.lines.items():
             line = add_glyph(plot, Line(x="K", y="D", **_LOOKS[kind]), source)
             lines.append(line)
-            entries.append(LegendItem(label=KINDS[kind], renderers=[line], visible=False))
+            entries.append(LegendItem(label=POINT_KINDS[kind].several, renderers=[line], visible=False))
         look = {"marker": "circle", "size": 7, "fill_color": "#FFFFFF", "line_color": INK, "line_width": 1.3}
         marks = add_glyph(plot, Scatter(x="K", y="D", **look), self.meetings)
         plot.add_tools(
@@ -111,7 +110,7 @@ class PlaneCurves:
                 source.data = _line_columns([curve for curve in curves if curve.kind == kind])
             self.meetings.data = _meeting_columns(curves)
             for item in self._items:
-                show_entry(item, any(KINDS[curve.kind] == item.label.value for curve in curves))
+                show_entry(item, any(POINT_KINDS[curve.kind].several == item.label.value for curve in curves))
         if self.result is not None and self.result.cut:
             notes = [*notes, self.result.cut]
         if self._failed:
@@ -204,7 +203,7 @@ def _table(curves: Sequence[PointCurve], fields: Sequence[ShownField]) -> dict:
     """Kind, period, and from where to where each curve goes; ``fields`` are those of K and D."""
     rows = [
         {
-            "mark": MARKS[curve.kind][1],
+            "mark": POINT_KINDS[curve.kind].sign,
             "kind": curve.kind,
             "cells": [
                 {"text": curve.kind, "open": str(number), "title": "Open the middle of this curve in Explore"},

@@ -4,6 +4,7 @@ import math
 
 from vibroscope.app.explorer.closed_orbit import ClosedOrbit
 from vibroscope.engine import Point
+from vibroscope.engine.motions.floquet import is_stable, may_be_stable
 from vibroscope.engine.wording import every
 
 _NEAR_ONE = 5e-4  # a modulus nearer to 1 takes more digits than four, which would show no difference
@@ -47,9 +48,9 @@ def stability_words(largest: complex, period: int) -> str:
     shown = multiplier_words(largest, digits)
     if not math.isfinite(size):
         return "at the edge of an impact, where a small deviation has no bounded effect (multiplier ∞)."
-    if size < 1:
+    if is_stable(largest):
         return f"stable (largest multiplier {shown})."
-    if size < 1 + 1e-6:
+    if may_be_stable(largest):
         return f"at the edge of its stability (largest multiplier {shown})."
     periods = max(period, round(-math.log(_EXACT) / math.log(size) * period))
     left = f"after about {periods:,} excitation periods" if periods < 2000 else "very slowly"

@@ -6,7 +6,7 @@ Each module has the problem of some kinds of points; a module that is added here
 from importlib import import_module
 from pkgutil import iter_modules
 
-from ..margins import POINT_KINDS
+from ..kinds import POINT_KINDS
 from .problem import PointProblem
 
 for _module in iter_modules(__path__):

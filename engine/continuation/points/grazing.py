@@ -8,8 +8,9 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from ...drivers.orbit import CLOSING, IMPACT, PART, TOUCH, WHERE
-from ..margins import GRAZING, OPENS, Margin
+from ...drivers.orbit import event
+from ..kinds import GRAZING, OPENS
+from ..margins import Margin
 from ..orbit import Orbit, short_phase
 from ..plane import Place, Plane
 from ..tolerances import SAME_TOUCH, TOUCH_LENGTH
@@ -46,13 +47,13 @@ class Grazing(PointProblem):
 
     def condition(self, place: Place) -> float:
         """The closing speed."""
-        return float(place.evaluation.facts[self.event, CLOSING] / self.scales[0])
+        return float(place.evaluation.facts[self.event, event.CLOSING] / self.scales[0])
 
     def is_own(self, margin: Margin, place: Place) -> bool:
         """That of the touch."""
         if not margin.inside:
             return margin.event == self.event
-        return abs(place.evaluation.facts[margin.event, WHERE] - place.orbit.instants[self.event]) < SAME_TOUCH
+        return abs(place.evaluation.facts[margin.event, event.WHERE] - place.orbit.instants[self.event]) < SAME_TOUCH
 
 
 def touched_at(plane: Plane, place: Place, margin: Margin) -> tuple[Orbit, int]:
@@ -60,8 +61,8 @@ def touched_at(plane: Plane, place: Place, margin: Margin) -> tuple[Orbit, int]:
     orbit, k = place.orbit, margin.event
     if not margin.inside:
         return (orbit, k) if plane.rigid else marked(orbit, k)
-    apart = IMPACT if plane.rigid else PART
-    kind, where = (TOUCH if margin.kind == OPENS else apart), place.evaluation.facts[k, WHERE]
+    apart = event.IMPACT if plane.rigid else event.PART
+    kind, where = (event.TOUCH if margin.kind == OPENS else apart), place.evaluation.facts[k, event.WHERE]
     return orbit.with_events(k, where, (kind,)), k
 
 

@@ -14,9 +14,9 @@ import numpy as np
 from ...drivers.orbit import steps
 from ...motions.tolerances import LEAST_SIZE
 from ..margins import Margin
-from ..newton import Convergence, converges
 from ..orbit import Orbit
 from ..plane import Place, Plane
+from ..roots import Convergence, converges
 from ..tolerances import AT_BORDER, CORRECTION_ROUNDING, LONG_POINT_CORRECTION, POINT_DIFFERENCE, SLOW
 
 NEWTON = Convergence(12, far=0.2, converged=1e-11, stalled=1e-8)

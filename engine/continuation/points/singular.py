@@ -1,4 +1,7 @@
-"""Folds and period doublings: where A = ∂F/∂(y₀, θ), with M + 1 in place of M − 1 at a doubling, is singular.
+"""Folds, period doublings and Neimark–Sacker points.
+
+At a fold and a doubling A = ∂F/∂(y₀, θ), with M + 1 in place of M − 1 at a doubling, is singular;
+at a Neimark–Sacker point the test function of a branch is zero.
 
 With two fixed vectors the bordered matrix [[A, p], [qᵀ, 0]] is regular, and the last component s of its solution for
 (0, 1) is zero exactly where A is singular (Govaerts 2000). Its derivative is −wᵀ(∂A)v with the null vectors v and w,
@@ -7,8 +10,8 @@ and (∂A/∂X)v is the derivative of ∂F/∂X along v: two evaluations for all
 
 import numpy as np
 
-from ...drivers.orbit import PART, TOUCH
-from ..margins import DOUBLING, FOLD
+from ...drivers.orbit import event
+from ..kinds import DOUBLING, FOLD, NEIMARK_SACKER, indicator
 from ..orbit import Orbit
 from ..plane import Place
 from ..tolerances import BRIEF_CONTACT
@@ -67,7 +70,7 @@ def short_pairs(orbit: Orbit) -> list[tuple[int, int]]:
     pairs = [(k, last) for k in range(len(kinds)) if (last := _end_of(kinds, k)) is not None]
     for first, last in sorted(pairs, key=lambda pair: instants[pair[1]] - instants[pair[0]]):
         events = {*range(first, last + 1)}
-        short = kinds[first] >= TOUCH and instants[last] - instants[first] < BRIEF_CONTACT
+        short = kinds[first] >= event.TOUCH and instants[last] - instants[first] < BRIEF_CONTACT
         if short and not any(events & {*range(i, j + 1)} for i, j in found):
             found.append((first, last))
     return found
@@ -75,9 +78,9 @@ def short_pairs(orbit: Orbit) -> list[tuple[int, int]]:
 
 def _end_of(kinds: tuple[int, ...], first: int) -> int | None:
     """The event that ends the contact, or the flight, which another one begins."""
-    if kinds[first] == TOUCH:
-        return next((k for k in range(first + 1, len(kinds)) if kinds[k] == PART), None)
-    return first + 1 if kinds[first : first + 2] == (PART, TOUCH) else None
+    if kinds[first] == event.TOUCH:
+        return next((k for k in range(first + 1, len(kinds)) if kinds[k] == event.PART), None)
+    return first + 1 if kinds[first : first + 2] == (event.PART, event.TOUCH) else None
 
 
 def regular(kind: str, place: Place, scales: np.ndarray, short: list[tuple[int, int]]) -> tuple[np.ndarray, np.ndarray]:
@@ -98,3 +101,13 @@ def regular(kind: str, place: Place, scales: np.ndarray, short: list[tuple[int, 
         both = [4 + first, 4 + last]
         basis[np.ix_(both, both)] = [[1.0, -1.0 / length], [1.0, 1.0 / length]]
     return matrix @ basis, basis
+
+
+class NeimarkSacker(PointProblem):
+    """The indicator of a branch is zero."""
+
+    kinds = (NEIMARK_SACKER,)
+
+    def condition(self, place: Place) -> float:
+        """The indicator."""
+        return indicator(self.kind, place)

@@ -2,7 +2,8 @@
 
 from collections.abc import Iterator
 
-from ..margins import STICKING_BEGINS, STICKING_ENDS, Margin
+from ..kinds import STICKING_BEGINS, STICKING_ENDS
+from ..margins import Margin
 from ..orbit import Orbit
 from ..plane import Place, Plane
 from .problem import PointProblem

@@ -234,17 +234,6 @@ def neimark_sacker_indicator(jacobian):
 
 
 @jit
-def indicators_of(jacobian, slope, tangent):
-    """What changes its sign at a fold, a period doubling, a branch point and a Neimark–Sacker point, (4,)."""
-    found = np.empty(4)
-    found[0] = tangent[tangent.shape[0] - 1]
-    found[1] = doubling_indicator(jacobian)
-    found[2] = branch_point_indicator(jacobian, slope, tangent)
-    found[3] = neimark_sacker_indicator(jacobian)
-    return found
-
-
-@jit
 def margin_values(facts, instants, threshold, conditions):
     """The values of margins, (n,).
 

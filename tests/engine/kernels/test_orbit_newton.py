@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 from vibroscope.engine import ExactPenalty, Reference, System
 from vibroscope.engine.continuation.curve import Curve
-from vibroscope.engine.continuation.family import Family
-from vibroscope.engine.continuation.parameter_range import ParameterRange
+from vibroscope.engine.continuation.family import Family, ParameterRange
 from vibroscope.engine.continuation.seeds import OrbitFinder
 from vibroscope.engine.continuation.tolerances import SLOPE_DIFFERENCE
 from vibroscope.engine.drivers.orbit import Evaluation

@@ -1,8 +1,7 @@
 """Prediction along a curve, and what margins are made of, against plain twins."""
 
 import numpy as np
-from vibroscope.engine.drivers.orbit import CHATTER, FORCE, IMPACT, PARTING, STICK
-from vibroscope.engine.kernels.event_driven.orbit import FACTS
+from vibroscope.engine.kernels.event_driven.orbit import CHATTER, FACTS, FORCE, IMPACT, PARTING, STICK
 from vibroscope.engine.kernels.event_driven.orbit_steps import (
     BEGINS,
     ENDS,
