@@ -50,6 +50,14 @@ _LATER = {
     "batch": ("run_cells",),
     "cells": ("CellResults", "Cells"),
     "compilation": ("CompileProgress", "compile_kernels", "is_compiled"),
+    "contact": (
+        "damping_of_restitution",
+        "effective_restitution",
+        "equal_restitution_damping",
+        "restitution_of_damping",
+        "stiffness_of_duration",
+        "stiffness_of_step",
+    ),
     "continuation": (
         "FOLLOWED_KINDS",
         "PARAMETERS",
@@ -66,7 +74,6 @@ _LATER = {
         "search_branches",
     ),
     "divergence.compare": ("FREE_PERIODS", "PARTS", "Comparison", "compare"),
-    "divergence.contact": ("equal_restitution_damping",),
     "divergence.difference": ("PART_NAMES", "Difference"),
     "divergence.question": ("ComparisonQuestion",),
     "divergence.regularisation": ("Regularisation",),
@@ -94,11 +101,6 @@ _LATER = {
     "recommendation.recommend": ("design_curve", "recommend", "recommend_schemes"),
     "recommendation.recommendation": ("Recommendation", "Served"),
     "facts": ("Statement", "print_statement"),
-    "laws": (
-        "stiffness_of_duration",
-        "stiffness_of_step",
-    ),
-    "restitution": ("damping_of_restitution", "effective_restitution", "restitution_of_damping"),
     "sweeps": (
         "COORDINATES",
         "DIRECTIONS",

@@ -1,7 +1,8 @@
 """The conditions under which a penalty contact stands for an impact: it rebounds as asked, and the step resolves it.
 
-K, D and the step have to fit each other: the restitution of the contact (:mod:`.contact`) follows from K and D, the
-steps in a contact from K and the step. A motion may agree with the reference although they fail, where errors cancel.
+K, D and the step have to fit each other: the restitution of the contact (:mod:`engine.contact`) follows from K and D,
+the steps in a contact from K and the step. A motion may agree with the reference although they fail, where errors
+cancel.
 """
 
 import math
@@ -9,11 +10,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ..contact import contact_duration, damping_of_law, damping_ratio, effective_restitution
+from ..law_table import restitution_of
 from ..methods import DAMPING_RANGE, STIFFNESS_RANGE, ExactPenalty, Newmark, TimeStepping
 from ..model import System
-from ..restitution import effective_restitution
 from ..wording import finite_or_none
-from .contact import contact_duration, damping_of_law, damping_ratio, restitution_of
 from .tolerances import RESOLVED, SAME_RESTITUTION
 
 

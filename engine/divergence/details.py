@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from ..contact import damped_duration, damping_ratio
 from ..drivers.section import NEAR_TOLERANCE
 from ..facts import Amount, Choice, Dimensionless, Statement, equation, joined, stated
 from ..methods import METHOD_NUMBERS
@@ -15,7 +16,6 @@ from ..wording import percent, rounded
 from .alone import Alone
 from .compare import Comparison
 from .conditions import Conditions, equal_damping, equal_stiffness
-from .contact import contact_frequency, damping_ratio
 from .encounters import delivered_restitution, mean_closing_speed
 from .sentences import SENTENCE_DIGITS, share, value_text
 from .tolerances import AS_ASKED, HALF, SAME_DURATION, SAME_NUMBER
@@ -125,10 +125,9 @@ def duration_sentences(comparison: Comparison, lasts: float = math.nan) -> tuple
     run = comparison.runs.penalty
     if not run.method.linear:
         return ()
-    ratio = damping_ratio(run.system, run.method.stiffness, run.method.damping)
-    if ratio >= 1:
+    duration = damped_duration(run.system, run.method.stiffness, run.method.damping)
+    if math.isinf(duration):
         return ()
-    duration = math.pi / (contact_frequency(run.system, run.method.stiffness) * math.sqrt((1 - ratio) * (1 + ratio)))
     steps = duration * run.eta * run.method.steps / (2 * math.pi)
     beside = ""
     if abs(lasts - duration) > SAME_DURATION * duration:

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..contact import contact_duration
 from ..result import Response
-from .contact import contact_duration
 from .tolerances import NEAR_ENCOUNTER, SHORT_CONTACT
 
 

@@ -1,7 +1,7 @@
 """The three parts of the regularisation by K and D: a finite contact time, pulling at its end, another restitution.
 
 A contact of damping ratio ζ has the restitution e(ζ), and would have e°(ζ) if it ended where its force vanishes and the
-damper begins to pull (:mod:`.contact` derives both). Two more references separate three parts that add up to the
+damper begins to pull (:mod:`engine.contact` derives both). Two more references separate three parts that add up to the
 regularisation, all with derived joint damping:
 
     exact penalty(K, D) − reference(e) =  [exact penalty(K, D) − reference(e(ζ))]   finite contact time
@@ -22,12 +22,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ..contact import damping_ratio, effective_restitution
 from ..drivers.section import period_of
+from ..law_table import restitution_of, restitution_without_pull
 from ..methods import ExactPenalty
-from ..restitution import effective_restitution
 from ..result import Record, Response
 from ..simulate import simulate
-from .contact import damping_ratio, restitution_of, restitution_without_pull
 from .encounters import mean_closing_speed
 from .grid import samples_beside
 from .parts import DifferenceSeries

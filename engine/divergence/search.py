@@ -15,6 +15,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from ..contact import damping_for
 from ..integrators import NewmarkBeta
 from ..law_table import LAWS
 from ..methods import (
@@ -139,7 +140,7 @@ def _searches(comparison: Comparison, remaining: Remaining) -> dict[str, "GridSe
     }
     if method.damping is not None:
         equal = equal_damping(system, method, speed)
-        middle = equal if equal > 0 else math.sqrt(method.stiffness * system.mass_share)
+        middle = equal if equal > 0 else damping_for(system, method.stiffness, 1.0)
         ends = [middle * 10.0**power for power in (-DAMPING_DECADES, DAMPING_DECADES)]
         if method.damping > 0:
             ends = min(ends[0], method.damping), max(ends[1], method.damping)

@@ -15,13 +15,12 @@ from typing import NamedTuple
 import numpy as np
 
 from ..checks import require
-from ..divergence.contact import contact_duration
+from ..contact import contact_duration, effective_restitution
 from ..divergence.encounters import delivered_restitution, mean_closing_speed
 from ..divergence.error import Target
 from ..divergence.grid import simulate_samples
 from ..divergence.tolerances import SHORT_CONTACT
 from ..motions.contact_force import peak_force
-from ..restitution import effective_restitution
 from ..result import Record, Response
 
 DISPLACEMENT_RANGE = (1e-6, 1.0)

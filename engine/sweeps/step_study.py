@@ -13,9 +13,9 @@ from typing import ClassVar
 
 import numpy as np
 
-from .. import laws
 from ..batch import run_cells
 from ..cells import CellResults, Cells
+from ..contact import stiffness_of_step
 from ..divergence.time_step import with_located_steps
 from ..methods import Method
 from ..result import Record
@@ -72,7 +72,7 @@ class StepStudy(Study):
         if self.method.located:
             raise ValueError("located steps stand beside those of the study anyway: give status = 'start' or 'end'")
         if self.stiffness_of_step is not None:
-            first = laws.stiffness_of_step(self.system, self.eta, float(self.steps[0]), self.stiffness_of_step)
+            first = stiffness_of_step(self.system, self.eta, float(self.steps[0]), self.stiffness_of_step)
             self._set(method=replace(self.method, stiffness=first))
 
     @cached_property
@@ -131,7 +131,7 @@ class StepStudy(Study):
         if self.stiffness_of_step is None:
             return {}
         scale = self.stiffness_of_step
-        return {"stiffness": np.array([laws.stiffness_of_step(self.system, self.eta, n, scale) for n in steps.ravel()])}
+        return {"stiffness": np.array([stiffness_of_step(self.system, self.eta, n, scale) for n in steps.ravel()])}
 
     @property
     def inner_lengths(self) -> dict[str, int]:

@@ -20,8 +20,8 @@ from vibroscope.engine import (
     sweep,
     verdict,
 )
+from vibroscope.engine.contact import contact_duration, contact_frequency, damping_of_law
 from vibroscope.engine.divergence.conditions import equal_damping
-from vibroscope.engine.divergence.contact import contact_duration, contact_frequency, damping_of_law
 from vibroscope.engine.divergence.encounters import delivered_restitution, mean_closing_speed
 
 from tests.law_numbers import law_numbers
