@@ -24,6 +24,7 @@ from typing import NamedTuple
 from .arguments import shown
 from .checks import flag
 from .excitation import AMPLITUDE_RANGE, HELD, PHASE_RANGE, Excitation
+from .fields import Range
 from .model import (
     CLEARANCE_RANGE,
     ETA_RANGE,
@@ -47,27 +48,6 @@ class PhysicalSystem(NamedTuple):
     units: Units
     eta: float | None
     forms: tuple[str, ...] = ()
-
-
-class Range(NamedTuple):
-    """The range of a number, from low to high; open ends are excluded."""
-
-    low: float
-    high: float
-    open_low: bool = False
-    open_high: bool = False
-
-    def holds(self, value: float) -> bool:
-        """Whether a number lies between the ends."""
-        above = value > self.low if self.open_low else value >= self.low
-        return above and (value < self.high if self.open_high else value <= self.high)
-
-    def words(self, unit: str) -> str:
-        """The range in a sentence, as "above 0, at most 1000 kg"."""
-        low, high = map(end_text, self[:2])
-        first = f"above {low}, " if self.open_low else f"from {low} to "
-        last = f"below {high}" if self.open_high else f"at most {high}" if self.open_low else high
-        return f"{first}{last} {unit}".rstrip()
 
 
 class PhysicalNumber(NamedTuple):
