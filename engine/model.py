@@ -29,6 +29,7 @@ _DAMPING = (
     "the bodies must be underdamped, give a ratio of at least 0 and below 1",
 )
 _BODY_2 = {"of_body_2": True}
+_UNLESS_KNOWN = _BODY_2 | {"optional": True}
 
 
 @dataclass(frozen=True)
