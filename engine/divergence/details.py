@@ -11,12 +11,12 @@ from ..drivers.section import NEAR_TOLERANCE
 from ..facts import Amount, Choice, Dimensionless, Statement, equation, joined, stated
 from ..methods import METHOD_NUMBERS
 from ..motions.words import touching
-from ..simulate import simulate
 from ..wording import percent, rounded
 from .alone import Alone
 from .compare import Comparison
 from .conditions import Conditions, equal_damping, equal_stiffness
 from .encounters import delivered_restitution, mean_closing_speed
+from .grid import run_again
 from .sentences import SENTENCE_DIGITS, share, value_text
 from .tolerances import AS_ASKED, HALF, SAME_DURATION, SAME_NUMBER
 
@@ -104,13 +104,13 @@ def _ways_to_rebound(comparison: Comparison, speed: float, cancelled: Callable[[
     """The D and K of equal restitution whose own runs rebound as asked: where other forces act, they do not."""
     run, asked, ways = comparison.runs.penalty, comparison.asked, []
     system, method = run.system, run.method
-    options = {"periods": asked, "keep": min(run.keep, asked), "cancelled": cancelled}
     found = {"D": equal_damping(system, method, speed), "K": equal_stiffness(system, method, speed)}
     for name, value in found.items():
         present = method.numbers[name]
         if not math.isfinite(value) or value <= 0.0 or abs(value - present) <= SAME_NUMBER * present:
             continue
-        changed = simulate(system, run.eta, replace(method, **{METHOD_NUMBERS[name]: value}), **options)
+        other, keep = replace(method, **{METHOD_NUMBERS[name]: value}), min(run.keep, asked)
+        changed = run_again(run, method=other, periods=asked, keep=keep, cancelled=cancelled)
         delivered = delivered_restitution(changed) if changed.ok else math.nan
         if abs(delivered - system.restitution) <= AS_ASKED * system.restitution:
             ways.append(equation(name, value, SENTENCE_DIGITS))

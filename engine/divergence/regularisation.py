@@ -27,9 +27,8 @@ from ..drivers.section import period_of
 from ..law_table import restitution_of, restitution_without_pull
 from ..methods import ExactPenalty
 from ..result import Record, Response
-from ..simulate import simulate
 from .encounters import mean_closing_speed
-from .grid import samples_beside
+from .grid import run_again, samples_beside
 from .parts import DifferenceSeries
 
 
@@ -120,6 +119,6 @@ def _restitutions(exact: ExactPenalty, derived: Response) -> tuple[float, tuple[
 
 
 def _with_restitution(derived: Response, restitution: float, initial: Sequence[float] | None, cancelled) -> Response:
-    system = replace(derived.system, restitution=restitution)
-    options = {"periods": derived.periods, "keep": derived.keep, "initial": initial, "cancelled": cancelled}
-    return simulate(system, derived.eta, derived.method, **options)
+    return run_again(
+        derived, system=replace(derived.system, restitution=restitution), initial=initial, cancelled=cancelled
+    )

@@ -25,6 +25,7 @@ from ..methods import (
     Newmark,
     TimeStepping,
 )
+from ..wording import rounded_up
 from .alone import Alone, Change
 from .compare import Comparison
 from .conditions import conditions, equal_damping, equal_stiffness, with_equal_damping
@@ -90,7 +91,7 @@ def search_all_three(comparison: Comparison, remaining: Remaining) -> Change | N
         steps = conditions(run.system, run.eta, fitting, speed).steps
         enough = fitting.steps * AMPLE / steps if steps > 0 else math.inf
         most = min(MOST_TIMES_THE_STEPS * fitting.steps, STEPS_RANGE[1])
-        return replace(fitting, steps=_rounded_up(min(max(fitting.steps, enough), most)))
+        return replace(fitting, steps=math.ceil(rounded_up(min(max(fitting.steps, enough), most))))
 
     search = TogetherSearch("K, D and the step", make, remaining, stiffness_ends(comparison))
     found = search.search(comparison.difference.total)
@@ -114,12 +115,6 @@ def stiffness_ends(comparison: Comparison) -> tuple[float, float]:
     soft = system.stiffer_spring
     ends = min(soft, present / 10.0), max(soft * 10.0**STIFFNESS_DECADES, present * 10.0)
     return max(ends[0], STIFFNESS_RANGE[0]), min(ends[1], STIFFNESS_RANGE[1])
-
-
-def _rounded_up(steps: float) -> int:
-    """A number of steps in two digits, no less; whole numbers up to a hundred."""
-    digit = 10 ** max(0, math.floor(math.log10(steps)) - 1)
-    return math.ceil(steps / digit) * digit
 
 
 def _searches(comparison: Comparison, remaining: Remaining) -> dict[str, "GridSearch | StepSearch"]:

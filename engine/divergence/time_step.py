@@ -17,8 +17,7 @@ import numpy as np
 from ..methods import Newmark, TimeStepping
 from ..motions.description import describe
 from ..result import Record, Response
-from ..simulate import simulate
-from .grid import samples_beside
+from .grid import run_again, samples_beside
 from .parts import DifferenceSeries
 
 
@@ -75,8 +74,7 @@ def split_time_step(
     """
     method, run = with_located_steps(penalty.method), penalty
     if method != penalty.method:
-        options = {"periods": penalty.periods, "keep": penalty.keep, "initial": initial, "cancelled": cancelled}
-        run = simulate(penalty.system, penalty.eta, method, **options)
+        run = run_again(penalty, method=method, initial=initial, cancelled=cancelled)
     first, found = describe(penalty), describe(run)
     own = series.runs.penalty.reshape(4, series.periods, -1)
     located = own if run is penalty else samples_beside(run, found.period, own, grid, cancelled)[0]

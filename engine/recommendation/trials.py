@@ -25,7 +25,6 @@ neighbourhood missed them, at most four of 120 would with a probability of 0.006
 """
 
 import math
-import threading
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import Executor
 from dataclasses import replace
@@ -132,7 +131,7 @@ class Trials:
         self._start = tuple(found.state.tolist())
         self._transient = transient_of(found)
         self._keep = KEEP_LOCATED if self.located else KEEP
-        self._of_thread = threading.local()  # what makes its runs
+        self._runs = SampledRuns(self._system, self.eta)
         self._short: dict[tuple, tuple[float, float]] = {}  # results of short runs, many of which are needed again
         self._excess: dict[NewmarkSetting, float] = {}
         self._verified: dict[NewmarkSetting, Trial] = {}
@@ -280,18 +279,7 @@ class Trials:
     ) -> tuple[float, float]:
         """Return error and solves per period."""
         method, record = with_setting(self.scheme, setting), Record(keep, per_period, setting.steps)
-        displacement, steps = self._runs.run(method, start, periods, record, self._cancelled, every_step)
-        if displacement is None:
-            return math.inf, steps / periods
-        grid = Record(1, displacement.shape[2], setting.steps)
-        return self.target.error_of_samples(displacement, grid, self._cancelled), steps / periods
-
-    @property
-    def _runs(self) -> SampledRuns:
-        """What makes the runs of this thread."""
-        if not hasattr(self._of_thread, "runs"):
-            self._of_thread.runs = SampledRuns(self._system, self.eta)
-        return self._of_thread.runs
+        return self._runs.error(self.target, method, start, periods, record, self._cancelled, every_step)
 
 
 def with_setting(scheme: Newmark | TimeStepping, setting: NewmarkSetting) -> Newmark | TimeStepping:
