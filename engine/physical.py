@@ -17,7 +17,7 @@ largest static displacement F/k₁ of the forces on body 1, or else in the clear
 """
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -302,9 +302,7 @@ def _check_form(given: dict, wall: bool) -> None:
             both = " and ".join(several[:2])
             raise ValueError(f"gives both {both}: one follows from the other, leave one out")
     if wall:
-        idle = [name for name in NOT_AT_A_WALL if name in given]
-        if idle:
-            raise ValueError(f"gives wall = true and {', '.join(idle)}: a wall has no such number, leave one out")
+        refuse_body_2(NOT_AT_A_WALL, given)
     elif "mass2_kg" not in given:
         raise ValueError("gives neither mass2_kg nor wall = true: say what body 1 may touch")
     needed = ["mass1_kg", ("stiffness1_N_per_m", "frequency1_Hz")]
@@ -315,6 +313,13 @@ def _check_form(given: dict, wall: bool) -> None:
             raise ValueError(f"{' or '.join(names)} is missing: a physical entry needs it")
     if "length_mm" in given and given.get("base_amplitude_mm"):
         raise ValueError("gives length_mm although the base moves: lengths are counted in its amplitude, leave it out")
+
+
+def refuse_body_2(names: Iterable[str], given: Mapping) -> None:
+    """Raise a ValueError if any of the names of body 2 is given beside a wall."""
+    idle = [name for name in names if name in given]
+    if idle:
+        raise ValueError(f"gives wall = true and {', '.join(idle)}: a wall has no such number, leave one out")
 
 
 def _checked(name: str, value: float, allowed: Range, beside: str = "") -> float:

@@ -29,7 +29,7 @@ from .fields import described_fields
 from .files import read_file
 from .methods import Reference
 from .model import BODY_2, FORCES_ON_BODY_2, System
-from .physical import KEYS, NOT_AT_A_WALL, WALL, physical_entry, system_of_physical
+from .physical import KEYS, NOT_AT_A_WALL, WALL, physical_entry, refuse_body_2, system_of_physical
 from .units import Units
 
 SYSTEM_SIZE_LIMIT = 65_536  # bytes; a hundred times the size of a commented file
@@ -271,8 +271,8 @@ def system_of_tables(tables: dict) -> SystemFile:
     constants = _values(tables, "system", flags=(WALL,), words={"d3": (NOT_MEASURED,)})
     driven, units = _values(tables, "excitation", words={"held": HELD}), Units(**_values(tables, "units"))
     if constants.get(WALL):
-        _refuse_body_2((*BODY_2, MASS_RATIO), constants)
-        _refuse_body_2(FORCES_ON_BODY_2, driven)
+        refuse_body_2((*BODY_2, MASS_RATIO), constants)
+        refuse_body_2(FORCES_ON_BODY_2, driven)
     if constants.get("d3") == NOT_MEASURED:
         constants["d3"] = None
     if MASS_RATIO in constants:
@@ -298,12 +298,6 @@ def _assumed_of_bodies(system: System, given: dict) -> Iterator[str]:
         yield _PAPERS_RATIO.format(system.kappa3, system.mass_ratio)
     if "d3" not in given:
         yield _PAPERS_JOINT.format(system.d3, system.derived_joint_damping)
-
-
-def _refuse_body_2(names: tuple[str, ...], given: dict) -> None:
-    idle = [name for name in names if name in given]
-    if idle:
-        raise ValueError(f"gives wall = true and {', '.join(idle)}: a wall has no such number, leave one out")
 
 
 def toml_tables(content: bytes) -> dict:

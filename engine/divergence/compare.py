@@ -17,12 +17,11 @@ from ..simulate import FARTHEST, simulate
 from .difference import Difference, known
 from .encounters import Encounters, match_encounters
 from .error import Target
+from .finer_parts import Regularisation, TimeStepParts, split_regularisation, split_time_step
 from .grid import run_again
 from .parts import PARTS, DifferenceSeries, PerSolution, difference_series
 from .question import ComparisonQuestion
-from .regularisation import Regularisation, split_regularisation
 from .statistics import Statistics, statistics
-from .time_step import TimeStepParts, split_time_step
 from .window import SECTION, change_between, settled_length
 
 # What a motion with evidence takes from the kept periods, so that everything that is counted is counted in them.

@@ -17,9 +17,8 @@ from ..methods import ExactPenalty, Newmark, TimeStepping
 from ..result import Checkpoint, Record
 from ..simulate import simulate
 from .compare import Comparison
-from .error import Target
+from .error import SampledRuns, Target
 from .grid import PER_PERIOD
-from .sampled_runs import SampledRuns
 from .statistics import SECTION
 from .window import LONGER
 

@@ -30,9 +30,9 @@ from .alone import Alone, Change
 from .compare import Comparison
 from .conditions import conditions, equal_damping, equal_stiffness, with_equal_damping
 from .encounters import mean_closing_speed
+from .finer_parts import with_located_steps
 from .number_search import FINE, GridSearch, StepSearch, TogetherSearch
 from .remaining import Remaining
-from .time_step import with_located_steps
 from .tolerances import AMPLE, LESS, RESOLVED
 
 STIFFNESS_DECADES = 6  # of K above the stiffer of both springs
@@ -67,33 +67,26 @@ def search_alone(
     return Alone(total, floor, curves, tuple(_choices(comparison, remaining)), done=True)
 
 
-def search_pair(comparison: Comparison, remaining: Remaining) -> Change | None:
-    """Change K with D at equal restitution; None where the law takes its damper from the restitution."""
-    method, system = comparison.runs.penalty.method, comparison.runs.penalty.system
-    speed = mean_closing_speed(comparison.runs.reference)
-    if method.damping is None:
-        return None
+def search_together(comparison: Comparison, remaining: Remaining, with_step: bool = False) -> Change | None:
+    """Change K with D at equal restitution, and ``with_step`` with a step that takes AMPLE steps in a contact.
 
-    def make(stiffness: float) -> Newmark | TimeStepping:
-        return with_equal_damping(system, method, stiffness, speed)
-
-    return TogetherSearch("K and D", make, remaining, stiffness_ends(comparison)).search(comparison.difference.total)
-
-
-def search_all_three(comparison: Comparison, remaining: Remaining) -> Change | None:
-    """Change K with D at equal restitution, and with a step that takes AMPLE steps in a contact."""
+    None where the law takes its damper from the restitution.
+    """
     run, speed = comparison.runs.penalty, mean_closing_speed(comparison.runs.reference)
     if run.method.damping is None:
         return None
 
     def make(stiffness: float) -> Newmark | TimeStepping:
         fitting = with_equal_damping(run.system, run.method, stiffness, speed)
+        if not with_step:
+            return fitting
         steps = conditions(run.system, run.eta, fitting, speed).steps
         enough = fitting.steps * AMPLE / steps if steps > 0 else math.inf
         most = min(MOST_TIMES_THE_STEPS * fitting.steps, STEPS_RANGE[1])
         return replace(fitting, steps=math.ceil(rounded_up(min(max(fitting.steps, enough), most))))
 
-    search = TogetherSearch("K, D and the step", make, remaining, stiffness_ends(comparison))
+    name = "K, D and the step" if with_step else "K and D"
+    search = TogetherSearch(name, make, remaining, stiffness_ends(comparison))
     found = search.search(comparison.difference.total)
     return found and (replace(found, changed="K and D") if found.method.steps == run.method.steps else found)
 

@@ -173,8 +173,7 @@ def _of_search(comparison: Comparison, found: Alone, blame: Blame, unchanged: st
         details=detail_sentences(comparison, found, contact, cancelled),
         alone=found,
         contact=contact,
-        reference=comparison.reference,
-        penalty=comparison.penalty,
+        **_motions(comparison),
     )
 
 
@@ -188,6 +187,10 @@ def contact_conditions(comparison: Comparison) -> Conditions:
     lasts = float(np.median(np.diff(run.contacts, axis=1))) if len(run.contacts) else np.nan
     steps = alone.steps * lasts / alone.duration if lasts > SHORT_CONTACT * alone.duration else alone.steps
     return replace(alone, measured=delivered_restitution(run), lasts=lasts, steps=steps)
+
+
+def _motions(comparison: Comparison) -> dict[str, Motion]:
+    return {"reference": comparison.reference, "penalty": comparison.penalty}
 
 
 def _blamed(blame: Blame) -> tuple[str, ...]:
@@ -216,8 +219,7 @@ def _of_changing_motion(comparison: Comparison, changing: dict[str, float]) -> V
         f"{text[0].upper()}{text[1:]} still {verb} between {run.periods // 2:,} and {run.periods:,} periods, so that "
         "there is no steady motion to judge. No number is blamed.",
         "unknown",
-        reference=comparison.reference,
-        penalty=comparison.penalty,
+        **_motions(comparison),
     )
 
 
@@ -229,8 +231,7 @@ def _without_contact(comparison: Comparison, fact: str, cancelled) -> Verdict:
         closeness(total),
         ("steps",) if total > SAME_CURVE else (),
         details=detail_sentences(comparison, None, contact_conditions(comparison), cancelled),
-        reference=comparison.reference,
-        penalty=comparison.penalty,
+        **_motions(comparison),
     )
 
 
@@ -264,8 +265,7 @@ def _of_rest(comparison: Comparison) -> Verdict:
     return Verdict(
         sentence(said),
         "unknown",
-        reference=comparison.reference,
-        penalty=comparison.penalty,
+        **_motions(comparison),
     )
 
 
@@ -292,8 +292,7 @@ def _of_other_motion(comparison: Comparison, elsewhere: float, scatter: float, c
         left=elsewhere,
         scatter=scatter,
         details=detail_sentences(comparison, None, contact_conditions(comparison), cancelled),
-        reference=comparison.reference,
-        penalty=comparison.penalty,
+        **_motions(comparison),
     )
 
 

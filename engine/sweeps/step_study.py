@@ -2,8 +2,8 @@
 
 A constant step misses each contact change by a part of a step, so that the section scatters. How fast that fades is
 the observed order p in scatter ∝ n⁻ᵖ, the slope of a least-squares line through log scatter over log n. Beside each run
-stands the one whose steps are cut at the contact changes (:func:`..divergence.time_step.with_located_steps`), where the
-contact law has such steps; and the error by the time step, this run − exact penalty, has an order too.
+stands the one whose steps are cut at the contact changes (:func:`..divergence.finer_parts.with_located_steps`), where
+the contact law has such steps; and the error by the time step, this run − exact penalty, has an order too.
 """
 
 from collections.abc import Sequence
@@ -16,7 +16,7 @@ import numpy as np
 from ..batch import run_cells
 from ..cells import CellResults, Cells
 from ..contact import stiffness_of_step
-from ..divergence.time_step import with_located_steps
+from ..divergence.finer_parts import with_located_steps
 from ..methods import Method
 from ..result import Record
 from ..simulate import simulate
