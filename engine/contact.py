@@ -56,7 +56,7 @@ from .law_table import (
     powers_of,
     ratio_of_restitution,
 )
-from .methods import STEPS_RANGE, ExactPenalty, Method, Newmark, TimeStepping
+from .methods import STEPS_RANGE, STIFFNESS_RANGE, ExactPenalty, Method, Newmark, TimeStepping
 from .model import System, check_eta
 
 SPEED_RANGE = (0.0, 1e9)
@@ -90,6 +90,12 @@ def damped_duration(system: System, stiffness: float, damping: float) -> float:
     if ratio >= 1.0:
         return math.inf
     return math.pi / (contact_frequency(system, stiffness) * math.sqrt((1 - ratio) * (1 + ratio)))
+
+
+def spring_energy(method: Method, gap: np.ndarray) -> np.ndarray:
+    """Energy that the contact spring stores at each gap, Kδⁿ⁺¹/(n + 1)."""
+    n = method.spring_exponent
+    return method.stiffness * np.maximum(-gap, 0.0) ** (n + 1.0) / (n + 1.0)
 
 
 def stiffness_for(system: System, eta: float, steps: int, contact_steps: float) -> float:
@@ -325,11 +331,14 @@ def damping_of_restitution(
     return found * mass * speed / length ** (power + 1.0)
 
 
-def damping_of_law(system: System, method: Method, stiffness: float, closing_speed: float) -> float:
-    """Return the D with which a contact of K and the method's law has the system's restitution, at a closing speed.
+def equal_damping(system: System, method: Method, stiffness: float, closing_speed: float) -> float:
+    """Return D_e(K), with which a contact of K and the method's law has the restitution of the reference, Eq. (55).
 
-    nan where there is none: no closing speed (nan), or a restitution smaller than any damping gives.
+    nan where there is none: the law takes its damper from the restitution, nothing collides so that there is no closing
+    speed (nan), or the restitution is smaller than any damping gives.
     """
+    if method.damping is None:
+        return math.nan
     if method.linear:
         return equal_restitution_damping(system, stiffness)
     if math.isnan(closing_speed):
@@ -339,6 +348,25 @@ def damping_of_law(system: System, method: Method, stiffness: float, closing_spe
         return damping_of_restitution(method.law, system.restitution, stiffness, **numbers)
     except ValueError:
         return math.nan
+
+
+def equal_stiffness(system: System, method: Method, closing_speed: float) -> float:
+    """Return K_e(D), the inverse of :func:`equal_damping`: (D/ζ(e))²(1 + 1/μ) of the first law.
+
+    nan where there is none within the range of K. D_e(K) is a power of K for every law whose numbers K and D scale
+    alone; of the others it is nearly one, so that the power is found again from where it leads.
+    """
+    if not method.damping:
+        return math.nan
+    stiffness = method.stiffness
+    for _ in range(4):
+        here, there = (equal_damping(system, method, factor * stiffness, closing_speed) for factor in (1.0, 2.0))
+        if not (here > 0.0 and there > here):
+            return math.nan
+        stiffness *= (method.damping / here) ** (1.0 / math.log2(there / here))
+        if not STIFFNESS_RANGE[0] <= stiffness <= STIFFNESS_RANGE[1] / 2:
+            return math.nan
+    return stiffness
 
 
 @lru_cache(maxsize=1000)

@@ -14,12 +14,11 @@ from ..motions.motion import motion
 from ..motions.poincare_map import without_penetration
 from ..result import Checkpoint, Record, Response
 from ..simulate import FARTHEST, simulate
-from .difference import Difference, known
 from .encounters import Encounters, match_encounters
 from .error import Target
 from .finer_parts import Regularisation, TimeStepParts, split_regularisation, split_time_step
 from .grid import run_again
-from .parts import PARTS, DifferenceSeries, PerSolution, difference_series
+from .parts import PARTS, Difference, DifferenceSeries, PerSolution, difference_series, known
 from .question import ComparisonQuestion
 from .statistics import Statistics, statistics
 from .window import SECTION, change_between, settled_length

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..contact import damped_duration, damping_ratio
+from ..contact import damped_duration, damping_ratio, equal_damping, equal_stiffness
 from ..drivers.section import NEAR_TOLERANCE
 from ..facts import Amount, Choice, Dimensionless, Statement, equation, joined, stated
 from ..methods import METHOD_NUMBERS
@@ -14,7 +14,7 @@ from ..motions.words import touching
 from ..wording import percent, rounded
 from .alone import Alone
 from .compare import Comparison
-from .conditions import Conditions, equal_damping, equal_stiffness
+from .conditions import Conditions
 from .encounters import delivered_restitution, mean_closing_speed
 from .grid import run_again
 from .sentences import SENTENCE_DIGITS, share, value_text
@@ -104,7 +104,7 @@ def _ways_to_rebound(comparison: Comparison, speed: float, cancelled: Callable[[
     """The D and K of equal restitution whose own runs rebound as asked: where other forces act, they do not."""
     run, asked, ways = comparison.runs.penalty, comparison.asked, []
     system, method = run.system, run.method
-    found = {"D": equal_damping(system, method, speed), "K": equal_stiffness(system, method, speed)}
+    found = {"D": equal_damping(system, method, method.stiffness, speed), "K": equal_stiffness(system, method, speed)}
     for name, value in found.items():
         present = method.numbers[name]
         if not math.isfinite(value) or value <= 0.0 or abs(value - present) <= SAME_NUMBER * present:

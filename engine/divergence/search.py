@@ -15,7 +15,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..contact import damping_for
+from ..contact import damping_for, equal_damping, equal_stiffness
 from ..integrators import NewmarkBeta
 from ..law_table import LAWS
 from ..methods import (
@@ -28,7 +28,7 @@ from ..methods import (
 from ..wording import rounded_up
 from .alone import Alone, Change
 from .compare import Comparison
-from .conditions import conditions, equal_damping, equal_stiffness, with_equal_damping
+from .conditions import conditions, with_equal_damping
 from .encounters import mean_closing_speed
 from .finer_parts import with_located_steps
 from .number_search import FINE, GridSearch, StepSearch, TogetherSearch
@@ -127,7 +127,7 @@ def _searches(comparison: Comparison, remaining: Remaining) -> dict[str, "GridSe
         )
     }
     if method.damping is not None:
-        equal = equal_damping(system, method, speed)
+        equal = equal_damping(system, method, method.stiffness, speed)
         middle = equal if equal > 0 else damping_for(system, method.stiffness, 1.0)
         ends = [middle * 10.0**power for power in (-DAMPING_DECADES, DAMPING_DECADES)]
         if method.damping > 0:

@@ -17,7 +17,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ..contact import damping_for, damping_of_law, damping_ratio, stiffness_for
+from ..contact import damping_for, damping_ratio, equal_damping, stiffness_for
 from ..law_table import RATIO_LAWS, ratio_of_restitution
 from ..methods import STIFFNESS_RANGE
 from ..model import System
@@ -127,7 +127,7 @@ class ContactSearch:
         equal, scheme = ratio_of_restitution(self.system.restitution), self.trials.scheme
         if not scheme.linear:
             if stiffness not in self._equal:
-                self._equal[stiffness] = damping_of_law(self.system, scheme, stiffness, self.trials.closing_speed)
+                self._equal[stiffness] = equal_damping(self.system, scheme, stiffness, self.trials.closing_speed)
             if math.isfinite(self._equal[stiffness]):
                 equal = damping_ratio(self.system, stiffness, self._equal[stiffness])
         return max(equal, LEAST_DAMPING)
