@@ -267,9 +267,7 @@ class System:
     @classmethod
     def from_dict(cls, constants: dict[str, float | bool | None]) -> "System":
         """The system of the constants that :meth:`as_dict` returns, or of some of them."""
-        own = {name: value for name, value in constants.items() if name not in _DRIVE}
-        driven = {name: value for name, value in constants.items() if name in _DRIVE}
-        return cls(**own, excitation=Excitation(**driven))
+        return cls().changed(constants)
 
 
 # What a wall has no use for: attributes of System and of Excitation that belong to body 2 alone.
