@@ -25,8 +25,9 @@ from vibroscope.engine import (
     simulate,
     steady,
 )
-from vibroscope.engine.divergence.contact import damping_for, damping_ratio_for, stiffness_for
+from vibroscope.engine.contact import damping_for, stiffness_for
 from vibroscope.engine.divergence.error import Target
+from vibroscope.engine.law_table import ratio_of_restitution
 from vibroscope.engine.recommendation.range_trials import RangeTrials
 from vibroscope.engine.recommendation.trials import NewmarkSetting, Trials
 
@@ -50,7 +51,7 @@ SHARES = np.geomspace(0.3, 3.0, 24)  # of ζ(e)
 
 def brute(trials, eta, tolerance, steps, stiffness_max):
     """Whether any promising setting of the fine grid is confirmed with so many steps."""
-    ratio = damping_ratio_for(SYSTEM.restitution)
+    ratio = ratio_of_restitution(SYSTEM.restitution)
     low, high = (10.0, stiffness_max) if trials.located else (stiffness_for(SYSTEM, eta, steps, c) for c in (150, 1.2))
     low, high = max(low, 3.0), min(high, stiffness_max)
     stiffnesses = np.geomspace(low, high, 2 + round(math.log(high / low, RATIO)))

@@ -6,10 +6,14 @@ from functools import cached_property
 
 import numpy as np
 
-from .checks import one_of, require
+from .checks import one_of
+from .fields import Range, check_numbers, described
 
 AMPLITUDE_RANGE = (-1e6, 1e6)  # of displacements and forces
 PHASE_RANGE = (-1e3, 1e3)
+_AMPLITUDE = Range(*AMPLITUDE_RANGE), "give an amplitude in units of length, or of k₁ times that"
+_BODY_2 = {"of_body_2": True}
+_PHASE = "rad", Range(*PHASE_RANGE), "give a phase in rad"
 HELD = ("displacement", "velocity", "acceleration")  # of the base; its place is the power of η in the amplitude
 
 
@@ -40,23 +44,21 @@ class Excitation:
         If a value is out of range.
     """
 
-    base: float = 1.0
-    base_phase: float = 0.0
-    force1: float = 0.0
-    force1_phase: float = 0.0
-    force2: float = 0.0
-    force2_phase: float = 0.0
-    constant1: float = 0.0
-    constant2: float = 0.0
-    held: str = HELD[0]
+    base: float = described(1.0, "amplitude of the base, of what is held", "length", *_AMPLITUDE)
+    base_phase: float = described(0.0, "phase of its displacement", *_PHASE)
+    force1: float = described(0.0, "harmonic force on body 1, towards body 2", "k1 length", *_AMPLITUDE)
+    force1_phase: float = described(0.0, "phase of force1", *_PHASE)
+    force2: float = described(0.0, "harmonic force on body 2, away from body 1", "k1 length", *_AMPLITUDE, **_BODY_2)
+    force2_phase: float = described(0.0, "phase of force2", *_PHASE, **_BODY_2)
+    constant1: float = described(0.0, "constant force on body 1, towards body 2", "k1 length", *_AMPLITUDE)
+    constant2: float = described(0.0, "constant force on body 2, away from body 1", "k1 length", *_AMPLITUDE, **_BODY_2)
+    held: str = described(
+        HELD[0], "what of the base keeps its amplitude over eta", "text", None, words=" or ".join(HELD)
+    )
 
     def __post_init__(self):
         one_of("held", self.held, HELD)
-        for name, value in self.numbers().items():
-            allowed, advice = AMPLITUDE_RANGE, "give an amplitude in units of length, or of k₁ times that"
-            if name.endswith("phase"):
-                allowed, advice = PHASE_RANGE, "give a phase in rad"
-            object.__setattr__(self, name, require(name, value, *allowed, advice) + 0.0)  # -0.0 becomes 0.0
+        check_numbers(self)
 
     def as_dict(self) -> dict[str, float | str]:
         """The numbers by name, and ``held``."""

@@ -1,4 +1,4 @@
-"""The numbers and properties of each contact law beside K and D; engine, command line and page read this table.
+"""The numbers and properties of each contact law beside K and D, and its damper; all others read this table.
 
 The force of each is in :mod:`.kernels.equations.contact_law`. Where D is given, its damper is c = 2D, or h = 2D/K in
 Eq. (18). Where it is not, a formula gives it from the restitution e that is wanted, with the closing speed v₀ at each
@@ -23,7 +23,11 @@ ratio ζ = c/(2√(Km)) alone, with φ = arccos ζ, decides it in
 
 import math
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from .model import System
 
 HERTZ = 1.5
 NEEDED = None  # in place of the default of a number that must be given
@@ -42,13 +46,33 @@ def restitution_without_pull(ratio: float) -> float:
     return math.exp(-2 * ratio * (math.acos(ratio) if ratio < 1 else math.acosh(ratio)) / root)
 
 
+def ratio_of_restitution(e: float) -> float:
+    """Return the ζ with the restitution e by Eq. (28): 0 for 1, and 1 for 0."""
+    if e in (0, 1):
+        return 1.0 - e
+    logarithm = -math.log(e)
+    return logarithm / math.hypot(math.pi, logarithm)
+
+
+def critical_damping(stiffness: float | np.ndarray, mass: float) -> float | np.ndarray:
+    """Return √(Km), the D of the damping ratio ζ = 1 of a reduced mass m: D = ζ√(Km)."""
+    found = np.sqrt(stiffness * mass)
+    return float(found) if np.ndim(found) == 0 else found
+
+
+def deepest_penetration(
+    stiffness: float, mass: float, closing_speed: float | np.ndarray, exponent: float
+) -> float | np.ndarray:
+    """Return the δₘ that the spring's force Kδⁿ alone stops a reduced mass at: ½mv₀² = Kδₘⁿ⁺¹/(n + 1)."""
+    return ((exponent + 1.0) * mass * closing_speed**2 / (2.0 * stiffness)) ** (1.0 / (exponent + 1.0))
+
+
 def _jankowski(e: float, n: float) -> float:
     return 9.0 * math.sqrt(5.0) * (1.0 - e * e) / (e * (e * (9.0 * math.pi - 16.0) + 16.0))  # Eq. (25)
 
 
 def _constant_restitution(e: float, n: float) -> float:
-    logarithm = -math.log(e)  # Eq. (26)
-    return math.sqrt(2.0 * (n + 1.0)) * logarithm / math.hypot(math.pi, logarithm)
+    return math.sqrt(2.0 * (n + 1.0)) * ratio_of_restitution(e)  # Eq. (26)
 
 
 class Law(NamedTuple):
@@ -115,3 +139,31 @@ def powers_of(law: str, exponent: float) -> tuple[float, float]:
 def laws_with(number: str) -> tuple[str, ...]:
     """The laws that take a number, "exponent" or "penetration"."""
     return tuple(law for law in LAWS if number in numbers_of(law))
+
+
+def damper_of(system: System, method: Any) -> tuple[float, bool]:
+    """c, or h of Eq. (18), of a penalty method, and whether it is still to be divided by the closing speed.
+
+    Raises
+    ------
+    ValueError
+        If D is to follow from a restitution of 0, and the formula divides by it.
+    """
+    if method.damping is not None:
+        return given_gain(method), False
+    n = method.spring_exponent
+    return formula_damper(method.law, system.restitution, method.stiffness, system.mass_share, n)
+
+
+def given_gain(method: Any) -> float:
+    """c, or h of Eq. (18), of a penalty method whose D is given."""
+    return 2.0 * method.damping / (method.stiffness if LAWS[method.law].relative else 1.0)
+
+
+def formula_damper(law: str, e: float, stiffness: float, mass: float, exponent: float) -> tuple[float, bool]:
+    """The damper by the formula of the law's authors, Eqs. (22) to (26); see :func:`damper_of`."""
+    own = LAWS[law]
+    if e == 0.0 and own.divides:
+        raise ValueError(f"restitution = 0 gives the law {law!r} no damper, since its formula divides by it: give D")
+    factor = own.damper(e, exponent)
+    return (factor, True) if own.relative else (factor * critical_damping(stiffness, mass), False)

@@ -168,7 +168,7 @@ class ExactPenalty(_WithoutStep, _Penalty):
         D of the contact damper; the force of the first law is K(ξ₁ − ξ₂) + 2D(ξ₁′ − ξ₂′). All laws:
         :mod:`engine.kernels.equations.contact_law`, with c = 2D, or h = 2D/K. With None the law takes its damper from
         the restitution of the system and the closing speed of each touch, by the formula of its authors
-        (:mod:`engine.laws`).
+        (:mod:`engine.law_table`).
     law : str
         One of :data:`engine.CONTACT_LAWS`.
     exponent : float

@@ -15,6 +15,7 @@ import numpy as np
 from .arguments import shown
 from .checks import flag, require
 from .excitation import Excitation
+from .fields import Range, check_numbers, described, described_fields
 
 ETA_RANGE = (1e-3, 1e3)
 CLEARANCE_RANGE = (-1e6, 1e6)
@@ -22,9 +23,13 @@ MASS_RATIO_RANGE = (1e-9, 1e9)
 RATIO_RANGE = (1e-3, 1e3)  # of frequencies
 
 _DRIVE = tuple(each.name for each in fields(Excitation))
-# What a wall has no use for: attributes of System and of Excitation that belong to body 2 alone.
-BODY_2 = ("kappa", "kappa3", "d2", "d3", "mu")
-FORCES_ON_BODY_2 = ("force2", "force2_phase", "constant2")
+_RATIO, _MASS_RATIO = Range(*RATIO_RANGE), Range(*MASS_RATIO_RANGE)
+_DAMPING = (
+    *("-", Range(0, 1, open_high=True)),
+    "the bodies must be underdamped, give a ratio of at least 0 and below 1",
+)
+_BODY_2 = {"of_body_2": True}
+_UNLESS_KNOWN = _BODY_2 | {"optional": True}
 
 
 @dataclass(frozen=True)
@@ -73,16 +78,33 @@ class System:
     (1, 0.5)
     """
 
-    kappa: float = 2.41
-    d1: float = 0.0033
-    d2: float = 0.0120
-    kappa3: float = 1.80
-    d3: float | None = 0.0330
-    restitution: float = 0.5
-    clearance: float = 0.0
+    kappa: float = described(
+        *(2.41, "frequency ratio of body 2, omega2/omega1", "-", _RATIO, "give the frequency ratio ω₂/ω₁"), **_BODY_2
+    )
+    d1: float = described(0.0033, "damping ratio of body 1", *_DAMPING)
+    d2: float = described(0.0120, "damping ratio of body 2", *_DAMPING, **_BODY_2)
+    kappa3: float = described(
+        *(1.80, "frequency ratio of the joined bodies, omega3/omega1", "-", _RATIO, "give the frequency ratio ω₃/ω₁"),
+        words="between 1 and kappa, neither of them",
+        **_BODY_2,
+    )
+    d3: float | None = described(
+        0.0330, "damping ratio of the joined bodies, as measured", *_DAMPING, **_BODY_2, optional=True
+    )
+    restitution: float = described(
+        0.5, "coefficient of restitution e", "-", Range(0, 1), "give a coefficient of restitution"
+    )
+    clearance: float = described(
+        *(0.0, "gap where both springs are relaxed; negative: preload", "length", Range(*CLEARANCE_RANGE)),
+        "give the gap at rest in units of length; below 0: preload",
+    )
     wall: bool = False
     excitation: Excitation = field(default_factory=Excitation)
-    mu: float | None = None
+    mu: float | None = described(
+        *(None, "mass ratio m2/m1, in place of kappa3", "-", _MASS_RATIO, "give the mass ratio m₂/m₁"),
+        **_BODY_2,
+        optional=True,
+    )
 
     def __post_init__(self):
         object.__setattr__(self, "wall", flag("wall", self.wall))
@@ -90,25 +112,8 @@ class System:
             raise ValueError(f"excitation = {shown(self.excitation)} is not an Excitation")
         if self.wall:
             self._forget_body_2()
-        under = "the bodies must be underdamped, give a ratio of at least 0 and below 1"
-        checked = {
-            "kappa": require("kappa", self.kappa, *RATIO_RANGE, "give the frequency ratio ω₂/ω₁"),
-            "d1": require("d1", self.d1, 0, 1, under, open_high=True),
-            "d2": require("d2", self.d2, 0, 1, under, open_high=True),
-            "restitution": require("restitution", self.restitution, 0, 1, "give a coefficient of restitution"),
-            "clearance": require(
-                "clearance",
-                self.clearance,
-                *CLEARANCE_RANGE,
-                "give the gap at rest in units of length; below 0: preload",
-            )
-            + 0.0,
-        }
-        if self.d3 is not None:
-            checked["d3"] = require("d3", self.d3, 0, 1, under, open_high=True)
-        checked |= self._checked_masses(checked["kappa"])
-        for name, value in checked.items():
-            object.__setattr__(self, name, value)
+        check_numbers(self, without=("kappa3",))
+        object.__setattr__(self, "kappa3", self._checked_kappa3())
 
     def _forget_body_2(self) -> None:
         for each in fields(self):
@@ -117,27 +122,18 @@ class System:
         idle = {each.name: each.default for each in fields(Excitation) if each.name in FORCES_ON_BODY_2}
         object.__setattr__(self, "excitation", Excitation(**{**self.excitation.as_dict(), **idle}))
 
-    def _checked_masses(self, kappa: float) -> dict[str, float]:
-        """κ₃ and μ, of which one follows from the other."""
-        if self.mu is not None:
-            mu = require("mu", self.mu, *MASS_RATIO_RANGE, "give the mass ratio m₂/m₁")
-            return {"mu": mu, "kappa3": math.sqrt((1 + mu * kappa**2) / (1 + mu))}
-        kappa3 = require("kappa3", self.kappa3, *RATIO_RANGE, "give the frequency ratio ω₃/ω₁")
+    def _checked_kappa3(self) -> float:
+        """κ₃, which follows from μ where that is given."""
+        kappa, mu = self.kappa, self.mu
+        if mu is not None:
+            return math.sqrt((1 + mu * kappa**2) / (1 + mu))
+        kappa3 = described_fields(System)["kappa3"].check("kappa3", self.kappa3)
         if kappa == 1.0:
             raise ValueError(
                 "kappa = 1 leaves the mass ratio open, which otherwise follows from kappa3: give mass_ratio, m₂/m₁"
             )
-        low, high = sorted((1.0, kappa))
-        require(
-            "kappa3",
-            kappa3,
-            low,
-            high,
-            "joined bodies swing between the frequencies of the separate ones; the mass ratio follows from it",
-            open_low=True,
-            open_high=True,
-        )
-        return {"kappa3": kappa3}
+        why = "joined bodies swing between the frequencies of the separate ones; the mass ratio follows from it"
+        return require("kappa3", kappa3, *sorted((1.0, kappa)), why, open_low=True, open_high=True)
 
     @classmethod
     def from_mass_ratio(cls, mass_ratio: float, *, kappa: float = 2.41, **others) -> "System":
@@ -271,11 +267,13 @@ class System:
     @classmethod
     def from_dict(cls, constants: dict[str, float | bool | None]) -> "System":
         """The system of the constants that :meth:`as_dict` returns, or of some of them."""
-        own = {name: value for name, value in constants.items() if name not in _DRIVE}
-        driven = {name: value for name, value in constants.items() if name in _DRIVE}
-        return cls(**own, excitation=Excitation(**driven))
+        return cls().changed(constants)
 
 
+# What a wall has no use for: attributes of System and of Excitation that belong to body 2 alone.
+BODY_2, FORCES_ON_BODY_2 = (
+    tuple(name for name, each in described_fields(kind).items() if each.of_body_2) for kind in (System, Excitation)
+)
 PAPERS = ("kappa", "d1", "d2", "kappa3", "d3", "restitution")  # the constants of the paper's system, Table 1
 
 

@@ -17,13 +17,14 @@ largest static displacement F/k₁ of the forces on body 1, or else in the clear
 """
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
 from .arguments import shown
 from .checks import flag
 from .excitation import AMPLITUDE_RANGE, HELD, PHASE_RANGE, Excitation
+from .fields import Range
 from .model import (
     CLEARANCE_RANGE,
     ETA_RANGE,
@@ -47,27 +48,6 @@ class PhysicalSystem(NamedTuple):
     units: Units
     eta: float | None
     forms: tuple[str, ...] = ()
-
-
-class Range(NamedTuple):
-    """The range of a number, from low to high; open ends are excluded."""
-
-    low: float
-    high: float
-    open_low: bool = False
-    open_high: bool = False
-
-    def holds(self, value: float) -> bool:
-        """Whether a number lies between the ends."""
-        above = value > self.low if self.open_low else value >= self.low
-        return above and (value < self.high if self.open_high else value <= self.high)
-
-    def words(self, unit: str) -> str:
-        """The range in a sentence, as "above 0, at most 1000 kg"."""
-        low, high = map(end_text, self[:2])
-        first = f"above {low}, " if self.open_low else f"from {low} to "
-        last = f"below {high}" if self.open_high else f"at most {high}" if self.open_low else high
-        return f"{first}{last} {unit}".rstrip()
 
 
 class PhysicalNumber(NamedTuple):
@@ -322,9 +302,7 @@ def _check_form(given: dict, wall: bool) -> None:
             both = " and ".join(several[:2])
             raise ValueError(f"gives both {both}: one follows from the other, leave one out")
     if wall:
-        idle = [name for name in NOT_AT_A_WALL if name in given]
-        if idle:
-            raise ValueError(f"gives wall = true and {', '.join(idle)}: a wall has no such number, leave one out")
+        refuse_body_2(NOT_AT_A_WALL, given)
     elif "mass2_kg" not in given:
         raise ValueError("gives neither mass2_kg nor wall = true: say what body 1 may touch")
     needed = ["mass1_kg", ("stiffness1_N_per_m", "frequency1_Hz")]
@@ -335,6 +313,13 @@ def _check_form(given: dict, wall: bool) -> None:
             raise ValueError(f"{' or '.join(names)} is missing: a physical entry needs it")
     if "length_mm" in given and given.get("base_amplitude_mm"):
         raise ValueError("gives length_mm although the base moves: lengths are counted in its amplitude, leave it out")
+
+
+def refuse_body_2(names: Iterable[str], given: Mapping) -> None:
+    """Raise a ValueError if any of the names of body 2 is given beside a wall."""
+    idle = [name for name in names if name in given]
+    if idle:
+        raise ValueError(f"gives wall = true and {', '.join(idle)}: a wall has no such number, leave one out")
 
 
 def _checked(name: str, value: float, allowed: Range, beside: str = "") -> float:

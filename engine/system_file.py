@@ -25,55 +25,21 @@ from pathlib import Path
 from typing import NamedTuple
 
 from .excitation import HELD, Excitation
+from .fields import described_fields
 from .files import read_file
 from .methods import Reference
 from .model import BODY_2, FORCES_ON_BODY_2, System
-from .physical import KEYS, NOT_AT_A_WALL, WALL, physical_entry, system_of_physical
+from .physical import KEYS, NOT_AT_A_WALL, WALL, physical_entry, refuse_body_2, system_of_physical
 from .units import Units
 
 SYSTEM_SIZE_LIMIT = 65_536  # bytes; a hundred times the size of a commented file
 _MOST_DOTS = 200  # in a line: tomllib reads a.a.a … in quadratic time, seconds for a file of SYSTEM_SIZE_LIMIT
 
 
-class Constant(NamedTuple):
-    """How a system file explains one of its constants."""
-
-    meaning: str
-    allowed: str
-    unit: str
-
-
-_KAPPA3_ALLOWED = "between 1 and kappa, neither of them"
-_AMPLITUDE, _PHASE = "-1e6 to 1e6", "-1000 to 1000"
-SYSTEM_CONSTANTS = {
-    "kappa": Constant("frequency ratio of body 2, omega2/omega1", "0.001 to 1000", "-"),
-    "d1": Constant("damping ratio of body 1", "0 to below 1", "-"),
-    "d2": Constant("damping ratio of body 2", "0 to below 1", "-"),
-    "kappa3": Constant("frequency ratio of the joined bodies, omega3/omega1", _KAPPA3_ALLOWED, "-"),
-    "d3": Constant("damping ratio of the joined bodies, as measured", "0 to below 1", "-"),
-    "restitution": Constant("coefficient of restitution e", "0 to 1", "-"),
-    "clearance": Constant("gap where both springs are relaxed; negative: preload", _AMPLITUDE, "length"),
-}
-EXCITATION_CONSTANTS = {
-    "base": Constant("amplitude of the base, of what is held", _AMPLITUDE, "length"),
-    "base_phase": Constant("phase of its displacement", _PHASE, "rad"),
-    "force1": Constant("harmonic force on body 1, towards body 2", _AMPLITUDE, "k1 length"),
-    "force1_phase": Constant("phase of force1", _PHASE, "rad"),
-    "force2": Constant("harmonic force on body 2, away from body 1", _AMPLITUDE, "k1 length"),
-    "force2_phase": Constant("phase of force2", _PHASE, "rad"),
-    "constant1": Constant("constant force on body 1, towards body 2", _AMPLITUDE, "k1 length"),
-    "constant2": Constant("constant force on body 2, away from body 1", _AMPLITUDE, "k1 length"),
-    "held": Constant("what of the base keeps its amplitude over eta", " or ".join(HELD), "text"),
-}
-UNIT_CONSTANTS = {
-    "omega1": Constant("angular frequency of body 1", "1e-6 to 1e9", "1/s"),
-    "m1": Constant("mass of body 1", "1e-15 to 1e12", "kg"),
-    "base_amplitude": Constant("unit of length: amplitude of the base, if it moves", "1e-9 to 1e6", "mm"),
-}
 MASS_RATIO = "mass_ratio"  # m2/m1; a file may give it in place of kappa3, which follows from it
-MASS_RATIO_CONSTANT = Constant("mass ratio m2/m1, in place of kappa3", "1e-9 to 1e9", "-")
 NOT_MEASURED = "derived"  # in place of a number for d3
-_TABLES = ("system", "excitation", "units", "physical")
+_KINDS = {"system": System, "excitation": Excitation, "units": Units}
+_TABLES = (*_KINDS, "physical")
 
 
 _NO_RESTITUTION = (
@@ -108,49 +74,6 @@ class SystemFile:
     has_units: bool = field(default=False, compare=False)
 
 
-def system_text(system: System | None = None, units: Units | None = None) -> str:
-    """Write a system file that explains every constant; by default the system of the paper's Table 1."""
-    system, units = system or System(), units or Units()
-    speed, usual = units.base_amplitude * units.omega1, Reference().threshold
-    lines = ["# The system: two bodies that may touch, on a moving base (defaults: the paper's pendulums, Table 1)."]
-    lines += ["", "[system]", *_system_lines(system)]
-    lines += ["", "# What drives it; lengths are counted in the unit of length below, forces in k1 times that length."]
-    lines += ["# A velocity that is held is counted in length omega1, an acceleration in length omega1^2."]
-    lines += ["[excitation]", *_excitation_lines(system)]
-    lines += [
-        "",
-        "# What the numbers are counted in. They only convert results; the motion does not depend on them.",
-        "[units]",
-        *_constant_lines({name: getattr(units, name) for name in UNIT_CONSTANTS}, UNIT_CONSTANTS),
-        f"# Speeds are counted in base_amplitude omega1 = {speed:.4g} mm/s, and so is the threshold of the reference",
-        f"# (--threshold), which scales with the system: its default, {usual:g}, is {usual * speed:.3g} mm/s here.",
-    ]
-    return "\n".join(lines) + "\n"
-
-
-def brief_system_text(system: System) -> str:
-    """Write what differs from the paper's system, as tables without comments; empty if nothing does.
-
-    The joint of other bodies is written in any case, so that nobody has to assume it.
-    """
-    constants = system.as_dict()
-    usual, tables = System().as_dict(), {"system": {}, "excitation": {}}
-    joint = ("kappa3", "d3") if _has_other_bodies(system) else ()
-    for name, value in constants.items():
-        if name not in usual or value != usual[name] or name in joint:
-            tables["excitation" if name in EXCITATION_CONSTANTS else "system"][name] = value
-    own = tables["system"]
-    if "mu" in own:
-        own[MASS_RATIO] = own.pop("mu")
-    if own.get("d3", 0.0) is None:
-        own["d3"] = NOT_MEASURED
-    return "\n".join(
-        "\n".join([f"[{table}]", *(f"{name} = {_toml(value)}" for name, value in values.items())])
-        for table, values in tables.items()
-        if values
-    )
-
-
 class DescribedKey(NamedTuple):
     """A key of a table: what it means, its unit, what it may be, and what is taken where it is left out."""
 
@@ -179,32 +102,74 @@ def described_keys(table: str) -> dict[str, DescribedKey]:
             name: DescribedKey(k.meaning, k.unit or "-", k.allowed.words(""), k.default) for name, k in KEYS.items()
         }
         return keys | wall
-    constants, usual = {
-        "system": (SYSTEM_CONSTANTS, System()),
-        "excitation": (EXCITATION_CONSTANTS, Excitation()),
-        "units": (UNIT_CONSTANTS, Units()),
-    }[table]
-    keys = {name: DescribedKey(c.meaning, c.unit, c.allowed, getattr(usual, name)) for name, c in constants.items()}
+    kind = _KINDS[table]
+    usual = kind()
+    keys = {
+        name: DescribedKey(each.meaning, each.unit, each.allowed_words, getattr(usual, name))
+        for name, each in described_fields(kind).items()
+    }
     if table != "system":
         return keys
-    meaning, allowed, unit = MASS_RATIO_CONSTANT
-    ratio = DescribedKey(meaning, unit, allowed, "of kappa and kappa3")
+    ratio = keys.pop("mu")._replace(default="of kappa and kappa3")
     return keys | {MASS_RATIO: ratio} | wall
 
 
+def system_text(system: System | None = None, units: Units | None = None) -> str:
+    """Write a system file that explains every constant; by default the system of the paper's Table 1."""
+    system, units = system or System(), units or Units()
+    speed, usual = units.base_amplitude * units.omega1, Reference().threshold
+    lines = ["# The system: two bodies that may touch, on a moving base (defaults: the paper's pendulums, Table 1)."]
+    lines += ["", "[system]", *_system_lines(system)]
+    lines += ["", "# What drives it; lengths are counted in the unit of length below, forces in k1 times that length."]
+    lines += ["# A velocity that is held is counted in length omega1, an acceleration in length omega1^2."]
+    lines += ["[excitation]", *_excitation_lines(system)]
+    lines += [
+        "",
+        "# What the numbers are counted in. They only convert results; the motion does not depend on them.",
+        "[units]",
+        *_constant_lines(vars(units), described_keys("units")),
+        f"# Speeds are counted in base_amplitude omega1 = {speed:.4g} mm/s, and so is the threshold of the reference",
+        f"# (--threshold), which scales with the system: its default, {usual:g}, is {usual * speed:.3g} mm/s here.",
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def brief_system_text(system: System) -> str:
+    """Write what differs from the paper's system, as tables without comments; empty if nothing does.
+
+    The joint of other bodies is written in any case, so that nobody has to assume it.
+    """
+    constants = system.as_dict()
+    usual, tables = System().as_dict(), {"system": {}, "excitation": {}}
+    usual_drive = Excitation().as_dict()
+    joint = ("kappa3", "d3") if _has_other_bodies(system) else ()
+    for name, value in constants.items():
+        if name not in usual or value != usual[name] or name in joint:
+            tables["excitation" if name in usual_drive else "system"][name] = value
+    own = tables["system"]
+    if "mu" in own:
+        own[MASS_RATIO] = own.pop("mu")
+    if own.get("d3", 0.0) is None:
+        own["d3"] = NOT_MEASURED
+    return "\n".join(
+        "\n".join([f"[{table}]", *(f"{name} = {_toml(value)}" for name, value in values.items())])
+        for table, values in tables.items()
+        if values
+    )
+
+
 def _system_lines(system: System) -> list[str]:
-    values = {name: getattr(system, name) for name in SYSTEM_CONSTANTS}
-    constants = dict(SYSTEM_CONSTANTS)
+    values, keys = vars(system) | {MASS_RATIO: system.mu}, described_keys("system")
+    del keys[WALL]
     if system.wall:
-        known = {name: constant for name, constant in constants.items() if name not in BODY_2}
+        known = {name: key for name, key in keys.items() if name not in (*BODY_2, MASS_RATIO)}
         return [f"{'wall = true':24}# body 2 is a wall that is fixed to the base", *_constant_lines(values, known)]
+    ratio = keys.pop(MASS_RATIO)
     if system.mu is not None:
-        values[MASS_RATIO] = system.mu
-        constants = {(MASS_RATIO if name == "kappa3" else name): constants[name] for name in constants}
-        constants[MASS_RATIO] = MASS_RATIO_CONSTANT
+        keys = {(MASS_RATIO if name == "kappa3" else name): key for name, key in keys.items()} | {MASS_RATIO: ratio}
     if system.d3 is None:
         values["d3"] = NOT_MEASURED
-    lines = _constant_lines(values, constants)
+    lines = _constant_lines(values, keys)
     if system.mu is None:
         lines += [
             "# kappa3 sets the mass ratio m2/m1 = (kappa3^2 - 1)/(kappa^2 - kappa3^2), here "
@@ -216,9 +181,8 @@ def _system_lines(system: System) -> list[str]:
 
 
 def _excitation_lines(system: System) -> list[str]:
-    known = EXCITATION_CONSTANTS
-    if system.wall:
-        known = {name: constant for name, constant in known.items() if name not in FORCES_ON_BODY_2}
+    idle = FORCES_ON_BODY_2 if system.wall else ()
+    known = {name: key for name, key in described_keys("excitation").items() if name not in idle}
     return _constant_lines(system.excitation.as_dict(), known)
 
 
@@ -251,10 +215,10 @@ def _toml(value: float | bool | str) -> str:
     return str(value).lower() if isinstance(value, bool) else f'"{value}"' if isinstance(value, str) else repr(value)
 
 
-def _constant_lines(values: dict[str, float | str], constants: dict[str, Constant]) -> list[str]:
+def _constant_lines(values: dict[str, float | str], keys: dict[str, DescribedKey]) -> list[str]:
     return [
-        f"{f'{name} = {_toml(values[name])}':23} # {constant.meaning} [{constant.unit}]; {constant.allowed}"
-        for name, constant in constants.items()
+        f"{f'{name} = {_toml(values[name])}':23} # {key.meaning} [{key.unit}]; {key.allowed}"
+        for name, key in keys.items()
     ]
 
 
@@ -307,8 +271,8 @@ def system_of_tables(tables: dict) -> SystemFile:
     constants = _values(tables, "system", flags=(WALL,), words={"d3": (NOT_MEASURED,)})
     driven, units = _values(tables, "excitation", words={"held": HELD}), Units(**_values(tables, "units"))
     if constants.get(WALL):
-        _refuse_body_2((*BODY_2, MASS_RATIO), constants)
-        _refuse_body_2(FORCES_ON_BODY_2, driven)
+        refuse_body_2((*BODY_2, MASS_RATIO), constants)
+        refuse_body_2(FORCES_ON_BODY_2, driven)
     if constants.get("d3") == NOT_MEASURED:
         constants["d3"] = None
     if MASS_RATIO in constants:
@@ -334,12 +298,6 @@ def _assumed_of_bodies(system: System, given: dict) -> Iterator[str]:
         yield _PAPERS_RATIO.format(system.kappa3, system.mass_ratio)
     if "d3" not in given:
         yield _PAPERS_JOINT.format(system.d3, system.derived_joint_damping)
-
-
-def _refuse_body_2(names: tuple[str, ...], given: dict) -> None:
-    idle = [name for name in names if name in given]
-    if idle:
-        raise ValueError(f"gives wall = true and {', '.join(idle)}: a wall has no such number, leave one out")
 
 
 def toml_tables(content: bytes) -> dict:

@@ -29,7 +29,8 @@ from typing import NamedTuple, TypeVar
 
 import numpy as np
 
-from .checks import one_of, require
+from .checks import one_of
+from .fields import Range, check_numbers, described
 from .law_table import CONTACT_LAWS, HERTZ, powers_of
 from .methods import Method
 from .model import System, check_eta
@@ -115,9 +116,14 @@ class Units:
     ('N/m^1.5', 'N·s/m^2.5')
     """
 
-    omega1: float = 1.0
-    m1: float = 1.0
-    base_amplitude: float = 1.07
+    omega1: float = described(
+        *(1.0, "angular frequency of body 1", "1/s", Range(*OMEGA1_RANGE)), "give the angular frequency ω₁ in 1/s"
+    )
+    m1: float = described(1.0, "mass of body 1", "kg", Range(*M1_RANGE), "give the mass m₁ in kg")
+    base_amplitude: float = described(
+        *(1.07, "unit of length: amplitude of the base, if it moves", "mm", Range(*BASE_AMPLITUDE_RANGE)),
+        "give the amplitude of the base in mm",
+    )
     system: str = "si"
     law: str = CONTACT_LAWS[0]
     exponent: float = HERTZ
@@ -125,12 +131,7 @@ class Units:
     def __post_init__(self):
         one_of("system", self.system, tuple(UNIT_SYSTEMS))
         one_of("law", self.law, CONTACT_LAWS)
-        for name, allowed, advice in (
-            ("omega1", OMEGA1_RANGE, "give the angular frequency ω₁ in 1/s"),
-            ("m1", M1_RANGE, "give the mass m₁ in kg"),
-            ("base_amplitude", BASE_AMPLITUDE_RANGE, "give the amplitude of the base in mm"),
-        ):
-            object.__setattr__(self, name, require(name, getattr(self, name), *allowed, advice))
+        check_numbers(self)
 
     def of_contact(self, method: Method) -> "Units":
         """The same units, in which K and D are those of the contact law of a method."""

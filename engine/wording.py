@@ -10,6 +10,7 @@ from html import escape
 
 NOT_KNOWN = "not known"  # no sentence holds nan or inf
 MOST_DIGITS = 6  # of a share beside a limit that it hardly differs from
+ROUNDING = 1e-9  # of the second digit: a number that exceeds it by less does so by rounding
 MOST_SHARE = 10  # a larger share is of motions that have nothing in common, whatever its size
 
 
@@ -51,6 +52,19 @@ def percent(fraction: float, beside: float | None = None) -> str:
 def rounded_to(value: float, digits: int) -> float:
     """Round to so many significant digits."""
     return float(f"{value:.{digits}g}")
+
+
+def rounded_up(value: float) -> float:
+    """Round up to two significant digits; what exceeds two by rounding alone keeps them.
+
+    Examples
+    --------
+    >>> from vibroscope.engine.wording import rounded_up
+    >>> rounded_up(1201.0), rounded_up(0.012)
+    (1300.0, 0.012)
+    """
+    unit = 10.0 ** (math.floor(math.log10(value)) - 1)
+    return rounded_to(math.ceil(value / unit - ROUNDING) * unit, 2)
 
 
 def rounded(value: float, digits: int) -> str:

@@ -19,7 +19,6 @@ from vibroscope.engine import (
     equal_restitution_damping,
     simulate,
 )
-from vibroscope.engine.divergence.contact import restitution_without_pull
 from vibroscope.engine.drivers.parameters import parameters_of
 from vibroscope.engine.kernels.equations import contact_law
 from vibroscope.engine.kernels.equations.motion import (
@@ -29,7 +28,7 @@ from vibroscope.engine.kernels.equations.motion import (
     separated_generator,
 )
 from vibroscope.engine.kernels.time_stepping import newmark
-from vibroscope.engine.laws import formula_damper
+from vibroscope.engine.law_table import formula_damper, restitution_without_pull
 
 from tests.displayed import COMPARED, ROOT, compares, of_docstrings, of_pages, parts, sides, value
 

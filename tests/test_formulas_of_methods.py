@@ -24,6 +24,7 @@ from vibroscope.engine import (
     compare,
     simulate,
 )
+from vibroscope.engine.contact import spring_energy
 from vibroscope.engine.divergence.grid import samples_on_grid
 from vibroscope.engine.divergence.parts import PARTS
 from vibroscope.engine.drivers.event_driven import set_up
@@ -31,7 +32,6 @@ from vibroscope.engine.drivers.located import scheme_of_run
 from vibroscope.engine.drivers.parameters import parameters_of
 from vibroscope.engine.drivers.step_maps import bodies_of, step_maps
 from vibroscope.engine.energy.balance import energy_balance
-from vibroscope.engine.energy.law import spring_energy
 from vibroscope.engine.energy.quadratic_forms import energy_forms, phase_integrals
 from vibroscope.engine.hardcases.condition import EPSILON, SimulationSetup, accumulated_rounding, sensitivity
 from vibroscope.engine.hardcases.condition import attainable_error as attainable

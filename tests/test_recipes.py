@@ -25,8 +25,8 @@ from dataclasses import replace
 import numpy as np
 from tests.naive_laws import Motion
 from vibroscope.engine import CONTACT_LAWS, ExactPenalty, System, TimeStepping, restitution_of_damping, simulate
-from vibroscope.engine.divergence.contact import contact_duration, contact_frequency
-from vibroscope.engine.energy.law import spring_energy
+from vibroscope.engine.contact import contact_duration, contact_frequency
+from vibroscope.engine.contact import spring_energy
 law, system, start = "part-limited", System(), (0.0, 0.0, 1.0, 0.0)
 assert law in CONTACT_LAWS
 method = ExactPenalty(900, 8, law)

@@ -91,7 +91,7 @@ def hertz_force(problem: DeckProblem, states: np.ndarray) -> Force:
 
     The closing speed of the formula is that at the end of the first step in contact.
     """
-    from vibroscope.engine.laws import damper_of
+    from vibroscope.engine.law_table import damper_of
 
     system, method, steps = problem.system, problem.method, np.arange(len(states))
     load = problem.eta**2 * np.cos(2.0 * math.pi * steps / method.steps)

@@ -29,7 +29,7 @@ from vibroscope.engine import (
     written,
 )
 from vibroscope.engine.checks import one_of
-from vibroscope.engine.divergence.contact import contact_frequency, damping_ratio
+from vibroscope.engine.contact import contact_frequency, damping_ratio
 from vibroscope.engine.law_table import numbers_of
 from vibroscope.engine.model import System, check_eta
 

@@ -55,7 +55,7 @@ from vibroscope.engine import (
     touching,
 )
 from vibroscope.engine.checks import require
-from vibroscope.engine.divergence.contact import contact_frequency, damping_for, equal_restitution_damping
+from vibroscope.engine.contact import contact_frequency, damping_for, equal_restitution_damping
 from vibroscope.engine.divergence.remaining import Remaining
 from vibroscope.engine.divergence.tolerances import CLOSE_CURVE
 from vibroscope.engine.facts import Choice, Statement, message_of, sentence, stated

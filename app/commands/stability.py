@@ -5,8 +5,7 @@ import json
 import math
 
 from vibroscope.engine import finite_or_none
-from vibroscope.engine.hardcases.judgement import HardCaseOutcome
-from vibroscope.engine.hardcases.stability import stability
+from vibroscope.engine.hardcases.judgement import HardCaseOutcome, stability
 
 _COLUMNS = "{:<55} {:<18} {:<10} {:>8} {:>8} {:>8} {:>8} {:>8} {:>10}"
 _HEAD = _COLUMNS.format("case", "expected", "got", "error", "allowed", "energy", "allowed", "pierced", "us/period")

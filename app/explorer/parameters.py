@@ -17,10 +17,10 @@ from vibroscope.engine import (
     Units,
     end_text,
 )
+from vibroscope.engine.contact import STEP_SCALE_RANGE
 from vibroscope.engine.excitation import AMPLITUDE_RANGE, HELD, PHASE_RANGE
 from vibroscope.engine.integrators import ALPHA_RANGE, BETA_RANGE, GAMMA_RANGE, RHO_RANGE
 from vibroscope.engine.law_table import HERTZ
-from vibroscope.engine.laws import STEP_SCALE_RANGE
 from vibroscope.engine.methods import (
     DAMPING_RANGE,
     EXPONENT_RANGE,

@@ -32,8 +32,7 @@ from vibroscope.engine import (
     stiffness_of_duration,
     stiffness_of_step,
 )
-from vibroscope.engine.law_table import LAWS, numbers_of
-from vibroscope.engine.laws import damper_of
+from vibroscope.engine.law_table import LAWS, damper_of, numbers_of
 from vibroscope.engine.methods import LAWS_BY_RESTITUTION
 
 # Whose restitution follows from the damping ratio alone, though no formula of an author gives its damper.

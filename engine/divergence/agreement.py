@@ -29,6 +29,11 @@ def agreement(comparison: Comparison) -> tuple[str, str | Statement]:
     return "no", f"They disagree: {amount}{impacts}."
 
 
+def closeness(total: float) -> str:
+    """How far two solutions agree whose displacements differ by so much, as in :class:`.verdict.Verdict`."""
+    return "yes" if total <= SAME_CURVE else "partly" if total <= CLOSE_CURVE else "no"
+
+
 def time_step_scatter(motion: Motion) -> float:
     """Return the scatter of a motion's section, a standard deviation, if the time step causes it; else 0."""
     return motion.scatter if motion.step_noise > 0 else 0.0

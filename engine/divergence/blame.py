@@ -22,7 +22,7 @@ from .compare import Comparison
 from .conditions import conditions
 from .encounters import mean_closing_speed
 from .remaining import Remaining
-from .search import enough_steps, search_all_three, search_pair
+from .search import enough_steps, search_together
 from .tolerances import APART, EQUALLY, HALF, NEARLY, REMOVED, SAME_CURVE, TIE
 
 OF_STEPS = ("status", "integrator")
@@ -63,7 +63,7 @@ def find_blame(comparison: Comparison, found: Alone, remaining: Remaining) -> Bl
         return Blame(least=min(alone, total))
     most, pair = min(HALF * total, APART), None
     if alone > (1.0 - REMOVED) * total:
-        pair = _better(search_pair(comparison, remaining), alone, chance)
+        pair = _better(search_together(comparison, remaining), alone, chance)
     least = pair.robust if pair else alone
     if alone <= min(most, enough := total - REMOVED * (total - least)):
         enough = max(EQUALLY * alone, min(TIE * alone, enough))
@@ -72,7 +72,7 @@ def find_blame(comparison: Comparison, found: Alone, remaining: Remaining) -> Bl
         if pair is None or len(found_alone.cancelling) < len(found_alone.changes):
             return found_alone
     if pair is None or pair.robust > most:
-        pair = _better(search_all_three(comparison, remaining), least, chance) or pair
+        pair = _better(search_together(comparison, remaining, with_step=True), least, chance) or pair
     if pair is not None and pair.robust <= most:
         return Blame(together=pair, least=pair.robust)
     return Blame(least=min(alone, total))

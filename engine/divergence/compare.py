@@ -14,14 +14,13 @@ from ..motions.motion import motion
 from ..motions.poincare_map import without_penetration
 from ..result import Checkpoint, Record, Response
 from ..simulate import FARTHEST, simulate
-from .difference import Difference, known
 from .encounters import Encounters, match_encounters
 from .error import Target
-from .parts import PARTS, DifferenceSeries, PerSolution, difference_series
+from .finer_parts import Regularisation, TimeStepParts, split_regularisation, split_time_step
+from .grid import run_again
+from .parts import PARTS, Difference, DifferenceSeries, PerSolution, difference_series, known
 from .question import ComparisonQuestion
-from .regularisation import Regularisation, split_regularisation
 from .statistics import Statistics, statistics
-from .time_step import TimeStepParts, split_time_step
 from .window import SECTION, change_between, settled_length
 
 # What a motion with evidence takes from the kept periods, so that everything that is counted is counted in them.
@@ -135,8 +134,7 @@ class Comparison:
         return {name: moved for name, moved in moves.items() if moved}
 
     def _moved(self, run: Response, cancelled) -> float:
-        length = {"periods": run.periods // 2, "keep": SECTION, "initial": self.start, "cancelled": cancelled}
-        before = simulate(run.system, run.eta, run.method, **length)
+        before = run_again(run, periods=run.periods // 2, keep=SECTION, initial=self.start, cancelled=cancelled)
         return change_between(before.section[:, [0, 2]], run.section[:, [0, 2]])
 
     @property
@@ -367,7 +365,6 @@ def error_from_penalty_state(comparison: Comparison, cancelled: Callable[[], boo
     start = Checkpoint(
         run.system, run.eta, run.method, 0, without_penetration(run.system, comparison.runs.penalty.section[-1])
     )
-    options = {"periods": run.periods, "keep": run.keep, "initial": start, "cancelled": cancelled}
-    there = simulate(run.system, run.eta, run.method, **options)
+    there = run_again(run, initial=start, cancelled=cancelled)
     target = Target(there) if there.ok else None
     return target.error(comparison.runs.penalty, cancelled) if target and target.periodic else np.inf

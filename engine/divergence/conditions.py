@@ -1,7 +1,8 @@
 """The conditions under which a penalty contact stands for an impact: it rebounds as asked, and the step resolves it.
 
-K, D and the step have to fit each other: the restitution of the contact (:mod:`.contact`) follows from K and D, the
-steps in a contact from K and the step. A motion may agree with the reference although they fail, where errors cancel.
+K, D and the step have to fit each other: the restitution of the contact (:mod:`engine.contact`) follows from K and D,
+the steps in a contact from K and the step. A motion may agree with the reference although they fail, where errors
+cancel.
 """
 
 import math
@@ -9,11 +10,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..methods import DAMPING_RANGE, STIFFNESS_RANGE, ExactPenalty, Newmark, TimeStepping
+from ..contact import contact_duration, damping_ratio, effective_restitution, equal_damping
+from ..law_table import restitution_of
+from ..methods import DAMPING_RANGE, ExactPenalty, Newmark, TimeStepping
 from ..model import System
-from ..restitution import effective_restitution
 from ..wording import finite_or_none
-from .contact import contact_duration, damping_of_law, damping_ratio, restitution_of
 from .tolerances import RESOLVED, SAME_RESTITUTION
 
 
@@ -100,42 +101,12 @@ def conditions(
     return Conditions(system.restitution, restitution, duration, steps, method.located)
 
 
-def equal_damping(system: System, method: ExactPenalty | Newmark | TimeStepping, closing_speed: float) -> float:
-    """Return D_e(K), with which a contact of the method's K and law has the restitution of the reference (55).
-
-    nan where the law takes its damper from the restitution, where nothing collides, and where no D gives so small a
-    restitution.
-    """
-    if method.damping is None:
-        return math.nan
-    return damping_of_law(system, method, method.stiffness, closing_speed)
-
-
-def equal_stiffness(system: System, method: ExactPenalty | Newmark | TimeStepping, closing_speed: float) -> float:
-    """Return K_e(D), the inverse of :func:`equal_damping`: (D/ζ(e))²(1 + 1/μ) of the first law.
-
-    nan where there is none within the range of K. D_e(K) is a power of K for every law whose numbers K and D scale
-    alone; of the others it is nearly one, so that the power is found again from where it leads.
-    """
-    if not method.damping:
-        return math.nan
-    stiffness = method.stiffness
-    for _ in range(4):
-        here, there = (damping_of_law(system, method, factor * stiffness, closing_speed) for factor in (1.0, 2.0))
-        if not (here > 0.0 and there > here):
-            return math.nan
-        stiffness *= (method.damping / here) ** (1.0 / math.log2(there / here))
-        if not STIFFNESS_RANGE[0] <= stiffness <= STIFFNESS_RANGE[1] / 2:
-            return math.nan
-    return stiffness
-
-
 def with_equal_damping(
     system: System, method: Newmark | TimeStepping, stiffness: float, closing_speed: float
 ) -> Newmark | TimeStepping:
     """Return a method with another K and the D of three digits that rebounds as asked; D as it is if none does."""
     changed = replace(method, stiffness=stiffness)
-    damping = equal_damping(system, changed, closing_speed)
+    damping = equal_damping(system, changed, stiffness, closing_speed)
     if not DAMPING_RANGE[0] <= damping <= DAMPING_RANGE[1]:
         return changed
     return replace(changed, damping=float(f"{damping:.3g}"))

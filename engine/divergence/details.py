@@ -6,17 +6,17 @@ from dataclasses import replace
 
 import numpy as np
 
+from ..contact import damped_duration, damping_ratio, equal_damping, equal_stiffness
 from ..drivers.section import NEAR_TOLERANCE
 from ..facts import Amount, Choice, Dimensionless, Statement, equation, joined, stated
 from ..methods import METHOD_NUMBERS
 from ..motions.words import touching
-from ..simulate import simulate
 from ..wording import percent, rounded
 from .alone import Alone
 from .compare import Comparison
-from .conditions import Conditions, equal_damping, equal_stiffness
-from .contact import contact_frequency, damping_ratio
+from .conditions import Conditions
 from .encounters import delivered_restitution, mean_closing_speed
+from .grid import run_again
 from .sentences import SENTENCE_DIGITS, share, value_text
 from .tolerances import AS_ASKED, HALF, SAME_DURATION, SAME_NUMBER
 
@@ -104,13 +104,13 @@ def _ways_to_rebound(comparison: Comparison, speed: float, cancelled: Callable[[
     """The D and K of equal restitution whose own runs rebound as asked: where other forces act, they do not."""
     run, asked, ways = comparison.runs.penalty, comparison.asked, []
     system, method = run.system, run.method
-    options = {"periods": asked, "keep": min(run.keep, asked), "cancelled": cancelled}
-    found = {"D": equal_damping(system, method, speed), "K": equal_stiffness(system, method, speed)}
+    found = {"D": equal_damping(system, method, method.stiffness, speed), "K": equal_stiffness(system, method, speed)}
     for name, value in found.items():
         present = method.numbers[name]
         if not math.isfinite(value) or value <= 0.0 or abs(value - present) <= SAME_NUMBER * present:
             continue
-        changed = simulate(system, run.eta, replace(method, **{METHOD_NUMBERS[name]: value}), **options)
+        other, keep = replace(method, **{METHOD_NUMBERS[name]: value}), min(run.keep, asked)
+        changed = run_again(run, method=other, periods=asked, keep=keep, cancelled=cancelled)
         delivered = delivered_restitution(changed) if changed.ok else math.nan
         if abs(delivered - system.restitution) <= AS_ASKED * system.restitution:
             ways.append(equation(name, value, SENTENCE_DIGITS))
@@ -125,10 +125,9 @@ def duration_sentences(comparison: Comparison, lasts: float = math.nan) -> tuple
     run = comparison.runs.penalty
     if not run.method.linear:
         return ()
-    ratio = damping_ratio(run.system, run.method.stiffness, run.method.damping)
-    if ratio >= 1:
+    duration = damped_duration(run.system, run.method.stiffness, run.method.damping)
+    if math.isinf(duration):
         return ()
-    duration = math.pi / (contact_frequency(run.system, run.method.stiffness) * math.sqrt((1 - ratio) * (1 + ratio)))
     steps = duration * run.eta * run.method.steps / (2 * math.pi)
     beside = ""
     if abs(lasts - duration) > SAME_DURATION * duration:

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..contact import contact_duration
 from ..result import Response
-from .contact import contact_duration
 from .tolerances import NEAR_ENCOUNTER, SHORT_CONTACT
 
 
@@ -75,20 +75,21 @@ def delivered_restitution(penalty: Response) -> float:
 
     nan if there are none.
     """
-    impacts = penalty.impacts
-    begun = np.isin(penalty.contacts[:, 0], impacts.time)
-    durations = np.diff(penalty.contacts[begun], axis=1)[:, 0]
-    whole = np.isin(impacts.time, penalty.contacts[:, 0])
-    closing, parting = (
-        np.diff(velocity[whole], axis=1)[:, 0] for velocity in (impacts.velocity_before, impacts.velocity_after)
-    )
-    closes = closing < 0.0
-    short = closes.copy()
-    short[closes] = durations[closes] <= SHORT_CONTACT * contact_duration(
-        penalty.system, penalty.method, -closing[closes]
-    )
-    before, after = closing[short].sum(), parting[short].sum()
-    return float(-after / before) if before < 0 else np.nan
+    _, closing, parting = short_contacts(penalty)
+    return float(-parting.sum() / closing.sum()) if len(closing) else np.nan
+
+
+def short_contacts(penalty: Response) -> np.ndarray:
+    """Return duration, and relative velocity at both ends, of the contacts that only the bodies' meeting makes, (3, n).
+
+    Those are contacts of at most SHORT_CONTACT durations of a contact alone.
+    """
+    impacts, contacts = penalty.impacts, penalty.contacts
+    begun, whole = np.isin(contacts[:, 0], impacts.time), np.isin(impacts.time, contacts[:, 0])
+    ends = contacts[begun], impacts.velocity_before[whole], impacts.velocity_after[whole]
+    found = np.stack([np.diff(each, axis=1)[:, 0] for each in ends])
+    found = found[:, found[1] < 0.0]
+    return found[:, found[0] <= SHORT_CONTACT * contact_duration(penalty.system, penalty.method, -found[1])]
 
 
 def mean_closing_speed(run: Response) -> float:

@@ -7,6 +7,7 @@ checkpoint, with the same bits, and are sampled; of a motion that repeats itself
 
 from collections.abc import Callable
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -34,6 +35,12 @@ def relative_to(difference: float, size: float) -> float:
     return difference / size if size > 0 else np.inf if difference > 0 else 0.0
 
 
+def run_again(response: Response, **changed: Any) -> Response:
+    """Simulate a run again, with other arguments of :func:`engine.simulate` or with other ``keep`` and ``method``."""
+    names = "system", "eta", "method", "periods", "keep"
+    return simulate(**{name: getattr(response, name) for name in names} | changed)
+
+
 def simulate_samples(response: Response, record: Record, cancelled: Callable[[], bool] | None = None) -> Response:
     """Simulate the first ``record.periods`` of the kept periods again, all of them sampled.
 
@@ -44,16 +51,8 @@ def simulate_samples(response: Response, record: Record, cancelled: Callable[[],
     """
     if not response.ok:
         raise ValueError(response.ending)
-    return simulate(
-        response.system,
-        response.eta,
-        response.method,
-        periods=record.periods,
-        keep=record.periods,
-        initial=response.checkpoint,
-        record=record,
-        cancelled=cancelled,
-    )
+    kept = {"periods": record.periods, "keep": record.periods, "record": record}
+    return run_again(response, initial=response.checkpoint, cancelled=cancelled, **kept)
 
 
 def samples_on_grid(response: Response, record: Record, cancelled: Callable[[], bool] | None = None) -> np.ndarray:

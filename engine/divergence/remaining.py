@@ -8,19 +8,17 @@ itself what is left is the error of :class:`.error.Target`, otherwise the distan
 """
 
 from collections.abc import Callable, Iterable
-from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 
-from ..drivers.threads import Worker, share_out, thread_count
+from ..drivers.threads import share_out, thread_count
 from ..methods import ExactPenalty, Newmark, TimeStepping
 from ..result import Checkpoint, Record
 from ..simulate import simulate
 from .compare import Comparison
-from .error import Target
+from .error import SampledRuns, Target
 from .grid import PER_PERIOD
-from .sampled_runs import SampledRuns
 from .statistics import SECTION
 from .window import LONGER
 
@@ -70,9 +68,9 @@ class Remaining:
         self._target = Target(comparison.runs.reference, period) if period else None
         self._keep = run.keep if period else SECTION
         self._threads = thread_count(threads)
-        self._runs = [SampledRuns(run.system, run.eta)]  # of each thread
+        self._runs = SampledRuns(run.system, run.eta)
         asked = max(comparison.asked, self._keep)
-        self.quick = self._runs[0].is_skipped(run.method)
+        self.quick = self._runs.is_skipped(run.method)
         periods = run.periods if self.quick and period else min(run.periods, LONGER[0] * asked)
         self._settled = _Plan(comparison.initial, periods)
         most = SEARCHED if period else SEARCHED_SECTIONS
@@ -97,28 +95,21 @@ class Remaining:
         """Make the runs with several methods side by side, so that what they leave is known when it is asked for."""
         plan = self._settled if whole else self._search
         new = [each for each in dict.fromkeys(methods) if (each, plan) not in self._known]
-        threads = min(self._threads, len(new))
-        while len(self._runs) < threads:
-            self._runs.append(SampledRuns(self._system, self._eta))
-        left, idle = np.zeros(len(new)), iter(self._runs)
+        left = np.zeros(len(new))
 
-        def worker() -> Worker:
-            runs = next(idle)
-
-            def run(places: tuple[int, int], signals: np.ndarray, slot: int) -> None:
-                for place in range(*places):
-                    left[place] = self._measure(new[place], plan, runs, lambda: signals[0] != 0)
-                    signals[slot] += 1
-
-            return run
+        def run(places: tuple[int, int], signals: np.ndarray, slot: int) -> None:
+            for place in range(*places):
+                left[place] = self._measure(new[place], plan, lambda: signals[0] != 0)
+                signals[slot] += 1
 
         if new:
-            share_out(np.arange(1, len(new) + 1), threads, worker, None, self._cancelled, grain=1)
+            threads = min(self._threads, len(new))
+            share_out(np.arange(1, len(new) + 1), threads, lambda: run, None, self._cancelled, grain=1)
         self._known |= {(method, plan): value for method, value in zip(new, left.tolist(), strict=True)}
 
-    def _left(self, method: Penalty, plan: "_Plan") -> float:
+    def _left(self, method: Penalty, plan: _Plan) -> float:
         if (method, plan) not in self._known:
-            self._known[method, plan] = self._measure(method, plan, self._runs[0], self._cancelled)
+            self._known[method, plan] = self._measure(method, plan, self._cancelled)
         return self._known[method, plan]
 
     def without_joint_damping(self) -> float:
@@ -129,9 +120,7 @@ class Remaining:
             return target.error(penalty, self._cancelled) if target and target.periodic else np.inf
         return self._comparison.statistics.without_joint_damping
 
-    def _measure(
-        self, method: Penalty, plan: "_Plan", runs: SampledRuns, cancelled: Callable[[], bool] | None
-    ) -> float:
+    def _measure(self, method: Penalty, plan: _Plan, cancelled: Callable[[], bool] | None) -> float:
         """Run a method, in any thread, and return what it leaves; inf if the run ends early."""
         if self._target is None:
             start = Checkpoint(self._system, self._eta, method, 0, plan.start)
@@ -139,8 +128,4 @@ class Remaining:
             run = simulate(self._system, self._eta, method, **options)
             return self._comparison.statistics.total_of(run.section[:, [0, 2]]) if run.ok else np.inf
         record = Record(self._keep, PER_PERIOD, method.steps or None)
-        displacement, _ = runs.run(method, plan.start, plan.periods, record, cancelled)
-        if displacement is None:
-            return np.inf
-        grid = replace(record, periods=1, per_period=displacement.shape[2])
-        return self._target.error_of_samples(displacement, grid, cancelled)
+        return self._runs.error(self._target, method, *plan, record, cancelled)[0]

@@ -15,6 +15,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from ..contact import damping_for, equal_damping, equal_stiffness
 from ..integrators import NewmarkBeta
 from ..law_table import LAWS
 from ..methods import (
@@ -24,13 +25,14 @@ from ..methods import (
     Newmark,
     TimeStepping,
 )
+from ..wording import rounded_up
 from .alone import Alone, Change
 from .compare import Comparison
-from .conditions import conditions, equal_damping, equal_stiffness, with_equal_damping
+from .conditions import conditions, with_equal_damping
 from .encounters import mean_closing_speed
+from .finer_parts import with_located_steps
 from .number_search import FINE, GridSearch, StepSearch, TogetherSearch
 from .remaining import Remaining
-from .time_step import with_located_steps
 from .tolerances import AMPLE, LESS, RESOLVED
 
 STIFFNESS_DECADES = 6  # of K above the stiffer of both springs
@@ -65,33 +67,26 @@ def search_alone(
     return Alone(total, floor, curves, tuple(_choices(comparison, remaining)), done=True)
 
 
-def search_pair(comparison: Comparison, remaining: Remaining) -> Change | None:
-    """Change K with D at equal restitution; None where the law takes its damper from the restitution."""
-    method, system = comparison.runs.penalty.method, comparison.runs.penalty.system
-    speed = mean_closing_speed(comparison.runs.reference)
-    if method.damping is None:
-        return None
+def search_together(comparison: Comparison, remaining: Remaining, with_step: bool = False) -> Change | None:
+    """Change K with D at equal restitution, and ``with_step`` with a step that takes AMPLE steps in a contact.
 
-    def make(stiffness: float) -> Newmark | TimeStepping:
-        return with_equal_damping(system, method, stiffness, speed)
-
-    return TogetherSearch("K and D", make, remaining, stiffness_ends(comparison)).search(comparison.difference.total)
-
-
-def search_all_three(comparison: Comparison, remaining: Remaining) -> Change | None:
-    """Change K with D at equal restitution, and with a step that takes AMPLE steps in a contact."""
+    None where the law takes its damper from the restitution.
+    """
     run, speed = comparison.runs.penalty, mean_closing_speed(comparison.runs.reference)
     if run.method.damping is None:
         return None
 
     def make(stiffness: float) -> Newmark | TimeStepping:
         fitting = with_equal_damping(run.system, run.method, stiffness, speed)
+        if not with_step:
+            return fitting
         steps = conditions(run.system, run.eta, fitting, speed).steps
         enough = fitting.steps * AMPLE / steps if steps > 0 else math.inf
         most = min(MOST_TIMES_THE_STEPS * fitting.steps, STEPS_RANGE[1])
-        return replace(fitting, steps=_rounded_up(min(max(fitting.steps, enough), most)))
+        return replace(fitting, steps=math.ceil(rounded_up(min(max(fitting.steps, enough), most))))
 
-    search = TogetherSearch("K, D and the step", make, remaining, stiffness_ends(comparison))
+    name = "K, D and the step" if with_step else "K and D"
+    search = TogetherSearch(name, make, remaining, stiffness_ends(comparison))
     found = search.search(comparison.difference.total)
     return found and (replace(found, changed="K and D") if found.method.steps == run.method.steps else found)
 
@@ -115,12 +110,6 @@ def stiffness_ends(comparison: Comparison) -> tuple[float, float]:
     return max(ends[0], STIFFNESS_RANGE[0]), min(ends[1], STIFFNESS_RANGE[1])
 
 
-def _rounded_up(steps: float) -> int:
-    """A number of steps in two digits, no less; whole numbers up to a hundred."""
-    digit = 10 ** max(0, math.floor(math.log10(steps)) - 1)
-    return math.ceil(steps / digit) * digit
-
-
 def _searches(comparison: Comparison, remaining: Remaining) -> dict[str, "GridSearch | StepSearch"]:
     run = comparison.runs.penalty
     system, method, speed = run.system, run.method, mean_closing_speed(comparison.runs.reference)
@@ -138,8 +127,8 @@ def _searches(comparison: Comparison, remaining: Remaining) -> dict[str, "GridSe
         )
     }
     if method.damping is not None:
-        equal = equal_damping(system, method, speed)
-        middle = equal if equal > 0 else math.sqrt(method.stiffness * system.mass_share)
+        equal = equal_damping(system, method, method.stiffness, speed)
+        middle = equal if equal > 0 else damping_for(system, method.stiffness, 1.0)
         ends = [middle * 10.0**power for power in (-DAMPING_DECADES, DAMPING_DECADES)]
         if method.damping > 0:
             ends = min(ends[0], method.damping), max(ends[1], method.damping)

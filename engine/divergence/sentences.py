@@ -9,7 +9,7 @@ from .alone import Alone, Change
 from .blame import OF_STEPS, Blame, contact_fails
 from .compare import Comparison
 from .conditions import Conditions
-from .difference import Difference
+from .parts import Difference
 from .search import joint_damping_part
 from .tolerances import CLOSE_CURVE, SAME_CURVE
 

@@ -18,8 +18,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ..result import Response
-from ..simulate import simulate
-from .grid import about_rest, rms
+from .grid import about_rest, rms, run_again
 from .parts import PerSolution
 from .tolerances import CHANCE
 from .window import SECTION, chance_distance, wasserstein_distance
@@ -85,6 +84,5 @@ def statistics(runs: PerSolution[Response], cancelled: Callable[[], bool] | None
 def _section(run: Response, cancelled: Callable[[], bool] | None) -> np.ndarray:
     """Return ξ₁ and ξ₂ of the section, (SECTION, 2); nan if the run ends early."""
     if run.ok and run.keep != SECTION:
-        how = {"periods": SECTION, "keep": SECTION, "initial": run.checkpoint, "cancelled": cancelled}
-        run = simulate(run.system, run.eta, run.method, **how)
+        run = run_again(run, periods=SECTION, keep=SECTION, initial=run.checkpoint, cancelled=cancelled)
     return run.section[:, [0, 2]] if run.ok else np.full((SECTION, 2), np.nan)

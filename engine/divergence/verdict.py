@@ -15,16 +15,15 @@ from ..methods import STEPS_RANGE, WITHOUT_SOLUTION, Newmark, TimeStepping
 from ..motions.description import Motion
 from ..motions.words import SYMBOLS, repetition, touching
 from ..result import Status
-from ..simulate import simulate
 from ..wording import finite_or_none, percent, rounded
-from .agreement import agreement, is_visible, time_step_scatter
+from .agreement import agreement, closeness, is_visible, time_step_scatter
 from .alone import Alone
 from .blame import Blame, find_blame
 from .compare import Comparison, error_from_penalty_state
 from .conditions import Conditions, conditions
 from .details import detail_sentences, duration_sentences
 from .encounters import delivered_restitution, mean_closing_speed
-from .grid import rms
+from .grid import rms, run_again
 from .remaining import Remaining
 from .search import search_alone, without_jump
 from .sentences import SENTENCE_DIGITS, blame_sentence, change_of, chosen, rebound_text
@@ -174,8 +173,7 @@ def _of_search(comparison: Comparison, found: Alone, blame: Blame, unchanged: st
         details=detail_sentences(comparison, found, contact, cancelled),
         alone=found,
         contact=contact,
-        reference=comparison.reference,
-        penalty=comparison.penalty,
+        **_motions(comparison),
     )
 
 
@@ -189,6 +187,10 @@ def contact_conditions(comparison: Comparison) -> Conditions:
     lasts = float(np.median(np.diff(run.contacts, axis=1))) if len(run.contacts) else np.nan
     steps = alone.steps * lasts / alone.duration if lasts > SHORT_CONTACT * alone.duration else alone.steps
     return replace(alone, measured=delivered_restitution(run), lasts=lasts, steps=steps)
+
+
+def _motions(comparison: Comparison) -> dict[str, Motion]:
+    return {"reference": comparison.reference, "penalty": comparison.penalty}
 
 
 def _blamed(blame: Blame) -> tuple[str, ...]:
@@ -217,8 +219,7 @@ def _of_changing_motion(comparison: Comparison, changing: dict[str, float]) -> V
         f"{text[0].upper()}{text[1:]} still {verb} between {run.periods // 2:,} and {run.periods:,} periods, so that "
         "there is no steady motion to judge. No number is blamed.",
         "unknown",
-        reference=comparison.reference,
-        penalty=comparison.penalty,
+        **_motions(comparison),
     )
 
 
@@ -227,11 +228,10 @@ def _without_contact(comparison: Comparison, fact: str, cancelled) -> Verdict:
     total = comparison.difference.total
     return Verdict(
         f"{fact} The time step alone makes a difference of {percent(total)}.",
-        "yes" if total <= SAME_CURVE else "partly" if total <= CLOSE_CURVE else "no",
+        closeness(total),
         ("steps",) if total > SAME_CURVE else (),
         details=detail_sentences(comparison, None, contact_conditions(comparison), cancelled),
-        reference=comparison.reference,
-        penalty=comparison.penalty,
+        **_motions(comparison),
     )
 
 
@@ -247,7 +247,7 @@ def _of_free_vibration(comparison: Comparison) -> Verdict:
     return Verdict(
         f"Nothing drives the bodies: in the {which} the displacements of this free vibration differ by "
         f"{percent(total)} (rms)." + parts,
-        "yes" if total <= SAME_CURVE else "partly" if total <= CLOSE_CURVE else "no",
+        closeness(total),
         details=duration_sentences(comparison),
     )
 
@@ -265,8 +265,7 @@ def _of_rest(comparison: Comparison) -> Verdict:
     return Verdict(
         sentence(said),
         "unknown",
-        reference=comparison.reference,
-        penalty=comparison.penalty,
+        **_motions(comparison),
     )
 
 
@@ -293,8 +292,7 @@ def _of_other_motion(comparison: Comparison, elsewhere: float, scatter: float, c
         left=elsewhere,
         scatter=scatter,
         details=detail_sentences(comparison, None, contact_conditions(comparison), cancelled),
-        reference=comparison.reference,
-        penalty=comparison.penalty,
+        **_motions(comparison),
     )
 
 
@@ -331,10 +329,10 @@ def _more_steps(method: Newmark | TimeStepping) -> list[Newmark | TimeStepping]:
 def _first_that_finishes(comparison: Comparison, methods: Iterable, cancelled) -> Newmark | TimeStepping | None:
     """Return the first of some methods whose run reaches its end, not at this η alone; None if none does."""
     run = comparison.runs.penalty
-    options = {"periods": run.periods, "keep": 1, "initial": comparison.start, "cancelled": cancelled}
 
     def finishes(method: Newmark | TimeStepping) -> bool:
-        return all(simulate(run.system, run.eta * (1.0 + shift), method, **options).ok for shift in NEARBY)
+        how = {"method": method, "keep": 1, "initial": comparison.start, "cancelled": cancelled}
+        return all(run_again(run, eta=run.eta * (1.0 + shift), **how).ok for shift in NEARBY)
 
     return next(filter(finishes, methods), None)
 

@@ -50,8 +50,7 @@ from ..kernels.linear.tables import (
 )
 from ..kernels.parameters import Parameters
 from ..kernels.status import OK, PAUSED
-from ..law_table import LAWS
-from ..laws import damper_of
+from ..law_table import LAWS, damper_of, deepest_penetration
 from ..methods import ExactPenalty
 from ..model import System
 from ..result import Checkpoint, Status
@@ -312,8 +311,7 @@ def restitution_by_steps(method: ExactPenalty, gain: float, mass: float, closing
 
     ``gain``: c or h, whatever D the method has.
     """
-    n = method.spring_exponent
-    depth = (0.5 * (n + 1.0) * mass * closing**2 / method.stiffness) ** (1.0 / (n + 1.0))
+    depth = deepest_penetration(method.stiffness, mass, closing, method.spring_exponent)
     p = set_up_law(System(wall=True), 1.0, replace(method, damping=0.0))
     p = p._replace(eta=0.0, gain=gain, react1=0.0, inverse_mass=1.0 / mass, generator=np.zeros((4, 6)))
     p = p._replace(flight=p.flight._replace(spacing=depth / closing))

@@ -15,7 +15,7 @@ from ..kernels.equations.motion import (
 )
 from ..kernels.linear.tables import full_generator
 from ..kernels.parameters import Parameters
-from ..laws import damper_of
+from ..law_table import damper_of
 from ..methods import Method
 from ..model import System
 

@@ -16,9 +16,9 @@ smooth motion that is sampled, all that remains is the change of a function of t
 
 import numpy as np
 
+from ..contact import spring_energy
 from ..drivers.parameters import loads
 from ..result import Response
-from .law import spring_energy
 from .result import EnergyBalance
 
 EVERY_STEP = 1e-3  # relative: samples whose spacing is a step but for so much are those of every step

@@ -9,7 +9,7 @@ from importlib.resources import files
 
 from vibroscope import assets
 
-from ..divergence.contact import contact_frequency
+from ..contact import contact_frequency
 from ..methods import ExactPenalty, Newmark, Reference
 from ..model import System
 from ..result import Status

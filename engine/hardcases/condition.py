@@ -18,7 +18,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..divergence.contact import contact_frequency
+from ..contact import contact_frequency
 from ..drivers.event_driven import contact_state, displaced_state
 from ..methods import Method
 from ..model import System

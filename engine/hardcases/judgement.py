@@ -1,10 +1,11 @@
 """Judge the outcome of a hard case: errors, events, energy and penetration against what is allowed.
 
 The allowed error is what double precision can attain (:mod:`.condition`). That of a constant step follows from the
-order of the method.
+order of the method. ``vibroscope stability`` prints the outcomes; the tests run the same list.
 """
 
 import math
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
@@ -14,7 +15,7 @@ from ..energy.balance import energy_balance
 from ..motions.averages import standard_error
 from ..result import Record, Response, Status
 from ..simulate import simulate
-from .cases import HardCase, setup_of, solutions
+from .cases import HardCase, hard_cases, setup_of, solutions
 from .condition import EPSILON, accumulated_rounding, attainable_error, attainable_grazing_error
 from .tolerances import MARGIN
 
@@ -60,6 +61,30 @@ class HardCaseOutcome:
     def passed(self) -> bool:
         """Whether everything is as expected."""
         return not self.failures
+
+
+def stability(
+    cases: Iterable[HardCase] | None = None, progress: Callable[[HardCaseOutcome], None] | None = None
+) -> list[HardCaseOutcome]:
+    """Run the hard cases and return their outcomes.
+
+    Parameters
+    ----------
+    cases : iterable of HardCase, optional
+        By default all of :func:`hard_cases`.
+    progress : callable, optional
+        Called with each outcome in turn.
+
+    Returns
+    -------
+    list of HardCaseOutcome
+    """
+    outcomes = []
+    for case in hard_cases() if cases is None else cases:
+        outcomes.append(outcome(case))
+        if progress is not None:
+            progress(outcomes[-1])
+    return outcomes
 
 
 def outcome(case: HardCase) -> HardCaseOutcome:

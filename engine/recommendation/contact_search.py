@@ -2,7 +2,7 @@
 
 For each n there is a best K: a softer contact lasts too long, and the steps miss a larger fraction of a stiffer one.
 Formulas say where to look. A contact should take 1.5 to a hundred steps
-(:func:`..divergence.contact.stiffness_for`), and D should be near that of equal restitution, D = ζ(e)√(Kμ/(1 + μ)), or
+(:func:`..contact.stiffness_for`), and D should be near that of equal restitution, D = ζ(e)√(Kμ/(1 + μ)), or
 what another contact law needs for that at the mean closing speed of the reference.
 Less and more damping is tried too, since it can compensate in part for what the model lacks. The best settings of this
 grid are judged with their neighbours (:mod:`.trials`), and the best of these is improved by ever smaller moves in log K
@@ -17,8 +17,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ..divergence.contact import damping_for, damping_of_law, damping_ratio, damping_ratio_for, stiffness_for
-from ..law_table import RATIO_LAWS
+from ..contact import damping_for, damping_ratio, equal_damping, stiffness_for
+from ..law_table import RATIO_LAWS, ratio_of_restitution
 from ..methods import STIFFNESS_RANGE
 from ..model import System
 from ..wording import rounded_to
@@ -124,10 +124,10 @@ class ContactSearch:
 
     def _centre(self, stiffness: float) -> float:
         """ζ = D/√(Kμ/(1 + μ)) of equal restitution, which only a spring and a damper have the same of for all K."""
-        equal, scheme = damping_ratio_for(self.system.restitution), self.trials.scheme
+        equal, scheme = ratio_of_restitution(self.system.restitution), self.trials.scheme
         if not scheme.linear:
             if stiffness not in self._equal:
-                self._equal[stiffness] = damping_of_law(self.system, scheme, stiffness, self.trials.closing_speed)
+                self._equal[stiffness] = equal_damping(self.system, scheme, stiffness, self.trials.closing_speed)
             if math.isfinite(self._equal[stiffness]):
                 equal = damping_ratio(self.system, stiffness, self._equal[stiffness])
         return max(equal, LEAST_DAMPING)

@@ -15,13 +15,11 @@ from typing import NamedTuple
 import numpy as np
 
 from ..checks import require
-from ..divergence.contact import contact_duration
-from ..divergence.encounters import delivered_restitution, mean_closing_speed
+from ..contact import effective_restitution
+from ..divergence.encounters import delivered_restitution, mean_closing_speed, short_contacts
 from ..divergence.error import Target
 from ..divergence.grid import simulate_samples
-from ..divergence.tolerances import SHORT_CONTACT
 from ..motions.contact_force import peak_force
-from ..restitution import effective_restitution
 from ..result import Record, Response
 
 DISPLACEMENT_RANGE = (1e-6, 1.0)
@@ -129,7 +127,8 @@ def contacts_of(
     target : Target
         With the reference, whose impacts say how fast the bodies meet where the run has no short contact.
     """
-    steps = _short_contact(run) * run.method.steps / run.period
+    durations = short_contacts(run)[0]
+    steps = float(np.median(durations)) * run.method.steps / run.period if len(durations) else math.nan
     peak = peak_of(run, target.period, cancelled, samples)
     restitution, speed = delivered_restitution(run), mean_closing_speed(target.reference)
     if math.isnan(restitution) and speed > 0:
@@ -146,14 +145,3 @@ def peak_of(run: Response, period: int, cancelled: Callable[[], bool] | None, sa
         per_period = int(np.clip(TRIAL_SAMPLES_IN_CONTACT * run.period / shortest, FEWEST_PEAK_SAMPLES, samples))
     periods = min(run.keep, max(period, samples // per_period))
     return peak_force(simulate_samples(run, Record(periods, per_period, steps or None), cancelled))
-
-
-def _short_contact(run: Response) -> float:
-    """Return the median duration of the contacts that are no lasting ones; nan if there are none."""
-    impacts = run.impacts
-    durations = np.diff(run.contacts[np.isin(run.contacts[:, 0], impacts.time)], axis=1)[:, 0]
-    closing = -np.diff(impacts.velocity_before[np.isin(impacts.time, run.contacts[:, 0])], axis=1)[:, 0]
-    closes = closing > 0.0
-    durations, alone = durations[closes], contact_duration(run.system, run.method, closing[closes])
-    short = durations[durations <= SHORT_CONTACT * alone]
-    return float(np.median(short)) if len(short) else math.nan

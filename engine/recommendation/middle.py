@@ -12,9 +12,9 @@ from collections.abc import Callable, Iterator
 import numpy as np
 
 from ..methods import DAMPING_RANGE, STIFFNESS_RANGE
+from ..wording import rounded_up
 from .limits import Limits
 from .range_trials import RangeTrials
-from .tolerances import WHOLE_STEPS
 from .trials import NewmarkSetting, Trial
 
 RANGE_STRIDE = 1.05  # from point to point of a range, a factor
@@ -149,10 +149,4 @@ def _few_digits(low: float, high: float) -> float | None:
 
 def spare_steps(steps: int, most: int) -> list[int]:
     """Return the numbers of steps of two digits to try, from ``steps`` on."""
-    return list(dict.fromkeys(min(most, steps_of_two_digits(steps * factor)) for factor in SPARE))
-
-
-def steps_of_two_digits(steps: float) -> int:
-    """Round up to two significant digits."""
-    unit = 10 ** max(0, math.floor(math.log10(steps)) - 1)
-    return unit * math.ceil(steps / unit * (1 - WHOLE_STEPS))
+    return list(dict.fromkeys(min(most, math.ceil(rounded_up(steps * factor))) for factor in SPARE))

@@ -76,18 +76,11 @@ class RangeTrials:
 
     def verify(self, setting: NewmarkSetting) -> Trial:
         """See :meth:`.trials.Trials.verify`; the contacts are those of the part where they are furthest off."""
-        return self._worst_of(setting, [part.verify(self.at(part, setting)) for part in self.parts])
+        return self._worst(setting, math.inf, "verify")
 
     def verify_alone(self, setting: NewmarkSetting) -> Trial:
         """See :meth:`.trials.Trials.verify_alone`, and :meth:`verify`."""
-        return self._worst_of(setting, [part.verify_alone(self.at(part, setting)) for part in self.parts])
-
-    def _worst_of(self, setting: NewmarkSetting, trials: list[Trial]) -> Trial:
-        worst = max(trials, key=lambda trial: trial.excess)
-        error, robust = (max(getattr(trial, name) for trial in trials) for name in ("error", "robust"))
-        cost = max(trial.cost * part.eta / self.eta for trial, part in zip(trials, self.parts, strict=True))
-        cost = cost if self.located else float(setting.steps)
-        return Trial(setting, error, robust, cost, worst.contacts, worst.excess)
+        return self._worst(setting, math.inf, "verify_alone")
 
     def confirm(self, settings: Iterable[NewmarkSetting], bound: float = math.inf) -> list[Trial]:
         """Try settings by runs from rest, with further neighbours: :meth:`.trials.Trials.confirm`."""
@@ -99,15 +92,18 @@ class RangeTrials:
 
     def _worst(self, setting: NewmarkSetting, bound: float, method: str, *arguments) -> Trial:
         """Return the largest error, robust error and cost; all infinite as soon as a robust error exceeds the bound."""
-        error = robust = cost = excess = 0.0
-        for part in tuple(self._order):
+        trials, costs = [], []
+        for part in tuple(self._order) if math.isfinite(bound) else self.parts:
             trial = getattr(part, method)(self.at(part, setting), *arguments)
             if math.isfinite(bound) and not trial.robust <= bound:
                 self._order = [part, *(other for other in self.parts if other is not part)]
                 return Trial(setting, math.inf, math.inf, math.inf)
-            error, robust, excess = (max(error, trial.error), max(robust, trial.robust), max(excess, trial.excess))
-            cost = max(cost, trial.cost * part.eta / self.eta)
-        return Trial(setting, error, robust, cost if self.located else float(setting.steps), excess=excess)
+            trials.append(trial)
+            costs.append(trial.cost * part.eta / self.eta)
+        error, robust = (max(getattr(trial, name) for trial in trials) for name in ("error", "robust"))
+        worst = max(trials, key=lambda trial: trial.excess)
+        cost = max(costs) if self.located else float(setting.steps)
+        return Trial(setting, error, robust, cost, worst.contacts, worst.excess)
 
 
 def steps_at(eta: float, highest: float, steps: int) -> int:

@@ -4,7 +4,7 @@ import math
 from collections.abc import Callable
 from dataclasses import replace
 
-from ..divergence.contact import damping_of_law, equal_restitution_damping
+from ..contact import equal_damping, equal_restitution_damping
 from ..divergence.error import Target
 from ..divergence.grid import PER_PERIOD
 from ..facts import ETA, Amount, Reason, Statement, equation, joined, stated
@@ -116,8 +116,8 @@ def unmet_tolerance_reason(
         return _contacts_reason(least, tolerances)
     damping = limits.damping
     if damping is None:
-        damping = damping_of_law(system, trials.scheme, stiffness_max, trials.closing_speed)
-        damping = damping if math.isfinite(damping) else float(equal_restitution_damping(system, stiffness_max))
+        damping = equal_damping(system, trials.scheme, stiffness_max, trials.closing_speed)
+        damping = damping if math.isfinite(damping) else equal_restitution_damping(system, stiffness_max)
     stiffest = stiffness_max, damping
     pairs = dict.fromkeys(((least.setting.stiffness, least.setting.damping), stiffest))  # one, where both are held
     methods = (replace(trials.scheme, stiffness=stiffness, damping=d) for stiffness, d in pairs)

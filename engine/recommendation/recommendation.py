@@ -4,11 +4,10 @@ import math
 from dataclasses import dataclass
 
 from ..methods import Newmark, TimeStepping
-from ..wording import html_table
+from ..wording import html_table, rounded_up
 from .contacts import Contacts, Tolerances
 from .question import SettingQuestion
 from .range_trials import steps_at
-from .tolerances import WHOLE_DIGITS
 from .trials import NewmarkSetting, Trial, with_setting
 
 
@@ -146,9 +145,3 @@ class Recommendation:
     def compensated(self) -> bool:
         """Whether the error is less than that of the joint damping alone: at this η, errors cancel each other."""
         return self.best is not None and self.best.error < self.joint_damping
-
-
-def rounded_up(error: float) -> float:
-    """Round up to two significant digits."""
-    unit = 10.0 ** (math.floor(math.log10(error)) - 1)
-    return float(f"{math.ceil(error / unit - WHOLE_DIGITS) * unit:.2g}")

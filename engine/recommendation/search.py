@@ -13,7 +13,7 @@ from itertools import islice, pairwise
 from typing import NamedTuple
 
 from ..divergence.compare import ComparisonQuestion, compare
-from ..divergence.difference import PART_NAMES
+from ..divergence.parts import PART_NAMES
 from ..facts import ETA, Statement, equation, joined, stated
 from ..methods import Newmark, TimeStepping
 from ..motions.description import describe

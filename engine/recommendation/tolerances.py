@@ -10,5 +10,4 @@ GAIN = 0.95  # of the error: a level of steps that leaves more than this is with
 STARTS_APART = 1.4  # factor between the K of settings from which a middle is looked for: nearer ones lead to the same
 ENOUGH = 1.05  # times the least error: if nothing meets the tolerance, the cheapest setting within it is returned
 WHOLE_STEPS = 1e-12  # relative: steps that exceed a whole number by less do so by rounding
-WHOLE_DIGITS = 1e-9  # of the second digit: an error that exceeds it by less does so by rounding
 OTHERWISE = 2.0  # times the error: further off, the motion without a time step is another one

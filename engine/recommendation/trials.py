@@ -25,18 +25,17 @@ neighbourhood missed them, at most four of 120 would with a probability of 0.006
 """
 
 import math
-import threading
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import Executor
 from dataclasses import replace
+from functools import cache
 from typing import NamedTuple
 
 import numpy as np
 
 from ..divergence.encounters import mean_closing_speed
-from ..divergence.error import Target
+from ..divergence.error import SampledRuns, Target
 from ..divergence.grid import PER_PERIOD
-from ..divergence.sampled_runs import SampledRuns
 from ..methods import STEPS_RANGE, Method, Newmark, TimeStepping
 from ..motions.steady import KEEP, LONG, Steady
 from ..result import Record, Response
@@ -132,12 +131,9 @@ class Trials:
         self._start = tuple(found.state.tolist())
         self._transient = transient_of(found)
         self._keep = KEEP_LOCATED if self.located else KEEP
-        self._of_thread = threading.local()  # what makes its runs
-        self._short: dict[tuple, tuple[float, float]] = {}  # results of short runs, many of which are needed again
-        self._excess: dict[NewmarkSetting, float] = {}
-        self._verified: dict[NewmarkSetting, Trial] = {}
-        self._verified_alone: dict[NewmarkSetting, Trial] = {}
-        self._peaks: dict[tuple, float] = {}  # peak forces without a time step
+        self._runs = SampledRuns(self._system, self.eta)
+        for name in ("excess", "verify", "verify_alone", "_run_short", "_peak_of"):  # many are needed again
+            setattr(self, name, cache(getattr(self, name)))
 
     def error_of_every_step(self, setting: NewmarkSetting) -> float:
         """Return the error of the run from rest that computes every step, as an FE code must, and skips none.
@@ -148,10 +144,12 @@ class Trials:
 
     def screen(self, setting: NewmarkSetting, neighbours: int = 0, bound: float = math.inf) -> Trial:
         """Try a setting by a short run that begins on the reference's motion, to choose by."""
-        error, cost = self._run_short(setting)
+        error, cost = self._run_short(setting, TRIAL_SAMPLES)
         if neighbours == 0:
             return Trial(setting, error, math.inf, cost)
-        around = (self._run_short(other)[0] for other in neighbourhood(setting, range(1, neighbours + 1)))
+        around = (
+            self._run_short(other, TRIAL_SAMPLES)[0] for other in neighbourhood(setting, range(1, neighbours + 1))
+        )
         return Trial(setting, error, self._robust(setting, error, around, neighbours, bound), cost)
 
     def meets(self, setting: NewmarkSetting, bound: float) -> bool:
@@ -160,11 +158,6 @@ class Trials:
 
     def excess(self, setting: NewmarkSetting) -> float:
         """Return :attr:`Trial.excess` of a short run, without that of half the step."""
-        if setting not in self._excess:
-            self._excess[setting] = self._new_excess(setting)
-        return self._excess[setting]
-
-    def _new_excess(self, setting: NewmarkSetting) -> float:
         run = self._simulate(with_setting(self.scheme, setting), self._start)
         if not run.ok:
             return math.inf
@@ -187,20 +180,13 @@ class Trials:
 
         For the calling thread of a search: the pool makes the runs.
         """
-        if setting not in self._verified:
-            trial = self.verify_alone(setting)
-            if trial.meets(self.tolerances.displacement):
-                trial = trial._replace(robust=max(trial.robust, self._robust_from_rest(setting)))
-            self._verified[setting] = trial
-        return self._verified[setting]
+        trial = self.verify_alone(setting)
+        if trial.meets(self.tolerances.displacement):
+            trial = trial._replace(robust=max(trial.robust, self._robust_from_rest(setting)))
+        return trial
 
     def verify_alone(self, setting: NewmarkSetting) -> Trial:
         """Try a setting as :meth:`verify` does, but for its neighbours: the same with half the step counts as well."""
-        if setting not in self._verified_alone:
-            self._verified_alone[setting] = self._from_rest_and_halved(setting)
-        return self._verified_alone[setting]
-
-    def _from_rest_and_halved(self, setting: NewmarkSetting) -> Trial:
         peak = self._peak_without_step(setting, None)
         error, contacts = self._from_rest(setting, peak)
         halved, of_half = self._from_rest(setting._replace(steps=2 * setting.steps), peak)
@@ -244,11 +230,11 @@ class Trials:
         return simulate(self._system, self.eta, method, **options)
 
     def _peak_without_step(self, setting: NewmarkSetting, start: tuple | None) -> float:
-        asked = with_setting(self.scheme, setting).limit, start
-        if asked not in self._peaks:
-            exact = self._simulate(*asked)
-            self._peaks[asked] = peak_of(exact, self.target.period, self._cancelled) if exact.ok else math.nan
-        return self._peaks[asked]
+        return self._peak_of(with_setting(self.scheme, setting).limit, start)
+
+    def _peak_of(self, limit: Method, start: tuple | None) -> float:
+        exact = self._simulate(limit, start)
+        return peak_of(exact, self.target.period, self._cancelled) if exact.ok else math.nan
 
     def _robust(
         self,
@@ -265,12 +251,8 @@ class Trials:
         halved = self._run_short(setting._replace(steps=2 * setting.steps), per_period)[0]
         return max(error, halved, tolerant_maximum(around, count, bound)) if halved <= bound else math.inf
 
-    def _run_short(self, setting: NewmarkSetting, per_period: int = TRIAL_SAMPLES) -> tuple[float, float]:
-        found = self._short.get((setting, per_period))
-        if found is None:
-            found = self.run(setting, self._start, self._transient + self._keep, self._keep, per_period)
-            self._short[setting, per_period] = found
-        return found
+    def _run_short(self, setting: NewmarkSetting, per_period: int) -> tuple[float, float]:
+        return self.run(setting, self._start, self._transient + self._keep, self._keep, per_period)
 
     def _run_from_rest(self, setting: NewmarkSetting, per_period: int) -> tuple[float, float]:
         return self.run(setting, self._system.rest, LONG, KEEP, per_period)
@@ -280,18 +262,7 @@ class Trials:
     ) -> tuple[float, float]:
         """Return error and solves per period."""
         method, record = with_setting(self.scheme, setting), Record(keep, per_period, setting.steps)
-        displacement, steps = self._runs.run(method, start, periods, record, self._cancelled, every_step)
-        if displacement is None:
-            return math.inf, steps / periods
-        grid = Record(1, displacement.shape[2], setting.steps)
-        return self.target.error_of_samples(displacement, grid, self._cancelled), steps / periods
-
-    @property
-    def _runs(self) -> SampledRuns:
-        """What makes the runs of this thread."""
-        if not hasattr(self._of_thread, "runs"):
-            self._of_thread.runs = SampledRuns(self._system, self.eta)
-        return self._of_thread.runs
+        return self._runs.error(self.target, method, start, periods, record, self._cancelled, every_step)
 
 
 def with_setting(scheme: Newmark | TimeStepping, setting: NewmarkSetting) -> Newmark | TimeStepping:

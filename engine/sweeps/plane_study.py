@@ -15,7 +15,7 @@ import numpy as np
 
 from ..batch import run_cells
 from ..cells import CellResults
-from ..divergence.contact import equal_restitution_damping
+from ..contact import equal_restitution_damping
 from . import variables as vocabulary
 from .errors import reference_motion
 from .study import Study

@@ -2,8 +2,8 @@
 
 A constant step misses each contact change by a part of a step, so that the section scatters. How fast that fades is
 the observed order p in scatter ∝ n⁻ᵖ, the slope of a least-squares line through log scatter over log n. Beside each run
-stands the one whose steps are cut at the contact changes (:func:`..divergence.time_step.with_located_steps`), where the
-contact law has such steps; and the error by the time step, this run − exact penalty, has an order too.
+stands the one whose steps are cut at the contact changes (:func:`..divergence.finer_parts.with_located_steps`), where
+the contact law has such steps; and the error by the time step, this run − exact penalty, has an order too.
 """
 
 from collections.abc import Sequence
@@ -13,10 +13,10 @@ from typing import ClassVar
 
 import numpy as np
 
-from .. import laws
 from ..batch import run_cells
 from ..cells import CellResults, Cells
-from ..divergence.time_step import with_located_steps
+from ..contact import stiffness_of_step
+from ..divergence.finer_parts import with_located_steps
 from ..methods import Method
 from ..result import Record
 from ..simulate import simulate
@@ -72,7 +72,7 @@ class StepStudy(Study):
         if self.method.located:
             raise ValueError("located steps stand beside those of the study anyway: give status = 'start' or 'end'")
         if self.stiffness_of_step is not None:
-            first = laws.stiffness_of_step(self.system, self.eta, float(self.steps[0]), self.stiffness_of_step)
+            first = stiffness_of_step(self.system, self.eta, float(self.steps[0]), self.stiffness_of_step)
             self._set(method=replace(self.method, stiffness=first))
 
     @cached_property
@@ -131,7 +131,7 @@ class StepStudy(Study):
         if self.stiffness_of_step is None:
             return {}
         scale = self.stiffness_of_step
-        return {"stiffness": np.array([laws.stiffness_of_step(self.system, self.eta, n, scale) for n in steps.ravel()])}
+        return {"stiffness": np.array([stiffness_of_step(self.system, self.eta, n, scale) for n in steps.ravel()])}
 
     @property
     def inner_lengths(self) -> dict[str, int]:

@@ -195,7 +195,7 @@ def test_what_a_code_cannot_express_is_refused(kind):
 @pytest.mark.parametrize("law", ["flores", "jankowski", "hunt-crossley", "lankarani-nikravesh"])
 def test_opensees_has_materials_of_hertz(law, monkeypatch, tmp_path):
     from vibroscope.engine.kernels.equations.contact_law import LAWS, law_force
-    from vibroscope.engine.laws import damper_of
+    from vibroscope.engine.law_table import damper_of
 
     method = TimeStepping(12000, None, STEPS, status="end", law=law)
     problem = DeckProblem(System(clearance=0.1), ETA, method, MM, periods=1, keep=1)

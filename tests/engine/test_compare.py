@@ -19,11 +19,11 @@ from vibroscope.engine import (
     simulate,
 )
 from vibroscope.engine.divergence.compare import error_from_penalty_state
-from vibroscope.engine.divergence.contact import restitution_of, restitution_without_pull
 from vibroscope.engine.divergence.encounters import match_encounters
 from vibroscope.engine.divergence.error import Target
 from vibroscope.engine.divergence.parts import PARTS
 from vibroscope.engine.divergence.statistics import wasserstein_distance
+from vibroscope.engine.law_table import restitution_of, restitution_without_pull
 
 SYSTEM = System()
 EQUAL = 0.21545 * math.sqrt(2500 * SYSTEM.mass_share)  # D of equal restitution at K = 2500

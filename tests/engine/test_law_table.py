@@ -5,13 +5,11 @@ import math
 import numpy as np
 import pytest
 from vibroscope.engine import CONTACT_LAWS, LAWS_BY_RESTITUTION, ExactPenalty, Newmark, System, TimeStepping
-from vibroscope.engine.divergence.contact import contact_duration, contact_frequency
+from vibroscope.engine.contact import contact_duration, contact_frequency, spring_energy
 from vibroscope.engine.drivers.law_driven import by_steps
 from vibroscope.engine.drivers.parameters import parameters_of
-from vibroscope.engine.energy.law import spring_energy
 from vibroscope.engine.kernels.equations.contact_law import law_force
-from vibroscope.engine.law_table import LAWS, laws_with, numbers_of
-from vibroscope.engine.laws import formula_damper
+from vibroscope.engine.law_table import LAWS, formula_damper, laws_with, numbers_of
 
 from tests.law_numbers import law_numbers
 from tests.naive_laws import force

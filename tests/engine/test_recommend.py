@@ -17,8 +17,9 @@ from vibroscope.engine import (
     recommend,
     simulate,
 )
-from vibroscope.engine.divergence.contact import damping_for, damping_ratio, damping_ratio_for, stiffness_for
+from vibroscope.engine.contact import damping_for, damping_ratio, stiffness_for
 from vibroscope.engine.drivers.skipped_samples import SkippedSamples
+from vibroscope.engine.law_table import ratio_of_restitution
 from vibroscope.engine.recommendation import reasons
 
 from tests.recommended import question
@@ -193,8 +194,8 @@ def test_numbers_out_of_range_are_refused(options, words):
 def test_the_contact_formulas_hold_for_a_free_contact():
     """Restitution and duration of a stiff contact of the exact penalty solution."""
     stiffness = 1e6
-    damping = damping_for(SYSTEM, stiffness, damping_ratio_for(SYSTEM.restitution))
-    assert damping_ratio(SYSTEM, stiffness, damping) == pytest.approx(damping_ratio_for(0.5), rel=1e-12)
+    damping = damping_for(SYSTEM, stiffness, ratio_of_restitution(SYSTEM.restitution))
+    assert damping_ratio(SYSTEM, stiffness, damping) == pytest.approx(ratio_of_restitution(0.5), rel=1e-12)
     run = simulate(SYSTEM, 2.76, ExactPenalty(stiffness, damping))
     impacts, contact = run.impacts, run.contacts[-1]
     restitution = impacts.velocity_after[-1] @ [-1, 1] / impacts.closing_speed[-1]
@@ -202,4 +203,4 @@ def test_the_contact_formulas_hold_for_a_free_contact():
     steps = 10_000
     contact_steps = (contact[1] - contact[0]) * 2.76 / (2 * math.pi) * steps
     assert stiffness_for(SYSTEM, 2.76, steps, contact_steps) == pytest.approx(stiffness, rel=0.1)
-    assert (damping_ratio_for(0.0), damping_ratio_for(1.0)) == (1.0, 0.0)
+    assert (ratio_of_restitution(0.0), ratio_of_restitution(1.0)) == (1.0, 0.0)

@@ -16,8 +16,8 @@ from vibroscope.engine import (
     simulate,
     steps_at,
 )
-from vibroscope.engine.divergence.difference import PART_NAMES
 from vibroscope.engine.divergence.error import Target
+from vibroscope.engine.divergence.parts import PART_NAMES
 from vibroscope.engine.recommendation.range_trials import RangeTrials
 from vibroscope.engine.recommendation.trials import NewmarkSetting, Trial
 

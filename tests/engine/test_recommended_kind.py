@@ -2,9 +2,9 @@
 
 import pytest
 from vibroscope.engine import Newmark, Reference, System, steady
-from vibroscope.engine.recommendation.recommendation import rounded_up
 from vibroscope.engine.recommendation.search import of_same_kind
 from vibroscope.engine.recommendation.trials import NewmarkSetting, Trial
+from vibroscope.engine.wording import rounded_up
 
 SYSTEM = System()
 

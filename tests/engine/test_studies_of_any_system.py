@@ -21,7 +21,7 @@ from vibroscope.engine import (
     synthetic_measurement,
     verdict,
 )
-from vibroscope.engine.divergence.contact import damping_ratio_for
+from vibroscope.engine.law_table import ratio_of_restitution
 from vibroscope.engine.recommendation.recommend import recommend
 
 from tests.recommended import question
@@ -47,7 +47,7 @@ def test_a_wall_has_no_joint_damping_to_blame_or_to_list():
 
 
 def test_an_elastic_contact_needs_no_damping_and_no_sign():
-    assert str(damping_ratio_for(1.0)) == "0.0"
+    assert str(ratio_of_restitution(1.0)) == "0.0"
     elastic = compare(ComparisonQuestion(replace(WALL, restitution=1.0), 1.3, replace(PENALTY, damping=0.0)))
     words = verdict(elastic)
     methods = [each.method for each in words.alone.changes if each.method]

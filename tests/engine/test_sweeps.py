@@ -19,7 +19,7 @@ from vibroscope.engine import (
     spaced,
     sweep,
 )
-from vibroscope.engine.divergence.contact import equal_restitution_damping
+from vibroscope.engine.contact import equal_restitution_damping
 from vibroscope.engine.sweeps.refinement import changed_intervals
 from vibroscope.engine.sweeps.step_study import observed_order
 

@@ -6,13 +6,7 @@ import hypothesis.strategies as st
 import pytest
 from hypothesis import given
 from vibroscope.engine import Excitation, System, SystemFile, Units, brief_system_text, read_system, system_text
-from vibroscope.engine.system_file import (
-    EXCITATION_CONSTANTS,
-    SYSTEM_CONSTANTS,
-    SYSTEM_SIZE_LIMIT,
-    UNIT_CONSTANTS,
-    parse_system,
-)
+from vibroscope.engine.system_file import SYSTEM_SIZE_LIMIT, described_keys, parse_system
 
 ratios = st.floats(0, 1, exclude_max=True)
 
@@ -33,12 +27,14 @@ def test_the_default_is_table_1():
 
 def test_every_constant_is_explained_with_its_true_range():
     text = system_text()
-    for name, (meaning, allowed, unit) in (SYSTEM_CONSTANTS | EXCITATION_CONSTANTS | UNIT_CONSTANTS).items():
+    system, excitation, units = map(described_keys, ("system", "excitation", "units"))
+    assert (system.pop("mass_ratio").default, system.pop("wall").default) == ("of kappa and kappa3", False)
+    for name, (meaning, unit, allowed, _) in (system | excitation | units).items():
         line = next(line for line in text.splitlines() if line.startswith(f"{name} ="))
         assert meaning in line
         assert f"[{unit}]; {allowed}" in line
-    assert list(SYSTEM_CONSTANTS) == [*System().as_dict(), "clearance"]
-    assert list(EXCITATION_CONSTANTS) == list(Excitation().as_dict())
+    assert list(system) == [*System().as_dict(), "clearance"]
+    assert list(excitation) == list(Excitation().as_dict())
     for table, name, inside, outside in [
         ("system", "d1", "0", "1"), ("system", "d2", "0.999", "-0.001"), ("system", "d3", "0", "1.0"),
         ("system", "restitution", "1", "1.001"), ("system", "kappa", "1000", "1001"),

@@ -23,9 +23,9 @@ from vibroscope.engine import (
 )
 from vibroscope.engine.divergence.alone import Alone, Change
 from vibroscope.engine.divergence.blame import find_blame
+from vibroscope.engine.divergence.finer_parts import with_located_steps
 from vibroscope.engine.divergence.remaining import Remaining
 from vibroscope.engine.divergence.search import changed_choices, enough_steps, search_alone
-from vibroscope.engine.divergence.time_step import with_located_steps
 
 SYSTEM = System()
 SHORT = {"periods": 300, "keep": 10}

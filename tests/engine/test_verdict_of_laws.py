@@ -20,8 +20,7 @@ from vibroscope.engine import (
     sweep,
     verdict,
 )
-from vibroscope.engine.divergence.conditions import equal_damping
-from vibroscope.engine.divergence.contact import contact_duration, contact_frequency, damping_of_law
+from vibroscope.engine.contact import contact_duration, contact_frequency, equal_damping
 from vibroscope.engine.divergence.encounters import delivered_restitution, mean_closing_speed
 
 from tests.law_numbers import law_numbers
@@ -60,13 +59,13 @@ def test_every_law_has_a_verdict_and_parts_that_add_up(law, damping, monkeypatch
 
 @pytest.mark.parametrize("law", CONTACT_LAWS)
 def test_the_equal_damping_of_a_law_gives_the_restitution(law):
-    equal = damping_of_law(SYSTEM, stepping(law, 18.0), 12000, 0.7)
+    equal = equal_damping(SYSTEM, stepping(law, 18.0), 12000, 0.7)
     assert effective_restitution(SYSTEM, stepping(law, equal), 0.7) == pytest.approx(SYSTEM.restitution, abs=1e-6)
 
 
 def test_where_the_damper_follows_from_e_there_is_no_D_to_change():
     found = compare(ComparisonQuestion(SYSTEM, ETA, stepping("flores", None), **SHORT))
-    assert np.isnan(equal_damping(SYSTEM, found.runs.penalty.method, 1.0))
+    assert np.isnan(equal_damping(SYSTEM, found.runs.penalty.method, 12000, 1.0))
     assert "D" not in verdict(found).alone.curves
 
 

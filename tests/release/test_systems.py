@@ -19,7 +19,7 @@ from vibroscope.app.page.controls.controls import Controls
 from vibroscope.engine import parse_system, physical_text, system_text
 from vibroscope.engine.excitation import HELD
 from vibroscope.engine.physical import EITHER, KEYS
-from vibroscope.engine.system_file import EXCITATION_CONSTANTS, SYSTEM_CONSTANTS, UNIT_CONSTANTS
+from vibroscope.engine.system_file import described_keys
 
 from tests.app.test_sentences import NO_NUMBER
 from tests.release.odd import random_text
@@ -34,8 +34,7 @@ WHOLE = (
     | {"force1_N": 10, "constant2_N": -5, "frequency_Hz": 4},
     {"mass1_kg": 1, "frequency1_Hz": 1, "mass2_kg": 1, "frequency2_Hz": 2, "base_amplitude_mm": 1, "frequency_Hz": 1},
 )
-OF_SYSTEM = {"system": (*SYSTEM_CONSTANTS, "mass_ratio", "wall"), "excitation": EXCITATION_CONSTANTS}
-OF_SYSTEM |= {"units": UNIT_CONSTANTS}
+OF_SYSTEM = {table: tuple(described_keys(table)) for table in ("system", "excitation", "units")}
 EDGES = ("0", "-0.0", "1", "0.999999", "5e-324", "2.2e-308", "1e-160", "1e-12", "1e9", "1e15", "1e160", "1.7e308")
 
 

@@ -3,8 +3,7 @@
 from math import sqrt
 
 from vibroscope.app.export.decks.problem import LINEAR, DeckProblem, check, refuse
-from vibroscope.engine.law_table import RATIO_LAWS
-from vibroscope.engine.laws import damper_of
+from vibroscope.engine.law_table import RATIO_LAWS, damper_of
 
 NAME, SUFFIX, STATUS = "OpenSeesPy", "py", "end"
 LAWS = (LINEAR, *RATIO_LAWS, "jankowski")  # Hertzdamp has those whose damper is a factor of the spring's force
