@@ -38,9 +38,9 @@ from ..divergence.error import Target
 from ..divergence.grid import PER_PERIOD
 from ..divergence.sampled_runs import SampledRuns
 from ..methods import STEPS_RANGE, Method, Newmark, TimeStepping
-from ..motions.steady import KEEP, LONG, Steady
+from ..motions.steady import Steady
 from ..result import Record, Response
-from ..simulate import simulate
+from ..simulate import KEEP, LONG, simulate
 from .contacts import MORE_PEAK_SAMPLES, Contacts, Tolerances, contacts_of, peak_of
 from .tolerances import AROUND, FORGOTTEN, STEPS_AROUND
 
