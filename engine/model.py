@@ -22,6 +22,7 @@ MASS_RATIO_RANGE = (1e-9, 1e9)
 RATIO_RANGE = (1e-3, 1e3)  # of frequencies
 
 _DRIVE = tuple(each.name for each in fields(Excitation))
+COORDINATES = ("xi1", "v1", "xi2", "v2")  # ξ₁, ξ₁′, ξ₂, ξ₂′: the columns of a section
 # What a wall has no use for: attributes of System and of Excitation that belong to body 2 alone.
 BODY_2 = ("kappa", "kappa3", "d2", "d3", "mu")
 FORCES_ON_BODY_2 = ("force2", "force2_phase", "constant2")

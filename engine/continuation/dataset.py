@@ -5,7 +5,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..datasets import LENGTH, ROWS, SPEED, labelled
+from ..datasets import LENGTH, SPEED, labelled
+from ..model import COORDINATES
 from .branch import Branch
 from .margins import POINT_KINDS
 
@@ -66,5 +67,5 @@ def branches_dataset(branches: Sequence[Branch], over: str | None = None) -> "xr
             "point_branch": labelled("point", [k for k, _ in points], "branch of the point", "1"),
             "point_state": labelled(("point", "coordinate"), states, "state at tau = 0 mod T", f"{LENGTH}, {SPEED}"),
         },
-        attrs={"over": over, "coordinates_of_states": " ".join(ROWS)},
+        attrs={"over": over, "coordinates_of_states": " ".join(COORDINATES)},
     )
