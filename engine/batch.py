@@ -201,7 +201,7 @@ def cell_results(cells: Cells, results, solutions: np.ndarray) -> CellResults:
     """The results as named columns; ``solutions``: steps without a solution, with two, and all of them, (n, 3)."""
     numbers = name_numbers(results.numbers)
     periods = {name: np.nan_to_num(numbers.pop(name)).astype(np.int32) for name in ("period", "near_period")}
-    share, phase = numbers.pop("longest_contact"), numbers.pop("impact_phase")
+    share = numbers.pop("longest_contact")
     n = cells.steps_each() if cells.method.has_step else np.nan
     return CellResults(
         status=results.status.astype(np.int8),
@@ -210,7 +210,6 @@ def cell_results(cells: Cells, results, solutions: np.ndarray) -> CellResults:
         **numbers,
         longest_contact=share * 2 * np.pi / cells.eta,
         longest_contact_steps=np.round(share * n, 6),
-        phase=phase,
         end=results.end,
         periods=results.periods,
         steps_without_solution=solutions[:, 0],

@@ -148,6 +148,13 @@ class Cells:
     def __len__(self) -> int:
         return len(self.eta)
 
+    def at(self, places: np.ndarray, **changed) -> "Cells":
+        """The cells at some places, by their index, each on its own, with other numbers of them ``changed``."""
+        own = {name: getattr(self, name) for name in ("eta", "initial", *_OWN)}
+        own = {name: None if array is None else array[places] for name, array in own.items()}
+        system = self.system if isinstance(self.system, System) else [self.system[i] for i in places]
+        return replace(self, system=system, chain=None, **own | changed)
+
     def system_of(self, i: int) -> System:
         """The system of cell i."""
         return self.system if isinstance(self.system, System) else self.system[i]
@@ -175,7 +182,7 @@ class CellResults:
         τ that the longest contact overlapping the sample lasts; one that is open at the end of the run ends there.
     longest_contact_steps : (n,) ndarray
         The same in steps; nan for methods without.
-    phase : (n,) ndarray
+    impact_phase : (n,) ndarray
         Instant of the first impact in the last cycle (aperiodic: in the last period), as a share of T from the
         section; nan if there is none.
     end : (n, 4) ndarray
@@ -197,7 +204,7 @@ class CellResults:
     scatter: np.ndarray
     longest_contact: np.ndarray
     longest_contact_steps: np.ndarray
-    phase: np.ndarray
+    impact_phase: np.ndarray
     end: np.ndarray
     periods: np.ndarray
     steps_without_solution: np.ndarray

@@ -2,13 +2,14 @@
 
 from typing import TYPE_CHECKING
 
+from .model import COORDINATES
+
 if TYPE_CHECKING:
     import xarray as xr
 
     from .divergence.compare import Comparison
     from .result import Response
 
-ROWS = ("xi1", "v1", "xi2", "v2")  # of a section
 BODIES = (1, 2)
 LENGTH, SPEED, TIME = "unit of length", "unit of length times omega1", "1/omega1"
 
@@ -39,7 +40,7 @@ def response_dataset(response: "Response") -> "xr.Dataset":
         },
         {
             "period": range(first, first + len(response.section)),
-            "coordinate": list(ROWS),
+            "coordinate": list(COORDINATES),
             "body": list(BODIES),
             "edge": ["begin", "end"],
         },

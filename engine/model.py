@@ -23,6 +23,7 @@ MASS_RATIO_RANGE = (1e-9, 1e9)
 RATIO_RANGE = (1e-3, 1e3)  # of frequencies
 
 _DRIVE = tuple(each.name for each in fields(Excitation))
+COORDINATES = ("xi1", "v1", "xi2", "v2")  # ξ₁, ξ₁′, ξ₂, ξ₂′: the columns of a section
 _RATIO, _MASS_RATIO = Range(*RATIO_RANGE), Range(*MASS_RATIO_RANGE)
 _DAMPING = (
     *("-", Range(0, 1, open_high=True)),

@@ -17,6 +17,7 @@ from .result import Checkpoint, Record, Response, Status, Trajectory
 FARTHEST = 1e6  # units of length, base amplitudes in the paper's: no run can start farther away
 PERIODS_LIMIT = 100_000_000
 KEEP_LIMIT = 1_000_000
+LONG, KEEP = 2050, 50  # periods of a long run, and the last of them that are kept: the paper's
 SAMPLES_LIMIT = 20_000_000
 STEPS_LIMIT = 10**13
 _DRIVERS = {Reference: EventDriver, ExactPenalty: EventDriver, TimeStepping: TimeSteppingDriver, **ONE_STEP_DRIVERS}
@@ -27,8 +28,8 @@ def simulate(
     eta: float,
     method: Method,
     *,
-    periods: int = 2050,
-    keep: int = 50,
+    periods: int = LONG,
+    keep: int = KEEP,
     initial: Sequence[float] | Checkpoint | None = None,
     record: Record | None = None,
     cancelled: Callable[[], bool] | None = None,

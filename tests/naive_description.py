@@ -40,5 +40,5 @@ def describe(response, tolerance=1e-5, near_tolerance=0.03, longest_near_period=
         "spread": np.std(observed),
         "scatter": np.sqrt(np.mean(np.var(points, axis=0))),
         "longest_contact": np.diff(response.contacts, axis=1).max(initial=0.0),
-        "phase": recent.min() % 1.0 if len(recent) else np.nan,
+        "impact_phase": recent.min() % 1.0 if len(recent) else np.nan,
     }

@@ -24,7 +24,7 @@ from vibroscope.engine.sweeps import (
     nearest_known,
 )
 from vibroscope.engine.sweeps.basin_motions import ENDED
-from vibroscope.engine.sweeps.start_plane import PHASE, STATE
+from vibroscope.engine.sweeps.start_plane import PHASE
 
 COUNT, SLOW_COUNT = 96, 24  # cells along each axis; of a method whose cells are run one by one
 TRANSIENT, SAMPLE = 1800, 256
@@ -34,7 +34,7 @@ PLANES = {  # of starts, by their name in a link
     "xi1-v1": ("xi1", "v1"),
     "v1-v2": ("v1", "v2"),
     "xi1-xi2": ("xi1", "xi2"),
-    **{f"phase-{name}": (PHASE, name) for name in STATE},
+    **{f"phase-{name}": (PHASE, name) for name in COORDINATES},
 }
 AT_WALL = ("xi1-v1", "phase-xi1", "phase-v1")  # those there
 # None of them has a counterpart in `theme.js`: the key has the same in light and dark.

@@ -6,9 +6,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..datasets import LENGTH, ROWS, SPEED, labelled
+from ..datasets import LENGTH, SPEED, labelled
 from ..drivers.event_driven import displaced_state
 from ..drivers.orbit import multipliers_of
+from ..model import COORDINATES
 from ..motions.floquet import is_stable
 from ..wording import html_table
 from .curve import Curve, CurvePoint
@@ -245,5 +246,5 @@ def branches_dataset(branches: Sequence[Branch], over: str | None = None) -> "xr
             "point_branch": labelled("point", [k for k, _ in points], "branch of the point", "1"),
             "point_state": labelled(("point", "coordinate"), states, "state at tau = 0 mod T", f"{LENGTH}, {SPEED}"),
         },
-        attrs={"over": over, "coordinates_of_states": " ".join(ROWS)},
+        attrs={"over": over, "coordinates_of_states": " ".join(COORDINATES)},
     )

@@ -7,7 +7,7 @@ from ..arguments import check_fields
 from ..methods import Newmark, Reference, TimeStepping
 from ..model import System, check_eta
 from ..motions.steady import REST
-from ..simulate import check_lengths
+from ..simulate import KEEP, LONG, check_lengths
 from .grid import PER_PERIOD
 
 
@@ -49,8 +49,8 @@ class ComparisonQuestion:
     penalty: Newmark | TimeStepping
     _: KW_ONLY
     reference: Reference = field(default_factory=Reference)
-    periods: int = 2050
-    keep: int = 50
+    periods: int = LONG
+    keep: int = KEEP
     initial: Sequence[float] | None = REST
     per_period: int = PER_PERIOD
 

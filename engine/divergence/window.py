@@ -16,7 +16,7 @@ import numpy as np
 
 from ..drivers.section import period_of
 from ..law_table import LAWS
-from ..motions.sameness import cycle_points
+from ..motions.sameness import cycle_points, shifted_distance
 from ..motions.section import band_width
 from ..result import Response
 from .tolerances import BURSTS, DRAWS_NEARER, NARROW, NOTICED, SECTION_DRIFT
@@ -87,8 +87,7 @@ def _is_blurred(section: np.ndarray, limit: Response) -> bool:
         return False
     points, others = (cycle_points(rows, period)[:, [0, 2]] for rows in (section, limit.section))
     width, size = band_width(section, period), float(np.abs(others).max())
-    apart = min(float(np.abs(points - np.roll(others, shift, axis=0)).max()) for shift in range(period))
-    return width <= NARROW * size and apart <= BURSTS * width
+    return width <= NARROW * size and shifted_distance(points, others) <= BURSTS * width
 
 
 def change_between(before: np.ndarray, section: np.ndarray) -> float:

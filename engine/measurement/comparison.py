@@ -8,6 +8,7 @@ from ..model import System, check_eta
 from ..motions.description import describe
 from ..motions.steady import REST
 from ..result import Response
+from ..simulate import LONG
 from .alignment import Alignment, align
 from .cycle import SettledRun, penalty_cycle, reference_cycle
 from .measurement import Measurement
@@ -83,7 +84,7 @@ def compare_measured(
     penalty: Newmark | TimeStepping,
     *,
     reference: Reference | None = None,
-    periods: int = 2050,
+    periods: int = LONG,
     initial: Sequence[float] | None = REST,
     cancelled: Callable[[], bool] | None = None,
 ) -> MeasuredComparison:

@@ -19,7 +19,7 @@ from ..model import System
 from ..motions.motion import SAMPLES_PER_PERIOD
 from ..motions.steady import REST, steady
 from ..result import Record, Response
-from ..simulate import simulate
+from ..simulate import KEEP, LONG, simulate
 from .tolerances import INSTANT
 
 
@@ -115,12 +115,12 @@ def penalty_cycle(
     eta: float,
     method: Newmark | TimeStepping,
     *,
-    periods: int = 2050,
+    periods: int = LONG,
     initial: Sequence[float] | None = REST,
     cancelled: Callable[[], bool] | None = None,
 ) -> SettledRun:
     """Return the last cycle of Newmark's run, where scatter is ignored; raises as :func:`engine.simulate`."""
-    keep = min(50, periods)
+    keep = min(KEEP, periods)
     record = Record(min(LONGEST_NEAR_PERIOD, keep), SAMPLES_PER_PERIOD)
     options = {"periods": periods, "keep": keep, "initial": initial, "record": record, "cancelled": cancelled}
     response = simulate(system, eta, method, **options)

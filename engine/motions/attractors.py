@@ -13,16 +13,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..checks import whole
-from ..drivers.section import period_of
 from ..methods import Method
 from ..model import System
 from ..result import Response
-from ..simulate import simulate
+from ..simulate import LONG, simulate
 from .description import Kind, Motion
 from .motion import DESCRIBED_PERIODS, motion
-from .sameness import same_averages, same_cycle
+from .sameness import same_cycle, same_motion
 from .starts import apart, random_states, reach_of
-from .steady import LONG, schedule_of, steady
+from .steady import schedule_of, steady
 from .tolerances import THIN
 
 REACH_OF_STARTS = 2.0  # of the starts, in amplitudes of the motion from rest
@@ -188,8 +187,6 @@ class _Group:
         """Whether a run ends in the same motion; ``least``: size below which a motion counts as rest."""
         if not (run.ok and self.run.ok):
             return run.status is self.run.status
-        if self.motion.type is Kind.PERIODIC:
-            # a step may scatter one cycle from one start, and lock the scatter from another
-            thin = THIN if self.motion.step_noise > 0 else 0.0
-            return same_cycle(self.run.section, run.section, self.motion.period, thin, least)
-        return not period_of(run.section) and same_averages(self.run.section, run.section)
+        # a step may scatter one cycle from one start, and lock the scatter from another
+        thin = THIN if self.motion.step_noise > 0 else 0.0
+        return same_motion(self.run.section, run.section, self.motion.period, thin, least)

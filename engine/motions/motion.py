@@ -26,7 +26,7 @@ from ..energy.balance import energy_balance
 from ..methods import ExactPenalty, Method, Newmark, Reference, TimeStepping
 from ..model import System
 from ..result import Record, Response
-from ..simulate import FARTHEST, simulate
+from ..simulate import FARTHEST, LONG, simulate
 from ..wording import counted, end_text
 from .contact_force import impulse_per_period, peak_force
 from .description import Kind, Motion, describe, sampled_periods
@@ -34,7 +34,7 @@ from .floquet import fate_of_disturbances, lyapunov_exponent, multipliers, neare
 from .lyapunov import Lyapunov, lyapunov
 from .poincare_map import unresolved
 from .regularity import rotation_number
-from .steady import LONG, REST, schedule_of, steady
+from .steady import REST, schedule_of, steady
 from .time_step_scatter import judge_newmark_section, later_run
 from .tolerances import REPEATED_IMPACTS, REPEATED_IMPACTS_BY_STEPS, UNBALANCED
 

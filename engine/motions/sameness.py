@@ -12,12 +12,22 @@ equal period; `tests/engine/test_sameness.py` measures both on the paper's syste
 
 import numpy as np
 
-from ..drivers.section import TOLERANCE
+from ..drivers.section import TOLERANCE, period_of
 from .averages import batch_means, standard_error
 from .section import band_width
 from .tolerances import BETWEEN_SOLVERS, NOISY, SAME_AVERAGES, SAME_CYCLE
 
 SECTION_BATCHES = 16
+
+
+def same_motion(known: np.ndarray, section: np.ndarray, period: int, thin: float = 0.0, least: float = 0.0) -> bool:
+    """Whether a section is that of a known motion of the same solver; arguments as of :func:`same_cycle`.
+
+    ``period`` 0: the known motion does not repeat itself.
+    """
+    if period:
+        return same_cycle(known, section, period, thin, least)
+    return not period_of(section) and same_averages(known, section)
 
 
 def same_cycle(known: np.ndarray, section: np.ndarray, period: int, thin: float = 0.0, least: float = 0.0) -> bool:
@@ -41,7 +51,7 @@ def same_cycle(known: np.ndarray, section: np.ndarray, period: int, thin: float 
     size = max(np.abs(known).max(), least)
     if max(widths) > max(NOISY * min(widths) + TOLERANCE * size, thin * size):
         return False
-    return _shifted_distance(points, others) <= SAME_CYCLE * size + NOISY * max(widths)
+    return shifted_distance(points, others) <= SAME_CYCLE * size + NOISY * max(widths)
 
 
 def cycle_points(section: np.ndarray, period: int) -> np.ndarray:
@@ -87,9 +97,9 @@ def distance_between_solvers(one: np.ndarray, other: np.ndarray, period: int) ->
         one, other = (np.concatenate([rows.mean(axis=0), rows.std(axis=0)])[None] for rows in (one, other))
     else:
         one, other = cycle_points(one, period), cycle_points(other, period)
-    return _shifted_distance(one, other) / max(np.abs(one).max(), np.abs(other).max(), 1e-300)
+    return shifted_distance(one, other) / max(np.abs(one).max(), np.abs(other).max(), 1e-300)
 
 
-def _shifted_distance(points: np.ndarray, others: np.ndarray) -> float:
+def shifted_distance(points: np.ndarray, others: np.ndarray) -> float:
     """Largest difference of two cycles of as many points, after the shift that makes it smallest."""
     return min(float(np.abs(points - np.roll(others, shift, axis=0)).max()) for shift in range(len(points)))

@@ -24,13 +24,12 @@ from ..drivers.section import period_of
 from ..methods import ExactPenalty, Reference
 from ..model import System, check_eta
 from ..result import Checkpoint, Record, Response, Status
-from ..simulate import simulate, starting_checkpoint
+from ..simulate import KEEP, LONG, simulate, starting_checkpoint
 from .floquet import eigenvalues_by_modulus, is_stable
 from .orbit import FixedPoint, approached_orbit
 from .poincare_map import PoincareMap
 
 REST = None  # as a start: the static equilibrium of the system
-LONG, KEEP = 2050, 50  # periods of the long run, and the last of them that are kept: the paper's
 MAX_PERIOD_LIMIT = 64
 
 

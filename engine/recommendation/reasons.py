@@ -10,10 +10,10 @@ from ..divergence.grid import PER_PERIOD
 from ..facts import ETA, Amount, Reason, Statement, equation, joined, stated
 from ..methods import Newmark, Reference, TimeStepping
 from ..motions.description import describe
-from ..motions.steady import KEEP, LONG, Steady, steady
+from ..motions.steady import Steady, steady
 from ..motions.words import touching
 from ..result import Record
-from ..simulate import simulate
+from ..simulate import KEEP, LONG, simulate
 from ..wording import percent, rounded
 from .contacts import Tolerances
 from .question import SettingQuestion

@@ -37,9 +37,9 @@ from ..divergence.encounters import mean_closing_speed
 from ..divergence.error import SampledRuns, Target
 from ..divergence.grid import PER_PERIOD
 from ..methods import STEPS_RANGE, Method, Newmark, TimeStepping
-from ..motions.steady import KEEP, LONG, Steady
+from ..motions.steady import Steady
 from ..result import Record, Response
-from ..simulate import simulate
+from ..simulate import KEEP, LONG, simulate
 from .contacts import MORE_PEAK_SAMPLES, Contacts, Tolerances, contacts_of, peak_of
 from .tolerances import AROUND, FORGOTTEN, STEPS_AROUND
 

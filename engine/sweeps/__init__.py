@@ -8,13 +8,14 @@ or in a `store`, which lies in a folder or at a URL (`store_location`). `cache` 
 
 from typing import TYPE_CHECKING
 
+from ..model import COORDINATES
 from .basin_difference import BasinDifference, basin_difference, difference_of
 from .basin_study import BasinStudy
 from .batches import COARSEST, nearest_known
 from .cache import cached_dataset, grow_cached, grow_picture
 from .codes import KIND_FLAGS, MISSING
 from .digest import engine_digest
-from .eta_study import COORDINATES, DIRECTIONS, OVER, EtaStudy
+from .eta_study import DIRECTIONS, OVER, EtaStudy
 from .growth import Partial, RunOptions, grow, run
 from .memory import empty_values
 from .motion_kinds import CellKind, judge_cells, judge_runs, kind_words, known_kinds, unknown_kinds

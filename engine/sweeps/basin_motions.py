@@ -30,7 +30,7 @@ from ..model import System
 from ..motions.description import Kind
 from ..motions.motion import motion
 from ..motions.poincare_map import without_penetration
-from ..motions.sameness import cycle_points, same_averages, same_cycle
+from ..motions.sameness import cycle_points, same_motion
 from ..motions.steady import schedule_of, steady
 from ..motions.tolerances import THIN
 from ..motions.trapping import Region, trapping_regions
@@ -74,9 +74,7 @@ class BasinMotion:
 
     def includes(self, section: np.ndarray, least: float) -> bool:
         """Whether a section of the same solver is that of this motion."""
-        if self.kind is Kind.PERIODIC:
-            return same_cycle(self.section, section, self.period, THIN if self.blurred else 0.0, least)
-        return not period_of(section) and same_averages(self.section, section)
+        return same_motion(self.section, section, self.period, THIN if self.blurred else 0.0, least)
 
 
 @dataclass(frozen=True)

@@ -121,11 +121,6 @@ class BasinStudy(Study):
         return {name: StudyArray((name,), values, vocabulary.STARTS[name]) for name, values in self.axes.items()}
 
     @property
-    def inner_lengths(self) -> dict[str, int]:
-        """Length of every dimension but those of the axes."""
-        return {"component": 4}
-
-    @property
     def variables(self) -> dict[str, Variable]:
         """The variables of each cell."""
         dims = tuple(self.axes)
@@ -163,7 +158,6 @@ class BasinStudy(Study):
     def compute(self, batch=None, *, before=None, threads=None, progress=None, cancelled=None):
         """The variables of a batch of cells."""
         starts, phases = self._starts(batch)
-        shape = next(iter(self.points(batch).values())).shape
         found = self._search.label(starts, phases, threads=threads, progress=progress, cancelled=cancelled)
         values = {
             "reached": found.motion,
@@ -172,7 +166,7 @@ class BasinStudy(Study):
             "point": found.point,
             "status": found.status,
         }
-        return {name: values[name].reshape(shape + values[name].shape[1:]) for name in self.variables}
+        return self.in_shape(values, self.points(batch))
 
     def conclusions(self, values: Mapping[str, np.ndarray]) -> dict[str, StudyArray]:
         """The motions in the order of their shares, the motion of each cell, and the boundary."""

@@ -15,10 +15,11 @@ from typing import ClassVar
 import numpy as np
 
 from ..arguments import shown
-from ..batch import follow_cells, run_cells
+from ..batch import follow_cells
 from ..cells import CellResults, Cells
 from ..checks import require, whole
 from ..methods import METHOD_NUMBERS
+from ..model import COORDINATES
 from ..motions.lyapunov import PERIODS_RANGE, Lyapunov
 from ..motions.motion import classify
 from ..simulate import FARTHEST
@@ -31,7 +32,6 @@ from .variables import StudyArray, Variable, status_variable, variables_of
 
 OVER = tuple(vocabulary.SWEPT)
 DIRECTIONS = ("rest", "up", "down")
-COORDINATES = ("xi1", "v1", "xi2", "v2")  # ξ₁, ξ₁′, ξ₂, ξ₂′: the columns of a section
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -128,11 +128,6 @@ class EtaStudy(Study):
         return super().arrays | {"sample": StudyArray(("sample",), np.arange(self.sample), vocabulary.SAMPLE)}
 
     @property
-    def inner_lengths(self) -> dict[str, int]:
-        """Length of every dimension but that of the axis."""
-        return {"sample": self.sample, "component": 4}
-
-    @property
     def variables(self) -> dict[str, Variable]:
         """The variables of each cell."""
         cell = (self.over,)
@@ -176,18 +171,8 @@ class EtaStudy(Study):
             cells = replace(cells, initial=self.initial[part][forwards])
         elif self.sequential and before is not None:
             cells = replace(cells, initial=self._after(before, cells.starts()))
-        found = run_cells(
-            cells,
-            transient=self.transient,
-            sample=self.sample,
-            threads=threads,
-            progress=progress,
-            cancelled=cancelled,
-        )
-        values = {name: getattr(found, name) for name in (*vocabulary.MOTION, *vocabulary.SOLUTION_COUNTS)}
-        values["impact_phase"] = found.phase
-        values |= {"end": found.end, "status": found.status}
-        values["motion"] = np.where(found.period > 0, CellKind.PERIODIC, CellKind.UNDECIDED)
+        found = self.run(cells, threads=threads, progress=progress, cancelled=cancelled)
+        values = vars(found) | {"motion": np.where(found.period > 0, CellKind.PERIODIC, CellKind.UNDECIDED)}
         if self.lyapunov:
             values |= self._exponents(cells, found, threads, cancelled)
         values["motion"] = np.where(found.ok, values["motion"], CellKind.ENDED_EARLY)

@@ -24,16 +24,15 @@ from ..batch import follow_cells, run_cells
 from ..cells import Cells
 from ..drivers.threads import thread_count
 from ..methods import Method
-from ..model import System
 from ..motions.description import Kind
 from ..motions.lyapunov import Lyapunov
 from ..motions.motion import classify
 from ..motions.section import band_widths, cycle_spreads, scatter, settled_period, settled_periods
-from ..motions.steady import LONG, schedule_of
+from ..motions.steady import schedule_of
 from ..motions.time_step_scatter import FINER, FINER_LOCATED, Limits, can_narrow, judge_bands
 from ..motions.tolerances import SHRUNK
 from ..motions.words import repetition_of
-from ..simulate import FARTHEST
+from ..simulate import FARTHEST, LONG
 from .codes import MISSING, CellKind
 from .eta_study import EtaStudy
 from .plane_study import PlaneStudy
@@ -167,8 +166,7 @@ def judge_runs(
     kinds = _known_kinds(cells.method, found.status, periods)
     chosen = np.flatnonzero(kinds["kind"] == CellKind.UNKNOWN)
     if len(chosen):
-        some, own = _selected(cells, chosen), (column[chosen] for column in (periods, found.end))
-        for name, array in _judge(some, *own, run, how).items():
+        for name, array in _judge(cells.at(chosen), periods[chosen], found.end[chosen], run, how).items():
             kinds[name][chosen] = array
     return kinds
 
@@ -185,7 +183,7 @@ def _judge(cells: Cells, period, end, run: dict, how: dict) -> dict[str, np.ndar
     found = unknown_kinds(len(cells))
     found["kind"][:] = CellKind.UNDECIDED
     near = np.flatnonzero((np.abs(end) <= FARTHEST).all(axis=1))
-    some = replace(_selected(cells, near), initial=end[near])
+    some = cells.at(near, initial=end[near])
     if cells.method.has_step:
         chosen, *late = _as_late(some, run, how)
         near, judged = near[chosen], _judge_newmark(*late, run, how)
@@ -209,7 +207,7 @@ def _as_late(cells: Cells, run: dict, how: dict) -> tuple[np.ndarray, Cells, np.
     missing = max(0, LONG - SETTLED_PERIODS - run["transient"] - run["sample"])
     later = run_cells(cells, transient=missing, sample=SETTLED_PERIODS, **how)
     chosen = np.flatnonzero(later.ok & (np.abs(later.end) <= FARTHEST).all(axis=1))
-    going_on = replace(_selected(cells, chosen), initial=later.end[chosen])
+    going_on = cells.at(chosen, initial=later.end[chosen])
     return chosen, going_on, settled_periods(later.section[chosen]), later.section[chosen]
 
 
@@ -220,7 +218,7 @@ def _judge_newmark(cells: Cells, periods: np.ndarray, sections: np.ndarray, run,
     method = replace(cells.method, **skipping)
 
     def finer(places: np.ndarray, factor: int) -> tuple[np.ndarray, np.ndarray]:
-        some = replace(_selected(cells, places), method=method, steps=factor * cells.steps_each()[places])
+        some = cells.at(places, method=method, steps=factor * cells.steps_each()[places])
         runs = run_cells(some, transient=FINER_TRANSIENT, sample=SETTLED_PERIODS, **how)
         return runs.section, runs.ok
 
@@ -239,11 +237,11 @@ def _judge_newmark(cells: Cells, periods: np.ndarray, sections: np.ndarray, run,
 
 def _judge_later(cells: Cells, settling: np.ndarray, widths, periods, found: dict, run: dict, how: dict) -> None:
     """Let cells with a band beside a periodic limit go on with the same step; judge again what was a transient."""
-    some = _selected(cells, settling)
+    some = cells.at(settling)
     later = run_cells(some, transient=FINER_TRANSIENT, sample=SETTLED_PERIODS, **how)
     chosen = np.flatnonzero(later.ok & (band_widths(later.section, periods) < SHRUNK * widths))
     if len(chosen):
-        going_on = replace(_selected(some, chosen), initial=later.end[chosen])
+        going_on = some.at(chosen, initial=later.end[chosen])
         judged = _judge_newmark(going_on, settled_periods(later.section[chosen]), later.section[chosen], run, how)
         for name, array in judged.items():
             found[name][settling[chosen]] = array
@@ -319,9 +317,10 @@ def _go_on(cells: Cells, period: np.ndarray, start: np.ndarray, found: dict, how
     """
     state, sections = start.copy(), {}
     places = _without_period(period, start)
-    some = replace(_selected(cells, places), initial=start[places])
     transient = schedule_of(cells.method).followed[0]
-    later = run_cells(some, transient=transient, sample=SETTLED_PERIODS, recurrence=SETTLES, **how)
+    later = run_cells(
+        cells.at(places, initial=start[places]), transient=transient, sample=SETTLED_PERIODS, recurrence=SETTLES, **how
+    )
     periods = settled_periods(later.section)
     for k in np.flatnonzero(later.ok).tolist():
         i = places[k]
@@ -334,11 +333,3 @@ def _go_on(cells: Cells, period: np.ndarray, start: np.ndarray, found: dict, how
 def _without_period(period: np.ndarray, state: np.ndarray) -> np.ndarray:
     """The places of cells without a period that can go on from their state."""
     return np.flatnonzero((period == 0) & (np.abs(state) <= FARTHEST).all(axis=1))
-
-
-def _selected(cells: Cells, chosen: np.ndarray) -> Cells:
-    """Some of the cells."""
-    own = {name: getattr(cells, name) for name in ("eta", "stiffness", "damping", "steps", "initial")}
-    own = {name: None if array is None else array[chosen] for name, array in own.items()}
-    system = cells.system if isinstance(cells.system, System) else [cells.system[i] for i in chosen]
-    return replace(cells, system=system, **own)

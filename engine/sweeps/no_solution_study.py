@@ -11,7 +11,6 @@ from typing import ClassVar
 
 import numpy as np
 
-from ..batch import run_cells
 from ..result import STATUSES, Status
 from . import variables as vocabulary
 from .study import Study
@@ -44,6 +43,7 @@ class NoSolutionStudy(Study):
     steps: Sequence[int]
     transient: int = 150
     kind: ClassVar[str] = "no-solution"
+    effort: ClassVar[int] = 10  # time goes by steps here
     grid: ClassVar[tuple[str, ...]] = ("K", "steps")
 
     def __post_init__(self):
@@ -53,11 +53,6 @@ class NoSolutionStudy(Study):
                 "each step has one solution: give a method that takes the contact status from the end of steps, "
                 "TimeStepping with status = 'end'"
             )
-
-    @property
-    def periods_per_cell(self) -> int:
-        """Time goes by steps here: chunks hold fewer cells."""
-        return 10 * super().periods_per_cell
 
     @property
     def variables(self) -> dict[str, Variable]:
@@ -70,8 +65,6 @@ class NoSolutionStudy(Study):
         points = self.points(batch)
         cells = self.cells_at(points)
         how = {"threads": threads, "progress": progress, "cancelled": cancelled}
-        found = run_cells(cells, transient=self.transient, sample=self.sample, coordinates=(2,), **how)
-        values = {name: getattr(found, name) for name in self.variables if hasattr(found, name)}
-        periods = found.steps_taken / cells.steps_each()
-        values["periods_until_stopped"] = np.where(found.status == _STOPPED, periods, np.nan)
-        return {name: values[name].reshape(points["K"].shape) for name in self.variables}
+        found = self.run(cells, coordinates=(2,), **how)
+        until = np.where(found.status == _STOPPED, found.steps_taken / cells.steps_each(), np.nan)
+        return self.in_shape(vars(found) | {"periods_until_stopped": until}, points)

@@ -13,7 +13,6 @@ from typing import ClassVar
 
 import numpy as np
 
-from ..batch import run_cells
 from ..cells import CellResults
 from ..contact import equal_restitution_damping
 from . import variables as vocabulary
@@ -59,11 +58,6 @@ class PlaneStudy(Study):
     def options(self) -> dict[str, object]:
         """Further numbers that the result depends on."""
         return {"parts": self.parts}
-
-    @property
-    def inner_lengths(self) -> dict[str, int]:
-        """Length of every dimension but those of the axes."""
-        return {"component": 4}
 
     @cached_property
     def variables(self) -> dict[str, Variable]:
@@ -119,29 +113,27 @@ class PlaneStudy(Study):
         runs = 1 + beside + ("error" in names) + ("exact_error" in names)
         passes = _Passes(progress, len(cells), runs)
         common = {"threads": threads, "cancelled": cancelled}
-        periods, whole = {"transient": self.transient, "sample": self.sample}, self.transient + self.sample
-
-        found = exact = run_cells(cells, **periods, **common, progress=passes.next())
+        found = exact = self.run(cells, **common, progress=passes.next())
         values = self._described(found)
         if beside:
             without_step = replace(cells, method=self.method.limit, steps=None)
-            exact = run_cells(without_step, **periods, **common, progress=passes.next())
+            exact = self.run(without_step, **common, progress=passes.next())
             values |= {f"exact_{name}": column for name, column in self._described(exact).items()}
         if "error" in names:
-            errors = partial(reference_motion(self.system, self.eta).errors, **common, periods=whole)
+            errors = partial(
+                reference_motion(self.system, self.eta).errors, **common, periods=self.transient + self.sample
+            )
             found_errors = errors(cells, found, exact if split else None, progress=passes.next())
             values |= dict(zip(vocabulary.ERRORS, found_errors, strict=True))
             if "exact_error" in names:
                 values["exact_error"] = errors(without_step, exact, None, progress=passes.next())[0]
-        return {name: values[name].reshape(*points["K"].shape, *values[name].shape[1:]) for name in names}
+        return self.in_shape(values, points)
 
     def _described(self, found: CellResults) -> dict[str, np.ndarray]:
-        values = {name: getattr(found, name) for name in (*vocabulary.PENALTY_MOTION, *vocabulary.SOLUTION_COUNTS)}
-        values |= {"impact_phase": found.phase, "status": found.status, "end": found.end}
-        if "impact_phase_error" in self.variables:
-            apart = found.phase - reference_motion(self.system, self.eta).first_impact
-            values["impact_phase_error"] = apart - np.round(apart)
-        return values
+        if "impact_phase_error" not in self.variables:
+            return vars(found)
+        apart = found.impact_phase - reference_motion(self.system, self.eta).first_impact
+        return vars(found) | {"impact_phase_error": apart - np.round(apart)}
 
 
 class _Passes:

@@ -7,12 +7,11 @@ import numpy as np
 from ..arguments import shown
 from ..checks import require
 from ..methods import Method
-from ..model import System
+from ..model import COORDINATES, System
 from ..simulate import FARTHEST
 
 PHASE = "phase"  # when a run begins, as a share of the excitation period
-STATE = ("xi1", "v1", "xi2", "v2")  # ξ₁, ξ₁′, ξ₂, ξ₂′
-AXES = (*STATE, PHASE)
+AXES = (*COORDINATES, PHASE)
 
 
 @dataclass(frozen=True)
@@ -49,13 +48,13 @@ class StartPlane:
         for name, span in zip(self.axes, self.spans, strict=True):
             for end in span:
                 _checked(name, end)
-        for name, value in zip(STATE, self.start, strict=True):
+        for name, value in zip(COORDINATES, self.start, strict=True):
             _checked(f"start {name}", value)
         _checked(PHASE, self.phase)
 
     def check(self, system: System) -> None:
         """Raise a ValueError where the system has no such starts."""
-        second = [name for name in self.axes if name in STATE[2:]]
+        second = [name for name in self.axes if name in COORDINATES[2:]]
         if system.wall and second:
             raise ValueError(f"{second[0]} cannot be an axis: a wall does not move; give xi1, v1 or phase")
         if system.wall and any(self.start[2:]):

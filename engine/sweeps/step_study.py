@@ -13,11 +13,12 @@ from typing import ClassVar
 
 import numpy as np
 
-from ..batch import run_cells
 from ..cells import CellResults, Cells
 from ..contact import stiffness_of_step
 from ..divergence.finer_parts import with_located_steps
 from ..methods import Method
+from ..model import COORDINATES
+from ..motions.section import scatter
 from ..result import Record
 from ..simulate import simulate
 from . import variables as vocabulary
@@ -28,7 +29,6 @@ from .variables import StudyArray, Variable, status_variable, variables_of
 
 PLOTTED = 2  # periods of a phase plot
 INSTANTS = 500  # of each, at most
-COLUMNS = ("xi1", "v1", "xi2", "v2")
 SCHEMES = {"fixed": 0, "located": 1}
 
 
@@ -64,6 +64,7 @@ class StepStudy(Study):
     initial: Sequence[float] | None = None
     stiffness_of_step: float | None = None
     kind: ClassVar[str] = "step"
+    effort: ClassVar[int] = 10  # time goes by steps here, and the located step walks them all
     grid: ClassVar[tuple[str, ...]] = ("steps",)
 
     def __post_init__(self):
@@ -89,17 +90,12 @@ class StepStudy(Study):
     @property
     def shown(self) -> tuple[str, str]:
         """The displacement and the velocity of which the sections are kept: of the observed body."""
-        return COLUMNS[2 * self.system.observed_body - 2 :][:2]
+        return COORDINATES[2 * self.system.observed_body - 2 :][:2]
 
     @property
     def cells(self) -> int:
         """Runs: each number of steps fixed and located."""
         return len(self.schemes) * super().cells
-
-    @property
-    def periods_per_cell(self) -> int:
-        """Time goes by steps here, and the located step walks them all: chunks hold fewer cells."""
-        return 10 * super().periods_per_cell
 
     @cached_property
     def arrays(self) -> dict[str, StudyArray]:
@@ -136,14 +132,14 @@ class StepStudy(Study):
     @property
     def inner_lengths(self) -> dict[str, int]:
         """Length of every dimension but that of the axis."""
-        return {"scheme": len(self.schemes), "sample": self.sample, "instant": PLOTTED * INSTANTS + 1}
+        return super().inner_lengths | {"scheme": len(self.schemes), "instant": PLOTTED * INSTANTS + 1}
 
     @property
     def variables(self) -> dict[str, Variable]:
         """The variables of each cell."""
         dims = ("steps", "scheme")
         found = variables_of(vocabulary.PENALTY_MOTION | vocabulary.SCATTER | vocabulary.ERRORS, dims)
-        found |= {name: Variable((*dims, "instant"), "f8", vocabulary.PHASE_PLOT.format(name)) for name in COLUMNS}
+        found |= {name: Variable((*dims, "instant"), "f8", vocabulary.PHASE_PLOT.format(name)) for name in COORDINATES}
         found["tau"] = Variable((*dims, "instant"), "f8", vocabulary.TIME)
         for name in self.shown:
             found[f"{name}_section"] = Variable((*dims, "sample"), "f8", vocabulary.SECTION.format(name))
@@ -163,40 +159,35 @@ class StepStudy(Study):
         """The variables of a batch of cells."""
         points = self.points(batch)
         common = {"threads": threads, "cancelled": cancelled}
-        periods = {"transient": self.transient, "sample": self.sample}
         follows = self.stiffness_of_step is not None
         models = points["steps"] if follows else points["steps"][:1]  # all have the same K unless it follows
         limits = replace(self.cells_at({"steps": models}), method=self.method.limit, steps=None)
-        exact = run_cells(limits, **periods, **common)
+        exact = self.run(limits, **common)
         exact = exact if follows else _repeated(exact, len(points["steps"]))
         columns = []
         for done, method in enumerate(self.schemes.values(), start=1):
             cells = replace(self.cells_at(points), method=method)
-            found = run_cells(cells, **periods, **common)
-            values = {name: getattr(found, name) for name in (*vocabulary.PENALTY_MOTION, "status")}
+            found = self.run(cells, **common)
             errors = self._reference.errors(cells, found, exact, periods=self.transient + self.sample, **common)
-            values |= dict(zip(vocabulary.ERRORS, errors, strict=True))
-            values |= {f"{name}_section": found.section[:, :, COLUMNS.index(name)] for name in self.shown}
+            values = vars(found) | dict(zip(vocabulary.ERRORS, errors, strict=True))
+            values |= {f"{name}_section": found.section[:, :, COORDINATES.index(name)] for name in self.shown}
             columns.append(values | phase_plots(cells, found))
             if progress is not None:
                 progress(done * len(points["steps"]))
         for values in columns:  # `found` is that of the located steps, the last of the schemes
-            values["scatter"] = _scatter(values[f"{self.shown[0]}_section"], found, exact)
+            values["scatter"] = self._scatter(values["section"], found, exact)
         return {name: np.stack([values[name] for values in columns], axis=1) for name in self.variables}
 
+    def _scatter(self, sections: np.ndarray, located: CellResults, exact: CellResults) -> list[float]:
+        """Scatter about the points of the cycle of the located run, or of exact penalty where it has none.
 
-def _scatter(sections: np.ndarray, located: CellResults, exact: CellResults) -> np.ndarray:
-    """Standard deviation about the points of the cycle of the located run, or of exact penalty where it has none.
-
-    The period of a run with constant steps is no measure: its scatter can hide a cycle, and repeat itself by chance.
-    """
-    scatter = np.full(len(sections), np.nan)
-    without_step = np.where(exact.period > 0, exact.period, exact.near_period)
-    for cell, period in enumerate(np.where(located.period > 0, located.period, without_step)):
-        period = max(period, 1)
-        rows = sections.shape[1] // period * period
-        scatter[cell] = np.sqrt(sections[cell, -rows:].reshape(-1, period).var(axis=0).mean())
-    return scatter
+        The period of a run with constant steps is no measure: its scatter can hide a cycle, and repeat itself by
+        chance.
+        """
+        without_step = np.where(exact.period > 0, exact.period, exact.near_period)
+        periods = np.maximum(np.where(located.period > 0, located.period, without_step), 1).tolist()
+        body = self.system.observed_body
+        return [scatter(section, period, body) for section, period in zip(sections, periods, strict=True)]
 
 
 def _repeated(results: CellResults, n: int) -> CellResults:
@@ -205,7 +196,7 @@ def _repeated(results: CellResults, n: int) -> CellResults:
 
 def phase_plots(cells: Cells, found: CellResults) -> dict[str, np.ndarray]:
     """ξ₁, ξ₁′, ξ₂, ξ₂′ and τ of each cell over the periods that follow its sample, each (n, instants)."""
-    plots = {name: np.full((len(cells), PLOTTED * INSTANTS + 1), np.nan) for name in (*COLUMNS, "tau")}
+    plots = {name: np.full((len(cells), PLOTTED * INSTANTS + 1), np.nan) for name in (*COORDINATES, "tau")}
     for i in np.flatnonzero(found.ok):
         run = simulate(
             cells.system_of(i),
@@ -219,7 +210,7 @@ def phase_plots(cells: Cells, found: CellResults) -> dict[str, np.ndarray]:
         if not run.ok:
             continue
         (x1, x2), (v1, v2) = run.trajectory.displacement, run.trajectory.velocity
-        for name, values in zip((*COLUMNS, "tau"), (x1, v1, x2, v2, run.trajectory.time), strict=True):
+        for name, values in zip((*COORDINATES, "tau"), (x1, v1, x2, v2, run.trajectory.time), strict=True):
             plots[name][i, : len(values)] = values
     return plots
 

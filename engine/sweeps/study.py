@@ -17,7 +17,8 @@ from typing import TYPE_CHECKING, ClassVar
 import numpy as np
 
 from ..arguments import check_fields
-from ..cells import Cells
+from ..batch import run_cells
+from ..cells import CellResults, Cells
 from ..checks import require, whole
 from ..methods import METHOD_NUMBERS, Method
 from ..model import BODY_2, FORCES_ON_BODY_2, System, check_eta
@@ -61,6 +62,7 @@ class Study(abc.ABC):
     transient: int = field(default=2000, kw_only=True)
     sample: int = field(default=50, kw_only=True)
     kind: ClassVar[str]
+    effort: ClassVar[int] = 1  # how many times as long a period takes, so that chunks hold fewer cells
     grid: ClassVar[tuple[str, ...]]  # attributes that hold the swept values, slowest first
     sequential: ClassVar[bool] = False  # whether a batch starts from the end of the one before
     backwards: ClassVar[bool] = False  # whether the last batch comes first
@@ -103,7 +105,7 @@ class Study(abc.ABC):
     @property
     def inner_lengths(self) -> dict[str, int]:
         """Length of every dimension but those of `axes`."""
-        return {}
+        return {"sample": self.sample, "component": 4}
 
     @property
     def options(self) -> dict[str, object]:
@@ -146,7 +148,7 @@ class Study(abc.ABC):
     @property
     def periods_per_cell(self) -> int:
         """Periods to run for a cell: the size of chunks follows from it."""
-        return self.transient + self.sample
+        return self.effort * (self.transient + self.sample)
 
     @property
     def lengths(self) -> dict[str, int]:
@@ -212,6 +214,15 @@ class Study(abc.ABC):
             system = [system.changed({name: float(values[i]) for name, values in constants.items()}) for i in range(n)]
         own = {METHOD_NUMBERS[name]: values for name, values in points.items() if name in METHOD_NUMBERS}
         return Cells(system, points.get("eta", np.full(n, self.eta)), self.method, **own, **more)
+
+    def run(self, cells: Cells, **how) -> CellResults:
+        """Run cells for the periods of the study; keywords as of :func:`engine.run_cells`."""
+        return run_cells(cells, transient=self.transient, sample=self.sample, **how)
+
+    def in_shape(self, values: Mapping[str, np.ndarray], points: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+        """The variables of cells that stand in one row, in the shape of their points."""
+        shape = next(iter(points.values())).shape
+        return {name: values[name].reshape(shape + values[name].shape[1:]) for name in self.variables}
 
     def numbers(self) -> dict[str, object]:
         """Every number that the result depends on, the digest of the engine's code included."""

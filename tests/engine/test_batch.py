@@ -32,7 +32,7 @@ NUMBERS = (
     "spread",
     "scatter",
     "longest_contact",
-    "phase",
+    "impact_phase",
 )
 
 

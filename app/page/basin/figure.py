@@ -24,8 +24,8 @@ from vibroscope.app.page.shared.figure import divisor, empty_source, hover_tool,
 from vibroscope.app.page.shared.ranges import OwnedRange
 from vibroscope.app.page.shared.unit_axis import UnitAxis
 from vibroscope.app.studies.basin import PALETTE, SIDES, BasinQuestion, PartialBasin
-from vibroscope.engine import System
-from vibroscope.engine.sweeps.start_plane import PHASE, STATE
+from vibroscope.engine import COORDINATES, System
+from vibroscope.engine.sweeps.start_plane import PHASE
 
 REACH = 8.0  # of the starts at first, in units of what drives the bodies
 WHOLE = (0.0, 1.0)  # of a period
@@ -107,7 +107,7 @@ def default_span(system: System, eta: float) -> tuple[float, float]:
 
 def start_on(setting: Setting, axes: tuple[str, str]) -> tuple[float, float]:
     """The numbers of the start that is set that belong to the axes; its phase is 0."""
-    numbers = dict(zip(STATE, setting.initial, strict=True)) | {PHASE: 0.0}
+    numbers = dict(zip(COORDINATES, setting.initial, strict=True)) | {PHASE: 0.0}
     return numbers[axes[0]], numbers[axes[1]]
 
 

@@ -29,8 +29,8 @@ from vibroscope.app.studies.basin import (
     grow_basin,
 )
 from vibroscope.app.studies.cell_classes import DIVERGED, NO_NUMBER, SPECIAL
-from vibroscope.engine import CONTACT_LAWS, Method, percent
-from vibroscope.engine.sweeps.start_plane import PHASE, STATE
+from vibroscope.engine import CONTACT_LAWS, COORDINATES, Method, percent
+from vibroscope.engine.sweeps.start_plane import PHASE
 
 _PLANE_NAMES = {
     "xi2-v2": "state of body 2",
@@ -116,7 +116,8 @@ class BasinTab(StudyTab):
     def question(self, setting: Setting) -> BasinQuestion:
         """All but the numbers of the start that are on the axes."""
         axes = self._plane(setting)
-        start = dict(zip(STATE, setting.initial, strict=True)) | {name: 0.0 for name in axes if name in STATE}
+        start = dict(zip(COORDINATES, setting.initial, strict=True))
+        start |= {name: 0.0 for name in axes if name in COORDINATES}
         if setting.bodies == "wall":
             start |= {"xi2": 0.0, "v2": 0.0}
         spans = self.view.spans_of(axes)
@@ -183,7 +184,8 @@ class BasinTab(StudyTab):
         """Start Explore at a point of the plane; at another phase, what drives the bodies is ahead by as much."""
         setting = self._move.setting
         at = dict(zip(self._plane(setting), (x, y), strict=True))
-        numbers = dict(zip(STATE, setting.initial, strict=True)) | {name: at[name] for name in at if name in STATE}
+        numbers = dict(zip(COORDINATES, setting.initial, strict=True))
+        numbers |= {name: at[name] for name in at if name in COORDINATES}
         texts = dict(zip(START_FIELDS, map(print_number, numbers.values()), strict=True))
         if phase := at.get(PHASE, 0.0):
             ahead = {name: (getattr(setting, name) + 2 * math.pi * phase) % (2 * math.pi) for name in PHASE_FIELDS}
