@@ -222,21 +222,15 @@ def method_of(options: argparse.Namespace) -> Method:
     missing = [f"--{name}" for name in needed if getattr(options, name) is None]
     if options.solver == "newmark" and getattr(options, "stiffness_of_step", None) is not None:
         missing = [name for name in missing if name != "--K"]
-    refuse_missing(options.solver, missing)
+    if missing:
+        paper = "--K 12000 --D 18" + (" --steps 8000" if options.solver == "newmark" else "")
+        names = ", ".join(missing)
+        raise ValueError(f"the {options.solver} solver needs {names}; the paper's numbers for eta 2.76: {paper}")
     if options.solver == "reference":
         return reference_of(options)
     if options.solver == "exact":
         return ExactPenalty(options.K, options.D, **law_of(options))
     return stepping_of(options)
-
-
-def refuse_missing(solver: str, missing: Sequence[str]) -> None:
-    """Raise ValueError, with numbers to begin with, if options that a solver needs are missing."""
-    if missing:
-        steps = " --steps 8000" if solver == "newmark" else ""
-        raise ValueError(
-            f"the {solver} solver needs {', '.join(missing)}; the paper's numbers for eta 2.76: --K 12000 --D 18{steps}"
-        )
 
 
 def law_of(options: argparse.Namespace) -> dict[str, str | float]:

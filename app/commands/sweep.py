@@ -13,6 +13,7 @@ from vibroscope.app.commands.interrupt import watch_interrupt
 from vibroscope.app.commands.numbers import STATE, count, end_of_range, number, span, step_numbers
 from vibroscope.app.commands.options import (
     LAW_OPTIONS,
+    NEEDED,
     PENALTY_OPTIONS,
     REFERENCE_OPTIONS,
     STEP_SCALE,
@@ -24,12 +25,9 @@ from vibroscope.app.commands.options import (
     default_of,
     eta_of,
     law_of,
+    method_of,
     note_held,
-    note_unused,
-    reference_of,
-    refuse_missing,
     stepping_of,
-    stiffness_of,
     system_of,
 )
 from vibroscope.app.commands.output import note
@@ -39,7 +37,6 @@ from vibroscope.app.explorer.parameters import FIELDS
 from vibroscope.engine import (
     COORDINATES,
     DIRECTIONS,
-    LAWS_BY_RESTITUTION,
     OVER,
     BasinStudy,
     Cancelled,
@@ -231,17 +228,9 @@ def _basin(options: argparse.Namespace, **periods: int) -> BasinStudy:
 
 def _method(options: argparse.Namespace) -> Method:
     """The solver; the number that is swept need not be given."""
-    note_unused(options)
-    if options.solver == "reference":
-        return reference_of(options)
-    names = ("K", "D", "steps") if options.solver == "newmark" else ("K", "D")
-    values = vars(options) | ({"K": stiffness_of(options)} if options.solver == "newmark" else {})
-    given = {name: options.low if name == options.over else values[name] for name in names}
-    needed = [name for name in names if name != "D" or options.law not in LAWS_BY_RESTITUTION]
-    refuse_missing(options.solver, [f"--{name}" for name in needed if given[name] is None])
-    if options.solver == "exact":
-        return ExactPenalty(given["K"], given["D"], **law_of(options))
-    return stepping_of(options, **given)
+    if options.over in NEEDED[options.solver]:
+        setattr(options, options.over, options.low)
+    return method_of(options)
 
 
 def _plane(options: argparse.Namespace, **periods: int) -> PlaneStudy:

@@ -172,20 +172,17 @@ _STEPPING = (
         *_NEWMARK,
     ),
     Field("beta", "β", "of Newmark's method, ¼: average", NewmarkBeta().beta, BETA_RANGE).option(
-        "integrator newmark (default 1/4)",
-        *_NEWMARK,
+        "integrator newmark (default 1/4)", *_NEWMARK
     ),
     Field("gamma", "γ", "of Newmark's method, above ½: damps", NewmarkBeta().gamma, GAMMA_RANGE).option(
-        "integrator newmark; more than 1/2 damps (default 1/2)",
-        *_NEWMARK,
+        "integrator newmark; more than 1/2 damps (default 1/2)", *_NEWMARK
     ),
     Field("alpha", "α", "of HHT, as Hilber writes it; 0: no damping", -0.05, ALPHA_RANGE).option(
         "integrator hht (default -0.05), hht-interpolated (-0.1): -1/3 to 0 as Hilber writes it; OpenSees' 0.9 is -0.1",
         *_NEWMARK,
     ),
     Field("rho", "ρ∞", "spectral radius at high frequencies; 1: no damping", 0.8, RHO_RANGE).option(
-        "integrator generalised-alpha (default 0.8), bathe (0): spectral radius at high frequencies, 0 to 1",
-        *_NEWMARK,
+        "integrator generalised-alpha (default 0.8), bathe (0): spectral radius at high frequencies, 0 to 1", *_NEWMARK
     ),
     _choice(
         "status",
@@ -209,10 +206,7 @@ _STEPPING = (
         *_NEWMARK,
     ),
     _choice(
-        "law",
-        "Contact law",
-        "Force of the penalty contact",
-        {name: LAW_NAMES.get(name, name) for name in CONTACT_LAWS},
+        "law", "Contact law", "Force of the penalty contact", {name: LAW_NAMES.get(name, name) for name in CONTACT_LAWS}
     ).option(
         "contact law (default: a spring and a damper, which may pull). Without --D those from hunt-crossley to "
         "constant-restitution take their damper from the restitution of the system and the closing speed, by the "
