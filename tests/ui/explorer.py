@@ -117,9 +117,11 @@ class Explorer:
         shown = self.page.locator(".error:not([hidden]) span, .refusal:not([hidden])")
         return " ".join(shown.all_text_contents())
 
-    def open_tab(self, title):
-        self.page.get_by_role("tab", name=title, exact=True).click()
-        self.page.locator(f"[role=tab][aria-selected=true]:text-is('{title}')").wait_for()
+    def open_tab(self, title, view=""):
+        """Open a tab, and then one of its views."""
+        for name in filter(None, (title, view)):
+            self.page.get_by_role("tab", name=name, exact=True).click()
+            self.page.locator(f"[role=tab][aria-selected=true]:text-is('{name}')").wait_for()
 
     def model(self, name, attribute):
         """One attribute of a Bokeh model, as the browser has it."""

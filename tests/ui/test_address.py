@@ -17,13 +17,13 @@ def test_a_link_restores_its_state(visit):
     assert second.page.get_by_role("radio", name="absolute", exact=True).is_checked()
 
 
-def test_the_tab_is_part_of_the_address_and_an_unknown_one_is_refused(visit):
+def test_the_view_is_part_of_the_address_and_an_unknown_one_is_refused(visit):
     explorer = visit()
-    assert "tab" not in explorer.address()
+    assert "view" not in explorer.address()
     explorer.open_tab("Help")
-    explorer.wait_for_address(tab="help")
+    explorer.wait_for_address(view="help")
     assert visit(explorer.query()).page.get_by_role("tab", name="Help").get_attribute("aria-selected") == "true"
-    assert "There is no tab “nonsense”" in visit("?tab=nonsense").error()
+    assert "There is no view “nonsense”" in visit("?view=nonsense").error()
 
 
 def test_a_half_valid_address_is_refused_as_a_whole_and_the_page_says_so(visit):

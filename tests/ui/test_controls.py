@@ -35,7 +35,7 @@ def test_separators_are_read_or_refused_in_words(visit):
 
 
 def test_a_field_takes_what_its_slider_does_not_reach(visit):
-    explorer = visit("?tab=plane&eta=2.76&K=120000&D=18&steps=2000")
+    explorer = visit("?view=plane&eta=2.76&K=120000&D=18&steps=2000")
     assert explorer.typed("K").input_value() == "120000"
     assert explorer.figure("plane_penalty")["x"] == [10, 1e6]  # the mark is in view
     explorer.open_tab("Explore")
@@ -157,8 +157,8 @@ def test_sliders_and_switches_forged_in_the_browser_are_refused(visit):
         {"set": {"frame": "__class__"}},
         {"set": ["eta"]},
         {"scene": 3},
-        {"tab": ["help"]},
-        {"tab": "nonsense"},
+        {"view": ["help"]},
+        {"view": "nonsense"},
         {"take": {"csv": 1}},
         {"take": "csv:nonsense"},
         {"set": {"K": "2000", "D": "-1"}},

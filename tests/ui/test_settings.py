@@ -71,7 +71,7 @@ def test_what_a_code_has_is_offered_once_it_is_chosen(visit):
     code = explorer.page.get_by_label("Search over the integrators")
     explorer.page.get_by_label("Keep the present K").wait_for()
     assert not code.is_visible()
-    explorer = visit("?tab=code&choice=code:abaqus-standard&eta=1.08&K=100&D=4&steps=200")
+    explorer = visit("?view=code&choice=code:abaqus-standard&eta=1.08&K=100&D=4&steps=200")
     explorer.open_tab("Explore")
     explorer.page.get_by_role("button", name="Options").click()
     explorer.page.get_by_text("what Abaqus/Standard has").wait_for()
