@@ -236,7 +236,9 @@ class Session:
         self.update_offers()
         scene = scenes().get(scene_key(self.setting)) or shelf().get(shelf_key(self.setting))
         caption = scene.caption if scene else _OWN_SETTING
-        self.header.caption = caption if VIEWS[self.header.view].motions else ""
+        if not VIEWS[self.header.view].motions:
+            caption = ""
+        self.header.param.update(caption=caption, look=getattr(scene, "look", ""))
         self.controls.show_setting(
             self.setting,
             move=move,

@@ -97,8 +97,15 @@ class Explorer:
         """Choose a scene by its key in scenes.toml."""
         tile = self.page.locator(f"[data-scene='{key}']")
         if tile.is_hidden():
-            self.page.get_by_text("More scenes", exact=True).click()
+            self.unfold("More scenes")
         tile.click()
+
+    def unfold(self, *titles):
+        """Open folded parts of the page, by the beginning of their titles."""
+        for title in titles:
+            fold = self.page.locator("summary", has_text=re.compile(f"^{re.escape(title)}"))
+            if not fold.evaluate("fold => fold.parentElement.open"):
+                fold.click()
 
     def address(self):
         """Name and first text of each entry of the page's query string."""

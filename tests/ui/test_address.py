@@ -7,7 +7,7 @@ from urllib.request import urlopen
 def test_a_link_restores_its_state(visit):
     first = visit()
     first.moved(lambda: first.type("eta", "2.7612345"))
-    first.page.get_by_text("Solver", exact=True).click()
+    first.unfold("Solver", "Display")
     first.moved(lambda: first.page.locator("[name=vibroscope-joint_damping][value=derived]").set_checked(True))
     first.moved(lambda: first.page.get_by_text("absolute", exact=True).click())
     first.wait_for_address(eta="2.7612345", joint_damping="derived", frame="absolute")

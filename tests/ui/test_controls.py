@@ -229,7 +229,7 @@ def test_undo_redo_and_reset(visit):
     assert (explorer.typed("eta").input_value(), explorer.typed("K").input_value()) == ("1.5", "2500")
     explorer.moved(lambda: explorer.page.get_by_role("button", name="Undo").click())
     assert explorer.typed("eta").input_value() == "1.08"
-    assert explorer.page.get_by_role("button", name="Undo").is_disabled()
+    assert explorer.page.get_by_role("button", name="Undo").is_hidden()  # it has nothing to do
     explorer.page.locator("h1").click()
     explorer.moved(lambda: explorer.page.keyboard.press("Control+Shift+Z"))
     assert explorer.typed("eta").input_value() == "1.5"

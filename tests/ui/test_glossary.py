@@ -61,6 +61,7 @@ def test_marked_terms_follow_from_the_texts_and_not_from_those_before(visit):
 
     walked = visit("?bodies=wall&clearance=0.5&units=si").explained()
     walked.moved(lambda: walked.scene("C"))
+    walked.unfold("System")
     walked.moved(lambda: walked.page.get_by_text("non-dimensional", exact=True).click())
     walked.explained().judged()
     wait_until(lambda: walked.address().get("eta") == "2.76" and "units" not in walked.address(), what="the link")

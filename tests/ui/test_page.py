@@ -72,7 +72,7 @@ def test_keys_choose_scenes_and_can_be_switched_off(visit):
     explorer.moved(lambda: explorer.page.keyboard.press("3"))
     explorer.wait_for_address(eta="2.76")
     explorer.page.keyboard.press("?")
-    dialog = explorer.page.get_by_role("dialog", name="Keys")
+    dialog = explorer.page.get_by_role("dialog", name="Tour, keys and help")
     dialog.wait_for()
     dialog.get_by_role("checkbox").uncheck()
     explorer.page.keyboard.press("Escape")
@@ -140,11 +140,9 @@ def test_the_summary_is_of_the_open_view(visit):
 def test_axe_finds_no_serious_fault_in_folded_parts_and_the_keys(visit, scheme):
     explorer = visit(color_scheme=scheme)
     explorer.page.evaluate(AXE)
-    explorer.page.get_by_text("System: the paper’s pendulums").click()
-    explorer.page.get_by_text("Solver", exact=True).click()
-    explorer.page.get_by_text("Other systems", exact=True).click()
+    explorer.unfold("System", "Start", "Solver", "Display", "More scenes", "Other systems", "More: ")
     explorer.page.locator("details.take-away summary").click()
     assert serious(explorer.page) == []
     explorer.page.keyboard.press("?")  # the other dialogs, tour and exercises: see `test_first_minute`
-    explorer.page.get_by_role("dialog", name="Keys").wait_for()
+    explorer.page.get_by_role("dialog", name="Tour, keys and help").wait_for()
     assert serious(explorer.page) == []

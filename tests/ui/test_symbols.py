@@ -94,6 +94,7 @@ def test_every_symbol_has_its_name_and_unit_beside_it(visit):
     query = "?units=mm-t-s&omega1=100&pin=eta=1.08%26K=2500%26D=8%26steps=2000&choice=phase:0"
     explorer = visit(query).explained()
     explorer.page.evaluate(OPEN)
+    explorer.unfold("More: ")
     explorer.page.get_by_role("button", name="Options of the search").click()
     check_fields(explorer, 0)
     for tab, view in [(each, view) for each in TABS for view in each.views]:
@@ -111,6 +112,7 @@ def test_every_symbol_has_its_name_and_unit_beside_it(visit):
             start.locator("input").press("Enter")
             wait_until(lambda: explorer.address().get("choice", "").startswith(STARTED), 5, STARTED)
     explorer.open_tab("Explore")
+    explorer.unfold("System")
     explorer.moved(lambda: explorer.page.get_by_label("non-dimensional").check())
     assert nameless(explorer) == []
     check_fields(explorer, 1)

@@ -12,15 +12,13 @@ export function render({ model }) {
   const root = element("header", "head");
   const title = element("h1", "", "Vibroscope");
   const bar = element("div", "bar");
-  const keys = keyDialog();
+  const keys = keyDialog(() => tour(root, true));
   const takeAway = takeAwayMenu(model);
   const tools = element("div", "tools");
   tools.append(
     takeAway.element,
     themeButton(model),
-    button("Tour", "From the problem to a suggestion, in six steps", () => tour(root, true)),
-    ONLY_TOUCH.matches ? button("?", "Help", () => emit("view", { value: "help" }))
-      : button("?", "Keys and help (?)", () => keys.open()),
+    button("?", "Tour, keys and help (?)", () => keys.open()),
   );
   const { tabs, views } = navigation(model);
   bar.append(title, tabs, tools);
@@ -140,8 +138,13 @@ function tabList(label, titles, open) {
 function question(model, views) {
   const box = element("div", "question");
   const caption = element("p", "caption");
-  const draw = () => { caption.textContent = model.caption; };
-  model.on("caption", draw);
+  const draw = () => {
+    caption.textContent = model.caption;
+    const cells = inPage(".explore-grid")?.shadowRoot?.querySelectorAll(".cell") ?? [];
+    for (const cell of cells) cell.toggleAttribute("data-look", cell.classList.contains(model.look));
+  };
+  model.on(["caption", "look", "view"], draw);
+  whenDrawn(box, draw);
   draw();
   box.append(element("p", "asked", model.question), views, caption);
   return box;
@@ -267,9 +270,9 @@ const KEYS = [
   ["?", "this list"],
 ];
 
-function keyDialog() {
+function keyDialog(startTour) {
   const dialog = element("dialog", "keys");
-  dialog.setAttribute("aria-label", "Keys");
+  dialog.setAttribute("aria-label", "Tour, keys and help");
   const list = element("dl");
   for (const [key, what] of KEYS) list.append(element("dt", "", key), element("dd", "", what));
   const single = element("label", "single");
@@ -278,11 +281,15 @@ function keyDialog() {
   box.checked = singleKeys();
   box.addEventListener("change", () => preferences.set("keys", box.checked ? "on" : "off"));
   single.append(box, element("span", "", "single keys work (switch off if you use speech input or a switch)"));
-  const more = button("Open Help", "", () => { dialog.close(); emit("view", { value: "help" }); });
-  const close = button("Close", "", () => dialog.close());
+  const then = (act) => () => { dialog.close(); act(); };
   const row = element("div", "row");
-  row.append(more, close);
-  dialog.append(element("h2", "", "Keys"), list, single, row);
+  row.append(
+    button("Tour", "From the problem to a suggestion, in six steps", then(startTour)),
+    button("Open Help", "", then(() => emit("view", { value: "help" }))),
+    button("Close", "", then(() => {})),
+  );
+  if (!ONLY_TOUCH.matches) dialog.append(element("h2", "", "Keys"), list, single);
+  dialog.append(row);
   return { element: dialog, open: () => dialog.showModal() };
 }
 

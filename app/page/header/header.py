@@ -16,6 +16,7 @@ class Header(Component):
         default="",
         doc="What to see in the motions of a scene, or of a setting of one's own; empty where none are shown",
     )
+    look = param.String(default="", doc="Name of the figure that the caption speaks of")
     tabs = param.List(doc="Title of each tab, and key and title of each of its views")
     view = param.String(doc="Key of the open view")
     theme = param.String(default="", doc="Light or dark, if the link says so")
