@@ -88,21 +88,23 @@ function navigation(model) {
   const shown = model.tabs.map(([, [[first]]]) => first); // the view that each tab opens
   const tabs = tabList("Parts of the page", model.tabs.map(([title]) => title), (at) => open(shown[at]));
   tabs.buttons.forEach((tab, at) => { tab.title = `${tab.textContent} (Shift+${at + 1})`; });
+  const lists = model.tabs.filter(([, entries]) => entries.length > 1).map(([title, entries]) => {
+    const keys = entries.map(([key]) => key);
+    return { keys, ...tabList(`Views of ${title}`, entries.map((entry) => entry[1]), (at) => open(keys[at])) };
+  });
   const views = element("div", "views");
-  const lists = model.tabs.map(([title, entries]) => tabList(`Views of ${title}`, entries.map((entry) => entry[1]), (at) => open(entries[at][0])));
   views.append(...lists.map((list) => list.element));
   listen("tab-number", ({ value }) => tabs.buttons[value]?.click());
   const draw = () => {
     if (model.view === last) awaited = false;
     if (!awaited) last = model.view;
-    const places = model.tabs.map(([, entries]) => entries.findIndex(([key]) => key === model.view));
-    const at = places.findIndex((place) => place >= 0);
+    const at = model.tabs.findIndex(([, entries]) => entries.some(([key]) => key === model.view));
     shown[at] = model.view;
     tabs.select(at);
-    lists.forEach((list, index) => {
-      list.select(places[index]);
-      list.element.hidden = index !== at || list.buttons.length < 2;
-    });
+    for (const { keys, element: list, select } of lists) {
+      select(keys.indexOf(model.view));
+      list.hidden = !keys.includes(model.view);
+    }
   };
   model.on("view", draw);
   draw();
