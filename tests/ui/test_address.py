@@ -14,6 +14,7 @@ def test_a_link_restores_its_state(visit):
     second = visit(first.query())
     assert second.sources() == first.sources()
     assert second.typed("eta").input_value() == "2.7612345"
+    second.unfold("Display")
     assert second.page.get_by_role("radio", name="absolute", exact=True).is_checked()
 
 

@@ -53,9 +53,10 @@ function markMain() {
 function markPanel(model) {
   const places = inPage(".tab-area")?.shadowRoot?.querySelectorAll(".place") ?? [];
   const open = [...places].find((place) => place.checkVisibility());
-  if (!open) return;
+  const title = model.tabs.flatMap(([, views]) => views).find(([key]) => key === model.view)[1];
+  if (!open || (open.ariaLabel && open.ariaLabel !== title)) return setTimeout(() => markPanel(model), 50); // it comes
   open.role = "tabpanel";
-  open.ariaLabel = model.tabs.flatMap(([, views]) => views).find(([key]) => key === model.view)[1];
+  open.ariaLabel = title;
 }
 
 // A figure of a view that has just been opened is in the document some time before it is on the page, on a loaded
