@@ -60,11 +60,11 @@ async def moves(url, number):
 
 
 STUDIES = {
-    "planes": "tab=plane",
-    "searches for branches": "tab=bifurcation&choice=branches:on",
-    "searches for curves": "tab=plane&choice=curves:on",
-    "basins": "tab=basin",
-    "codes": "tab=code",
+    "planes": "view=plane",
+    "searches for branches": "view=bifurcation&choice=branches:on",
+    "searches for curves": "view=plane&choice=curves:on",
+    "basins": "view=basin",
+    "codes": "view=code",
 }
 
 

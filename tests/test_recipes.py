@@ -14,7 +14,7 @@ from vibroscope.app.page.tab import Move
 from vibroscope.app.page.take_away import file_writer
 from vibroscope.engine import Newmark, simulate
 
-from docs.examples.impacts import ImpactTab
+from docs.examples.impacts import Impacts
 from tests.app.fakes import QueueingHost
 
 ROOT = Path(__file__).parents[1]
@@ -81,7 +81,7 @@ def test_a_change_of_the_engine(copy, example, script):
 
 def test_a_tab_with_a_figure():
     host, setting = QueueingHost(), Setting(eta=1.08)
-    tab = ImpactTab(host)
+    tab = Impacts(host)
     tab.build()
     tab.show(Move(1, setting))
     host.catch_up_until(lambda: tab.panel.status.get("text") == "complete")

@@ -1,8 +1,8 @@
-"""The address of the page, read and printed: the setting, and how the open tab is viewed. No panel import.
+"""The address of the page, read and printed: the setting, and the open view with its state. No panel import.
 
-A link holds the values of the setting by name; ``tab``, ``pin`` (settings as addresses of their own, joined by
-semicolons), ``theme``; and the view, as ``zoom=time:0.2,0.7;x1:-1,2``, ``choice=quantity:error;limit:40`` or
-``choice=phase:0.35``, ``mute=force:penalty,pinned``.
+A link holds the values of the setting by name; ``view``, ``pin`` (settings as addresses of their own, joined by
+semicolons), ``theme``; and the state of the view, as ``zoom=time:0.2,0.7;x1:-1,2``, ``choice=quantity:error;limit:40``
+or ``choice=phase:0.35``, ``mute=force:penalty,pinned``.
 Only what differs from the default is in it, except for the four sliders. All of a link is accepted, or nothing.
 """
 
@@ -19,7 +19,7 @@ from vibroscope.app.explorer.reading import read_choice, read_number, read_setti
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.runtime.number_text import print_number, quote
 
-VIEW_FIELDS = ("tab", "pin", "zoom", "choice", "mute", "theme")  # in a link beside the setting
+VIEW_FIELDS = ("view", "pin", "zoom", "choice", "mute", "theme")  # in a link beside the setting
 
 Span = tuple[float, float]
 
@@ -80,23 +80,23 @@ def read_pins(text: str) -> tuple[Setting, ...]:
     return tuple(dict.fromkeys(read_setting(parse_address(part)) for part in parts))
 
 
-def print_address(setting: Setting, tab: str = "", pins: Sequence[Setting] = (), **view: str) -> str:
-    """The query string from which `parse_address` restores the page; ``view`` is text by the names in `VIEW_FIELDS`."""
+def print_address(setting: Setting, view: str = "", pins: Sequence[Setting] = (), **state: str) -> str:
+    """The query string from which `parse_address` restores the page; ``state``: texts by the names in `VIEW_FIELDS`."""
     default = Setting()
     values = {
         name: text
         for name, text in setting.texts().items()
         if name in MAIN_FIELDS or getattr(setting, name) != getattr(default, name)
     }
-    view = {"tab": tab, "pin": ";".join(map(print_address, pins))} | view
-    return urlencode(values | {name: text for name, text in view.items() if text}, safe=":;,")
+    state = {"view": view, "pin": ";".join(map(print_address, pins))} | state
+    return urlencode(values | {name: text for name, text in state.items() if text}, safe=":;,")
 
 
-# ---- the view of a tab: text → object -------------------------------------------------------------------------------
+# ---- the state of a view: text → object -----------------------------------------------------------------------------
 
 
 class View(NamedTuple):
-    """How a tab is viewed: ends of the zoomed axes, choices other than the default, muted legend entries by figure."""
+    """The state of a view: ends of the zoomed axes, choices other than the default, muted legend entries by figure."""
 
     zoom: Mapping[str, Span] = {}
     choice: Mapping[str, str | float] = {}
@@ -113,12 +113,12 @@ def read_view(
     zoom, choice, mute : str
         As they are in the address.
     axes : mapping of str to Span
-        Limits of the ends of each axis of the tab.
+        Limits of the ends of each axis of the view.
     spec : mapping
         ``switches`` (name, choices), ``limits`` (name, low, high) and ``numbers`` (name, low, high, whole; those with
-        ``linked`` false do not stand in an address) of the tab.
+        ``linked`` false do not stand in an address) of the view.
     legends : mapping of str to sequence of str
-        Names of the legend entries of each figure of the tab that has a legend.
+        Names of the legend entries of each figure of the view that has a legend.
     """
     spans = {name: _read_span(name, text, axes[name]) for name, text in _parts("zoom", zoom, axes)}
     rules = {switch["name"]: list(switch["choices"]) for switch in spec.get("switches", [])}
@@ -140,7 +140,7 @@ def _parts(kind: str, text: str, known: Mapping) -> Iterator[tuple[str, str]]:
         name, _, value = part.partition(":")
         if name not in known:
             offered = f"it is one of {', '.join(known)}" if known else "it has none"
-            raise Refused(kind, f"The open tab has no {kind} of {quote(name)}: {offered}.")
+            raise Refused(kind, f"The open view has no {kind} of {quote(name)}: {offered}.")
         if name in seen:
             raise Refused(kind, f"The address gives the {kind} of {name} twice.")
         seen.add(name)
@@ -180,7 +180,7 @@ def _is_drawable(span: Span, limits: Span) -> bool:
     return limits[0] <= low <= high <= limits[1] and high - low > least
 
 
-# ---- the view of a tab: object → text -------------------------------------------------------------------------------
+# ---- the state of a view: object → text -----------------------------------------------------------------------------
 
 
 def rounded_span(span: Span) -> Span:

@@ -30,11 +30,13 @@ class Scene:
     title : str
         What the scene shows, in a few words.
     caption : str
-        What to see in it, in a sentence.
+        What to see in it, in a sentence that begins with the picture.
+    look : str
+        Name of that figure; the page marks it.
     tooltip : str
         Its numbers and where they come from.
     first : bool
-        Whether its button is always in view.
+        Whether its button stands before those of "More scenes".
     """
 
     key: str
@@ -42,6 +44,7 @@ class Scene:
     label: str
     title: str
     caption: str
+    look: str
     tooltip: str
     first: bool
     eta: float
@@ -68,7 +71,7 @@ def scenes() -> dict[str, Scene]:
     found: dict[str, Scene] = {}
     for row in tomllib.loads(asset("scenes.toml"))["scene"]:
         numbers = read_values({name: str(row[name]) for name in MAIN_FIELDS})
-        texts = {name: row[name] for name in ("key", "group", "label", "title", "caption", "tooltip")}
+        texts = {name: row[name] for name in ("key", "group", "label", "title", "caption", "look", "tooltip")}
         scene = Scene(**texts, first=row.get("first", False), **numbers)
         if scene.key in found:
             raise ValueError(f"scenes.toml has two scenes named {scene.key}")

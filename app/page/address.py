@@ -11,8 +11,8 @@ from vibroscope.app.explorer.parameters import FIELDS
 from vibroscope.app.explorer.reading import read_choice, read_setting
 from vibroscope.app.explorer.scenes import opening_setting
 from vibroscope.app.explorer.state import Setting
-from vibroscope.app.page.tab import Tab, TabHost
-from vibroscope.app.page.tabs import FIRST_TAB, TABS
+from vibroscope.app.page.tab import TabHost, TabView
+from vibroscope.app.page.tabs import FIRST_VIEW, VIEWS
 from vibroscope.app.runtime.number_text import quote
 
 THEMES = ["light", "dark"]
@@ -20,14 +20,14 @@ _REST = 150  # ms without another zoom or mute before the address follows
 
 
 class Opening(NamedTuple):
-    """The content of an address: the setting, the open tab and its view, the pinned settings, the theme ("": none).
+    """The content of an address: the setting, the open view and its state, the pinned settings, the theme ("": none).
 
     ``note``: what of it has no effect, in a sentence; empty if nothing.
     """
 
     setting: Setting
-    tab: str = FIRST_TAB
-    view: View = View()
+    view: str = FIRST_VIEW
+    state: View = View()
     pinned: tuple[Setting, ...] = ()
     theme: str = ""
     note: str = ""
@@ -36,16 +36,16 @@ class Opening(NamedTuple):
 def read_opening(query: str) -> Opening:
     """Read a query string; raises `Refused` at the first fault."""
     texts = parse_address(query)
-    tab = texts.pop("tab", FIRST_TAB)
-    if tab not in TABS:
-        raise Refused("tab", f"There is no tab {quote(tab)}: it is one of {', '.join(TABS)}.")
-    view = TABS[tab].read_view(*(texts.pop(name, "") for name in View._fields))
+    view = texts.pop("view", FIRST_VIEW)
+    if view not in VIEWS:
+        raise Refused("view", f"There is no view {quote(view)}: it is one of {', '.join(VIEWS)}.")
+    state = VIEWS[view].read_view(*(texts.pop(name, "") for name in View._fields))
     pin, theme = texts.pop("pin", ""), texts.pop("theme", "")
     pinned = read_pins(pin)
     # A link leaves out the defaults, but a page without any parameter opens with a scene.
     setting = read_setting(texts) if texts.keys() & set(FIELDS) or pin else opening_setting()
     theme = theme and read_choice("theme", theme, THEMES)
-    return Opening(setting, tab, view, pinned, theme, idle_numbers(texts, setting))
+    return Opening(setting, view, state, pinned, theme, idle_numbers(texts, setting))
 
 
 class Address:
@@ -78,14 +78,14 @@ class Address:
         self.theme = opening.theme
         return opening, ""
 
-    def link(self, tab: Tab, setting: Setting) -> str:
-        """The address that restores a tab as it is viewed, with ``setting``."""
-        return self._print(tab, setting, tab.view_texts())
+    def link(self, view: TabView, setting: Setting) -> str:
+        """The address that restores a view as it is, with ``setting``."""
+        return self._print(view, setting, view.view_texts())
 
-    def current(self, tab: Tab, setting: Setting) -> str:
+    def current(self, view: TabView, setting: Setting) -> str:
         """The address for the browser to show; empty if it stays as it is."""
-        view = tab.view_texts()
-        return "" if self.frozen and not any(view.values()) else self._print(tab, setting, view)
+        state = view.view_texts()
+        return "" if self.frozen and not any(state.values()) else self._print(view, setting, state)
 
     def check_soon(self) -> None:
         """The view changes: check the address when that comes to rest, since a wheel sends many changes."""
@@ -97,6 +97,6 @@ class Address:
         self._check_is_due = False
         self._host.call_later(self._on_view_change)
 
-    def _print(self, tab: Tab, setting: Setting, view: dict[str, str]) -> str:
-        key = "" if tab.key == FIRST_TAB else tab.key
-        return print_address(setting, key, self._host.pinned, **view, theme=self.theme)
+    def _print(self, view: TabView, setting: Setting, state: dict[str, str]) -> str:
+        key = "" if view.key == FIRST_VIEW else view.key
+        return print_address(setting, key, self._host.pinned, **state, theme=self.theme)

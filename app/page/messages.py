@@ -61,7 +61,7 @@ _ACTIONS: dict[str, Callable[[Session, object], None]] = {
     "pin": lambda session, on: session.pin(bool(on)),
     "unpin": lambda session, place: session.unpin(place) if isinstance(place, int) else None,
     "theme": _if_text(lambda session, theme: session.choose_theme(theme)),
-    "tab": _if_text(lambda session, key: session.open(key)),
+    "view": _if_text(lambda session, key: session.open(key)),
     "take": _if_text(lambda session, what: session.take(what)),
     "load": lambda session, parts: session.load(parts),
 }

@@ -39,7 +39,7 @@ def create_app() -> pn.Column:
     return pn.Column(
         session.header,
         session.controls,
-        session.tab_area.view,
+        session.tab_area.column,
         css_classes=["page"],
         stylesheets=[style("shared/page")],
         sizing_mode="stretch_width",

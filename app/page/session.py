@@ -1,6 +1,6 @@
-"""One browser session: the setting, the browser components and the open tab, wired together.
+"""One browser session: the setting, the browser components and the open view, wired together.
 
-Everything here runs on the loop of the session's document. Data run one way: message → setting → open tab → compute →
+Everything here runs on the loop of the session's document. Data run one way: message → setting → open view → compute →
 present → figures.
 """
 
@@ -26,8 +26,8 @@ from vibroscope.app.page.address import THEMES, Address
 from vibroscope.app.page.controls.controls import Controls
 from vibroscope.app.page.header.header import Header
 from vibroscope.app.page.messages import route
-from vibroscope.app.page.tab import Move, Tab
-from vibroscope.app.page.tabs import TABS, TabArea
+from vibroscope.app.page.tab import Move, TabView
+from vibroscope.app.page.tabs import TABS, VIEWS, TabArea
 from vibroscope.app.page.take_away import TakeAway, offered_figures
 from vibroscope.app.page.updates import SessionLoop, UpdateChannel
 from vibroscope.app.runtime.compilation import compilation
@@ -40,9 +40,9 @@ _OWN_SETTING = (
 
 
 class Session:
-    """Holds the setting of one session; for its tabs it is the `app.page.tab.TabHost`."""
+    """Holds the setting of one session; for the views it is the `app.page.tab.TabHost`."""
 
-    tab_titles: ClassVar = {key: tab.title for key, tab in TABS.items()}
+    view_titles: ClassVar = {key: view.title for key, view in VIEWS.items()}
 
     def __init__(self, query: str = "") -> None:
         self.doc = pn.state.curdoc
@@ -58,16 +58,16 @@ class Session:
         opening, error = self._address.open(query)
         self.setting, self.pinned = opening.setting, opening.pinned
         self.controls = Controls()
-        tabs = [list(tab) for tab in self.tab_titles.items()]
+        tabs = [[tab.title, [[view.key, view.title] for view in tab.views]] for tab in TABS]
         self.header = Header(tabs, theme=opening.theme, error=error, note=opening.note)
         self._take_away = TakeAway(self, self.header.send_file)
         for component in (self.controls, self.header):
             component.on_msg(lambda event: route(self, event.data))
         self.tab_area = TabArea(self, self._address.check_soon)
-        self._open_tab(opening.tab, opening.view)
+        self._open_view(opening.view, opening.state)
         self._follow_compilation()
         self._updates.answer(self.move)
-        self._waits_for_page = not self.tab_area.tab.show_if_ready(Move(self.move, self.setting))
+        self._waits_for_page = not self.tab_area.view.show_if_ready(Move(self.move, self.setting))
 
     def start(self) -> None:
         """The page is open: show what had to wait for it."""
@@ -136,16 +136,16 @@ class Session:
             self._address.check_soon()
 
     def open(self, key: str) -> None:
-        """Open a tab."""
-        if key in TABS:
-            self._open_tab(key)
+        """Open a view."""
+        if key in VIEWS:
+            self._open_view(key)
             self._show()
 
-    def visit(self, key: str, texts: Mapping[str, str], prepare: Callable[[Tab], None] | None = None) -> None:
-        """Open a tab, prepared by ``prepare``, with some parameters set; see `app.page.tab.TabHost`."""
-        self._open_tab(key)
+    def visit(self, key: str, texts: Mapping[str, str], prepare: Callable[[TabView], None] | None = None) -> None:
+        """Open a view, prepared by ``prepare``, with some parameters set; see `app.page.tab.TabHost`."""
+        self._open_view(key)
         if prepare is not None:
-            prepare(self.tab_area.tab)
+            prepare(self.tab_area.view)
         if texts:
             self.set(texts)
         if not texts or self._refused:
@@ -153,13 +153,13 @@ class Session:
 
     def take(self, what: str) -> None:
         """Send a file that the user wants to take away."""
-        tab = self.tab_area.tab
-        tab.prepare(what, partial(self._take, what, tab))
+        view = self.tab_area.view
+        view.prepare(what, partial(self._take, what, view))
         self.update_offers()
 
-    def _take(self, what: str, tab: Tab) -> None:
-        address = f"?{self._address.link(tab, tab.shown_setting() or self.setting)}"
-        self._take_away.request(what, tab, self.setting, address)
+    def _take(self, what: str, view: TabView) -> None:
+        address = f"?{self._address.link(view, view.shown_setting() or self.setting)}"
+        self._take_away.request(what, view, self.setting, address)
 
     def load(self, parts: object) -> None:
         """Set the parameters of an uploaded file; the whole file is accepted, or nothing of it."""
@@ -185,15 +185,15 @@ class Session:
     def _show_compilation(self, progress: CompileProgress | None) -> None:
         self.header.compiling = {} if progress is None else progress._asdict()
 
-    # -- to the open tab ---------------------------------------------------------------
+    # -- to the open view --------------------------------------------------------------
 
-    def _open_tab(self, key: str, view: View | None = None) -> None:
-        self.tab_area.open(key, view)
-        self.header.tab = key
+    def _open_view(self, key: str, state: View | None = None) -> None:
+        self.tab_area.open(key, state)
+        self.header.view = key
         self.update_offers()
-        kind = TABS[key]
+        kind = VIEWS[key]
         self.controls.param.update(visible=kind.controls, starts=kind.starts, motions=kind.motions)
-        self.summarise(self.tab_area.tab.summary(self.setting))
+        self.summarise(self.tab_area.view.summary(self.setting))
 
     def _show_move(self, fresh: bool = False) -> None:
         self._refused = {}
@@ -203,7 +203,7 @@ class Session:
 
     def _show(self, fresh: bool = False) -> None:
         self._waits_for_page = False
-        self.tab_area.tab.show(Move(self.move, self.setting, fresh))
+        self.tab_area.view.show(Move(self.move, self.setting, fresh))
 
     # -- to the browser, see `app.page.tab.TabHost` ------------------------------------
 
@@ -213,13 +213,13 @@ class Session:
         self._updates.answer(self.move if move is None else move)
 
     def summarise(self, text: str) -> None:
-        """Give screen readers a summary of the open tab."""
-        self.header.summary = f"{self.tab_area.tab.title}. {text}"
+        """Give screen readers a summary of the open view."""
+        self.header.summary = f"{self.tab_area.view.title}. {text}"
 
     def update_offers(self) -> None:
         """Figures to take away have come or gone."""
-        offers = offered_figures(self.tab_area.tab)
-        awaited = self.tab_area.tab.awaited()
+        offers = offered_figures(self.tab_area.view)
+        awaited = self.tab_area.view.awaited()
         if (offers, awaited) != (self.header.offers, self.header.awaited):
             self.header.param.update(offers=offers, awaited=awaited)
 
@@ -229,14 +229,16 @@ class Session:
             self._updates.answer()
 
     def _current_address(self) -> str:
-        return self._address.current(self.tab_area.tab, self.setting)
+        return self._address.current(self.tab_area.view, self.setting)
 
     def _send_answer(self, move: int, update: int) -> None:
         """Tell the browser the accepted setting, and that ``move`` is dealt with."""
         self.update_offers()
         scene = scenes().get(scene_key(self.setting)) or shelf().get(shelf_key(self.setting))
         caption = scene.caption if scene else _OWN_SETTING
-        self.header.caption = caption if TABS[self.header.tab].motions else ""
+        if not VIEWS[self.header.view].motions:
+            caption = ""
+        self.header.param.update(caption=caption, look=getattr(scene, "look", ""))
         self.controls.show_setting(
             self.setting,
             move=move,

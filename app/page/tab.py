@@ -1,7 +1,7 @@
-"""The base class of a tab, and what it may ask of the page.
+"""The base class of a view of a tab, and what it may ask of the page.
 
-A tab costs nothing until it is opened: then it is built, once, and shown. While it is hidden it gets no moves and sends
-nothing; when it is opened again it gets the setting that holds by then.
+A view costs nothing until it is opened: then it is built, once, and shown. While it is hidden it gets no moves and
+sends nothing; when it is opened again it gets the setting that holds by then.
 """
 
 from __future__ import annotations
@@ -32,23 +32,23 @@ class Move(NamedTuple):
 
 
 class TabHost(Protocol):
-    """The page, as its tabs use it."""
+    """The page, as the views of its tabs use it."""
 
     doc: Document
-    tab_titles: Mapping[str, str]  # by key
+    view_titles: Mapping[str, str]  # by key
     code: str  # key of the code that the tab Your code has chosen; empty before
 
     def set(self, texts: Mapping[str, str]) -> None:
         """Set some parameters as if the user had typed them; the page shows why a bad value is refused."""
 
-    def visit(self, key: str, texts: Mapping[str, str], prepare: Callable[[Tab], None] | None = None) -> None:
-        """Open another tab with some parameters set; ``prepare`` is called with it before it is shown."""
+    def visit(self, key: str, texts: Mapping[str, str], prepare: Callable[[TabView], None] | None = None) -> None:
+        """Open another view with some parameters set; ``prepare`` is called with it before it is shown."""
 
     def push(self, move: int, write: Callable[[], None], follow: Callable[[], None] = ...) -> None:
         """Call ``write`` when the browser is free, unless a newer push replaces it; it changes models in place.
 
         ``follow`` is called then, too: what it changes is sent after the rest, which the browser paints meanwhile.
-        Every move that a tab is shown must end in a push or in `report_error`, or the page would say "computing" for
+        Every move that a view is shown must end in a push or in `report_error`, or the page would say "computing" for
         ever.
         """
 
@@ -59,7 +59,7 @@ class TabHost(Protocol):
         """Show an error with the way out of it; ``move`` is the move that it answers, None the last one."""
 
     def summarise(self, text: str) -> None:
-        """Give screen readers a summary of the open tab; its title is put before it."""
+        """Give screen readers a summary of the open view; its title is put before it."""
 
     def update_offers(self) -> None:
         """Figures to take away have come or gone, without a push."""
@@ -78,11 +78,11 @@ def on_loop(host: TabHost, take: Callable[[Job, object], None]) -> Callable[[Job
     return deliver
 
 
-class Tab(ABC):
-    """One tab of one session."""
+class TabView(ABC):
+    """One view of a tab, of one session."""
 
-    key: ClassVar[str]  # in the address, ?tab=key
-    title: ClassVar[str]
+    key: ClassVar[str]  # in the address, ?view=key
+    title: ClassVar[str]  # shown where its tab has others; in reports
     controls: ClassVar[bool] = True  # whether the sliders are shown beside it
     starts: ClassVar[bool] = False  # whether the start of the runs counts in it; the controls then offer its numbers
     motions: ClassVar[bool] = False  # whether it draws motions; the controls then offer how to draw them
@@ -96,7 +96,7 @@ class Tab(ABC):
 
     @abstractmethod
     def build(self) -> pn.viewable.Viewable:
-        """Make what is seen; called once, when the tab is opened for the first time, before the first `show`."""
+        """Make what is seen; called once, when the view is opened for the first time, before the first `show`."""
 
     def show_if_ready(self, move: Move) -> bool:
         """Show ``move`` while the page is built, if that costs nothing; otherwise `show` follows when it is open."""
@@ -104,28 +104,28 @@ class Tab(ABC):
         return True
 
     def show(self, move: Move) -> None:
-        """Show ``move``; the tab is open. Here: a tab that does not depend on the setting."""
+        """Show ``move``; the view is open. Here: a view that does not depend on the setting."""
         self.host.push(move.number, lambda: None)
 
     @abstractmethod
     def summary(self, setting: Setting) -> str:
-        """Summary of ``setting`` for screen readers, or that it is being computed; asked when the tab is opened."""
+        """Summary of ``setting`` for screen readers, or that it is being computed; asked when the view is opened."""
 
-    def hide(self) -> None:  # noqa: B027 - most tabs have nothing to stop
-        """Another tab was opened: stop what runs."""
+    def hide(self) -> None:  # noqa: B027 - most have nothing to stop
+        """Another view was opened: stop what runs."""
 
-    def reset(self) -> None:  # noqa: B027 - most tabs have nothing beside their view
-        """The user has asked for the page as it is at first, also of a tab that is not open."""
+    def reset(self) -> None:  # noqa: B027 - most have nothing to return
+        """The user has asked for the page as it is at first, also of a view that is not open."""
 
     def close(self) -> None:
         """The session has ended."""
         self.hide()
 
-    # -- the view, see `app.explorer.link` ---------------------------------------------
+    # -- how it is viewed, see `app.explorer.link` ---------------------------------------------
 
     @classmethod
     def spec(cls) -> dict:
-        """Choices of the tab: ``switches`` (name, label, choices) and ``limits`` (name, label, low, high)."""
+        """Choices of the view: ``switches`` (name, label, choices) and ``limits`` (name, label, low, high)."""
         return {}
 
     @classmethod
@@ -135,7 +135,7 @@ class Tab(ABC):
 
     @classmethod
     def read_view(cls, zoom: str, choice: str, mute: str) -> View:
-        """The view that an address holds, before the tab is built; raises `Refused`."""
+        """What an address holds of the view, before it is built; raises `Refused`."""
         return read_view(zoom, choice, mute, cls.axes, cls.link_spec(), cls.legends)
 
     def restore(self, view: View) -> None:

@@ -1,4 +1,4 @@
-"""Files between the page and the user: those to take away from the open tab, and the parameter file to load."""
+"""Files between the page and the user: those to take away from the open view, and the parameter file to load."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from vibroscope.app.export.label import figure_label
 from vibroscope.app.export.plots import plot_script
 from vibroscope.app.export.report import Findings, as_report
 from vibroscope.app.export.tables import table_in_units
-from vibroscope.app.page.tab import Tab, TabHost
+from vibroscope.app.page.tab import TabHost, TabView
 from vibroscope.app.runtime import logs
 from vibroscope.app.runtime.workers import lower_priority, pool
 
@@ -43,9 +43,9 @@ class TakeAway:
         self._send = send
         self._writing = self._reading = False
 
-    def request(self, what: str, tab: Tab, setting: Setting, address: str) -> None:
+    def request(self, what: str, view: TabView, setting: Setting, address: str) -> None:
         """Write the file ``what`` of `file_writer` and send it, or report why not."""
-        write = file_writer(tab, what, setting, address)
+        write = file_writer(view, what, setting, address)
         if write is None:
             self._host.report_error("There is no such file yet: wait for the figures.")
         elif self._writing:
@@ -86,60 +86,62 @@ def _submit(job: Callable, *arguments) -> Future:
     return pool("files", 1, lower_priority).submit(job, *arguments, session=logs.session.get())
 
 
-def offered_figures(tab: Tab) -> list[list]:
+def offered_figures(view: TabView) -> list[list]:
     """Name and title of each figure, and whether a picture and a table of it are offered."""
-    return [[figure.name, figure.title, figure.drawn, figure.tabled] for figure in tab.figures()]
+    return [[figure.name, figure.title, figure.drawn, figure.tabled] for figure in view.figures()]
 
 
-def file_writer(tab: Tab, what: str, setting: Setting, address: str) -> Callable[[], File] | None:
+def file_writer(view: TabView, what: str, setting: Setting, address: str) -> Callable[[], File] | None:
     """A function that writes the requested file; None if there is no such file.
 
-    The content of the tab is collected now. Writing takes up to a second, and may be done in another thread.
+    The content of the view is collected now. Writing takes up to a second, and may be done in another thread.
 
     Parameters
     ----------
-    tab : Tab
-        The open tab.
+    view : TabView
+        The open view.
     what : str
         ``"toml"``, ``"python"``, ``"command"``, ``"deck:CODE"``; where there are figures also ``"json"``,
         ``"report"``, and of each figure ``"csv:NAME"``, ``"plot:NAME"`` (a script that draws it), ``"png:NAME"``,
         ``"svg:NAME"``, ``"pdf:NAME"``.
     setting : Setting
-        The present setting, for the parameter file. The other files are of the setting that the tab shows, if any.
+        The present setting, for the parameter file. The other files are of the setting that the view shows, if any.
     address : str
         Address that restores what is shown.
     """
     if what == "toml":
         return partial(_write, "vibroscope.toml", "application/toml", as_toml, setting)
-    setting = tab.shown_setting() or setting
+    setting = view.shown_setting() or setting
     if what == "python":
-        return partial(_write, "vibroscope_run.py", "text/x-python", str, tab.python(setting))
+        return partial(_write, "vibroscope_run.py", "text/x-python", str, view.python(setting))
     if what == "command":
-        return partial(_write, "vibroscope.sh", "text/x-shellscript", str, tab.command(setting))
-    figures = {figure.name: figure for figure in tab.figures()}
+        return partial(_write, "vibroscope.sh", "text/x-shellscript", str, view.command(setting))
+    figures = {figure.name: figure for figure in view.figures()}
     kind, _, name = what.partition(":")
     if kind == "deck" and name in DECKS:
         return partial(_write_deck, name, setting)
     if name in figures:
-        return _figure_writer(tab, kind, figures[name], setting, address)
+        return _figure_writer(view, kind, figures[name], setting, address)
     if what == "json" and figures:
-        return partial(_write, f"vibroscope-{tab.key}.json", "application/json", as_json, _content(tab, address))
+        return partial(_write, f"vibroscope-{view.key}.json", "application/json", as_json, _content(view, address))
     if what == "report" and figures:
         drawn = [figure for figure in figures.values() if figure.drawn]
-        scripts = [tab.command(setting), tab.python(setting)]
+        scripts = [view.command(setting), view.python(setting)]
         source = _source(address) | {"made": datetime.now(UTC).strftime("%d %B %Y, %H:%M UTC")}
-        findings = Findings(tab.words(), tab.suggestion())
-        report = tab.title, findings, tab.shown_setting(), drawn, scripts, source
+        findings = Findings(view.words(), view.suggestion())
+        report = view.title, findings, view.shown_setting(), drawn, scripts, source
         return partial(_write, "vibroscope-report.html", "text/html", as_report, *report)
     return None
 
 
-def _figure_writer(tab: Tab, kind: str, figure: Figure, setting: Setting, address: str) -> Callable[[], File] | None:
+def _figure_writer(
+    view: TabView, kind: str, figure: Figure, setting: Setting, address: str
+) -> Callable[[], File] | None:
     name = f"vibroscope-{figure.name}"
-    label = figure_label(tab.title, figure, tab.shown_setting(), address)
+    label = figure_label(view.title, figure, view.shown_setting(), address)
     if kind in _PICTURES and figure.drawn:
         return partial(_write, f"{name}.{kind}", _PICTURES[kind], as_json, label)
-    table = table_in_units(tab.table(figure.name), setting.scale) if figure.tabled else []
+    table = table_in_units(view.table(figure.name), setting.scale) if figure.tabled else []
     if kind == "csv" and figure.tabled:
         return partial(_write, f"{name}.csv", "text/csv", as_csv, table)
     if kind == "plot" and figure.tabled and figure.drawn:
@@ -152,10 +154,10 @@ def _write_deck(code: str, setting: Setting) -> File:
     return _write(f"{problem.name}.{DECKS[code].SUFFIX}", "text/plain", deck, code, problem)
 
 
-def _content(tab: Tab, address: str) -> dict[str, object]:
-    shown = tab.shown_setting()
+def _content(view: TabView, address: str) -> dict[str, object]:
+    shown = view.shown_setting()
     setting = {"setting": shown._asdict()} if shown else {}
-    return {**_source(address), **setting, "words": tab.words(), "data": tab.data()}
+    return {**_source(address), **setting, "words": view.words(), "data": view.data()}
 
 
 def _source(address: str) -> dict[str, str]:

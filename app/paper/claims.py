@@ -57,8 +57,8 @@ class Claim:
         Key of the scene that holds its η, K, D and steps (`app.explorer.scenes`).
     check : callable
         Takes the scene, returns a `Finding`.
-    tab : str
-        Key of the tab that shows it best.
+    view : str
+        Key of the view that shows it best.
     holds : bool
         Whether the model is known to agree. A check that finds otherwise reveals a fault in the check or the engine.
     example : bool
@@ -70,7 +70,7 @@ class Claim:
     text: str
     scene: str
     check: Callable[[Scene], Finding]
-    tab: str = "explore"
+    view: str = "explore"
     holds: bool = True
     example: bool = False
 

@@ -157,7 +157,7 @@ def _check_settled(scene: Scene) -> Finding:
 
 def _step_claim(key: str, text: str, check=_check_disturbed, **more) -> Claim:
     """A claim of Figure 14, with the scene of its own key."""
-    return Claim(key, "section 4.2", text, key, check, tab="step", **more)
+    return Claim(key, "section 4.2", text, key, check, view="step", **more)
 
 
 PENALTY_CLAIMS = [

@@ -117,7 +117,7 @@ PLANE_CLAIMS = [
         "At η = 2.76 with T/2000 the K–D plane falls into bifurcated and non-bifurcated regions.",
         "10B",
         _check_regions,
-        tab="plane",
+        view="plane",
     ),
     Claim(
         "12",
@@ -125,6 +125,6 @@ PLANE_CLAIMS = [
         "To ask for contacts of fewer than 30 steps, “sudden” impacts, diminishes the region of possible K and D.",
         "14A",
         _check_sudden_region,
-        tab="plane",
+        view="plane",
     ),
 ]

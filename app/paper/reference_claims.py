@@ -135,7 +135,7 @@ REFERENCE_CLAIMS = [
         "Over the excitation frequency, regions of irregular motion and windows of periodic motion alternate.",
         "A",
         _check_alternation,
-        tab="bifurcation",
+        view="bifurcation",
     ),
     Claim(
         "4A",

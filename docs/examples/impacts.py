@@ -1,4 +1,4 @@
-"""A tab with one figure: the closing speed of each impact of the reference over its instant in the period."""
+"""A view of a tab with one figure: the closing speed of each impact of the reference over its instant in the period."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from vibroscope.app.explorer.state import Setting
 from vibroscope.app.export.formats import Figure, Series
 from vibroscope.app.page.shared.figure import BLUE, add_glyph, empty_source, make_figure, quantity_axis, write
 from vibroscope.app.page.shared.ranges import OwnedRange
-from vibroscope.app.page.study.tab import StudyTab, free_obstacle
+from vibroscope.app.page.study.tab import StudyView, free_obstacle
 from vibroscope.engine import Reference, System, counted, simulate
 
 # -- the study: app/studies/impacts.py ---------------------------------------------------------------------------------
@@ -76,10 +76,10 @@ class ImpactView:
             self.ranges["speed"].follow([self.source.data["speed"]])
 
 
-# -- the tab: app/page/impacts/tab.py ----------------------------------------------------------------------------------
+# -- the view: app/page/impacts/tab.py ---------------------------------------------------------------------------------
 
 
-class ImpactTab(StudyTab):
+class Impacts(StudyView):
     """Starts the study where its question has changed, cancels it, shows its progress: all that `StudyTab` does."""
 
     key = "impacts"

@@ -18,7 +18,7 @@ class Document:
 class FakeHost:
     """A `TabHost` that writes at once, calls at once what workers send, and keeps what the tab sends."""
 
-    tab_titles = Session.tab_titles
+    view_titles = Session.view_titles
 
     def __init__(self, pinned=(), doc=None):
         self.doc, self.pinned, self.code = doc or BokehDocument(), pinned, ""

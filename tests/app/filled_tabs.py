@@ -6,9 +6,9 @@ from vibroscope.app.explorer.link import print_address
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.page.paper import tab as paper
 from vibroscope.app.page.paper.card import ClaimCard
-from vibroscope.app.page.study.tab import StudyTab
+from vibroscope.app.page.study.tab import StudyView
 from vibroscope.app.page.tab import Move
-from vibroscope.app.page.tabs import TABS
+from vibroscope.app.page.tabs import VIEWS
 from vibroscope.app.paper import CLAIMS
 from vibroscope.app.studies import speed
 
@@ -30,7 +30,7 @@ def filled():
             if key == "paper":  # its other figures would have to be checked, too
                 patch.setattr(paper, "CLAIMS", {name: CLAIMS[name] for name in PAPER})
             if key not in tabs:
-                tabs[key] = _fill(TABS[key](QueueingHost(doc=Document() if key == "explore" else None)))
+                tabs[key] = _fill(VIEWS[key](QueueingHost(doc=Document() if key == "explore" else None)))
             return tabs[key]
 
         yield fill
@@ -51,7 +51,7 @@ def _fill(tab):
         for card in page.select(ClaimCard):
             send(card, {"seen": True})
         tab.host.catch_up_until(lambda: len(tab.data()["claims"]) == len(PAPER))
-    if isinstance(tab, StudyTab):
+    if isinstance(tab, StudyView):
         complete = tab.key == "bifurcation"
         tab.host.catch_up_until(lambda: tab.host.summary if complete else tab.figures())
         tab.hide()

@@ -82,7 +82,7 @@ class Queue(JobQueue):
 class World(Document):
     """The document of a session and the `TabHost` of its tab, and everything that may happen next: see `choices`."""
 
-    tab_titles = MagicMock()
+    view_titles = MagicMock()
     pinned = ()
 
     def __init__(self, monkeypatch):

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from bokeh.events import Tap
 from vibroscope.app.explorer.state import Setting
-from vibroscope.app.page.basin.tab import BasinTab, statements
+from vibroscope.app.page.basin.tab import Basins, statements
 from vibroscope.app.page.bifurcation.tab import Bifurcation
 from vibroscope.app.page.tab import Move
 from vibroscope.app.studies import basin
@@ -97,14 +97,14 @@ def test_words_say_where_both_differ_and_what_the_start_leads_to(small):
 
 
 def test_a_click_starts_explore_there(opened):  # noqa: F811
-    tab, host = opened(BasinTab)
+    tab, host = opened(Basins)
     tab.view.on_tap(Tap(None, x=1.23456, y=-2.0))
     expected = {"zero_start": "zero", "start_xi1": "0", "start_v1": "0", "start_xi2": "1.235", "start_v2": "-2"}
     assert host.visits == [("explore", expected, None)]
 
 
 def test_the_start_counts_where_it_is_not_on_an_axis(opened):  # noqa: F811
-    tab, _ = opened(BasinTab)
+    tab, _ = opened(Basins)
     tab.show(Move(2, Setting(start_v2=4.0)))
     assert len(Asked.all) == 1
     tab.show(Move(3, Setting(start_v1=4.0)))
@@ -115,7 +115,7 @@ def test_the_start_counts_where_it_is_not_on_an_axis(opened):  # noqa: F811
 
 
 def test_at_a_wall_the_starts_are_those_of_body_1(opened):  # noqa: F811
-    tab, _ = opened(BasinTab)
+    tab, _ = opened(Basins)
     tab.show(Move(2, Setting(bodies="wall", clearance=1.0)))
     assert tab.panel.chosen["plane"] == "xi1-v1"  # as the list shows
     assert tab.view_texts()["choice"] == "plane:xi1-v1"
@@ -123,7 +123,7 @@ def test_at_a_wall_the_starts_are_those_of_body_1(opened):  # noqa: F811
     assert tab.panel.away == {"plane": ["xi2-v2", "v1-v2", "xi1-xi2", "phase-xi2", "phase-v2"]}
 
 
-@pytest.mark.parametrize(("kind", "switch"), [(BasinTab, "plane"), (Bifurcation, "coordinate")])
+@pytest.mark.parametrize(("kind", "switch"), [(Basins, "plane"), (Bifurcation, "coordinate")])
 def test_a_wall_that_nothing_drives_is_offered_no_choices_of_body_2(opened, kind, switch):  # noqa: F811
     """There is no study to draw, but the switches stand there."""
     tab, _ = opened(kind)
@@ -134,7 +134,7 @@ def test_a_wall_that_nothing_drives_is_offered_no_choices_of_body_2(opened, kind
 
 
 def test_the_penalty_model_is_without_a_step_or_as_it_is_set(opened):  # noqa: F811
-    tab, host = opened(BasinTab)
+    tab, host = opened(Basins)
     assert Asked.all[-1].question.penalty == Setting().penalty.limit
     tab.panel.receive({"choose": {"model": "set"}})
     assert Asked.all[-1].question.penalty == Setting().penalty
@@ -142,7 +142,7 @@ def test_the_penalty_model_is_without_a_step_or_as_it_is_set(opened):  # noqa: F
 
 
 def test_a_contact_law_stands_in_the_commands(opened):  # noqa: F811
-    tab, _ = opened(BasinTab)
+    tab, _ = opened(Basins)
     setting = Setting(K=1000.0, D=5.0, law="cut")
     tab.show(Move(2, setting))
     assert "--solver exact --K 1000 --D 5 --law cut" in tab.command(setting)
@@ -152,13 +152,13 @@ def test_a_contact_law_stands_in_the_commands(opened):  # noqa: F811
 def test_nothing_is_computed_before_the_tab_is_shown(monkeypatch):
     Asked.all = ()
     monkeypatch.setattr("vibroscope.app.page.study.tab.StudyJob", Asked)
-    tab = BasinTab(FakeHost())
+    tab = Basins(FakeHost())
     tab.build()
     assert Asked.all == ()
 
 
 def test_a_plane_may_be_of_the_start_phase_and_a_number(opened):  # noqa: F811
-    tab, host = opened(BasinTab)
+    tab, host = opened(Basins)
     tab.show(Move(2, Setting(start_v1=4.0, base_phase=6.0)))
     tab.panel.receive({"choose": {"plane": "phase-v2"}})
     asked = Asked.all[-1].question

@@ -14,7 +14,7 @@ from bokeh.protocol import Protocol, message
 from bokeh.server.contexts import ApplicationContext
 from panel.io.state import set_curdoc, state
 from tornado.ioloop import IOLoop
-from vibroscope.app.page.tabs import TABS
+from vibroscope.app.page.tabs import VIEWS
 from vibroscope.app.server.building import ThreadedApplication, pull
 from vibroscope.app.server.prewarmed import PLAIN_REQUEST
 
@@ -133,11 +133,11 @@ def test_changes_on_the_loop_are_made_at_once_although_a_thread_has_built_the_do
 UNFILLED = "EMPTY_LAYOUT"  # a tab's place is empty until the tab is opened
 
 
-@pytest.mark.parametrize("key", TABS)
+@pytest.mark.parametrize("key", VIEWS)
 def test_the_documents_of_all_tabs_are_sound(key):
     doc = Document()
     with set_curdoc(doc):
-        doc.add_root(TABS[key](FakeHost()).build().get_root(doc))
+        doc.add_root(VIEWS[key](FakeHost()).build().get_root(doc))
     issues = check_integrity(doc.roots[0].references())
     assert not issues.error
     assert {issue.name for issue in issues.warning} <= {UNFILLED}

@@ -12,7 +12,7 @@ from bokeh.models import Plot
 from vibroscope.app.page.bifurcation.figure import legend as strip_key
 from vibroscope.app.page.paper.figures import KINDS, draw
 from vibroscope.app.page.shared.figure import PINS, THEME
-from vibroscope.app.page.tabs import TABS
+from vibroscope.app.page.tabs import VIEWS
 from vibroscope.app.studies import basin, cell_classes
 
 from .fakes import FakeHost
@@ -73,7 +73,7 @@ def in_theme(colour, theme):
 def figures():
     """Every figure of every tab, with all pins; the Paper's with curves: cells have a test of their own."""
     found = {f"paper: {name}": draw(make(), name) for name, make in PICTURES.items() if name != "cells"}
-    for key, kind in TABS.items():
+    for key, kind in VIEWS.items():
         tab = kind(FakeHost())
         page = tab.build()
         if key == "explore":
@@ -83,7 +83,7 @@ def figures():
     doc = Document(theme=THEME)
     for plot in found.values():
         doc.add_root(plot)
-    assert {name.partition(":")[0] for name in found} == TABS.keys() - {"help"}
+    assert {name.partition(":")[0] for name in found} == VIEWS.keys() - {"help"}
     return found
 
 

@@ -17,7 +17,7 @@ from vibroscope.app.export.formats import as_toml, loaded_from_toml
 from vibroscope.app.export.label import setting_rows
 from vibroscope.app.export.scripts import as_command, as_python
 from vibroscope.app.page.controls.controls import Controls
-from vibroscope.app.page.tabs import TABS
+from vibroscope.app.page.tabs import VIEWS
 from vibroscope.app.studies.your_code import code_lines, code_texts
 from vibroscope.engine import LAWS_BY_RESTITUTION, ExactPenalty, TimeStepping, effective_restitution
 from vibroscope.engine.law_table import RATIO_LAWS
@@ -118,7 +118,7 @@ def test_chrono_takes_its_damper_from_the_restitution(capsys):
 
 @pytest.mark.parametrize("key", ["step", "speed", "bifurcation"])
 def test_scripts_of_studies_take_the_damper_that_follows(key):
-    setting, tab = follows("jankowski"), TABS[key](FakeHost())
+    setting, tab = follows("jankowski"), VIEWS[key](FakeHost())
     tab.build()
     tab.restore(tab.read_view("", "solver:newmark" if key == "bifurcation" else "", ""))
     assert "--D" not in tab.command(setting)

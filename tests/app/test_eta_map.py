@@ -14,7 +14,7 @@ from vibroscope.app.page.explore.eta_map import EtaMapView
 from vibroscope.app.page.explore.map_source import NOTHING, MapPoints
 from vibroscope.app.page.explore.phase import PhaseView
 from vibroscope.app.page.tab import Move
-from vibroscope.app.page.tabs import TABS
+from vibroscope.app.page.tabs import VIEWS
 from vibroscope.app.studies.bifurcation import DiagramQuestion
 from vibroscope.app.studies.study_job import StudyJob
 from vibroscope.engine import Reference, simulate
@@ -39,7 +39,7 @@ class Document(bokeh.document.Document):
 def explore(monkeypatch):
     """Explore without a browser, and a function that shows a setting there; diagrams have few values of η."""
     monkeypatch.setattr(map_source, "DiagramQuestion", partial(DiagramQuestion, count=16, transient=200))
-    tab = TABS["explore"](QueueingHost(doc=Document()))
+    tab = VIEWS["explore"](QueueingHost(doc=Document()))
     tab.build()
 
     def show(setting):

@@ -20,7 +20,7 @@ from vibroscope.app.export.formats import Series, as_csv, as_json, as_toml, load
 from vibroscope.app.export.report import Findings, as_report
 from vibroscope.app.export.scripts import as_command, as_python
 from vibroscope.app.export.tables import FIGURES, figure_table
-from vibroscope.app.page.tabs import TABS
+from vibroscope.app.page.tabs import VIEWS
 from vibroscope.app.runtime.cache import Cache
 
 from .fakes import QueueingHost
@@ -97,7 +97,7 @@ def test_the_commands_find_the_numbers_of_the_page(setting, tmp_path):
 
 @pytest.mark.parametrize("key", ["explore", "plane", "basin", "step", "code", "speed"])
 def test_the_commands_of_a_tab_have_law_integrator_status_and_start(key):
-    tab = TABS[key](QueueingHost())
+    tab = VIEWS[key](QueueingHost())
     tab.build()
     lines = tab.command(STEPPED).splitlines()
     tab.close()

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 from vibroscope.app.commands.cli import main
 from vibroscope.app.export.decks import DECKS, DeckProblem, deck, modelica
-from vibroscope.app.page.tabs import TABS
+from vibroscope.app.page.tabs import VIEWS
 from vibroscope.app.page.take_away import TakeAway, file_writer
 from vibroscope.engine import (
     HHT,
@@ -92,7 +92,7 @@ def test_modelica_has_the_laws_that_are_piecewise_linear(law, capsys):
     assert equation in capsys.readouterr().out
     for status in ("start", "end"):
         setting = SETTING._replace(law=law, status=status, without_solution="halve")
-        assert equation in file_writer(TABS["help"](FakeHost()), "deck:modelica", setting, ADDRESS)()["text"]
+        assert equation in file_writer(VIEWS["help"](FakeHost()), "deck:modelica", setting, ADDRESS)()["text"]
 
 
 def test_a_status_that_is_not_given_is_left_to_the_code(capsys):
@@ -100,12 +100,12 @@ def test_a_status_that_is_not_given_is_left_to_the_code(capsys):
     assert "ALPHA=-5.0" in next(line for line in capsys.readouterr().out.splitlines() if line.startswith("*DYNAMIC"))
     explicit = SETTING._replace(integrator="central-difference")
     with pytest.raises(ValueError, match="CalculiX cannot express integrator = 'central-difference'"):
-        file_writer(TABS["help"](FakeHost()), "deck:calculix", explicit, ADDRESS)()
+        file_writer(VIEWS["help"](FakeHost()), "deck:calculix", explicit, ADDRESS)()
 
 
 @pytest.mark.parametrize("code", DECKS)
 def test_the_page_offers_each_deck(code):
-    tab = TABS["help"](FakeHost())
+    tab = VIEWS["help"](FakeHost())
     file = file_writer(tab, f"deck:{code}", SETTING._replace(steps=5000), ADDRESS)()
     assert file["name"] == f"two_bodies.{DECKS[code].SUFFIX}"
     assert "eta = 2.76, K = 12000.0, D = 18.0, 5000 steps" in file["text"]
@@ -115,7 +115,7 @@ def test_the_page_offers_each_deck(code):
 def test_the_page_says_what_it_cannot_write():
     host = QueueingHost()
     explicit = SETTING._replace(integrator="central-difference")
-    TakeAway(host, lambda *_: None).request("deck:calculix", TABS["help"](host), explicit, ADDRESS)
+    TakeAway(host, lambda *_: None).request("deck:calculix", VIEWS["help"](host), explicit, ADDRESS)
     host.catch_up()
     (error,) = host.errors
     assert error.startswith("This file was not written: CalculiX cannot express integrator = 'central-difference'")

@@ -5,12 +5,12 @@ from vibroscope.app.commands.cli import main
 from vibroscope.app.explorer.parameters import START_FIELDS
 from vibroscope.app.explorer.shelf import shelf
 from vibroscope.app.explorer.state import Setting
-from vibroscope.app.page.basin.tab import BasinTab
+from vibroscope.app.page.basin.tab import Basins
 from vibroscope.app.page.bifurcation.tab import Bifurcation
-from vibroscope.app.page.plane.tab import PlaneTab
+from vibroscope.app.page.plane.tab import Plane
 from vibroscope.app.page.speed.tab import Speed
 from vibroscope.app.page.tab import Move
-from vibroscope.app.page.time_step.tab import TimeStepTab
+from vibroscope.app.page.time_step.tab import TimeStep
 from vibroscope.engine import System, compare_measured, measured_verdict, synthetic_measurement
 
 from .fakes import FakeHost
@@ -20,9 +20,9 @@ FREE = shelf()["thrown"].setting
 AT_REST = FREE._replace(**dict.fromkeys(START_FIELDS, 0.0))
 WORDS = {
     Bifurcation: "no motion belongs to a frequency: let the base or a force move them",
-    PlaneTab: "each cell of this plane begins at rest, where nothing moves: let the base",
-    BasinTab: "each start leads to rest: let the base",
-    TimeStepTab: "this study needs a motion that lasts: let the base",
+    Plane: "each cell of this plane begins at rest, where nothing moves: let the base",
+    Basins: "each start leads to rest: let the base",
+    TimeStep: "this study needs a motion that lasts: let the base",
     Speed: "this measurement begins at rest, where nothing moves: let the base",
 }
 
@@ -49,7 +49,7 @@ def test_a_study_says_why_it_has_nothing_to_show_and_computes_nothing(opened, ki
 
 def test_the_speed_of_a_free_vibration_is_measured():
     assert Speed(FakeHost()).obstacle(FREE) == ""
-    assert "begins at rest" in TimeStepTab(FakeHost()).obstacle(AT_REST)
+    assert "begins at rest" in TimeStep(FakeHost()).obstacle(AT_REST)
 
 
 def test_a_diagram_over_another_number_needs_an_own_start():

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from vibroscope.app.export.tables import FIGURES
 from vibroscope.app.page.files import template
-from vibroscope.app.page.study.tab import StudyTab
-from vibroscope.app.page.tabs import TABS
+from vibroscope.app.page.study.tab import StudyView
+from vibroscope.app.page.tabs import VIEWS
 from vibroscope.engine import ExactPenalty, Excitation, Newmark, Record, Reference, System, simulate
 
 SYSTEM = System()
@@ -140,5 +140,5 @@ def test_no_equation_is_left_untested():
 def test_every_figure_that_can_be_taken_away_has_its_paragraph():
     headings = re.findall(r'<h3 data-figures="([^"]+)">[^<]+</h3>\n<p>', template("help/help.html"))
     explained = [name for names in headings for name in names.split()]
-    studies = [figure.name for tab in TABS.values() if issubclass(tab, StudyTab) for figure in tab.pictures]
+    studies = [figure.name for tab in VIEWS.values() if issubclass(tab, StudyView) for figure in tab.pictures]
     assert sorted(explained) == sorted([*FIGURES, *studies, "claims", "paper"])  # Paper's are named paper3, paper4A, …

@@ -11,7 +11,7 @@ from tests.browserless import Client, changed, event, mapped, move, token_of
 from tests.served import served
 
 # One of each way to fail; test_reading.py tries more of them, and the release tests try thousands.
-BAD_ADDRESSES = ("eta=%C2%B2", "eta=" + "9" * 1900, "eta=1.2&eta=1.3", "tab=nowhere", "theme=²&eta=%ff%fe")
+BAD_ADDRESSES = ("eta=%C2%B2", "eta=" + "9" * 1900, "eta=1.2&eta=1.3", "view=nowhere", "theme=²&eta=%ff%fe")
 
 
 @pytest.fixture(scope="module")
@@ -167,7 +167,7 @@ def test_a_flood_within_one_message_ends_the_connection(server):
     async def steps():
         async with Client(server.url) as client:
             await client.ready()
-            tabs = [client.message(mapped({"tab": tab}), "Header") for tab in ("help", "explore")]
+            tabs = [client.message(mapped({"view": tab}), "Header") for tab in ("help", "explore")]
             assert await client.patch(*tabs * 10) is not None
             assert await client.patch(*tabs * 250) is None
 

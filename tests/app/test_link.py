@@ -26,7 +26,7 @@ from vibroscope.app.explorer.state import Setting
 from vibroscope.app.page.address import THEMES, read_opening
 from vibroscope.app.page.session import Session
 from vibroscope.app.page.tab import Move
-from vibroscope.app.page.tabs import TABS
+from vibroscope.app.page.tabs import VIEWS
 
 from .fakes import FakeHost
 from .settings_strategy import settings
@@ -55,7 +55,7 @@ def mutes(legends):
 @given(settings, settings)
 def test_an_address_restores_its_setting_and_what_is_pinned_exactly(setting, pinned):
     texts = parse_address("?" + print_address(setting, "speed", [pinned]))
-    assert texts["tab"] == "speed"
+    assert texts["view"] == "speed"
     assert read_setting(texts) == setting
     assert read_setting(parse_address(texts["pin"])) == pinned
 
@@ -78,17 +78,17 @@ def test_rounded_ends_are_more_precise_than_a_pixel_of_a_linear_and_of_a_logarit
         assert abs(end - exact) <= 1e-5 * max(min(abs(exact), width), 1e-30)
 
 
-@given(settings, settings, st.sampled_from(list(TABS)), st.sampled_from(["", *THEMES]), st.data())
+@given(settings, settings, st.sampled_from(list(VIEWS)), st.sampled_from(["", *THEMES]), st.data())
 def test_an_address_restores_setting_tab_view_pin_and_theme(setting, pinned, tab, theme, data):
-    axes, usual = TABS[tab].axes, getattr(TABS[tab], "chosen", {})
+    axes, usual = VIEWS[tab].axes, getattr(VIEWS[tab], "chosen", {})
     zoom = data.draw(st.dictionaries(st.sampled_from(list(axes)), spans)) if axes else {}
     choice = {"quantity": "period", "limit": 40} if tab == "plane" else dict(usual)
-    mute = data.draw(mutes(TABS[tab].legends))
+    mute = data.draw(mutes(VIEWS[tab].legends))
     view = {"zoom": print_zoom(zoom, axes), "choice": print_choice(choice), "mute": print_mute(mute)}
     asked = read_opening("?" + print_address(setting, tab, [pinned], **view, theme=theme))
-    assert (asked.setting, asked.tab, asked.pinned, asked.theme) == (setting, tab, (pinned,), theme)
-    assert (asked.view.choice, asked.view.mute) == (choice, mute)
-    assert asked.view.zoom.keys() <= zoom.keys()
+    assert (asked.setting, asked.view, asked.pinned, asked.theme) == (setting, tab, (pinned,), theme)
+    assert (asked.state.choice, asked.state.mute) == (choice, mute)
+    assert asked.state.zoom.keys() <= zoom.keys()
 
 
 def test_a_printed_view_is_short():
@@ -101,18 +101,18 @@ NAMES = ["time", "K", "eta", "quantity", "limit", "force", "speed", "penalty", "
 parts = st.sampled_from([*NAMES, ":", ";", ",", "1", "-2.5", "1e999", "nan", "error"])
 
 
-@given(st.sampled_from(list(TABS)), *4 * [st.text(max_size=60) | st.lists(parts).map("".join)])
+@given(st.sampled_from(list(VIEWS)), *4 * [st.text(max_size=60) | st.lists(parts).map("".join)])
 def test_every_text_is_read_or_refused(tab, zoom, choice, mute, theme):
     try:
         asked = read_opening(
-            "?" + urlencode({"tab": tab, "zoom": zoom, "choice": choice, "mute": mute, "theme": theme})
+            "?" + urlencode({"view": tab, "zoom": zoom, "choice": choice, "mute": mute, "theme": theme})
         )
     except Refused:
         return
-    for name, (low, high) in asked.view.zoom.items():
-        assert TABS[tab].axes[name][0] <= low < high <= TABS[tab].axes[name][1]
-    assert asked.view.choice.keys() <= getattr(TABS[tab], "chosen", {}).keys()
-    assert all(set(names) <= set(TABS[tab].legends[figure]) for figure, names in asked.view.mute.items())
+    for name, (low, high) in asked.state.zoom.items():
+        assert VIEWS[tab].axes[name][0] <= low < high <= VIEWS[tab].axes[name][1]
+    assert asked.state.choice.keys() <= getattr(VIEWS[tab], "chosen", {}).keys()
+    assert all(set(names) <= set(VIEWS[tab].legends[figure]) for figure, names in asked.state.mute.items())
     assert asked.theme in ("", *THEMES)
 
 
@@ -177,12 +177,12 @@ def test_an_unknown_theme_is_refused_in_words(theme):
 
 def test_a_tab_without_axes_and_legends_says_so():
     with pytest.raises(Refused, match="it has none"):
-        TABS["help"].read_view("time:0,1", "", "")
+        VIEWS["help"].read_view("time:0,1", "", "")
     with pytest.raises(Refused, match="it has none"):
-        TABS["help"].read_view("", "", "force:penalty")
+        VIEWS["help"].read_view("", "", "force:penalty")
 
 
-@pytest.mark.parametrize("tab", [tab for tab in TABS.values() if tab.axes])
+@pytest.mark.parametrize("tab", [tab for tab in VIEWS.values() if tab.axes])
 def test_every_axis_of_a_tab_is_there_and_is_the_axis_of_a_figure(tab):
     made = tab(FakeHost())
     page = made.build()
@@ -193,7 +193,7 @@ def test_every_axis_of_a_tab_is_there_and_is_the_axis_of_a_figure(tab):
 
 
 def test_the_first_question_of_a_study_is_that_of_the_link(opened):  # noqa: F811
-    kind = TABS["plane"]
+    kind = VIEWS["plane"]
     tab = kind(FakeHost())
     tab.build()
     tab.restore(kind.read_view("K:100,1000", "quantity:period;limit:40", ""))
@@ -208,7 +208,7 @@ def test_the_first_question_of_a_study_is_that_of_the_link(opened):  # noqa: F81
 
 @pytest.mark.parametrize("key", ["bifurcation", "plane", "basin"])
 def test_a_zoom_by_mouse_asks_the_question_of_its_link(opened, key):  # noqa: F811
-    kind = TABS[key]
+    kind = VIEWS[key]
     tabs = [kind(FakeHost()), kind(FakeHost())]
     for tab in tabs:
         tab.build()
@@ -248,7 +248,7 @@ def test_the_links_of_a_page_that_went_from_two_bodies_to_a_wall_keep_working():
 
 
 def test_the_phase_that_the_pendulums_are_held_at_goes_into_the_link_and_comes_back():
-    kind, heard = TABS["explore"], []
+    kind, heard = VIEWS["explore"], []
     tab, again = kind(FakeHost()), kind(FakeHost())
     tab.build()
     tab.watch_view(lambda: heard.append(tab.view_texts()["choice"]))
@@ -270,9 +270,9 @@ def test_the_phase_that_the_pendulums_are_held_at_goes_into_the_link_and_comes_b
         kind.read_view("", "phase:2.1", "")
 
 
-@pytest.mark.parametrize("key", TABS)
+@pytest.mark.parametrize("key", VIEWS)
 def test_every_entry_of_a_legend_has_a_name_in_links(key):
-    tab = TABS[key](FakeHost())
+    tab = VIEWS[key](FakeHost())
     plots = {pane.object for pane in tab.build().select(pn.pane.Bokeh)}
     for plot in plots:
         for legend in plot.legend:

@@ -8,13 +8,13 @@ from vibroscope.app.explorer.method_words import brief_name
 from vibroscope.app.explorer.reading import read_setting
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.export.scripts import speed_python
-from vibroscope.app.page.plane.tab import PlaneTab
+from vibroscope.app.page.plane.tab import Plane
 from vibroscope.app.page.speed.figure import SpeedView
 from vibroscope.app.page.speed.tab import Speed
 from vibroscope.app.page.speed.tab import statements as speed_statements
 from vibroscope.app.page.time_step import tab as step_tab
 from vibroscope.app.page.time_step.figure import TimeStepView
-from vibroscope.app.page.time_step.tab import TimeStepTab, statements
+from vibroscope.app.page.time_step.tab import TimeStep, statements
 from vibroscope.app.studies import speed, time_step
 from vibroscope.engine import CONTACT_LAWS, HHT, ExactPenalty, Newmark, System, TimeStepping, simulate
 from vibroscope.engine.sweeps import StepStudy
@@ -43,7 +43,7 @@ def few(monkeypatch, tmp_path):
 
 
 def step_result(setting):
-    return list(time_step.grow_step(TimeStepTab.question(None, setting), None, never))[-1]
+    return list(time_step.grow_step(TimeStep.question(None, setting), None, never))[-1]
 
 
 def test_the_time_step_study_is_of_what_is_set_and_its_command_makes_the_same_numbers(few, tmp_path):
@@ -52,7 +52,7 @@ def test_the_time_step_study_is_of_what_is_set_and_its_command_makes_the_same_nu
         method = TimeStepping(12000.0, 18.0, 200, HHT(-0.05), status, "keep")
         alone = simulate(System(), 2.76, method, periods=80, keep=20)
         np.testing.assert_array_equal(result.section(1, scheme)["xi2"], alone.section[:, 2])
-    tab = TimeStepTab(FakeHost())
+    tab = TimeStep(FakeHost())
     command = tab.command(HHT_END).split()[1:]
     assert main([*command[:-1], str(tmp_path / "step.zarr")]) == 0
     stored = xarray.open_zarr(tmp_path / "step.zarr")
@@ -67,7 +67,7 @@ def test_the_time_step_is_titled_and_described_by_what_is_set(few):
     result, view = step_result(HHT_END), TimeStepView(print)
     view.update(HHT_END, result)
     assert view.phases["fixed"].title.text.startswith("T/200, constant step, HHT-α, status at the end: η = 2.76")
-    lines = TimeStepTab(FakeHost()).describe(HHT_END, result)
+    lines = TimeStep(FakeHost()).describe(HHT_END, result)
     assert lines[0] == [
         "Penalty solution",
         "HHT-α, forces averaged (α = −0.05); contact status iterated to the end of the step; contact law Kelvin–Voigt.",
@@ -93,7 +93,7 @@ def test_a_run_that_stops_for_want_of_a_solution_is_not_said_to_have_blown_up(fe
     assert "stopped: a step has no solution." in dict(statements(stops, step_result(stops)))["T/200, constant step"]
 
 
-@pytest.mark.parametrize("kind", [TimeStepTab, Speed])
+@pytest.mark.parametrize("kind", [TimeStep, Speed])
 def test_the_question_changes_with_integrator_status_and_law_and_not_with_what_is_shown_anyway(kind):
     texts = ({}, {"integrator": "hht"}, {"integrator": "hht", "alpha": "-0.1"}, {"status": "end"})
     texts += tuple({"law": law} for law in CONTACT_LAWS[1:])
@@ -175,7 +175,7 @@ def test_a_method_of_two_stages_solves_twice_a_step():
 
 
 def test_the_plane_is_named_after_what_is_set():
-    tab = PlaneTab(FakeHost())
+    tab = Plane(FakeHost())
     tab.build()
     question = tab.question(HERTZ)
     assert question.name == "Newmark, Hunt–Crossley"

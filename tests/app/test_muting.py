@@ -10,7 +10,7 @@ from vibroscope.app.explorer.state import Setting
 from vibroscope.app.page.explore.measurement import MeasuredPoints
 from vibroscope.app.page.shared.figure import PINS
 from vibroscope.app.page.shared.muting import show_entry
-from vibroscope.app.page.tabs import TABS
+from vibroscope.app.page.tabs import VIEWS
 
 from .fakes import FakeHost
 
@@ -34,7 +34,7 @@ def add_all(tab):
         tab.phase.draw_closed(dict.fromkeys(tab.phase.closed.data, np.zeros(1)))
 
 
-@pytest.mark.parametrize("tab", [tab for tab in TABS.values() if tab.legends and tab.key != "paper"])
+@pytest.mark.parametrize("tab", [tab for tab in VIEWS.values() if tab.legends and tab.key != "paper"])
 def test_an_entry_that_is_muted_goes_into_the_link_and_comes_back(tab):
     made = tab(FakeHost())
     page = made.build()
@@ -59,7 +59,7 @@ def test_an_entry_that_is_muted_goes_into_the_link_and_comes_back(tab):
 
 
 def test_names_of_entries_are_those_of_their_solvers():
-    tab = TABS["explore"](FakeHost())
+    tab = VIEWS["explore"](FakeHost())
     tab.build()
     tab.restore(tab.read_view("", "", "displacement:penalty2,time_step;force:penalty"))
     plots = {"displacement": tab.displacement.figure, "force": tab.force.figure}
@@ -71,7 +71,7 @@ def test_names_of_entries_are_those_of_their_solvers():
 
 
 def test_curves_without_an_entry_in_the_legend_are_hidden_and_the_muted_stay_so():
-    tab = TABS["explore"](FakeHost())
+    tab = VIEWS["explore"](FakeHost())
     tab.build()
     tab.displacement.pinned.update([{}])
     tab.displacement.pinned.update([])
@@ -99,7 +99,7 @@ def test_curves_without_an_entry_in_the_legend_are_hidden_and_the_muted_stay_so(
 
 def test_curves_follow_their_entries_while_a_document_holds_its_events():
     """As in a session: callbacks of what is changed then are not called."""
-    tab, document = TABS["explore"](FakeHost()), Document()
+    tab, document = VIEWS["explore"](FakeHost()), Document()
     document.add_root(tab.build().get_root(document))
     figure = tab.displacement.figure
     with pn.io.hold(document):
@@ -111,7 +111,7 @@ def test_curves_follow_their_entries_while_a_document_holds_its_events():
 
 def test_pins_and_measured_points_take_one_walk_over_the_models_of_a_page_each(monkeypatch):
     """The document walks over thousands of models whenever one is added, on the loop of all visitors."""
-    tab, document = TABS["explore"](FakeHost()), Document()
+    tab, document = VIEWS["explore"](FakeHost()), Document()
     document.add_root(tab.build().get_root(document))
     walks = []
     monkeypatch.setattr(document.models, "recompute", lambda: walks.append(1))

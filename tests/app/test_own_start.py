@@ -22,7 +22,7 @@ from vibroscope.app.export.scripts import as_command, speed_python
 from vibroscope.app.page.explore import explainer, measurement
 from vibroscope.app.page.speed.tab import Speed
 from vibroscope.app.page.time_step import tab as step_tab
-from vibroscope.app.page.time_step.tab import TimeStepTab
+from vibroscope.app.page.time_step.tab import TimeStep
 from vibroscope.app.runtime.cache import Cache
 from vibroscope.app.studies import speed, time_step
 from vibroscope.engine import Newmark, Record, compare_measured, simulate, synthetic_measurement
@@ -150,13 +150,13 @@ def test_a_study_of_the_time_step_runs_from_there(monkeypatch, tmp_path):
     monkeypatch.setenv("VIBROSCOPE_CACHE_DIR", str(tmp_path))
     for module in (time_step, step_tab):
         monkeypatch.setattr(module, "STEPS", (500,))
-    asked, rest = (TimeStepTab.question(None, setting) for setting in (OWN, REST))
+    asked, rest = (TimeStep.question(None, setting) for setting in (OWN, REST))
     *_, found = time_step.grow_step(asked, None, lambda: False)
     alone = simulate(OWN.system, OWN.eta, Newmark(OWN.K, OWN.D, 500), periods=2050, keep=50, initial=START)
     np.testing.assert_array_equal(found.section(0, "fixed")["xi2"], alone.section[:, 2])
     assert (rest.initial, rest.study().options, asked.study().options) == (None, {}, {"initial": [*START]})
     assert asked.study().key != rest.study().key
-    tab = TimeStepTab(FakeHost())
+    tab = TimeStep(FakeHost())
     assert f"initial={START}" in tab.python(OWN)
     assert "initial" not in tab.python(REST)
     command = tab.command(OWN).split()[1:]

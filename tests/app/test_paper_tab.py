@@ -28,7 +28,7 @@ class Timeless(Document):
 class Host:
     """The page: what the tab calls on it is noted, or waits until the test runs it."""
 
-    tab_titles = Session.tab_titles
+    view_titles = Session.view_titles
 
     def __init__(self):
         self.doc = Timeless()

@@ -6,7 +6,7 @@ from vibroscope.app.explorer.link import View
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.page.plane import curves as page
 from vibroscope.app.page.plane.curves import PlaneCurves
-from vibroscope.app.page.plane.tab import PlaneTab
+from vibroscope.app.page.plane.tab import Plane
 from vibroscope.app.page.shared.figure import legend, make_figure
 from vibroscope.app.page.study import tab as tab_of_studies
 from vibroscope.app.page.tab import Move
@@ -136,7 +136,7 @@ def test_the_switch_of_the_tab_asks_for_the_curves_of_what_is_in_view(monkeypatc
     for module in (page, tab_of_studies):
         monkeypatch.setattr(module, "StudyJob", Job)
         monkeypatch.setattr(module.RESULTS, "get", lambda question: None)
-    tab = PlaneTab(FakeHost())
+    tab = Plane(FakeHost())
     tab.build()
     tab.show(Move(1, Setting(eta=2.76)))
     assert not tab.curves.view.visible

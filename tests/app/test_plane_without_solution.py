@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from vibroscope.app.explorer.state import Setting
-from vibroscope.app.page.plane.tab import PlaneTab, statements
+from vibroscope.app.page.plane.tab import Plane, statements
 from vibroscope.app.page.study import tab as study
 from vibroscope.app.page.tab import Move
 from vibroscope.app.studies import cell_classes as classes
@@ -24,7 +24,7 @@ def small():
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(plane, "COUNT", 8)
         patch.setattr(plane, "TRANSIENT", 50)
-        tab = PlaneTab(FakeHost())
+        tab = Plane(FakeHost())
         tab.build()
         yield list(grow_plane(tab.question(ITERATED), None, lambda: False))[-1]
 
@@ -77,7 +77,7 @@ class Waiting:
 
 def test_the_colour_is_offered_where_a_step_may_have_no_solution_and_the_counts_go_to_files(small, monkeypatch):
     monkeypatch.setattr(study, "StudyJob", Waiting)
-    tab = PlaneTab(FakeHost())
+    tab = Plane(FakeHost())
     tab.build()
     tab.show(Move(1, Setting()))
     assert tab.panel.away == {"quantity": ["without_solution"]}

@@ -47,7 +47,7 @@ def test_buttons_have_unequal_titles():
     assert len({scene.title for scene in shown}) == len(shown)
 
 
-@pytest.mark.parametrize("query", ["", "?tab=plane", "?theme=dark", "?utm_source=mail"])
+@pytest.mark.parametrize("query", ["", "?view=plane", "?theme=dark", "?utm_source=mail"])
 def test_a_page_without_parameters_opens_with_the_scene(query):
     assert read_opening(query).setting == opening_setting()
 

@@ -9,7 +9,7 @@ from vibroscope.app.explorer.state import Setting
 from vibroscope.app.export.formats import as_json
 from vibroscope.app.page.speed.figure import SpeedView
 from vibroscope.app.page.speed.tab import Speed, statements
-from vibroscope.app.page.time_step.tab import TimeStepTab
+from vibroscope.app.page.time_step.tab import TimeStep
 from vibroscope.app.performance.contenders import CHECKED
 from vibroscope.app.performance.truth import true_state
 from vibroscope.app.runtime.files import ASSETS
@@ -151,4 +151,4 @@ def test_the_question_holds_what_counts_and_equals_no_other_study_s():
     assert question_of(SETTING) == question_of(SETTING._replace(located="yes", units="si"))
     for change in ({"steps": 401}, {"K": 1.0}, {"kappa": 2.4}, {"joint_damping": "derived"}):
         assert question_of(SETTING) != question_of(SETTING._replace(**change))
-    assert question_of(SETTING) != TimeStepTab.question(None, SETTING)
+    assert question_of(SETTING) != TimeStep.question(None, SETTING)

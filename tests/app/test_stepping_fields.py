@@ -15,7 +15,7 @@ from vibroscope.app.explorer.suggestion import make_question
 from vibroscope.app.export.scripts import as_command, as_python
 from vibroscope.app.page.bifurcation.tab import Bifurcation
 from vibroscope.app.page.controls.controls import Controls
-from vibroscope.app.page.plane.tab import PlaneTab
+from vibroscope.app.page.plane.tab import Plane
 from vibroscope.engine import (
     CONTACT_LAWS,
     HHT,
@@ -131,7 +131,7 @@ def test_the_script_runs(law, capsys):
     assert "xi1, xi1', xi2, xi2' at the end" in capsys.readouterr().out
 
 
-@pytest.mark.parametrize(("tab", "choice"), [(PlaneTab, ""), (Bifurcation, "solver:newmark")])
+@pytest.mark.parametrize(("tab", "choice"), [(Plane, ""), (Bifurcation, "solver:newmark")])
 def test_a_study_that_the_engine_does_not_have_is_a_sentence_until_it_has_one(tab, choice, monkeypatch):
     host = FakeHost()
     shown = tab(host)
@@ -139,7 +139,7 @@ def test_a_study_that_the_engine_does_not_have_is_a_sentence_until_it_has_one(ta
     shown.restore(tab.read_view("", choice, ""))
     setting = read_setting(COARSE | {"integrator": "hht"})
     question = shown.question(setting)
-    method = question.other if tab is PlaneTab else question.method
+    method = question.other if tab is Plane else question.method
     assert method.integrator == HHT(-0.05)
     monkeypatch.setattr(type(question), "study", refuse)
     assert shown.obstacle(setting) == "A study is not there yet."

@@ -17,7 +17,7 @@ from vibroscope.app.export.scripts import as_command, as_python, speed_python
 from vibroscope.app.page.controls.controls import Controls
 from vibroscope.app.page.speed.tab import Speed
 from vibroscope.app.page.time_step.figure import TimeStepView
-from vibroscope.app.page.time_step.tab import TimeStepTab
+from vibroscope.app.page.time_step.tab import TimeStep
 from vibroscope.app.performance.contenders import CHECKED
 from vibroscope.app.studies import speed, time_step
 from vibroscope.app.studies.speed import SolverKey, grow_speed
@@ -95,17 +95,17 @@ def test_it_follows_where_other_units_carry_the_numbers_over():
 
 
 def test_the_study_over_the_step_takes_the_stiffness_of_each():
-    question, finer = (TimeStepTab.question(None, each) for each in (FOLLOWS, read_setting({"steps": "400"}, FOLLOWS)))
+    question, finer = (TimeStep.question(None, each) for each in (FOLLOWS, read_setting({"steps": "400"}, FOLLOWS)))
     assert question == finer
     study = question.study()
     expected = [stiffness_of_step(FOLLOWS.system, 2.76, n, 0.1) for n in study.steps]
     assert study.arrays["K"].values.tolist() == expected
-    assert TimeStepTab.question(None, COARSE).stiffness_of_step is None
+    assert TimeStep.question(None, COARSE).stiffness_of_step is None
 
 
 def test_the_figures_over_the_step_name_the_stiffness_of_the_steps_that_are_shown(monkeypatch):
     monkeypatch.setattr(time_step, "STEPS", (200, 400))
-    result = list(grow_step(TimeStepTab.question(None, FOLLOWS), None, lambda: False))[-1]
+    result = list(grow_step(TimeStep.question(None, FOLLOWS), None, lambda: False))[-1]
     view = TimeStepView(lambda steps: None)
     for steps in ("200", "400"):
         shown = read_setting({"steps": steps}, FOLLOWS)

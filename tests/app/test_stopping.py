@@ -12,7 +12,7 @@ def test_a_stop_signal_lets_a_move_finish_and_cancels_a_study(tmp_path):
     async def steps(server):
         async with Client(server.url) as watcher, Client(server.url, "eta=1.2345") as client:
             await watcher.ready()
-            await watcher.patch(watcher.message(mapped({"tab": "plane"}), "Header"))
+            await watcher.patch(watcher.message(mapped({"view": "plane"}), "Header"))
             await client.ready()
             shown = await client.shown(lambda shown: shown.get("update"))
             await client.patch(client.message(mapped({"painted": shown["update"]})))

@@ -5,14 +5,14 @@ import json
 import pytest
 from bokeh.events import Tap
 from vibroscope.app.explorer.state import Setting
-from vibroscope.app.page.basin.tab import BasinTab
+from vibroscope.app.page.basin.tab import Basins
 from vibroscope.app.page.bifurcation.tab import Bifurcation
-from vibroscope.app.page.plane.tab import PlaneTab
+from vibroscope.app.page.plane.tab import Plane
 from vibroscope.app.page.speed.tab import Speed
 from vibroscope.app.page.study import tab as study
 from vibroscope.app.page.tab import Move
 from vibroscope.app.page.take_away import file_writer
-from vibroscope.app.page.time_step.tab import TimeStepTab
+from vibroscope.app.page.time_step.tab import TimeStep
 from vibroscope.app.studies import speed
 
 from .fakes import FakeHost
@@ -51,9 +51,9 @@ def opened(monkeypatch):
 
 CASES = {  # what asks anew, and what only moves a mark
     Bifurcation: ({"kappa": 2.4}, {"eta": 2.0}),
-    PlaneTab: ({"eta": 2.0}, {"K": 100.0, "D": 1.0}),
-    BasinTab: ({"eta": 2.0}, {"start_xi2": 3.0}),
-    TimeStepTab: ({"K": 100.0}, {"steps": 4000}),
+    Plane: ({"eta": 2.0}, {"K": 100.0, "D": 1.0}),
+    Basins: ({"eta": 2.0}, {"start_xi2": 3.0}),
+    TimeStep: ({"K": 100.0}, {"steps": 4000}),
     Speed: ({"steps": 4000}, {"located": "yes"}),
 }
 
@@ -97,7 +97,7 @@ def test_a_failure_is_shown_in_words_and_can_be_tried_again(opened, kind):
 
 
 def test_what_comes_late_from_another_question_is_not_shown(opened):
-    tab, _ = opened(PlaneTab)
+    tab, _ = opened(Plane)
     tab.show(Move(2, SETTING._replace(eta=2.0)))
     first = Asked.all[0]
     result = next(first.grow(first.question._replace(K=(1e3, 1e4)), None, lambda: False))
@@ -120,7 +120,7 @@ def test_a_study_says_what_it_shows_of_a_setting_once_all_is_known_and_that_it_c
 
 def test_the_data_of_a_study_are_taken_away(opened, monkeypatch, tmp_path):
     monkeypatch.setenv("VIBROSCOPE_CACHE_DIR", str(tmp_path))  # where no other test has kept the whole plane
-    tab, _ = opened(PlaneTab)
+    tab, _ = opened(Plane)
     asked = Asked.all[0]
     asked.deliver(asked, next(asked.grow(asked.question, None, lambda: False)))
     taken = json.loads(file_writer(tab, "json", SETTING, "?")()["text"])["data"]
@@ -134,14 +134,14 @@ def test_the_data_of_a_study_are_taken_away(opened, monkeypatch, tmp_path):
     [{"quantity": "__class__"}, {"quantity": 1}, {"limit": float("nan")}, {"limit": 1e9}, {"limit": True}, {"x": 1}],
 )
 def test_a_forged_choice_changes_nothing(opened, asked):
-    tab, _ = opened(PlaneTab)
+    tab, _ = opened(Plane)
     assert tab.panel.allowed(asked) == {"quantity": "error", "limit": 30, "curves": "off"}
     changed = {"quantity": "period", "limit": 12.0, "curves": "on"}
     assert tab.panel.allowed(changed) == {"quantity": "period", "limit": 12, "curves": "on"}
 
 
 def test_a_click_sets_what_can_be_set(opened):
-    tab, host = opened(PlaneTab)
+    tab, host = opened(Plane)
     tab.view.on_tap(Tap(None, x=1e9, y=5.432))
     assert host.settings == [{"K": "100000", "D": "5.43"}]
     tab.view.on_tap(Tap(None, x=float("nan"), y=5.432))

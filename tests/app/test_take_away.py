@@ -7,9 +7,9 @@ import json
 import pytest
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.export.formats import program
-from vibroscope.app.page.study.tab import StudyTab
+from vibroscope.app.page.study.tab import StudyView
 from vibroscope.app.page.tab import Move
-from vibroscope.app.page.tabs import TABS
+from vibroscope.app.page.tabs import VIEWS
 from vibroscope.app.page.take_away import file_writer, offered_figures
 
 from tests.share import every
@@ -21,7 +21,7 @@ SETTING_KINDS = ("toml", "python", "command")
 STUDIES = ["bifurcation", "plane", "basin", "step", "speed"]
 
 
-@pytest.mark.parametrize("key", every(TABS))
+@pytest.mark.parametrize("key", every(VIEWS))
 def test_an_offered_file_has_its_format(filled, key):  # noqa: F811
     tab = filled(key)
     for kind in SETTING_KINDS:
@@ -62,9 +62,9 @@ def test_an_offered_file_has_its_format(filled, key):  # noqa: F811
         assert f"<h1>Vibroscope report: {tab.title}</h1>" in report
 
 
-@pytest.mark.parametrize("key", TABS)
+@pytest.mark.parametrize("key", VIEWS)
 def test_a_file_that_is_not_offered_cannot_be_had(key):
-    tab = TABS[key](FakeHost())
+    tab = VIEWS[key](FakeHost())
     tab.build()
     if key != "paper":  # which offers all, and checks its claims when they are taken
         assert offered_figures(tab) == []
@@ -92,11 +92,11 @@ def test_all_files_are_of_the_last_picture_until_the_next_comes(filled, key):  #
         return found | {"report": found["report"].rpartition("<p>")[0]}  # without the time of the report
 
     before = texts(SETTING)
-    if isinstance(tab, StudyTab):
+    if isinstance(tab, StudyView):
         tab.show(Move(2, other))
         tab.show(Move(3, other._replace(K=501.0)))
     after = texts(other)
-    if isinstance(tab, StudyTab):
+    if isinstance(tab, StudyView):
         tab.show(Move(4, SETTING))
         tab.hide()
     assert before == after
@@ -115,7 +115,7 @@ def test_a_file_has_the_mark_that_was_moved_last(filled):  # noqa: F811
 
 
 def test_the_table_of_a_diagram_has_the_one_that_it_is_compared_with():
-    kind = TABS["bifurcation"]
+    kind = VIEWS["bifurcation"]
     for direction in ("down", "up"):
         host = QueueingHost()
         tab = kind(host)

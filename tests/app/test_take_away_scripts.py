@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray
-from vibroscope.app.page.tabs import TABS
+from vibroscope.app.page.tabs import VIEWS
 from vibroscope.app.paper import CLAIMS
 from vibroscope.app.studies import basin, bifurcation, plane
 from vibroscope.engine import Cells, ExactPenalty, Newmark, run_cells
@@ -79,7 +79,7 @@ def test_the_script_of_speed_and_error_finds_its_errors(filled, capsys):  # noqa
 
 def test_the_script_of_the_paper_checks_the_claims(monkeypatch, capsys):
     monkeypatch.setattr("vibroscope.app.paper.CLAIMS", {"4C": CLAIMS["4C"]})
-    exec(TABS["paper"](FakeHost()).python(SETTING), {})
+    exec(VIEWS["paper"](FakeHost()).python(SETTING), {})
     assert "Figure 4 [C]" in capsys.readouterr().out
 
 

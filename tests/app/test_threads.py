@@ -22,8 +22,8 @@ def threads(server):
 
 
 TABS = {
-    "sweeps": ("tab=plane", "tab=bifurcation", "tab=step", "tab=plane", "tab=paper"),
-    "searches": ("tab=bifurcation&choice=branches:on", "tab=plane&choice=curves:on", "tab=basin"),
+    "sweeps": ("view=plane", "view=bifurcation", "view=step", "view=plane", "view=paper"),
+    "searches": ("view=bifurcation&choice=branches:on", "view=plane&choice=curves:on", "view=basin"),
 }
 
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.page.time_step.figure import TimeStepView
-from vibroscope.app.page.time_step.tab import TimeStepTab, statements
+from vibroscope.app.page.time_step.tab import TimeStep, statements
 from vibroscope.app.studies import time_step
 from vibroscope.app.studies.time_step import PartialStep, grow_step
 from vibroscope.engine.sweeps import CellKind
@@ -23,7 +23,7 @@ APART = Setting(eta=1.08, K=22220.0, D=0.7267)  # exact penalty and every run di
 def result_of(setting: Setting) -> time_step.PartialStep:
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(time_step, "STEPS", (500, 1000, 2000, 4000))
-        return list(grow_step(TimeStepTab(FakeHost()).question(setting), None, lambda: False))[-1]
+        return list(grow_step(TimeStep(FakeHost()).question(setting), None, lambda: False))[-1]
 
 
 @pytest.mark.parametrize("scheme", ["fixed", "located"])

@@ -14,7 +14,7 @@ from vibroscope.app.export.tables import columns_in_units, table_in_units
 from vibroscope.app.page.bifurcation.swept import SWEPT
 from vibroscope.app.page.speed.figure import error_label
 from vibroscope.app.page.tab import Move
-from vibroscope.app.page.tabs import TABS
+from vibroscope.app.page.tabs import VIEWS
 from vibroscope.app.page.your_code.rules import rows_of
 from vibroscope.app.studies.your_code import Judged, PartialCode, question_of
 from vibroscope.engine import Units
@@ -85,7 +85,7 @@ def test_the_errors_of_speed_say_what_they_are_multiples_of_in_files_and_scripts
 
 @pytest.mark.parametrize("choice", every(["over:K;solver:newmark", "over:D;solver:newmark", "branches:on"]))
 def test_a_diagram_over_any_number_has_units(choice):
-    tab = TABS["bifurcation"](QueueingHost())
+    tab = VIEWS["bifurcation"](QueueingHost())
     tab.build()
     tab.restore(type(tab).read_view("", f"{choice};count:4;transient:20", ""))
     tab.show(Move(1, PHYSICAL))
@@ -119,7 +119,7 @@ def test_rules_have_units_in_the_page_and_in_files_also_without_a_number():
     rows = rows_of([judged(SETTING.penalty), judged(None)], np.empty((2, 0)), [], PHYSICAL)["rows"]
     assert all("±0.1 mm in x₂" in row["why"] and row["motion"] == "blurred: x₂ by ±0.1 mm" for row in rows)
     check_words(" ".join(rows[0]["numbers"]))
-    tab = TABS["code"](QueueingHost())
+    tab = VIEWS["code"](QueueingHost())
     tab.build()
     tab.show(Move(1, PHYSICAL))
     tab.hide()

@@ -11,15 +11,15 @@ from vibroscope.app.explorer.state import Setting
 from vibroscope.app.page.bifurcation import branches
 from vibroscope.app.page.bifurcation.tab import Bifurcation
 from vibroscope.app.page.plane import curves
-from vibroscope.app.page.study.tab import StudyTab
+from vibroscope.app.page.study.tab import StudyView
 from vibroscope.app.page.tab import Move
-from vibroscope.app.page.tabs import TABS
+from vibroscope.app.page.tabs import VIEWS
 from vibroscope.app.studies.your_code import code_texts
 
 from .fakes import FakeHost
 from .test_study_tab import Asked, opened  # noqa: F401 - a fixture
 
-STUDIES = [tab for tab in TABS.values() if issubclass(tab, StudyTab)]
+STUDIES = [tab for tab in VIEWS.values() if issubclass(tab, StudyView)]
 MOVES, EVERY = 40, 8  # moves of a walk, and after how many it is compared with its link
 SETTINGS = [Setting(), opening_setting(), *(each.setting for each in shelf().values())]
 SETTINGS += [read_setting(code_texts(code), Setting()) for code in codes().values()]

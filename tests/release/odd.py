@@ -9,7 +9,7 @@ from vibroscope.app.explorer.scenes import scenes
 from vibroscope.app.explorer.shelf import shelf
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.page.address import THEMES
-from vibroscope.app.page.tabs import TABS
+from vibroscope.app.page.tabs import VIEWS
 
 from tests.browserless import changed, event, mapped, move
 
@@ -18,16 +18,16 @@ ODD = (*NO_NUMBERS, "9" * 4000, "\0", "-0", "1e-400", "1_0", "1,5")
 
 # Everything that a component of the page listens to, and everything that a tab offers to zoom or choose.
 MESSAGE_KEYS = (
-    *("set", "scene", "shelf", "undo", "redo", "reset", "pin", "unpin", "tab", "theme", "take", "load", "painted"),
+    *("set", "scene", "shelf", "undo", "redo", "reset", "pin", "unpin", "view", "theme", "take", "load", "painted"),
     *("stop", "choose", "suggest", "cancel", "seen", "listens"),  # a study, the search, a claim, the feed
 )
 FILES = ("toml", "python", "command", "json", "report", "csv:time", "csv:")
-AXES = sorted({name for tab in TABS.values() for name in tab.axes})
-SWITCHES = [switch for tab in TABS.values() for switch in tab.spec().get("switches", [])]
-LIMITS = [limit for tab in TABS.values() for limit in tab.spec().get("limits", [])]
+AXES = sorted({name for tab in VIEWS.values() for name in tab.axes})
+SWITCHES = [switch for tab in VIEWS.values() for switch in tab.spec().get("switches", [])]
+LIMITS = [limit for tab in VIEWS.values() for limit in tab.spec().get("limits", [])]
 CHOICES = [*((s["name"], value) for s in SWITCHES for value in s["choices"]), *((one["name"], "3") for one in LIMITS)]
 SELECTORS = {name: list(field.choices) for name, field in FIELDS.items() if field.choices}
-LEGENDS = [legend for tab in TABS.values() for legend in tab.legends.items()]
+LEGENDS = [legend for tab in VIEWS.values() for legend in tab.legends.items()]
 
 
 def run(steps, seconds=900):
@@ -52,8 +52,8 @@ def _value(chance, name):
         return chance.choice(SELECTORS[name])
     if name not in VIEW_FIELDS or chance.random() < 0.2:
         return random_text(chance)
-    if name == "tab":
-        return chance.choice([*TABS])
+    if name == "view":
+        return chance.choice([*VIEWS])
     if name == "pin":
         return random_query(chance, 1).replace("&", "%26").replace("=", "%3D")
     if name == "theme":
@@ -190,7 +190,7 @@ def random_message(chance):
         name = chance.choice((*Setting._fields, *PHYSICAL_FIELDS))
         return move({name: chance.choice((text, text, mapped({"typed": text})))}, chance.randint(0, 9))
     fitting = {
-        "tab": chance.choice([*TABS]),
+        "view": chance.choice([*VIEWS]),
         "scene": chance.choice([*scenes()]),
         "shelf": chance.choice([*shelf()]),
         "theme": chance.choice(THEMES),

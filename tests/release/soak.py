@@ -10,7 +10,7 @@ from collections import Counter
 from pathlib import Path
 
 from tornado.httpclient import HTTPClientError
-from vibroscope.app.page.tabs import TABS
+from vibroscope.app.page.tabs import VIEWS
 
 from tests.browserless import Client, mapped, move, plain
 
@@ -70,7 +70,7 @@ class Soak:
 
         Visits begin on different tabs, and end early at the time ``end``.
         """
-        keys, turns = [*TABS], itertools.count(number * len(TABS))
+        keys, turns = [*VIEWS], itertools.count(number * len(VIEWS))
         async with Client(self.server.url) as client:
             client.patience = PATIENCE
             await client.ready()
@@ -82,21 +82,21 @@ class Soak:
                 await self._look(client, keys[place % len(keys)], turn, stay)
                 await self._think(client, turn)
             await client.set(next(turns), eta=MEASURED)
-            await client.patch(client.message(mapped({"tab": "explore", "move": next(turns)}), "Header"))
+            await client.patch(client.message(mapped({"view": "explore", "move": next(turns)}), "Header"))
             await self._ask(client, stay)
             await self._load_exported(client, next(turns))
         self.visits += 1
 
     async def _look(self, client, key, turn, stay):
         """Open a tab and export what it shows."""
-        await client.patch(client.message(mapped({"tab": key, "move": turn}), "Header"))
+        await client.patch(client.message(mapped({"view": key, "move": turn}), "Header"))
         await asyncio.sleep(stay)
         await client.patch(client.message(mapped({"take": TAKEN[turn % len(TAKEN)]}), "Header"))
         await asyncio.sleep(GLANCE)
 
     async def _think(self, client, turn):
         if self.thinking:
-            await client.patch(client.message(mapped({"tab": "explore", "move": turn}), "Header"))
+            await client.patch(client.message(mapped({"view": "explore", "move": turn}), "Header"))
             await asyncio.sleep(self.thinking)
 
     async def _ask(self, client, stay):

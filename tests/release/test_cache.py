@@ -33,7 +33,7 @@ def serves(tmp_path, cache):
             client.patience = 1500  # the kernels compile first, all of them where none can be stored
             await client.ready()
             shown = await client.set(1, eta="1.5")
-            await client.patch(client.message(mapped({"tab": "step", "move": 2}), "Header"))
+            await client.patch(client.message(mapped({"view": "step", "move": 2}), "Header"))
             while '"complete"' not in json.dumps((await client.receive())["content"]):
                 pass
             return shown

@@ -8,7 +8,7 @@ from bokeh.document import Document
 from bokeh.models import Range1d
 from panel.io.state import set_curdoc
 from tornado.iostream import StreamClosedError
-from vibroscope.app.page.tabs import TABS
+from vibroscope.app.page.tabs import VIEWS
 from vibroscope.app.server.validation import cost_of, is_worth_logging, valid_events
 
 from tests.app.fakes import FakeHost
@@ -100,7 +100,7 @@ def test_patches(chance, inputs, report):
     """What passes the validation is of the kinds that it names, whatever JSON holds; nothing makes it fail."""
     doc = Document()
     with set_curdoc(doc):
-        doc.add_root(TABS["explore"](FakeHost()).build().get_root(doc))
+        doc.add_root(VIEWS["explore"](FakeHost()).build().get_root(doc))
     models = [model.id for model in doc.models]
     ranges = [model.id for model in doc.models if isinstance(model, Range1d)]
     passed = dropped = 0

@@ -14,7 +14,7 @@ from vibroscope.app.explorer.scenes import opening_setting
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.export.formats import as_toml, loaded_from_toml
 from vibroscope.app.page.address import Address
-from vibroscope.app.page.tabs import TABS
+from vibroscope.app.page.tabs import VIEWS
 from vibroscope.engine import read_measurement, read_system
 
 from tests.browserless import Client, get
@@ -43,7 +43,7 @@ def test_addresses(server, chance, inputs, report):
             assert asked.setting == opening_setting()
             continue
         assert all_numbers_finite((*asked.setting, *(value for pinned in asked.pinned for value in pinned)))
-        assert np.isfinite([*asked.view.zoom.values()]).all()
+        assert np.isfinite([*asked.state.zoom.values()]).all()
 
     async def ask():
         statuses = [(await get(f"{server.url}/?{query}")).code for query in queries[: inputs // 10]]
@@ -94,7 +94,7 @@ def test_requests(server, chance, inputs, report):
 
 def test_messages(server, chance, inputs, report):
     """Forged messages of every kind to every model of every tab; connections that the server closes are renewed."""
-    ended, opened, tabs = 0, 0, cycle(TABS)
+    ended, opened, tabs = 0, 0, cycle(VIEWS)
     each = min(500, inputs // 8 + 1)
 
     async def some(client):
@@ -110,7 +110,7 @@ def test_messages(server, chance, inputs, report):
         nonlocal ended, opened
         tried = 0
         while tried < inputs:
-            batch = [Client(server.url, f"tab={next(tabs)}") for _ in range(8)]
+            batch = [Client(server.url, f"view={next(tabs)}") for _ in range(8)]
             for client in batch:
                 await client.open()
                 await client.ready()

@@ -9,7 +9,7 @@ from tests.served import served
 
 def test_a_session_of_a_killed_server_continues_on_another(tmp_path, report):
     """With the browser's token and address, if both servers sign with the same key."""
-    query, signing = "eta=1.3&tab=explore", {"BOKEH_SECRET_KEY": "k" * 48}
+    query, signing = "eta=1.3&view=explore", {"BOKEH_SECRET_KEY": "k" * 48}
 
     async def moved(server, token, number, eta):
         client = await Client(server.url, query).open(token=token)

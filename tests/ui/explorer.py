@@ -97,8 +97,15 @@ class Explorer:
         """Choose a scene by its key in scenes.toml."""
         tile = self.page.locator(f"[data-scene='{key}']")
         if tile.is_hidden():
-            self.page.get_by_text("More scenes", exact=True).click()
+            self.unfold("More scenes")
         tile.click()
+
+    def unfold(self, *titles):
+        """Open folded parts of the page, by the beginning of their titles."""
+        for title in titles:
+            fold = self.page.locator("summary", has_text=re.compile(f"^{re.escape(title)}"))
+            if not fold.evaluate("fold => fold.parentElement.open"):
+                fold.click()
 
     def address(self):
         """Name and first text of each entry of the page's query string."""
@@ -117,9 +124,11 @@ class Explorer:
         shown = self.page.locator(".error:not([hidden]) span, .refusal:not([hidden])")
         return " ".join(shown.all_text_contents())
 
-    def open_tab(self, title):
-        self.page.get_by_role("tab", name=title, exact=True).click()
-        self.page.locator(f"[role=tab][aria-selected=true]:text-is('{title}')").wait_for()
+    def open_tab(self, title, view=""):
+        """Open a tab, and then one of its views."""
+        for name in filter(None, (title, view)):
+            self.page.get_by_role("tab", name=name, exact=True).click()
+            self.page.locator(f"[role=tab][aria-selected=true]:text-is('{name}')").wait_for()
 
     def model(self, name, attribute):
         """One attribute of a Bokeh model, as the browser has it."""

@@ -7,23 +7,24 @@ from urllib.request import urlopen
 def test_a_link_restores_its_state(visit):
     first = visit()
     first.moved(lambda: first.type("eta", "2.7612345"))
-    first.page.get_by_text("Solver", exact=True).click()
+    first.unfold("Solver", "Display")
     first.moved(lambda: first.page.locator("[name=vibroscope-joint_damping][value=derived]").set_checked(True))
     first.moved(lambda: first.page.get_by_text("absolute", exact=True).click())
     first.wait_for_address(eta="2.7612345", joint_damping="derived", frame="absolute")
     second = visit(first.query())
     assert second.sources() == first.sources()
     assert second.typed("eta").input_value() == "2.7612345"
+    second.unfold("Display")
     assert second.page.get_by_role("radio", name="absolute", exact=True).is_checked()
 
 
-def test_the_tab_is_part_of_the_address_and_an_unknown_one_is_refused(visit):
+def test_the_view_is_part_of_the_address_and_an_unknown_one_is_refused(visit):
     explorer = visit()
-    assert "tab" not in explorer.address()
+    assert "view" not in explorer.address()
     explorer.open_tab("Help")
-    explorer.wait_for_address(tab="help")
+    explorer.wait_for_address(view="help")
     assert visit(explorer.query()).page.get_by_role("tab", name="Help").get_attribute("aria-selected") == "true"
-    assert "There is no tab “nonsense”" in visit("?tab=nonsense").error()
+    assert "There is no view “nonsense”" in visit("?view=nonsense").error()
 
 
 def test_a_half_valid_address_is_refused_as_a_whole_and_the_page_says_so(visit):

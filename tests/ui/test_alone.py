@@ -24,7 +24,7 @@ def seen(explorer, name):
 
 
 def searched(explorer):
-    explorer.explained()
+    explorer.explained().unfold("More: ")
     wait_until(lambda: "; " in seen(explorer, "alone_steps")["title"], what="at best, or that there is no better value")
     return explorer
 

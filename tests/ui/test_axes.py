@@ -5,7 +5,7 @@ from itertools import pairwise
 import pytest
 
 # A body that moves by some micrometres, in metres.
-SMALL = "?eta=1.8667&K=2000&D=4&steps=200&bodies=two&kappa=2.1&units=si&omega1=94&m1=2&amplitude=0.001&tab="
+SMALL = "?eta=1.8667&K=2000&D=4&steps=200&bodies=two&kappa=2.1&units=si&omega1=94&m1=2&amplitude=0.001&view="
 
 # Texts that a repaint of all figures writes, with where they begin and end across, by canvas and height.
 WRITTEN = """async () => {
@@ -71,7 +71,7 @@ ENDS = """async () => {
 
 @pytest.mark.parametrize(("eta", "drawn"), [("0.55", True), ("3.95", True), ("3.95&zoom=eta:1,2", False)])
 def test_the_words_at_the_line_stay_in_the_figure(visit, eta, drawn):
-    explorer = visit(f"?tab=bifurcation&eta={eta}&K=2500&D=8&steps=200&choice=count:4;transient:20", 390, 844)
+    explorer = visit(f"?view=bifurcation&eta={eta}&K=2500&D=8&steps=200&choice=count:4;transient:20", 390, 844)
     explorer.settle()
     words = [ends for text, *ends in explorer.page.evaluate(ENDS) if text.startswith("η = ")]
     assert bool(words) == drawn

@@ -20,7 +20,7 @@ SETTING = "eta=3.2&K=12000&D=18&steps=2000"
 
 @pytest.fixture
 def basins(visit):
-    return complete(visit(f"?tab=basin&{SETTING}"))
+    return complete(visit(f"?view=basin&{SETTING}"))
 
 
 def test_both_basins_grow_and_say_where_they_differ(basins):

@@ -6,7 +6,7 @@ from .axe import AXE, serious
 from .explorer import wait_until
 from .test_studies import complete, place
 
-QUERY = "?tab=bifurcation&eta=1.42&K=12000&D=18&steps=2000&zoom=eta:1.3,1.5&choice=count:60;transient:200;branches:"
+QUERY = "?view=bifurcation&eta=1.42&K=12000&D=18&steps=2000&zoom=eta:1.3,1.5&choice=count:60;transient:200;branches:"
 
 
 def found(explorer, seconds=90):
@@ -52,7 +52,7 @@ def test_a_key_opens_a_motion_and_the_way_back_leads_to_the_branches(visit):
     explorer.open_tab("Bifurcation")  # the tab was left without its click
     explorer.open_tab("Explore")
     line.get_by_role("button", name="Back to the branches").click()
-    wait_until(lambda: explorer.address().get("tab") == "bifurcation", what="the way back")
+    wait_until(lambda: explorer.address().get("view") == "bifurcation", what="the way back")
     assert explorer.address()["choice"] == "branches:both;count:60;transient:200"
     explorer.open_tab("Explore")
     line.get_by_role("button", name="Close").click()
@@ -75,15 +75,16 @@ def test_a_click_on_a_branch_opens_it_and_beside_it_sets_the_number(visit):
     explorer.page.mouse.click(*place(explorer, "bifurcation", 1.32, low + 0.02 * (high - low)))
     wait_until(lambda: explorer.address()["eta"] != opened, what="another η")
     assert float(explorer.address()["eta"]) == pytest.approx(1.32, abs=0.01)
-    assert explorer.address()["tab"] == "bifurcation"
+    assert explorer.address()["view"] == "bifurcation"
 
 
 def test_a_motion_is_followed_from_explore_on_a_phone(visit):
     explorer = visit("?eta=1.42&K=12000&D=18&steps=500", width=390, height=844, has_touch=True, is_mobile=True)
+    explorer.unfold("More: ")
     explorer.page.get_by_role("button", name="Follow this motion").tap()
     section = explorer.page.locator("section.branches-list")
     section.wait_for()
-    wait_until(lambda: explorer.address().get("tab") == "bifurcation", what="the tab")
+    wait_until(lambda: explorer.address().get("view") == "bifurcation", what="the view")
     assert explorer.address()["choice"] == "branches:on;followed:1.42"
     section.get_by_role("button", name="period 1").first.wait_for(timeout=60_000)
     assert explorer.page.evaluate("document.scrollingElement.scrollWidth") == 390

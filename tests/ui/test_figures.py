@@ -59,6 +59,7 @@ def test_the_difference_is_drawn_in_parts_in_place_of_the_displacements(visit):
     explorer = visit("?eta=2.76&K=12000&D=18&steps=2000")
     assert explorer.source("difference")["total"] == []
     form = explorer.page.get_by_role("form", name="Settings")
+    explorer.unfold("Display")
     explorer.moved(lambda: form.get_by_text("difference", exact=True).click())
     wait_until(lambda: len(explorer.source("difference")["total"]) > 100, what="the difference")
     assert "difference of ξ₂ / base amplitude" in labels_of(explorer, "displacement")
@@ -84,6 +85,7 @@ def test_the_curves_on_the_screen_are_those_of_the_choice(visit):
     explorer = visit()
     form = explorer.page.get_by_role("form", name="Settings")
     assert explorer.page.evaluate(DRAWN, "displacement") == DISPLACEMENTS
+    explorer.unfold("Display")
     explorer.moved(lambda: form.get_by_text("difference", exact=True).click())
     assert explorer.page.evaluate(DRAWN, "displacement") == PARTS
     explorer.wait_for_address(frame="difference")
@@ -208,7 +210,7 @@ def test_scatter_of_the_time_step_is_named_an_artefact_and_looks_unlike_chaos(vi
     kind, line = explorer.page.locator(".line.penalty .kind"), explorer.page.locator(".line.penalty")
     assert "blurred by the time step" in kind.text_content()
     assert kind.evaluate("(e) => getComputedStyle(e).borderTopStyle") == "dashed"
-    line.get_by_role("button", name="Evidence").click()
+    explorer.unfold("More: ")
     explorer.page.get_by_text("The blur is an artefact").wait_for()
     explorer.moved(lambda: explorer.type("eta", "1.7"))
     assert line.get_attribute("data-kind") == ""  # not that of the setting before

@@ -48,7 +48,7 @@ def test_the_terms_of_the_next_verdict_are_marked_too(visit):
 
 
 def test_no_term_is_marked_in_what_is_to_be_copied(visit):
-    explorer = visit("?tab=code&eta=1.08&K=2500&D=8&steps=2000&choice=code:opensees")
+    explorer = visit("?view=code&eta=1.08&K=2500&D=8&steps=2000&choice=code:opensees")
     code = explorer.page.locator("section.codes pre")
     wait_until(lambda: "integrator" in code.text_content(), 60, "the input for OpenSees")
     assert code.locator(".term").count() == 0
@@ -61,6 +61,7 @@ def test_marked_terms_follow_from_the_texts_and_not_from_those_before(visit):
 
     walked = visit("?bodies=wall&clearance=0.5&units=si").explained()
     walked.moved(lambda: walked.scene("C"))
+    walked.unfold("System")
     walked.moved(lambda: walked.page.get_by_text("non-dimensional", exact=True).click())
     walked.explained().judged()
     wait_until(lambda: walked.address().get("eta") == "2.76" and "units" not in walked.address(), what="the link")

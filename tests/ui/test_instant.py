@@ -49,6 +49,7 @@ def test_a_time_under_the_pointer_is_marked_in_every_figure(visit):
 def test_the_marks_are_relative_to_the_base_also_when_the_curves_are_not(visit):
     explorer = visit()
     relative = mark(explorer, "reference1")["x"]
+    explorer.unfold("Display")
     explorer.moved(lambda: explorer.page.get_by_text("absolute", exact=True).click())
     wait_until(lambda: explorer.page.evaluate("Bokeh.documents[0].is_idle"))
     assert abs(mark(explorer, "reference1")["x"] - relative) < 1e-3

@@ -51,7 +51,7 @@ def test_nothing_slides_over_the_sliders_of_a_phone(visit, width, height):
 @pytest.mark.parametrize(("width", "height"), [(1440, 900), (1100, 900), (390, 844), (320, 568)])
 def test_the_button_for_a_measurement_covers_no_title(visit, width, height):
     explorer = visit("?eta=1.08&K=100&D=50&steps=2000&frame=difference", width=width, height=height)
-    explorer.explained()
+    explorer.explained().unfold("More: ")
     end = explorer.page.evaluate("""() => {
       const view = Bokeh.index.find_one_by_id(Bokeh.documents[0].get_model_by_name("displacement").id);
       const { title } = view.model;
@@ -90,7 +90,7 @@ def test_on_a_phone_the_verdict_on_a_system_of_ones_own_is_where_it_is_for_a_sce
         tops.append(explorer.page.locator(".line.verdict").evaluate(place))
     assert max(tops) - min(tops) < 150  # px: a line for each slider that has a unit
     heads = explorer.page.locator("details.more > summary")
-    assert heads.all_text_contents() == ["System: two bodies", "Start: own", "Solver: own"]
+    assert heads.all_text_contents() == ["System: two bodies", "Start: own", "Solver: own", "Display"]
     heads.first.click()
     assert explorer.typed("mass1_kg").is_visible()
 
@@ -117,5 +117,5 @@ def test_the_time_figures_stand_above_each_other(visit):
 def test_all_findings_are_in_view_on_a_desktop_with_units_too(visit, scene):
     explorer = visit(f"?{scene}&units=si").explained().judged()
     explorer.settle()
-    assert explorer.page.locator(".line.penalty").text_content().count("Peak force") == 1
     assert explorer.page.locator(".cell.findings").get_attribute("data-more") is None
+    assert explorer.page.locator(".line.further .rest").last.text_content().count("Peak force") == 1

@@ -74,7 +74,7 @@ def test_a_refused_zoom_leaves_the_default_page(visit):
     ],
 )
 def test_the_view_of_a_study_comes_back(visit, tab, figures, choices):
-    explorer = begun(visit(f"?tab={tab}&{SETTING}"), figures[0])
+    explorer = begun(visit(f"?view={tab}&{SETTING}"), figures[0])
     for label, value in choices.items():
         panel(explorer).get_by_role("combobox", name=label).select_option(value)
     # What is chosen is drawn at the range of its data: a zoom before that would be taken back.

@@ -11,7 +11,7 @@ from .explorer import wait_until
 
 def test_the_figure_of_speed_and_error_is_shown_and_opens_by_itself(visit):
     explorer = visit()
-    explorer.open_tab("Speed against error")
+    explorer.open_tab("Step and cost", "Speed against error")
     explorer.page.locator("img.figure").evaluate("async image => { await image.decode(); return image.naturalWidth; }")
     link = explorer.page.get_by_role("link", name="Open the figure by itself")
     with explorer.page.context.expect_page() as opened:
@@ -22,8 +22,8 @@ def test_the_figure_of_speed_and_error_is_shown_and_opens_by_itself(visit):
     figure.close()
 
 
-def test_a_tab_is_built_when_it_is_opened_and_costs_nothing_while_it_is_hidden(counted, visit):
-    explorer = visit("?tab=help")
+def test_a_view_is_built_when_it_is_opened_and_costs_nothing_while_it_is_hidden(counted, visit):
+    explorer = visit("?view=help")
     models = "() => [...Bokeh.documents[0].all_models].filter(m => m.type === 'Figure').length"
     assert explorer.page.evaluate(models) == 0
     explorer.open_tab("Explore")
@@ -38,7 +38,7 @@ def test_a_tab_is_built_when_it_is_opened_and_costs_nothing_while_it_is_hidden(c
     explorer.settle()
     before = received()
     explorer.page.evaluate("document.dispatchEvent(new CustomEvent('vibroscope:scene', {detail: {value: 'C'}}))")
-    explorer.wait_for_address(eta="2.76", tab="help")
+    explorer.wait_for_address(eta="2.76", view="help")
     assert visible > 10_000
     assert received() - before < 4_000
     assert explorer.source("section_reference")["eta"][0] == shown
@@ -46,14 +46,25 @@ def test_a_tab_is_built_when_it_is_opened_and_costs_nothing_while_it_is_hidden(c
     wait_until(lambda: abs(explorer.source("section_reference")["eta"][0] - 2.76) < 1e-5, what="the figures of 2.76")
 
 
-def test_every_tab_is_reached_by_key(visit):
+def test_every_tab_and_view_is_reached_by_key(visit):
     explorer = visit()
-    for number, tab in enumerate(TABS.values(), 1):
-        explorer.page.keyboard.press(f"Shift+Digit{number}")
-        explorer.page.locator(f"[role=tab][aria-selected=true]:text-is('{tab.title}')").wait_for()
-    explorer.page.get_by_role("tab", selected=True).focus()
-    explorer.page.keyboard.press("Home")
-    explorer.page.locator("[role=tab][aria-selected=true]:text-is('Explore')").wait_for()
+    page = explorer.page
+    for number, (title, views) in enumerate(TABS, 1):
+        page.keyboard.press(f"Shift+Digit{number}")
+        page.locator(f"[role=tab][aria-selected=true]:text-is('{title}')").wait_for()
+        lists = page.get_by_role("tablist")
+        wait_until(lambda lists=lists, views=views: lists.count() == 1 + (len(views) > 1), what="the views of the tab")
+        if len(views) > 1:
+            lists.last.get_by_role("tab", selected=True).focus()
+            page.keyboard.press("End")
+            lists.last.locator(f"[aria-selected=true]:text-is('{views[-1].title}')").wait_for()
+            explorer.wait_for_address(view=views[-1].key)
+        page.get_by_role("tabpanel", name=views[-1].title).wait_for()
+    page.get_by_role("tab", selected=True).first.focus()
+    page.keyboard.press("Home")
+    page.locator("[role=tab][aria-selected=true]:text-is('Explore')").wait_for()
+    explorer.open_tab("Help")  # a tab opens the view that was open last in it
+    page.get_by_role("tabpanel", name=TABS[-1].views[-1].title).wait_for()
 
 
 def test_keys_choose_scenes_and_can_be_switched_off(visit):
@@ -61,7 +72,7 @@ def test_keys_choose_scenes_and_can_be_switched_off(visit):
     explorer.moved(lambda: explorer.page.keyboard.press("3"))
     explorer.wait_for_address(eta="2.76")
     explorer.page.keyboard.press("?")
-    dialog = explorer.page.get_by_role("dialog", name="Keys")
+    dialog = explorer.page.get_by_role("dialog", name="Tour, keys and help")
     dialog.wait_for()
     dialog.get_by_role("checkbox").uncheck()
     explorer.page.keyboard.press("Escape")
@@ -91,10 +102,10 @@ def test_a_first_visit_begins_with_the_tour_and_the_second_does_not(visit, windo
     context.add_init_script("Object.defineProperty(Navigator.prototype, 'webdriver', { get: () => false })")
     explorer = visit(whose="newcomer")
     explorer.page.get_by_role("dialog", name="Tour").get_by_role("button", name="Skip").click()
-    assert explorer.page.get_by_role("tab").count() == 9
+    assert explorer.page.get_by_role("tab").count() == len(TABS)
     explorer.page.reload()
     explorer.settle(update=1)
-    assert explorer.page.get_by_role("tab").count() == 9
+    assert explorer.page.get_by_role("tab").count() == len(TABS)
     assert explorer.page.get_by_role("dialog", name="Tour").count() == 0
 
 
@@ -107,19 +118,20 @@ def test_the_summary_follows_the_findings(visit):
     wait_until(lambda: "every 2 periods" in summary.text_content(), what="the summary of [D]")
 
 
-def test_the_summary_is_of_the_open_tab(visit):
+def test_the_summary_is_of_the_open_view(visit):
     explorer = visit().explained()
     summary = explorer.page.locator(".summary")
     text = summary.text_content()
     assert text.startswith("Explore. Do they agree?")
     for title, words in (
-        ("Help", "The model and its equations"),
-        ("Paper", "[0-9]+ of 20 claims checked"),  # none, unless the server knows some from another visitor
-        ("Bifurcation", ""),
+        (("Help", "Model, figures, glossary"), "The model and its equations"),
+        # none, unless the server knows some from another visitor
+        (("Help", "The paper’s claims"), "[0-9]+ of 20 claims checked"),
+        (("Bifurcation", "Diagram and branches"), ""),
     ):
-        explorer.open_tab(title)
-        said = re.compile(rf"{title}\. {words}")
-        wait_until(lambda said=said: said.match(summary.text_content()), what=f"the summary of {title}")
+        explorer.open_tab(*title)
+        said = re.compile(rf"{title[-1]}\. {words}")
+        wait_until(lambda said=said: said.match(summary.text_content()), what=f"the summary of {title[-1]}")
     explorer.open_tab("Explore")
     wait_until(lambda: summary.text_content() == text, what="the verdict again")
 
@@ -128,11 +140,9 @@ def test_the_summary_is_of_the_open_tab(visit):
 def test_axe_finds_no_serious_fault_in_folded_parts_and_the_keys(visit, scheme):
     explorer = visit(color_scheme=scheme)
     explorer.page.evaluate(AXE)
-    explorer.page.get_by_text("System: the paper’s pendulums").click()
-    explorer.page.get_by_text("Solver", exact=True).click()
-    explorer.page.get_by_text("Other systems", exact=True).click()
+    explorer.unfold("System", "Start", "Solver", "Display", "More scenes", "Other systems", "More: ")
     explorer.page.locator("details.take-away summary").click()
     assert serious(explorer.page) == []
     explorer.page.keyboard.press("?")  # the other dialogs, tour and exercises: see `test_first_minute`
-    explorer.page.get_by_role("dialog", name="Keys").wait_for()
+    explorer.page.get_by_role("dialog", name="Tour, keys and help").wait_for()
     assert serious(explorer.page) == []

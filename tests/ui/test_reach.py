@@ -30,15 +30,15 @@ def test_quick_arrow_presses_on_the_tabs_all_count(visit):
         explorer.page.keyboard.press("ArrowRight")
     explorer.page.keyboard.press("ArrowLeft")
     explorer.page.locator("[role=tab][aria-selected=true]").and_(tabs.nth(4)).wait_for()
-    wait_until(lambda: explorer.address().get("tab") == "step", what="the tab in the link")
+    wait_until(lambda: explorer.address().get("view") == "code", what="the view in the link")
 
 
 def test_every_stop_of_the_keyboard_has_a_name(visit):
-    explorer = visit("?tab=step")
+    explorer = visit("?view=step")
     wait_until(lambda: explorer.page.get_by_role("figure").count() == 4, what="figures with names")
     assert explorer.page.evaluate(UNNAMED) == []
     explorer.open_tab("Explore")
-    wait_until(lambda: explorer.page.get_by_role("figure").count() == 9, what="figures with names")
+    wait_until(lambda: explorer.page.get_by_role("figure").count() == 6, what="figures with names")
     assert explorer.page.evaluate(UNNAMED) == []
     names = [figure.get_attribute("aria-label") for figure in explorer.page.get_by_role("figure").all()]
     assert "Phase plot, body 1, displacement ξ₁ / base amplitude, velocity ξ₁′ / (Aω₁)" in names
@@ -52,7 +52,9 @@ FOCUSED = """() => {
 }"""
 
 
-@pytest.mark.parametrize(("query", "place"), [("", "line verdict"), ("?tab=step", "study"), ("?tab=help", "tab-area")])
+@pytest.mark.parametrize(
+    ("query", "place"), [("", "line verdict"), ("?view=step", "study"), ("?view=help", "tab-area")]
+)
 def test_the_first_stop_of_the_keyboard_leads_to_the_results(visit, query, place):
     explorer = visit(query)
     explorer.page.keyboard.press("Tab")
@@ -75,7 +77,7 @@ NAMED = """() => {
 
 def test_figures_get_their_names_however_late_they_come(visit):
     """On a loaded machine Bokeh takes long, and a figure is not laid out when it is named."""
-    explorer = visit("?tab=step")
+    explorer = visit("?view=step")
     wait_until(lambda: explorer.page.evaluate(NAMED) == 4, what="the names of the open tab")
     explorer.page.evaluate("""() => {
       const wait = window.setTimeout;
@@ -92,7 +94,10 @@ def test_on_a_phone_legends_are_for_fingers_and_the_question_mark_is_help(visit)
     explorer = visit(width=390, height=844, has_touch=True, is_mobile=True)
     entries = explorer.page.get_by_role("switch")
     wait_until(lambda: min(entry.bounding_box()["height"] for entry in entries.all()) >= 24, what="high entries")
-    explorer.page.get_by_role("button", name="Help").tap()
+    explorer.page.get_by_role("button", name="help").tap()
+    dialog = explorer.page.get_by_role("dialog")
+    assert "Ctrl" not in dialog.text_content()  # no keys where there are none
+    dialog.get_by_role("button", name="Open Help").tap()
     explorer.page.locator("[role=tab][aria-selected=true]:text-is('Help')").wait_for()
     assert explorer.page.locator("dialog[open]").count() == 0
 
@@ -106,7 +111,7 @@ def test_a_report_does_not_scroll_sideways_on_a_phone(visit):
 
 
 def test_a_hover_over_the_bifurcation_diagram_reads_eta_value_and_period(visit):
-    explorer = visit("?tab=bifurcation&choice=count:60;transient:200")
+    explorer = visit("?view=bifurcation&choice=count:60;transient:200")
     wait_until(lambda: len(explorer.source("bifurcation_reference")["eta"]) > 100, 60, "points")
     wait_until(lambda: "complete" in explorer.page.locator(".progress").text_content(), 60, "all of it")
     explorer.settle()

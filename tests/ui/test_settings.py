@@ -41,6 +41,7 @@ def test_a_tolerance_that_is_none_is_told_where_it_was_typed(visit):
 
 def test_the_limits_of_a_search_can_be_typed_where_it_runs(visit):
     explorer = visit("?eta=2.76&K=12000&D=18&steps=2000&located=yes")
+    explorer.unfold("More: ")
     explorer.page.get_by_role("button", name="Options").click()
     explorer.page.get_by_label("Most steps per period").fill("5 000 000")
     explorer.page.get_by_label("Most steps per period").press("Enter")
@@ -54,6 +55,7 @@ def test_the_limits_of_a_search_can_be_typed_where_it_runs(visit):
 
 def test_one_setting_is_found_for_a_range_with_the_stiffness_held(visit):
     explorer = visit("?eta=2.76&K=9000&D=18&steps=2000&located=yes")
+    explorer.unfold("More: ")
     explorer.page.get_by_role("button", name="Options").click()
     for label, text in (("lowest excitation", "2.6"), ("highest excitation", "2.76"), (TOLERANCE, "50")):
         explorer.page.get_by_label(label).fill(text)
@@ -67,12 +69,14 @@ def test_one_setting_is_found_for_a_range_with_the_stiffness_held(visit):
 
 def test_what_a_code_has_is_offered_once_it_is_chosen(visit):
     explorer = visit("?eta=1.08&K=100&D=4&steps=200")
+    explorer.unfold("More: ")
     explorer.page.get_by_role("button", name="Options").click()
     code = explorer.page.get_by_label("Search over the integrators")
     explorer.page.get_by_label("Keep the present K").wait_for()
     assert not code.is_visible()
-    explorer = visit("?tab=code&choice=code:abaqus-standard&eta=1.08&K=100&D=4&steps=200")
+    explorer = visit("?view=code&choice=code:abaqus-standard&eta=1.08&K=100&D=4&steps=200")
     explorer.open_tab("Explore")
+    explorer.unfold("More: ")
     explorer.page.get_by_role("button", name="Options").click()
     explorer.page.get_by_text("what Abaqus/Standard has").wait_for()
     code = explorer.page.get_by_label("Search over the integrators")
@@ -116,6 +120,7 @@ def test_what_a_system_file_leaves_out_is_said_until_the_next_move(visit):
 def test_physical_units_reach_every_figure_and_the_address(visit):
     explorer = visit("?eta=2.76&omega1=20&amplitude=2")
     plain = explorer.source("displacements")
+    explorer.unfold("System")
     explorer.moved(lambda: explorer.page.get_by_label("mm-t-s").check())
     explorer.wait_for_address(units="mm-t-s", omega1="20", amplitude="2")
     physical = explorer.source("displacements")
@@ -133,7 +138,8 @@ def test_physical_units_reach_every_figure_and_the_address(visit):
 
 def test_the_box_of_a_search_ends_within_the_window(visit):
     explorer = visit("?eta=2.76&K=12000&D=18&steps=2000").explained()
-    explorer.page.get_by_role("button", name="More", exact=False).last.click()
+    explorer.unfold("More: ")
+    explorer.page.get_by_role("button", name="Options").click()
     explorer.page.get_by_role("button", name="Suggest K, D, Δτ").click()
     explorer.page.locator(".suggest[data-phase=done]").wait_for()
     box = explorer.page.locator(".suggest > .more")

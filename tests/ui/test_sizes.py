@@ -113,8 +113,8 @@ _PINS = ";".join(f"eta=1.3%26K={K}%26D=18%26steps=200" for K in (2500, 300, 100)
 _SWEEP = "zoom=eta:1.3,1.5&choice=branches:both;count:60;transient:200"
 STATES = {
     "pins": (f"?{_POINT}&pin={_PINS}", ".comparison-table .pin3 .acts"),
-    "branches": (f"?tab=bifurcation&{_POINT}&{_SWEEP}", ".branches-list[data-running=false] .points [data-kind]"),
-    "code": (f"?tab=code&{_POINT}&choice=code:calculix", "section.study[data-share='1']"),
+    "branches": (f"?view=bifurcation&{_POINT}&{_SWEEP}", ".branches-list[data-running=false] .points [data-kind]"),
+    "code": (f"?view=code&{_POINT}&choice=code:calculix", "section.study[data-share='1']"),
     "units": (f"?{_POINT}&units=si&omega1=100", ".lines[data-pending=false]"),
     "long numbers": (f"?{_LONG}", ".lines[data-pending=false]"),
 }
@@ -123,7 +123,7 @@ OF_STATES = ((720, 450), (768, 1024), (1024, 768), (1440, 900), (390, 844))
 
 @pytest.mark.parametrize("tab", TABS)
 def test_nothing_is_cut_at_any_size(visit, tab):
-    explorer = visit(f"?tab={tab}", *SIZES[0])
+    explorer = visit(f"?view={tab}", *SIZES[0])
     if tab == "explore":
         explorer.explained()
     figures = {"explore": 6, "bifurcation": 2, "plane": 2, "basin": 2, "step": 4, "code": 2, "speed": 1}.get(tab, 0)

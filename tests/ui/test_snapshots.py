@@ -54,26 +54,26 @@ VIEWS = of_scenes() | {
     "diverged": View("?eta=2.76&K=100000&D=100&steps=100"),
     "refused": View("?eta=nan"),
     # A system that no other test sweeps, since other directions that were computed before are drawn in grey.
-    "bifurcation": View(f"?tab=bifurcation&{STUDY}&d1=0.0034", r"\.value|_periods"),
+    "bifurcation": View(f"?view=bifurcation&{STUDY}&d1=0.0034", r"\.value|_periods"),
     "branches": View(
-        "?tab=bifurcation&eta=1.42&K=12000&D=18&steps=2000&zoom=eta:1.3,1.5&choice=branches:both;count:60;transient:200",
+        "?view=bifurcation&eta=1.42&K=12000&D=18&steps=2000&zoom=eta:1.3,1.5&choice=branches:both;count:60;transient:200",
         r"\.value|_periods",
     ),
-    "plane": View(f"?tab=plane&{STUDY}", r"\.image|_diverged"),
+    "plane": View(f"?view=plane&{STUDY}", r"\.image|_diverged"),
     "curves": View(
-        "?tab=plane&eta=2&K=1000&D=5&steps=2000&zoom=K:100,10000;D:1,50&choice=curves:on",
+        "?view=plane&eta=2&K=1000&D=5&steps=2000&zoom=K:100,10000;D:1,50&choice=curves:on",
         r"\.image|_diverged|plane_curves",
     ),
-    "basin": View("?tab=basin&eta=3.2&K=12000&D=18&steps=2000", r"\.(image|motion|period)"),
-    "step": View(f"?tab=step&{STUDY}", r"_fixed\.(xi2|v2|size)|spread_located\.size"),
+    "basin": View("?view=basin&eta=3.2&K=12000&D=18&steps=2000", r"\.(image|motion|period)"),
+    "step": View(f"?view=step&{STUDY}", r"_fixed\.(xi2|v2|size)|spread_located\.size"),
     "code": View(
-        "?tab=code&eta=1.08&K=2500&D=8&steps=2000&integrator=hht&status=end&without_solution=halve"
+        "?view=code&eta=1.08&K=2500&D=8&steps=2000&integrator=hht&status=end&without_solution=halve"
         "&choice=code:calculix",
         height=3200,
     ),
-    "speed": View(f"?tab=speed&{STUDY}", measured=True),
-    "paper": View("?tab=paper", r"paper(3|4B|6B|10C|11|12|13.|14[ABC])/", height=3700),
-    "help": View("?tab=help", height=2200),
+    "speed": View(f"?view=speed&{STUDY}", measured=True),
+    "paper": View("?view=paper", r"paper(3|4B|6B|10C|11|12|13.|14[ABC])/", height=3700),
+    "help": View("?view=help", height=2200),
 }
 DEVICES = {"desktop": {"width": 1440}, "phone": {"width": 390, "height": 844, "has_touch": True, "is_mobile": True}}
 # The other scenes have the layout of the first one.
@@ -129,12 +129,12 @@ def at_rest(explorer, view):
     """Wait until everything has come that comes without an action of the user."""
     page = explorer.page
     page.mouse.move(0, 0)
-    if "tab=paper" in view.query:
+    if "view=paper" in view.query:
         wait_until(lambda: page.evaluate(CLAIMS_UNDER_WAY) == 0, 200, "the claims in view")
-    elif "tab=" not in view.query:
+    elif "view=" not in view.query:
         explorer.until(DIAGRAM_FITS, 120)
         explorer.explained().judged()
-    elif "tab=help" not in view.query:
+    elif "view=help" not in view.query:
         complete(explorer, 200)
         searched(explorer, 200)
     explorer.settle()

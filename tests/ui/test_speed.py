@@ -18,7 +18,7 @@ def test_speed_is_measured_at_the_setting_and_again_where_it_moves(visit):
 
 
 def test_hidden_speed_sends_nothing(counted, visit):
-    explorer = visit("?tab=speed&eta=2.76&K=12000&D=18&steps=32000")
+    explorer = visit("?view=speed&eta=2.76&K=12000&D=18&steps=32000")
     explorer.open_tab("Help")
     explorer.settle()
     received = explorer.count_messages()

@@ -8,7 +8,7 @@ TWO_CYCLES = "?eta=3.2&K=12000&D=18&steps=2000"  # the reference: 2 periods from
 def test_a_start_is_typed_and_a_click_on_a_coexisting_motion_runs_it(visit):
     page = visit(TWO_CYCLES).explained()
     assert "every 2 periods" in page.line("reference")
-    page.page.get_by_text("Start: rest", exact=True).click()
+    page.unfold("System", "Start: rest", "More: ")
     page.moved(lambda: page.type("start_xi2", "1,5"))
     page.page.get_by_text("Start: own", exact=True).wait_for()
     page.wait_for_address(start_xi2="1.5")

@@ -8,7 +8,7 @@ import pytest
 from .explorer import wait_until
 
 SETTING = "eta=2.76&K=12000&D=18&steps=2000"
-TABS = {"bifurcation": "Bifurcation", "plane": "K–D plane", "step": "Time step"}
+TABS = {"bifurcation": "Bifurcation", "plane": "K–D plane", "step": "Step and cost"}
 
 UPDATES = """() => {
   window.updates = [];
@@ -39,7 +39,7 @@ def complete(explorer, seconds=90):
 
 
 def opened(visit, tab, **options):
-    return complete(visit(f"?tab={tab}&{SETTING}", **options))
+    return complete(visit(f"?view={tab}&{SETTING}", **options))
 
 
 def place(explorer, name, x, y):
@@ -82,7 +82,7 @@ def test_the_plane_shows_the_error_of_what_is_set_as_explore_does(visit):
 
 
 def test_where_the_reference_does_not_repeat_the_plane_shows_the_period_and_says_so(visit):
-    explorer = complete(visit("?tab=plane&eta=1.7&K=12000&D=18&steps=2000&zoom=K:1000,2000;D:5,8"))
+    explorer = complete(visit("?view=plane&eta=1.7&K=12000&D=18&steps=2000&zoom=K:1000,2000;D:5,8"))
     assert "The reference does not repeat itself here" in panel(explorer).locator(".statements").text_content()
     assert explorer.figure("plane_penalty")["title"].endswith(": period")
 
@@ -99,7 +99,7 @@ def test_the_plane_follows_the_limit_of_steps_and_the_quantity(visit):
 
 def test_the_plane_offers_steps_without_a_solution_where_the_status_is_that_of_the_end(visit):
     numbers = "eta=2.76&K=12000&D=18&steps=200&integrator=hht&status=end&without_solution=keep&choice=quantity:period"
-    explorer = complete(visit(f"?tab=plane&{numbers}"))
+    explorer = complete(visit(f"?view=plane&{numbers}"))
     colour = explorer.page.get_by_role("combobox", name="Colour")
     colour.select_option("without_solution")
     key = panel(explorer).locator(".key")
@@ -116,7 +116,7 @@ def test_the_plane_offers_steps_without_a_solution_where_the_status_is_that_of_t
 
 
 def test_a_study_is_cancelled_and_goes_on(visit):
-    explorer = visit("?tab=plane&eta=1.08&K=2500&D=8&steps=1000")
+    explorer = visit("?view=plane&eta=1.08&K=2500&D=8&steps=1000")
     explorer.page.locator("summary", has_text="Solver").click()
     explorer.page.get_by_text("cut at contact", exact=True).click()
     stop = panel(explorer).locator("button[data-stop]")
@@ -149,7 +149,7 @@ def test_the_line_in_the_diagram_is_dragged_in_the_browser_and_sets_eta(counted,
 
 
 def test_a_finger_drags_the_line_and_does_not_scroll(visit):
-    explorer = visit(f"?tab=bifurcation&{SETTING}", width=390, height=844, has_touch=True, is_mobile=True)
+    explorer = visit(f"?view=bifurcation&{SETTING}", width=390, height=844, has_touch=True, is_mobile=True)
     wait_until(lambda: share(explorer) > 0, 60, "a first picture")
     page = explorer.page
     page.evaluate("""Bokeh.index.find_one_by_id(Bokeh.documents[0].get_model_by_name("bifurcation").id)
@@ -195,7 +195,7 @@ def test_a_zoom_of_the_diagram_is_computed_anew_in_its_range(visit):
 
 
 def test_range_resolution_and_swept_number_are_typed(visit):
-    explorer = visit(f"?tab=bifurcation&choice=count:40;transient:100&{SETTING}")
+    explorer = visit(f"?view=bifurcation&choice=count:40;transient:100&{SETTING}")
     typed = explorer.page.locator(".numbers")
     for label, text in (("From", "2.7"), ("To", "2,9"), ("Values", "20")):
         typed.get_by_label(label, exact=True).fill(text)
@@ -212,7 +212,7 @@ def test_range_resolution_and_swept_number_are_typed(visit):
 
 
 def test_up_and_down_are_laid_over_each_other_and_the_solver_has_its_colour(counted, visit):
-    explorer = visit(f"?tab=bifurcation&choice=count:480;transient:100&{SETTING}")
+    explorer = visit(f"?view=bifurcation&choice=count:480;transient:100&{SETTING}")
     for choice in ("up", "down"):
         panel(explorer).get_by_label("Start").select_option(choice)
         wait_until(lambda choice=choice: f"{choice}wards" in explorer.figure("bifurcation")["title"])
@@ -234,7 +234,7 @@ def test_a_click_on_the_time_step_figure_sets_n(visit):
     wait_until(
         lambda: "T/8000, constant step" in explorer.figure("step_phase_fixed")["title"], what="the motion of T/8000"
     )
-    explorer.wait_for_address(steps="8000", tab="step")
+    explorer.wait_for_address(steps="8000", view="step")
     assert re.search(r"power of −(2\.0|1\.99)", panel(explorer).locator(".statements").text_content())
 
 
@@ -280,7 +280,7 @@ PATCH_COLOURS = """all => all
 
 
 def test_the_key_has_the_colours_of_the_cells_in_the_dark_too(visit):
-    explorer = visit("?tab=plane&choice=quantity:error&theme=dark")
+    explorer = visit("?view=plane&choice=quantity:error&theme=dark")
     wait_until(lambda: "no number" in panel(explorer).locator(".key").text_content(), what="the key")
     mapper = "[...Bokeh.documents[0].all_models].find(model => model.type === 'LinearColorMapper')"
     explorer.until(f"!!{mapper}")

@@ -2,6 +2,8 @@
 
 import re
 
+from vibroscope.app.page.tabs import TABS
+
 from .explorer import wait_until
 from .test_measurement import DROP, EXAMPLE
 
@@ -39,18 +41,7 @@ OPEN = """() => {
 SYMBOL = re.compile(r"[ηκξτεωμσζλΩΔ]|(?<![\w.])(?:2?[KDTA]|[efxtd][₁₂₃]?)(?![\w.])")
 NAME = re.compile(r"[A-Za-z]{4,}")
 NAMES = {"mm-t-s", "K and D"}  # a system of units, and a part of the difference
-TABS = (
-    "Explore",
-    "Bifurcation",
-    "K–D plane",
-    "Basins",
-    "Time step",
-    "Your code",
-    "Speed against error",
-    "Paper",
-    "Help",
-)
-OF_FIGURES = {"Bifurcation": 2, "K–D plane": 2, "Basins": 2, "Time step": 4, "Your code": 2, "Speed against error": 1}
+OF_FIGURES = {"bifurcation": 2, "plane": 2, "basin": 2, "step": 4, "code": 2, "speed": 1}
 STARTED = "direction:own;start_v2:0.0467"  # 5 mm/s in Aω₁
 FIELDS = {  # a part of each name: unit in mm-t-s, and what a number without dimension is a multiple of
     "penalty stiffness": ("N/mm", "k₁"),
@@ -82,7 +73,7 @@ def check_fields(explorer, column):
 
 
 def test_every_symbol_of_the_branches_has_its_name(visit):
-    query = "?tab=bifurcation&eta=1.42&K=12000&D=18&zoom=eta:1.3,1.5&choice=branches:both;count:60;transient:200"
+    query = "?view=bifurcation&eta=1.42&K=12000&D=18&zoom=eta:1.3,1.5&choice=branches:both;count:60;transient:200"
     for units in ("", "&units=mm-t-s&omega1=100"):
         explorer = visit(query + units)
         rows = explorer.page.locator(".branches-list[data-running=false] .points [data-kind]")
@@ -103,22 +94,25 @@ def test_every_symbol_has_its_name_and_unit_beside_it(visit):
     query = "?units=mm-t-s&omega1=100&pin=eta=1.08%26K=2500%26D=8%26steps=2000&choice=phase:0"
     explorer = visit(query).explained()
     explorer.page.evaluate(OPEN)
+    explorer.unfold("More: ")
     explorer.page.get_by_role("button", name="Options of the search").click()
     check_fields(explorer, 0)
-    for tab in TABS:
-        explorer.open_tab(tab)
+    for tab, view in [(each, view) for each in TABS for view in each.views]:
+        explorer.open_tab(tab.title, view.title if len(tab.views) > 1 else "")
         explorer.page.evaluate(OPEN)
-        wait_until(lambda tab=tab: len(explorer.page.evaluate(TEXTS)[1]) >= OF_FIGURES.get(tab, 0), what=f"{tab}")
+        figures = OF_FIGURES.get(view.key, 0)
+        wait_until(lambda figures=figures: len(explorer.page.evaluate(TEXTS)[1]) >= figures, what=view.title)
         # a figure that has no result yet has no words on its axes either
-        wait_until(lambda: not nameless(explorer), what=f"a name beside each symbol of {tab}")
-        assert [text for text in explorer.page.evaluate(TEXTS)[0] if "ξ" in text] == [], tab  # x with units
-        if tab == "Bifurcation":
+        wait_until(lambda: not nameless(explorer), what=f"a name beside each symbol of {view.title}")
+        assert [text for text in explorer.page.evaluate(TEXTS)[0] if "ξ" in text] == [], view.title  # x with units
+        if view.key == "bifurcation":
             explorer.page.locator(".study select:has(option[value=own])").select_option("own")
             start = explorer.page.locator(".study label", has_text="velocity of body 2 at t = 0, mm/s")
             start.locator("input").fill("5")
             start.locator("input").press("Enter")
             wait_until(lambda: explorer.address().get("choice", "").startswith(STARTED), 5, STARTED)
     explorer.open_tab("Explore")
+    explorer.unfold("System")
     explorer.moved(lambda: explorer.page.get_by_label("non-dimensional").check())
     assert nameless(explorer) == []
     check_fields(explorer, 1)

@@ -83,7 +83,7 @@ def test_a_field_tells_its_range_and_units_to_everybody(visit):
 @pytest.mark.parametrize("key", ["wall", "twins"])
 def test_a_system_of_the_shelf_is_shown_and_moves_in_the_same_drawing(visit, key):
     explorer = visit()
-    explorer.page.get_by_text("Other systems", exact=True).click()
+    explorer.unfold("More scenes", "Other systems")
     explorer.moved(lambda: explorer.page.locator(f"[data-scene='{key}']").click())
     explorer.explained()
     assert explorer.page.locator(f"[data-scene='{key}']").get_attribute("aria-pressed") == "true"
@@ -99,7 +99,7 @@ def test_a_system_of_the_shelf_is_shown_and_moves_in_the_same_drawing(visit, key
 
 def test_the_diagram_of_another_system_covers_its_slider_in_its_units(visit):
     explorer = visit()
-    explorer.page.get_by_text("Other systems", exact=True).click()
+    explorer.unfold("More scenes", "Other systems")
     explorer.moved(lambda: explorer.page.locator("[data-scene='wall']").click())
     explorer.open_tab("Bifurcation")
     wait_until(lambda: explorer.figure("bifurcation")["x"] == [0.25, 6], what="the range of the slider")

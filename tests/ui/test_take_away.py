@@ -6,7 +6,7 @@ import tomllib
 import xml.etree.ElementTree as ET
 
 import pytest
-from vibroscope.app.page.tabs import TABS
+from vibroscope.app.page.tabs import VIEWS
 
 from .explorer import wait_until
 from .taking import menu, shapes, taken
@@ -108,9 +108,9 @@ CALLS = {
 }
 
 
-@pytest.mark.parametrize("tab", TABS)
+@pytest.mark.parametrize("tab", VIEWS)
 def test_each_tab_offers_files_of_each_kind(visit, tab):
-    explorer = visit(f"?tab={tab}&{STUDY}")
+    explorer = visit(f"?view={tab}&{STUDY}")
     if tab == "explore":
         explorer.explained()
     if tab != "help":
@@ -159,7 +159,7 @@ def test_each_tab_offers_files_of_each_kind(visit, tab):
         return
     report = taken(explorer, "Save the report")[1].decode()
     assert report.count("<svg") >= sum("PNG" in kinds for kinds in figures.values())
-    assert f"tab={tab}" in report or tab == "explore"
+    assert f"view={tab}" in report or tab == "explore"
 
 
 @pytest.mark.parametrize("bodies", ["pendulums", "two", "wall"])

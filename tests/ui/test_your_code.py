@@ -3,7 +3,7 @@
 from .axe import AXE, serious
 from .explorer import wait_until
 
-SETTING = "?tab=code&eta=1.08&K=2500&D=8&steps=2000"
+SETTING = "?view=code&eta=1.08&K=2500&D=8&steps=2000"
 
 
 def rows(explorer):
@@ -25,7 +25,7 @@ def choose(explorer, code):
 def test_choosing_a_code_sets_it_and_undo_goes_back(visit):
     explorer = visit(SETTING)
     choose(explorer, "mujoco")
-    explorer.wait_for_address(integrator="semi-implicit-euler", law="cut", tab="code")
+    explorer.wait_for_address(integrator="semi-implicit-euler", law="cut", view="code")
     words = explorer.page.locator("section.codes pre")
     wait_until(lambda: "solref" in words.text_content(), what="the words of the code")
     explorer.page.get_by_role("button", name="Undo").click()

@@ -152,7 +152,7 @@ def seen(walk):
     page.wait_for_timeout(400)  # the address follows, and what opens is drawn
     walk.rest()
     found = page.evaluate("walk.state()")
-    measured = page.evaluate("new URLSearchParams(location.search).get('tab')") in MEASURED
+    measured = page.evaluate("new URLSearchParams(location.search).get('view')") in MEASURED
     texts = [each["text"] for each in words(read(page)) if not each["measured"]]
     page.evaluate(AFRESH)
     page.evaluate("parts => walk.veil(parts, true)", MASKED)

@@ -1,1 +1,1 @@
-"""Tab Basins."""
+"""View Basins and coexisting motions, of the tab Bifurcation."""

@@ -13,7 +13,7 @@ from vibroscope.app.explorer.state import Setting
 from vibroscope.app.export.formats import Figure, Series
 from vibroscope.app.export.scripts import method_options, sweep_command, sweep_python
 from vibroscope.app.page.basin.figure import NAMES, BasinView, start_on
-from vibroscope.app.page.study.tab import StudyTab, free_obstacle
+from vibroscope.app.page.study.tab import StudyView, free_obstacle
 from vibroscope.app.page.tab import Move
 from vibroscope.app.runtime.number_text import print_number
 from vibroscope.app.studies.basin import (
@@ -46,11 +46,11 @@ PHASE_FIELDS = ("base_phase", "force1_phase", "force2_phase")
 _MODELS = {"exact": "without a time step", "set": "as set under Solver"}
 
 
-class BasinTab(StudyTab):
+class Basins(StudyView):
     """Two basins over a plane of starts, at any η."""
 
     key = "basin"
-    title = "Basins"
+    title = "Basins and coexisting motions"
     starts = True
     grow = staticmethod(grow_basin)
     chosen = {"plane": "xi2-v2", "model": "exact"}  # noqa: RUF012 - read only
@@ -83,13 +83,13 @@ class BasinTab(StudyTab):
         }
 
     def show(self, move: Move) -> None:
-        """See `StudyTab`; at a wall the starts are those of body 1, and what is chosen says so."""
+        """See `StudyView`; at a wall the starts are those of body 1, and what is chosen says so."""
         if move.setting.bodies == "wall" and self.panel.chosen["plane"] not in AT_WALL:
             self.panel.chosen = self.panel.chosen | {"plane": AT_WALL[0]}
         super().show(move)
 
     def refresh(self) -> None:
-        """See `StudyTab`; the axes reach as far as the system suggests, and those of another plane may differ."""
+        """See `StudyView`; the axes reach as far as the system suggests, and those of another plane may differ."""
         if self._move is not None:
             with pn.io.hold(self.host.doc):
                 self.view.hold(self._move.setting, self._plane(self._move.setting))
@@ -130,7 +130,7 @@ class BasinTab(StudyTab):
         return PLANES[AT_WALL[0] if setting.bodies == "wall" and chosen not in AT_WALL else chosen]
 
     def away(self, setting: Setting) -> dict[str, list[str]]:
-        """See `StudyTab`: planes of body 2, which a wall is not."""
+        """See `StudyView`: planes of body 2, which a wall is not."""
         return {"plane": [name for name in PLANES if name not in AT_WALL]} if setting.bodies == "wall" else {}
 
     def draw(self, setting: Setting, result: PartialBasin | None) -> None:

@@ -1,1 +1,1 @@
-"""Tab Bifurcation."""
+"""View Diagram and branches, of the tab Bifurcation."""

@@ -17,7 +17,7 @@ from vibroscope.app.page.bifurcation.followed import Followed, link_numbers, lin
 from vibroscope.app.page.bifurcation.panel import DIRECTION_NAMES, panel_spec
 from vibroscope.app.page.bifurcation.statements import statements
 from vibroscope.app.page.bifurcation.swept import SWEPT
-from vibroscope.app.page.study.tab import StudyTab, engine_obstacle, free_obstacle
+from vibroscope.app.page.study.tab import StudyView, engine_obstacle, free_obstacle
 from vibroscope.app.page.tab import Move
 from vibroscope.app.runtime.number_text import print_number
 from vibroscope.app.studies.bifurcation import (
@@ -38,11 +38,11 @@ _NOTHING_SWEPT = (
 )
 
 
-class Bifurcation(StudyTab):
+class Bifurcation(StudyView):
     """Figure 3 of the paper, at any K, D and step."""
 
     key = "bifurcation"
-    title = "Bifurcation"
+    title = "Diagram and branches"
     grow = staticmethod(grow_diagram)
     chosen = {  # noqa: RUF012 - read only
         "solver": "reference",
@@ -98,7 +98,7 @@ class Bifurcation(StudyTab):
         super().restore(view._replace(choice=without_motion(view.choice)))
 
     def show(self, move: Move) -> None:
-        """See `StudyTab`; the motion that is followed is one of its system alone."""
+        """See `StudyView`; the motion that is followed is one of its system alone."""
         if self._followed_in not in (None, move.setting.system):
             self._followed = None
         self._followed_in = move.setting.system
@@ -228,7 +228,7 @@ class Bifurcation(StudyTab):
         return tuple(0.0 if name in away else self.panel.chosen[name] for name in START_FIELDS)
 
     def away(self, setting: Setting) -> dict[str, list[str]]:
-        """See `StudyTab`: coordinates and start of a body 2, which a wall is not."""
+        """See `StudyView`: coordinates and start of a body 2, which a wall is not."""
         return {"coordinate": ["xi2", "v2"], "start_xi2": [], "start_v2": []} if setting.bodies == "wall" else {}
 
     def draw(self, setting: Setting, result: PartialDiagram | None) -> None:

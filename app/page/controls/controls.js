@@ -1,7 +1,7 @@
 // The panel of inputs. It sends texts and draws what the server has accepted; it checks nothing itself.
 
 import { input, typedField } from "./field.js";
-import { actions, foldedIfNarrow, key, scenes, solverDetails, startDetails, switchRow } from "./parts.js";
+import { actions, folded, key, scenes, solverDetails, speedRow, startDetails, switchRow } from "./parts.js";
 import { systemDetails } from "./system.js";
 import { button, cueScroll, element, emit, explainTerms, listen, setText } from "../shared/dom.js";
 
@@ -17,20 +17,22 @@ export function render({ model }) {
   const units = switchRow(model.spec.units, link);
   const system = systemDetails(model.spec, link, model);
   const solver = solverDetails(model.spec, link);
-  const first = [scenes(model.spec, link), actions(link)];
+  const first = [scenes(model.spec, link), actions(model.spec, link)];
   const sliders = model.spec.sliders.map((slider) => sliderRow(slider, link));
-  const view = [...model.spec.viewSwitches.map((choice) => switchRow(choice, link)), key()];
+  const view = [...model.spec.viewSwitches.map((choice) => switchRow(choice, link)), speedRow(), key()];
   const start = startDetails(model.spec, link);
   const folds = element("div", "folds");
-  folds.append(system.element, start.element, solver.element);
+  const drawn = folded("Display", ...view.map((part) => part.element));
+  system.element.firstChild.after(units.element);
+  system.element.append(start.element);
+  folds.append(system.element, solver.element, drawn);
   const parts = [...first, ...sliders, units, ...system.parts, ...start.parts, ...solver.parts, ...view];
   const elements = (some) => some.map((part) => part.element);
-  const drawn = foldedIfNarrow("What is shown", ...elements(view));
   root.append(
     link.busyMark(),
     group("first", ...elements(first)),
     group("sliders", ...elements(sliders)),
-    group("rest", units.element, folds, drawn),
+    group("rest", folds),
   );
   const hide = () => {
     root.hidden = !model.visible; // on a narrow page the component has no box of its own that could be hidden
@@ -75,7 +77,7 @@ class Link {
     this.sentAt = 0;
     this.answeredMove = 0;
     this.painted = 0; // number of the last update
-    for (const name of ["scene", "shelf", "undo", "redo", "reset", "pin", "unpin", "tab"]) {
+    for (const name of ["scene", "shelf", "undo", "redo", "reset", "pin", "unpin", "view"]) {
       listen(name, (detail) => this.act({ [name]: detail.value ?? true }));
     }
     listen("set", (texts) => this.set(texts));

@@ -15,7 +15,7 @@ from vibroscope.app.explorer.field_units import shown_field
 from vibroscope.app.explorer.parameters import FIELDS, MAIN_FIELDS, START_FIELDS
 from vibroscope.app.explorer.physical_fields import CONTACT_OF_SYSTEM
 from vibroscope.app.explorer.ranges import slider_range
-from vibroscope.app.explorer.scenes import Scene, buttons, scene_key
+from vibroscope.app.explorer.scenes import OPENING, Scene, buttons, scene_key
 from vibroscope.app.explorer.shelf import shelf, shelf_key
 from vibroscope.app.explorer.state import LAWS_OF_RATIO, Setting, integrator_numbers, law_numbers
 from vibroscope.app.page.controls.system import (
@@ -197,6 +197,7 @@ def _spec() -> dict:
         "scenes": [_button(scene) for scene in buttons()],
         "shelf": [each.button() for each in shelf().values()],
         "dampedByRestitution": [*LAWS_OF_RATIO, *LAWS_BY_RESTITUTION],
+        "opening": OPENING,
         "defaults": Setting().texts(),
     }
 

@@ -2,20 +2,16 @@
 // a function that draws the accepted values.
 
 import { typedField } from "./field.js";
-import { button, choose, element, listen, setText } from "../shared/dom.js";
+import { button, choose, element, emit, listen, setText } from "../shared/dom.js";
 
 const NARROW = matchMedia("(max-width: 1000px)");
 
 // Numbers of one's own are shown, but not where they would push the figures some screens down; a refusal always is.
 export const opensItself = (own, refused) => refused || (own && !NARROW.matches);
 
-// A box that is folded where the page is narrow, and always open elsewhere.
-export function foldedIfNarrow(title, ...content) {
-  const box = element("details", "narrow-fold");
+export function folded(title, ...content) {
+  const box = element("details", "more");
   box.append(element("summary", "", title), ...content);
-  const fold = () => { box.open = !NARROW.matches; };
-  NARROW.addEventListener("change", fold);
-  fold();
   return box;
 }
 
@@ -58,7 +54,7 @@ export function scenes({ scenes: list, shelf }, link) {
   return { element: box, draw };
 }
 
-export function actions(link) {
+export function actions({ opening }, link) {
   const row = element("div", "row actions");
   const undo = button("↶ Undo", "Undo the last move (Ctrl+Z)", () => link.act({ undo: true }));
   const redo = button("↷ Redo", "Redo (Ctrl+Shift+Z)", () => link.act({ redo: true }));
@@ -66,10 +62,11 @@ export function actions(link) {
   const pin = button("Pin", "Keep this result, to compare others with it in curves and a table (P)",
     () => link.act({ pin: pin.getAttribute("aria-pressed") !== "true" }));
   listen("toggle-pin", () => pin.click());
-  row.append(undo, redo, reset, pin);
+  row.append(pin, reset, undo, redo); // what has nothing to do is not seen
   const draw = (shown) => {
     undo.disabled = !shown.undo;
     redo.disabled = !shown.redo;
+    reset.disabled = undo.disabled && redo.disabled && shown.scene === opening;
     pin.setAttribute("aria-pressed", String(shown.pinned));
   };
   return { element: row, draw };
@@ -214,6 +211,21 @@ export function switchRow(choice, link) {
     if (isLatest) inputs.get(shown.texts[choice.name]).checked = true;
   };
   return { name: choice.name, element: box, draw };
+}
+
+const SPEEDS = { "0.05": "0.05 periods/s", "0.1": "0.1 periods/s", "0.25": "0.25 periods/s", "0.5": "0.5 periods/s", "1": "1 period/s" };
+
+// How fast the bodies move; it concerns this browser alone.
+export function speedRow() {
+  const box = element("div", "choice");
+  const label = element("label", "", "Speed of the motion");
+  const select = element("select");
+  label.htmlFor = select.id = "vibroscope-speed";
+  select.append(...Object.entries(SPEEDS).map(([value, text]) => Object.assign(element("option", "", text), { value })));
+  select.value = "0.1";
+  select.addEventListener("change", () => emit("speed", { value: Number(select.value) }));
+  box.append(label, select);
+  return { element: box, draw: () => {} };
 }
 
 export function key() {

@@ -1,4 +1,5 @@
-// The findings: texts, bars for the parts of the difference, and the cost. It sets textContent only.
+// The findings: the answer, bars for the parts of the difference, both motions; folded: the numbers, the evidence and the
+// cost. It sets textContent only.
 
 import { button, cueScroll, element, emit, explainTerms, listen, setText } from "../shared/dom.js";
 
@@ -12,14 +13,16 @@ const STALE_AFTER = 500;
 
 export function render({ model }) {
   const root = element("div", "lines");
+  const further = furtherDetails();
   const lines = [
     shippedMark(root),
-    verdict(root),
+    verdict(root, further),
     bar(root),
-    line(root, "reference", "Reference (exact impacts)"),
-    line(root, "penalty", "Penalty (Newmark)"),
-    chips(root),
+    line(root, further, "reference", "Reference (exact impacts)"),
+    line(root, further, "penalty", "Penalty (Newmark)"),
+    chips(further),
   ];
+  root.append(further);
   const draw = () => {
     const { content } = model;
     pending = content.pending === true || content.headline === undefined;
@@ -72,34 +75,39 @@ function stampedHead(title) {
 // Words of a first sentence that say what kind of motion it is; another one is named beside it.
 const SAID = { periodic: "epeats", artefact: "blurred", chaotic: "chaotic", "quasi-periodic": "quasi-periodic", diverged: "No result" };
 
-// One solution: how it repeats itself, coloured by the kind of its motion once that is known; its impacts and contact; and
-// behind a button, the evidence for the kind.
-function line(root, name, title) {
+// Folds what is asked for less often: here, and on the rest of Explore (`explore.css`).
+function furtherDetails() {
+  const box = element("details", "line further");
+  box.append(element("summary", "", "More: evidence, options, other motions, measurement"));
+  box.addEventListener("toggle", () => {
+    const grid = box.getRootNode().host.getRootNode().host;
+    grid.toggleAttribute("data-further", box.open);
+  });
+  return box;
+}
+
+// One solution: how it repeats itself, coloured by the kind of its motion once that is known. Folded: its impacts and
+// contact, and the evidence for the kind.
+function line(root, further, name, title) {
   const box = element("section", `line ${name}`);
   const text = element("p");
   const kind = element("span", "kind");
-  const rest = element("span");
-  const evidence = element("div", "evidence");
-  evidence.hidden = true;
-  const why = button("Evidence", `Evidence for the kind of motion: ${title}`, () => {
-    evidence.hidden = !evidence.hidden;
-    why.setAttribute("aria-expanded", String(!evidence.hidden));
-  }, "why");
-  why.setAttribute("aria-expanded", "false");
-  text.append(kind, rest);
-  const head = element("h2", "", title);
-  box.append(head, text, why, evidence);
+  const rest = element("p", "rest");
+  const evidence = element("p", "evidence");
+  text.append(kind);
+  const heads = [element("h2", "", title), element("h3", "", title)];
+  box.append(heads[0], text);
   root.append(box);
+  further.append(heads[1], rest, evidence);
   return (content) => {
     const [first, others] = halves(content[name] ?? "computing …");
     const [code, words, reason] = content.kinds?.[name] ?? ["", "", ""];
     box.dataset.kind = code;
-    if (name === "penalty" && content.solver) setText(head, `Penalty (${content.solver})`);
+    if (name === "penalty" && content.solver) for (const head of heads) setText(head, `Penalty (${content.solver})`);
     kind.textContent = !code || first.includes(SAID[code]) ? first : `${first}: ${words}.`.replace(".:", ":");
-    rest.textContent = ` ${others} `;
+    rest.textContent = others;
     evidence.textContent = reason;
-    why.hidden = !reason;
-    if (!reason) evidence.hidden = true;
+    evidence.hidden = !reason;
   };
 }
 
@@ -109,33 +117,36 @@ function halves(text) {
   return end < 0 ? [text, ""] : [text.slice(0, end + 1), text.slice(end + 2)];
 }
 
-// Whether the solutions agree, a button for the first thing to change, and the numbers behind both.
-function verdict(root) {
+// Whether the solutions agree and why not, and a button for the first thing to change. Folded: what else is said, how the
+// difference is measured, and the numbers.
+function verdict(root, further) {
   const box = element("section", "line verdict");
   const text = element("p");
   const change = button("", "", () => emit("set", change.texts));
-  const more = element("details");
+  const head = element("h3", "", "Numbers");
   const list = element("ul");
-  more.append(element("summary", "", "Numbers"), list);
-  const foot = element("div", "foot");
-  foot.append(change, more);
-  box.append(stampedHead("Do they agree?"), text, foot);
+  further.append(head, list);
+  box.append(stampedHead("Do they agree?"), text, change);
   root.append(box);
   return (content) => {
-    text.textContent = content.headline ?? "computing …";
+    const [first, rest] = halves(content.headline ?? "computing …");
+    const [second, others] = halves(rest);
+    text.textContent = [first, second].join(" ").trim();
     box.dataset.agree = content.agree ?? "";
     change.texts = content.change ?? {};
     change.hidden = !content.offer;
     change.textContent = `Try ${content.offer}`;
-    more.hidden = !content.details?.length;
-    list.replaceChildren(...(content.details ?? []).map((detail) => element("li", "", detail)));
+    const measured = content.measure ? `How far apart: ${content.measure}.` : "";
+    const said = [others, measured, ...(content.details ?? [])].filter(Boolean);
+    head.hidden = !said.length;
+    list.replaceChildren(...said.map((each) => element("li", "", each)));
   };
 }
 
 // The difference and its parts, below each other; their names and texts are those of the verdict.
 function bar(root) {
   const box = element("section", "line parts");
-  const head = element("h2");
+  const head = element("h2", "", "How far apart");
   const rows = element("div");
   const scale = element("div", "part scale");
   const ends = element("div", "ends");
@@ -144,8 +155,7 @@ function bar(root) {
   const note = element("p", "none");
   box.append(head, rows, scale, note);
   root.append(box);
-  return ({ bars = [], measure, note: text, headline }) => {
-    head.textContent = measure ? `How far apart (${measure})` : "How far apart";
+  return ({ bars = [], note: text, headline }) => {
     rows.replaceChildren(...bars.map((each) => barRow(...each)));
     scale.hidden = !bars.length;
     note.textContent = headline === undefined ? "computing …" : text;
@@ -165,10 +175,10 @@ function barRow(name, title, meaning, value, text) {
   return row;
 }
 
-function chips(root) {
+function chips(further) {
   const list = element("dl", "chips");
   list.setAttribute("aria-label", "Cost");
-  root.append(list);
+  further.append(list);
   return ({ cost = [] }) => {
     list.replaceChildren(...cost.map(([label, value, meaning]) => {
       const chip = element("div", "chip");

@@ -20,7 +20,7 @@ export function render({ model }) {
   open.title = "Lay a measurement, or the CSV file of a code, over both solutions: choose a file, or drop it on the page";
   root.append(open, field);
   dropZone(root, (file) => {
-    if (!root.checkVisibility()) emit("tab", { value: "explore" }); // where it is drawn
+    if (!root.checkVisibility()) emit("view", { value: "explore" }); // where it is drawn
     send(model, file);
   });
   listen("choose-measurement", () => field.click());

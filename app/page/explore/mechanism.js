@@ -4,7 +4,6 @@ import { Instant, MARKED, Marks, SOLVERS, TIME_FIGURES, WINDOW, watchPointer } f
 import { SystemDrawing } from "../shared/bodies.js";
 import { alignFrames, asObject, button, element, listen, modelOf, oncePerTask, viewOf } from "../shared/dom.js";
 
-const SPEEDS = [["0.05", "0.05 periods/s"], ["0.1", "0.1 periods/s"], ["0.25", "0.25 periods/s"], ["0.5", "0.5 periods/s"], ["1", "1 period/s"]];
 const STEP = 0.01; // of one key press, in periods
 const REST = 200; // ms
 
@@ -76,11 +75,8 @@ class Player {
     this.slider.setAttribute("aria-label", "Phase τ/T in the last two periods");
     this.slider.addEventListener("input", () => this.chosen(() => { this.play(false); this.go(Number(this.slider.value)); }));
     this.readout = element("output", "readout", "time 0.000 T");
-    this.speed = element("select");
-    this.speed.setAttribute("aria-label", "Speed of the motion, in periods a second");
-    this.speed.append(...SPEEDS.map(([value, text]) => Object.assign(element("option", "", text), { value })));
-    this.speed.value = "0.1";
-    this.element.append(this.slider, this.button, this.readout, this.speed);
+    this.speed = 0.1; // periods a second
+    this.element.append(this.button, this.slider, this.readout);
   }
 
   // Copies what each instant needs: to read a value of the model takes as long as to draw the bodies.
@@ -114,6 +110,7 @@ class Player {
       this.visible = isIntersecting;
       this.animate();
     }).observe(this.element);
+    listen("speed", ({ value }) => { this.speed = value; });
     listen("play", () => this.chosen(() => this.play(!this.playing)));
     listen("step", ({ value }) => this.chosen(() => {
       this.play(false);
@@ -165,7 +162,7 @@ class Player {
       requestAnimationFrame(frame);
       const passed = last === null ? 0 : Math.min((now - last) / 1000, 0.1);
       last = now;
-      this.go((this.time + passed * Number(this.speed.value)) % WINDOW);
+      this.go((this.time + passed * this.speed) % WINDOW);
     };
     requestAnimationFrame(frame);
   }

@@ -9,7 +9,7 @@ export function render({ model }) {
   words.setAttribute("role", "status");
   root.append(
     words,
-    button("Back to the branches", "", () => emit("tab", { value: "bifurcation" })),
+    button("Back to the branches", "", () => emit("view", { value: "bifurcation" })),
     button("×", "Close this line", () => model.send_msg({ close: true })),
   );
   const draw = () => {

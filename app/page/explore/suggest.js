@@ -149,7 +149,7 @@ function ask(model, limits) {
   const go = button("Suggest K, D, Δτ", "Search for the fewest steps with at most this error, and set them", () => {});
   go.type = "submit";
   label.append(field, element("span", "", "%"));
-  const more = button("More", "Options of the search: a range of η, K or D held, the largest K, the most steps, tolerances of restitution and peak force, your code", () => limits.toggle(!limits.open), "quiet");
+  const more = button("Options", "Options of the search: a range of η, K or D held, the largest K, the most steps, tolerances of restitution and peak force, your code", () => limits.toggle(!limits.open), "quiet");
   form.id = "vibroscope-ask";
   let typed = false; // from then on, no other tolerance is offered
   const offer = () => { if (!typed) field.value = model.offer; };

@@ -45,14 +45,14 @@ from vibroscope.app.page.files import style
 from vibroscope.app.page.shared.figure import PARTS, PIN_NAMES
 from vibroscope.app.page.shared.muting import Muting
 from vibroscope.app.page.shared.ranges import OwnedRange
-from vibroscope.app.page.tab import COMPUTING, Move, Tab, TabHost
+from vibroscope.app.page.tab import COMPUTING, Move, TabHost, TabView
 from vibroscope.app.page.updates import prepare_in_worker
 from vibroscope.engine import Units
 
 _GRID = "explore-grid"  # a class of `explore.css`
 
 
-class Explore(Tab):
+class Explore(TabView):
     """The figures of one setting."""
 
     key = "explore"
@@ -145,7 +145,7 @@ class Explore(Tab):
         return {"numbers": numbers}
 
     def restore(self, view: View) -> None:
-        """See `Tab.restore`."""
+        """See `TabView.restore`."""
         super().restore(view)
         self.mechanism.held = view.choice.get("phase")
         self._opened.restore({name: number for name, number in view.choice.items() if name != "phase"})
@@ -156,7 +156,7 @@ class Explore(Tab):
         return held | self._opened.choice()
 
     def watch_view(self, on_change: Callable[[], None]) -> None:
-        """See `Tab.watch_view`."""
+        """See `TabView.watch_view`."""
         super().watch_view(on_change)
         self.mechanism.on_hold = on_change
 

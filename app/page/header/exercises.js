@@ -101,7 +101,7 @@ export function exercises(root) {
   };
   root.append(dialog);
   dialog.show(); // not modal: the page is there to be tried
-  emit("tab", { value: "explore" });
+  emit("view", { value: "explore" });
   emit("cancel-suggestion"); // that of the tour would set other numbers in the middle of an exercise
   begin(0);
 }

@@ -1,4 +1,4 @@
-// The head of the page: title, question, tabs, take-away menu, theme, keys, tour, errors, and the summary for screen readers.
+// The head of the page: title, tabs and their views, question, take-away menu, theme, keys, tour, errors, and the summary for screen readers.
 
 import { takeAwayMenu } from "./take_away.js";
 import { tour } from "./tour.js";
@@ -12,27 +12,27 @@ export function render({ model }) {
   const root = element("header", "head");
   const title = element("h1", "", "Vibroscope");
   const bar = element("div", "bar");
-  const keys = keyDialog();
+  const keys = keyDialog(() => tour(root, true));
   const takeAway = takeAwayMenu(model);
   const tools = element("div", "tools");
   tools.append(
     takeAway.element,
     themeButton(model),
-    button("Tour", "From the problem to a suggestion, in six steps", () => tour(root, true)),
-    ONLY_TOUCH.matches ? button("?", "Help", () => emit("tab", { value: "help" }))
-      : button("?", "Keys and help (?)", () => keys.open()),
+    button("?", "Tour, keys and help (?)", () => keys.open()),
   );
-  bar.append(title, tabList(model), tools);
-  root.append(skipLink(), bar, question(model), compilationLine(model), errorLine(model), noteLine(model), summary(model), keys.element, glossaryNote());
+  const { tabs, views } = navigation(model);
+  bar.append(title, tabs, tools);
+  root.append(skipLink(), bar, question(model, views), compilationLine(model), errorLine(model), noteLine(model), summary(model), keys.element, glossaryNote());
   shortcuts(root, keys, takeAway);
   const adaptFigures = () => { darken(); adaptToTouch(); fitFigures(); };
-  for (const name of ["tab", "offers"]) model.on(name, () => whenDrawn(root, adaptFigures)); // there are other figures
+  for (const name of ["view", "offers"]) model.on(name, () => whenDrawn(root, adaptFigures)); // there are other figures
+  model.on("view", () => whenDrawn(root, () => markPanel(model)));
   listen("figures-changed", () => whenDrawn(root, darken)); // so have pins
-  whenDrawn(root, () => { adaptFigures(); markMain(); tour(root, false); });
+  whenDrawn(root, () => { adaptFigures(); markMain(); markPanel(model); tour(root, false); });
   return root;
 }
 
-// The first stop of the keyboard leads past tabs and controls to what the open tab has found.
+// The first stop of the keyboard leads past tabs and controls to what the open view has found.
 function skipLink() {
   return button("Skip to the results", "", () => {
     const found = [".line.verdict", "section.study", ".tab-area"].map((each) => inPage(each)).find((each) => each?.checkVisibility());
@@ -42,14 +42,24 @@ function skipLink() {
   }, "skip");
 }
 
-// Marks the open tab as the main landmark. It scrolls, so the keyboard must be able to focus it.
+// Marks the area of the tabs as the main landmark. It scrolls, so the keyboard must be able to focus it.
 function markMain() {
   const area = inPage(".tab-area");
   area?.setAttribute("role", "main");
   if (area) area.tabIndex = 0;
 }
 
-// A figure of a tab that has just been opened is in the document some time before it is on the page, on a loaded
+// Marks the open view as the panel of its tab; it lies in another shadow root, so it has the name, not a reference.
+function markPanel(model) {
+  const places = inPage(".tab-area")?.shadowRoot?.querySelectorAll(".place") ?? [];
+  const open = [...places].find((place) => place.checkVisibility());
+  const title = model.tabs.flatMap(([, views]) => views).find(([key]) => key === model.view)[1];
+  if (!open || (open.ariaLabel && open.ariaLabel !== title)) return setTimeout(() => markPanel(model), 50); // it comes
+  open.role = "tabpanel";
+  open.ariaLabel = title;
+}
+
+// A figure of a view that has just been opened is in the document some time before it is on the page, on a loaded
 // machine a long time.
 function fitFigures() {
   const fitted = allFigures().map(fitFigure);
@@ -66,58 +76,80 @@ function whenDrawn(root, act, wait = 0) {
 
 // ---- tabs -----------------------------------------------------------------------------------------------------------
 
-function tabList(model) {
+// Two lists of the same kind: the tabs, and the views of the open one where it has several. A tab opens the view that was
+// open last in it.
+function navigation(model) {
+  let last = model.view; // that was asked for, here or elsewhere on the page, or that the server has opened
+  let awaited = false;
+  listen("view", ({ value }) => {
+    last = value;
+    awaited = value !== model.view;
+  });
+  const open = (key) => { if (key !== last) emit("view", { value: key }); };
+  const shown = model.tabs.map(([, [[first]]]) => first); // the view that each tab opens
+  const tabs = tabList("Parts of the page", model.tabs.map(([title]) => title), (at) => open(shown[at]));
+  tabs.buttons.forEach((tab, at) => { tab.title = `${tab.textContent} (Shift+${at + 1})`; });
+  const lists = model.tabs.filter(([, entries]) => entries.length > 1).map(([title, entries]) => {
+    const keys = entries.map(([key]) => key);
+    return { keys, ...tabList(`Views of ${title}`, entries.map((entry) => entry[1]), (at) => open(keys[at])) };
+  });
+  const views = element("div", "views");
+  views.append(...lists.map((list) => list.element));
+  listen("tab-number", ({ value }) => tabs.buttons[value]?.click());
+  const draw = () => {
+    if (model.view === last) awaited = false;
+    if (!awaited) last = model.view;
+    const at = model.tabs.findIndex(([, entries]) => entries.some(([key]) => key === model.view));
+    shown[at] = model.view;
+    tabs.select(at);
+    for (const { keys, element: list, select } of lists) {
+      select(keys.indexOf(model.view));
+      list.hidden = !keys.includes(model.view);
+    }
+  };
+  model.on("view", draw);
+  draw();
+  return { tabs: tabs.element, views };
+}
+
+function tabList(label, titles, open) {
   const list = element("div", "tabs");
   list.setAttribute("role", "tablist");
-  list.setAttribute("aria-label", "Parts of the page");
-  const tabs = model.tabs.map(([key, title], index) => {
-    const tab = button(title, "", () => open(key));
-    tab.title = `${title} (Shift+${index + 1})`;
-    tab.setAttribute("role", "tab");
-    tab.dataset.tab = key;
-    return tab;
-  });
-  list.append(...tabs);
+  list.setAttribute("aria-label", label);
+  const buttons = titles.map((title, at) => button(title, "", () => open(at)));
+  for (const each of buttons) each.setAttribute("role", "tab");
+  list.append(...buttons);
   list.addEventListener("keydown", (event) => {
-    const step = { ArrowRight: 1, ArrowLeft: -1, Home: -tabs.length, End: tabs.length }[event.key];
+    const step = { ArrowRight: 1, ArrowLeft: -1, Home: -Infinity, End: Infinity }[event.key];
     if (!step) return;
     event.preventDefault();
-    const now = tabs.indexOf(event.target); // the open tab lags behind quick presses
-    const next = Math.abs(step) > 1 ? (step < 0 ? 0 : tabs.length - 1) : (now + step + tabs.length) % tabs.length;
-    tabs[next].focus();
-    tabs[next].click();
+    const count = buttons.length;
+    const now = buttons.indexOf(event.target); // the open tab lags behind quick presses
+    const next = Number.isFinite(step) ? (now + step + count) % count : step < 0 ? 0 : count - 1;
+    buttons[next].focus();
+    buttons[next].click();
   });
-  let last = model.tab; // that was asked for, here or elsewhere on the page, or that the server has opened
-  let awaited = false;
-  listen("tab", ({ value }) => {
-    last = value;
-    awaited = value !== model.tab;
+  const select = (chosen) => buttons.forEach((each, at) => {
+    each.setAttribute("aria-selected", String(at === chosen));
+    each.tabIndex = at === chosen ? 0 : -1;
   });
-  const open = (key) => { if (key !== last) emit("tab", { value: key }); };
-  listen("tab-number", ({ value }) => tabs[value]?.click());
-  model.on("tab", () => {
-    if (model.tab === last) awaited = false;
-    if (!awaited) last = model.tab;
-  });
-  const draw = () => tabs.forEach((tab) => {
-    const on = tab.dataset.tab === model.tab;
-    tab.setAttribute("aria-selected", String(on));
-    tab.tabIndex = on ? 0 : -1;
-  });
-  model.on("tab", draw);
-  draw();
-  return list;
+  return { element: list, buttons, select };
 }
 
 // ---- the question, and what the present scene shows of it -------------------------------------------------------------
 
-function question(model) {
+function question(model, views) {
   const box = element("div", "question");
   const caption = element("p", "caption");
-  const draw = () => { caption.textContent = model.caption; };
-  model.on("caption", draw);
+  const draw = () => {
+    caption.textContent = model.caption;
+    const cells = inPage(".explore-grid")?.shadowRoot?.querySelectorAll(".cell") ?? [];
+    for (const cell of cells) cell.toggleAttribute("data-look", cell.classList.contains(model.look));
+  };
+  model.on(["caption", "look", "view"], draw);
+  whenDrawn(box, draw);
   draw();
-  box.append(element("p", "asked", model.question), caption);
+  box.append(element("p", "asked", model.question), views, caption);
   return box;
 }
 
@@ -200,7 +232,7 @@ function glossaryNote() {
   note.setAttribute("role", "dialog");
   const head = element("strong");
   const text = element("p");
-  const help = button("All terms", "All terms, in Help", () => { note.hidePopover(); emit("tab", { value: "help" }); });
+  const help = button("All terms", "All terms, in Help", () => { note.hidePopover(); emit("view", { value: "help" }); });
   const close = button("Close", "", () => note.hidePopover());
   const more = Object.assign(element("a"), { textContent: "Documentation", target: "_blank" });
   const row = element("div", "row");
@@ -241,9 +273,9 @@ const KEYS = [
   ["?", "this list"],
 ];
 
-function keyDialog() {
+function keyDialog(startTour) {
   const dialog = element("dialog", "keys");
-  dialog.setAttribute("aria-label", "Keys");
+  dialog.setAttribute("aria-label", "Tour, keys and help");
   const list = element("dl");
   for (const [key, what] of KEYS) list.append(element("dt", "", key), element("dd", "", what));
   const single = element("label", "single");
@@ -252,11 +284,15 @@ function keyDialog() {
   box.checked = singleKeys();
   box.addEventListener("change", () => preferences.set("keys", box.checked ? "on" : "off"));
   single.append(box, element("span", "", "single keys work (switch off if you use speech input or a switch)"));
-  const more = button("Open Help", "", () => { dialog.close(); emit("tab", { value: "help" }); });
-  const close = button("Close", "", () => dialog.close());
+  const then = (act) => () => { dialog.close(); act(); };
   const row = element("div", "row");
-  row.append(more, close);
-  dialog.append(element("h2", "", "Keys"), list, single, row);
+  row.append(
+    button("Tour", "From the problem to a suggestion, in six steps", then(startTour)),
+    button("Open Help", "", then(() => emit("view", { value: "help" }))),
+    button("Close", "", then(() => {})),
+  );
+  if (!ONLY_TOUCH.matches) dialog.append(element("h2", "", "Keys"), list, single);
+  dialog.append(row);
   return { element: dialog, open: () => dialog.showModal() };
 }
 

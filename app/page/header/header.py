@@ -9,15 +9,16 @@ from vibroscope.app.page.shared.component import Component
 
 
 class Header(Component):
-    """Sends the tab, file or theme that the user chooses, and uploaded parameters; `app.page.messages` reads them."""
+    """Sends the view, file or theme that the user chooses, and uploaded parameters; `app.page.messages` reads them."""
 
     question = param.String(default=QUESTION, constant=True, doc="What the page answers")
     caption = param.String(
         default="",
         doc="What to see in the motions of a scene, or of a setting of one's own; empty where none are shown",
     )
-    tabs = param.List(doc="Key and title of each tab")
-    tab = param.String(doc="Key of the open tab")
+    look = param.String(default="", doc="Name of the figure that the caption speaks of")
+    tabs = param.List(doc="Title of each tab, and key and title of each of its views")
+    view = param.String(doc="Key of the open view")
     theme = param.String(default="", doc="Light or dark, if the link says so")
     offers = param.List(default=[], doc="Name and title of each figure; whether a picture and a table are offered")
     compiling = param.Dict(default={}, doc="How far the solvers are compiled (`CompileProgress`); empty once they are")
@@ -29,7 +30,7 @@ class Header(Component):
     _esm = esm("header/header")
     _stylesheets = [style("header/header")]  # noqa: RUF012 - Panel reads it from the class
 
-    def __init__(self, tabs: list[list[str]], **params) -> None:
+    def __init__(self, tabs: list[list], **params) -> None:
         super().__init__(tabs=tabs, css_classes=["header"], sizing_mode="stretch_width", **params)
 
     def send_file(self, what: str, file: dict[str, str]) -> None:

@@ -66,7 +66,7 @@ export function tour(root, requested) {
   root.append(dialog);
   dialog.showModal();
   preferences.set("tour", "seen");
-  emit("tab", { value: "explore" });
+  emit("view", { value: "explore" });
   step(0);
 }
 

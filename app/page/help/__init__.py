@@ -1,1 +1,1 @@
-"""Tab Help."""
+"""View of the tab Help: model, figures, glossary."""

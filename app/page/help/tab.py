@@ -8,14 +8,14 @@ import panel as pn
 from vibroscope.app.explorer.glossary import glossary
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.page.files import style, template
-from vibroscope.app.page.tab import Tab
+from vibroscope.app.page.tab import TabView
 
 
-class Help(Tab):
+class Help(TabView):
     """The text ``help.html``, which does not depend on the setting."""
 
     key = "help"
-    title = "Help"
+    title = "Model, figures, glossary"
     controls = False
 
     def build(self) -> pn.viewable.Viewable:

@@ -1,1 +1,1 @@
-"""The tab Paper: the paper's claims as cards, each checked when it comes into view."""
+"""View The paper's claims, of the tab Help: the paper's claims as cards, each checked when it comes into view."""

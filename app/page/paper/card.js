@@ -45,9 +45,9 @@ export function render({ model }) {
   return root;
 }
 
-function show({ scene, tab }) {
+function show({ scene, view }) {
   emit("scene", { value: scene });
-  emit("tab", { value: tab });
+  emit("view", { value: view });
 }
 
 function whenSeen(node, act) {

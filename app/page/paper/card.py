@@ -16,15 +16,15 @@ class ClaimCard(Component):
     Parameters
     ----------
     claim : dict
-        What the card shows at once: ``name``, ``place``, ``text``, ``scene``, and the tab that its button opens as
-        ``tab`` and ``title``.
+        What the card shows at once: ``name``, ``place``, ``text``, ``scene``, and the view that its button opens as
+        ``view`` and ``title``.
     on_view : callable
         Called whenever the card comes into view, or the user asks for the check.
     on_cancel : callable
         Called when the user cancels the check.
     """
 
-    claim = param.Dict(default={}, doc="name, place, text, scene; tab that the button opens and its title")
+    claim = param.Dict(default={}, doc="name, place, text, scene; view that the button opens and its title")
     found = param.Dict(default={}, doc="verdict, found, why; or error; or cancelled; empty until it is known")
 
     _esm = esm("paper/card")

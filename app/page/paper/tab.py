@@ -16,7 +16,7 @@ from vibroscope.app.page.paper.card import ClaimCard
 from vibroscope.app.page.paper.figures import draw
 from vibroscope.app.page.shared.figure import THEME
 from vibroscope.app.page.shared.muting import Muting
-from vibroscope.app.page.tab import Move, Tab, TabHost
+from vibroscope.app.page.tab import Move, TabHost, TabView
 from vibroscope.app.paper import CLAIMS, Claim, Finding, as_dict, count_verdicts
 from vibroscope.app.paper.check_queue import CHECKS
 from vibroscope.app.paper.picture_tables import table_of
@@ -38,7 +38,7 @@ _GATHERED = 600  # ms: figures that come within are drawn together, since the br
 _TABLE = Figure("claims", "Claims and findings", "", drawn=False)
 
 
-class Paper(Tab):
+class Paper(TabView):
     """Cards whose claims are checked when they come into view.
 
     Attributes
@@ -50,7 +50,7 @@ class Paper(Tab):
     """
 
     key = "paper"
-    title = "Paper"
+    title = "The paper’s claims"
     controls = False
     legends = {f"paper{key}": ENTRIES for key in CLAIMS}  # noqa: RUF012 - read only
 
@@ -89,7 +89,7 @@ class Paper(Tab):
     def _card_content(self, claim: Claim) -> dict:
         """The content of a card before its claim is checked."""
         words = {"name": claim.name, "place": claim.place, "text": claim.text, "scene": claim.scene}
-        return words | {"tab": claim.tab, "title": self.host.tab_titles[claim.tab]}
+        return words | {"view": claim.view, "title": self.host.view_titles[claim.view]}
 
     def show(self, move: Move) -> None:
         """Request again what came into view before another tab was opened."""

@@ -15,7 +15,7 @@ from vibroscope.app.export.scripts import method_python, names_in, scheme_option
 from vibroscope.app.page.explore.explainer import Explainer
 from vibroscope.app.page.plane.curves import PlaneCurves
 from vibroscope.app.page.plane.figure import PlaneView
-from vibroscope.app.page.study.tab import StudyTab, engine_obstacle, free_obstacle
+from vibroscope.app.page.study.tab import StudyView, engine_obstacle, free_obstacle
 from vibroscope.app.page.tab import TabHost
 from vibroscope.app.runtime.number_text import print_number
 from vibroscope.app.studies import cell_classes as classes
@@ -29,7 +29,7 @@ from vibroscope.engine.sweeps import CellKind, kind_words
 _SUDDEN = 30  # steps: the paper takes a contact of fewer for one sudden impact
 
 
-class PlaneTab(StudyTab):
+class Plane(StudyView):
     """Figures 11 and 12 of the paper, at any η."""
 
     key = "plane"
@@ -153,18 +153,18 @@ class PlaneTab(StudyTab):
         self._push()
 
     def hide(self) -> None:
-        """See `Tab.hide`."""
+        """See `TabView.hide`."""
         super().hide()
         self._explainer.cancel()
         self._marked = None
 
     def close(self) -> None:
-        """See `Tab.close`."""
+        """See `TabView.close`."""
         super().close()
         self._explainer.close()
 
     def away(self, setting: Setting) -> dict[str, list[str]]:
-        """See `StudyTab`: only a contact status iterated to the end of a step can leave it without a solution."""
+        """See `StudyView`: only a contact status iterated to the end of a step can leave it without a solution."""
         return {} if self.question(setting).counted else {"quantity": ["without_solution"]}
 
     def draw(self, setting: Setting, result: PartialPlane | None) -> None:

@@ -1,1 +1,1 @@
-"""Tab Speed."""
+"""View Speed against error, of the tab Step and cost."""

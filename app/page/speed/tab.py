@@ -13,7 +13,7 @@ from vibroscope.app.export.formats import Figure, Series
 from vibroscope.app.export.scripts import speed_python
 from vibroscope.app.page.files import style
 from vibroscope.app.page.speed.figure import SpeedView, error_column
-from vibroscope.app.page.study.tab import StudyTab, free_obstacle
+from vibroscope.app.page.study.tab import StudyView, free_obstacle
 from vibroscope.app.studies.speed import CHECKED, KINDS, PERIODS, PartialSpeed, SolverKey, SpeedQuestion, grow_speed
 from vibroscope.engine import Units, written
 
@@ -35,7 +35,7 @@ form solvers lie furthest to the lower left, plain Newmark furthest to the upper
 """
 
 
-class Speed(StudyTab):
+class Speed(StudyView):
     """Work and precision at the present η, K, D and n; what was shipped is behind a disclosure."""
 
     key = "speed"

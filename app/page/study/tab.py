@@ -21,12 +21,12 @@ from vibroscope.app.export.tables import columns_in_units
 from vibroscope.app.page.files import style
 from vibroscope.app.page.shared.muting import Muting
 from vibroscope.app.page.study.panel import StudyPanel
-from vibroscope.app.page.tab import COMPUTING, Move, Tab, TabHost, on_loop
+from vibroscope.app.page.tab import COMPUTING, Move, TabHost, TabView, on_loop
 from vibroscope.app.studies.study_job import RESULTS, Grow, PartialResult, StudyJob
 from vibroscope.engine.facts import Statement, message_of, sentence
 
 
-class StudyTab(Tab):
+class StudyView(TabView):
     """Base of the studies.
 
     Attributes

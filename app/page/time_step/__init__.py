@@ -1,1 +1,1 @@
-"""Tab Time step."""
+"""View Time step, of the tab Step and cost."""

@@ -19,7 +19,7 @@ from vibroscope.app.export.scripts import (
     sweep_command,
     sweep_python,
 )
-from vibroscope.app.page.study.tab import StudyTab, engine_obstacle, free_obstacle
+from vibroscope.app.page.study.tab import StudyView, engine_obstacle, free_obstacle
 from vibroscope.app.page.time_step.figure import TimeStepView
 from vibroscope.app.runtime.number_text import print_number
 from vibroscope.app.studies.time_step import SAMPLE, STEPS, TRANSIENT, PartialStep, StepQuestion, grow_step
@@ -28,7 +28,7 @@ from vibroscope.engine.facts import Amount, Statement, Symbol, stated
 from vibroscope.engine.sweeps import SCHEMES
 
 
-class TimeStepTab(StudyTab):
+class TimeStep(StudyView):
     """Figure 14 of the paper, at any η, K and D."""
 
     key = "step"

@@ -16,7 +16,7 @@ from vibroscope.app.explorer.state import Setting
 from vibroscope.app.explorer.statements import shown_text
 from vibroscope.app.export.formats import Figure, Series
 from vibroscope.app.export.scripts import as_command
-from vibroscope.app.page.study.tab import StudyTab
+from vibroscope.app.page.study.tab import StudyView
 from vibroscope.app.page.tab import Move
 from vibroscope.app.page.your_code.figure import YourCodeView
 from vibroscope.app.page.your_code.rules import RulesTable, rows_of
@@ -44,7 +44,7 @@ NONE = "none"  # no code is chosen: the page's own choice of integrator, status 
 _NEWMARK = "Newmark (β = 0.25, γ = 0.5); contact status from the start of the step; contact law Kelvin–Voigt"
 
 
-class YourCode(StudyTab):
+class YourCode(StudyView):
     """One code at a time, over the reference; its rules of thumb, one after the other."""
 
     key = "code"
@@ -85,7 +85,7 @@ class YourCode(StudyTab):
         }
 
     def show(self, move: Move) -> None:
-        """See `StudyTab`; the other tabs get the code, too."""
+        """See `StudyView`; the other tabs get the code, too."""
         self.host.code = self.choice().get("code", "")
         super().show(move)
 
