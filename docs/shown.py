@@ -12,6 +12,7 @@ import re
 import runpy
 import shlex
 import sys
+import tomllib
 from pathlib import Path
 
 import matplotlib as mpl
@@ -61,6 +62,25 @@ def draw(name: str, folder: Path) -> Path:
     return folder / f"{name}.svg"
 
 
+def glossary() -> str:
+    """The page of the glossary, from ``assets/glossary.toml``."""
+    found = tomllib.loads((DOCS.parent / "assets/glossary.toml").read_text(encoding="utf-8"))
+    lines = [
+        "# Glossary",
+        "Words that a textbook lacks, or has in another sense. `make shown` writes this page from `assets/glossary.toml`; the"
+        " symbols of the formulas are in [theory/symbols.md](theory/symbols.md).",
+        "## On the page",
+        "Help lists them, and a term on the page opens its entry.",
+    ]
+    for entry in found["entry"]:
+        place, _, anchor = entry["read"].partition("#")
+        source = f"{place.removesuffix('.html')}.md" + (f"#{anchor}" if anchor else "")
+        lines.append(f"**{entry['head']}**: {entry['text']} ([more]({source})).")
+    lines += ["## In the code", "Paths are relative to the root of the repository."]
+    lines += [f"**{entry['head']}.** {entry['text']}" for entry in found["code"]]
+    return "\n\n".join(lines) + "\n"
+
+
 def main() -> None:
     """Renew what pages show."""
     argparse.ArgumentParser(description=__doc__.partition("\n")[0]).parse_args()
@@ -70,6 +90,7 @@ def main() -> None:
             BLOCK.sub(lambda block: f"```console\n$ vibroscope {block['call']}\n{shown(block)}```", page.read_text())
         )
         print(page.relative_to(DOCS))
+    (DOCS / "glossary.md").write_text(glossary())
     for name in DRAWN:
         print(draw(name, FIGURES).relative_to(DOCS))
 
