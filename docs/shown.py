@@ -28,7 +28,7 @@ CUT = "…"
 
 def pages() -> list[Path]:
     """The pages that show an output."""
-    return [path for path in sorted(DOCS.rglob("*.md")) if BLOCK.search(path.read_text())]
+    return [path for path in (DOCS.parent / "README.md", *sorted(DOCS.rglob("*.md"))) if BLOCK.search(path.read_text())]
 
 
 def output(call: str) -> str:
@@ -89,10 +89,10 @@ def main() -> None:
         page.write_text(
             BLOCK.sub(lambda block: f"```console\n$ vibroscope {block['call']}\n{shown(block)}```", page.read_text())
         )
-        print(page.relative_to(DOCS))
+        print(page.name)
     (DOCS / "glossary.md").write_text(glossary())
     for name in DRAWN:
-        print(draw(name, FIGURES).relative_to(DOCS))
+        print(draw(name, FIGURES).name)
 
 
 if __name__ == "__main__":
