@@ -12,7 +12,7 @@ BIN := $(VENV)/bin
 # Hashes are required and only wheels are taken, so that nothing is built and every file is pinned.
 INSTALL := $(BIN)/python -m pip --disable-pip-version-check install --quiet --require-hashes --only-binary :all:
 
-.PHONY: help run check in-process test bench codes docs notebook gallery dist lint lock snapshots diagram image proxy release clean
+.PHONY: help run check in-process test bench codes docs shown notebook gallery dist lint lock snapshots diagram image proxy release clean
 .DELETE_ON_ERROR:
 
 help:
@@ -20,6 +20,7 @@ help:
 	@echo "make check      check style, run the tests that need no browser and no process of their own: one to two minutes"
 	@echo "make test       run all tests                 (ARGS='-k grazing' hands options to pytest)"
 	@echo "make docs       build the documentation, which the explorer serves under /docs: a minute or two"
+	@echo "make shown      renew the outputs and figures that pages of the documentation show"
 	@echo "make notebook   open docs/notebook.ipynb in JupyterLab, which it installs"
 	@echo "make gallery    write reports of all scenes and published systems into build/gallery, to open without a server"
 	@echo "make dist       build wheel and source archive into dist/, the documentation in them"
@@ -57,12 +58,15 @@ test: $(VENV)/test
 bench: $(VENV)/test
 	@for script in benchmarks/[!_]*.py; do echo "== $$script"; $(BIN)/python $$script || exit 1; done
 
-# Sphinx runs the commands and draws the figures of the pages; a warning is an error.
+# A warning is an error.
 docs: $(VENV)/test
 	$(BIN)/vibroscope warm
 	rm -rf build/docs assets/site
 	$(BIN)/sphinx-build --fail-on-warning --keep-going --quiet --doctree-dir build/docs/doctrees docs build/docs/site
 	mv build/docs/site assets/
+
+shown: $(VENV)/test
+	$(BIN)/python docs/shown.py
 
 notebook: $(VENV)/run requirements/notebook.txt
 	$(INSTALL) -r requirements/notebook.txt

@@ -12,9 +12,8 @@ from pathlib import Path
 from vibroscope.app.performance.bench import processor
 
 sys.path.insert(0, str(Path(__file__).parent))
-# the commands that pages show are found beside this Python
-os.environ["PATH"] = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
-os.environ.setdefault("COLUMNS", "100")
+from figures.style import STYLE  # noqa: E402 - found by the line above
+
 # The notebook runs without the user's own IPython profile; its kernel would warn of the port on which it listens.
 ipython = tempfile.TemporaryDirectory()
 os.environ["IPYTHONDIR"] = ipython.name
@@ -39,7 +38,6 @@ extensions = [
     "sphinx.ext.autodoc",
     "sphinx.ext.napoleon",
     "sphinxarg.ext",
-    "sphinxcontrib.programoutput",
     "matplotlib.sphinxext.plot_directive",
     "gallery",
     "stores",
@@ -60,15 +58,9 @@ napoleon_google_docstring = False
 napoleon_use_ivar = True
 napoleon_use_rtype = False
 
-programoutput_prompt_template = "$ {command}\n{output}"
 plot_formats = [("svg", 72)]
 plot_apply_rcparams = True
-# No background, and grey lines that can be read on white and on black.
-plot_rcparams = dict.fromkeys(("figure.facecolor", "axes.facecolor", "savefig.facecolor"), "none")
-plot_rcparams |= dict.fromkeys(("axes.edgecolor", "axes.labelcolor", "axes.titlecolor", "legend.labelcolor"), "#808080")
-plot_rcparams |= dict.fromkeys(("xtick.color", "ytick.color", "text.color"), "#808080")
-plot_rcparams |= {"axes.spines.top": False, "axes.spines.right": False, "legend.frameon": False}
-plot_rcparams |= {"figure.constrained_layout.use": True}
+plot_rcparams = STYLE
 plot_include_source = False
 plot_html_show_formats = False
 plot_html_show_source_link = False

@@ -94,6 +94,7 @@ _LATER = {
     "motions.steady": ("Steady", "steady"),
     "motions.words": ("difference_in_kind", "repetition", "touching"),
     "physical": ("PhysicalSystem", "physical_entry", "system_of_physical"),
+    "outputs": ("PEAKS", "Spectrum", "absolute_accelerations", "peaks", "spectrum", "transmissibility"),
     "recommendation.contacts": ("Tolerances",),
     "recommendation.limits": ("Limits",),
     "recommendation.question": ("SettingQuestion",),

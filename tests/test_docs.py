@@ -98,11 +98,11 @@ def test_every_link_leads_somewhere(document):
 
 
 def commands(document):
-    """The calls of the command line that are shown or run when the page is built, as lists of words."""
+    """The calls of the command line that are shown, as lists of words."""
     shown = [line.strip().partition("     #")[0] for line in lines_of(document, shown=True)]
     joined = "\n".join(shown).replace("\\\n", " ")
     calls = re.findall(r"^\.venv/bin/vibroscope ([^>\n]*)", joined, re.MULTILINE)
-    calls += re.findall(r"^`+\{program-output\} vibroscope (.*)", document.read_text(), re.MULTILINE)
+    calls += re.findall(r"^\$ vibroscope (.*)", document.read_text(), re.MULTILINE)
     return [shlex.split(call, comments=True) for call in calls]
 
 

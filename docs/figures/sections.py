@@ -12,11 +12,11 @@ RUNS = {
     "T/3200": Newmark(584, 1.72, 3200),
     "T/200, located": Newmark(584, 1.72, 200, located=True),
 }
-reference = simulate(SYSTEM, ETA, Reference(), keep=400).section
+reference = simulate(SYSTEM, ETA, Reference(), keep=100).section
 
 figure, row = plt.subplots(1, 4, figsize=(9, 2.6), sharex=True, sharey=True)
 for axes, (name, method) in zip(row, RUNS.items(), strict=True):
-    section = simulate(SYSTEM, ETA, method, keep=400).section
+    section = simulate(SYSTEM, ETA, method, keep=100).section
     axes.plot(section[:, 0], section[:, 1], ".", markersize=3, color=PENALTY, label="penalty")
     axes.plot(reference[:, 0], reference[:, 1], "+", color=REFERENCE, label="reference")
     axes.set(title=name, xlabel="ξ₁")

@@ -9,7 +9,7 @@ from tests.served import ROOT
 
 from .axe import AXE, serious
 
-LEFT_OUT = "examples,extra,figures,gallery.md,notebook.ipynb,results.md,choosing.md,start.md,reference"
+LEFT_OUT = "examples,extra,figures,gallery.md,notebook.ipynb,reference"
 
 
 @pytest.fixture(scope="module")

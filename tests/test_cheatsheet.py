@@ -1,4 +1,4 @@
-"""The formulas of docs/choosing.md, read from the page as they are displayed there, give what the solvers give."""
+"""The cheat sheet: its formulas, read as displayed, give what the solvers give; its keywords are the codes'."""
 
 import math
 import re
@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from vibroscope.app.codes.catalogue import codes
 from vibroscope.engine import (
     ComparisonQuestion,
     ExactPenalty,
@@ -21,7 +22,7 @@ from vibroscope.engine import (
 
 from tests.displayed import ROOT, value
 
-SHOWN = re.findall(r"^    (\S+) += (.+?)(?: {3,}.*)?$", (ROOT / "docs/choosing.md").read_text(), re.MULTILINE)
+SHOWN = re.findall(r"^    (\S+) += (.+?)(?: {3,}.*)?$", (ROOT / "docs/cheatsheet.md").read_text(), re.MULTILINE)
 FORMULAS = {name: formula for name, formula in reversed(SHOWN) if name != "k"}
 OF_DEPTH, OF_FORCE = (formula for name, formula in SHOWN if name == "k")
 FILES = [read_system(ROOT / f"docs/{name}.toml") for name in ("my", "two")]
@@ -109,3 +110,20 @@ def test_the_numbers_of_the_example_follow():
         890,
     ]
     assert float(f"{value(OF_DEPTH, found | {'δ': 1.7e-5}):.2g}") == 5.8e7
+
+
+@pytest.mark.parametrize(
+    ("code", "first", "takes"),
+    [
+        ("abaqus-standard", "Abaqus, surface contact", ("k/A", "c/A")),
+        ("abaqus-explicit", "Abaqus/Explicit", ("k/A", "ζ")),
+        ("ansys", "Ansys, surface contact", ("−k/A",)),
+        ("calculix", "CalculiX", ("k/A", "c/A")),
+    ],
+)
+def test_the_keywords_take_what_the_codes_take(code, first, takes):
+    row = re.search(rf"^\| {re.escape(first)} \| (.*) \|$", (ROOT / "docs/cheatsheet.md").read_text(), re.MULTILINE)[1]
+    blanks = {"k/A": "{k/area}", "−k/A": "-{k/area}", "c/A": "{c/area}", "ζ": "{zeta}"}
+    lines = "\n".join(codes()[code].input)
+    assert all(symbol in row and blanks[symbol] in lines for symbol in takes)
+    assert not [symbol for symbol in ("c/A", "ζ") if symbol not in takes and blanks[symbol] in lines]

@@ -1,0 +1,162 @@
+"""What analysts read off a sampled run: accelerations, peaks, spectra, transmissibility."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from .motions.contact_force import peak_force
+from .result import Response
+
+# The numbers of `peaks`, each with its quantity (`units.QUANTITIES`), in the order of tables.
+PEAKS = {
+    "displacement1": "displacement",
+    "displacement2": "displacement",
+    "velocity1": "velocity",
+    "velocity2": "velocity",
+    "acceleration1": "acceleration",
+    "acceleration2": "acceleration",
+    "penetration": "displacement",
+    "contact_force": "force",
+    "impulse": "impulse",
+    "closing_speed": "velocity",
+    "contact_time": "time",
+}
+
+
+class Spectrum(NamedTuple):
+    """Amplitudes of a sampled run over orders of the excitation frequency.
+
+    ``order`` (m,): frequency as a multiple of η, 0 the mean; ``displacement`` (2, m) and ``acceleration`` (2, m) of
+    both bodies, base motion included; ``force`` (m,) of the contact, impulses of impacts included.
+    """
+
+    order: np.ndarray
+    displacement: np.ndarray
+    acceleration: np.ndarray
+    force: np.ndarray
+
+
+def absolute_accelerations(response: Response) -> np.ndarray:
+    """ξ₁″ + b″ and ξ₂″ + b″ of the samples, (2, n), from the equations of motion (1), (2), and (4) of joined bodies.
+
+    The second row is b″ beside a wall. The infinite acceleration within an impact of the reference lies between
+    samples.
+
+    Raises
+    ------
+    ValueError
+        If the run has no samples.
+    """
+    sampled, c, eta = _sampled(response), response.system, response.eta
+    (x1, x2), (v1, v2), force = sampled.displacement, sampled.velocity, sampled.force
+    drive = c.excitation
+    base = -(eta**2) * drive.base_motion(eta, sampled.time)[0]
+    load1, load2 = (_harmonic(response, f"force{body}") for body in (1, 2))
+    found = np.array([load1 + drive.constant1 - 2 * c.d1 * v1 - x1 - force, base])
+    if not c.wall:
+        found[1] = (load2 + drive.constant2 + force) / c.mass_ratio - 2 * c.d2 * c.kappa * v2 - c.kappa**2 * x2
+    if response.method.rigid:
+        joined = _within(sampled.time, response.contacts)
+        if c.wall:
+            found[0, joined] = base[joined]
+        else:
+            ratio = 1 + c.mass_ratio
+            push = (load1 + load2 + drive.constant1 + drive.constant2) / ratio
+            rest = c.stiffness_share * c.clearance  # of both springs, from where that of body 1 is relaxed
+            damper = 2 * c.joint_damping(response.method.joint_damping) * c.kappa3 * v1
+            found[:, joined] = (push - damper - c.kappa3**2 * (x1 - rest))[joined]
+    return found
+
+
+def peaks(response: Response) -> dict[str, float]:
+    """Largest values of a sampled run, by the names of :data:`PEAKS`.
+
+    Displacements and velocities are relative to the base, accelerations absolute; penetration, contact force, impulse
+    of one contact, closing speed and duration of one contact. What has no finite value (acceleration and force of an
+    impact without duration) or is not resolved by the samples is nan.
+
+    Raises
+    ------
+    ValueError
+        If the run has no samples.
+    """
+    sampled, c = _sampled(response), response.system
+    begin = sampled.time[0]
+    impacts, contacts = response.impacts, response.contacts[response.contacts[:, 1] > begin]
+    met = impacts.time > begin
+    force = np.nan if response.method.rigid and met.any() else peak_force(response)
+    acceleration = np.abs(absolute_accelerations(response)).max(axis=1)
+    if np.isnan(force):
+        acceleration = np.where([True, not c.wall], np.nan, acceleration)
+    values = (
+        *np.abs(sampled.displacement).max(axis=1),
+        *np.abs(sampled.velocity).max(axis=1),
+        *acceleration,
+        max(0.0, -c.gap(*sampled.displacement).min()),
+        force,
+        impacts.impulse[met].max(initial=0.0),
+        impacts.closing_speed[met].max(initial=0.0),
+        np.diff(contacts, axis=1).max(initial=0.0),
+    )
+    return dict(zip(PEAKS, map(float, values), strict=True))
+
+
+def spectrum(response: Response, highest: float = 20.0) -> Spectrum:
+    """Amplitudes over orders of the excitation, up to order ``highest``, from the sampled periods.
+
+    A motion that repeats in them has lines; another one has a continuous spectrum that they resolve to 1/periods.
+
+    Raises
+    ------
+    ValueError
+        If the run has no samples, or too few in a period for that order.
+    """
+    sampled, eta = _sampled(response), response.eta
+    time, n = sampled.time[:-1], len(sampled.time) - 1
+    periods = round((sampled.time[-1] - sampled.time[0]) / response.period)
+    lines = int(highest * periods) + 1
+    if lines > n // 2:
+        raise ValueError(
+            f"highest = {highest:g} needs more than {2 * highest:g} samples a period, and there are {n / periods:g}: "
+            "record more, or ask for lower orders"
+        )
+    order = np.arange(lines) / periods
+    base = response.system.excitation.base_motion(eta, time)[0]
+    moved = np.fft.rfft(sampled.displacement[:, :-1] + base)[:, :lines] / n
+    force = np.fft.rfft(sampled.force[:-1])[:lines] / n
+    if response.method.rigid:
+        within = (response.impacts.time >= sampled.time[0]) & (response.impacts.time < sampled.time[-1])
+        instants, impulses = response.impacts.time[within] - sampled.time[0], response.impacts.impulse[within]
+        turns = np.exp(-1j * eta * np.outer(order, instants))
+        force = force + turns @ impulses / (periods * response.period)
+    twice = np.where(order > 0, 2.0, 1.0)
+    displacement = twice * np.abs(moved)
+    return Spectrum(order, displacement, (order * eta) ** 2 * displacement, twice * np.abs(force))
+
+
+def transmissibility(response: Response) -> np.ndarray:
+    """Amplitude of each body's absolute motion at the excitation frequency, relative to that of the base, (2,).
+
+    nan where the base does not move. Raises as :func:`spectrum`.
+    """
+    amplitude = abs(response.system.excitation.base_amplitude(response.eta))
+    found = spectrum(response, 1.0)
+    return found.displacement[:, -1] / amplitude if amplitude else np.full(2, np.nan)
+
+
+def _sampled(response: Response):
+    if response.trajectory is None:
+        raise ValueError("the run has no samples: ask for them with record=Record(…)")
+    return response.trajectory
+
+
+def _harmonic(response: Response, name: str) -> np.ndarray:
+    cosine, sine = response.system.excitation.harmonic(name, response.eta)
+    angle = response.eta * response.trajectory.time
+    return cosine * np.cos(angle) + sine * np.sin(angle)
+
+
+def _within(time: np.ndarray, spans: np.ndarray) -> np.ndarray:
+    """Whether each instant lies in one of the spans, (m, 2), which are in order and do not overlap."""
+    place = np.searchsorted(spans[:, 0], time, side="right") - 1
+    return (place >= 0) & (time < spans[np.maximum(place, 0), 1]) if len(spans) else np.zeros(len(time), bool)
