@@ -21,6 +21,7 @@ COMMANDS = (
     "simulate",
     "motion",
     "compare",
+    "peaks",
     "recommend",
     "codes",
     "rules",

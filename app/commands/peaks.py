@@ -1,0 +1,137 @@
+"""``vibroscope peaks``: what an analyst reads off both solutions, their spectra, and the transmissibility over η."""
+
+import argparse
+import csv
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+from vibroscope.app.commands.options import (
+    LAW_OPTIONS,
+    PENALTY_OPTIONS,
+    STEP_SCALE,
+    STEPPING_OPTIONS,
+    add_fields,
+    add_initial_option,
+    add_system_option,
+    eta_of,
+    reference_of,
+    stepping_of,
+    system_of,
+)
+from vibroscope.app.commands.parser import Command, OneLineParser
+from vibroscope.app.commands.physical_units import add_units_option, physical_part, wanted_units
+from vibroscope.app.commands.recommend import eta_range, etas_of
+from vibroscope.app.commands.report import Line, Report
+from vibroscope.engine import (
+    PEAKS,
+    Method,
+    Record,
+    Response,
+    Spectrum,
+    System,
+    Units,
+    finite_or_none,
+    peaks,
+    percent,
+    simulate,
+    spectrum,
+    transmissibility,
+    written,
+)
+
+RECORD = Record(periods=16, per_period=4000)  # lines of the spectrum at sixteenths of an order
+LABEL, COLUMN = 16, 16  # characters
+
+
+def add(command: OneLineParser) -> None:
+    """Add the options."""
+    add_fields(command, "eta", *PENALTY_OPTIONS, STEP_SCALE, required=("K", "steps"))
+    add_fields(command, *LAW_OPTIONS, *STEPPING_OPTIONS, "joint_damping", "threshold")
+    add_initial_option(command)
+    add_system_option(command)
+    add = command.add_argument
+    add("--spectrum", metavar="FILE.csv", help="also write the amplitudes over orders of eta")
+    add("--transmissibility", metavar="FILE.csv", help="also write the transmissibility over --eta-range")
+    add("--eta-range", type=eta_range, metavar="A:B:N", help="with --transmissibility: N frequencies from A to B")
+    add_units_option(command)
+
+
+def run(options: argparse.Namespace) -> Report:
+    """Run both solutions."""
+    system, eta, units = system_of(options), eta_of(options), wanted_units(options)
+    methods = {"reference": reference_of(options), "penalty": stepping_of(options)}
+    if (options.transmissibility is None) != (options.eta_range is None):
+        raise ValueError("--transmissibility and --eta-range go together: give a file and frequencies, as 0.5:3:200")
+    runs = {name: _sampled(system, eta, method, options.initial) for name, method in methods.items()}
+    found = {name: peaks(response) for name, response in runs.items()}
+    if options.spectrum:
+        _write_spectra(options.spectrum, {name: spectrum(response) for name, response in runs.items()})
+    if options.transmissibility:
+        _write_transmissibility(options.transmissibility, system, methods, etas_of(*options.eta_range))
+    data = {"eta": eta} | {name: _json(values) for name, values in found.items()}
+    if units:
+        physical = {name: _json(_in_units(values, units)) for name, values in found.items()}
+        data |= physical_part(units, eta, methods["penalty"], **physical)
+    return Report(_lines(found, units), data)
+
+
+def _sampled(system: System, eta: float, method: Method, initial: Sequence[float] | None) -> Response:
+    response = simulate(system, eta, method, initial=initial, record=RECORD)
+    if not response.ok:
+        raise ValueError(f"{method.name}: {response.ending}")
+    return response
+
+
+def _in_units(values: dict[str, float], units: Units) -> dict[str, float]:
+    return {name: units.physical(PEAKS[name], value) for name, value in values.items()}
+
+
+def _json(values: dict[str, float]) -> dict[str, float | None]:
+    return {name: finite_or_none(value) for name, value in values.items()}
+
+
+def _lines(found: dict[str, dict[str, float]], units: Units | None) -> Iterator[Line]:
+    """A table: each peak of both solutions, and how far the penalty solution is off."""
+    yield f"{'largest':{LABEL}}" + "".join(f"{name:>{COLUMN}}" for name in (*found, "difference"))
+    shown = {name: _in_units(values, units) if units else values for name, values in found.items()}
+    for name, quantity in PEAKS.items():
+        first, second = (values[name] for values in shown.values())
+        label = name.replace("_", " ").replace("1", " 1").replace("2", " 2")
+        cells = "".join(f"{written(value) if np.isfinite(value) else '-':>{COLUMN}}" for value in (first, second))
+        known = np.isfinite(first) and np.isfinite(second) and first
+        off = percent((second - first) / first) if known else "-"
+        yield f"{label:{LABEL}}{cells}{off:>{COLUMN}}" + (f"  {units.unit(quantity)}" if units else "")
+    yield "Over 16 periods; displacements and velocities relative to the base, accelerations absolute. An impact of the"
+    yield "reference has no duration: its acceleration and force are not finite."
+
+
+def _write_spectra(path: str, found: dict[str, Spectrum]) -> None:
+    heads = ("displacement1", "displacement2", "acceleration1", "acceleration2", "contact_force")
+    columns = [next(iter(found.values())).order]
+    for each in found.values():
+        columns += [*each.displacement, *each.acceleration, each.force]
+    _write(path, ["order", *(f"{name}_{head}" for name in found for head in heads)], np.transpose(columns))
+
+
+def _write_transmissibility(path: str, system: System, methods: dict[str, Method], etas: Sequence[float]) -> None:
+    record = Record(periods=1, per_period=400)
+    rows = [
+        [eta, *(value for method in methods.values() for value in transmissibility(simulate(system, eta, method, record=record)))]
+        for eta in etas
+    ]
+    _write(path, ["eta", *(f"{name}_body{body}" for name in methods for body in (1, 2))], rows)
+
+
+def _write(path: str, heads: Sequence[str], rows: Sequence[Sequence[float]]) -> None:
+    with open(path, "w", newline="", encoding="utf-8") as file:
+        csv.writer(file).writerows([heads, *(list(map(float, row)) for row in rows)])
+
+
+COMMAND = Command(
+    "largest displacements, accelerations, forces and contact times of both solutions",
+    "Run the reference and the penalty solution and print the largest values of each, and how far they differ.",
+    "",
+    add,
+    run,
+    "one JSON object",
+)

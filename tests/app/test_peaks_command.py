@@ -1,0 +1,53 @@
+"""``vibroscope peaks``: the largest values of both solutions, their spectra and the transmissibility as files."""
+
+import csv
+import json
+
+import numpy as np
+import pytest
+from vibroscope.app.commands.cli import main
+from vibroscope.engine import PEAKS
+
+from tests.served import ROOT
+
+OWN = ["peaks", "--system", str(ROOT / "docs/my.toml"), "--K", "584", "--D", "2", "--steps", "400"]
+
+
+def rows_of(path):
+    with path.open(newline="") as file:
+        head, *rows = csv.reader(file)
+    return dict(zip(head, np.array(rows, float).T, strict=True))
+
+
+def test_it_prints_both_solutions_in_the_units_that_are_asked_for(capsys):
+    assert main([*OWN, "--units"]) == 0
+    text = capsys.readouterr().out
+    force = next(line for line in text.splitlines() if line.startswith("contact force"))
+    assert force.split()[2] == "-"  # of an impact
+    assert force.endswith("N")
+    assert main([*OWN, "--units", "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert found["penalty"].keys() == PEAKS.keys()
+    assert found["reference"]["contact_force"] is None
+    newtons = found["physical"]["penalty"]["contact_force"]
+    assert float(force.split()[3]) == pytest.approx(newtons, rel=1e-3)
+    assert 900 < newtons < 1200
+    assert found["penalty"]["closing_speed"] == pytest.approx(found["reference"]["closing_speed"], rel=0.1)
+
+
+def test_spectra_and_transmissibility_are_files(tmp_path, capsys):
+    spectra, ratios = tmp_path / "s.csv", tmp_path / "t.csv"
+    assert main([*OWN, "--spectrum", str(spectra), "--transmissibility", str(ratios), "--eta-range", "0.5:2:4"]) == 0
+    capsys.readouterr()
+    found = rows_of(spectra)
+    first = np.argmin(np.abs(found["order"] - 1))
+    assert found["reference_displacement1"][first] > 10 * found["reference_displacement1"][first + 1]
+    ratio = rows_of(ratios)
+    assert ratio["eta"].tolist() == [0.5, 1.0, 1.5, 2.0]
+    assert np.allclose(ratio["reference_body1"], ratio["penalty_body1"], rtol=0.2)
+    assert np.allclose(ratio["reference_body2"], 1)  # the wall moves as the base does
+
+
+def test_a_file_without_frequencies_is_refused(capsys):
+    assert main([*OWN, "--transmissibility", "t.csv"]) == 2
+    assert "--eta-range go together" in capsys.readouterr().err
