@@ -6,6 +6,7 @@ Other modules ask a method for these, never for its class:
 ``rigid``              the bodies do not penetrate each other: impacts by restitution, and a permanent contact
 ``has_step``           time is stepped through, with ``steps`` in an excitation period; 0 of the others
 ``located``            steps are cut where contact changes
+``resolves_contacts``  … and contacts shorter than some steps are resolved by shorter ones
 ``skips_steps``        steps in which contact does not change are skipped: many take hardly longer than few
 ``grid_steps``         ``steps`` where the solution exists at those of the constant grid alone; else 0
 ``numbers``            what can be varied, by symbol: ``threshold``, or K, D and the steps where there are any
@@ -93,6 +94,11 @@ class _Steps(_Penalty):
     def skips_steps(self) -> bool:
         """Whether steps in which contact does not change are skipped, so that many steps take hardly longer."""
         return LAWS[self.law].closed_form and not self.located and not self.every_step
+
+    @property
+    def resolves_contacts(self) -> bool:
+        """Whether steps are cut where contact changes, and short contacts resolved by steps that are shorter still."""
+        return self.located and not self.has_choices
 
     @property
     def grid_steps(self) -> int:

@@ -34,8 +34,8 @@ def stages_of(integrator: Integrator, p: Parameters) -> Stages:
 
 
 def scheme_of_run(p: Parameters, method: Newmark | TimeStepping) -> LocatedScheme:
-    """The scheme of a method; Newmark's alone resolves contacts by shorter steps."""
-    return kernel.located_scheme(p, stages_of(method.integrator, p), not method.has_choices)
+    """The scheme of a method."""
+    return kernel.located_scheme(p, stages_of(method.integrator, p), method.resolves_contacts)
 
 
 class LocatedDriver(SteppingDriver):

@@ -24,8 +24,7 @@ SHORTEST_STRIDE = 2  # steps from entry to entry of a flight's coarser tables; w
 
 def can_skip(eta: float, rate, steps, method: Newmark):
     """Whether skipping is possible and worth it; η, the rate of free motion and the steps may be arrays."""
-    accelerated = method.linear and not (method.every_step or method.located)
-    return accelerated & has_strides(eta, rate, steps)
+    return method.skips_steps & has_strides(eta, rate, steps)
 
 
 def has_strides(eta: float, rate, steps):
@@ -55,7 +54,7 @@ class NewmarkDriver(SteppingDriver):
         self._row = np.array(parameters)
         self._scheme = self.loops.scheme_of(parameters)
         self._packed = self._cosines = None
-        if not method.has_choices and can_skip(eta, free_rate(parameters), method.steps, method):
+        if can_skip(eta, free_rate(parameters), method.steps, method):
             self._packed = SKIPPING.zeros()
             set_up_skipping(self._packed, no_keys(), self._row)
         else:

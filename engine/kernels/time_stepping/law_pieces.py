@@ -215,6 +215,8 @@ def asked_at(m, gain, piece, which, z, end, length):
 @jit_inlined
 def stays(m, gain, piece, z, end, length):
     """Whether nothing can have ended a piece within a step, as in most steps."""
+    if has_no_kinks(m, piece):
+        return asked_at(m, gain, piece, GAP, z, end, length) == 0.0
     staying = True
     for which in range(1 + kinks(m, piece)):
         staying = staying and asked_at(m, gain, piece, which, z, end, length) == 0.0

@@ -74,12 +74,19 @@ def solve_force(m, gain, gap, rate, by_gap, by_rate):
 
 
 @jit_inlined
+def excess(m, gain, gap, rate, by_gap, by_rate, push):
+    """What λ of Eq. (27) exceeds the force of the law by; it is zero at the root."""
+    depth, speed = -gap - by_gap * push, -rate - by_rate * push
+    return push - law_force(m.law, m.stiffness, gain, m.exponent, m.penetration, depth, speed)
+
+
+@jit_inlined
 def newton_root(m, gain, gap, rate, by_gap, by_rate):
     """λ of Eq. (27) by Newton's method from λ = 0, its second step with the curvature that two slopes show; or NaN."""
     push, last, before = 0.0, 0.0, 0.0
     for i in range(NEWTON):
         depth, speed = -gap - by_gap * push, -rate - by_rate * push
-        value = push - law_force(m.law, m.stiffness, gain, m.exponent, m.penetration, depth, speed)
+        value = excess(m, gain, gap, rate, by_gap, by_rate, push)
         if abs(value) <= CLOSE * abs(push):
             return push
         if not depth > 0.0:
@@ -103,26 +110,19 @@ def newton_root(m, gain, gap, rate, by_gap, by_rate):
 @jit_no_alloc
 def bracketed_root(m, gain, gap, rate, by_gap, by_rate):
     """λ of Eq. (27) of a law that is not linear."""
-    first = law_force(m.law, m.stiffness, gain, m.exponent, m.penetration, -gap, -rate)
-    low, below, high = 0.0, -first, first
-    above = first - law_force(
-        m.law, m.stiffness, gain, m.exponent, m.penetration, -gap - by_gap * high, -rate - by_rate * high
-    )
-    push = high
-    if above == 0.0 or first == 0.0:
+    low, below = 0.0, excess(m, gain, gap, rate, by_gap, by_rate, 0.0)
+    push = high = -below
+    above = excess(m, gain, gap, rate, by_gap, by_rate, high)
+    if above == 0.0 or high == 0.0:
         return push
     for _ in range(WIDENINGS):
         if (above > 0.0) != (below > 0.0):
             break
         low, below, high = high, above, 2.0 * high
-        above = high - law_force(
-            m.law, m.stiffness, gain, m.exponent, m.penetration, -gap - by_gap * high, -rate - by_rate * high
-        )
+        above = excess(m, gain, gap, rate, by_gap, by_rate, high)
     for _ in range(SOLVES):
         push = high - above * (high - low) / (above - below)
-        value = push - law_force(
-            m.law, m.stiffness, gain, m.exponent, m.penetration, -gap - by_gap * push, -rate - by_rate * push
-        )
+        value = excess(m, gain, gap, rate, by_gap, by_rate, push)
         if abs(value) <= CLOSE * abs(push) or abs(high - low) <= CLOSE * abs(push):
             break
         if (value > 0.0) != (above > 0.0):

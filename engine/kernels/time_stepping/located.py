@@ -53,7 +53,6 @@ from .contact_location import (
     side,
     side_of,
     step,
-    step_from,
     step_of_stages,
     unpack_scheme,
     with_accelerations,
@@ -199,16 +198,17 @@ def points_passed(piece, offset):
 
 
 @jit_inlined
-def step_to_grid(m, forces, gain, pressed, z, length, k, offset):
-    """As :func:`.contact_location.step_from`, of a step that ends at the next step of the grid."""
+def step_of_grid(m, forces, gain, pressed, z, length, k, offset, ends):
+    """As :func:`.contact_location.step_from`; ``ends``: whether the step ends at the next step of the grid."""
     if m.stages.count > 0:
         return step_of_stages(m, gain, pressed, z, length, k, offset)
-    return step(side(m, pressed), z, length, (forces[k + 1, 0], forces[k + 1, 1]))
+    forcing = (forces[k + 1, 0], forces[k + 1, 1]) if ends else forcing_at(m, k, offset + length)
+    return step(side(m, pressed), z, length, forcing)
 
 
 @jit_inlined
-def advance(m, forces, s, window, buffers):
-    """Solve one step, or the piece of it up to a change, and record it.
+def advance(m, forces, s, stop, window, buffers):
+    """Solve whole steps up to one that is recorded or in which something ends; or one, up to a change; record it.
 
     Returns
     -------
@@ -217,23 +217,32 @@ def advance(m, forces, s, window, buffers):
     """
     z, piece, i, offset, since, contact = motion_of(s), s.piece, s.step, s.offset, s.since, s.contact
     solves, before, status, k = s.solves, s.solves_before, OK, s.step % m.steps
-    pressed, gain = piece != FREE, gain_of(m, contact)
+    pressed, gain, impulse = piece != FREE, gain_of(m, contact), contact.impulse
     _, parts = halvings_at(m, pressed, since)
     length_of_part = m.h / parts
     point = min(parts, points_passed(length_of_part, offset) + 1.0)  # of the sub-grid, at which the part ends
     length = point * length_of_part - offset
-    if point == parts:
-        end = step_to_grid(m, forces, gain, pressed, z, length, k, offset)
-    else:
-        end = step_from(m, gain, pressed, z, length, k, offset)
-    after, more = piece, 0
-    if not stays(m, gain, piece, z, end, length):
-        length, end, after, more = locate_change(m, gain, piece, z, end, length, k, offset)
-    changed = after != piece
+    last = i  # of the steps that are taken without a record
+    if offset == 0.0 and parts == 1.0:
+        last = min(next_output(i, m.steps, window, buffers.samples.shape[0] > 0), stop) - 1
+    push = force_of(m, gain, pressed, z)
+    while True:
+        end = step_of_grid(m, forces, gain, pressed, z, length, k, offset, point == parts)
+        staying = stays(m, gain, piece, z, end, length)
+        if i >= last or not staying or not abs(end[3]) < LIMIT:
+            break
+        if pressed:
+            after = force_of(m, gain, True, end)
+            since, impulse, push = since + length, impulse + 0.5 * length * (push + after), after
+        z, i, k, solves = end, i + 1, k + 1, solves + 1
+        before = solves
+    following, more = piece, 0
+    if not staying:
+        length, end, following, more = locate_change(m, gain, piece, z, end, length, k, offset)
+    changed = following != piece
     if pressed:
         since += length
-        twice = force_of(m, gain, True, z) + force_of(m, gain, True, end)
-        contact = with_impulse(contact, contact.impulse + 0.5 * length * twice)
+        contact = with_impulse(contact, impulse + 0.5 * length * (push + force_of(m, gain, True, end)))
     solves += 1 + more
     offset = offset + length if changed else point * length_of_part
     z = end
@@ -241,12 +250,12 @@ def advance(m, forces, s, window, buffers):
         if not pressed:
             since, contact = 0.0, begin_contact(m, i * m.h + offset, z, buffers.contacts.shape[0] > 0)
             gain = gain_of(m, contact)
-            after = piece_at(m, gain, z)
-        elif after == FREE:
+            following = piece_at(m, gain, z)
+        elif following == FREE:
             if buffers.contacts.shape[0] > 0:
                 end_contact(m, contact, i * m.h + offset, z, buffers)
             since, contact = 0.0, no_contact()
-        z = with_contact_accelerations(m, gain, after != FREE, z, forcing_at(m, k, offset))
+        z = with_contact_accelerations(m, gain, following != FREE, z, forcing_at(m, k, offset))
         if no_room(buffers):
             status = PAUSED
     elif point == parts:
@@ -259,35 +268,7 @@ def advance(m, forces, s, window, buffers):
     elif solves - before > SOLVES_PER_STEP:
         status = UNRESOLVED
     x, v, a, g, u, b = z
-    return LocatedState(x, v, a, g, u, b, after, i, offset, solves, before, since, contact), status
-
-
-@jit_inlined
-def glide(m, forces, s, stop, window, sampled):
-    """The state after the next whole steps in which nothing ends, as :func:`advance` takes them.
-
-    That takes the step that follows, and those at whose end something is recorded.
-    """
-    piece, pressed = s.piece, s.piece != FREE
-    _, parts = halvings_at(m, pressed, s.since)
-    if s.offset != 0.0 or parts > 1.0:
-        return s
-    left, k, taken = min(next_output(s.step, m.steps, window, sampled), stop) - s.step - 1, s.step % m.steps, 0
-    z, since, gain = motion_of(s), s.since, gain_of(m, s.contact)
-    push, impulse = force_of(m, gain, pressed, z), s.contact.impulse
-    while taken < left:
-        end = step_to_grid(m, forces, gain, pressed, z, m.h, k + taken, 0.0)
-        if not (stays(m, gain, piece, z, end, m.h) and abs(end[3]) < LIMIT):
-            break
-        if pressed:
-            after = force_of(m, gain, True, end)
-            since, impulse, push = since + m.h, impulse + 0.5 * m.h * (push + after), after
-        z, taken = end, taken + 1
-    if taken == 0:
-        return s
-    x, v, a, g, u, b = z
-    contact, solves = with_impulse(s.contact, impulse), s.solves + taken
-    return LocatedState(x, v, a, g, u, b, piece, s.step + taken, 0.0, solves, solves, since, contact)
+    return LocatedState(x, v, a, g, u, b, following, i, offset, solves, before, since, contact), status
 
 
 @jit_no_alloc
@@ -318,13 +299,12 @@ def integrate_located(packed, forces, state, stop, most, window, flat, sizes):
         than SOLVES_PER_STEP solves.
     """
     m, buffers, s, status = unpack_scheme(packed), unpack_buffers(flat, sizes), unpack_state(state), OK
-    pause, sampled = s.solves + most, buffers.samples.shape[0] > 0
+    pause = s.solves + most
     if s.offset == 0.0:
         push = force_of(m, gain_of(m, s.contact), s.piece != FREE, motion_of(s))
         write_motion(m, s.step, s.step % m.steps, motion_of(s), push, window, buffers)
     while s.step < stop and status == OK:
-        s = glide(m, forces, s, stop, window, sampled)
-        s, status = advance(m, forces, s, window, buffers)
+        s, status = advance(m, forces, s, stop, window, buffers)
         if status == OK and s.solves > pause and s.offset == 0.0 and s.step < stop:
             status = PAUSED
     write_state(state, s)
