@@ -15,7 +15,7 @@ from vibroscope.engine.kernels.linear.tables import full_generator
 from vibroscope.engine.measurement.alignment import align
 from vibroscope.engine.measurement.cycle import reference_cycle
 from vibroscope.engine.measurement.least_squares import FitProblem
-from vibroscope.engine.motions.orbit import FixedPoint, contracts, norm_factor
+from vibroscope.engine.motions.orbit import Contraction, FixedPoint, norm_factor
 from vibroscope.engine.motions.poincare_map import PoincareMap
 
 from tests.displayed import Matrix, compares, of_pages, sides, value
@@ -56,7 +56,7 @@ def test_a_state_that_comes_nearer():
             own |= {"P(y)": column(F @ returned.state), "y*": column(F @ orbit.state), "y": column(F @ y)}
             for number, numbers in ((48, symbols), (47, own)):
                 left, right = (value(side.strip(" ,"), numbers) for side in PAGES[number].split(" ≤ "))
-                assert (left <= right) == (share < 1) == contracts(orbit, F, rate, away, returned)
+                assert (left <= right) == (share < 1) == Contraction(rate, F).contracts(orbit, away, returned)
 
 
 @pytest.mark.parametrize(

@@ -213,13 +213,11 @@ def branches_dataset(branches: Sequence[Branch], over: str | None = None) -> "xr
 
     over = over or branches[0].over
     longest = max((branch.period for branch in branches), default=1)
-    count = sum(len(branch.values) for branch in branches)
-    section, first = np.full((count, longest, 4), np.nan), 0
-    for branch in branches:
-        section[first : first + len(branch.values), : branch.period] = branch.sections
-        first += len(branch.values)
-    of_orbit = [np.full(len(branch.values), k) for k, branch in enumerate(branches)]
-    periods = [np.full(len(branch.values), branch.period) for branch in branches]
+    numbers = np.repeat(np.arange(len(branches)), np.array([len(branch.values) for branch in branches], dtype=int))
+    periods = np.array([branch.period for branch in branches], dtype=int)[numbers]
+    section = np.full((len(numbers), longest, 4), np.nan)
+    for k, branch in enumerate(branches):
+        section[numbers == k, : branch.period] = branch.sections
     multipliers = np.concatenate([np.empty((0, 4), complex), *(branch.multipliers for branch in branches)])
     values = np.concatenate([np.empty(0), *(branch.values for branch in branches)])
     stable = np.concatenate([np.empty(0, bool), *(branch.stable for branch in branches)])
@@ -233,10 +231,8 @@ def branches_dataset(branches: Sequence[Branch], over: str | None = None) -> "xr
     return xr.Dataset(
         {
             over: labelled("orbit", values, "number that varies", "1"),
-            "branch": labelled("orbit", np.concatenate([np.empty(0, int), *of_orbit]), "branch of the orbit", "1"),
-            "period": labelled(
-                "orbit", np.concatenate([np.empty(0, int), *periods]), "excitation periods of the cycle", "1"
-            ),
+            "branch": labelled("orbit", numbers, "branch of the orbit", "1"),
+            "period": labelled("orbit", periods, "excitation periods of the cycle", "1"),
             "stable": labelled("orbit", stable, "stable", "1"),
             "section": labelled(("orbit", "cycle", "coordinate"), section, "Poincaré section", f"{LENGTH}, {SPEED}"),
             "multiplier_real": labelled(rows, multipliers.real, "Floquet multipliers", per_cycle),

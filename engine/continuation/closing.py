@@ -1,7 +1,5 @@
 """Where a branch is back at its first orbit, or ends in a branch of half its period."""
 
-from collections.abc import Sequence
-
 import numpy as np
 
 from ..motions.tolerances import LEAST_SIZE
@@ -45,21 +43,15 @@ def halves_meet(here: CurvePoint, there: CurvePoint) -> bool:
     return difference_of_halves(here) @ difference_of_halves(there) < 0
 
 
-def value_of_meeting(
-    curve: Curve, here: CurvePoint, there: CurvePoint, doublings: Sequence[tuple[int, float]]
-) -> float:
+def value_of_meeting(curve: Curve, here: CurvePoint, there: CurvePoint) -> float:
     """α₁ where the halves meet: the period doubling between two orbits, or next to them.
 
     The equations are singular there; near it α₁ varies with the square of the difference of the halves. So this leads
-    to a known doubling, or else to an orbit of half the period from which it is located.
+    to an orbit of half the period from which the doubling is located.
     """
     one, two = (float(np.square(difference_of_halves(point)).sum()) for point in (here, there))
     share = one / (one - two) if one != two else 0.5
     value = here.value + (there.value - here.value) * min(max(share, -1.0), 2.0)
-    half = here.orbit.period // 2
-    known = min((known for period, known in doublings if period == half), key=lambda v: abs(v - value), default=None)
-    if known is not None and abs(known - value) < SAME_DOUBLING * curve.width:
-        return known
     located = _doubling_near(curve, here.orbit, value)
     return value if located is None else located
 

@@ -5,7 +5,7 @@ zero, the zero is located along the curve. At the zero of a margin the curve goe
 (:mod:`.sequences`).
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 from operator import attrgetter
@@ -59,21 +59,12 @@ class BranchTracer(Tracer):
     start : CurvePoint
         The first orbit; its tangent gives the direction.
     cancelled : callable, optional
-    doublings : sequence of (int, float), optional
-        Known period doublings: the period, and α₁.
     """
 
     control = StepControl(first=0.005, largest=0.05, smallest=1e-9, growth=8.0, bend=0.12, turn=0.98)
 
-    def __init__(
-        self,
-        curve: Curve,
-        start: CurvePoint,
-        cancelled: Callable[[], bool] | None = None,
-        doublings: Sequence[tuple[int, float]] = (),
-    ) -> None:
+    def __init__(self, curve: Curve, start: CurvePoint, cancelled: Callable[[], bool] | None = None) -> None:
         super().__init__(curve, start, cancelled)
-        self.doublings = doublings
         self._grazings: list[float] = []  # since the last other change of the sequence
         self._indicators = indicators(start)
 
@@ -105,7 +96,7 @@ class BranchTracer(Tracer):
             return None
         if step > LONGEST_MEETING:
             return step / 4
-        self._join(there.orbit.period // 2, value_of_meeting(self.curve, here, there, self.doublings))
+        self._join(there.orbit.period // 2, value_of_meeting(self.curve, here, there))
         return step
 
     def _closed(self, here: CurvePoint, there: CurvePoint, step: float) -> tuple[CurvePoint, float]:

@@ -11,9 +11,9 @@ import numpy as np
 
 from .kinds import BIFURCATIONS, BRANCH_POINT, FOLD, GRAZING, NEIMARK_SACKER, indicator
 from .margins import Margin
-from .plane import Place
 from .points import PointProblem
-from .points.grazing import Grazing, touched_at
+from .points.at_event import Grazing, touched_at
+from .points.problem import Place
 from .points.singular import regular, short_pairs
 from .roots import changes_ahead, zero_ahead
 from .tolerances import NEAR_MEETING, ON_CIRCLE

@@ -15,9 +15,9 @@ from ..drivers.event_driven import contact_state
 from .branch import Point
 from .family import Family, ParameterRange
 from .orbit import KINDS, Orbit, touching_at_start
-from .plane import Place, Plane
 from .point_trace import CLOSES, PointTracer
 from .points import PointProblem
+from .points.problem import Place, Plane
 from .question import BranchQuestion
 from .tolerances import SAME_POINT
 

@@ -9,9 +9,8 @@ from .closing import difference_of_halves, share_on_chord
 from .kinds import DOUBLING, FOLD
 from .meetings import Meetings
 from .orbit import within_cycle
-from .plane import Place
 from .points import PointProblem
-from .points.problem import between
+from .points.problem import Place, between
 from .tolerances import CLOSED_CURVE, EXTRAPOLATED, MEETS, ROUGH_STEP, SAME_POINT
 from .tracer import StepControl, Tracer
 

@@ -67,7 +67,6 @@ class BranchSearch:
         self._journal = None if keep is None else Journal(Path(keep), question.as_dict())
         self._known = KnownBranches(self.curve)
         self._joined: list[float] = []  # where branches of twice the period end in others
-        self._doublings: list[tuple[int, float]] = []
         self._pending: list[tuple[str, CurvePoint]] = []
 
     def all(self, note: Callable[[str], None]) -> Iterator[Branch]:
@@ -96,7 +95,7 @@ class BranchSearch:
                 check_apart(start)
         if initial is not None and self.span.low <= value <= self.span.high:
             try:
-                yield value, self.finder.near(value, initial) or self.finder.settled(value, initial)
+                yield value, self.finder.begun(value, initial)
             except ValueError as error:
                 note(stated("the motion from the initial state is not followed: {}", message_of(error)))
 
@@ -114,7 +113,7 @@ class BranchSearch:
         """
         if not any(self.family.at(end)[0].excitation.drives for end in (self.span.low, self.span.high)):
             value = min(max(self.family.value, self.span.low), self.span.high)
-            yield value, self.finder.settled(value, None)
+            yield value, self.finder.begun(value, None)
             return
         yield from self.finder.orbits(SEEDS, STARTS_AT_EACH, unstable=True)
         for source in (partial(self.finder.orbits, starts=1, unstable=False), self.finder.from_elsewhere):
@@ -150,7 +149,6 @@ class BranchSearch:
         if trace.joined is not None:
             self._joined.append(trace.joined)
         self._known.add(trace)
-        self._doublings += [(point.period, point.value) for point, _ in trace.marks if point.kind == DOUBLING]
         for point, orbit in trace.marks:
             doubles = point.kind == DOUBLING and 2 * point.period <= self.question.max_period
             followed = self.question.unstable or may_be_stable(point.multipliers)
@@ -159,7 +157,7 @@ class BranchSearch:
         return trace
 
     def _followed(self, start: CurvePoint) -> Trace:
-        tracer = BranchTracer(self.curve, start, self.cancelled, self._doublings)
+        tracer = BranchTracer(self.curve, start, self.cancelled)
         since = 0.0  # the length up to the last orbit that was stable
         try:
             for count, _ in enumerate(tracer.run(self.question.most_orbits), start=1):
@@ -250,10 +248,7 @@ def continue_branch(
     search = BranchSearch(question, threads, cancelled)
     value, initial = question.value, question.initial
     question.span.check_start(value)
-    orbit = search.finder.near(value, initial) if initial is not None else None
-    if orbit is None:
-        orbit = search.finder.settled(value, initial)
-    branch = search.follow(orbit, value)
+    branch = search.follow(search.finder.begun(value, initial), value)
     if STOPPED in branch.ends:
         raise Cancelled
     return branch

@@ -67,6 +67,10 @@ class OrbitFinder:
         shortest = least_period(rows, SAME_ORBIT)
         return orbit if shortest == period else self.at(value, poincare.displacements(rows[0]), shortest, beyond)
 
+    def begun(self, value: float, state: Sequence[float] | None) -> Orbit:
+        """The orbit :meth:`near` a state, or else that which a run from there has :meth:`settled` to; None is rest."""
+        return (state is not None and self.near(value, state)) or self.settled(value, state)
+
     def near(self, value: float, state: Sequence[float]) -> Orbit | None:
         """The orbit that passes through a state, stable or not, or else that of the shortest period that nearly does.
 

@@ -8,7 +8,7 @@ from ..methods import Method
 from ..model import System
 from ..simulate import simulate
 from .poincare_map import PoincareMap
-from .tolerances import LEAST_SIZE, NEUTRAL, REAL_MULTIPLIER, STATE_DIFFERENCE
+from .tolerances import LEAST_SIZE, NEUTRAL, REAL_MULTIPLIER, STATE_DIFFERENCE, SURELY_STABLE
 
 DOUBLING, FOLD, NEIMARK_SACKER, GRAZING = "period doubling", "fold", "Neimark-Sacker", "grazing"
 
@@ -67,7 +67,7 @@ def eigenvalues_by_modulus(jacobian: np.ndarray) -> np.ndarray:
 
 def is_stable(values: np.ndarray) -> np.ndarray:
     """Whether small disturbances die away, by the multipliers of a motion, or of many in the rows of an array."""
-    return np.abs(np.atleast_1d(values)).max(axis=-1, initial=0.0) < 1 - NEUTRAL
+    return np.abs(np.atleast_1d(values)).max(axis=-1, initial=0.0) < 1 - SURELY_STABLE
 
 
 def may_be_stable(values: np.ndarray) -> np.ndarray:

@@ -78,28 +78,26 @@ def approached_orbit(
 
 def _why_not(poincare: PoincareMap, orbit: FixedPoint, y: np.ndarray, size: float) -> str:
     """Why a run that ended at y is not seen to converge to an orbit; empty if it is, and that is stable."""
-    values = eigenvalues_by_modulus(orbit.returned.jacobian)
-    largest = abs(values[0])
-    if not is_stable(values):
+    norm = contraction(orbit)
+    if norm is None:
+        values = eigenvalues_by_modulus(orbit.returned.jacobian)
         return (
             f"the orbit of period {orbit.period} near the end of the run is not stable: disturbances "
-            f"{fate_of_disturbances(values)}, {largest:.4g}-fold in each cycle"
+            f"{fate_of_disturbances(values)}, {abs(values[0]):.4g}-fold in each cycle"
         )
-    if not _converges(poincare, orbit, y - orbit.state, (1 + largest) / 2, size):
+    if not _converges(poincare, orbit, norm, y - orbit.state, size):
         return f"the run has not settled to the orbit of period {orbit.period} that lies near"
     return ""
 
 
-def _converges(poincare: PoincareMap, orbit: FixedPoint, deviation: np.ndarray, rate: float, size: float) -> bool:
-    """Follow a deviation from the orbit until it has died away; False if it stops obeying the condition.
-
-    ``rate``: ψ, above the largest modulus of the eigenvalues of DP.
-    """
-    factor = norm_factor(orbit.returned.jacobian / rate)
-    first = np.linalg.norm(factor @ deviation)
-    while np.abs(deviation).max() > ON_ORBIT * size and np.linalg.norm(factor @ deviation) > APPROACHED * first:
+def _converges(
+    poincare: PoincareMap, orbit: FixedPoint, norm: "Contraction", deviation: np.ndarray, size: float
+) -> bool:
+    """Follow a deviation from the orbit until it has died away; False if it stops obeying the condition."""
+    first = np.linalg.norm(norm.factor @ deviation)
+    while np.abs(deviation).max() > ON_ORBIT * size and np.linalg.norm(norm.factor @ deviation) > APPROACHED * first:
         returned = poincare(orbit.state + deviation, orbit.period)
-        if not contracts(orbit, factor, rate, deviation, returned):
+        if not norm.contracts(orbit, deviation, returned):
             return False
         deviation = returned.state - orbit.state
     return True
@@ -174,26 +172,30 @@ def _image(poincare: PoincareMap, y: np.ndarray, period: int, residual: float) -
     return poincare(y, period)
 
 
-def contracts(
-    orbit: FixedPoint, factor: np.ndarray, rate: float, deviation: np.ndarray, returned: Return | None
-) -> bool:
-    """Whether the condition of the module holds at a deviation from the orbit, the sequence of events included.
+class Contraction(NamedTuple):
+    """A norm in which DP of an orbit shrinks every vector: |factor · x|, by ``rate`` = ψ at least."""
 
-    Parameters
-    ----------
-    orbit : FixedPoint
-    factor : (4, 4) ndarray
-        Of the norm |factor · x|, in which DP shrinks every vector at least by ``rate``: :func:`norm_factor`.
-    rate : float
-        ψ.
-    deviation : (4,) ndarray
-    returned : Return or None
-        Of the orbit's state with this deviation, over the whole cycle.
-    """
-    if returned is None or returned.course != orbit.returned.course:
-        return False
-    difference = returned.state - orbit.state - orbit.returned.jacobian @ deviation
-    return bool(np.linalg.norm(factor @ difference) <= 0.5 * (1 - rate) * np.linalg.norm(factor @ deviation))
+    rate: float
+    factor: np.ndarray  # (4, 4)
+
+    def contracts(self, orbit: FixedPoint, deviation: np.ndarray, returned: Return | None) -> bool:
+        """Whether the condition of the module holds at a deviation from the orbit, the sequence of events included.
+
+        ``returned``: of the orbit's state with this deviation, over the whole cycle.
+        """
+        if returned is None or returned.course != orbit.returned.course:
+            return False
+        difference = self.factor @ (returned.state - orbit.state - orbit.returned.jacobian @ deviation)
+        return bool(np.linalg.norm(difference) <= 0.5 * (1 - self.rate) * np.linalg.norm(self.factor @ deviation))
+
+
+def contraction(orbit: FixedPoint) -> Contraction | None:
+    """The norm with ψ halfway between the largest multiplier and 1; None if the orbit is not stable."""
+    values = eigenvalues_by_modulus(orbit.returned.jacobian)
+    if not is_stable(values):
+        return None
+    rate = (1 + abs(values[0])) / 2
+    return Contraction(rate, norm_factor(orbit.returned.jacobian / rate))
 
 
 def near_returns(rows: np.ndarray, size: float, longest: int, within: float) -> list[int]:

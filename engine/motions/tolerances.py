@@ -27,9 +27,8 @@ LARGEST_PRESSING = 1e4
 # Stability
 
 STATE_DIFFERENCE = 1e-7  # of the state's size: well below what a time step shifts, well above rounding
-# Distance of a multiplier from the unit circle within which it is taken to lie on it: rounding, and how closely points
-# on branches are located, leave its side open, and a disturbance would take a million cycles to grow or to die away
-NEUTRAL = 1e-6
+SURELY_STABLE = 1e-9  # below one: a cycle whose largest multiplier is larger may be unstable but for rounding …
+NEUTRAL = 1e-6  # … and above one: no larger it may be stable but for how closely points on branches are located
 REAL_MULTIPLIER = 1e-9  # relative: a multiplier with a smaller imaginary part is real
 FALLEN = 0.5  # what is left of a disturbance after the turns of a map that shows whether a region traps
 JOINED = 1e-9  # of the size: gap and gap rate of bodies that move as one, but for rounding

@@ -27,8 +27,7 @@ import numpy as np
 from ..drivers.event_driven import contact_state
 from ..methods import ExactPenalty, Reference
 from ..model import System
-from .floquet import eigenvalues_by_modulus, is_stable
-from .orbit import FixedPoint, contracts, norm_factor
+from .orbit import Contraction, FixedPoint, contraction
 from .poincare_map import PoincareMap
 from .steady import Steady
 from .tolerances import FALLEN, JOINED
@@ -126,12 +125,10 @@ def _linear_part(system: System) -> np.ndarray:
 
 def _factor_of_region(poincare: PoincareMap, orbit: FixedPoint, rigid: bool, size: float) -> np.ndarray | None:
     """F/r around a point of a cycle; None if it is not stable, r is not above rounding, or a wall holds the body."""
-    jacobian = orbit.returned.jacobian
-    values = eigenvalues_by_modulus(jacobian)
-    if not is_stable(values):
+    norm = contraction(orbit)
+    if norm is None:
         return None
-    rate = (1 + abs(values[0])) / 2
-    factor = norm_factor(jacobian / rate)
+    factor = norm.factor
     joined = rigid and np.abs(orbit.state[2:]).max() <= JOINED * size  # whoever comes there has no gap, either
     free = np.array([True, True, not joined, not joined])
     if poincare.mechanics.wall:
@@ -142,9 +139,7 @@ def _factor_of_region(poincare: PoincareMap, orbit: FixedPoint, rigid: bool, siz
     radius = size / np.abs(units).max()
     for _ in range(RADII):
         if all(
-            _holds(poincare, orbit, factor, rate, rigid, distance * radius * unit)
-            for unit in units
-            for distance in DISTANCES
+            _holds(poincare, orbit, norm, rigid, distance * radius * unit) for unit in units for distance in DISTANCES
         ):
             scaled = factor / (SHARE * radius)
             return scaled if not joined else _without_gap(factor[:, free], SHARE * radius, JOINED * size)
@@ -161,12 +156,12 @@ def _directions(factor: np.ndarray, free: np.ndarray) -> np.ndarray:
     return units
 
 
-def _holds(poincare: PoincareMap, orbit: FixedPoint, factor, rate: float, rigid: bool, deviation: np.ndarray) -> bool:
+def _holds(poincare: PoincareMap, orbit: FixedPoint, norm: Contraction, rigid: bool, deviation: np.ndarray) -> bool:
     """Whether the condition holds at a deviation; a reference cannot deviate into penetration."""
     state = orbit.state + deviation
     if rigid:
         state[2] = max(state[2], 0.0)
-    return contracts(orbit, factor, rate, state - orbit.state, poincare(state, orbit.period))
+    return norm.contracts(orbit, state - orbit.state, poincare(state, orbit.period))
 
 
 def _without_gap(columns: np.ndarray, radius: float, nothing: float) -> np.ndarray:

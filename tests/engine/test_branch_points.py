@@ -32,7 +32,7 @@ def test_a_stable_range_ends_at_the_point_where_stability_is_lost():
 
 def test_on_the_unit_circle_no_orbit_counts_as_stable():
     """Where a branch bifurcates, rounding decides on which side a multiplier lies."""
-    assert branch([0.5, 1 - 1e-8, 1.0, 1 + 1e-8, np.inf, np.nan]).stable.tolist() == [True] + 5 * [False]
+    assert branch([0.5, 1 - 1e-10, 1.0, 1 + 1e-10, np.inf, np.nan]).stable.tolist() == [True] + 5 * [False]
 
 
 def test_a_bifurcation_has_what_locates_and_what_confirms_it():

@@ -8,7 +8,7 @@ import pytest
 from vibroscope.engine import ExactPenalty, Excitation, Reference, System, simulate, steady
 from vibroscope.engine.cells import Cells
 from vibroscope.engine.drivers.settle import NO_TRAP, Traps, settle
-from vibroscope.engine.motions.orbit import FixedPoint, contracts
+from vibroscope.engine.motions.orbit import Contraction, FixedPoint
 from vibroscope.engine.motions.poincare_map import Return
 from vibroscope.engine.motions.sameness import same_cycle
 from vibroscope.engine.motions.trapping import trapping_regions
@@ -78,13 +78,13 @@ def test_regions_are_larger_than_rounding_and_hold_their_centre():
 
 def test_another_sequence_of_events_breaks_the_condition():
     jacobian, origin = 0.5 * np.eye(4), np.zeros(4)
-    orbit = FixedPoint(1, origin, Return(origin, jacobian, 1, 0.0), 0)
+    orbit, norm = FixedPoint(1, origin, Return(origin, jacobian, 1, 0.0), 0), Contraction(0.75, np.eye(4))
     deviation = np.array([0.1, 0.0, 0.0, 0.0])
     for course, holds in ((1, True), (2, False)):
         returned = Return(jacobian @ deviation, jacobian, course, 0.0)
-        assert contracts(orbit, np.eye(4), 0.75, deviation, returned) is holds
-    assert not contracts(orbit, np.eye(4), 0.75, deviation, Return(deviation, jacobian, 1, 0.0))
-    assert not contracts(orbit, np.eye(4), 0.75, deviation, None)
+        assert norm.contracts(orbit, deviation, returned) is holds
+    assert not norm.contracts(orbit, deviation, Return(deviation, jacobian, 1, 0.0))
+    assert not norm.contracts(orbit, deviation, None)
 
 
 def test_an_unstable_cycle_has_no_region():

@@ -13,9 +13,8 @@ import numpy as np
 from ...drivers.orbit import event
 from ..kinds import DOUBLING, FOLD, NEIMARK_SACKER, indicator
 from ..orbit import Orbit
-from ..plane import Place
 from ..tolerances import BRIEF_CONTACT
-from .problem import PointProblem
+from .problem import Place, PointProblem
 
 
 class Singular(PointProblem):

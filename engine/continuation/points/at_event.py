@@ -1,7 +1,8 @@
-"""Grazings, and contacts that open: the closing speed of a touch is zero, whose instant is an unknown.
+"""Points at an event of the orbit: grazings and contacts that open, and where an impact begins or ceases to stick.
 
-It is an impact of the reference; of the penalty it is a *marker*, an event without effect, since both events of a
-contact fall together.
+At a grazing the closing speed of a touch is zero, whose instant is an unknown. It is an impact of the reference; of the
+penalty it is a *marker*, an event without effect, since both events of a contact fall together. An impact of the
+reference begins to stick where it parts at ε, and ceases to where it is no longer pressed.
 """
 
 from collections.abc import Iterator
@@ -9,12 +10,11 @@ from collections.abc import Iterator
 import numpy as np
 
 from ...drivers.orbit import event
-from ..kinds import GRAZING, OPENS
+from ..kinds import GRAZING, OPENS, STICKING_BEGINS, STICKING_ENDS
 from ..margins import Margin
 from ..orbit import Orbit, short_phase
-from ..plane import Place, Plane
 from ..tolerances import SAME_TOUCH, TOUCH_LENGTH
-from .problem import PointProblem
+from .problem import Place, Plane, PointProblem
 
 
 class Grazing(PointProblem):
@@ -71,3 +71,29 @@ def marked(orbit: Orbit, k: int) -> tuple[Orbit, int]:
     first, second, length = short_phase(orbit, k)
     place, middle = min(first, len(orbit.kinds) - 2), orbit.instants[first] + 0.5 * length
     return orbit.without({first, second}).with_events(place, middle, (orbit.kinds[second],)), place
+
+
+class Sticking(PointProblem):
+    """The margin of an impact is zero: the curve is one end of the jump, on the side of these orbits."""
+
+    kinds = (STICKING_BEGINS, STICKING_ENDS)
+
+    @classmethod
+    def serves(cls, kind: str, rigid: bool) -> bool:
+        """Contacts of the penalty have a length."""
+        return rigid
+
+    @classmethod
+    def begun(cls, kind: str, plane: Plane, place: Place) -> Iterator[tuple[PointProblem, Orbit]]:
+        """For each impact, that with the smallest margin first."""
+        of_kind = (margin for margin in plane.margins(place) if margin.kind == kind)
+        for margin in sorted(of_kind, key=lambda each: abs(each.value)):
+            yield cls(kind, plane, place.orbit, margin.event), place.orbit
+
+    def condition(self, place: Place) -> float:
+        """The margin."""
+        return next(margin.value for margin in self.plane.margins(place) if self.is_own(margin, place))
+
+    def is_own(self, margin: Margin, place: Place) -> bool:
+        """That of the impact."""
+        return (margin.kind, margin.event) == (self.kind, self.event)
