@@ -10,7 +10,7 @@ from html import escape
 
 NOT_KNOWN = "not known"  # no sentence holds nan or inf
 MOST_DIGITS = 6  # of a share beside a limit that it hardly differs from
-ROUNDING = 1e-9  # of the second digit: a number that exceeds it by less does so by rounding
+ROUNDED_DIGIT = 1e-9  # of the second digit: a number that exceeds it by less does so by rounding
 MOST_SHARE = 10  # a larger share is of motions that have nothing in common, whatever its size
 
 
@@ -64,7 +64,7 @@ def rounded_up(value: float) -> float:
     (1300.0, 0.012)
     """
     unit = 10.0 ** (math.floor(math.log10(value)) - 1)
-    return rounded_to(math.ceil(value / unit - ROUNDING) * unit, 2)
+    return rounded_to(math.ceil(value / unit - ROUNDED_DIGIT) * unit, 2)
 
 
 def rounded(value: float, digits: int) -> str:

@@ -24,7 +24,7 @@ from ..drivers.code_cache import cache_root, source_digest
 ENGINE = Path(__file__).parents[1]
 STUDIES = tuple(Path("sweeps", f"{name}_study.py") for name in ("basin", "eta", "no_solution", "plane", "step"))
 NOT_NUMERICAL = (
-    *(Path("arguments.py"), Path("facts.py"), Path("sweeps/digest.py"), Path("sweeps/variables.py")),
+    *map(Path, ("arguments.py", "facts.py", "wording.py", "sweeps/digest.py", "sweeps/variables.py")),
     Path("kernels/compile/code_cache.py"),  # where machine code is kept
 )
 KERNELS = "kernels"  # their folder
