@@ -18,10 +18,10 @@ from ..model import System
 from ..result import Response
 from ..simulate import LONG, simulate
 from .description import Kind, Motion
-from .motion import DESCRIBED_PERIODS, motion
+from .motion import Runs, motion
 from .sameness import same_cycle, same_motion
 from .starts import apart, random_states, reach_of
-from .steady import schedule_of, steady
+from .steady import steady
 from .tolerances import THIN
 
 REACH_OF_STARTS = 2.0  # of the starts, in amplitudes of the motion from rest
@@ -148,12 +148,13 @@ def _starts(system, eta, method, count, seed, cancelled) -> np.ndarray:
 
 def _long_term_response(system, eta, method, start, cancelled) -> Response:
     """Return one cycle of the steady motion of a closed-form solver, or else the last periods of a long run."""
+    runs = Runs(system, eta, method, cancelled)
     if not method.has_step:
-        found = steady(system, eta, method, initial=start, max_period=schedule_of(method).longest, cancelled=cancelled)
+        found = runs.steady(start)
         if found.periodic or not found.response.ok:
             return found.response
         start = found.response.section[-1]
-    return simulate(system, eta, method, periods=LONG, keep=DESCRIBED_PERIODS, initial=start, cancelled=cancelled)
+    return runs.run(LONG, start)
 
 
 def _limit_cycle(system, eta, method, run: Response, found: Motion, cancelled) -> np.ndarray | None:

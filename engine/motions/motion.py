@@ -17,15 +17,16 @@ A motion of Newmark's method, or of another one with a time step, is judged by i
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
 from ..drivers.law_driven import remembers
 from ..drivers.section import period_of
 from ..energy.balance import energy_balance
-from ..methods import ExactPenalty, Method, Newmark, Reference, TimeStepping
+from ..methods import Method
 from ..model import System
-from ..result import Record, Response
+from ..result import Checkpoint, Record, Response
 from ..simulate import FARTHEST, LONG, simulate
 from ..wording import counted, end_text
 from .contact_force import impulse_per_period, peak_force
@@ -34,7 +35,7 @@ from .floquet import fate_of_disturbances, lyapunov_exponent, multipliers, neare
 from .lyapunov import Lyapunov, lyapunov
 from .poincare_map import unresolved
 from .regularity import rotation_number
-from .steady import REST, schedule_of, steady
+from .steady import REST, Steady, schedule_of, steady
 from .time_step_scatter import judge_newmark_section, later_run
 from .tolerances import REPEATED_IMPACTS, REPEATED_IMPACTS_BY_STEPS, UNBALANCED
 
@@ -104,7 +105,30 @@ def motion(
     find = _stepped_motion if stepped else _closed_form_motion
     if remembers(subject, method.limit if stepped else method):
         find = _remembering_motion
-    return find(subject, eta, method, initial, cancelled)
+    return find(Runs(subject, eta, method, cancelled), initial)
+
+
+class Runs(NamedTuple):
+    """The runs by which a motion is found out, all of one system, η and method."""
+
+    system: System
+    eta: float
+    method: Method
+    cancelled: Callable[[], bool] | None
+
+    def run(self, periods: int, initial: Sequence[float] | Checkpoint | None, **how) -> Response:
+        """A run that keeps its last DESCRIBED_PERIODS; other keywords as of :func:`engine.simulate`."""
+        how = {"keep": DESCRIBED_PERIODS, "cancelled": self.cancelled} | how
+        return simulate(self.system, self.eta, self.method, periods=periods, initial=initial, **how)
+
+    def steady(self, initial: Sequence[float] | None) -> Steady:
+        """The cycle that a run from a start tends to (:func:`.steady.steady`), of the lengths that are looked for."""
+        how = {"max_period": schedule_of(self.method).longest, "cancelled": self.cancelled}
+        return steady(self.system, self.eta, self.method, initial=initial, **how)
+
+    def multipliers(self, state: np.ndarray, period: int) -> np.ndarray:
+        """The Floquet multipliers of a cycle through a state."""
+        return multipliers(self.system, self.eta, self.method, state, period, self.cancelled)
 
 
 def classify(followed: Lyapunov) -> tuple[Kind, str]:
@@ -130,12 +154,13 @@ def classify(followed: Lyapunov) -> tuple[Kind, str]:
 # ------------------------------------------------------------------------------------------------- closed-form solvers
 
 
-def _closed_form_motion(system: System, eta, method: Reference | ExactPenalty, initial, cancelled) -> Motion:
+def _closed_form_motion(runs: Runs, initial) -> Motion:
+    system, eta, method, cancelled = runs
     if reason := unresolved(system):
-        run = simulate(system, eta, method, periods=LONG, keep=DESCRIBED_PERIODS, initial=initial, cancelled=cancelled)
+        run = runs.run(LONG, initial)
         return replace(describe(run, 0), type=Kind.UNDECIDED, reason=reason) if run.ok else describe(run)
     schedule = schedule_of(method)
-    found = steady(system, eta, method, initial=initial, max_period=schedule.longest, cancelled=cancelled)
+    found = runs.steady(initial)
     run = found.response
     if found.periodic:
         return _periodic_motion(run, found.period, found.multipliers, cancelled)
@@ -145,33 +170,21 @@ def _closed_form_motion(system: System, eta, method: Reference | ExactPenalty, i
     if np.abs(state).max() > FARTHEST:
         return _unbounded_motion(run)
     if not system.excitation.drives and (own := own_period(run)) == own:
-        more = simulate(
-            system, eta, method, periods=DESCRIBED_PERIODS, keep=DESCRIBED_PERIODS, initial=state, cancelled=cancelled
-        )
-        return _free_motion(more, own, cancelled)
+        return _free_motion(runs.run(DESCRIBED_PERIODS, state), own, cancelled)
     for periods in schedule.followed:
         followed = lyapunov(system, eta, method, initial=state, periods=periods, cancelled=cancelled)
         if len(followed.section) < periods:
             reason = f"after {len(followed.section)} periods more it has no derivative: an impact grazes"
             return replace(describe(run, 0), reason=reason)
         state = followed.section[-1]
-        cycle = _late_cycle(system, eta, method, followed.section, cancelled)
+        cycle = _late_cycle(runs, followed.section)
         if cycle is not None:
             return replace(cycle, reason=cycle.reason + f"; a run of {schedule.long} periods did not find it")
         kind, reason = classify(followed)
         if kind is not Kind.UNDECIDED:
             break
     record = Record(SAMPLED_PERIODS, SAMPLES_PER_PERIOD)
-    run = simulate(
-        system,
-        eta,
-        method,
-        periods=DESCRIBED_PERIODS,
-        keep=DESCRIBED_PERIODS,
-        initial=state,
-        record=record,
-        cancelled=cancelled,
-    )
+    run = runs.run(DESCRIBED_PERIODS, state, record=record)
     return replace(
         _with_energy(describe(run, 0), run, cancelled),
         type=kind,
@@ -182,24 +195,23 @@ def _closed_form_motion(system: System, eta, method: Reference | ExactPenalty, i
     )
 
 
-def _remembering_motion(system: System, eta, method, initial, cancelled) -> Motion:
+def _remembering_motion(runs: Runs, initial) -> Motion:
     """Describe a run of a law whose section does not say all of the state: its period alone, no multipliers."""
-    run = simulate(system, eta, method, periods=LONG, keep=DESCRIBED_PERIODS, initial=initial, cancelled=cancelled)
-    return _with_samples(describe(run), run, cancelled) if run.ok else describe(run)
+    run = runs.run(LONG, initial)
+    return _with_samples(describe(run), run, runs.cancelled) if run.ok else describe(run)
 
 
-def _late_cycle(system: System, eta, method, section: np.ndarray, cancelled) -> Motion | None:
+def _late_cycle(runs: Runs, section: np.ndarray) -> Motion | None:
     """Return the cycle that the motion settled to while it was followed: its transient was long, or the cycle is."""
     state = section[-1]
-    found = steady(system, eta, method, initial=state, max_period=schedule_of(method).longest, cancelled=cancelled)
+    found = runs.steady(state)
     if found.periodic:
-        return _periodic_motion(found.response, found.period, found.multipliers, cancelled)
+        return _periodic_motion(found.response, found.period, found.multipliers, runs.cancelled)
     period = period_of(section[-2 * LONGEST_SEEN :])
     if not period:
         return None
-    values = multipliers(system, eta, method, state, period, cancelled)
-    run = simulate(system, eta, method, periods=2 * period, keep=period, initial=state, cancelled=cancelled)
-    return _periodic_motion(run, period, values, cancelled)
+    values = runs.multipliers(state, period)
+    return _periodic_motion(runs.run(2 * period, state, keep=period), period, values, runs.cancelled)
 
 
 def _unbounded_motion(run: Response) -> Motion:
@@ -288,16 +300,16 @@ def _with_samples(described: Motion, run: Response, cancelled) -> Motion:
     return _with_energy(found, sampled, cancelled)
 
 
-def _stepped_motion(system: System, eta, method: Newmark | TimeStepping, initial, cancelled) -> Motion:
-    run = simulate(system, eta, method, periods=LONG, keep=DESCRIBED_PERIODS, initial=initial, cancelled=cancelled)
+def _stepped_motion(runs: Runs, initial) -> Motion:
+    cancelled, run = runs.cancelled, runs.run(LONG, initial)
     if not run.ok:
         return describe(run)
     state = run.section[-1]
     if np.abs(state).max() > FARTHEST:
         return _unbounded_motion(run)
-    if not system.excitation.drives and (own := own_period(run)) == own:
+    if not runs.system.excitation.drives and (own := own_period(run)) == own:
         return _free_motion(run, own, cancelled)
-    limit = _closed_form_motion(system, eta, method.limit, state, cancelled)
+    limit = _closed_form_motion(runs._replace(method=runs.method.limit), state)
     judged = judge_newmark_section(run, limit, cancelled)
     while judged.bands and limit.period and (later := later_run(run, limit, cancelled)) is not None:
         run, state, judged = later, later.section[-1], judge_newmark_section(later, limit, cancelled)
@@ -318,7 +330,7 @@ def _stepped_motion(system: System, eta, method: Newmark | TimeStepping, initial
         return replace(described, lyapunov=limit.lyapunov, lyapunov_error=limit.lyapunov_error, rotation=limit.rotation)
     if scattered:
         return _with_multipliers(described, limit.multipliers)
-    values = multipliers(system, eta, method, state, judged.period, cancelled)
+    values = runs.multipliers(state, judged.period)
     return _with_multipliers(replace(described, section=described.section[-judged.period :]), values)
 
 

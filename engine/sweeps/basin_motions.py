@@ -28,10 +28,9 @@ from ..drivers.threads import thread_count
 from ..methods import Method
 from ..model import System
 from ..motions.description import Kind
-from ..motions.motion import motion
+from ..motions.motion import Runs, motion
 from ..motions.poincare_map import without_penetration
 from ..motions.sameness import cycle_points, same_motion
-from ..motions.steady import schedule_of, steady
 from ..motions.tolerances import THIN
 from ..motions.trapping import Region, trapping_regions
 from ..result import STATUSES, Status
@@ -341,8 +340,7 @@ class BasinSearch:
         """
         if not self.closed_form:
             return None
-        options = {"initial": start, "max_period": schedule_of(self.method).longest, "cancelled": cancelled}
-        found = steady(self.system, self.eta, self.method, **options)
+        found = Runs(self.system, self.eta, self.method, cancelled).steady(start)
         if not found.periodic:
             return None
         known = trapped and self.trapped

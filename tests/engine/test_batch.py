@@ -116,6 +116,16 @@ def test_early_stop_with_a_sample_shorter_than_a_cycle(sample):
         np.testing.assert_allclose(getattr(early, number), getattr(full, number), rtol=0, atol=1e-9, err_msg=number)
 
 
+def test_some_of_the_cells_with_other_numbers():
+    systems = [System(d1=d1) for d1 in (0.01, 0.02, 0.03)]
+    cells = Cells(systems, [1.0, 2.0, 3.0], Newmark(1, 1, 50), stiffness=[10, 20, 30], chain=[0, 0, 0])
+    some = cells.at(np.array([2, 0]), steps=np.array([60, 70]))
+    assert (some.eta.tolist(), some.stiffness.tolist(), some.steps.tolist()) == ([3.0, 1.0], [30, 10], [60, 70])
+    assert [some.system_of(i).d1 for i in range(2)] == [0.03, 0.01]
+    assert some.chain is None
+    assert some.initial is some.damping is None
+
+
 @settings(max_examples=share(15))
 @given(st.permutations(range(12)), st.integers(1, 5), st.integers(0, 12), st.sampled_from(sorted(SWEEPS)))
 def test_neither_order_nor_threads_nor_chunks_matter(permutation, threads, cut, name):

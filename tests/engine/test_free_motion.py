@@ -10,6 +10,7 @@ from vibroscope.engine import (
     Record,
     Reference,
     System,
+    attractors,
     compare,
     find_branches,
     motion,
@@ -42,6 +43,13 @@ def test_an_elastic_free_vibration_repeats_with_a_period_of_its_own(method, peri
     assert "die away" not in found.reason
     assert found.energy_lost == pytest.approx(0.0, abs=1e-3)
     assert found.impulse > 0
+
+
+def test_free_vibrations_from_several_starts_are_searched():
+    """Whether a start leads to one that was known divided by its period, which is none of the excitation's."""
+    found = attractors(BOUNCING, 0.7377, Reference(), starts=4)
+    assert sum(each.share for each in found) == pytest.approx(1.0)
+    assert any(np.isfinite(each.motion.own_period) for each in found)
 
 
 @pytest.mark.parametrize(

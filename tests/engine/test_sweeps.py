@@ -20,7 +20,7 @@ from vibroscope.engine import (
     sweep,
 )
 from vibroscope.engine.contact import equal_restitution_damping
-from vibroscope.engine.sweeps.refinement import changed_intervals
+from vibroscope.engine.sweeps.eta_study import changed_intervals
 from vibroscope.engine.sweeps.step_study import observed_order
 
 SHORT = {"transient": 300, "sample": 20}
