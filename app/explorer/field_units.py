@@ -10,31 +10,13 @@ import math
 from dataclasses import replace
 from typing import NamedTuple
 
-from vibroscope.app.explorer.parameters import SHARES, Explorer
+from vibroscope.app.explorer.parameters import FIELDS, Field
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.runtime.number_text import plain_unit, print_number
 from vibroscope.app.runtime.typed_units import TYPED_UNITS, sizes
 from vibroscope.engine import Units, written
 from vibroscope.engine.physical import held_text
 
-_STARTS = {"start_xi1": "displacement", "start_v1": "velocity", "start_xi2": "displacement", "start_v2": "velocity"}
-# Quantity of each field of the setting that has one.
-FIELD_QUANTITIES = {
-    "eta": "frequency",
-    "K": "contact_stiffness",
-    "D": "contact_damping",
-    "threshold": "velocity",
-    **_STARTS,
-}
-FIELD_QUANTITIES |= dict.fromkeys(("clearance", "base", "penetration"), "displacement")  # of the base: what is held
-FIELD_QUANTITIES |= dict.fromkeys(("force1", "force2", "constant1", "constant2"), "force")
-FREQUENCY_RATIOS = ("kappa", "kappa3")  # which can be typed as the frequency that they give
-# In units: other quantities than η and D, and other symbols than those without dimension.
-_LABELS = {"eta": ("f", "excitation frequency"), "D": ("2D", "penalty damper")}
-_LABELS |= {
-    name: (label, Explorer.param[name].doc.replace("τ", "t").replace("ξ", "x"))
-    for name, label in zip(_STARTS, ("x₁(0)", "x₁′(0)", "x₂(0)", "x₂′(0)"), strict=True)
-}
 # What a number without dimension is a multiple of: k₁ = m₁ω₁² is the spring of body 1, A the amplitude of the base.
 _NATURAL = {
     "displacement": "base amplitude",
@@ -46,7 +28,6 @@ _NATURAL = {
     "impulse": "m₁Aω₁",
 }
 _NOT_DRIVEN = "frequency that counts time: nothing drives the bodies"
-_DEFINING = {"omega1": "angular_frequency", "m1": "mass", "amplitude": "displacement"}
 _DIGITS = 6  # of a number that was converted: as many as a field has room for
 
 
@@ -99,21 +80,22 @@ class ShownField(NamedTuple):
 
 def shown_field(name: str, setting: Setting) -> ShownField:
     """How the number ``name`` of a setting is shown."""
-    rule = Explorer.param[name]
-    if name in _DEFINING:
-        return _defining_field(name, rule, setting)
-    share = {"%": 0.01} if name in SHARES else {}
+    field = FIELDS[name]
+    if field.defines:
+        return _defining_field(field, setting)
+    label, hint = field.label, field.hint
+    share = {"%": 0.01} if field.also == "%" else {}
     if setting.scale is None:
-        natural = unit_of(quantity_of_field(name, setting), setting) if name in FIELD_QUANTITIES else ""
+        natural = unit_of(quantity_of_field(name, setting), setting) if field.quantity else ""
         if natural == "base amplitude" and not setting.base:
             natural = "A"  # of another length
-        hint = rule.doc if name != "eta" or setting.is_driven else _NOT_DRIVEN
-        return ShownField(rule.label, hint, "", 1.0, {"": 1.0, **share}, natural)
-    if name not in FIELD_QUANTITIES:
-        ratio = {"Hz": 2 * math.pi / setting.omega1} if name in FREQUENCY_RATIOS else {}
-        return ShownField(rule.label, rule.doc, "", 1.0, {"": 1.0, **share, **ratio})
+        hint = hint if name != "eta" or setting.is_driven else _NOT_DRIVEN
+        return ShownField(label, hint, "", 1.0, {"": 1.0, **share}, natural)
+    if not field.quantity:
+        ratio = {"Hz": 2 * math.pi / setting.omega1} if field.also == "Hz" else {}
+        return ShownField(label, hint, "", 1.0, {"": 1.0, **share, **ratio})
     quantity = quantity_of_field(name, setting)
-    label, hint = _LABELS.get(name, (rule.label, rule.doc))
+    label, hint = field.in_units or (label, hint)
     hint = hint if name != "eta" or setting.is_driven else _NOT_DRIVEN
     factor = setting.scale.factor(quantity)
     one = replace(setting.scale, system="si").factor(quantity)
@@ -123,7 +105,7 @@ def shown_field(name: str, setting: Setting) -> ShownField:
 
 def quantity_of_field(name: str, setting: Setting) -> str:
     """The physical quantity of a number of the setting that has one; of the base that which is held."""
-    return setting.held if name == "base" else FIELD_QUANTITIES[name]
+    return setting.held if name == "base" else FIELDS[name].quantity
 
 
 def held_in_words(setting: Setting) -> str:
@@ -132,18 +114,15 @@ def held_in_words(setting: Setting) -> str:
     return held_text(setting.system.excitation, setting.scale, forms)
 
 
-def _defining_field(name: str, rule, setting: Setting) -> ShownField:
+def _defining_field(field: Field, setting: Setting) -> ShownField:
     """ω₁ in 1/s; m₁ and A in the chosen units, and in kg and mm where none are."""
-    quantity = _DEFINING[name]
-    kept = {"mass": 1.0, "displacement": 1e-3}.get(quantity, 1.0)  # the unit of the setting, in SI units
-    units = Units(system="mm-t-s" if setting.scale is None and name == "amplitude" else _system(setting))
+    quantity = field.defines
+    kept = 1e-3 if quantity == "displacement" else 1.0  # the unit of the setting, in SI units
+    usual = "mm-t-s" if quantity == "displacement" else "si"
+    units = Units(system=usual if setting.scale is None else setting.scale.system)
     unit = units.unit(quantity)
     size = sizes(quantity, kept)
-    return ShownField(rule.label, rule.doc, unit, 1 / size[unit], {"": size[unit], **size})
-
-
-def _system(setting: Setting) -> str:
-    return "si" if setting.scale is None else setting.scale.system
+    return ShownField(field.label, field.hint, unit, 1 / size[unit], {"": size[unit], **size})
 
 
 def typed_units(quantity: str, unit: str) -> dict[str, float]:

@@ -14,7 +14,7 @@ from typing import NamedTuple
 from urllib.parse import parse_qsl, urlencode
 
 from vibroscope.app.explorer.errors import Refused
-from vibroscope.app.explorer.parameters import FIELDS, MAIN_FIELDS, OF_BODY_2, START_FIELDS
+from vibroscope.app.explorer.parameters import FIELDS, MAIN_FIELDS
 from vibroscope.app.explorer.reading import read_choice, read_number, read_setting
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.runtime.number_text import print_number, quote
@@ -43,7 +43,7 @@ def parse_address(query: str) -> dict[str, str]:
         raise Refused("address", "This address is too long to be an address of this page.")
     texts: dict[str, str] = {}
     for name, text in parse_qsl(query, keep_blank_values=True, errors="replace"):
-        if name not in FIELDS + VIEW_FIELDS:
+        if name not in FIELDS and name not in VIEW_FIELDS:
             continue  # mail programs and other pages add parameters of their own to links
         if name in texts:
             raise Refused(name, f"The address gives {name} twice.")
@@ -56,18 +56,13 @@ def idle_numbers(texts: Mapping[str, str], setting: Setting) -> str:
 
     They are accepted: the page itself keeps them in its links, for when other bodies are chosen again.
     """
-    idle = [name for name in _IDLE[setting.bodies] if name in texts]
+    idle = [name for name, field in FIELDS.items() if name in texts and setting.bodies not in field.bodies]
     if not idle:
         return ""
     no_effect = "it has no effect" if len(idle) == 1 else "they have no effect"
     return f"The link gives bodies={setting.bodies} and {', '.join(idle)}: {_WHY_IDLE[setting.bodies]}, {no_effect}."
 
 
-_IDLE = {
-    "pendulums": ("mass_ratio",),
-    "two": ("kappa3",),
-    "wall": (*OF_BODY_2, "kappa3", "mass_ratio", "force2", "force2_phase", "constant2", *START_FIELDS[2:]),
-}
 _WHY_IDLE = {
     "pendulums": "the mass ratio follows from kappa and kappa3",
     "two": "the mass ratio is given instead",

@@ -11,7 +11,7 @@ from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
-from vibroscope.app.explorer.parameters import Explorer
+from vibroscope.app.explorer.parameters import FIELDS
 from vibroscope.app.explorer.present import WINDOW, Columns, convert_units
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.explorer.statements import shown_text
@@ -39,7 +39,7 @@ _MOST_POINTS = 300  # drawn; more would hide the curves
 _SLOPE = 1 / 50  # of an excitation period: the time over which a velocity of the measurement is a mean
 # Symbol and name of each constant, as the page shows them.
 LEAST_ERROR = 1e-7  # that is written with the decimals of its constant
-FITTED_NAMES = {name: (Explorer.param[name].label, Explorer.param[name].doc) for name in FITTED}
+FITTED_NAMES = {name: (FIELDS[name].label, FIELDS[name].hint) for name in FITTED}
 
 
 class MeasuredFile:

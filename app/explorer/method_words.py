@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import fields
 
+from vibroscope.app.explorer.parameters import FIELDS
 from vibroscope.engine import (
     INTEGRATORS,
     Method,
@@ -13,34 +14,8 @@ from vibroscope.engine import (
 )
 from vibroscope.engine.law_table import numbers_of
 
-INTEGRATOR_NAMES = {name: kind.title for name, kind in INTEGRATORS.items()}
-STATUS_NAMES = {"start": "start of the step", "end": "end, iterated"}
-STIFFNESS_NAMES = {"typed": "K as typed", "system": "from the natural period", "step": "follows the step"}
-DAMPER_NAMES = {"typed": "D as typed", "restitution": "from the restitution"}
-WITHOUT_SOLUTION_NAMES = {"stop": "stop", "keep": "keep status", "halve": "halve step"}
-LAW_NAMES = {
-    "kelvin-voigt": "Kelvin–Voigt",
-    "cut": "Kelvin–Voigt, cut at zero",
-    "limited": "limited damper",
-    "compression": "damper in compression alone",
-    "hunt-crossley": "Hunt–Crossley",
-    "lankarani-nikravesh": "Lankarani–Nikravesh",
-    "flores": "Flores",
-    "jankowski": "Jankowski",
-    "constant-restitution": "constant restitution",
-    "impact": "IMPACT",
-}
-CHOICE_NAMES = {  # of the choices by which methods with a time step differ
-    "integrator": INTEGRATOR_NAMES,
-    "status": STATUS_NAMES,
-    "without_solution": WITHOUT_SOLUTION_NAMES,
-    "law": LAW_NAMES,
-    "stiffness": STIFFNESS_NAMES,
-    "damper": DAMPER_NAMES,
-}
 CUT = "cut at contact"  # of steps that end where contact changes, as titles and legends have it
 STEP_NAMES = {"fixed": "constant step", "located": f"step {CUT}"}
-_SYMBOLS = {"beta": "β", "gamma": "γ", "alpha": "α", "rho": "ρ∞"}
 _STATUSES = {
     "start": "contact status from the start of the step",
     "end": "contact status iterated to the end of the step",
@@ -60,10 +35,9 @@ def name_of_method(method: Method) -> str:
     if not method.has_choices:
         return f"Newmark, {CUT}" if method.located else "Newmark"
     own = method.integrator
-    numbers = ", ".join(
-        f"{_SYMBOLS.get(each.name, each.name)} = {written(getattr(own, each.name)).replace('-', '−')}"
-        for each in fields(own)
-    )
+    values = {each.name: written(getattr(own, each.name)).replace("-", "−") for each in fields(own)}
+    labels = {name: FIELDS[name].label if name in FIELDS else name for name in values}
+    numbers = ", ".join(f"{labels[name]} = {value}" for name, value in values.items())
     return f"{own.title} ({numbers})" if numbers else own.title
 
 
@@ -71,14 +45,14 @@ def words_of_method(method: Method) -> str:
     """Name, contact status and law of a method; empty for Newmark's, the page's default."""
     if not method.has_choices:
         return ""
-    law = LAW_NAMES.get(method.law, method.law)
+    law = FIELDS["law"].choices[method.law]
     damper = ", its damper from the restitution" if method.damping is None else ""
     return f"{name_of_method(method)}; {_STATUSES.get(method.status, method.status)}; contact law {law}{damper}"
 
 
 def words_of_scheme(method: Newmark | TimeStepping) -> str:
     """Name, contact status and law of any method with a time step."""
-    law = LAW_NAMES.get(method.law, method.law)
+    law = FIELDS["law"].choices[method.law]
     return f"{name_of_integrator(method.integrator.name)}; {_STATUSES[method.status]}; contact law {law}"
 
 
@@ -110,7 +84,7 @@ def brief_name(method: Newmark | TimeStepping) -> str:
     if method.status == "end":
         parts.append("status at the end")
     if not method.linear:
-        parts.append(LAW_NAMES.get(method.law, method.law))
+        parts.append(FIELDS["law"].choices[method.law])
     return ", ".join(parts)
 
 

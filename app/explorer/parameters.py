@@ -1,25 +1,30 @@
-"""The parameters of the explorer, declared once: `Explorer`, and which of them belong together. No panel import."""
+"""The table of fields: every number and choice of the setting, declared once. No panel import.
+
+Page, command line, links, units, help, refusals and files read it. A new number is an entry here, and its use.
+"""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
+from typing import NamedTuple
 
-import param
 from vibroscope.engine import (
     CONTACT_LAWS,
+    CONTACT_STATUSES,
     INITIAL_ACCELERATIONS,
     INTEGRATORS,
     WITHOUT_SOLUTION,
     Excitation,
     NewmarkBeta,
+    Reference,
     System,
     Units,
     end_text,
 )
 from vibroscope.engine.excitation import AMPLITUDE_RANGE, HELD, PHASE_RANGE
 from vibroscope.engine.integrators import ALPHA_RANGE, BETA_RANGE, GAMMA_RANGE, RHO_RANGE
-from vibroscope.engine.law_table import HERTZ
+from vibroscope.engine.law_table import HERTZ, laws_with
 from vibroscope.engine.laws import STEP_SCALE_RANGE
 from vibroscope.engine.methods import (
     DAMPING_RANGE,
@@ -31,199 +36,400 @@ from vibroscope.engine.methods import (
 )
 from vibroscope.engine.model import CLEARANCE_RANGE, ETA_RANGE, MASS_RATIO_RANGE, RATIO_RANGE
 from vibroscope.engine.simulate import FARTHEST
-from vibroscope.engine.units import BASE_AMPLITUDE_RANGE, M1_RANGE, OMEGA1_RANGE, UNIT_SYSTEMS
+from vibroscope.engine.units import BASE_AMPLITUDE_RANGE, M1_RANGE, OMEGA1_RANGE
 
-_PAPER, _UNITS, _DRIVE = System(), Units(), Excitation()
-_START = {"bounds": (-FARTHEST, FARTHEST)}
-_BELOW_ONE = {"bounds": (0.0, 1.0), "inclusive_bounds": (True, False)}  # damping ratios: underdamped bodies
+Span = tuple[float, float] | tuple[()]
+LAW_NAMES = {  # of a law without one its key
+    "kelvin-voigt": "Kelvin–Voigt",
+    "cut": "Kelvin–Voigt, cut at zero",
+    "limited": "limited damper",
+    "compression": "damper in compression alone",
+    "hunt-crossley": "Hunt–Crossley",
+    "lankarani-nikravesh": "Lankarani–Nikravesh",
+    "flores": "Flores",
+    "jankowski": "Jankowski",
+    "constant-restitution": "constant restitution",
+    "impact": "IMPACT",
+}
 
 
-def _choice(names: Iterable[str], label: str, doc: str, default: str | None = None) -> param.Selector:
-    """One of these names; by default the first."""
-    objects = list(names)
-    return param.Selector(default=default or objects[0], objects=objects, label=label, doc=doc)
+class Field(NamedTuple):
+    """A number or a choice: what it is called, what it may be, and where it has a meaning.
 
-
-def _form(label: str, names: Iterable[str]) -> param.Selector:
-    """The form in which a number of the system is typed and shown in units."""
-    return _choice(names, label, "Form in which it is typed, shown and kept in units")
-
-
-class Explorer(param.Parameterized):
-    """Default, bounds, label and hint of every slider, field and switch.
-
-    ``bounds`` are what the engine takes, on the command line too. ``softbounds`` are the part of them that sliders and
-    axes cover.
+    Attributes
+    ----------
+    name : str
+        In a setting, in a link and in a script; the option of the command line is ``--name``.
+    label, hint : str
+        Symbol, or the title of a choice; and what it is.
+    default : float, int or str
+        A whole number is an int.
+    bounds : tuple of float
+        Smallest and largest number that the engine takes, on the command line too.
+    slider : tuple of float
+        The part of them that sliders and axes cover; empty where that is all.
+    quantity : str
+        Of `engine.QUANTITIES`, if the number has a dimension.
+    choices : mapping of str to str
+        What can be chosen, and its words; empty for a number.
+    in_units : tuple of str
+        Label and hint where numbers have units, if they are others.
+    also : str
+        A unit in which a number without dimension may be typed: "%", or "Hz" for a ratio of frequencies.
+    defines : str
+        The quantity of a number that defines the units, and has a unit always.
+    bodies : tuple of str
+        Kinds of system that have it.
+    words : str
+        What the command line says of the option; empty where there is none.
+    solvers : tuple of str
+        Solvers of the command line that have it.
     """
 
-    eta = param.Number(1.08, bounds=ETA_RANGE, softbounds=(0.5, 4.0), label="η", doc="excitation frequency Ω/ω₁")
-    K = param.Number(2500.0, bounds=STIFFNESS_RANGE, softbounds=(10.0, 1e5), label="K", doc="penalty stiffness")
-    D = param.Number(8.0, bounds=DAMPING_RANGE, softbounds=(0.1, 100.0), label="D", doc="penalty damping")
-    steps = param.Integer(2000, bounds=STEPS_RANGE, softbounds=(8, 32_000), label="T/Δτ", doc="time steps per period")
-    located = _choice(
-        ("no", "yes"),
-        label="Contact changes",
-        doc="Where Newmark's step meets a contact change: at the start of the next step, or located within the step",
-    )
-    integrator = _choice(
-        INTEGRATORS,
-        label="Integrator",
-        doc="One-step method of the penalty solution, as FE and physics codes have it",
-    )
-    beta = param.Number(NewmarkBeta().beta, bounds=BETA_RANGE, label="β", doc="of Newmark's method, ¼: average")
-    gamma = param.Number(NewmarkBeta().gamma, bounds=GAMMA_RANGE, label="γ", doc="of Newmark's method, above ½: damps")
-    alpha = param.Number(-0.05, bounds=ALPHA_RANGE, label="α", doc="of HHT, as Hilber writes it; 0: no damping")
-    rho = param.Number(0.8, bounds=RHO_RANGE, label="ρ∞", doc="spectral radius at high frequencies; 1: no damping")
-    status = _choice(
-        ("start", "end"),
-        label="Contact status",
-        doc="Contact status of a step: from the gap at its start, or iterated until it agrees with the gap at its end",
-    )
-    without_solution = _choice(
-        WITHOUT_SOLUTION,
-        label="Step without a solution",
-        doc="What a step does in which neither contact status agrees with its end: stop the run, keep the former "
-        "status, or be halved",
-    )
-    law = _choice(CONTACT_LAWS, label="Contact law", doc="Force of the penalty contact")
-    exponent = param.Number(HERTZ, bounds=EXPONENT_RANGE, label="n", doc="of the penetration in the law; 1.5: Hertz")
-    penetration = param.Number(
+    name: str
+    label: str
+    hint: str
+    default: float | int | str
+    bounds: Span = ()
+    slider: Span = ()
+    quantity: str = ""
+    choices: Mapping[str, str] = {}
+    in_units: tuple[str, str] | tuple[()] = ()
+    also: str = ""
+    defines: str = ""
+    bodies: tuple[str, ...] = ("pendulums", "two", "wall")
+    words: str = ""
+    solvers: tuple[str, ...] = ()
+
+    @property
+    def whole(self) -> bool:
+        """Whether it is a whole number."""
+        return isinstance(self.default, int)
+
+    def option(self, words: str, *solvers: str) -> Field:
+        """The field with an option on the command line."""
+        return self._replace(words=words, solvers=solvers)
+
+    def read_as(self, label: str, hint: str) -> Field:
+        """The field with another label and hint where numbers have units."""
+        return self._replace(in_units=(label, hint))
+
+
+def _choice(name: str, label: str, hint: str, choices: Iterable[str], default: str = "") -> Field:
+    """A choice; by default the first. One without words of its own is called by its name."""
+    words = dict(choices) if isinstance(choices, Mapping) else {each: each for each in choices}
+    return Field(name, label, hint, default or next(iter(words)), choices=words)
+
+
+def _above(low: float, high: float) -> Span:
+    """A range without its lower end: from the next number on."""
+    return math.nextafter(low, high), high
+
+
+def _form(name: str, label: str, *choices: str) -> Field:
+    """The form in which a number of the system is typed and shown in units."""
+    return _choice(name, label, "Form in which it is typed, shown and kept in units", choices)
+
+
+def _start(name: str, label: str, hint: str, quantity: str, in_units: str) -> Field:
+    """A number of the state at τ = 0."""
+    field = Field(name, label, hint, 0.0, (-FARTHEST, FARTHEST), quantity=quantity)
+    return field.read_as(in_units, hint.replace("τ", "t"))
+
+
+def _of_two(*fields: Field) -> tuple[Field, ...]:
+    """Fields that a body before a wall does not have."""
+    return tuple(field._replace(bodies=("pendulums", "two")) for field in fields)
+
+
+_PAPER, _UNITS, _DRIVE, _REFERENCE = System(), Units(), Excitation(), Reference()
+_BELOW_ONE = (0.0, math.nextafter(1.0, 0.0))  # damping ratios: underdamped bodies
+_PENALTY, _NEWMARK = ("exact", "newmark"), ("newmark",)
+
+_MAIN = (
+    Field("eta", "η", "excitation frequency Ω/ω₁", 1.08, ETA_RANGE, (0.5, 4.0), "frequency")
+    .read_as("f", "excitation frequency")
+    .option("excitation frequency Omega/omega1; paper: 1.08 to 3.25 (default: what frequency_Hz of --system gives)"),
+    Field("K", "K", "penalty stiffness", 2500.0, STIFFNESS_RANGE, (10.0, 1e5), "contact_stiffness").option(
+        "contact stiffness; the paper uses 100 to 12000", *_PENALTY
+    ),
+    Field("D", "D", "penalty damping", 8.0, DAMPING_RANGE, (0.1, 100.0), "contact_damping")
+    .read_as("2D", "penalty damper")
+    .option("contact damping; the paper uses 8 to 50", *_PENALTY),
+    Field("steps", "T/Δτ", "time steps per period", 2000, STEPS_RANGE, (8, 32_000)).option(
+        "steps per excitation period, the time step is T/N; or the longest time step, as '10 us'", *_NEWMARK
+    ),
+)
+_STEPPING = (
+    _choice(
+        "integrator",
+        "Integrator",
+        "One-step method of the penalty solution, as FE and physics codes have it",
+        {name: kind.title for name, kind in INTEGRATORS.items()},
+    ).option(
+        "the one-step method (default newmark); hht averages the forces at both ends of a step, hht-interpolated takes "
+        "them at the displacement between, as OpenSees does",
+        *_NEWMARK,
+    ),
+    Field("beta", "β", "of Newmark's method, ¼: average", NewmarkBeta().beta, BETA_RANGE).option(
+        "integrator newmark (default 1/4)", *_NEWMARK
+    ),
+    Field("gamma", "γ", "of Newmark's method, above ½: damps", NewmarkBeta().gamma, GAMMA_RANGE).option(
+        "integrator newmark; more than 1/2 damps (default 1/2)", *_NEWMARK
+    ),
+    Field("alpha", "α", "of HHT, as Hilber writes it; 0: no damping", -0.05, ALPHA_RANGE).option(
+        "integrator hht (default -0.05), hht-interpolated (-0.1): -1/3 to 0 as Hilber writes it; OpenSees' 0.9 is -0.1",
+        *_NEWMARK,
+    ),
+    Field("rho", "ρ∞", "spectral radius at high frequencies; 1: no damping", 0.8, RHO_RANGE).option(
+        "integrator generalised-alpha (default 0.8), bathe (0): spectral radius at high frequencies, 0 to 1", *_NEWMARK
+    ),
+    _choice(
+        "status",
+        "Contact status",
+        "Contact status of a step: from the gap at its start, or iterated until it agrees with the gap at its end",
+        {"start": "start of the step", "end": "end, iterated"},
+    ).option(
+        "contact status of a step from the gap at its start, iterated until it agrees with the gap at its end, or "
+        f"located within the step, as --located (default {CONTACT_STATUSES[0]})",
+        *_NEWMARK,
+    ),
+    _choice(
+        "without_solution",
+        "Step without a solution",
+        "What a step does in which neither contact status agrees with its end: stop the run, keep the former status, "
+        "or be halved",
+        dict(zip(WITHOUT_SOLUTION, ("stop", "keep status", "halve step"), strict=True)),
+    ).option(
+        "status end: a step in which neither status agrees with its end stops the run, keeps the former status, or is "
+        f"halved until all its parts have a solution (default {WITHOUT_SOLUTION[0]})",
+        *_NEWMARK,
+    ),
+    _choice(
+        "law", "Contact law", "Force of the penalty contact", {name: LAW_NAMES.get(name, name) for name in CONTACT_LAWS}
+    ).option(
+        "contact law (default: a spring and a damper, which may pull). Without --D those from hunt-crossley to "
+        "constant-restitution take their damper from the restitution of the system and the closing speed, by the "
+        "formula of their authors",
+        *_PENALTY,
+    ),
+    Field("exponent", "n", "of the penetration in the law; 1.5: Hertz", HERTZ, EXPONENT_RANGE).option(
+        f"power of the penetration in the law, at least 1 (default {HERTZ:g})", *_PENALTY
+    ),
+    Field(
+        "penetration",
+        "δ_d",
+        "penetration from which on the damper of IMPACT acts in full",
         0.01,
-        bounds=PENETRATION_RANGE,
-        inclusive_bounds=(False, True),
-        label="δ_d",
-        doc="penetration from which on the damper of IMPACT acts in full",
-    )
-    stiffness = _choice(
-        ("typed", "system", "step"),
-        label="Stiffness",
-        doc="K as typed; K with which a contact lasts 1 % of the shorter natural period; or K = s m/Δτ² from the time "
+        _above(*PENETRATION_RANGE),
+        quantity="displacement",
+    ).option(
+        f"law {' or '.join(laws_with('penetration'))}: penetration from which on the damper acts in full", *_PENALTY
+    ),
+    _choice(
+        "stiffness",
+        "Stiffness",
+        "K as typed; K with which a contact lasts 1 % of the shorter natural period; or K = s m/Δτ² from the time "
         "step and the reduced mass m, as the soft constraint contact of explicit codes has it (LS-DYNA: SOFT = 1)",
-    )
-    step_scale = param.Number(
+        {"typed": "K as typed", "system": "from the natural period", "step": "follows the step"},
+    ),
+    Field(
+        "step_scale",
+        "s",
+        "of K = s m/Δτ², SOFSCL of LS-DYNA; a smaller step makes K larger",
         0.1,
-        bounds=STEP_SCALE_RANGE,
-        inclusive_bounds=(False, True),
-        label="s",
-        doc="of K = s m/Δτ², SOFSCL of LS-DYNA; a smaller step makes K larger",
-    )
-    damper = _choice(
-        ("typed", "restitution"),
-        label="Damper",
-        doc="D as typed, or not known: then it follows from the restitution e, by the formula of the law's authors "
-        "where it has one",
-    )
-    initial_acceleration = _choice(
-        INITIAL_ACCELERATIONS,
-        label="First acceleration",
-        doc="At τ = 0 by the equations of motion, or zero, as some codes have it",
-    )
-    joint_damping = _choice(
-        ("table", "derived"),
-        label="Joint damping d₃",
-        doc="d₃ of the reference in permanent contact: as measured, or the sum of the two dampers",
-    )
-    threshold = param.Number(
-        0.002,
-        bounds=THRESHOLD_RANGE,
-        label="ε",
-        doc="separation speed below which contact stays, in the unit of length times ω₁ (0: limit)",
-    )
-    bodies = _choice(
-        ("pendulums", "two", "wall"),
-        label="System",
-        doc="Pendulums whose frequencies are known apart and joined, as the paper's; two bodies; or a body and a wall",
-    )
-    restitution = param.Number(_PAPER.restitution, bounds=(0.0, 1.0), label="e", doc="coefficient of restitution")
-    kappa = param.Number(_PAPER.kappa, bounds=RATIO_RANGE, label="κ", doc="frequency ratio ω₂/ω₁ of body 2")
-    d1 = param.Number(_PAPER.d1, **_BELOW_ONE, label="d₁", doc="damping ratio of body 1")
-    d2 = param.Number(_PAPER.d2, **_BELOW_ONE, label="d₂", doc="damping ratio of body 2")
-    kappa3 = param.Number(_PAPER.kappa3, bounds=RATIO_RANGE, label="κ₃", doc="frequency ratio of both, joined")
-    d3 = param.Number(_PAPER.d3, **_BELOW_ONE, label="d₃", doc="damping ratio of both, joined, as measured")
-    mass_ratio = param.Number(1.0, bounds=MASS_RATIO_RANGE, label="μ", doc="mass ratio m₂/m₁")
-    clearance = param.Number(
-        _PAPER.clearance, bounds=CLEARANCE_RANGE, label="g₀", doc="clearance with relaxed springs; below 0: preload"
-    )
-    base = param.Number(_DRIVE.base, bounds=AMPLITUDE_RANGE, label="a", doc="amplitude of the base motion")
-    held = _choice(
+        _above(*STEP_SCALE_RANGE),
+    ).option("K = S m/(time step)^2 instead of --K, m the reduced mass; half the step has four times K", *_NEWMARK),
+    _choice(
+        "damper",
+        "Damper",
+        "D as typed, or not known: then it follows from the restitution e, by the formula of the law's authors where "
+        "it has one",
+        {"typed": "D as typed", "restitution": "from the restitution"},
+    ),
+    _choice(
+        "initial_acceleration",
+        "First acceleration",
+        "At τ = 0 by the equations of motion, or zero, as some codes have it",
+        dict(zip(INITIAL_ACCELERATIONS, ("from the equations", "zero"), strict=True)),
+    ).option(
+        "accelerations at tau = 0 by the equations of motion, or zero, as OpenSees has them "
+        f"(default {INITIAL_ACCELERATIONS[0]})",
+        *_NEWMARK,
+    ),
+)
+_LOCATED = _choice(
+    "located",
+    "Contact changes",
+    "Where Newmark's step meets a contact change: at the start of the next step, or located within the step",
+    {"no": "at the next step", "yes": "cut at contact"},
+).option("cut each step at a contact change, located within the step", *_NEWMARK)
+_REFERENCE_FIELDS = (
+    _choice(
+        "joint_damping",
+        "Joint damping d₃",
+        "d₃ of the reference in permanent contact: as measured, or the sum of the two dampers",
+        {"table": "as measured", "derived": "of both dampers"},
+    ).option(
+        "reference: damping of the joined pendulums; derived: only what their own dampers give "
+        f"(default {_REFERENCE.joint_damping})",
+        "reference",
+    ),
+    Field(
+        "threshold",
+        "ε",
+        "separation speed below which contact stays, in the unit of length times ω₁ (0: limit)",
+        _REFERENCE.threshold,
+        THRESHOLD_RANGE,
+        quantity="velocity",
+    ).option(
+        "reference: parting speed that begins permanent contact, in the unit of length times omega1, so that it "
+        f"scales with the system (default {_REFERENCE.threshold:g}); 0: the limit of the threshold",
+        "reference",
+    ),
+)
+_SYSTEM = (
+    _choice(
+        "bodies",
+        "System",
+        "Pendulums whose frequencies are known apart and joined, as the paper's; two bodies; or a body and a wall",
+        {"pendulums": "the paper’s pendulums", "two": "two bodies", "wall": "a body and a wall"},
+    ),
+    Field("restitution", "e", "coefficient of restitution", _PAPER.restitution, (0.0, 1.0), also="%").option(
+        f"reference: coefficient of restitution (default: the system's; the paper's is {_PAPER.restitution:g})",
+        "reference",
+    ),
+    *_of_two(Field("kappa", "κ", "frequency ratio ω₂/ω₁ of body 2", _PAPER.kappa, RATIO_RANGE, also="Hz")),
+    Field("d1", "d₁", "damping ratio of body 1", _PAPER.d1, _BELOW_ONE, also="%"),
+    *_of_two(Field("d2", "d₂", "damping ratio of body 2", _PAPER.d2, _BELOW_ONE, also="%")),
+    Field(
+        "kappa3", "κ₃", "frequency ratio of both, joined", _PAPER.kappa3, RATIO_RANGE, also="Hz", bodies=("pendulums",)
+    ),
+    *_of_two(Field("d3", "d₃", "damping ratio of both, joined, as measured", _PAPER.d3, _BELOW_ONE, also="%")),
+    Field("mass_ratio", "μ", "mass ratio m₂/m₁", 1.0, MASS_RATIO_RANGE, bodies=("two",)),
+    Field(
+        "clearance",
+        "g₀",
+        "clearance with relaxed springs; below 0: preload",
+        _PAPER.clearance,
+        CLEARANCE_RANGE,
+        quantity="displacement",
+    ),
+)
+# What moves the bodies; the phases are those of the amplitudes before them.
+_EXCITATION = (
+    Field("base", "a", "amplitude of the base motion", _DRIVE.base, AMPLITUDE_RANGE, quantity="displacement"),
+    _choice(
+        "held",
+        "Held of the base",
+        "What of the base keeps its amplitude when the frequency changes: displacement, velocity or acceleration",
         HELD,
-        label="Held of the base",
-        doc="What of the base keeps its amplitude when the frequency changes: displacement, velocity or acceleration",
-    )
-    base_phase = param.Number(_DRIVE.base_phase, bounds=PHASE_RANGE, label="φ", doc="phase of the base motion, rad")
-    force1 = param.Number(_DRIVE.force1, bounds=AMPLITUDE_RANGE, label="F₁", doc="harmonic force on body 1")
-    force1_phase = param.Number(_DRIVE.force1_phase, bounds=PHASE_RANGE, label="φ₁", doc="phase of F₁, rad")
-    force2 = param.Number(_DRIVE.force2, bounds=AMPLITUDE_RANGE, label="F₂", doc="harmonic force on body 2")
-    force2_phase = param.Number(_DRIVE.force2_phase, bounds=PHASE_RANGE, label="φ₂", doc="phase of F₂, rad")
-    constant1 = param.Number(
-        _DRIVE.constant1, bounds=AMPLITUDE_RANGE, label="P₁", doc="constant force on body 1; positive: towards body 2"
-    )
-    constant2 = param.Number(
-        _DRIVE.constant2, bounds=AMPLITUDE_RANGE, label="P₂", doc="constant force on body 2; positive: away from body 1"
-    )
-    zero_start = _choice(
-        ("rest", "zero"),
-        label="Start of zeros",
-        doc="Where all numbers of the start are 0: rest, the static equilibrium, or an own start of zeros",
-    )
-    start_xi1 = param.Number(0.0, **_START, label="ξ₁(0)", doc="displacement of body 1 at τ = 0")
-    start_v1 = param.Number(0.0, **_START, label="ξ₁′(0)", doc="velocity of body 1 at τ = 0")
-    start_xi2 = param.Number(0.0, **_START, label="ξ₂(0)", doc="displacement of body 2 at τ = 0")
-    start_v2 = param.Number(0.0, **_START, label="ξ₂′(0)", doc="velocity of body 2 at τ = 0")
-    frame = _choice(
+    ),
+    Field("base_phase", "φ", "phase of the base motion, rad", _DRIVE.base_phase, PHASE_RANGE),
+    Field("force1", "F₁", "harmonic force on body 1", _DRIVE.force1, AMPLITUDE_RANGE, quantity="force"),
+    Field("force1_phase", "φ₁", "phase of F₁, rad", _DRIVE.force1_phase, PHASE_RANGE),
+    *_of_two(
+        Field("force2", "F₂", "harmonic force on body 2", _DRIVE.force2, AMPLITUDE_RANGE, quantity="force"),
+        Field("force2_phase", "φ₂", "phase of F₂, rad", _DRIVE.force2_phase, PHASE_RANGE),
+    ),
+    Field(
+        "constant1",
+        "P₁",
+        "constant force on body 1; positive: towards body 2",
+        _DRIVE.constant1,
+        AMPLITUDE_RANGE,
+        quantity="force",
+    ),
+    *_of_two(
+        Field(
+            "constant2",
+            "P₂",
+            "constant force on body 2; positive: away from body 1",
+            _DRIVE.constant2,
+            AMPLITUDE_RANGE,
+            quantity="force",
+        )
+    ),
+)
+_START = (
+    _start("start_xi1", "ξ₁(0)", "displacement of body 1 at τ = 0", "displacement", "x₁(0)"),
+    _start("start_v1", "ξ₁′(0)", "velocity of body 1 at τ = 0", "velocity", "x₁′(0)"),
+    *_of_two(
+        _start("start_xi2", "ξ₂(0)", "displacement of body 2 at τ = 0", "displacement", "x₂(0)"),
+        _start("start_v2", "ξ₂′(0)", "velocity of body 2 at τ = 0", "velocity", "x₂′(0)"),
+    ),
+)
+_ZERO_START = _choice(
+    "zero_start",
+    "Start of zeros",
+    "Where all numbers of the start are 0: rest, the static equilibrium, or an own start of zeros",
+    ("rest", "zero"),
+)
+_FORMS = (
+    _form("spring1_form", "Spring 1", "stiffness", "frequency"),
+    _form("spring2_form", "Spring 2", "stiffness", "frequency"),
+    _form("damper1_form", "Damper 1", "ratio", "damper"),
+    _form("damper2_form", "Damper 2", "ratio", "damper"),
+    _form("acceleration_form", "Acceleration of the base", "metres", "g"),
+)
+_DRAWING = (
+    _choice(
+        "frame",
+        "Displacements",
+        "Relative to the base, relative to a fixed sensor, or the difference between both solutions, in parts",
         ("relative", "absolute", "difference"),
-        label="Displacements",
-        doc="Relative to the base, relative to a fixed sensor, or the difference between both solutions, in parts",
-    )
-    coordinate = _choice(
-        ("xi1", "xi2"),
-        label="Map and difference show",
-        doc="Coordinate in the small map over η and in the difference",
-        default="xi2",
-    )
-    units = _choice(
-        ("none", *UNIT_SYSTEMS),
-        label="Units",
-        doc="Without dimension as in the paper, or in a consistent system of units, as an FE input file has them; "
-        "the system is then given by masses in kg, springs in N/m and so on",
-    )
-    spring1_form, spring2_form = (_form(f"Spring {body}", ("stiffness", "frequency")) for body in (1, 2))
-    damper1_form, damper2_form = (_form(f"Damper {body}", ("ratio", "damper")) for body in (1, 2))
-    acceleration_form = _form("Acceleration of the base", ("metres", "g"))
-    omega1 = param.Number(_UNITS.omega1, bounds=OMEGA1_RANGE, label="ω₁", doc="angular frequency of body 1")
-    m1 = param.Number(_UNITS.m1, bounds=M1_RANGE, label="m₁", doc="mass of body 1")
-    amplitude = param.Number(
-        _UNITS.base_amplitude, bounds=BASE_AMPLITUDE_RANGE, label="A", doc="unit of length: amplitude of the base"
-    )
+    ),
+    _choice(
+        "coordinate",
+        "Map and difference show",
+        "Coordinate in the small map over η and in the difference",
+        {"xi1": "body 1", "xi2": "body 2"},
+        "xi2",
+    ),
+    _choice(
+        "units",
+        "Units",
+        "Without dimension as in the paper, or in a consistent system of units, as an FE input file has them; the "
+        "system is then given by masses in kg, springs in N/m and so on",
+        {"none": "non-dimensional", "si": "SI", "mm-t-s": "mm-t-s"},
+    ),
+    *_FORMS,
+    Field("omega1", "ω₁", "angular frequency of body 1", _UNITS.omega1, OMEGA1_RANGE, defines="angular_frequency"),
+    Field("m1", "m₁", "mass of body 1", _UNITS.m1, M1_RANGE, defines="mass"),
+    Field(
+        "amplitude",
+        "A",
+        "unit of length: amplitude of the base",
+        _UNITS.base_amplitude,
+        BASE_AMPLITUDE_RANGE,
+        defines="displacement",
+    ),
+)
+_ALL = *_MAIN, _LOCATED, *_STEPPING, *_REFERENCE_FIELDS, *_SYSTEM, *_EXCITATION, _ZERO_START, *_START, *_DRAWING
 
 
-FIELDS = tuple(name for name in Explorer.param if name != "name")
-MAIN_FIELDS = ("eta", "K", "D", "steps")
-EXCITATION_FIELDS = tuple(_DRIVE.as_dict())
+def _names(fields: Iterable[Field]) -> tuple[str, ...]:
+    return tuple(field.name for field in fields)
+
+
+FIELDS = {field.name: field for field in _ALL}  # in this order a link has them
+MAIN_FIELDS = _names(_MAIN)
+EXCITATION_FIELDS = _names(_EXCITATION)
 # What each kind of system is described by, beside what drives it.
-_OF_ALL = ("d1", "restitution", "clearance")
-OF_BODY_2 = ("kappa", "d2", "d3")
-DESCRIBED_BY = {
-    "pendulums": (*_OF_ALL, *OF_BODY_2, "kappa3"),
-    "two": (*_OF_ALL, *OF_BODY_2, "mass_ratio"),
-    "wall": _OF_ALL,
-}
-SYSTEM_FIELDS = ("bodies", *_OF_ALL, *OF_BODY_2, "kappa3", "mass_ratio", *EXCITATION_FIELDS)
-START_FIELDS = ("start_xi1", "start_v1", "start_xi2", "start_v2")
-SHARES = ("d1", "d2", "d3", "restitution")  # may be given in per cent
-# What the penalty solution is computed with, beside K, D and the step.
-STEPPING_FIELDS = ("integrator", "beta", "gamma", "alpha", "rho", "status", "without_solution", "law")
-STEPPING_FIELDS += ("exponent", "penetration", "stiffness", "step_scale", "damper", "initial_acceleration")
+DESCRIBED_BY = {kind: _names(f for f in _SYSTEM[1:] if kind in f.bodies) for kind in FIELDS["bodies"].choices}
+SYSTEM_FIELDS = _names((*_SYSTEM, *_EXCITATION))
+START_FIELDS = _names(_START)
+STEPPING_FIELDS = _names(_STEPPING)  # what the penalty solution is computed with, beside K, D and the step
 # A scene of the paper sets them to their defaults.
 PAPER_FIELDS = (*SYSTEM_FIELDS, "zero_start", *START_FIELDS, "threshold", "located", *STEPPING_FIELDS)
-FORM_FIELDS = ("spring1_form", "spring2_form", "damper1_form", "damper2_form", "acceleration_form")
-DRAWING_FIELDS = ("frame", "coordinate", "units", *FORM_FIELDS, "omega1", "m1", "amplitude")  # of no result
+FORM_FIELDS = _names(_FORMS)
+DRAWING_FIELDS = _names(_DRAWING)  # of no result
+FIELD_QUANTITIES = {name: field.quantity for name, field in FIELDS.items() if field.quantity}
 
 
-def bounds_of(name: str) -> tuple[float, float]:
+def bounds_of(name: str) -> Span:
     """Smallest and largest value that a number may have; where its range is open, the last number before its end."""
-    (low, high), (has_low, has_high) = Explorer.param[name].bounds, Explorer.param[name].inclusive_bounds
-    return low if has_low else math.nextafter(low, high), high if has_high else math.nextafter(high, low)
+    return FIELDS[name].bounds
 
 
 def range_text(bounds: tuple[float, float], factor: float = 1.0) -> str:

@@ -14,7 +14,14 @@ from typing import NamedTuple
 
 from vibroscope.app.explorer.errors import Refused
 from vibroscope.app.explorer.field_units import ShownField, typed_units
-from vibroscope.app.explorer.parameters import EXCITATION_FIELDS, FORM_FIELDS, Explorer, bounds_of
+from vibroscope.app.explorer.parameters import (
+    DESCRIBED_BY,
+    EXCITATION_FIELDS,
+    FIELDS,
+    FORM_FIELDS,
+    START_FIELDS,
+    bounds_of,
+)
 from vibroscope.app.explorer.ranges import slider_range
 from vibroscope.app.explorer.reading import read_number
 from vibroscope.app.explorer.state import Setting
@@ -58,12 +65,11 @@ FORMS: dict[str, dict[str, str]] = {
     "base_acceleration_g": {"held": "acceleration", "acceleration_form": "g"},
 }
 for _field, _forms in zip(FORM_FIELDS[:-1], EITHER[:-1], strict=True):  # of springs and dampers
-    FORMS |= {name: {_field: choice} for name, choice in zip(_forms, Explorer.param[_field].objects, strict=True)}
+    FORMS |= {name: {_field: choice} for name, choice in zip(_forms, FIELDS[_field].choices, strict=True)}
 _BASE = tuple(OF_BASE)
 CONTACT_OF_SYSTEM = {"stiffness": "system", "damper": "restitution"}  # of a system that comes without K and D
 _OF_BODY_2 = {"joint_damping_ratio", *(name for name in PHYSICAL_FIELDS if "2" in name.partition("_")[0])}
-_CARRIED = {"start_xi1": "displacement", "start_v1": "velocity", "start_xi2": "displacement", "start_v2": "velocity"}
-_CARRIED |= {"K": "contact_stiffness", "D": "contact_damping"}  # what keeps its physical value where the units change
+_CARRIED = (*START_FIELDS, "K", "D")  # what keeps its physical value where the units change
 _ROUNDING = 1e-12
 FAR = 10.0  # times the unit of length, or as many times less: a base that moves so far does not go with it
 # What numbers without dimension are counted in.
@@ -84,18 +90,13 @@ def values_of_system(
     """
     kind = "wall" if system.wall else "pendulums" if system.mu is None else "two"
     values: dict[str, float | str] = {"bodies": kind}
-    own = ("d1", "restitution", "clearance") + (() if system.wall else ("kappa", "d2"))
-    values |= {name: getattr(system, name) for name in own}
-    if kind == "pendulums":
-        values |= {"kappa3": system.kappa3}
-    elif kind == "two":
-        values |= {"mass_ratio": system.mu, "joint_damping": "derived" if system.d3 is None else "table"}
-    if not system.wall and system.d3 is not None:
-        values["d3"] = system.d3
+    values |= {name: getattr(system, name) for name in DESCRIBED_BY[kind] if getattr(system, name) is not None}
+    if kind == "two":  # whose d3 need not be known
+        values["joint_damping"] = "derived" if system.d3 is None else "table"
     values |= {name: getattr(system.excitation, name) for name in EXCITATION_FIELDS}
     if units is not None:
         values |= {"omega1": units.omega1, "m1": units.m1, "amplitude": units.base_amplitude}
-        values |= {name: Explorer.param[name].default for name in FORM_FIELDS}
+        values |= {name: FIELDS[name].default for name in FORM_FIELDS}
     for name in forms:
         values |= FORMS[name]
     return values if eta is None else values | {"eta": eta}
@@ -330,9 +331,9 @@ def _with_frequency(entry: Mapping[str, float | bool], setting: Setting) -> dict
 def _carried(setting: Setting, before: Units, after: _Converted) -> dict[str, float | str]:
     """The numbers that keep their physical value: the start, and K and D unless K would leave its slider."""
     found = {}
-    for name, quantity in _CARRIED.items():
+    for name in _CARRIED:
         earlier, later = (units.of_contact(setting.penalty) for units in (before, after.units))
-        ratio = earlier.factor(quantity) / later.factor(quantity)
+        ratio = earlier.factor(FIELDS[name].quantity) / later.factor(FIELDS[name].quantity)
         if abs(ratio - 1) > _ROUNDING and getattr(setting, name):
             found[name] = float(f"{getattr(setting, name) * ratio:.12g}")
     if not _is_covered("K", found.get("K", setting.K), after.system):

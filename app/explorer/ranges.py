@@ -1,6 +1,6 @@
 """The ranges that sliders and axes cover for a system; this rule stands nowhere else. No panel import.
 
-For the paper's bodies they are the `softbounds` of `Explorer`. For any other, with the springs k₁ = 1 and k₂ = μκ²:
+For the paper's bodies they are the `slider` of `FIELDS`. For any other, with the springs k₁ = 1 and k₂ = μκ²:
 
 - K from 1 to 10⁵ times the stiffer spring k;
 - D from a damping ratio of the contact of 0.05 at the softest K to 0.5 at the stiffest: D = ζ·√(Kμ/(1+μ))
@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import math
 
-from vibroscope.app.explorer.parameters import Explorer, bounds_of
+from vibroscope.app.explorer.parameters import FIELDS
 from vibroscope.engine import System
 
 Range = tuple[float, float]
@@ -28,10 +28,10 @@ _PAPER = System()
 
 def slider_range(name: str, system: System) -> Range:
     """First and last value that the slider of a number covers, within what the number may be."""
-    usual = Explorer.param[name].softbounds
+    field = FIELDS[name]
     if _has_papers_bodies(system) or name not in _RULES:
-        return usual or Explorer.param[name].bounds
-    low, high = bounds_of(name)
+        return field.slider or field.bounds
+    low, high = field.bounds
     first, last = (float(f"{end:.{_DIGITS}g}") for end in _RULES[name](system))
     return max(low, first), min(high, last)
 

@@ -11,9 +11,8 @@ import re
 from collections.abc import Mapping
 from inspect import signature
 
-import param
 from vibroscope.app.explorer.errors import Refused
-from vibroscope.app.explorer.parameters import FIELDS, Explorer, bounds_of, range_text
+from vibroscope.app.explorer.parameters import FIELDS, bounds_of, range_text
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.runtime.limits import CostLimitError, check_cost
 from vibroscope.app.runtime.number_text import LONGEST_NUMBER, print_number, quote
@@ -91,10 +90,10 @@ def read_values(texts: Mapping[str, object]) -> dict[str, float | int | str]:
 
 
 def _read_value(name: str, text: object) -> float | int | str:
-    rule = Explorer.param[name]
-    if isinstance(rule, param.Selector):
-        return read_choice(name, text, rule.objects)
-    return read_number(name, text, bounds_of(name), isinstance(rule, param.Integer))
+    field = FIELDS[name]
+    if field.choices:
+        return read_choice(name, text, list(field.choices))
+    return read_number(name, text, field.bounds, field.whole)
 
 
 def _check_cost(setting: Setting) -> None:

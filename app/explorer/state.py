@@ -16,7 +16,6 @@ from vibroscope.app.explorer.parameters import (
     EXCITATION_FIELDS,
     FIELDS,
     START_FIELDS,
-    Explorer,
 )
 from vibroscope.app.runtime.number_text import print_value
 from vibroscope.engine import (
@@ -40,8 +39,8 @@ from vibroscope.engine.methods import LAWS_BY_RESTITUTION
 LAWS_OF_RATIO = tuple(name for name, law in LAWS.items() if law.restitution and not law.damper)
 
 
-class Setting(namedtuple("Setting", FIELDS, defaults=[Explorer.param[name].default for name in FIELDS])):
-    """One value for each parameter of `Explorer`; immutable and hashable, so it can be the key of a cache."""
+class Setting(namedtuple("Setting", FIELDS, defaults=[field.default for field in FIELDS.values()])):
+    """One value for each of `FIELDS`; immutable and hashable, so it can be the key of a cache."""
 
     __slots__ = ()
 

@@ -9,8 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from vibroscope.app.explorer.field_units import shown_field
-from vibroscope.app.explorer.method_words import CHOICE_NAMES
-from vibroscope.app.explorer.parameters import Explorer
+from vibroscope.app.explorer.parameters import FIELDS
 from vibroscope.app.explorer.state import Setting
 from vibroscope.engine import Statement, Units, print_statement
 from vibroscope.engine.facts import Choice, Symbol
@@ -30,7 +29,7 @@ def _name(part: Symbol | Choice) -> str:
         return _SYMBOLS.get(part.name, part.name)
     if (part.field, part.values) == ("status", ("located",)):
         return _CUTTING["yes"]
-    names = CHOICE_NAMES[part.field]
+    names = FIELDS[part.field].choices
     quoted = " or ".join(f"“{names[value]}”" for value in part.values)
     return f"{quoted} for a step without a solution" if part.field == "without_solution" else quoted
 
@@ -41,9 +40,8 @@ def words_of_change(change: Mapping[str, str], setting: Setting) -> str:
 
 
 def _words_of_field(name: str, text: str, setting: Setting) -> str:
-    rule = Explorer.param[name]
     if name == "located":
         return _CUTTING[text]
-    if name in CHOICE_NAMES:
-        return f"{rule.label.lower()}: {CHOICE_NAMES[name][text]}"
+    if choices := FIELDS[name].choices:
+        return f"{FIELDS[name].label.lower()}: {choices[text]}"
     return shown_field(name, setting).words(float(text))

@@ -9,10 +9,9 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 
-import param
 from vibroscope.app.explorer.errors import Refused
-from vibroscope.app.explorer.field_units import FIELD_QUANTITIES, FREQUENCY_RATIOS, ShownField, shown_field
-from vibroscope.app.explorer.parameters import FIELDS, START_FIELDS, Explorer, bounds_of, range_text
+from vibroscope.app.explorer.field_units import ShownField, shown_field
+from vibroscope.app.explorer.parameters import FIELDS, START_FIELDS, range_text
 from vibroscope.app.explorer.physical_fields import PHYSICAL_FIELDS, physical_bounds, physical_field
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.runtime.number_text import parse_typed, print_number, quote, two_meanings
@@ -97,17 +96,16 @@ def _own_start(setting: Setting, plain: Mapping[str, object]) -> dict[str, objec
 def _read_field(name: str, text: object, setting: Setting) -> object:
     if name in PHYSICAL_FIELDS:
         return _read_number(name, text, physical_field(name, setting.units), physical_bounds(name))
-    rule = Explorer.param[name] if name in FIELDS else None
-    if not isinstance(rule, param.Number):
+    field = FIELDS.get(name)
+    if field is None or field.choices:
         return text
     if name == "steps":
         if steps := _steps_of_time(text, setting):
             return steps
         text = _part_of_period(text)
-    field, whole = shown_field(name, setting), isinstance(rule, param.Integer)
-    with_unit = setting.scale is None and (name in FIELD_QUANTITIES or name in FREQUENCY_RATIOS)
+    with_unit = setting.scale is None and (field.quantity or field.also == "Hz")
     advice = " A unit can be typed once Units is SI or mm-t-s." if with_unit else ""
-    return _read_number(name, text, field, bounds_of(name), whole, advice)
+    return _read_number(name, text, shown_field(name, setting), field.bounds, field.whole, advice)
 
 
 def _read_number(

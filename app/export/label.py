@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-import param
 from vibroscope.app.explorer.field_units import shown_field
-from vibroscope.app.explorer.method_words import CHOICE_NAMES, DAMPER_NAMES
-from vibroscope.app.explorer.parameters import DESCRIBED_BY, EXCITATION_FIELDS, START_FIELDS, Explorer
+from vibroscope.app.explorer.parameters import DESCRIBED_BY, EXCITATION_FIELDS, FIELDS, START_FIELDS
 from vibroscope.app.explorer.physical_fields import is_shown, physical_field, physical_numbers
 from vibroscope.app.explorer.state import Setting, integrator_numbers, law_numbers
 from vibroscope.app.export.formats import Figure, program
 from vibroscope.engine import written
 
-BODIES = {"pendulums": "pendulums", "two": "two bodies", "wall": "a body and a wall"}
 _ALWAYS = ("damping1_ratio", "damping2_ratio", "clearance_mm")  # said where they are zero, too
 
 
@@ -68,14 +65,14 @@ def _physical_row(name: str, value: float, setting: Setting) -> tuple[str, str, 
 
 
 def _choice(name: str, setting: Setting) -> tuple[str, str, str]:
-    rule, value = Explorer.param[name], getattr(setting, name)
-    return rule.label, (CHOICE_NAMES | {"bodies": BODIES}).get(name, {}).get(value, value), rule.doc
+    field = FIELDS[name]
+    return field.label, field.choices[getattr(setting, name)], field.hint
 
 
 def _row(name: str, setting: Setting) -> tuple[str, str, str]:
-    if not isinstance(Explorer.param[name], param.Number):
+    if FIELDS[name].choices:
         return _choice(name, setting)
     field = shown_field(name, setting)
     if name == "D" and setting.follows_restitution:
-        return field.label, DAMPER_NAMES["restitution"], field.hint
+        return field.label, FIELDS["damper"].choices["restitution"], field.hint
     return field.label, field.measure(getattr(setting, name)), field.hint

@@ -10,7 +10,8 @@ from collections.abc import Mapping, Sequence
 from html import escape
 from typing import NamedTuple
 
-from vibroscope.app.explorer.method_words import LAW_NAMES, name_of_method
+from vibroscope.app.explorer.method_words import name_of_method
+from vibroscope.app.explorer.parameters import FIELDS
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.export.formats import Figure
 from vibroscope.app.export.label import Rows, contact_rows, system_rows
@@ -105,7 +106,7 @@ def as_report(
 def _question(setting: Setting) -> str:
     """The system as it was entered, what is asked of it, and the contact that is asked about."""
     numbers = ", ".join(f"{label} = {text}" for label, text, _ in contact_rows(setting)[:3])
-    law = LAW_NAMES[setting.law]
+    law = FIELDS["law"].choices[setting.law]
     return f"""<h2>System</h2>{_table(system_rows(setting))}
 <h2>Question</h2>
 <p>Is the motion that a penalty contact shows real, or an artefact of its stiffness K, its damping D or the time step?

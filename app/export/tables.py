@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
-from vibroscope.app.explorer.field_units import FIELD_QUANTITIES
+from vibroscope.app.explorer.parameters import FIELD_QUANTITIES
 from vibroscope.app.explorer.present import Columns, quantity_of
 from vibroscope.app.export.formats import MEASURED, Figure, Series
 from vibroscope.engine import Units

@@ -1,13 +1,13 @@
 """Hypothesis strategy of valid settings."""
 
 from hypothesis import strategies as st
-from vibroscope.app.explorer.parameters import FIELDS, START_FIELDS, STEPPING_FIELDS, Explorer, bounds_of
+from vibroscope.app.explorer.parameters import FIELDS, START_FIELDS, STEPPING_FIELDS, bounds_of
 from vibroscope.app.explorer.state import Setting
 from vibroscope.engine import INTEGRATORS
 
 
 def _values(name):
-    rule = Explorer.param[name]
+    field = FIELDS[name]
     if name == "kappa3":
         return st.floats(1.01, 1.8)  # below every kappa drawn
     if name == "kappa":
@@ -15,8 +15,8 @@ def _values(name):
     if name == "clearance":
         return st.floats(-10, 10)
     if name == "steps":
-        return st.integers(rule.bounds[0], 65_536)  # more would cost more than the server allows
-    return st.sampled_from(rule.objects) if hasattr(rule, "objects") else st.floats(*bounds_of(name))
+        return st.integers(field.bounds[0], 65_536)  # more would cost more than the server allows
+    return st.sampled_from(list(field.choices)) if field.choices else st.floats(*field.bounds)
 
 
 def _together(setting):

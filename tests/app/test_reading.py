@@ -2,13 +2,12 @@
 
 import math
 
-import param
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from vibroscope.app.explorer.errors import Refused, error_text
 from vibroscope.app.explorer.link import parse_address
-from vibroscope.app.explorer.parameters import FIELDS, Explorer, bounds_of
+from vibroscope.app.explorer.parameters import FIELDS, bounds_of
 from vibroscope.app.explorer.reading import read_setting, read_values
 from vibroscope.app.explorer.state import Setting
 from vibroscope.engine.model import check_eta
@@ -21,15 +20,13 @@ def read_query(query):
     return read_setting(parse_address(query))
 
 
-def test_a_setting_has_the_parameters_and_the_defaults_of_the_explorer():
-    explorer = Explorer()
-    assert {name: getattr(explorer, name) for name in explorer.param if name != "name"} == Setting()._asdict()
+def test_a_setting_has_the_fields_and_their_defaults():
+    assert {name: field.default for name, field in FIELDS.items()} == Setting()._asdict()
     assert hash(Setting()) == hash(Setting(eta=1.08))
 
 
 def test_every_number_has_finite_bounds():
-    rules = [Explorer.param[name] for name in FIELDS]
-    bounds = [end for rule in rules if isinstance(rule, param.Number) for end in rule.bounds]
+    bounds = [end for field in FIELDS.values() if not field.choices for end in field.bounds]
     assert len(bounds) == 70
     assert all(map(math.isfinite, bounds))
 
@@ -54,7 +51,7 @@ def engine_takes(name, value):
         return False
 
 
-NUMBERS = [name for name in FIELDS if isinstance(Explorer.param[name], param.Number)]
+NUMBERS = [name for name, field in FIELDS.items() if not field.choices]
 
 
 @pytest.mark.parametrize("name", [name for name in NUMBERS if name != "kappa3"])  # which κ limits
@@ -84,7 +81,7 @@ def test_every_query_is_read_or_refused(query):
     check(lambda: read_query(query))
 
 
-@given(st.dictionaries(st.sampled_from(FIELDS), st.text(max_size=50) | st.floats().map(repr)))
+@given(st.dictionaries(st.sampled_from(list(FIELDS)), st.text(max_size=50) | st.floats().map(repr)))
 def test_every_text_is_read_or_refused(texts):
     check(lambda: read_setting(texts))
 

@@ -7,7 +7,7 @@ from vibroscope.app.explorer.compute import compute_runs
 from vibroscope.app.explorer.errors import Refused
 from vibroscope.app.explorer.explanation import describe, explain
 from vibroscope.app.explorer.link import parse_address, print_address
-from vibroscope.app.explorer.parameters import MAIN_FIELDS, Explorer, bounds_of
+from vibroscope.app.explorer.parameters import FIELDS, MAIN_FIELDS, bounds_of
 from vibroscope.app.explorer.ranges import slider_range, widened
 from vibroscope.app.explorer.reading import read_setting
 from vibroscope.app.explorer.scenes import scene_key, scenes
@@ -30,8 +30,8 @@ SYSTEMS = {
 
 @pytest.mark.parametrize("name", MAIN_FIELDS)
 def test_the_sliders_of_the_papers_bodies_are_what_they_were(name):
-    assert slider_range(name, System()) == Explorer.param[name].softbounds
-    assert slider_range(name, System(restitution=0.9, d1=0.1, clearance=2.0)) == Explorer.param[name].softbounds
+    assert slider_range(name, System()) == FIELDS[name].slider
+    assert slider_range(name, System(restitution=0.9, d1=0.1, clearance=2.0)) == FIELDS[name].slider
 
 
 @pytest.mark.parametrize("system", SYSTEMS.values(), ids=SYSTEMS)

@@ -7,8 +7,9 @@ import pytest
 from vibroscope.app.codes.rules import AS_SET, RuleQuestion, judge, rules
 from vibroscope.app.explorer.compute import compute_runs
 from vibroscope.app.explorer.explanation import describe, explain, paragraphs
-from vibroscope.app.explorer.method_words import CHOICE_NAMES, LAW_NAMES, words_of_method
+from vibroscope.app.explorer.method_words import words_of_method
 from vibroscope.app.explorer.motion_kind import describe_kind
+from vibroscope.app.explorer.parameters import FIELDS, LAW_NAMES
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.explorer.statements import shown_text, words_of_change
 from vibroscope.app.runtime.cache import Cache
@@ -34,7 +35,7 @@ NO_SOLUTION = {"integrator": "hht", "alpha": -0.1, "status": "end", "law": "cut"
 def test_each_choice_has_the_name_of_its_control(field, values):
     for value in values:
         shown = shown_text(stated("by {}", Choice(field, (value,))), None)
-        assert shown.startswith(f"by “{CHOICE_NAMES[field][value]}”")
+        assert shown.startswith(f"by “{FIELDS[field].choices[value]}”")
         assert shown_text(stated("by {}", Choice(field, (value,))), SCALE) == shown
 
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from vibroscope.app.codes.rules import AS_SET, RuleOutcome, rules
 from vibroscope.app.explorer.compute import compute_runs
-from vibroscope.app.explorer.field_units import FIELD_QUANTITIES
+from vibroscope.app.explorer.parameters import FIELD_QUANTITIES
 from vibroscope.app.export.formats import as_csv, as_json
 from vibroscope.app.export.plots import plot_script
 from vibroscope.app.export.tables import columns_in_units, table_in_units

@@ -10,7 +10,7 @@ import pytest
 from vibroscope.app.explorer.compute import compute_runs
 from vibroscope.app.explorer.errors import Refused
 from vibroscope.app.explorer.explanation import describe
-from vibroscope.app.explorer.parameters import Explorer
+from vibroscope.app.explorer.parameters import FIELDS
 from vibroscope.app.explorer.present import present, quantity_of
 from vibroscope.app.explorer.reading import read_setting, read_values
 from vibroscope.app.explorer.state import Setting
@@ -159,5 +159,5 @@ def test_units_from_an_address_are_checked(text):
 
 @pytest.mark.parametrize("name", ["omega1", "m1", "amplitude"])
 def test_both_ends_of_every_range_make_units(name):
-    for value in Explorer.param[name].bounds:
+    for value in FIELDS[name].bounds:
         assert PHYSICAL._replace(**{name: value}).scale is not None

@@ -2,9 +2,8 @@
 
 import asyncio
 
-import param
 from vibroscope.app.explorer.link import VIEW_FIELDS
-from vibroscope.app.explorer.parameters import Explorer
+from vibroscope.app.explorer.parameters import FIELDS
 from vibroscope.app.explorer.physical_fields import PHYSICAL_FIELDS
 from vibroscope.app.explorer.scenes import scenes
 from vibroscope.app.explorer.shelf import shelf
@@ -27,7 +26,7 @@ AXES = sorted({name for tab in TABS.values() for name in tab.axes})
 SWITCHES = [switch for tab in TABS.values() for switch in tab.spec().get("switches", [])]
 LIMITS = [limit for tab in TABS.values() for limit in tab.spec().get("limits", [])]
 CHOICES = [*((s["name"], value) for s in SWITCHES for value in s["choices"]), *((one["name"], "3") for one in LIMITS)]
-SELECTORS = {name: rule.objects for name in Setting._fields if isinstance(rule := Explorer.param[name], param.Selector)}
+SELECTORS = {name: list(field.choices) for name, field in FIELDS.items() if field.choices}
 LEGENDS = [legend for tab in TABS.values() for legend in tab.legends.items()]
 
 

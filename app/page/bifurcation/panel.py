@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from vibroscope.app.explorer.link import LINEAR
-from vibroscope.app.explorer.parameters import START_FIELDS, Explorer, bounds_of
+from vibroscope.app.explorer.parameters import FIELDS, START_FIELDS, bounds_of
 from vibroscope.app.page.bifurcation.swept import SWEPT
 
 DIRECTION_NAMES = {
@@ -45,10 +45,7 @@ def panel_spec() -> dict:
             _number("to", "To", LINEAR, linked=False),
             _number("count", "Values", (2, MOST_VALUES), whole=True),
             _number("transient", "Transient (periods)", (0, MOST_TRANSIENT), whole=True),
-            *(
-                _number(name, Explorer.param[name].label, bounds_of(name), when={"direction": "own"})
-                for name in START_FIELDS
-            ),
+            *(_number(name, FIELDS[name].label, bounds_of(name), when={"direction": "own"}) for name in START_FIELDS),
         ],
         "hint": "Drag the line, click, or use the slider to set the swept number. A zoom is computed anew at its "
         "own range. Hollow points are a periodic motion that the time step blurs. In grey, once computed: the other "

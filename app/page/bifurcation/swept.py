@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from vibroscope.app.explorer.parameters import Explorer
+from vibroscope.app.explorer.parameters import FIELDS
 
 
 class Swept(NamedTuple):
-    """A number that can be swept; it has the name of its parameter in `Explorer`.
+    """A number that can be swept; it has its name in `FIELDS`.
 
     Attributes
     ----------
@@ -40,8 +40,8 @@ class Swept(NamedTuple):
 
 
 def _swept(name: str, parts: int, *solvers: str) -> Swept:
-    parameter = Explorer.param[name]
-    return Swept(parameter.label, parameter.doc, parameter.bounds, parts, solvers)
+    field = FIELDS[name]
+    return Swept(field.label, field.hint, field.bounds, parts, solvers)
 
 
 SWEPT = {

@@ -12,8 +12,7 @@ import math
 import param
 from vibroscope.app.explorer.drawing import drawing, drawing_in_words
 from vibroscope.app.explorer.field_units import shown_field
-from vibroscope.app.explorer.method_words import CHOICE_NAMES
-from vibroscope.app.explorer.parameters import MAIN_FIELDS, START_FIELDS, Explorer
+from vibroscope.app.explorer.parameters import FIELDS, MAIN_FIELDS, START_FIELDS
 from vibroscope.app.explorer.physical_fields import CONTACT_OF_SYSTEM
 from vibroscope.app.explorer.ranges import slider_range
 from vibroscope.app.explorer.scenes import Scene, buttons, scene_key
@@ -36,24 +35,13 @@ from vibroscope.engine.law_table import LAWS
 from vibroscope.engine.units import time_text
 
 _STEP = 0.01  # of one arrow key: in η, and in decades of the other sliders
-_BODIES = {"pendulums": "the paper’s pendulums", "two": "two bodies", "wall": "a body and a wall"}
-_UNITS = {"none": "non-dimensional", "si": "SI", "mm-t-s": "mm-t-s"}
-_SOLVER_SWITCHES = {
-    "stiffness": CHOICE_NAMES["stiffness"],
-    "damper": CHOICE_NAMES["damper"],
-    "joint_damping": {"table": "as measured", "derived": "of both dampers"},
-    "located": {"no": "at the next step", "yes": "cut at contact"},
-    **{name: CHOICE_NAMES[name] for name in ("status", "without_solution")},
-    "initial_acceleration": {"equation": "from the equations", "zero": "zero"},
-}
-_SOLVER_SELECTS = {name: CHOICE_NAMES[name] for name in ("integrator", "law")}
+_SOLVER_SWITCHES = ("stiffness", "damper", "joint_damping", "located", "status", "without_solution")
+_SOLVER_SWITCHES += ("initial_acceleration",)
+_SOLVER_SELECTS = ("integrator", "law")
 _INTEGRATOR_NUMBERS = ("beta", "gamma", "alpha", "rho")  # as far as the integrator has them
 _LAW_NUMBERS = ("exponent", "penetration")  # as far as the law has them
 _STIFFNESS_NUMBERS = ("step_scale",)  # where K follows the step
-_VIEW_SWITCHES = {
-    "frame": {"relative": "relative", "absolute": "absolute", "difference": "difference"},
-    "coordinate": {"xi1": "body 1", "xi2": "body 2"},
-}
+_VIEW_SWITCHES = ("frame", "coordinate")
 
 
 class Controls(Component):
@@ -197,15 +185,15 @@ def _spec() -> dict:
     return {
         "sliders": [_slider(name) for name in MAIN_FIELDS],
         "groups": group_spec(),
-        "bodies": _switch("bodies", _BODIES),
-        "units": _switch("units", _UNITS),
+        "bodies": _switch("bodies"),
+        "units": _switch("units"),
         "solverNumbers": [_number("threshold")],
-        "solverSelects": [_select(name, texts) for name, texts in _SOLVER_SELECTS.items()],
+        "solverSelects": [*map(_switch, _SOLVER_SELECTS)],
         "integratorNumbers": [_number(name) for name in _INTEGRATOR_NUMBERS],
         "lawNumbers": [_number(name) for name in (*_LAW_NUMBERS, *_STIFFNESS_NUMBERS)],
         "starts": [_number(name) for name in START_FIELDS],
-        "solverSwitches": [_switch(name, choices) for name, choices in _SOLVER_SWITCHES.items()],
-        "viewSwitches": [_switch(name, choices) for name, choices in _VIEW_SWITCHES.items()],
+        "solverSwitches": [*map(_switch, _SOLVER_SWITCHES)],
+        "viewSwitches": [*map(_switch, _VIEW_SWITCHES)],
         "scenes": [_button(scene) for scene in buttons()],
         "shelf": [each.button() for each in shelf().values()],
         "dampedByRestitution": [*LAWS_OF_RATIO, *LAWS_BY_RESTITUTION],
@@ -214,22 +202,16 @@ def _spec() -> dict:
 
 
 def _slider(name: str) -> dict:
-    whole = isinstance(Explorer.param[name], param.Integer)
-    return _number(name) | {"whole": whole, "log": name != "eta", "step": _STEP}
+    return _number(name) | {"whole": FIELDS[name].whole, "log": name != "eta", "step": _STEP}
 
 
 def _number(name: str) -> dict:
-    rule = Explorer.param[name]
-    return {"name": name, "label": rule.label, "hint": rule.doc}
+    return {"name": name, "label": FIELDS[name].label, "hint": FIELDS[name].hint}
 
 
-def _switch(name: str, choices: dict[str, str]) -> dict:
-    rule = Explorer.param[name]
-    return {"name": name, "label": rule.label, "doc": rule.doc, "choices": choices}
-
-
-def _select(name: str, texts: dict[str, str]) -> dict:
-    return _switch(name, {choice: texts.get(choice, choice) for choice in Explorer.param[name].objects})
+def _switch(name: str) -> dict:
+    field = FIELDS[name]
+    return {"name": name, "label": field.label, "doc": field.hint, "choices": dict(field.choices)}
 
 
 def _button(scene: Scene) -> dict:

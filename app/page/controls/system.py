@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from vibroscope.app.explorer import parameters
 from vibroscope.app.explorer.field_units import plain_unit, shown_field
-from vibroscope.app.explorer.parameters import EXCITATION_FIELDS, START_FIELDS, Explorer, bounds_of, range_text
+from vibroscope.app.explorer.parameters import EXCITATION_FIELDS, START_FIELDS, bounds_of, range_text
 from vibroscope.app.explorer.physical_fields import (
     FORMS,
     PHYSICAL_FIELDS,
@@ -35,8 +36,6 @@ GROUPS = {
 FIELDS = tuple(name for names in GROUPS.values() for name in names)
 _ALWAYS = ("restitution",)
 _DIGITS = 6  # of a number in physical units: as many as its field has room for
-_OF_BODY_2 = ("kappa", "d2", "d3", "force2", "force2_phase", "constant2")
-_OF_KIND = {"pendulums": ("kappa3",), "two": ("mass_ratio",), "wall": ()}
 _OF_BOTH = "follows from both dampers; choose “as measured” under Solver to type it"
 _OF_STEP = "follows from the time step; choose “K as typed” under Solver to type it"
 _OF_RESTITUTION = "follows from the restitution; choose “D as typed” under Solver to type it"
@@ -63,7 +62,7 @@ def _forms_of(name: str) -> list[dict]:
 def _words(name: str) -> dict[str, str]:
     if name in PHYSICAL_FIELDS:
         return {"label": physical_field(name).label, "hint": physical_field(name).hint}
-    return {"label": Explorer.param[name].label, "hint": Explorer.param[name].doc}
+    return {"label": parameters.FIELDS[name].label, "hint": parameters.FIELDS[name].hint}
 
 
 def applies(name: str, setting: Setting) -> bool:
@@ -72,10 +71,7 @@ def applies(name: str, setting: Setting) -> bool:
         return True
     if setting.scale is not None:
         return False
-    if name in _OF_BODY_2:
-        return setting.bodies != "wall"
-    own = {other for names in _OF_KIND.values() for other in names}
-    return name not in own or name in _OF_KIND[setting.bodies]
+    return name not in parameters.FIELDS or setting.bodies in parameters.FIELDS[name].bodies
 
 
 def system_fields(setting: Setting) -> dict[str, dict]:
@@ -102,7 +98,7 @@ def system_numbers(setting: Setting) -> dict[str, tuple[str, str]]:
 
 
 def plain_description(name: str, setting: Setting) -> dict:
-    """How a parameter of `Explorer` is shown; ``locked``: why it cannot be changed, empty if it can."""
+    """How one of `parameters.FIELDS` is shown; ``locked``: why it cannot be changed, empty if it can."""
     field = shown_field(name, setting)
     return _description(
         field,

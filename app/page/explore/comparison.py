@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import param
 from vibroscope.app.explorer.explanation import Explanation
 from vibroscope.app.explorer.field_units import shown_field
-from vibroscope.app.explorer.parameters import DRAWING_FIELDS, FIELDS, MAIN_FIELDS, Explorer
+from vibroscope.app.explorer.parameters import DRAWING_FIELDS, FIELDS, MAIN_FIELDS
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.page.explore.explainer import known_explanation
 from vibroscope.app.page.explore.result import Result
@@ -101,7 +101,5 @@ def _number(name: str, setting: Setting) -> list[str]:
 
 
 def _in_words(name: str, setting: Setting) -> str:
-    rule, value = Explorer.param[name], getattr(setting, name)
-    if isinstance(rule, param.Number):
-        return shown_field(name, setting).words(value)
-    return f"{rule.label}: {value}"
+    field, value = FIELDS[name], getattr(setting, name)
+    return f"{field.label}: {value}" if field.choices else shown_field(name, setting).words(value)
