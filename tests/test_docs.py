@@ -72,8 +72,15 @@ def test_every_name_occurs_in_the_code(document):
 
 def test_every_option_is_one_of_a_command_or_script(document):
     texts = [text for text in quoted(document) if not text.startswith("docker ")]
-    options = {word for text in texts for word in re.findall(r"(?<!\S)--[\w-]+", text)}
+    options = {word for text in texts for word in re.findall(r"(?<!\S)--[\w-]+", text)} - options_of(build_parser())
     assert not [option for option in options if not any(f'"{option}"' in text for text in CODE.values())]
+
+
+def options_of(parser):
+    """The options of a parser and of the commands below it."""
+    below = [each for action in parser._actions if isinstance(action.choices, dict) for each in action.choices.values()]
+    own = {option for action in parser._actions for option in action.option_strings}
+    return own.union(*map(options_of, below))
 
 
 def headings(document):

@@ -1,24 +1,21 @@
 """The summaries that ``vibroscope sweep basin`` and ``vibroscope sweep basin-difference`` print."""
 
 import argparse
-import json
-import math
 
-from vibroscope.engine import basin_difference
+from vibroscope.app.commands.report import Report
+from vibroscope.engine import basin_difference, finite_or_none
 from vibroscope.engine.sweeps import KIND_FLAGS, check_store
 
 
 def summary(found) -> tuple[dict, list[str]]:
     """The motions and the boundary, as numbers and as lines of text."""
     motions = _motions_of(found)
-    dimension, error = (float(found[name]) for name in ("boundary_dimension", "boundary_dimension_error"))
+    names = ("boundary_dimension", "boundary_dimension_error")
+    numbers = {name: finite_or_none(float(found[name])) for name in names}
     lines = [_motion_text(motion) for motion in motions]
-    if math.isfinite(dimension):
-        lines.append(f"dimension of the boundary: {dimension:.3f} ± {error:.3f}")
-    numbers = {"boundary_dimension": dimension, "boundary_dimension_error": error}
-    return {"motions": motions} | {
-        name: value if math.isfinite(value) else None for name, value in numbers.items()
-    }, lines
+    if numbers["boundary_dimension"] is not None:
+        lines.append("dimension of the boundary: {:.3f} ± {:.3f}".format(*numbers.values()))
+    return {"motions": motions} | numbers, lines
 
 
 def _motions_of(found) -> list[dict]:
@@ -38,18 +35,16 @@ def _motion_text(motion: dict) -> str:
     return f"{name}: {100 * motion['share']:.2f} ± {100 * motion['share_error']:.2f} % of the starts"
 
 
-def difference(options: argparse.Namespace) -> None:
-    """Print the share in which two basins differ, and which motions of both are the same."""
+def difference(options: argparse.Namespace) -> Report:
+    """The share in which two basins differ, and which motions of both are the same."""
     import xarray
 
     for path in (options.first, options.second):
         check_store(path)  # raises a ValueError in words where there is no result
     first, second = (xarray.open_zarr(path) for path in (options.first, options.second))
     found = basin_difference(first, second)
-    if options.json:
-        print(json.dumps({"share": found.share, "error": found.error, "same": found.same.tolist()}))
-        return
-    print(f"{100 * found.share:.2f} ± {100 * found.error:.2f} % of the starts lead to different motions")
+    lines = [f"{100 * found.share:.2f} ± {100 * found.error:.2f} % of the starts lead to different motions"]
     for path, each, alike in ((options.first, first, found.same.any(1)), (options.second, second, found.same.any(0))):
         for motion, in_both in zip(_motions_of(each), alike, strict=True):
-            print(f"{path}: {_motion_text(motion)}, {'in both' if in_both else 'not in the other'}")
+            lines.append(f"{path}: {_motion_text(motion)}, {'in both' if in_both else 'not in the other'}")
+    return Report(lines, {"share": found.share, "error": found.error, "same": found.same.tolist()})

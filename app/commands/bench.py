@@ -1,41 +1,31 @@
 """``vibroscope bench``: cost and error of every solver."""
 
 import argparse
-import json
+from collections.abc import Iterator
+
+from vibroscope.app.commands.parser import Command
+from vibroscope.app.commands.report import Report
 
 
-def add(commands) -> None:
-    """Describe ``vibroscope bench``."""
-    command = commands.add_parser(
-        "bench",
-        allow_abbrev=False,
-        help="measure cost and error of every solver (half a minute)",
-        description="Measure microseconds per period and the error of every solver on scenes of the paper, beside "
-        "heyoka where it is installed.",
-    )
-    command.add_argument("--json", action="store_true", help="print one JSON object")
-    command.set_defaults(run=run)
-
-
-def run(options: argparse.Namespace) -> None:
-    """Measure and print."""
+def run(options: argparse.Namespace) -> Report:
+    """Measure."""
     from vibroscope.app.performance import bench  # compiles the plain loop, which no other command needs
 
     report = bench.report()
-    print(json.dumps(report, allow_nan=False) if options.json else as_text(report))
+    return Report(_lines(report), report)
 
 
-def as_text(report: dict) -> str:
+def _lines(report: dict) -> Iterator[str]:
     """The report of `app.performance.bench` as tables, one a scene."""
     machine, version = report["machine"], report["heyoka"]
-    lines = [
+    yield (
         f"{machine['processor']}, {machine['cores']} cores; heyoka {version or 'not installed'}; "
         f"{report['periods']} periods from rest, medians of {report['rounds']} rounds; error after "
         f"{report['error_after_periods']} periods"
-    ]
+    )
     for key, scene in report["scenes"].items():
-        lines += ["", f"[{key}] eta = {scene['eta']:g}, K = {scene['K']:g}, D = {scene['D']:g}", *_table(scene)]
-    return "\n".join(lines)
+        yield f"\n[{key}] eta = {scene['eta']:g}, K = {scene['K']:g}, D = {scene['D']:g}"
+        yield from _table(scene)
 
 
 def _table(scene: dict) -> list[str]:
@@ -66,3 +56,12 @@ def _table(scene: dict) -> list[str]:
 def _row(name: str, cost: float | None, error: float | None, ratio: float | None = None) -> str:
     cells = "-" if cost is None else f"{cost:.3f}", "-" if error is None else f"{error:.1e}"
     return f"  {name:34}{cells[0]:>14}{cells[1]:>12}" + ("" if ratio is None else f"{ratio:10.1f} x ours")
+
+
+COMMAND = Command(
+    "measure cost and error of every solver (half a minute)",
+    "Measure microseconds per period and the error of every solver on scenes of the paper, beside heyoka where it is "
+    "installed.",
+    run=run,
+    json="one JSON object",
+)

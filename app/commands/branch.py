@@ -1,15 +1,26 @@
 """``vibroscope branch``: periodic motions followed over a number, with the points at which they bifurcate."""
 
 import argparse
-import json
 from itertools import chain
 
 from vibroscope.app.commands.basin_seeds import read_basin
 from vibroscope.app.commands.interrupt import watch_interrupt
 from vibroscope.app.commands.kept_branches import KeptBranches
-from vibroscope.app.commands.numbers import count, measured
-from vibroscope.app.commands.options import NEEDED, add_branch_options, default_of, note_held, problem_of
+from vibroscope.app.commands.numbers import count, end_of_range
+from vibroscope.app.commands.options import (
+    NEEDED,
+    REFERENCE_OPTIONS,
+    add_fields,
+    add_initial_option,
+    add_solver,
+    add_system_option,
+    default_of,
+    note_held,
+    problem_of,
+)
 from vibroscope.app.commands.output import note, progress_line
+from vibroscope.app.commands.parser import Command, OneLineParser
+from vibroscope.app.commands.report import Report
 from vibroscope.engine import (
     FOLLOWED_KINDS,
     PARAMETERS,
@@ -28,40 +39,29 @@ _FOLLOWED = "period doubling"
 _SHOWN = "  {:<24} {:<18} {:<10} {}"
 
 
-def add(commands) -> None:
-    """Describe ``vibroscope branch``."""
-    command = commands.add_parser(
-        "branch",
-        allow_abbrev=False,
-        help="follow periodic motions, stable and unstable, over a number, and locate their bifurcations",
-        description="Follow every branch of periodic motions of the reference or the exact penalty solution through a "
-        "range of one number, from all motions that coexist at some of its values, and locate folds, period doublings, "
-        "Neimark-Sacker points, branch points, grazing, and where sticking begins or ends, to 1e-10 of the range. "
-        "Methods with a time step have no branches: the exact penalty solution is what they tend to with smaller "
-        "steps.",
-        epilog="Ctrl-C ends the search; what was found is printed. With --out each branch is kept once it is followed: "
-        "after a stop or a kill the same command reads what is kept, and goes on from there.",
-    )
-    add_branch_options(command)
+def add(command: OneLineParser) -> None:
+    """Add the options."""
     add = command.add_argument
+    add_solver(
+        command,
+        required=False,
+        default="reference",
+        type=_without_step,
+        choices=("reference", "exact"),
+        help="semi-analytical reference; penalty model without a time step, its contact a spring and a damper (default "
+        "%(default)s)",
+    )
+    add_fields(command, "eta", "K", "D", *REFERENCE_OPTIONS, solvers=("reference", "exact"))
+    add_initial_option(command)
+    add_system_option(command)
     add("--over", choices=PARAMETERS, default="eta", help="the number that varies (default eta)")
-    add("--from", dest="low", type=measured, required=True, metavar="F", help="its smallest value")
-    add("--to", dest="high", type=measured, required=True, metavar="F", help="its largest value")
-    add(
-        "--max-period",
-        type=count,
-        default=_LONGEST,
-        metavar="N",
-        help=f"longest cycle, in excitation periods (default {_LONGEST})",
-    )
+    add("--from", dest="low", type=end_of_range, required=True, metavar="F", help="its smallest value")
+    add("--to", dest="high", type=end_of_range, required=True, metavar="F", help="its largest value")
+    words = f"longest cycle, in excitation periods (default {_LONGEST})"
+    add("--max-period", type=count, default=_LONGEST, metavar="N", help=words)
     add("--unstable", action="store_true", help="follow also what begins where an unstable motion bifurcates: many")
-    add(
-        "--most-orbits",
-        type=count,
-        default=_MOST_ORBITS,
-        metavar="N",
-        help=f"orbits after which a branch is given up, in each direction (default {_MOST_ORBITS})",
-    )
+    words = f"orbits after which a branch is given up, in each direction (default {_MOST_ORBITS})"
+    add("--most-orbits", type=count, default=_MOST_ORBITS, metavar="N", help=words)
     add(
         "--from-basin",
         metavar="FILE.zarr",
@@ -69,27 +69,32 @@ def add(commands) -> None:
         "branch the search finds: isolated ones may",
     )
     add("--along", choices=PARAMETERS, help="a second number, along which the points of --point are followed")
-    add("--along-from", type=measured, metavar="F", help="its smallest value")
-    add("--along-to", type=measured, metavar="F", help="its largest value")
+    add("--along-from", type=end_of_range, metavar="F", help="its smallest value")
+    add("--along-to", type=end_of_range, metavar="F", help="its largest value")
     add("--point", choices=FOLLOWED_KINDS, default=_FOLLOWED, help=f"kind of points to follow (default {_FOLLOWED})")
-    add(
-        "--out",
-        metavar="FILE.zarr",
-        help="keep all orbits, multipliers and points, after each branch (xarray.open_zarr reads them)",
-    )
-    add("--json", action="store_true", help="print one JSON object")
-    command.set_defaults(run=run)
+    words = "keep all orbits, multipliers and points, after each branch (xarray.open_zarr reads them)"
+    add("--out", metavar="FILE.zarr", help=words)
 
 
-def run(options: argparse.Namespace) -> int:
-    """Follow the branches and print their points."""
+def _without_step(solver: str) -> str:
+    """A solver that has branches."""
+    if solver == "newmark":
+        raise argparse.ArgumentTypeError(
+            f"{solver!r} has a time step, and so no branches: give 'reference', or 'exact', to which it tends with "
+            "smaller steps"
+        )
+    return solver
+
+
+def run(options: argparse.Namespace) -> Report:
+    """Follow the branches."""
     if not options.out:
         return _run(options, None)
     with KeptBranches(options.out).held() as kept:
         return _run(options, kept)
 
 
-def _run(options: argparse.Namespace, kept: KeptBranches | None) -> int:
+def _run(options: argparse.Namespace, kept: KeptBranches | None) -> Report:
     if options.over == "eta" and options.eta is not None and options.initial is None and options.from_basin is None:
         note("--eta has no effect where eta varies, unless --initial or --from-basin begins there")
     if options.over == "eta":
@@ -124,26 +129,14 @@ def _run(options: argparse.Namespace, kept: KeptBranches | None) -> int:
         note(each)
     if kept and code == 0:
         kept.write(found, options.over, complete=True)
-    _print(options, found, (curves, lost), notes)
-    return code
-
-
-def _print(options: argparse.Namespace, found: list[Branch], along: tuple[list, list], notes: list[str]) -> None:
-    """Print the branches, and the curves and lost points along the second number."""
-    curves, lost = along
-    if options.json:
-        report = {"over": options.over, "solver": options.solver, "branches": [_plain(each) for each in found]}
-        report["notes"] = notes
-        if options.along:
-            report["curves"] = [_plain_curve(each) for each in curves]
-            report["not_followed"] = [{"kind": p.kind, options.over: p.value, "reason": why} for p, why in lost]
-        print(json.dumps(report, allow_nan=False))
-        return
-    print("\n".join(line for branch in found for line in _lines(branch)) or "no branches")
-    for curve in curves:
-        print("\n".join(_curve_lines(curve)))
-    for point, why in lost:
-        print(f"{point.kind} at {options.over} {point.value:.8g} is not followed: {why}")
+    data = {"over": options.over, "solver": options.solver, "branches": list(map(_plain, found)), "notes": notes}
+    if options.along:
+        data["curves"] = list(map(_plain_curve, curves))
+        data["not_followed"] = [{"kind": p.kind, options.over: p.value, "reason": why} for p, why in lost]
+    lines = [line for branch in found for line in _lines(branch)] or ["no branches"]
+    lines += [line for curve in curves for line in _curve_lines(curve)]
+    lines += [f"{p.kind} at {options.over} {p.value:.8g} is not followed: {why}" for p, why in lost]
+    return Report(lines, data, status=code)
 
 
 def _question(options: argparse.Namespace) -> BranchQuestion:
@@ -249,3 +242,17 @@ def _multiplier(point) -> str:
     if finite_or_none(abs(value)) is None:
         return f"{which} multiplier infinite"
     return f"{which} multiplier {value:.5g}" if value.imag else f"{which} multiplier {value.real:.5g}"
+
+
+COMMAND = Command(
+    "follow periodic motions, stable and unstable, over a number, and locate their bifurcations",
+    "Follow every branch of periodic motions of the reference or the exact penalty solution through a range of one "
+    "number, from all motions that coexist at some of its values, and locate folds, period doublings, Neimark-Sacker "
+    "points, branch points, grazing, and where sticking begins or ends, to 1e-10 of the range. Methods with a time "
+    "step have no branches: the exact penalty solution is what they tend to with smaller steps.",
+    "Ctrl-C ends the search; what was found is printed. With --out each branch is kept once it is followed: after a "
+    "stop or a kill the same command reads what is kept, and goes on from there.",
+    add,
+    run,
+    "one JSON object",
+)

@@ -12,11 +12,11 @@ from importlib import import_module
 
 from vibroscope.app import QUESTION
 from vibroscope.app.commands.compat import shorten_start
-from vibroscope.app.commands.numbers import resolve_units
 from vibroscope.app.commands.output import open_streams
 from vibroscope.app.commands.parser import OneLineParser
+from vibroscope.app.commands.report import Report
 
-# In the order of `vibroscope --help`; each is a module of this package.
+# In the order of `vibroscope --help`; each is a module of this package with its `Command`.
 COMMANDS = (
     "simulate",
     "motion",
@@ -73,12 +73,11 @@ def build_parser(names: Sequence[str] = COMMANDS) -> argparse.ArgumentParser:
         description=DESCRIPTION,
         epilog=EXAMPLES,
         formatter_class=argparse.RawDescriptionHelpFormatter,
-        allow_abbrev=False,
     )
     parser.add_argument("--version", action=_Version, nargs=0, help="show program's version number and exit")
     commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND", parser_class=OneLineParser)
     for name in names:
-        import_module(f"vibroscope.app.commands.{name}").add(commands)
+        import_module(f"vibroscope.app.commands.{name}").COMMAND.describe(commands, name)
     return parser
 
 
@@ -139,8 +138,9 @@ def _run(words: Sequence[str]) -> int:
         gc.freeze()
         gc.enable()
     try:
-        resolve_units(options)
-        status = options.run(options)
+        import_module("vibroscope.app.commands.numbers").resolve_units(options)  # imports the engine
+        found = options.run(options)
+        status = found.show(options.json) if isinstance(found, Report) else found
         sys.stdout.flush()
     except BrokenPipeError:  # the reader of the output has closed it
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

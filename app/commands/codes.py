@@ -1,45 +1,32 @@
 """``vibroscope codes``: what simulation codes do by default, with the source of each figure."""
 
 import argparse
-import json
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import fields
 from textwrap import wrap
 
 from vibroscope.app.codes.catalogue import Code, codes
 from vibroscope.app.commands.options import LAW_OPTIONS, STEPPING_OPTIONS
+from vibroscope.app.commands.parser import Command
+from vibroscope.app.commands.report import Report
 from vibroscope.engine import INTEGRATORS
 
 _WIDTH = 100
 _COLUMNS = "{:<18} {:<34} {:<9} {:<22} {}"
 
 
-def add(commands) -> None:
-    """Describe ``vibroscope codes``."""
-    command = commands.add_parser(
-        "codes",
-        allow_abbrev=False,
-        help="what simulation codes do by default: integrator, contact status, law, keywords of their input",
-        description="Print the table of codes: default integrator with its numbers, contact status, contact law, rules "
-        "of thumb, and the source of each figure. What no source says is a dash. Named codes are printed at length.",
-    )
-    command.add_argument("codes", nargs="*", metavar="CODE", help="only these, such as calculix opensees, at length")
-    command.add_argument("--json", action="store_true", help="print one JSON list")
-    command.set_defaults(run=run)
-
-
-def run(options: argparse.Namespace) -> None:
-    """Print the table, or entries of it."""
+def run(options: argparse.Namespace) -> Report:
+    """Show the table, or entries of it."""
     chosen = [code_of(key) for key in options.codes] or list(codes().values())
-    if options.json:
-        print(json.dumps([code.as_dict() for code in chosen], ensure_ascii=False, allow_nan=False))
-    elif options.codes:
-        print("\n\n".join("\n".join(_entry(code)) for code in chosen))
-    else:
-        print(_COLUMNS.format("code", "integrator", "status", "law", "rules"))
-        for code in chosen:
-            law = code.law or "-"
-            print(_COLUMNS.format(code.key, _integrator(code), code.status or "-", law, ", ".join(code.rules) or "-"))
+    lines = ["\n\n".join("\n".join(_entry(code)) for code in chosen)] if options.codes else _table(chosen)
+    return Report(lines, [code.as_dict() for code in chosen])
+
+
+def _table(chosen: Sequence[Code]) -> Iterator[str]:
+    yield _COLUMNS.format("code", "integrator", "status", "law", "rules")
+    for code in chosen:
+        law, rules = code.law or "-", ", ".join(code.rules) or "-"
+        yield _COLUMNS.format(code.key, _integrator(code), code.status or "-", law, rules)
 
 
 def code_of(key: str) -> Code:
@@ -96,3 +83,15 @@ def _entry(code: Code) -> list[str]:
         text = f"{source.figure}: {source.text} {source.url}".strip()
         lines += wrap(text, _WIDTH, initial_indent=f"  {'source':<18}", subsequent_indent=20 * " ")
     return lines
+
+
+COMMAND = Command(
+    "what simulation codes do by default: integrator, contact status, law, keywords of their input",
+    "Print the table of codes: default integrator with its numbers, contact status, contact law, rules of thumb, and "
+    "the source of each figure. What no source says is a dash. Named codes are printed at length.",
+    add=lambda parser: parser.add_argument(
+        "codes", nargs="*", metavar="CODE", help="only these, such as calculix opensees, at length"
+    ),
+    run=run,
+    json="one JSON list",
+)

@@ -1,23 +1,21 @@
 """``vibroscope compare``: where the penalty solution leaves the reference, in parts and in words."""
 
 import argparse
-import json
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import fields
 from textwrap import wrap
 
 from vibroscope.app.commands.alone_table import alone_lines
-from vibroscope.app.commands.compare_measured import add_measured_options, run_measured
-from vibroscope.app.commands.numbers import count
+from vibroscope.app.commands.compare_measured import add_measured_options, measured_report
 from vibroscope.app.commands.options import (
-    ETA,
+    LAW_OPTIONS,
+    PENALTY_OPTIONS,
+    STEPPING_OPTIONS,
+    add_fields,
     add_initial_option,
-    add_integrator_options,
-    add_joint_damping_option,
-    add_penalty_options,
+    add_run_length,
     add_system_option,
-    add_threshold_option,
     default_of,
     eta_of,
     reference_of,
@@ -25,14 +23,16 @@ from vibroscope.app.commands.options import (
     system_of,
 )
 from vibroscope.app.commands.output import note
+from vibroscope.app.commands.parser import Command, OneLineParser
 from vibroscope.app.commands.physical_units import (
     add_units_option,
     motion_text,
     physical_motion,
+    physical_part,
     settings_text,
-    unit_names,
     wanted_units,
 )
+from vibroscope.app.commands.report import Line, Report, Row
 from vibroscope.app.explorer.force import plain_motion
 from vibroscope.app.explorer.method_words import full_words
 from vibroscope.engine import (
@@ -54,94 +54,60 @@ from vibroscope.engine import (
     repetition,
     verdict,
 )
+from vibroscope.engine.facts import joined
 
+MOTIONS = ("reference", "penalty")
 # The parts of the regularisation's part; the last two add up to the one before.
 SPLIT = ("contact_time", "wrong_restitution", "pulling", "damper")
 TIME_STEP_PARTS = ("status", "integrator")
 _KEEP = default_of(ComparisonQuestion, "keep")
 
 
-def add(commands) -> None:
-    """Describe ``vibroscope compare``."""
-    command = commands.add_parser(
-        "compare",
-        allow_abbrev=False,
-        help="difference from the reference in three parts, and which number is to blame",
-        description="Run the penalty solution and the reference from rest (or --initial), split their difference into "
-        "what the time step, K and D, and the joint damping do, and say in words what to change first.",
-        epilog="The difference is the rms of the displacements over the kept periods, relative to the reference, in "
-        "parts where all motions repeat (pointwise: true). If the reference does not repeat, it is the distance of the "
-        "Poincare sections (measure: sections).",
-    )
+def add(command: OneLineParser) -> None:
+    """Add the options."""
     add = command.add_argument
-    add("--eta", **ETA)
-    add_penalty_options(command, required=True)
-    add_integrator_options(command)
+    add_fields(command, "eta", *PENALTY_OPTIONS, required=("K", "steps"))
+    add_fields(command, *LAW_OPTIONS, *STEPPING_OPTIONS)
     usual = f"default {default_of(ComparisonQuestion, 'periods')}; where nothing drives the bodies {FREE_PERIODS}"
-    add("--periods", type=count, metavar="N", help=f"excitation periods to run ({usual})")
-    add("--keep", type=count, metavar="N", help=f"last periods to compare (default {_KEEP}, or all if fewer are run)")
-    add_joint_damping_option(command)
-    add_threshold_option(command)
+    add_run_length(command, usual, _KEEP, "compare")
+    add_fields(command, "joint_damping", "threshold")
     add_initial_option(command)
     add_system_option(command)
     add_measured_options(command)
     add("--alone", action="store_true", help="also the difference over K, over D and over the step, each alone")
     add("--series", action="store_true", help="with --json: also the difference and its parts at every sample")
     add_units_option(command)
-    add("--json", action="store_true", help="print one JSON object")
-    command.set_defaults(run=run)
 
 
-def run(options: argparse.Namespace) -> None:
-    """Compare and print."""
+def run(options: argparse.Namespace) -> Report:
+    """Compare."""
     eta, system = eta_of(options), system_of(options)
     _note_unused(options)
     _set_length(options, system)
     if options.measured is not None:
-        run_measured(options)
-        return
+        return measured_report(options)
     for name in ("fit", "columns"):
         if getattr(options, name) is not None:
             raise ValueError(f"--{name} needs a measurement: give --measured FILE.csv")
-    comparison = compare(
-        ComparisonQuestion(
-            system,
-            eta,
-            stepping_of(options),
-            reference=reference_of(options),
-            periods=options.periods,
-            keep=options.keep,
-            initial=options.initial,
-        )
-    )
+    how = {name: getattr(options, name) for name in ("periods", "keep", "initial")}
+    question = ComparisonQuestion(system, eta, stepping_of(options), reference=reference_of(options), **how)
+    comparison = compare(question)
     if not comparison.is_free:
         comparison = comparison.with_evidence()
-    judgement = verdict(comparison)
-    split, of_step = _splits(comparison)
-    units = wanted_units(options)
-    if options.json:
-        report = as_json(comparison, judgement, split, of_step)
-        if options.series:
-            report["series"] = _series_json(comparison)
-        if options.alone:
-            report["alone"] = judgement.alone and judgement.alone.as_dict()
-        if units:
-            report["physical"] = _physical_json(comparison, units)
-        print(json.dumps(report, allow_nan=False))
-    else:
-        print(
-            as_text(
-                comparison,
-                judgement,
-                split,
-                of_step,
-                units,
-            )
-        )
-        if options.alone:
-            print("\n".join(alone_lines(judgement.alone, eta, comparison.runs.penalty.method, units)))
-        if units:
-            print("\n".join(_physical_lines(comparison, units)))
+    judgement, units, method = verdict(comparison), wanted_units(options), comparison.runs.penalty.method
+
+    def data() -> dict:
+        more = {"series": _series_json(comparison)} if options.series else {}
+        more |= {"alone": judgement.alone and judgement.alone.as_dict()} if options.alone else {}
+        motions = {name: physical_motion(units, getattr(comparison, name)) for name in MOTIONS} if units else {}
+        return as_json(comparison, judgement) | more | physical_part(units, eta, method, **motions)
+
+    def lines() -> Iterator[Line]:
+        yield from lines_of(comparison, judgement, units)
+        yield from alone_lines(judgement.alone, eta, method, units) if options.alone else ()
+        yield from _physical_lines(comparison, units) if units else ()
+
+    return Report(lines(), data, units and units.of_contact(method))
 
 
 def _note_unused(options: argparse.Namespace) -> None:
@@ -176,10 +142,9 @@ def _set_length(options: argparse.Namespace, system: System) -> None:
 # --- for scripts ------------------------------------------------------------------------------------------------------
 
 
-def as_json(
-    comparison: Comparison, judgement: Verdict, split: Regularisation | None, of_step: TimeStepParts | None = None
-) -> dict:
+def as_json(comparison: Comparison, judgement: Verdict) -> dict:
     """The comparison as JSON; None for what is not known."""
+    split, of_step = _splits(comparison)
     run = comparison.runs.penalty
     method = run.method
     words = judgement.as_dict()
@@ -257,51 +222,29 @@ def _series_json(comparison: Comparison) -> dict | None:
     }
 
 
-def _physical_json(comparison: Comparison, units: Units) -> dict:
-    """Settings and both motions in the units of an FE input file."""
-    penalty = comparison.runs.penalty
-    return {
-        "units": unit_names(units, penalty.method),
-        "settings": units.settings(penalty.eta, penalty.method),
-        "reference": physical_motion(units, comparison.reference),
-        "penalty": physical_motion(units, comparison.penalty),
-    }
-
-
 # --- for people -------------------------------------------------------------------------------------------------------
 
 
-def as_text(
-    comparison: Comparison,
-    judgement: Verdict,
-    split: Regularisation | None,
-    of_step: TimeStepParts | None = None,
-    units: Units | None = None,
-) -> str:
+def lines_of(comparison: Comparison, judgement: Verdict, units: Units | None = None) -> Iterator[Line]:
     """The comparison as text: the verdict, the parts of the difference, both motions, and the evidence."""
     penalty, reference = comparison.runs.penalty, comparison.runs.reference
     units = units and units.of_contact(penalty.method)
-    details = (print_statement(text, units) for text in judgement.details)
-    rows = [*part_rows(comparison, split, of_step), *_motion_rows(comparison, units)]
-    return "\n".join(
-        [
-            full_words(penalty.method),
-            f"eta = {penalty.eta:g}, against the {full_words(reference.method, wall=reference.system.wall)}",
-            "",
-            *wrap(print_statement(judgement.headline, units), 100),
-            "",
-            *columns(rows),
-            "",
-            *(line for text in details for line in wrap(text, 100, subsequent_indent="  ")),
-        ]
-    )
+    yield full_words(penalty.method)
+    yield f"eta = {penalty.eta:g}, against the {full_words(reference.method, wall=reference.system.wall)}"
+    yield ""
+    yield from wrap(print_statement(judgement.headline, units), 100)
+    yield ""
+    yield from columns([*part_rows(comparison, *_splits(comparison)), *_motion_rows(comparison)])
+    yield ""
+    for text in judgement.details:
+        yield from wrap(print_statement(text, units), 100, subsequent_indent="  ")
 
 
-def columns(rows: Iterable[tuple[str, str]]) -> list[str]:
+def columns(texts: Iterable[tuple[str, str]]) -> list[Row]:
     """Labels and what they stand for, below each other."""
-    rows = list(rows)
-    width = max(22, *(len(label) + 2 for label, _ in rows))  # one width for most comparisons; the name of a law is long
-    return [f"{label:{width}}{text}" for label, text in rows]
+    texts = list(texts)
+    width = max(22, *(len(label) + 2 for label, _ in texts))  # one for most comparisons; the name of a law is long
+    return [Row(label, text, indent=width) for label, text in texts]
 
 
 def part_rows(
@@ -325,30 +268,37 @@ def part_rows(
     return rows
 
 
-def _motion_rows(comparison: Comparison, units: Units | None) -> list[tuple[str, str]]:
+def _motion_rows(comparison: Comparison) -> list[tuple[str, str]]:
     """Both motions, which a free vibration does not repeat."""
-    motions = {"reference": comparison.reference, "penalty": comparison.penalty}
     free = comparison.is_free
-    texts = {name: "free vibration" if free else _motion_text(each, units) for name, each in motions.items()}
+    texts = {name: "free vibration" if free else _motion_text(getattr(comparison, name)) for name in MOTIONS}
     if comparison.runs.penalty.status is Status.WITHOUT_SOLUTION:
         texts["penalty"] = "not known: stopped at a step without a solution"
     return list(texts.items())
 
 
-def _motion_text(motion: Motion, units: Units | None) -> str:
+def _motion_text(motion: Motion) -> str:
     rate = f"; Lyapunov exponent {motion.lyapunov:+.3g} a period" if math.isfinite(motion.lyapunov) else ""
-    return f"{print_statement(repetition(motion), units)}{rate}"
+    return joined("", (repetition(motion), rate))
 
 
-def _physical_lines(comparison: Comparison, units: Units) -> list[str]:
-    penalty, exact = comparison.runs.penalty, comparison.runs.reference.method
-    rows = {"physical": settings_text(units, penalty.eta, penalty.method)}
-    motions = (
-        {}
-        if comparison.is_free
-        else {
-            "  reference": motion_text(units, penalty.eta, comparison.reference, exact) or "nothing known",
-            "  penalty": motion_text(units, penalty.eta, comparison.penalty, penalty.method) or "nothing known",
-        }
-    )
-    return ["", *columns((rows | motions).items())]
+def _physical_lines(comparison: Comparison, units: Units) -> list[Line]:
+    runs = comparison.runs
+    texts = {"physical": settings_text(units, runs.penalty.eta, runs.penalty.method)}
+    for name in () if comparison.is_free else MOTIONS:
+        motion, method = getattr(comparison, name), getattr(runs, name).method
+        texts[f"  {name}"] = motion_text(units, runs.penalty.eta, motion, method) or "nothing known"
+    return ["", *columns(texts.items())]
+
+
+COMMAND = Command(
+    "difference from the reference in three parts, and which number is to blame",
+    "Run the penalty solution and the reference from rest (or --initial), split their difference into what the time "
+    "step, K and D, and the joint damping do, and say in words what to change first.",
+    "The difference is the rms of the displacements over the kept periods, relative to the reference, in parts where "
+    "all motions repeat (pointwise: true). If the reference does not repeat, it is the distance of the Poincare "
+    "sections (measure: sections).",
+    add,
+    run,
+    "one JSON object",
+)

@@ -1,11 +1,12 @@
 """``vibroscope compare --measured FILE.csv``: both solutions beside measured motion."""
 
 import argparse
-import json
 import math
+from collections.abc import Iterator
 
 from vibroscope.app.commands.options import reference_of, stepping_of, system_of, units_of
 from vibroscope.app.commands.physical_units import wanted_units
+from vibroscope.app.commands.report import Report
 from vibroscope.engine import (
     FITTED,
     Fit,
@@ -18,9 +19,9 @@ from vibroscope.engine import (
     finite_or_none,
     fit,
     measured_verdict,
-    print_statement,
     read_measurement,
 )
+from vibroscope.engine.facts import joined
 
 
 def add_measured_options(command: argparse.ArgumentParser) -> None:
@@ -74,21 +75,17 @@ def _read(options: argparse.Namespace) -> Measurement:
         raise ValueError(f'{problem}: --columns "time=1 [s], xi1=2 [mm]"') from None
 
 
-def run_measured(options: argparse.Namespace) -> None:
-    """Align both solutions with the measurement and print; with ``--fit``, solutions of the fitted system."""
+def measured_report(options: argparse.Namespace) -> Report:
+    """Align both solutions with the measurement; with ``--fit``, solutions of the fitted system."""
     measurement = _read(options)
     system, fitted = system_of(options), None
     if options.fit:
         fitted = fit(system, options.eta, measurement, names=None if options.fit is True else options.fit)
         system = fitted.system
-    penalty = stepping_of(options)
-    reference = reference_of(options)
-    chosen = {"reference": reference, "periods": options.periods, "initial": options.initial}
-    comparison = compare_measured(system, options.eta, measurement, penalty, **chosen)
-    if options.json:
-        print(json.dumps(as_json(comparison, fitted), allow_nan=False))
-    else:
-        print(as_text(comparison, fitted, wanted_units(options)))
+    chosen = {"reference": reference_of(options), "periods": options.periods, "initial": options.initial}
+    comparison = compare_measured(system, options.eta, measurement, stepping_of(options), **chosen)
+    units = wanted_units(options)
+    return Report(lines_of(comparison, fitted, units), as_json(comparison, fitted), units)
 
 
 def as_json(comparison: MeasuredComparison, fitted: Fit | None = None) -> dict:
@@ -150,18 +147,17 @@ def _fit_json(fitted: Fit) -> dict:
     }
 
 
-def as_text(comparison: MeasuredComparison, fitted: Fit | None = None, scale: Units | None = None) -> str:
+def lines_of(comparison: MeasuredComparison, fitted: Fit | None, scale: Units | None) -> Iterator[str]:
     """The comparison as text, times and lengths in these units."""
     # here, so that a comparison without a measurement need not wait for it
     from vibroscope.app.explorer.measured import comparison_rows, fit_rows, headline
 
-    lines = [
-        print_statement(headline(comparison), scale),
-        *(_columns(row) for row in (fit_rows(fitted, scale) if fitted else ())),
-        *(f"note: {print_statement(remark, scale)}" for remark in (fitted.remarks if fitted else ())),
-        *(_columns(row) for row in comparison_rows(comparison, scale)),
-    ]
-    return "\n".join([*lines, print_statement(measured_verdict(comparison), scale)])
+    yield headline(comparison)
+    if fitted:
+        yield from map(_columns, fit_rows(fitted, scale))
+        yield from (joined("", ("note: ", remark)) for remark in fitted.remarks)
+    yield from map(_columns, comparison_rows(comparison, scale))
+    yield measured_verdict(comparison)
 
 
 def _columns(cells: list[str]) -> str:

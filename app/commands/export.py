@@ -3,52 +3,40 @@
 import argparse
 from pathlib import Path
 
-from vibroscope.app.commands.numbers import count
 from vibroscope.app.commands.options import (
-    ETA,
+    LAW_OPTIONS,
+    PENALTY_OPTIONS,
+    STEPPING_OPTIONS,
+    add_fields,
     add_initial_option,
-    add_integrator_options,
-    add_penalty_options,
+    add_run_length,
     add_system_option,
     eta_of,
     method_of,
     system_of,
     units_of,
 )
+from vibroscope.app.commands.parser import Command, OneLineParser
 from vibroscope.app.commands.physical_units import add_units_option, wanted_units
+from vibroscope.app.commands.report import Report
 from vibroscope.app.export.decks import DECKS, PERIODS, DeckProblem, deck, usual_periods
 from vibroscope.app.export.decks.problem import KEEP
 from vibroscope.engine import CONTACT_STATUSES, Units
 
 
-def add(commands) -> None:
-    """Describe ``vibroscope export``."""
-    command = commands.add_parser(
-        "export",
-        allow_abbrev=False,
-        help="write a deck for OpenSees, CalculiX, Abaqus, Ansys or Modelica",
-        description="Write the input of another code, with the system and the numbers that are set, ready to run. Its "
-        "result comes back by `vibroscope compare --measured FILE.csv`; how is said in the deck. What the code cannot "
-        "express is refused.",
-        epilog="Numbers are in physical units with --units, or where --system has units of its own; else without "
-        "dimension, with omega1 = 1 rad/s.",
-    )
+def add(command: OneLineParser) -> None:
+    """Add the options."""
     add = command.add_argument
     add("--to", required=True, choices=tuple(DECKS), metavar="CODE", help=f"one of {', '.join(DECKS)}")
-    add("--eta", **ETA)
-    add_penalty_options(command)
-    add_integrator_options(command)
-    usual = f"default {PERIODS}, calculix: as many as its table of loads has room for"
-    add("--periods", type=count, metavar="N", help=f"excitation periods to run ({usual})")
-    add("--keep", type=count, metavar="N", help=f"last periods to write (default {KEEP}, or all if fewer are run)")
+    add_fields(command, "eta", *PENALTY_OPTIONS, *LAW_OPTIONS, *STEPPING_OPTIONS)
+    add_run_length(command, f"default {PERIODS}, calculix: as many as its table of loads has room for", KEEP, "write")
     add_initial_option(command)
     add_system_option(command)
     add_units_option(command)
     add("--out", type=Path, metavar="FILE", help="where to write the deck (default: print it)")
-    command.set_defaults(run=run, solver="newmark", every_step=False)
 
 
-def run(options: argparse.Namespace) -> None:
+def run(options: argparse.Namespace) -> Report | None:
     """Write the deck."""
     code = DECKS[options.to]
     if options.status == CONTACT_STATUSES[0]:
@@ -68,7 +56,20 @@ def run(options: argparse.Namespace) -> None:
         options.out.stem if options.out else DeckProblem.name,
     )
     text = deck(options.to, problem)
-    if options.out:
-        options.out.write_text(text, encoding="utf-8")
-    else:
-        print(text, end="")
+    if not options.out:
+        return Report(text.splitlines())
+    options.out.write_text(text, encoding="utf-8")
+    return None
+
+
+COMMAND = Command(
+    "write a deck for OpenSees, CalculiX, Abaqus, Ansys or Modelica",
+    "Write the input of another code, with the system and the numbers that are set, ready to run. Its result comes "
+    "back by `vibroscope compare --measured FILE.csv`; how is said in the deck. What the code cannot "
+    "express is refused.",
+    "Numbers are in physical units with --units, or where --system has units of its own; else without dimension, with "
+    "omega1 = 1 rad/s.",
+    add,
+    run,
+    defaults={"solver": "newmark", "every_step": False},
+)

@@ -1,95 +1,59 @@
 """``vibroscope motion``: the kind of motion, by name and with the evidence."""
 
 import argparse
-import json
-from collections.abc import Sequence
-from textwrap import wrap
+from collections.abc import Iterator, Sequence
 
 from vibroscope.app.commands.numbers import count
-from vibroscope.app.commands.options import (
-    OF_SOLVERS,
-    add_integrator_options,
-    add_solver_options,
-    default_of,
-    problem_of,
-)
+from vibroscope.app.commands.options import add_solver_options, default_of, problem_of
 from vibroscope.app.commands.output import note, progress_line
+from vibroscope.app.commands.parser import Command, OneLineParser
 from vibroscope.app.commands.physical_units import (
     add_units_option,
     motion_text,
     physical_motion,
+    physical_part,
     settings_text,
-    unit_names,
     wanted_units,
 )
+from vibroscope.app.commands.report import Line, Report, Row, rows
 from vibroscope.app.explorer.force import has_peak_force, plain_motion
-from vibroscope.engine import (
-    Attractor,
-    Motion,
-    Units,
-    attractors,
-    counted,
-    motion,
-    print_statement,
-    repetition,
-    touching,
-)
+from vibroscope.engine import Attractor, Motion, Statement, attractors, counted, motion, repetition, touching
+from vibroscope.engine.facts import joined
 
-_INDENT = 18 * " "
 _MOST_IMPACTS = 12  # that are listed
 _SEARCH = {name: default_of(attractors, name) for name in ("starts", "seed")}
 
 
-def add(commands) -> None:
-    """Describe ``vibroscope motion``."""
-    command = commands.add_parser(
-        "motion",
-        allow_abbrev=False,
-        help="name the motion: periodic, quasi-periodic or chaotic, with the evidence",
-        description="Find what a run from rest (or --initial) settles to: its period with Floquet multipliers and the "
-        "bifurcation it is near, or its largest Lyapunov exponent. A Newmark band that shrinks with the time step is "
-        "called an artefact. Without --units all numbers are non-dimensional.",
-        epilog="A motion whose kind is not certain is undecided, and a run that blows up is diverged; the exit "
-        "status is 2 only for bad input.",
-    )
+def add(command: OneLineParser) -> None:
+    """Add the options."""
     add_solver_options(command)
-    add_integrator_options(command, **OF_SOLVERS)
     add = command.add_argument
     add("--attractors", action="store_true", help="look for other motions at the same parameters, from many starts")
     add("--starts", type=count, metavar="N", help=f"with --attractors: how many (default {_SEARCH['starts']})")
     add("--seed", type=int, metavar="N", help=f"with --attractors: of the random starts (default {_SEARCH['seed']})")
     add_units_option(command)
-    add("--json", action="store_true", help="print one JSON object")
-    command.set_defaults(run=run)
 
 
-def run(options: argparse.Namespace) -> None:
-    """Find the motion and print it."""
+def run(options: argparse.Namespace) -> Report:
+    """Find the motion."""
     problem, units = problem_of(options), wanted_units(options)
+    _, eta, method = problem
     found = motion(*problem, initial=options.initial)
     others = _find_attractors(options, problem)
-    if options.json:
-        report = {"solver": options.solver, "eta": options.eta, **plain_motion(found)}
-        if options.attractors:
-            report["attractors"] = [
-                {"share": each.share, "start": each.start.tolist(), **plain_motion(each.motion)} for each in others
-            ]
-        if units:
-            report["physical"] = {
-                "units": unit_names(units, problem[2]),
-                "settings": units.settings(*problem[1:]),
-                **physical_motion(units, found),
-            }
-        print(json.dumps(report, allow_nan=False))
-    else:
-        lines = [f"{problem[2]}, eta = {options.eta:g}", *_motion_lines(found, units)]
-        if units:
-            physical = settings_text(units, *problem[1:]), motion_text(units, options.eta, found, problem[2])
-            if _has_impact_list(found):
-                speeds = _speeds_text(units.physical("velocity", found.closing_speeds))
-                physical += (f"closing speeds {speeds} {units.unit('velocity')}",)
-            lines += [f"physical          {line}" for line in physical if line]
-        print("\n".join([*lines, *(_attractor_line(each, units) for each in others)]))
+    data = {"solver": options.solver, "eta": eta, **plain_motion(found)}
+    if options.attractors:
+        data["attractors"] = [
+            {"share": each.share, "start": each.start.tolist(), **plain_motion(each.motion)} for each in others
+        ]
+    lines: list[Line] = [f"{method}, eta = {eta:g}", *_motion_lines(found)]
+    if units:
+        data |= physical_part(units, eta, method, **physical_motion(units, found))
+        physical = [settings_text(units, eta, method), motion_text(units, eta, found, method)]
+        if _has_impact_list(found):
+            speeds = _speeds_text(units.physical("velocity", found.closing_speeds))
+            physical.append(f"closing speeds {speeds} {units.unit('velocity')}")
+        lines += [Row("physical", text) for text in physical if text]
+    return Report([*lines, *map(_attractor_line, others)], data, units)
 
 
 def _find_attractors(options: argparse.Namespace, problem: tuple) -> tuple[Attractor, ...]:
@@ -104,31 +68,32 @@ def _find_attractors(options: argparse.Namespace, problem: tuple) -> tuple[Attra
     return attractors(*problem, **search, progress=progress)
 
 
-def _motion_lines(found: Motion, units: Units | None) -> list[str]:
+def _motion_lines(found: Motion) -> Iterator[Line]:
     """A motion as text."""
-    lines = [f"motion            {_name(found, units)}"]
-    lines += wrap(print_statement(found.reason, units), 100, initial_indent=_INDENT, subsequent_indent=_INDENT)
+    yield Row("motion", _name(found))
+    yield Row("", found.reason, width=100)
     if not found.impacts_per_period >= 0:  # not known: the run ended early
-        return lines
-    if fact := touching(found):
-        lines += wrap(fact, 100, initial_indent=_INDENT, subsequent_indent=_INDENT)
-    lines += [
-        f"impacts           {found.impacts_per_period:.4g} per period, over {counted(found.periods, 'period')}",
-        f"contacts          {_rate_text(found.contacts_per_period, found.contact_share)}",
-        f"lasting contacts  {_rate_text(found.permanent_per_period, found.permanent_share)}",
-    ]
+        return
+    yield from rows({"": touching(found)}, width=100)
+    yield from rows(
+        {
+            "impacts": f"{found.impacts_per_period:.4g} per period, over {counted(found.periods, 'period')}",
+            "contacts": _rate_text(found.contacts_per_period, found.contact_share),
+            "lasting contacts": _rate_text(found.permanent_per_period, found.permanent_share),
+        }
+    )
     if _has_impact_list(found):
         at = ", ".join(f"{phase:.4f}" for phase in found.impact_phases[:_MOST_IMPACTS])
-        lines += [f"impacts at        {at} periods", f"closing speeds    {_speeds_text(found.closing_speeds)}"]
-    lines += [
-        f"each period       impulse {_number(found.impulse)}, {_energy(found)}",
-        f"peak force        {_peak_force(found)}",
-    ]
+        yield from rows({"impacts at": f"{at} periods", "closing speeds": _speeds_text(found.closing_speeds)})
+    yield Row("each period", f"impulse {_number(found.impulse)}, {_energy(found)}")
+    yield Row("peak force", _peak_force(found))
     if len(found.multipliers):
-        values = ", ".join(f"{m:.5g}" if m.imag else f"{m.real:.5g}" for m in found.multipliers.tolist())
-        lines += [f"multipliers       {values}", f"nearest           {found.bifurcation}, {found.margin:.3g} off"]
+        yield Row(
+            "multipliers", ", ".join(f"{m:.5g}" if m.imag else f"{m.real:.5g}" for m in found.multipliers.tolist())
+        )
+        yield Row("nearest", f"{found.bifurcation}, {found.margin:.3g} off")
     error = f" ± {found.lyapunov_error:.2g}" if found.lyapunov_error > 0 else ""
-    return [*lines, f"Lyapunov          {_number(found.lyapunov)}{error} per period"]
+    yield Row("Lyapunov", f"{_number(found.lyapunov)}{error} per period")
 
 
 def _has_impact_list(found: Motion) -> bool:
@@ -140,17 +105,16 @@ def _speeds_text(speeds: Sequence[float]) -> str:
     return ", ".join(f"{speed:.3g}" for speed in speeds[:_MOST_IMPACTS])
 
 
-def _attractor_line(found: Attractor, units: Units | None) -> str:
+def _attractor_line(found: Attractor) -> Statement:
     start = ",".join(f"{value:.10g}" for value in found.start)  # as --initial takes it
-    impacts = _number(found.motion.impacts_per_period)
-    name = _name(found.motion, units)
-    return f"{100 * found.share:5.1f} % of starts  {name}, {impacts} impacts per period; first from {start}"
+    impacts = f", {_number(found.motion.impacts_per_period)} impacts per period; first from {start}"
+    return Statement(f"{100 * found.share:5.1f} % of starts  ", _name(found.motion), impacts)
 
 
-def _name(found: Motion, units: Units | None) -> str:
+def _name(found: Motion) -> str | Statement:
     """The kind of the motion, and how it repeats itself where it does."""
     repeats = found.near_period or found.own_period == found.own_period
-    return f"{found.type}: {print_statement(repetition(found), units)}" if repeats else str(found.type)
+    return joined(": ", (str(found.type), repetition(found))) if repeats else str(found.type)
 
 
 def _rate_text(per_period: float, share: float) -> str:
@@ -174,3 +138,16 @@ def _energy(found: Motion) -> str:
 
 def _number(value: float) -> str:
     return f"{value:.4g}" if value == value else "not known"
+
+
+COMMAND = Command(
+    "name the motion: periodic, quasi-periodic or chaotic, with the evidence",
+    "Find what a run from rest (or --initial) settles to: its period with Floquet multipliers and the bifurcation it "
+    "is near, or its largest Lyapunov exponent. A Newmark band that shrinks with the time step is called an artefact. "
+    "Without --units all numbers are non-dimensional.",
+    "A motion whose kind is not certain is undecided, and a run that blows up is diverged; the exit status is 2 only "
+    "for bad input.",
+    add,
+    run,
+    "one JSON object",
+)

@@ -6,22 +6,21 @@ unit, as ``--K "1e6 N/m"``, stays a `Measured` until `resolve_units`, when all o
 
 import argparse
 import math
+from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from itertools import repeat
+from functools import partial
 
+from vibroscope.app.explorer.parameters import FIELDS
 from vibroscope.app.runtime.number_text import parse_typed, quote, two_meanings
 from vibroscope.app.runtime.typed_units import list_units, scaled, seconds_of, sizes, steps_of_time
 
-# Quantities of the options that may have a unit, by their names; the time step is given as a time.
-QUANTITIES = {"eta": "frequency", "K": "contact_stiffness", "K_max": "contact_stiffness", "D": "contact_damping"}
-QUANTITIES |= {"contact_area": "area", "element_stiffness": "stiffness"}
-QUANTITIES |= {"threshold": "velocity", "penetration": "displacement", "steps": "time", "eta_range": "frequency"}
-# Those of the numbers of a state, and of the options that are one.
+# Quantities of the numbers of a state.
 STATE = {"xi1": "displacement", "v1": "velocity", "xi2": "displacement", "v2": "velocity"}
-STATES = "initial", "start"
 # Ends of a range: the option that names their number.
 _ENDS = {"low": "over", "high": "over", "along_from": "along", "along_to": "along"}
+_OF_FIELD = "of the field that another option names"
+STEPS = "steps"  # a whole number of them in a period, or the time of one
 
 
 class NotANumber(argparse.ArgumentTypeError, ValueError):
@@ -35,6 +34,10 @@ class Measured:
     text: str
     number: float
     unit: str
+    quantity: str
+
+
+Read = float | Measured
 
 
 def number(text: str) -> float:
@@ -47,14 +50,23 @@ def count(text: str) -> float:
     return _read(text, whole=True)
 
 
-def measured(text: str) -> float | Measured:
-    """Read a number as `number` does, with or without a unit."""
-    return _read_measured(text, whole=False)
+def measured(quantity: str) -> Callable[[str], Read]:
+    """A reader of a number as `number` reads one, or with a unit of a quantity; or of `STEPS`."""
+    return partial(_read_measured, quantity=quantity)
 
 
-def measured_count(text: str) -> float | Measured:
-    """Read a whole number as `count` does, with or without a unit."""
-    return _read_measured(text, whole=True)
+def of_field(name: str) -> Callable[[str], Read]:
+    """A reader of the number of a field; the steps of a period may be given as a time."""
+    return measured(quantity) if (quantity := _quantity_of(name)) else number
+
+
+def _quantity_of(name: str) -> str:
+    return STEPS if name == "steps" else FIELDS[name].quantity
+
+
+def end_of_range(text: str) -> Read:
+    """An end of a range of the number that another option names."""
+    return _read_measured(text, _OF_FIELD)
 
 
 def _read(text: str, whole: bool, unit: str = "") -> float:
@@ -69,36 +81,38 @@ def _read(text: str, whole: bool, unit: str = "") -> float:
     return found[0]
 
 
-def _read_measured(text: str, whole: bool) -> float | Measured:
+def _read_measured(text: str, quantity: str) -> Read:
     typed = parse_typed(text, decimal_point=True)
     unit = typed.unit if typed.numbers else ""  # known or not: which units an option takes is known when it is resolved
     if not unit:
-        return _read(text, whole)
-    return Measured(text, _read(text, False, unit), unit)
+        return _read(text, quantity == STEPS)
+    return Measured(text, _read(text, False, unit), unit, quantity)
 
 
-def state_numbers(text: str) -> tuple[float | Measured, ...]:
+def state_numbers(text: str) -> tuple[Read, ...]:
     """The numbers of a state, comma-separated, each with a unit or without."""
-    return _list_of(text, "x1,v1,x2,v2")
+    return _list_of(text, "x1,v1,x2,v2", *STATE.values())
 
 
-def step_numbers(text: str) -> tuple[float | Measured, ...]:
+def step_numbers(text: str) -> tuple[Read, ...]:
     """Numbers of steps, comma-separated, or time steps."""
-    return _list_of(text, "2000,4000,8000")
+    return _list_of(text, "2000,4000,8000", *[STEPS] * (text.count(",") + 1))
 
 
-def _list_of(text: str, example: str) -> tuple[float | Measured, ...]:
+def _list_of(text: str, example: str, *quantities: str) -> tuple[Read, ...]:
+    parts = text.split(",")
+    quantities += ("",) * (len(parts) - len(quantities))  # the engine says if there are more or fewer
     try:
-        return tuple(measured(part) for part in text.split(","))
+        return tuple(_read_measured(part, quantity) for part, quantity in zip(parts, quantities, strict=False))
     except NotANumber:
         raise argparse.ArgumentTypeError(f"{text!r} is not a list of numbers: give {example}") from None
 
 
-def span(text: str, example: str = "a:b:n, as 100:60000:64") -> tuple[float | Measured, float | Measured, float]:
+def span(text: str, quantity: str, example: str = "a:b:n, as 100:60000:64") -> tuple[Read, Read, float]:
     """``a:b:n``: both ends of a range, each with a unit or without, and how many values it has."""
     try:
         low, high, cells = text.split(":")
-        return measured(low), measured(high), number(cells)
+        return _read_measured(low, quantity), _read_measured(high, quantity), number(cells)
     except ValueError:
         raise argparse.ArgumentTypeError(f"{text!r} is no range: give {example}") from None
 
@@ -107,27 +121,19 @@ def resolve_units(options: argparse.Namespace) -> None:
     """Put the number of the model in place of each one with a unit; raises ValueError in words."""
     given = vars(options)
     for name in sorted(given, key=lambda name: name == "steps"):  # a time is a part of the period, which η gives
-        given[name] = _resolved(given[name], name, _quantity(name, given), options)
+        given[name] = _resolved(given[name], name, options)
 
 
-def _quantity(name: str, given: dict[str, object]) -> str | tuple[str, ...] | None:
-    """The physical quantity of an option, or of each number of a state; None if it has no unit."""
-    if name in STATES:
-        return tuple(STATE.values())
-    if name in ("x", "y") and isinstance(given[name], tuple):  # an axis: its number, and the range
-        return STATE.get(given[name][0])
-    return QUANTITIES.get(given.get(_ENDS[name]) if name in _ENDS else name)
-
-
-def _resolved(value: object, name: str, quantity: str | tuple | None, options: argparse.Namespace) -> object:
-    if isinstance(value, tuple):  # a range or a list; the engine says if a state has more or less than four numbers
-        own = (*quantity, *repeat(None, len(value))) if isinstance(quantity, tuple) else (quantity,) * len(value)
-        return tuple(_resolved(*each, options) for each in zip(value, repeat(name), own, strict=False))
+def _resolved(value: object, name: str, options: argparse.Namespace) -> object:
+    if isinstance(value, tuple):  # a range or a list
+        return tuple(_resolved(each, name, options) for each in value)
     if not isinstance(value, Measured):
         return value
-    option = f"--{name.replace('_', '-')}"
+    option, quantity = f"--{name.replace('_', '-')}", value.quantity
     option = {"--low": "--from", "--high": "--to"}.get(option, option)
-    if quantity is None:
+    if quantity == _OF_FIELD:
+        quantity = _quantity_of(getattr(options, _ENDS[name]))
+    if not quantity:
         raise ValueError(f"{option} {value.text!r}: this number is given without a unit")
     file = getattr(options, "system", None)
     if file is None or not file.has_units:
@@ -143,12 +149,14 @@ def _of_model(option: str, value: Measured, quantity: str, file, options: argpar
     if quantity.startswith("contact_"):
         scale = replace(scale, **_contact_law(option, value, options))
         power = -scale.quantity(quantity).length
+    of_step = quantity == STEPS
+    quantity = "time" if of_step else quantity
     one = scale.factor(quantity)
     units = sizes(quantity, one, power)
     if value.unit not in units:
         of_law = f" of the contact law {scale.law} has no physical unit {value.unit}" if power else ""
         raise ValueError(f"{option} {value.text!r}{of_law}: give it in {list_units(units)}, or without a unit")
-    if quantity != "time":
+    if not of_step:
         return scaled(value.number, units[value.unit])
     eta = file.eta if options.eta is None else options.eta
     if eta is None or not eta > 0 or not value.number > 0:

@@ -5,16 +5,15 @@ from collections.abc import Callable, Sequence
 from dataclasses import fields, replace
 from inspect import signature
 
-from vibroscope.app.commands.numbers import measured, measured_count, number, state_numbers
+from vibroscope.app.commands.numbers import count, of_field, state_numbers
 from vibroscope.app.commands.output import note
+from vibroscope.app.explorer.parameters import FIELDS, STEPPING_FIELDS
 from vibroscope.engine import (
     CONTACT_LAWS,
     CONTACT_STATUSES,
-    INITIAL_ACCELERATIONS,
     INTEGRATORS,
     LAWS_BY_RESTITUTION,
     NEWMARK_LAWS,
-    WITHOUT_SOLUTION,
     ExactPenalty,
     Method,
     Newmark,
@@ -27,19 +26,23 @@ from vibroscope.engine import (
     read_system,
     stiffness_of_step,
 )
-from vibroscope.engine.law_table import HERTZ, laws_with, numbers_of
+from vibroscope.engine.law_table import laws_with, numbers_of
 from vibroscope.engine.physical import held_text
 
-# What can be asked of a method with a time step, beside its numbers
-INTEGRATOR_NUMBERS = "beta", "gamma", "alpha", "rho"
-STEPPING_OPTIONS = "integrator", "status", "without_solution", "initial_acceleration", *INTEGRATOR_NUMBERS
-LAW_OPTIONS = "law", "exponent", "penetration"
+# What can be asked of a penalty solution, beside K, D and the steps: its law; of one with a time step also the rest
+LAW_OPTIONS = tuple(name for name in STEPPING_FIELDS if FIELDS[name].solvers == ("exact", "newmark"))
+STEPPING_OPTIONS = tuple(
+    name for name in STEPPING_FIELDS if FIELDS[name].solvers == ("newmark",) and name != "step_scale"
+)
+INTEGRATOR_NUMBERS = tuple(name for name in STEPPING_OPTIONS if not FIELDS[name].choices)
+REFERENCE_OPTIONS = "joint_damping", "restitution", "threshold"
+SOLVERS = "reference", "exact", "newmark"
+STEP_SCALE = "stiffness_of_step"  # the option of the field "step_scale"
+PENALTY_OPTIONS = "K", STEP_SCALE, "D", "steps", "located"
+CONDITIONS = "reference:", "integrator ", "law ", "status "  # which begin the words of an option that says who has it
 # The options of each solver. Restitution belongs to the system, but only the reference has an impact law.
-SOLVER_OPTIONS = {
-    "reference": ("joint_damping", "threshold", "restitution"),
-    "exact": ("K", "D", *LAW_OPTIONS),
-    "newmark": ("K", "D", "steps", "every_step", "located", "stiffness_of_step", *STEPPING_OPTIONS, *LAW_OPTIONS),
-}
+SOLVER_OPTIONS = {solver: [name for name, field in FIELDS.items() if solver in field.solvers] for solver in SOLVERS}
+SOLVER_OPTIONS["newmark"] += ["every_step", STEP_SCALE]
 NEEDED = {"reference": (), "exact": ("K", "D"), "newmark": ("K", "D", "steps")}
 FREE_VIBRATION = "nothing drives the bodies: a free vibration from its start, and eta only sets the length of a period"
 UNDER_LOAD = f"only constant forces act on the bodies{FREE_VIBRATION.removeprefix('nothing drives the bodies')}"
@@ -51,13 +54,6 @@ def default_of(function: Callable, name: str):
 
 
 # --- kinds of argument ------------------------------------------------------------------------------------------------
-
-
-def port_number(text: str) -> int:
-    """A TCP port."""
-    if not (text.isascii() and text.isdigit() and int(text[:6]) < 65536):
-        raise argparse.ArgumentTypeError(f"{text!r} is no port: give 0 to 65535")
-    return int(text)
 
 
 def system_file(path: str) -> SystemFile:
@@ -72,12 +68,6 @@ def system_file(path: str) -> SystemFile:
 
 
 # --- the system -------------------------------------------------------------------------------------------------------
-
-ETA = {
-    "type": measured,
-    "metavar": "F",
-    "help": "excitation frequency Omega/omega1; paper: 1.08 to 3.25 (default: what frequency_Hz of --system gives)",
-}
 
 
 def add_system_option(command: argparse.ArgumentParser) -> None:
@@ -122,115 +112,81 @@ def units_of(options: argparse.Namespace) -> Units:
 
 # --- the solver -------------------------------------------------------------------------------------------------------
 
-# Of commands with a choice of solvers: before the text of an option, the solvers that have it
-OF_SOLVERS = {"both": "exact, newmark: ", "newmark": "newmark: "}
-_STIFFNESS = "contact stiffness; the paper uses 100 to 12000"
-_DAMPING = "contact damping; the paper uses 8 to 50"
-_LAW = "contact law (default: a spring and a damper, which may pull)"
+
+def add_fields(
+    command: argparse.ArgumentParser, *names: str, solvers: Sequence[str] = (), required: Sequence[str] = (), **how
+) -> None:
+    """Add an option for each field, as the table of fields says.
+
+    Parameters
+    ----------
+    command : ArgumentParser
+    *names : str
+        In the table. With "stiffness_of_step" K can follow the step, in place of ``--K``.
+    solvers : sequence of str
+        Those that the command has a choice of: then the help says which of them have the option.
+    required : sequence of str
+        Names of those that have to be given.
+    **how : mapping
+        By the name of a field, what `argparse` is told in another way.
+    """
+    either = command.add_mutually_exclusive_group(required="K" in required) if STEP_SCALE in names else command
+    for name in names:
+        place = either if name in ("K", STEP_SCALE) else command
+        needed = {"required": True} if name in required and place is command else {}
+        place.add_argument(f"--{name.replace('_', '-')}", **_field(name, solvers) | needed | how.get(name, {}))
+
+
+def _field(name: str, solvers: Sequence[str]) -> dict[str, object]:
+    """What `argparse` is told of a field."""
+    field = FIELDS["step_scale" if name == STEP_SCALE else name]
+    named = ", ".join(solver for solver in field.solvers if solver in solvers)
+    says_so = not named or field.words.startswith(CONDITIONS)
+    words = {"help": field.words if says_so else f"{named}: {field.words}"}
+    if tuple(field.choices) == ("no", "yes"):
+        return words | {"action": "store_true"}
+    if field.choices:  # on the page "located" is a switch of its own
+        return words | {"choices": CONTACT_STATUSES if name == "status" else tuple(field.choices)}
+    metavar = "S" if name == STEP_SCALE else "N" if field.whole else "F"
+    return words | {"type": of_field(field.name), "metavar": metavar}
 
 
 def add_solver_options(command: argparse.ArgumentParser) -> None:
     """Add the problem, the solver and the initial state, for :func:`problem_of`."""
+    add_solver(command)
+    add_fields(command, "eta")
+    add_fields(command, *PENALTY_OPTIONS, solvers=SOLVERS)
     add = command.add_argument
-    add(
-        "--solver",
-        required=True,
-        choices=tuple(SOLVER_OPTIONS),
-        help="semi-analytical reference; penalty model without a time step, or by Newmark's method",
-    )
-    add("--eta", **ETA)
-    add_penalty_options(command, **OF_SOLVERS)
     add("--every-step", action="store_true", help="newmark: take every step, as an FE code must (slower)")
-    _add_reference_options(command)
-
-
-def add_branch_options(command: argparse.ArgumentParser) -> None:
-    """Add the problem, a solver whose orbits have equations and the initial state, for :func:`problem_of`."""
-    add = command.add_argument
-    add(
-        "--solver",
-        default="reference",
-        type=_without_step,
-        choices=("reference", "exact"),
-        help="semi-analytical reference; penalty model without a time step, its contact a spring and a damper (default "
-        "%(default)s)",
-    )
-    add("--eta", **ETA)
-    add("--K", type=measured, metavar="F", help=f"exact: {_STIFFNESS}")
-    add("--D", type=measured, metavar="F", help=f"exact: {_DAMPING}")
-    _add_reference_options(command)
-
-
-def _without_step(solver: str) -> str:
-    """A solver that has branches."""
-    if solver == "newmark":
-        raise argparse.ArgumentTypeError(
-            f"{solver!r} has a time step, and so no branches: give 'reference', or 'exact', to which it tends with "
-            "smaller steps"
-        )
-    return solver
-
-
-def _add_reference_options(command: argparse.ArgumentParser) -> None:
-    """Add the numbers of the reference, the initial state and the system."""
-    add = command.add_argument
-    add_joint_damping_option(command)
-    add(
-        "--restitution",
-        type=number,
-        metavar="F",
-        help=f"reference: coefficient of restitution (default: the system's; the paper's is {System().restitution:g})",
-    )
-    add_threshold_option(command)
+    add_fields(command, *REFERENCE_OPTIONS, *LAW_OPTIONS, *STEPPING_OPTIONS, solvers=SOLVERS)
     add_initial_option(command)
     add_system_option(command)
 
 
-def add_initial_option(command: argparse.ArgumentParser) -> None:
+def add_solver(command: argparse.ArgumentParser, **how) -> None:
+    """Add ``--solver``."""
+    words = "semi-analytical reference; penalty model without a time step, or by Newmark's method"
+    usual = {"required": True, "choices": SOLVERS, "help": words}
+    command.add_argument("--solver", **usual | how)
+
+
+def add_initial_option(command: argparse.ArgumentParser, name: str = "initial", more: str = "") -> None:
     """Add ``--initial``; a list that begins with a minus sign is given as ``--initial=-1,0,2,0``."""
     command.add_argument(
-        "--initial",
+        f"--{name}",
         type=state_numbers,
         metavar="x1,v1,x2,v2",
         default=None,
-        help="state at tau = 0 (default: rest, the static equilibrium), as --initial=-1,0,2,0; the reference needs an "
-        "open gap: clearance + x2 - x1 >= 0",
+        help=f"state at tau = 0 (default: rest, the static equilibrium), as --{name}=-1,0,2,0"
+        f"{more or '; the reference needs an open gap: clearance + x2 - x1 >= 0'}",
     )
 
 
-def add_penalty_options(
-    command: argparse.ArgumentParser, *, required: bool = False, both: str = "", newmark: str = ""
-) -> None:
-    """Add ``--K``, ``--D``, ``--steps`` and ``--located``.
-
-    ``required``: whether K and steps have to be given. ``both``, ``newmark``: as in `OF_SOLVERS`.
-    """
+def add_run_length(command: argparse.ArgumentParser, usual: str, keep: int, what: str = "report") -> None:
+    """Add ``--periods``, with its default in words, and ``--keep``."""
     add = command.add_argument
-    add_stiffness_option(command, f"{both}{_STIFFNESS}", required, newmark=newmark)
-    add("--D", type=measured, metavar="F", help=f"{both}{_DAMPING}; some laws need none: --law")
-    add(
-        "--steps",
-        required=required,
-        type=measured_count,
-        metavar="N",
-        help=f"{newmark}steps per excitation period, the time step is T/N; or the longest time step, as '10 us'",
-    )
-    add("--located", action="store_true", help=f"{newmark}cut each step at a contact change, located within the step")
-
-
-def add_stiffness_option(
-    command: argparse.ArgumentParser, text: str, required: bool = False, follows: bool = True, newmark: str = ""
-) -> None:
-    """Add ``--K``, and where K can follow the step ``--stiffness-of-step`` in its place."""
-    place = command.add_mutually_exclusive_group(required=required)
-    place.add_argument("--K", type=measured, metavar="F", help=text)
-    if follows:
-        place.add_argument(
-            "--stiffness-of-step",
-            type=number,
-            metavar="S",
-            help=f"{newmark}K = S m/(time step)^2 instead of --K, m the reduced mass; half the step has four times K",
-        )
+    add("--periods", type=count, metavar="N", help=f"excitation periods to run ({usual})")
+    add("--keep", type=count, metavar="N", help=f"last periods to {what} (default {keep}, or all if fewer are run)")
 
 
 def stiffness_of(options: argparse.Namespace) -> float | None:
@@ -239,82 +195,6 @@ def stiffness_of(options: argparse.Namespace) -> float | None:
     if scale is None or options.steps is None:
         return options.K
     return stiffness_of_step(system_of(options), eta_of(options), options.steps, scale)
-
-
-def _add_law_options(command: argparse.ArgumentParser, more: tuple[str, ...], both: str) -> None:
-    """Add the contact law and its numbers, for :func:`law_of`."""
-    add = command.add_argument
-    add(
-        "--law",
-        choices=(*CONTACT_LAWS, *more),
-        help=f"{both}{_LAW}. Without --D those from hunt-crossley to constant-restitution take their damper from the "
-        "restitution of the system and the closing speed, by the formula of their authors",
-    )
-    power = f"power of the penetration in the law, at least 1 (default {HERTZ:g})"
-    add("--exponent", type=number, metavar="F", help=power)
-    deep = f"law {' or '.join(laws_with('penetration'))}: penetration from which on the damper acts in full"
-    add("--penetration", type=measured, metavar="F", help=deep)
-
-
-def add_integrator_options(command: argparse.ArgumentParser, *more: str, both: str = "", newmark: str = "") -> None:
-    """Add the integrator, its numbers, the contact status and the contact law, for :func:`stepping_of`.
-
-    ``more``: what else ``--integrator`` and ``--law`` can be. ``both``, ``newmark``: as in `OF_SOLVERS`.
-    """
-    _add_law_options(command, more, both)
-    add = command.add_argument
-    add(
-        "--integrator",
-        choices=(*INTEGRATORS, *more),
-        help=f"{newmark}the one-step method (default newmark); hht averages the forces at both ends of a step, "
-        "hht-interpolated takes them at the displacement between, as OpenSees does",
-    )
-    for option, text in {
-        "--beta": "newmark (default 1/4)",
-        "--gamma": "newmark; more than 1/2 damps (default 1/2)",
-        "--alpha": "hht (default -0.05), hht-interpolated (-0.1): -1/3 to 0 as Hilber writes it; OpenSees' 0.9 is -0.1",
-        "--rho": "generalised-alpha (default 0.8), bathe (0): spectral radius at high frequencies, 0 to 1",
-    }.items():
-        add(option, type=number, metavar="F", help=f"integrator {text}")
-    add(
-        "--status",
-        choices=CONTACT_STATUSES,
-        help=f"{newmark}contact status of a step from the gap at its start, iterated until it agrees with the gap at "
-        f"its end, or located within the step, as --located (default {CONTACT_STATUSES[0]})",
-    )
-    add(
-        "--without-solution",
-        choices=WITHOUT_SOLUTION,
-        help="status end: a step in which neither status agrees with its end stops the run, keeps the former status, "
-        f"or is halved until all its parts have a solution (default {WITHOUT_SOLUTION[0]})",
-    )
-    add(
-        "--initial-acceleration",
-        choices=INITIAL_ACCELERATIONS,
-        help=f"{newmark}accelerations at tau = 0 by the equations of motion, or zero, as OpenSees has them "
-        f"(default {INITIAL_ACCELERATIONS[0]})",
-    )
-
-
-def add_joint_damping_option(command: argparse.ArgumentParser) -> None:
-    """Add ``--joint-damping``, for :func:`reference_of`."""
-    command.add_argument(
-        "--joint-damping",
-        choices=("table", "derived"),
-        help="reference: damping of the joined pendulums; derived: only what their own dampers give "
-        f"(default {Reference().joint_damping})",
-    )
-
-
-def add_threshold_option(command: argparse.ArgumentParser) -> None:
-    """Add ``--threshold``, for :func:`reference_of`."""
-    command.add_argument(
-        "--threshold",
-        type=measured,
-        metavar="F",
-        help="reference: parting speed that begins permanent contact, in the unit of length times omega1, so that it "
-        f"scales with the system (default {Reference().threshold:g}); 0: the limit of the threshold",
-    )
 
 
 def problem_of(options: argparse.Namespace) -> tuple[System, float, Method]:
@@ -343,21 +223,15 @@ def method_of(options: argparse.Namespace) -> Method:
     missing = [f"--{name}" for name in needed if getattr(options, name) is None]
     if options.solver == "newmark" and getattr(options, "stiffness_of_step", None) is not None:
         missing = [name for name in missing if name != "--K"]
-    refuse_missing(options.solver, missing)
+    if missing:
+        paper = "--K 12000 --D 18" + (" --steps 8000" if options.solver == "newmark" else "")
+        names = ", ".join(missing)
+        raise ValueError(f"the {options.solver} solver needs {names}; the paper's numbers for eta 2.76: {paper}")
     if options.solver == "reference":
         return reference_of(options)
     if options.solver == "exact":
         return ExactPenalty(options.K, options.D, **law_of(options))
     return stepping_of(options)
-
-
-def refuse_missing(solver: str, missing: Sequence[str]) -> None:
-    """Raise ValueError, with numbers to begin with, if options that a solver needs are missing."""
-    if missing:
-        steps = " --steps 8000" if solver == "newmark" else ""
-        raise ValueError(
-            f"the {solver} solver needs {', '.join(missing)}; the paper's numbers for eta 2.76: --K 12000 --D 18{steps}"
-        )
 
 
 def law_of(options: argparse.Namespace) -> dict[str, str | float]:

@@ -1,7 +1,9 @@
-"""The parser of the command line and of each command."""
+"""What a command is, and the parser of the command line and of each command."""
 
 import argparse
 import difflib
+from collections.abc import Callable, Mapping
+from typing import NamedTuple
 
 # Whatever takes a file has a metavar that begins so. `vibroscope completion` says how a shell completes one.
 NAMES_OF_FILES = ("FILE", "PATH")
@@ -10,6 +12,9 @@ COMPLETED_AS_FILES: dict[str, str] = {}
 
 class OneLineParser(argparse.ArgumentParser):
     """A parser that reports an error in one line and exits with status 2."""
+
+    def __init__(self, **how) -> None:
+        super().__init__(allow_abbrev=False, **how)
 
     def add_argument(self, *names: str, **how) -> argparse.Action:
         """Add an argument, as `argparse` does; a file is marked as one for shells."""
@@ -40,3 +45,48 @@ class OneLineParser(argparse.ArgumentParser):
         """Print the line and point to --help."""
         line = " ".join(message.splitlines())  # it may quote what holds line breaks
         self.exit(2, f"{self.prog}: {line} (see {self.prog} --help)\n")
+
+
+class Command(NamedTuple):
+    """A command, or one below another, as ``vibroscope sweep eta``.
+
+    Attributes
+    ----------
+    help, description, epilog : str
+        One line for the list of commands; what stands before and behind the options.
+    add : callable
+        Adds the options to a parser.
+    run : callable
+        What the command does with the parsed options. It returns a `Report`, which is printed as text or JSON, an exit
+        status, or None. `ValueError` is bad input, `OSError` a file that cannot be read or written.
+    json : str
+        What ``--json`` prints; empty where there is no such option.
+    defaults : mapping
+        Values of the options where they are not given.
+    below : mapping of str to Command
+        Commands below this one, by their names.
+    """
+
+    help: str
+    description: str = ""
+    epilog: str = ""
+    add: Callable[[OneLineParser], None] = lambda parser: None
+    run: Callable[[argparse.Namespace], object] | None = None
+    json: str = ""
+    defaults: Mapping[str, object] = {}
+    below: Mapping[str, "Command"] = {}
+
+    def describe(self, commands, name: str) -> None:
+        """Add a parser with this name."""
+        texts = {"help": self.help, "description": self.description or self.help, "epilog": self.epilog}
+        if "\n" in self.epilog:
+            texts["formatter_class"] = argparse.RawDescriptionHelpFormatter
+        parser = commands.add_parser(name, **texts)
+        if self.below:
+            place = parser.add_subparsers(dest="study", required=True, metavar="STUDY")
+            for each, command in self.below.items():
+                command.describe(place, each)
+        self.add(parser)
+        if self.json:
+            parser.add_argument("--json", action="store_true", help=f"print {self.json}")
+        parser.set_defaults(**{"run": self.run, "json": False} | self.defaults)

@@ -30,12 +30,17 @@ def wanted_units(options: argparse.Namespace) -> Units | None:
     return replace(units_of(options), system=options.units) if options.units else None
 
 
+def physical_part(units: Units | None, eta: float, method: Method, **more: object) -> dict:
+    """The part "physical" of the JSON of a result: units, settings and ``more``; none without units."""
+    if units is None:
+        return {}
+    return {"physical": {"units": unit_names(units, method), "settings": units.settings(eta, method), **more}}
+
+
 def physical_run(units: Units, response: Response) -> dict:
-    """A run as JSON: settings, and the section, impacts and contacts of the kept periods in those units."""
+    """The section, impacts and contacts of the kept periods of a run, as JSON, in those units."""
     impacts = units.impacts(response.impacts)
     return {
-        "units": unit_names(units, response.method),
-        "settings": units.settings(response.eta, response.method),
         "section": _section(units, response.section),
         "impacts": [list(row) for row in zip(impacts.time.tolist(), impacts.closing_speed.tolist(), strict=True)],
         "impulses": impacts.impulse.tolist(),

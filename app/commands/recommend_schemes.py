@@ -5,7 +5,6 @@ The best comes first.
 
 import argparse
 import copy
-import json
 from collections.abc import Callable
 from dataclasses import fields
 
@@ -13,6 +12,8 @@ from vibroscope.app.codes.catalogue import Code
 from vibroscope.app.commands.codes import code_alone
 from vibroscope.app.commands.options import INTEGRATOR_NUMBERS, LAW_OPTIONS, eta_of, stepping_of, system_of
 from vibroscope.app.commands.output import note
+from vibroscope.app.commands.recommendation_text import CONSTANT, CUT, as_json, lines_of, met_words
+from vibroscope.app.commands.report import Line, Report, Row, rows
 from vibroscope.engine import (
     CONTACT_LAWS,
     INTEGRATORS,
@@ -30,14 +31,7 @@ from vibroscope.engine.law_table import NEEDED, numbers_of
 
 ALL = "all"
 LAW_NUMBERS = set(LAW_OPTIONS) - {"law"}
-CONSTANT = "codes with a constant step"
-CUT = "codes that cut the step where contact changes"
 _COLUMNS = "{:<40} {:<8} {:>9} {:>9} {:>7} {:>7} {:>8} {:>8}  {}"
-
-
-def for_codes(scheme: Newmark | TimeStepping) -> str:
-    """The codes that a setting is for, by its kind of steps."""
-    return CUT if scheme.located else CONSTANT
 
 
 def is_asked(options: argparse.Namespace) -> bool:
@@ -45,45 +39,40 @@ def is_asked(options: argparse.Namespace) -> bool:
     return options.code is not None or ALL in (options.integrator, options.law)
 
 
-def find_and_print(
-    options: argparse.Namespace, question_of: Callable, progress: Callable, units: Units | None, as_json, as_text
-) -> None:
-    """Search for each integrator or law and print; ``as_json`` and ``as_text`` are those of one recommendation."""
+def find_schemes(
+    options: argparse.Namespace, question_of: Callable, progress: Callable | None, units: Units | None
+) -> Report:
+    """Search for each integrator or law; ``question_of`` makes the question of an η and a method."""
     if options.eta_range or options.one_setting:
         what = "--code" if options.code is not None else f"--{_searched(options)} {ALL}"
         raise ValueError(f"{what} searches at one frequency: give --eta in place of --eta-range and --one-setting")
     code = None if options.code is None else code_alone(options)
-    every = {"integrator": _every_scheme, "law": _every_law}[_searched(options)]
+    searched = _searched(options)
+    every = {"integrator": _every_scheme, "law": _every_law}[searched]
     schemes = code.schemes() if code else every(options)
     system, eta = system_of(options), eta_of(options)
     note(f"searching with {counted(len(schemes), 'method')}: some take a minute")
-    found = recommend_schemes(question_of(options, eta, schemes[0]), schemes, progress=progress)
+    found = recommend_schemes(question_of(eta, schemes[0]), schemes, progress=progress)
     best = found[0]
     words = code.words_for(system, eta, best.method, units, options.contact_area) if code and best.best else ()
-    if options.json:
-        report = {
-            "eta": best.eta,
-            "tolerance": best.tolerance,
-            "code": code and code.key,
-            "found": [as_json(each, units) | {"integrator_numbers": _numbers(each.scheme)} for each in found],
-            "input": list(words),
-            "leaves_out": _leaves_out(code),
-        }
-        print(json.dumps(report, ensure_ascii=False, allow_nan=False))
-        return
-    searched = _searched(options)
+    data = {
+        "eta": best.eta,
+        "tolerance": best.tolerance,
+        "code": code and code.key,
+        "found": [as_json(each, units) | {"integrator_numbers": _numbers(each.scheme)} for each in found],
+        "input": list(words),
+        "leaves_out": _leaves_out(code),
+    }
     head = f"{code.name} ({code.key}): what it has" if code else f"every {searched}"
-    lines = [f"{head}; eta = {best.eta:g}, tolerance {percent(best.tolerance)}"]
+    lines: list[Line] = [f"{head}; eta = {best.eta:g}, tolerance {percent(best.tolerance)}"]
     lines.append(_COLUMNS.format(searched, "status", "K", "D", "steps", "solves", "error", "robust", "met").rstrip())
     lines += [_row(each, searched) for each in found]
-    of_steps = {for_codes(each.scheme): each.scheme.status for each in found}
-    if len(of_steps) == 2:
+    if len({each.scheme.located for each in found}) == 2:
         lines.append(f"located           for {CUT}; the other rows are for {CONSTANT}")
-    lines += ["", as_text(best, units)]
-    if words:
-        lines += [f"{'' if i else 'what to set':18s}{line}" for i, line in enumerate(words)]
-    lines += [f"not computed here {text}" for text in [_leaves_out(code)] if text]
-    print("\n".join(lines))
+    lines += ["", *lines_of(best, units)]
+    lines += [Row("" if i else "what to set", line) for i, line in enumerate(words)]
+    lines += rows({"not computed here": _leaves_out(code)})
+    return Report(lines, data, units and units.of_contact(best.scheme))
 
 
 def _searched(options: argparse.Namespace) -> str:
@@ -150,6 +139,5 @@ def _row(found: Recommendation, searched: str) -> str:
         return f"{name:<40} {scheme.status:<8} {found.reason}"
     (k, d, n), best = found.best.setting, found.best
     error, robust = (percent(value, beside=found.tolerance) for value in (best.error, best.robust))
-    met = ("yes, of another kind" if found.kind else "yes") if found.met else "no"
-    numbers = written(k, 4), written(d, 4), n, f"{found.solves:.0f}", error, robust, met
+    numbers = written(k, 4), written(d, 4), n, f"{found.solves:.0f}", error, robust, met_words(found)
     return _COLUMNS.format(name, scheme.status, *numbers).rstrip()

@@ -1,16 +1,16 @@
 """``vibroscope rules``: what rules of thumb give for a system, what motion follows, and whether they hold."""
 
 import argparse
-import json
 from textwrap import wrap
 
 from vibroscope.app.codes.rules import RuleOutcome, RuleQuestion, judge, rules
 from vibroscope.app.commands.codes import code_alone
 from vibroscope.app.commands.numbers import count, measured
 from vibroscope.app.commands.options import (
-    ETA,
-    add_integrator_options,
-    add_penalty_options,
+    LAW_OPTIONS,
+    PENALTY_OPTIONS,
+    STEPPING_OPTIONS,
+    add_fields,
     add_system_option,
     default_of,
     eta_of,
@@ -19,6 +19,8 @@ from vibroscope.app.commands.options import (
     system_of,
 )
 from vibroscope.app.commands.output import progress_line
+from vibroscope.app.commands.parser import Command, OneLineParser
+from vibroscope.app.commands.report import Report
 from vibroscope.app.explorer.method_words import full_words
 from vibroscope.app.explorer.state import Setting
 from vibroscope.engine import METHOD_NUMBERS, ComparisonQuestion, Newmark, TimeStepping, counted, percent, written
@@ -29,39 +31,24 @@ _COLUMNS = "{:<46} {:>9} {:>8} {:>7}  {:>7}  {:<6} {}"
 _HOLDS = {True: "holds", False: "fails", None: "-"}
 
 
-def add(commands) -> None:
-    """Describe ``vibroscope rules``."""
-    command = commands.add_parser(
-        "rules",
-        allow_abbrev=False,
-        help="rules of thumb for K, D and the time step: what each gives here, and whether it holds",
-        description="Apply each rule of thumb to a system at one eta, run what it gives from rest, and compare with "
-        "the reference. A rule holds if the part of the difference that its numbers cause is at most 10 %; one that "
-        "claims a stable step holds if a run with central differences stays bounded.",
-        epilog=f"What a rule does not give is --K, --D and --steps (default {_SET.K:g}, {_SET.D:g}, {_SET.steps}).",
-    )
+def add(command: OneLineParser) -> None:
+    """Add the options."""
     command.add_argument("rules", nargs="*", metavar="RULE", help="only these, such as ansys-contact lsdyna-noise")
-    command.add_argument("--eta", **ETA)
-    add_penalty_options(command)
-    add_integrator_options(command)
+    add_fields(command, "eta", *PENALTY_OPTIONS, *LAW_OPTIONS, *STEPPING_OPTIONS)
     command.add_argument("--code", metavar="CODE", help="a code of `vibroscope codes`: its integrator, status and law")
     command.add_argument(
         "--element-stiffness",
-        type=measured,
+        type=measured("stiffness"),
         metavar="F",
         help="E A/h of the elements in contact, of modulus E, area A and height h, in units of k1 or as '2e9 N/m': "
         "rules that are about it are judged only where it is given",
     )
     command.add_argument("--periods", type=count, metavar="N", help="excitation periods to run (default %(default)s)")
     add_system_option(command)
-    command.add_argument("--json", action="store_true", help="print one JSON object")
-    command.set_defaults(
-        run=run, K=_SET.K, D=_SET.D, steps=_SET.steps, periods=default_of(ComparisonQuestion, "periods")
-    )
 
 
-def run(options: argparse.Namespace) -> None:
-    """Judge the rules and print."""
+def run(options: argparse.Namespace) -> Report:
+    """Judge the rules."""
     chosen = [_rule_of(key) for key in options.rules] or list(rules().values())
     asked = RuleQuestion(system_of(options), eta_of(options), _method_of(options), options.element_stiffness)
     if not asked.system.excitation.drives:
@@ -76,12 +63,8 @@ def run(options: argparse.Namespace) -> None:
         found.append(judge(rule, asked, **how))
         if progress:
             progress(len(found))
-    if options.json:
-        outcomes = [each.as_dict() for each in found]
-        report = {"eta": asked.eta, "method": str(asked.method), "rules": outcomes}
-        print(json.dumps(report, ensure_ascii=False, allow_nan=False))
-    else:
-        print("\n".join(_lines(asked, found)))
+    outcomes = [each.as_dict() for each in found]
+    return Report(_lines(asked, found), {"eta": asked.eta, "method": str(asked.method), "rules": outcomes})
 
 
 def _rule_of(key: str):
@@ -119,3 +102,16 @@ def _row(found: RuleOutcome) -> list[str]:
     steps = f" {counted(found.without_solution, 'step')} without a solution." if found.without_solution else ""
     why = f"{found.rule.claim} {found.why}{steps} [{found.rule.key}: {found.rule.source}]"
     return [head.rstrip(), *wrap(why, 110, initial_indent="    ", subsequent_indent="    ")]
+
+
+COMMAND = Command(
+    "rules of thumb for K, D and the time step: what each gives here, and whether it holds",
+    "Apply each rule of thumb to a system at one eta, run what it gives from rest, and compare with the reference. A "
+    "rule holds if the part of the difference that its numbers cause is at most 10 %; one that claims a stable step "
+    "holds if a run with central differences stays bounded.",
+    f"What a rule does not give is --K, --D and --steps (default {_SET.K:g}, {_SET.D:g}, {_SET.steps}).",
+    add,
+    run,
+    "one JSON object",
+    {"K": _SET.K, "D": _SET.D, "steps": _SET.steps, "periods": default_of(ComparisonQuestion, "periods")},
+)

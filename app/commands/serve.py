@@ -5,28 +5,24 @@ import gc
 import os
 import sys
 
-from vibroscope.app.commands.options import port_number
+from vibroscope.app.commands.parser import Command, OneLineParser
 from vibroscope.app.runtime import settings
 from vibroscope.app.runtime.settings import Settings, from_environment
 
 _DEFAULT = Settings()
 
 
-def add(commands) -> None:
-    """Describe ``vibroscope serve``."""
-    command = commands.add_parser(
-        "serve",
-        allow_abbrev=False,
-        help="start the explorer",
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-        epilog=settings.describe(),
-    )
-    command.add_argument(
-        "--port",
-        type=port_number,
-        metavar="N",
-        help=f"port to listen on; 0 takes a free one (default {_DEFAULT.port})",
-    )
+def port_number(text: str) -> int:
+    """A TCP port."""
+    if not (text.isascii() and text.isdigit() and int(text[:6]) < 65536):
+        raise argparse.ArgumentTypeError(f"{text!r} is no port: give 0 to 65535")
+    return int(text)
+
+
+def add(command: OneLineParser) -> None:
+    """Add the options."""
+    port = f"port to listen on; 0 takes a free one (default {_DEFAULT.port})"
+    command.add_argument("--port", type=port_number, metavar="N", help=port)
     command.add_argument("--address", help=f"address to listen on (default {_DEFAULT.address}: this machine only)")
     command.add_argument(
         "--origin",
@@ -35,7 +31,6 @@ def add(commands) -> None:
         help="host that browsers may use, if not the address itself; may be repeated",
     )
     command.add_argument("--show", action="store_true", help="open it in a browser")
-    command.set_defaults(run=run)
 
 
 def run(options: argparse.Namespace) -> int:
@@ -63,3 +58,6 @@ def run(options: argparse.Namespace) -> int:
     except OSError as problem:
         raise OSError(f"cannot listen on {chosen.host}:{chosen.port}: {problem.strerror}") from problem
     return 0
+
+
+COMMAND = Command("start the explorer", epilog=settings.describe(), add=add, run=run)

@@ -3,71 +3,56 @@
 from __future__ import annotations
 
 import argparse
-import json
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import suppress
+from itertools import chain
 
 import numpy as np
 from vibroscope import engine
-from vibroscope.app.commands.numbers import count
-from vibroscope.app.commands.options import (
-    OF_SOLVERS,
-    add_integrator_options,
-    add_solver_options,
-    default_of,
-    problem_of,
+from vibroscope.app.commands.options import add_run_length, add_solver_options, default_of, problem_of
+from vibroscope.app.commands.parser import Command, OneLineParser
+from vibroscope.app.commands.physical_units import (
+    add_units_option,
+    physical_part,
+    physical_run,
+    settings_text,
+    wanted_units,
 )
-from vibroscope.app.commands.physical_units import add_units_option, physical_run, settings_text, wanted_units
+from vibroscope.app.commands.report import Line, Report, Row, rows
 from vibroscope.engine import Response, simulate
 
 _KEEP = default_of(simulate, "keep")
 STILL = 1e-9  # of the way from its start, below which a free vibration has come to rest
 
 
-def add(commands) -> None:
-    """Describe ``vibroscope simulate``."""
-    command = commands.add_parser(
-        "simulate",
-        allow_abbrev=False,
-        help="run one solver and print its motion",
-        description="Run one solver from rest (or --initial) and report the last --keep periods. All numbers are "
-        "non-dimensional: time is counted in 1/omega1, lengths in base amplitudes.",
-        epilog="A run that blows up prints its status and the step; the exit status is 2 only for bad input.",
-    )
+def add(command: OneLineParser) -> None:
+    """Add the options."""
     add_solver_options(command)
-    add = command.add_argument
-    add_integrator_options(command, **OF_SOLVERS)
-    add("--periods", type=count, metavar="N", help="excitation periods to run (default %(default)s)")
-    add("--keep", type=count, metavar="N", help=f"last periods to report (default {_KEEP}, or all if fewer are run)")
-    add(
+    add_run_length(command, "default %(default)s", _KEEP)
+    command.add_argument(
         "--steady",
         action="store_true",
         help="reference, exact: find the steady motion without its transient (Newton's method on the Poincare map); "
         "if there is none, the usual run; --periods and --keep have no effect",
     )
     add_units_option(command)
-    add("--json", action="store_true", help="print one JSON object")
-    command.set_defaults(run=run, periods=default_of(simulate, "periods"))
 
 
-def run(options: argparse.Namespace) -> None:
-    """Simulate and print."""
+def run(options: argparse.Namespace) -> Report:
+    """Simulate."""
     problem = problem_of(options)
-    keep = min(_KEEP, options.periods) if options.keep is None else options.keep
     if options.steady:
         found = engine.steady(*problem, initial=options.initial)
-        response, to_json, to_text = found.response, steady_json, steady_text
+        response, data, lines = found.response, steady_json(found, options.solver), steady_lines(found, options.initial)
     else:
-        found = response = simulate(*problem, periods=options.periods, keep=keep, initial=options.initial)
-        to_json, to_text = as_json, as_text
+        keep = min(_KEEP, options.periods) if options.keep is None else options.keep
+        response = simulate(*problem, periods=options.periods, keep=keep, initial=options.initial)
+        data, lines = as_json(response, options.solver), run_lines(response, options.initial)
     units = wanted_units(options)
-    if options.json:
-        physical = {"physical": physical_run(units, response)} if units else {}
-        print(json.dumps(to_json(found, options.solver) | physical, allow_nan=False))
-    else:
-        print(to_text(found, options.initial))
-        if units:
-            print(f"physical          {settings_text(units, response.eta, response.method)}")
+    if units:
+        data |= physical_part(units, response.eta, response.method, **physical_run(units, response))
+        lines = chain(lines, [Row("physical", settings_text(units, response.eta, response.method))])
+    return Report(lines, data)
 
 
 def as_json(response: Response, solver: str) -> dict:
@@ -102,29 +87,28 @@ def steady_json(found: engine.Steady, solver: str) -> dict:
     }
 
 
-def steady_text(found: engine.Steady, initial: Sequence[float] | None = None) -> str:
+def steady_lines(found: engine.Steady, initial: Sequence[float] | None = None) -> Iterator[Line]:
     """A steady motion as text."""
-    if not found.periodic:
-        return f"{as_text(found.response, initial)}\n{found.message}"
     response, p = found.response, found.period
+    if not found.periodic:
+        yield from run_lines(response, initial)
+        yield found.message
+        return
     begin, end = response.window
     spans = response.contacts.clip(begin, end)
     share = (spans[:, 1] - spans[:, 0]).sum() / (end - begin)
     begun = (response.contacts[:, 0] > begin).sum()
-    multipliers = ", ".join(
-        f"{value:.6g}" if value.imag else f"{value.real:.6g}" for value in found.multipliers.tolist()
-    )
-    state = ", ".join(f"{value:.6g}" for value in found.state)
-    return "\n".join(
-        [
-            _head(response),
-            f"eta = {response.eta:g}, steady motion found by running {found.periods} periods",
-            f"motion            repeats every {'period' if p == 1 else f'{p} periods'}, to {found.residual:.2g}",
-            f"multipliers       {multipliers}, {'stable' if found.stable else 'unstable'}",
-            f"impacts           {len(response.impacts) / p:g} per period",
-            f"contacts          {begun / p:g} per period, {100 * share:.2f} % of the time",
-            f"section           xi1, xi1', xi2, xi2' = {state}",
-        ]
+    multipliers = ", ".join(f"{m:.6g}" if m.imag else f"{m.real:.6g}" for m in found.multipliers.tolist())
+    yield _head(response)
+    yield f"eta = {response.eta:g}, steady motion found by running {found.periods} periods"
+    yield from rows(
+        {
+            "motion": f"repeats every {'period' if p == 1 else f'{p} periods'}, to {found.residual:.2g}",
+            "multipliers": f"{multipliers}, {'stable' if found.stable else 'unstable'}",
+            "impacts": f"{len(response.impacts) / p:g} per period",
+            "contacts": f"{begun / p:g} per period, {100 * share:.2f} % of the time",
+            "section": f"xi1, xi1', xi2, xi2' = {', '.join(f'{value:.6g}' for value in found.state)}",
+        }
     )
 
 
@@ -135,28 +119,28 @@ def _head(response: Response) -> str:
     return full_words(response.method, wall=response.system.wall)
 
 
-def as_text(response: Response, initial: Sequence[float] | None = None) -> str:
+def run_lines(response: Response, initial: Sequence[float] | None = None) -> Iterator[Line]:
     """A run as text; ``initial``: where it began."""
-    lines = [
-        _head(response),
-        f"eta = {response.eta:g}, {response.periods} periods, the last {response.keep} kept",
-        f"solved in {response.cost.seconds * 1e3:.2f} ms",
-    ]
+    yield _head(response)
+    yield f"eta = {response.eta:g}, {response.periods} periods, the last {response.keep} kept"
+    yield f"solved in {response.cost.seconds * 1e3:.2f} ms"
     if not response.ok:
-        return "\n".join([*lines, f"{response.status}: {response.message}"])
+        yield f"{response.status}: {response.message}"
+        return
     found = engine.motion(response)
     last = ", ".join(f"{value + 0.0:.6g}" for value in response.section[-1])  # -0 is 0
-    lines += [
-        f"motion            {_motion_text(response, found, initial)}",
-        f"impacts           {found.impacts_per_period:g} per period",
-        f"contacts          {found.contacts_per_period:g} per period, {100 * found.contact_share:.2f} % of the time",
-        f"section at end    xi1, xi1', xi2, xi2' = {last}",
-    ]
+    yield from rows(
+        {
+            "motion": _motion_text(response, found, initial),
+            "impacts": f"{found.impacts_per_period:g} per period",
+            "contacts": f"{found.contacts_per_period:g} per period, {100 * found.contact_share:.2f} % of the time",
+            "section at end": f"xi1, xi1', xi2, xi2' = {last}",
+        }
+    )
     if response.method.counts_solutions:
         none, two = response.steps_without_solution, response.steps_with_two
-        lines.append(f"status at the end  {none} steps without a solution, {two} with two")
-    fact = engine.touching(found)
-    return "\n".join([*lines, f"result            {fact}"] if fact else lines)
+        yield f"status at the end  {none} steps without a solution, {two} with two"
+    yield from rows({"result": engine.touching(found)})
 
 
 def _is_at_rest(response: Response, initial: Sequence[float] | None) -> bool:
@@ -178,3 +162,15 @@ def _motion_text(response: Response, found: engine.Motion, initial: Sequence[flo
     if not found.near_period and response.keep < 4:
         return f"{response.keep} kept periods are too few to show a cycle"
     return f"{engine.repetition(found)}{'' if found.near_period else f' within {response.keep // 2} periods'}"
+
+
+COMMAND = Command(
+    "run one solver and print its motion",
+    "Run one solver from rest (or --initial) and report the last --keep periods. All numbers are non-dimensional: time "
+    "is counted in 1/omega1, lengths in base amplitudes.",
+    "A run that blows up prints its status and the step; the exit status is 2 only for bad input.",
+    add,
+    run,
+    "one JSON object",
+    {"periods": default_of(simulate, "periods")},
+)

@@ -5,18 +5,13 @@ from textwrap import wrap
 
 from vibroscope.app.commands.options import add_system_option, system_of, units_of
 from vibroscope.app.commands.output import note
+from vibroscope.app.commands.parser import Command, OneLineParser
+from vibroscope.app.commands.report import Report
 from vibroscope.engine import physical_text, read_system, system_text
 
 
-def add(commands) -> None:
-    """Describe ``vibroscope system``."""
-    command = commands.add_parser(
-        "system",
-        allow_abbrev=False,
-        help="print a system file with comments, to change and hand to --system",
-        description="Print the paper's system (or that of --system, completed) as a commented TOML file. "
-        "--from physical FILE converts a table [physical], whose numbers have units; --to physical converts back.",
-    )
+def add(command: OneLineParser) -> None:
+    """Add the options."""
     add_system_option(command)
     command.add_argument(
         "--from",
@@ -31,11 +26,10 @@ def add(commands) -> None:
         default="numbers",
         help="print numbers without dimension, or one table [physical] (default %(default)s)",
     )
-    command.set_defaults(run=run)
 
 
-def run(options: argparse.Namespace) -> None:
-    """Print the file."""
+def run(options: argparse.Namespace) -> Report:
+    """Write the file."""
     if options.source is not None:
         kind, path = options.source
         if kind != "physical":
@@ -44,11 +38,21 @@ def run(options: argparse.Namespace) -> None:
         for text in options.system.assumed:
             note(f"{path}: {text}")
     system, units, eta = system_of(options), units_of(options), options.system.eta
-    for text in options.system.assumed:  # stays with the numbers where they are written into a file
-        print("\n".join(wrap(text, 110, initial_indent="# Assumed: ", subsequent_indent="# ")))
     if options.to == "physical":
-        print(physical_text(system, units, eta, options.system.forms), end="")
-        return
-    print(system_text(system, units), end="")
-    if eta is not None:
-        note(f"the file's frequency is eta = {eta!r}: give it as --eta")
+        text = physical_text(system, units, eta, options.system.forms)
+    else:
+        text = system_text(system, units)
+        if eta is not None:
+            note(f"the file's frequency is eta = {eta!r}: give it as --eta")
+    # what was assumed stays with the numbers where they are written into a file
+    assumed = (line for each in options.system.assumed for line in wrap(f"Assumed: {each}", 108))
+    return Report([*(f"# {line}" for line in assumed), *text.splitlines()])
+
+
+COMMAND = Command(
+    "print a system file with comments, to change and hand to --system",
+    "Print the paper's system (or that of --system, completed) as a commented TOML file. --from physical FILE converts "
+    "a table [physical], whose numbers have units; --to physical converts back.",
+    add=add,
+    run=run,
+)
