@@ -51,7 +51,7 @@ def add(command: OneLineParser) -> None:
         help="semi-analytical reference; penalty model without a time step, its contact a spring and a damper (default "
         "%(default)s)",
     )
-    add_fields(command, "eta", "K", "D", *REFERENCE_OPTIONS, solvers=True)
+    add_fields(command, "eta", "K", "D", *REFERENCE_OPTIONS, solvers=("reference", "exact"))
     add_initial_option(command)
     add_system_option(command)
     add("--over", choices=PARAMETERS, default="eta", help="the number that varies (default eta)")

@@ -20,6 +20,7 @@ STATE = {"xi1": "displacement", "v1": "velocity", "xi2": "displacement", "v2": "
 # Ends of a range: the option that names their number.
 _ENDS = {"low": "over", "high": "over", "along_from": "along", "along_to": "along"}
 _OF_FIELD = "of the field that another option names"
+STEPS = "steps"  # a whole number of them in a period, or the time of one
 
 
 class NotANumber(argparse.ArgumentTypeError, ValueError):
@@ -50,7 +51,7 @@ def count(text: str) -> float:
 
 
 def measured(quantity: str) -> Callable[[str], Read]:
-    """A reader of a number as `number` reads one, or with a unit of a quantity; "time" is that of a whole step."""
+    """A reader of a number as `number` reads one, or with a unit of a quantity; or of `STEPS`."""
     return partial(_read_measured, quantity=quantity)
 
 
@@ -60,7 +61,7 @@ def of_field(name: str) -> Callable[[str], Read]:
 
 
 def _quantity_of(name: str) -> str:
-    return "time" if name == "steps" else FIELDS[name].quantity
+    return STEPS if name == "steps" else FIELDS[name].quantity
 
 
 def end_of_range(text: str) -> Read:
@@ -84,7 +85,7 @@ def _read_measured(text: str, quantity: str) -> Read:
     typed = parse_typed(text, decimal_point=True)
     unit = typed.unit if typed.numbers else ""  # known or not: which units an option takes is known when it is resolved
     if not unit:
-        return _read(text, quantity == "time")
+        return _read(text, quantity == STEPS)
     return Measured(text, _read(text, False, unit), unit, quantity)
 
 
@@ -95,7 +96,7 @@ def state_numbers(text: str) -> tuple[Read, ...]:
 
 def step_numbers(text: str) -> tuple[Read, ...]:
     """Numbers of steps, comma-separated, or time steps."""
-    return _list_of(text, "2000,4000,8000", *["time"] * text.count(","), "time")
+    return _list_of(text, "2000,4000,8000", *[STEPS] * (text.count(",") + 1))
 
 
 def _list_of(text: str, example: str, *quantities: str) -> tuple[Read, ...]:
@@ -148,12 +149,14 @@ def _of_model(option: str, value: Measured, quantity: str, file, options: argpar
     if quantity.startswith("contact_"):
         scale = replace(scale, **_contact_law(option, value, options))
         power = -scale.quantity(quantity).length
+    of_step = quantity == STEPS
+    quantity = "time" if of_step else quantity
     one = scale.factor(quantity)
     units = sizes(quantity, one, power)
     if value.unit not in units:
         of_law = f" of the contact law {scale.law} has no physical unit {value.unit}" if power else ""
         raise ValueError(f"{option} {value.text!r}{of_law}: give it in {list_units(units)}, or without a unit")
-    if quantity != "time":
+    if not of_step:
         return scaled(value.number, units[value.unit])
     eta = file.eta if options.eta is None else options.eta
     if eta is None or not eta > 0 or not value.number > 0:

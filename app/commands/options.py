@@ -7,7 +7,7 @@ from inspect import signature
 
 from vibroscope.app.commands.numbers import count, of_field, state_numbers
 from vibroscope.app.commands.output import note
-from vibroscope.app.explorer.parameters import FIELDS
+from vibroscope.app.explorer.parameters import FIELDS, STEPPING_FIELDS
 from vibroscope.engine import (
     CONTACT_LAWS,
     CONTACT_STATUSES,
@@ -29,19 +29,19 @@ from vibroscope.engine import (
 from vibroscope.engine.law_table import laws_with, numbers_of
 from vibroscope.engine.physical import held_text
 
-# What can be asked of a method with a time step, beside K, D and the steps
-INTEGRATOR_NUMBERS = "beta", "gamma", "alpha", "rho"
-STEPPING_OPTIONS = "integrator", *INTEGRATOR_NUMBERS, "status", "without_solution", "initial_acceleration"
-LAW_OPTIONS = "law", "exponent", "penetration"
+# What can be asked of a penalty solution, beside K, D and the steps: its law; of one with a time step also the rest
+LAW_OPTIONS = tuple(name for name in STEPPING_FIELDS if FIELDS[name].solvers == ("exact", "newmark"))
+STEPPING_OPTIONS = tuple(
+    name for name in STEPPING_FIELDS if FIELDS[name].solvers == ("newmark",) and name != "step_scale"
+)
+INTEGRATOR_NUMBERS = tuple(name for name in STEPPING_OPTIONS if not FIELDS[name].choices)
 REFERENCE_OPTIONS = "joint_damping", "restitution", "threshold"
+SOLVERS = "reference", "exact", "newmark"
 STEP_SCALE = "stiffness_of_step"  # the option of the field "step_scale"
 PENALTY_OPTIONS = "K", STEP_SCALE, "D", "steps", "located"
 CONDITIONS = "reference:", "integrator ", "law ", "status "  # which begin the words of an option that says who has it
 # The options of each solver. Restitution belongs to the system, but only the reference has an impact law.
-SOLVER_OPTIONS = {
-    solver: [name for name, field in FIELDS.items() if solver in field.solvers]
-    for solver in ("reference", "exact", "newmark")
-}
+SOLVER_OPTIONS = {solver: [name for name, field in FIELDS.items() if solver in field.solvers] for solver in SOLVERS}
 SOLVER_OPTIONS["newmark"] += ["every_step", STEP_SCALE]
 NEEDED = {"reference": (), "exact": ("K", "D"), "newmark": ("K", "D", "steps")}
 FREE_VIBRATION = "nothing drives the bodies: a free vibration from its start, and eta only sets the length of a period"
@@ -114,7 +114,7 @@ def units_of(options: argparse.Namespace) -> Units:
 
 
 def add_fields(
-    command: argparse.ArgumentParser, *names: str, solvers: bool = False, required: Sequence[str] = (), **how
+    command: argparse.ArgumentParser, *names: str, solvers: Sequence[str] = (), required: Sequence[str] = (), **how
 ) -> None:
     """Add an option for each field, as the table of fields says.
 
@@ -123,8 +123,8 @@ def add_fields(
     command : ArgumentParser
     *names : str
         In the table. With "stiffness_of_step" K can follow the step, in place of ``--K``.
-    solvers : bool
-        Whether the command has a choice of solvers: then the help says which of them have the option.
+    solvers : sequence of str
+        Those that the command has a choice of: then the help says which of them have the option.
     required : sequence of str
         Names of those that have to be given.
     **how : mapping
@@ -137,11 +137,12 @@ def add_fields(
         place.add_argument(f"--{name.replace('_', '-')}", **_field(name, solvers) | needed | how.get(name, {}))
 
 
-def _field(name: str, solvers: bool) -> dict[str, object]:
+def _field(name: str, solvers: Sequence[str]) -> dict[str, object]:
     """What `argparse` is told of a field."""
     field = FIELDS["step_scale" if name == STEP_SCALE else name]
-    named = solvers and field.solvers and not field.words.startswith(CONDITIONS)
-    words = {"help": f"{', '.join(field.solvers)}: {field.words}" if named else field.words}
+    named = ", ".join(solver for solver in field.solvers if solver in solvers)
+    says_so = not named or field.words.startswith(CONDITIONS)
+    words = {"help": field.words if says_so else f"{named}: {field.words}"}
     if tuple(field.choices) == ("no", "yes"):
         return words | {"action": "store_true"}
     if field.choices:  # on the page "located" is a switch of its own
@@ -154,10 +155,10 @@ def add_solver_options(command: argparse.ArgumentParser) -> None:
     """Add the problem, the solver and the initial state, for :func:`problem_of`."""
     add_solver(command)
     add_fields(command, "eta")
-    add_fields(command, *PENALTY_OPTIONS, solvers=True)
+    add_fields(command, *PENALTY_OPTIONS, solvers=SOLVERS)
     add = command.add_argument
     add("--every-step", action="store_true", help="newmark: take every step, as an FE code must (slower)")
-    add_fields(command, *REFERENCE_OPTIONS, *LAW_OPTIONS, *STEPPING_OPTIONS, solvers=True)
+    add_fields(command, *REFERENCE_OPTIONS, *LAW_OPTIONS, *STEPPING_OPTIONS, solvers=SOLVERS)
     add_initial_option(command)
     add_system_option(command)
 
@@ -165,7 +166,7 @@ def add_solver_options(command: argparse.ArgumentParser) -> None:
 def add_solver(command: argparse.ArgumentParser, **how) -> None:
     """Add ``--solver``."""
     words = "semi-analytical reference; penalty model without a time step, or by Newmark's method"
-    usual = {"required": True, "choices": tuple(SOLVER_OPTIONS), "help": words}
+    usual = {"required": True, "choices": SOLVERS, "help": words}
     command.add_argument("--solver", **usual | how)
 
 

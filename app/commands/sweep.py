@@ -16,6 +16,7 @@ from vibroscope.app.commands.options import (
     NEEDED,
     PENALTY_OPTIONS,
     REFERENCE_OPTIONS,
+    SOLVERS,
     STEP_SCALE,
     STEPPING_OPTIONS,
     add_fields,
@@ -98,7 +99,7 @@ def _study(
 def _add_solver(command: OneLineParser, *penalty: str) -> None:
     """The solver and its numbers; ``penalty``: those of K, D and the step."""
     add_solver(command, help="as in `vibroscope simulate`")
-    add_fields(command, *penalty, *LAW_OPTIONS, *STEPPING_OPTIONS, *REFERENCE_OPTIONS, solvers=True)
+    add_fields(command, *penalty, *LAW_OPTIONS, *STEPPING_OPTIONS, *REFERENCE_OPTIONS, solvers=SOLVERS)
 
 
 def _add_eta(command: OneLineParser) -> None:
@@ -119,12 +120,9 @@ def _add_eta(command: OneLineParser) -> None:
 
 def _range_of(name: str) -> dict[str, object]:
     """How a range of a field is given: its ends and how many values it has."""
-    quantity = FIELDS[name].quantity
-    return {
-        "type": partial(span, quantity=quantity),
-        "metavar": "a:b:n",
-        "help": f"{FIELDS[name].hint}, n values from a to b",
-    }
+    what = FIELDS[name].words.replace(",", ";").partition(";")[0]
+    reader = partial(span, quantity=FIELDS[name].quantity)
+    return {"type": reader, "metavar": "a:b:n", "help": f"{what}, n values from a to b"}
 
 
 def _add_plane(command: OneLineParser) -> None:
@@ -132,7 +130,7 @@ def _add_plane(command: OneLineParser) -> None:
     add_fields(command, "K", "D", required=("K", "D"), K=_range_of("K"), D=_range_of("D"))
     words = "with or without a time step (default %(default)s)"
     add_solver(command, required=False, choices=("newmark", "exact"), default="newmark", help=words)
-    add_fields(command, "steps", "located", *LAW_OPTIONS, *STEPPING_OPTIONS, solvers=True)
+    add_fields(command, "steps", "located", *LAW_OPTIONS, *STEPPING_OPTIONS, solvers=SOLVERS)
     words = "without error, its parts and the exact penalty model beside: faster"
     command.add_argument("--no-error", action="store_true", help=words)
 

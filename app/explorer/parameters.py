@@ -155,7 +155,7 @@ _MAIN = (
     ),
     Field("D", "D", "penalty damping", 8.0, DAMPING_RANGE, (0.1, 100.0), "contact_damping")
     .read_as("2D", "penalty damper")
-    .option("contact damping; the paper uses 8 to 50; some laws need none: --law", *_PENALTY),
+    .option("contact damping; the paper uses 8 to 50", *_PENALTY),
     Field("steps", "T/Δτ", "time steps per period", 2000, STEPS_RANGE, (8, 32_000)).option(
         "steps per excitation period, the time step is T/N; or the longest time step, as '10 us'", *_NEWMARK
     ),

@@ -11,6 +11,7 @@ from shlex import quote
 from textwrap import indent
 
 from vibroscope.app.explorer.compute import run_length
+from vibroscope.app.explorer.parameters import FIELDS, STEPPING_FIELDS
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.export.formats import units_table
 from vibroscope.app.runtime.number_text import print_number
@@ -188,7 +189,7 @@ def penalty_options(method: Method) -> str:
     numbers = f" --K {print_number(method.stiffness)}"
     numbers += "" if method.damping is None else f" --D {print_number(method.damping)}"
     if not method.has_step:
-        return numbers + _changed(method, ExactPenalty(method.stiffness, 0.0), ("law", "exponent", "penetration"))
+        return numbers + _changed(method, ExactPenalty(method.stiffness, 0.0))
     return f"{numbers} --steps {method.steps}{scheme_options(method)}"
 
 
@@ -196,18 +197,18 @@ def scheme_options(method: Newmark | TimeStepping) -> str:
     """The options of integrator, contact status and law, beside K, D and the steps."""
     if not method.has_choices:
         usual = Newmark(method.stiffness, 0.0, method.steps)
-        return (" --located" if method.located else "") + _changed(method, usual, ("law",))
+        return (" --located" if method.located else "") + _changed(method, usual)
     own, usual = method.integrator, TimeStepping(method.stiffness, 0.0, method.steps)
     numbers = f" --integrator {own.name}"
     numbers += "".join(f" --{each.name} {print_number(getattr(own, each.name))}" for each in fields(own))
-    names = ("status", "without_solution", "law", "exponent", "penetration", "initial_acceleration")
-    return numbers + _changed(method, usual, names)
+    return numbers + _changed(method, usual)
 
 
-def _changed(method: Method, usual: Method, names: Sequence[str]) -> str:
-    """Options for those of these attributes that are not as usual."""
-    more = {name: getattr(method, name) for name in names}
-    changed = {name: value for name, value in more.items() if value != getattr(usual, name)}
+def _changed(method: Method, usual: Method) -> str:
+    """Options for contact status and law, and their numbers, where they are not as usual."""
+    own = {each.name for each in fields(method)} - {"integrator"}
+    names = [name for name in STEPPING_FIELDS if name in own and FIELDS[name].words]
+    changed = {name: getattr(method, name) for name in names if getattr(method, name) != getattr(usual, name)}
     return "".join(f" --{name.replace('_', '-')} {value}" for name, value in changed.items())
 
 

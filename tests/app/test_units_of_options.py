@@ -6,7 +6,7 @@ import math
 
 import pytest
 from vibroscope.app.commands.cli import build_parser
-from vibroscope.app.commands.numbers import measured, resolve_units
+from vibroscope.app.commands.numbers import STEPS, measured, resolve_units
 from vibroscope.app.commands.recommend import etas_of
 from vibroscope.app.explorer.reading import read_setting
 from vibroscope.app.explorer.typed import plain_texts
@@ -145,7 +145,7 @@ def test_a_number_of_a_range_that_has_no_unit_says_so(own, capsys):
     assert (status, err) == (2, "vibroscope sweep: --x '1s': this number is given without a unit\n")
 
 
-@pytest.mark.parametrize("read", [measured("contact_stiffness"), measured("time")])
+@pytest.mark.parametrize("read", [measured("contact_stiffness"), measured(STEPS)])
 def test_what_has_two_meanings_or_none_is_no_number(read):
     with pytest.raises(argparse.ArgumentTypeError, match="is no number"):
         read("apples")
