@@ -10,14 +10,14 @@ from .explorer import wait_until
 # What is seen in a window as high as this without scrolling: controls by name, and words of two letters or more outside
 # figures' canvases, but for the progress of a first start.
 SEEN = r"""height => {
-  const controls = [], words = [];
+  const controls = [], words = [], UNCOUNTED = "style, script, option, .screen-reader, .skip, .compiling";
   const inView = box => box.width > 1 && box.height > 1 && box.top < height && box.bottom > 0;
   const shown = node => node.checkVisibility({ visibilityProperty: true, opacityProperty: true });
   const walk = root => {
     const texts = document.createTreeWalker(root, NodeFilter.SHOW_TEXT);
     while (texts.nextNode()) {
       const { currentNode: text } = texts, parent = text.parentElement, range = document.createRange();
-      if (!parent || parent.closest("style, script, option, .screen-reader, .skip, .compiling") || !shown(parent)) continue;
+      if (!parent || parent.closest(UNCOUNTED) || !shown(parent)) continue;
       range.selectNodeContents(text);
       if ([...range.getClientRects()].some(inView)) words.push(...(text.data.match(/\p{L}[\p{L}’-]+/gu) ?? []));
     }
