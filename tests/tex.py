@@ -89,8 +89,6 @@ class Converter:
             self.text += SIGNS[name]
         elif name in ACCENTS:
             self.put(plain(self.argument()) + ACCENTS[name])
-        elif name == "operatorname":
-            self.text += self.argument()
         elif name in ("mathrm", "text"):
             self.put(self.argument().replace("“", '"').replace("”", '"'))
         elif name in ("frac", "tfrac"):
