@@ -5,7 +5,6 @@ right, and ``#eq-16`` leads to it.
 """
 
 import re
-from html import escape
 
 from docutils.nodes import SkipNode
 from docutils.utils.math import MathError
@@ -14,14 +13,19 @@ from sphinx.errors import SphinxError
 
 TAG = re.compile(r"\\tag\{(\d+)\}")
 PRIMES = re.compile(r"('+)(?:\^(\{[^}]*\}|\\?\w+|[+-]))?")
+ACCENTED = re.compile(r"(\\(?:tilde|hat|bar|d?dot)\{[^}]*\})_")
 
 
 def mathml(tex: str, as_block: bool = True) -> str:
-    """TeX as MathML; primes, which docutils sets on the line, as superscripts.
+    """TeX as MathML.
+
+    Primes become superscripts, since docutils sets them on the line, and an index of a letter with an accent gets a base
+    of its own, since docutils sets it below the letter.
 
     Raises SphinxError where docutils does not know a command.
     """
     raised = PRIMES.sub(lambda found: "^{" + r"\prime" * len(found[1]) + f" {found[2] or ''}}}", tex)
+    raised = ACCENTED.sub(r"\1{}_", raised)
     try:
         return tex2mathml(raised.strip(), as_block).replace("<mi>′</mi>", '<mi class="prime">′</mi>')
     except MathError as error:
@@ -41,7 +45,7 @@ def visit_block(page, node) -> None:
     name = f' id="eq-{number[1]}"' if number else ""
     page.body.append(f'<div class="formula" tabindex="0"{name}>{mathml(TAG.sub("", tex))}')
     if number:
-        page.body.append(f'<a class="formula-number" href="#eq-{number[1]}">({escape(number[1])})</a>')
+        page.body.append(f'<a class="formula-number" href="#eq-{number[1]}">({number[1]})</a>')
     page.body.append("</div>\n")
     raise SkipNode
 
