@@ -19,8 +19,8 @@ ACCENTED = re.compile(r"(\\(?:tilde|hat|bar|d?dot)\{[^}]*\})_")
 def mathml(tex: str, as_block: bool = True) -> str:
     """TeX as MathML.
 
-    Primes become superscripts, since docutils sets them on the line, and an index of a letter with an accent gets a base
-    of its own, since docutils sets it below the letter.
+    Primes become superscripts, since docutils sets them on the line, and the index of a letter with an accent gets a
+    base of its own, since docutils sets it below the letter.
 
     Raises SphinxError where docutils does not know a command.
     """
