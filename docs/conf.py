@@ -2,7 +2,6 @@
 
 import os
 import platform
-import re
 import sys
 import tempfile
 from datetime import UTC, datetime
@@ -31,6 +30,7 @@ project = "Vibroscope"
 version = release = version_of("vibroscope")
 root_doc = "index"
 myst_enable_extensions = ["substitution"]
+myst_fence_as_directive = ["math"]  # as GitHub writes formulas
 myst_substitutions = {"made": made()}
 exclude_patterns = ["examples", "extra", "figures"]
 extensions = [
@@ -42,7 +42,9 @@ extensions = [
     "gallery",
     "stores",
     "system_keys",
+    "typeset",
 ]
+html_math_renderer = "mathml"  # of typeset.py
 myst_heading_anchors = 4
 nb_execution_mode = "force"
 nb_execution_raise_on_error = True
@@ -75,11 +77,10 @@ html_extra_path = ["extra"]  # wheel/: the image puts a wheel there
 
 
 def make_reachable(app, pagename, templatename, context, doctree) -> None:
-    """Say which level captions have, let keys scroll what is wider than the page, mark gaps before formula numbers."""
+    """Say which level captions have and let keys scroll what is wider than the page."""
     tree = context.get("furo_navigation_tree", "")
     context["furo_navigation_tree"] = tree.replace('role="heading"', 'role="heading" aria-level="2"')
     body = context.get("body", "").replace("<pre>", '<pre tabindex="0">')
-    body = re.sub(r"  ( +)(?=\(\d+\)(\n|</pre>))", r'  <span class="formula-gap">\1</span>', body)
     context["body"] = body.replace('<table class="docutils', '<table tabindex="0" class="docutils')
 
 

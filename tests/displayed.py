@@ -1,4 +1,7 @@
-"""Displayed formulas: where they stand in pages and docstrings, and what one is for the numbers of its symbols."""
+"""Displayed formulas: where they stand in pages and docstrings, and what one is for the numbers of its symbols.
+
+Pages display TeX, which `tests/tex.py` reads; docstrings have a notation of one line, which `value` evaluates.
+"""
 
 import ast
 import functools
@@ -8,17 +11,21 @@ from pathlib import Path
 
 import numpy as np
 
+from tests.tex import plain
+
 ROOT = Path(__file__).parents[1]
 FUNCTIONS = {"max": max, "min": min, "exp": math.exp, "cos": math.cos, "ln": math.log, "arccos": math.acos}
 FUNCTIONS |= {"arcsin": math.asin, "arcosh": math.acosh, "√": math.sqrt}
 NUMBERS = {"π": math.pi, "½": 0.5, "¼": 0.25}
 POWERS = {"²": 2.0, "³": 3.0, "⁻¹": -1}
 COMPARED = set()  # numbers of the formulas that a test compares with the code, of all modules that are imported
+BLOCK = re.compile(r"^ *```math\n(.*?)^ *```", re.MULTILINE | re.DOTALL)  # of a page, in TeX
+TAG = re.compile(r" \\tag\{(\d+)\}")
 NUMBERED = re.compile(r"\((\d+)\)[.,]? *$", re.MULTILINE)
 
 
 def shown(text):
-    """The numbered formulas of a text by number: the lines of a block that end with the number, as one."""
+    """The numbered formulas of a docstring by number: the lines of a block that end with the number, as one."""
     found = {}
     for block in re.findall(r"(?:^ {4,}.+\n?)+", text, re.MULTILINE):
         lines = []
@@ -63,12 +70,14 @@ def compares(*numbers):
 
 
 def of_pages():
-    """The formulas of the theory by number; each number stands in one place."""
+    """The formulas of the theory by number, in the notation of docstrings; each number stands in one place."""
     found = Formulas()
     for page in (ROOT / "docs/theory").glob("*.md"):
-        for number, formulas in shown(page.read_text()).items():
-            assert number not in found, f"({number}) stands twice"
-            (found[number],) = formulas
+        for tex in BLOCK.findall(page.read_text()):
+            number = TAG.search(tex)
+            if number:
+                assert int(number[1]) not in found, f"({number[1]}) stands twice"
+                found[int(number[1])] = plain(TAG.sub("", tex))
     return found
 
 
