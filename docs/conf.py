@@ -11,7 +11,7 @@ from pathlib import Path
 from vibroscope.app.performance.bench import processor
 
 sys.path.insert(0, str(Path(__file__).parent))
-from figures.style import STYLE  # noqa: E402 - found by the line above
+from figures.style import STYLE
 
 # The notebook runs without the user's own IPython profile; its kernel would warn of the port on which it listens.
 ipython = tempfile.TemporaryDirectory()

@@ -115,10 +115,10 @@ def _write_spectra(path: str, found: dict[str, Spectrum]) -> None:
 
 def _write_transmissibility(path: str, system: System, methods: dict[str, Method], etas: Sequence[float]) -> None:
     record = Record(periods=1, per_period=400)
-    rows = [
-        [eta, *(value for method in methods.values() for value in transmissibility(simulate(system, eta, method, record=record)))]
-        for eta in etas
-    ]
+    rows = []
+    for eta in etas:
+        runs = [simulate(system, eta, method, record=record) for method in methods.values()]
+        rows.append([eta, *np.concatenate([transmissibility(run) for run in runs])])
     _write(path, ["eta", *(f"{name}_body{body}" for name in methods for body in (1, 2))], rows)
 
 

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from vibroscope.engine import (
     PEAKS,
-    Excitation,
     ExactPenalty,
+    Excitation,
     Newmark,
     Record,
     Reference,
