@@ -207,8 +207,18 @@ def step_of_grid(m, forces, gain, pressed, z, length, k, offset, ends):
 
 
 @jit_inlined
+def next_part(m, pressed, since, offset):
+    """Into how many parts the step is cut, their length, and the next point of this sub-grid, at which a part ends."""
+    _, parts = halvings_at(m, pressed, since)
+    if parts == 1.0 and offset == 0.0:
+        return 1.0, m.h, 1.0
+    length_of_part = m.h / parts
+    return parts, length_of_part, min(parts, points_passed(length_of_part, offset) + 1.0)
+
+
+@jit_inlined
 def advance(m, forces, s, stop, window, buffers):
-    """Solve whole steps up to one that is recorded or in which something ends; or one, up to a change; record it.
+    """Solve steps and their parts, the last of which is a step that is recorded or ends with a change; record it.
 
     Returns
     -------
@@ -218,24 +228,22 @@ def advance(m, forces, s, stop, window, buffers):
     z, piece, i, offset, since, contact = motion_of(s), s.piece, s.step, s.offset, s.since, s.contact
     solves, before, status, k = s.solves, s.solves_before, OK, s.step % m.steps
     pressed, gain, impulse = piece != FREE, gain_of(m, contact), contact.impulse
-    _, parts = halvings_at(m, pressed, since)
-    length_of_part = m.h / parts
-    point = min(parts, points_passed(length_of_part, offset) + 1.0)  # of the sub-grid, at which the part ends
-    length = point * length_of_part - offset
-    last = i  # of the steps that are taken without a record
-    if offset == 0.0 and parts == 1.0:
-        last = min(next_output(i, m.steps, window, buffers.samples.shape[0] > 0), stop) - 1
+    last = min(next_output(i, m.steps, window, buffers.samples.shape[0] > 0), stop) - 1  # step without a record
     push = force_of(m, gain, pressed, z)
     while True:
-        end = step_of_grid(m, forces, gain, pressed, z, length, k, offset, point == parts)
+        parts, length_of_part, point = next_part(m, pressed, since, offset)
+        length, ends = point * length_of_part - offset, point == parts
+        end = step_of_grid(m, forces, gain, pressed, z, length, k, offset, ends)
         staying = stays(m, gain, piece, z, end, length)
-        if i >= last or not staying or not abs(end[3]) < LIMIT:
+        goes_on = staying and abs(end[3]) < LIMIT and solves - before < SOLVES_PER_STEP
+        if not goes_on or (ends and i >= last):
             break
         if pressed:
             after = force_of(m, gain, True, end)
             since, impulse, push = since + length, impulse + 0.5 * length * (push + after), after
-        z, i, k, solves = end, i + 1, k + 1, solves + 1
-        before = solves
+        z, solves, offset = end, solves + 1, point * length_of_part
+        if ends:
+            i, k, offset, before = i + 1, k + 1, 0.0, solves
     following, more = piece, 0
     if not staying:
         length, end, following, more = locate_change(m, gain, piece, z, end, length, k, offset)
@@ -258,7 +266,7 @@ def advance(m, forces, s, stop, window, buffers):
         z = with_contact_accelerations(m, gain, following != FREE, z, forcing_at(m, k, offset))
         if no_room(buffers):
             status = PAUSED
-    elif point == parts:
+    elif ends:
         i, offset, before = i + 1, 0.0, solves
         k = k + 1 if k + 1 < m.steps else 0
         if k == 0 or i >= window[1]:
