@@ -46,6 +46,13 @@ def absolute_accelerations(response: Response) -> np.ndarray:
     ------
     ValueError
         If the run has no samples.
+
+    Examples
+    --------
+    >>> from vibroscope.engine import ExactPenalty, Record, System, absolute_accelerations, simulate
+    >>> run = simulate(System(), 2.76, ExactPenalty(12000, 18), record=Record(periods=2, per_period=400))
+    >>> absolute_accelerations(run).shape
+    (2, 801)
     """
     sampled, c, eta = _sampled(response), response.system, response.eta
     (x1, x2), (v1, v2), force = sampled.displacement, sampled.velocity, sampled.force
@@ -79,6 +86,13 @@ def peaks(response: Response) -> dict[str, float]:
     ------
     ValueError
         If the run has no samples.
+
+    Examples
+    --------
+    >>> from vibroscope.engine import ExactPenalty, Record, System, peaks, simulate
+    >>> found = peaks(simulate(System(), 2.76, ExactPenalty(12000, 18), record=Record(2, 4000)))
+    >>> print(f"{found['contact_force']:.0f}, {found['contact_time']:.3f}")
+    725, 0.020
     """
     sampled, c = _sampled(response), response.system
     begin = sampled.time[0]
@@ -110,6 +124,13 @@ def spectrum(response: Response, highest: float = 20.0) -> Spectrum:
     ------
     ValueError
         If the run has no samples, or too few in a period for that order.
+
+    Examples
+    --------
+    >>> from vibroscope.engine import ExactPenalty, Record, System, simulate, spectrum
+    >>> found = spectrum(simulate(System(), 2.76, ExactPenalty(12000, 18), record=Record(2, 400)), highest=3)
+    >>> found.order.tolist()
+    [0.0, 0.5, 1.0, 1.5, 2.0, 2.5, 3.0]
     """
     sampled, eta = _sampled(response), response.eta
     time, n = sampled.time[:-1], len(sampled.time) - 1
@@ -138,6 +159,12 @@ def transmissibility(response: Response) -> np.ndarray:
     """Amplitude of each body's absolute motion at the excitation frequency, relative to that of the base, (2,).
 
     nan where the base does not move. Raises as :func:`spectrum`.
+
+    Examples
+    --------
+    >>> from vibroscope.engine import Record, Reference, System, simulate, transmissibility
+    >>> transmissibility(simulate(System(), 0.05, Reference(), record=Record())).round(2).tolist()  # slow: as the base
+    [1.0, 1.0]
     """
     amplitude = abs(response.system.excitation.base_amplitude(response.eta))
     found = spectrum(response, 1.0)

@@ -8,7 +8,6 @@ import numpy as np
 from vibroscope.app.commands.options import (
     LAW_OPTIONS,
     PENALTY_OPTIONS,
-    STEP_SCALE,
     STEPPING_OPTIONS,
     add_fields,
     add_initial_option,
@@ -45,12 +44,12 @@ LABEL, COLUMN = 16, 16  # characters
 
 def add(command: OneLineParser) -> None:
     """Add the options."""
-    add_fields(command, "eta", *PENALTY_OPTIONS, STEP_SCALE, required=("K", "steps"))
+    add_fields(command, "eta", *PENALTY_OPTIONS, required=("K", "steps"))
     add_fields(command, *LAW_OPTIONS, *STEPPING_OPTIONS, "joint_damping", "threshold")
     add_initial_option(command)
     add_system_option(command)
     add = command.add_argument
-    add("--spectrum", metavar="FILE.csv", help="also write the amplitudes over orders of eta")
+    add("--spectrum", metavar="FILE.csv", help="also write the amplitudes, without dimension, over orders of eta")
     add("--transmissibility", metavar="FILE.csv", help="also write the transmissibility over --eta-range")
     add("--eta-range", type=eta_range, metavar="A:B:N", help="with --transmissibility: N frequencies from A to B")
     add_units_option(command)
@@ -72,7 +71,8 @@ def run(options: argparse.Namespace) -> Report:
     if units:
         physical = {name: _json(_in_units(values, units)) for name, values in found.items()}
         data |= physical_part(units, eta, methods["penalty"], **physical)
-    return Report(_lines(found, units), data)
+    shown = [name for name in PEAKS if not (system.wall and name.endswith("2"))]
+    return Report(_lines(found, shown, units), data)
 
 
 def _sampled(system: System, eta: float, method: Method, initial: Sequence[float] | None) -> Response:
@@ -90,17 +90,17 @@ def _json(values: dict[str, float]) -> dict[str, float | None]:
     return {name: finite_or_none(value) for name, value in values.items()}
 
 
-def _lines(found: dict[str, dict[str, float]], units: Units | None) -> Iterator[Line]:
-    """A table: each peak of both solutions, and how far the penalty solution is off."""
+def _lines(found: dict[str, dict[str, float]], names: Sequence[str], units: Units | None) -> Iterator[Line]:
+    """A table: each peak of these names of both solutions, and how far the penalty solution is off."""
     yield f"{'largest':{LABEL}}" + "".join(f"{name:>{COLUMN}}" for name in (*found, "difference"))
-    shown = {name: _in_units(values, units) if units else values for name, values in found.items()}
-    for name, quantity in PEAKS.items():
-        first, second = (values[name] for values in shown.values())
+    columns = [_in_units(values, units) if units else values for values in found.values()]
+    for name in names:
+        first, second = (values[name] for values in columns)
         label = name.replace("_", " ").replace("1", " 1").replace("2", " 2")
         cells = "".join(f"{written(value) if np.isfinite(value) else '-':>{COLUMN}}" for value in (first, second))
         known = np.isfinite(first) and np.isfinite(second) and first
         off = percent((second - first) / first) if known else "-"
-        yield f"{label:{LABEL}}{cells}{off:>{COLUMN}}" + (f"  {units.unit(quantity)}" if units else "")
+        yield f"{label:{LABEL}}{cells}{off:>{COLUMN}}" + (f"  {units.unit(PEAKS[name])}" if units else "")
     yield "Over 16 periods; displacements and velocities relative to the base, accelerations absolute. An impact of the"
     yield "reference has no duration: its acceleration and force are not finite."
 

@@ -109,7 +109,7 @@ def etas_of(low: float, high: float, n: int) -> list[float]:
 def run(options: argparse.Namespace) -> Report:
     """Search."""
     if options.K is not None and options.K_max is not None:
-        note("--K-max has no effect where K is held")
+        note("--K-max has no effect where --K is held")
     units, progress = wanted_units(options), progress_line(lambda share: f"searching {100 * share:3.0f} %", 1)
     if is_asked(options):
         return find_schemes(options, partial(question_of, options), progress, units)
