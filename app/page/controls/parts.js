@@ -213,7 +213,7 @@ export function switchRow(choice, link) {
   return { name: choice.name, element: box, draw };
 }
 
-const SPEEDS = { "0.05": "0.05 periods/s", "0.1": "0.1 periods/s", "0.25": "0.25 periods/s", "0.5": "0.5 periods/s", "1": "1 period/s" };
+const SPEEDS = [0.05, 0.1, 0.25, 0.5, 1];
 
 // How fast the bodies move; it concerns this browser alone.
 export function speedRow() {
@@ -221,7 +221,7 @@ export function speedRow() {
   const label = element("label", "", "Speed of the motion");
   const select = element("select");
   label.htmlFor = select.id = "vibroscope-speed";
-  select.append(...Object.entries(SPEEDS).map(([value, text]) => Object.assign(element("option", "", text), { value })));
+  select.append(...SPEEDS.map((value) => Object.assign(element("option", "", `${value} period${value < 1 ? "s" : ""}/s`), { value })));
   select.value = "0.1";
   select.addEventListener("change", () => emit("speed", { value: Number(select.value) }));
   box.append(label, select);

@@ -1,4 +1,4 @@
-// The head of the page: title, tabs and their views, question, take-away menu, theme, keys, tour, errors, and the summary for screen readers.
+// The head of the page.
 
 import { takeAwayMenu } from "./take_away.js";
 import { tour } from "./tour.js";
@@ -74,8 +74,6 @@ function whenDrawn(root, act, wait = 0) {
   }, wait);
 }
 
-// ---- tabs -----------------------------------------------------------------------------------------------------------
-
 // Two lists of the same kind: the tabs, and the views of the open one where it has several. A tab opens the view that was
 // open last in it.
 function navigation(model) {
@@ -136,8 +134,6 @@ function tabList(label, titles, open) {
   return { element: list, buttons, select };
 }
 
-// ---- the question, and what the present scene shows of it -------------------------------------------------------------
-
 function question(model, views) {
   const box = element("div", "question");
   const caption = element("p", "caption");
@@ -152,8 +148,6 @@ function question(model, views) {
   box.append(element("p", "asked", model.question), views, caption);
   return box;
 }
-
-// ---- errors, and the summary for screen readers ---------------------------------------------------------------------
 
 // On a first start the solvers are compiled, which takes some minutes. Moves wait until those of their setting are ready.
 const COMPILING = {
@@ -224,8 +218,6 @@ function summary(model) {
   return text;
 }
 
-// ---- an entry of the glossary, beside the term that was chosen ---------------------------------------------------------
-
 function glossaryNote() {
   const note = element("div", "entry");
   note.popover = "auto"; // Escape and a click elsewhere close it
@@ -255,8 +247,6 @@ function glossaryNote() {
   note.addEventListener("toggle", ({ newState }) => { if (newState === "closed" && from?.isConnected) from.focus({ preventScroll: true }); });
   return note;
 }
-
-// ---- keys -----------------------------------------------------------------------------------------------------------
 
 const KEYS = [
   ["1 2 3 4", "scenes [A] to [D]"],
@@ -331,8 +321,6 @@ function singleKey(event, target, { keys, takeAway }) {
     l: () => emit("theme"),
   }[event.key.toLowerCase()];
 }
-
-// ---- small screens ------------------------------------------------------------------------------------------------------
 
 const allFigures = () => [...Bokeh.documents[0].all_models].filter((model) => model.type === "Figure");
 

@@ -258,7 +258,7 @@ function colourOf(text) {
   return numbers ? [...numbers.slice(0, 3).map((value) => value / 255), numbers[3] ?? 1] : null;
 }
 
-// ---- outlines -----------------------------------------------------------------------------------------------------------
+// ---- outlines ----
 
 const pointText = (...numbers) => numbers.map(pdfNumber).join(" ");
 

@@ -51,7 +51,7 @@ async function drawnView(name, tries = 60) {
   return drawnView(name, tries - 1);
 }
 
-// ---- the key of the colours, which stands beside the figures on the page ------------------------------------------------
+// ---- the key of the colours, which stands beside the figures on the page ----
 
 const LEAST = 60; // px, height of a figure above its key
 const KEY = { line: 18, gap: 14, size: 11, left: 8, patch: { width: 16, height: 12 } };
@@ -128,7 +128,7 @@ function background(width, height) {
   return svgElement("rect", { width, height, fill: colourOfPage("--paper") });
 }
 
-// ---- the files ----------------------------------------------------------------------------------------------------------
+// ---- the files ----
 
 // The file of a picture. `about` is what it says of itself: title and description; `dpi` is the resolution of a PNG.
 export async function pictureFile(picture, type, about, dpi) {

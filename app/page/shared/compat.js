@@ -1,11 +1,8 @@
-// The only file of the page that uses private or undocumented names of Bokeh's and Panel's scripts. It runs in the
-// page's head, after their scripts and before any figure.
+// The only file of the page that uses private names of Bokeh's and Panel's scripts; it runs after them, before any figure.
 //
-// Bokeh asks the browser for styles between writing others, so that all styles are computed again some sixty times per
-// paint, and it prepares curves that nobody sees: together more work than the painting. Each hook leaves one part of
-// that out; what is painted stays the same. Its comment says what the page's main thread takes without it, compared
-// with all hooks in place (benchmarks/hooks.py NAME). If a later version lacks a name, that part works as the library
-// has it, the console says so, and tests/ui/test_compat.py fails.
+// Bokeh asks for styles between writing others, and prepares curves that nobody sees. Each hook leaves out a part of that;
+// what is painted stays the same. Its comment says what the main thread takes without it (benchmarks/hooks.py NAME). If a
+// later version lacks a name, that part works as the library has it, and the console and tests/ui/test_compat.py say so.
 
 function hook(name, path, className, changes) {
   const prototype = Bokeh.loader[path]?.[className]?.prototype;
@@ -15,9 +12,8 @@ function hook(name, path, className, changes) {
   }
 }
 
-// Panel loads the modules of components through es-module-shims, which fetches them from blob: addresses. The page's
-// security policy forbids that. Its modules import nothing, so that the browser's own import suffices, and that script is
-// not loaded (`app.server.admission`).
+// Panel loads modules through es-module-shims, which fetches blob: addresses; the page's policy forbids that. The browser's
+// own import suffices, and that script is not loaded (`app.server.admission`).
 window.importShim = Object.assign((url) => import(url), { addImportMap() {} });
 
 // Colours from CSS variables (--bk-…), which Bokeh reads one by one; the page's themes exchange the models' colours.
@@ -141,7 +137,7 @@ window.moveLegend = (view, legend, inside) => {
 window.widthOfAxes = (view, side) => view.model[side]
   .map((axis) => view.views.find_one(axis)?.get_size?.().height ?? 0).reduce((sum, width) => sum + width, 0);
 
-// ---- pictures of figures ------------------------------------------------------------------------------------------------
+// ---- pictures of figures ----
 
 // The button of a figure's toolbar that saves it: Bokeh asks for a name and gives the pixels of the screen. Here the
 // menu Take away makes the file.

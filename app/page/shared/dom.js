@@ -19,8 +19,8 @@ export function setText(node, text) {
   if (node.textContent !== text) node.textContent = text;
 }
 
-// Chooses an entry of a list where another one is chosen. Chromium examines all fields of a page whenever a script chooses
-// an entry, also the same one: 14 % more of the main thread for a key press on Explore, which is painted 28 % later.
+// Chooses an entry of a list where another one is chosen: Chromium examines all fields of a page whenever a script chooses
+// one, also the same: 14 % more of the main thread for a key press.
 export function choose(select, value) {
   if (select.value !== value) select.value = value;
 }
@@ -131,7 +131,7 @@ export function alignFrames(views) {
 // Columns of a source; Bokeh keeps them as a Map or as an object.
 export const asObject = (data) => (data instanceof Map ? Object.fromEntries(data) : data);
 
-// ---- terms of the glossary ----------------------------------------------------------------------------------------------
+// ---- terms of the glossary ----
 
 const glossary = JSON.parse(document.getElementById("glossary")?.textContent ?? "[]"); // head, text, words that open it, documentation
 const entryOf = new Map(glossary.flatMap((entry) => entry[2].map((word) => [word.toLowerCase(), entry])));
@@ -143,8 +143,7 @@ termStyle.replaceSync(`.term { text-decoration: underline dotted; text-decoratio
 .term:hover { text-decoration-style: solid; }
 .term:focus-visible { outline: 2px solid var(--focus); outline-offset: 1px; }`);
 
-// Makes the first mention of each term in a box a button that opens its entry, also when the texts change: which mentions
-// are marked follows from the texts that are shown.
+// Makes the first mention of each term in a box a button that opens its entry, also when the texts change.
 export function explainTerms(box) {
   if (!entryOf.size) return;
   let styled = false;
