@@ -17,12 +17,13 @@ from pathlib import Path
 
 import matplotlib as mpl
 import matplotlib.pyplot as plt
+from docutils.nodes import make_id
 from vibroscope.app.commands.cli import main as vibroscope
 
 DOCS = Path(__file__).parent
 FIGURES = DOCS / "figures"
 DRAWN = sorted(path.stem for path in FIGURES.glob("*.py") if path.stem not in ("entries", "style"))
-BLOCK = re.compile(r"^```console\n\$ vibroscope (?P<call>.*)\n(?P<output>(?s:.*?))^```$", re.MULTILINE)
+BLOCK = re.compile(r"^```text\n\$ vibroscope (?P<call>.*)\n(?P<output>(?s:.*?))^```$", re.MULTILINE)
 CUT = "…"
 
 
@@ -62,6 +63,15 @@ def draw(name: str, folder: Path) -> Path:
     return folder / f"{name}.svg"
 
 
+def source_of(address: str) -> str:
+    """The page and heading from which a section of the site is made."""
+    place, _, wanted = address.partition("#")
+    page = f"{place.removesuffix('.html')}.md"
+    titles = re.findall(r"^#+ (.*)$", (DOCS / page).read_text(encoding="utf-8"), re.MULTILINE)
+    slugs = {make_id(title): re.sub(r"[^\w -]", "", title.lower()).replace(" ", "-") for title in titles}
+    return f"{page}#{slugs[wanted]}" if wanted else page
+
+
 def glossary() -> str:
     """The page of the glossary, from ``assets/glossary.toml``."""
     found = tomllib.loads((DOCS.parent / "assets/glossary.toml").read_text(encoding="utf-8"))
@@ -72,10 +82,7 @@ def glossary() -> str:
         "## On the page",
         "Help lists them, and a term on the page opens its entry.",
     ]
-    for entry in found["entry"]:
-        place, _, anchor = entry["read"].partition("#")
-        source = f"{place.removesuffix('.html')}.md" + (f"#{anchor}" if anchor else "")
-        lines.append(f"**{entry['head']}**: {entry['text']} ([more]({source})).")
+    lines += [f"**{entry['head']}**: {entry['text']} ([more]({source_of(entry['read'])}))." for entry in found["entry"]]
     lines += ["## In the code", "Paths are relative to the root of the repository."]
     lines += [f"**{entry['head']}.** {entry['text']}" for entry in found["code"]]
     return "\n\n".join(lines) + "\n"
@@ -87,7 +94,7 @@ def main() -> None:
     mpl.use("agg")
     for page in pages():
         page.write_text(
-            BLOCK.sub(lambda block: f"```console\n$ vibroscope {block['call']}\n{shown(block)}```", page.read_text())
+            BLOCK.sub(lambda block: f"```text\n$ vibroscope {block['call']}\n{shown(block)}```", page.read_text())
         )
         print(page.name)
     (DOCS / "glossary.md").write_text(glossary())
