@@ -100,7 +100,8 @@ function line(root, further, name, title) {
   root.append(box);
   further.append(heads[1], rest, evidence);
   return (content) => {
-    const [first, others] = halves(content[name] ?? "computing …");
+    const said = content[name] ?? "computing …";
+    const [first, others] = said.startsWith("No result") ? [said, ""] : halves(said); // why there is none is not folded
     const [code, words, reason] = content.kinds?.[name] ?? ["", "", ""];
     box.dataset.kind = code;
     if (name === "penalty" && content.solver) for (const head of heads) setText(head, `Penalty (${content.solver})`);
