@@ -11,6 +11,7 @@ const DRAWN = ":not(title)";
 const PICTURE_FONT = "Helvetica, Arial, 'Liberation Sans', sans-serif"; // as wide as the letters of every PDF reader
 const ON_THE_PAGE = /: click .*/; // words of a title that hold on the page only
 const MM = 96 / 25.4; // pixels
+const FOLDED = 360; // px, width of a figure that is folded, and so has none on the page
 
 // The picture of a figure as an SVG element; `width` and `height` in mm, null for those on the page.
 export async function pictureOf(name, { width = null, height = null } = {}) {
@@ -18,7 +19,8 @@ export async function pictureOf(name, { width = null, height = null } = {}) {
   if (shape) return standalone(shape, width);
   const view = await drawnView(name);
   if (!view) throw new Error(`${name} is not drawn`);
-  const { width: shown, height: high } = view.bbox;
+  const folded = { width: FOLDED, height: view.model.height ?? FOLDED / 2 };
+  const { width: shown, height: high } = view.bbox.width > 0 ? view.bbox : folded;
   const wide = width ? width * MM : shown;
   const least = Math.min(high, wide); // of a wide figure in a narrow column
   const key = keyOf(name, wide);
