@@ -94,12 +94,13 @@
     at?.blur?.();
   };
 
-  const controls = () => interactive().filter((node) => !node.closest(".found, .message, .coexisting, .tour"))
+  // What the user has done before, and with it what Undo, Redo and Reset can do, is no part of a link.
+  const isOfHistory = (node) => node.closest(".actions") && /Undo|Redo|Reset/.test(node.textContent);
+  const controls = () => interactive().filter((node) => !node.closest(".found, .message, .coexisting, .tour") && !isOfHistory(node))
     .map((node) => {
       const state = node.matches("[type=radio], [type=checkbox]") ? node.checked : node.value ?? "";
       const marks = ["ariaPressed", "ariaSelected", "ariaChecked", "ariaInvalid"].map((mark) => node[mark]).filter(Boolean);
-      const history = /Undo|Redo/.test(node.textContent); // is no part of the link
-      return [kindOf(node), groupOf(node), nameOf(node), String(state), ...marks, node.disabled && !history ? "disabled" : ""].join(" | ");
+      return [kindOf(node), groupOf(node), nameOf(node), String(state), ...marks, node.disabled ? "disabled" : ""].join(" | ");
     });
 
   const ends = (range) => (range.start === undefined || typeof range.start !== "number" ? range.factors ?? []
