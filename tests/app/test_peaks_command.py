@@ -32,7 +32,7 @@ def test_it_prints_both_solutions_in_the_units_that_are_asked_for(capsys):
     newtons = found["physical"]["penalty"]["contact_force"]
     assert float(force.split()[3]) == pytest.approx(newtons, rel=1e-3)
     assert 900 < newtons < 1200
-    assert found["penalty"]["closing_speed"] == pytest.approx(found["reference"]["closing_speed"], rel=0.1)
+    assert found["penalty"]["closing_speed"] == pytest.approx(found["reference"]["closing_speed"], rel=0.2)
 
 
 def test_spectra_and_transmissibility_are_files(tmp_path, capsys):

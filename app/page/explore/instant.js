@@ -1,5 +1,4 @@
-// The present instant of the last two periods, marked in every figure. The animation moves it, and so do the slider below
-// the drawing and the pointer over a time figure. The server is not involved.
+// The present instant of the last two periods, marked in every figure. The server is not involved.
 
 import { asObject, element, modelOf, viewOf } from "../shared/dom.js";
 

@@ -1,6 +1,4 @@
-// A drawing in SVG as a PDF of one page: curves stay curves and letters stay letters. It knows what the figures use:
-// paths, simple shapes, texts, images, clipping, and patterns. Letters are those of the fonts that every PDF reader has,
-// Helvetica, and Symbol for Greek letters and signs.
+// A drawing in SVG as a PDF of one page: curves stay curves, and letters letters of the fonts that every PDF reader has.
 
 import { element } from "../shared/dom.js";
 import { ruler } from "../shared/fit.js";

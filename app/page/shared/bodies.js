@@ -1,5 +1,4 @@
-// The drawing of the system to scale: two pendulums, two bodies on springs, or a body and a wall, each solution as shapes
-// of its own over the other. The panel System shows it at rest, and the tab Explore moves it.
+// The drawing of the system to scale, each solution as shapes of its own: at rest in the panel System, moving on Explore.
 
 import { element, svgElement } from "./dom.js";
 
