@@ -113,6 +113,7 @@ def test_the_diagram_of_another_system_covers_its_slider_in_its_units(visit):
 @pytest.mark.parametrize("scheme", ["light", "dark"])
 def test_the_panel_fits_a_narrow_phone_and_axe_finds_no_serious_fault(visit, scheme):
     explorer = visit("?bodies=two&units=si&clearance=1", color_scheme=scheme, **PHONE)
+    explorer.unfold("System")
     explorer.page.evaluate(AXE)
     assert explorer.page.evaluate("document.documentElement.scrollWidth") <= 320
     for name in ("mass1_kg", "clearance_mm", "force1_N"):
