@@ -22,6 +22,7 @@ from vibroscope.app.commands.physical_units import add_units_option, physical_pa
 from vibroscope.app.commands.recommend import eta_range, etas_of
 from vibroscope.app.commands.report import Line, Report
 from vibroscope.engine import (
+    FREE_PERIODS,
     PEAKS,
     Method,
     Record,
@@ -38,7 +39,8 @@ from vibroscope.engine import (
     written,
 )
 
-RECORD = Record(periods=16, per_period=4000)  # lines of the spectrum at sixteenths of an order
+PERIODS = 16  # lines of the spectrum at sixteenths of an order
+PER_PERIOD, FEW = 4000, 400  # samples: for the peak of a short contact; for the first order
 LABEL, COLUMN = 16, 16  # characters
 
 
@@ -61,25 +63,35 @@ def run(options: argparse.Namespace) -> Report:
     methods = {"reference": reference_of(options), "penalty": stepping_of(options)}
     if (options.transmissibility is None) != (options.eta_range is None):
         raise ValueError("--transmissibility and --eta-range go together: give a file and frequencies, as 0.5:3:200")
+    if options.transmissibility and not system.excitation.base:
+        raise ValueError("--transmissibility is relative to the base, which does not move: give it a motion")
     runs = {name: _sampled(system, eta, method, options.initial) for name, method in methods.items()}
-    found = {name: peaks(response) for name, response in runs.items()}
+    found = {name: peaks(run) if run.ok else dict.fromkeys(PEAKS, np.nan) for name, run in runs.items()}
+    ended = [f"{name}: {run.ending}" for name, run in runs.items() if not run.ok]
     if options.spectrum:
+        if ended:
+            raise ValueError(
+                f"--spectrum needs both solutions: {next(iter(ended))}: {next(iter(ended.values())).ending}"
+            )
         _write_spectra(options.spectrum, {name: spectrum(response) for name, response in runs.items()})
     if options.transmissibility:
         _write_transmissibility(options.transmissibility, system, methods, etas_of(*options.eta_range))
-    data = {"eta": eta} | {name: _json(values) for name, values in found.items()}
+    data = {"eta": eta} | {name: {"status": str(runs[name].status)} | _json(values) for name, values in found.items()}
     if units:
         physical = {name: _json(_in_units(values, units)) for name, values in found.items()}
         data |= physical_part(units, eta, methods["penalty"], **physical)
     shown = [name for name in PEAKS if not (system.wall and name.endswith("2"))]
-    return Report(_lines(found, shown, units), data)
+    return Report(_lines(found, shown, units, ended, system), data)
 
 
-def _sampled(system: System, eta: float, method: Method, initial: Sequence[float] | None) -> Response:
-    response = simulate(system, eta, method, initial=initial, record=RECORD)
-    if not response.ok:
-        raise ValueError(f"{method.name}: {response.ending}")
-    return response
+def _sampled(
+    system: System, eta: float, method: Method, initial: Sequence[float] | None = None, samples: int = PER_PERIOD
+) -> Response:
+    """The last periods of a run; of a free vibration the first ones, since it decays."""
+    if system.excitation.drives:
+        return simulate(system, eta, method, initial=initial, record=Record(PERIODS, samples))
+    length = {"periods": FREE_PERIODS, "keep": FREE_PERIODS}
+    return simulate(system, eta, method, initial=initial, record=Record(FREE_PERIODS, samples), **length)
 
 
 def _in_units(values: dict[str, float], units: Units) -> dict[str, float]:
@@ -90,8 +102,10 @@ def _json(values: dict[str, float]) -> dict[str, float | None]:
     return {name: finite_or_none(value) for name, value in values.items()}
 
 
-def _lines(found: dict[str, dict[str, float]], names: Sequence[str], units: Units | None) -> Iterator[Line]:
-    """A table: each peak of these names of both solutions, and how far the penalty solution is off."""
+def _lines(
+    found: dict[str, dict[str, float]], names: Sequence[str], units: Units | None, ended: Sequence[str], system: System
+) -> Iterator[Line]:
+    """A table: each peak of these names of both solutions, and how far the penalty solution is off; which run ended."""
     yield f"{'largest':{LABEL}}" + "".join(f"{name:>{COLUMN}}" for name in (*found, "difference"))
     columns = [_in_units(values, units) if units else values for values in found.values()]
     for name in names:
@@ -101,8 +115,10 @@ def _lines(found: dict[str, dict[str, float]], names: Sequence[str], units: Unit
         known = np.isfinite(first) and np.isfinite(second) and first
         off = percent((second - first) / first) if known else "-"
         yield f"{label:{LABEL}}{cells}{off:>{COLUMN}}" + (f"  {units.unit(PEAKS[name])}" if units else "")
-    yield "Over 16 periods; displacements and velocities relative to the base, accelerations absolute. An impact of the"
-    yield "reference has no duration: its acceleration and force are not finite."
+    over = f"the last {PERIODS}" if system.excitation.drives else f"the first {FREE_PERIODS}"
+    yield f"Over {over} periods; displacements and velocities relative to the base, accelerations absolute. An impact"
+    yield "of the reference has no duration: its acceleration and force are not finite."
+    yield from ended
 
 
 def _write_spectra(path: str, found: dict[str, Spectrum]) -> None:
@@ -114,11 +130,10 @@ def _write_spectra(path: str, found: dict[str, Spectrum]) -> None:
 
 
 def _write_transmissibility(path: str, system: System, methods: dict[str, Method], etas: Sequence[float]) -> None:
-    record = Record(periods=1, per_period=400)
     rows = []
     for eta in etas:
-        runs = [simulate(system, eta, method, record=record) for method in methods.values()]
-        rows.append([eta, *np.concatenate([transmissibility(run) for run in runs])])
+        runs = [_sampled(system, eta, method, samples=FEW) for method in methods.values()]
+        rows.append([eta, *np.concatenate([transmissibility(run) if run.ok else [np.nan] * 2 for run in runs])])
     _write(path, ["eta", *(f"{name}_body{body}" for name in methods for body in (1, 2))], rows)
 
 

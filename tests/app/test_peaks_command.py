@@ -27,7 +27,7 @@ def test_it_prints_both_solutions_in_the_units_that_are_asked_for(capsys):
     assert force.endswith("N")
     assert main([*OWN, "--units", "--json"]) == 0
     found = json.loads(capsys.readouterr().out)
-    assert found["penalty"].keys() == PEAKS.keys()
+    assert found["penalty"].keys() == {"status", *PEAKS}
     assert found["reference"]["contact_force"] is None
     newtons = found["physical"]["penalty"]["contact_force"]
     assert float(force.split()[3]) == pytest.approx(newtons, rel=1e-3)
@@ -51,3 +51,36 @@ def test_spectra_and_transmissibility_are_files(tmp_path, capsys):
 def test_a_file_without_frequencies_is_refused(capsys):
     assert main([*OWN, "--transmissibility", "t.csv"]) == 2
     assert "--eta-range go together" in capsys.readouterr().err
+
+
+def test_a_run_that_blows_up_is_a_result(capsys):
+    diverged = ["peaks", "--eta", "2.76", "--K", "1e9", "--D", "1e3", "--steps", "20"]
+    assert main(diverged) == 0
+    assert "blew up" in capsys.readouterr().out
+    assert main([*diverged, "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert (found["penalty"]["status"], found["penalty"]["contact_force"]) == ("diverged", None)
+    assert found["reference"]["displacement1"] > 1
+
+
+def test_a_free_vibration_is_looked_at_from_its_start(tmp_path, capsys):
+    file = tmp_path / "thrown.toml"
+    file.write_text("[system]\nwall = true\nclearance = 0.5\n[excitation]\nbase = 0\n")
+    call = [
+        "peaks",
+        "--system",
+        str(file),
+        "--eta",
+        "1",
+        "--K",
+        "1000",
+        "--D",
+        "5",
+        "--steps",
+        "2000",
+        "--initial=-2,0,0,0",
+    ]
+    assert main([*call, "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["penalty"]["displacement1"] == pytest.approx(2, rel=0.01)
+    assert main([*call, "--transmissibility", "t.csv", "--eta-range", "1:2:3"]) == 2
+    assert "the base, which does not move" in capsys.readouterr().err
