@@ -47,6 +47,7 @@ def test_choosing_codes_leaves_k_d_and_the_step_and_reset_chooses_none(visit):
 def test_the_rules_come_with_pictures_and_one_can_be_set(visit):
     explorer = complete(visit(f"{SETTING}&choice=code:ls-dyna-explicit;elements:5"))
     assert rows(explorer).count() == 17
+    assert explorer.page.locator("section.codes button:focus").count() == 0  # it stays where it was
     marked = explorer.page.locator("section.codes tr.marked")
     assert marked.count() == 3  # those of the code come first
     assert rows(explorer).nth(1).get_attribute("class") == "marked"

@@ -31,7 +31,7 @@ export function render({ model }) {
       if (before?.dataset.text === text) return;
       const made = rowOf(row, model.reference, model);
       made.dataset.text = text;
-      const focus = before?.querySelector("button") === root.getRootNode().activeElement;
+      const focus = before?.contains(root.getRootNode().activeElement); // no element contains null
       if (before) before.replaceWith(made);
       else body.append(made);
       if (focus) made.querySelector("button")?.focus();
