@@ -40,12 +40,13 @@ step resolves it only in part.
 import math
 from collections.abc import Callable, Sequence
 from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
 
 from .arguments import shown
 from .checks import require, whole
-from .drivers.law_driven import restitution_by_steps
+from .drivers.alone import parameters_alone, restitution_alone
 from .law_table import (
     HERTZ,
     LAWS,
@@ -64,6 +65,35 @@ STEP_SCALE_RANGE = (0.0, 1e6)  # of s in K = s m/Δτ², 0 excluded
 SMALL_DAMPING = 1e-5  # hv₀ below which e = 1 − 2hv₀/3 to rounding
 LARGEST_DAMPING = 1e6  # damping tried, in units of √(Km)
 
+
+class ContactUnits(NamedTuple):
+    """Units in which mass, closing speed and stiffness of a contact are one: so is every contact one of these."""
+
+    mass: float
+    speed: float
+    stiffness: float
+    exponent: float  # n of its spring
+
+    @property
+    def length(self) -> float:
+        """(mv₀²/K)^(1/(n + 1))."""
+        return (self.mass * self.speed**2 / self.stiffness) ** (1.0 / (self.exponent + 1.0))
+
+    @property
+    def time(self) -> float:
+        """Length over closing speed."""
+        return self.length / self.speed
+
+    @property
+    def force(self) -> float:
+        """mv₀² over length."""
+        return self.mass * self.speed**2 / self.length
+
+    def damping(self, law: str, exponent: float) -> float:
+        """D of a damper whose force is 2Dδᵖδ̇: mv₀ over length to the power p + 1."""
+        return self.mass * self.speed / self.length ** (powers_of(law, exponent)[1] + 1.0)
+
+
 # --- how long it lasts ------------------------------------------------------------------------------------------------
 
 
@@ -80,7 +110,12 @@ def contact_duration(system: System, method: Method, closing_speed: float | np.n
     2 (δₘ/v₀) √π Γ(1 + 1/(n + 1))/Γ(½ + 1/(n + 1)),        π/ω_c for n = 1.
     """
     n = method.spring_exponent
-    part, depth = 1.0 / (n + 1.0), deepest_penetration(method.stiffness, system.mass_share, closing_speed, n)
+    return spring_duration(deepest_penetration(method.stiffness, system.mass_share, closing_speed, n), closing_speed, n)
+
+
+def spring_duration(depth: float | np.ndarray, closing_speed: float | np.ndarray, n: float) -> float | np.ndarray:
+    """The same from the deepest penetration δₘ."""
+    part = 1.0 / (n + 1.0)
     return 2.0 * depth / closing_speed * math.sqrt(math.pi) * math.gamma(1.0 + part) / math.gamma(0.5 + part)
 
 
@@ -243,9 +278,14 @@ def effective_restitution(
     """
     gain, relative = damper_of(system, method)
     contact = method.limit
-    speeds = [_speed(each) for each in np.atleast_1d(np.asarray(closing_speed, dtype=object))]
+    speeds = [check_speed(each) for each in np.atleast_1d(np.asarray(closing_speed, dtype=object))]
     found = [_given(contact, gain / v if relative else gain, system.mass_share, v) for v in speeds]
     return found[0] if np.ndim(closing_speed) == 0 else np.array(found)
+
+
+def restitution_of_units(method: ExactPenalty, asked: float) -> float:
+    """The same where mass, K and closing speed are one; ``asked``: of which the law makes a damper that is left out."""
+    return effective_restitution(System(wall=True, restitution=asked), method, 1.0)
 
 
 def restitution_of_damping(
@@ -285,7 +325,7 @@ def restitution_of_damping(
     0.8
     """
     method = ExactPenalty(stiffness, damping, law, exponent, penetration)
-    return _given(method, given_gain(method), _mass(mass), _speed(closing_speed))
+    return _given(method, given_gain(method), check_mass(mass), check_speed(closing_speed))
 
 
 def damping_of_restitution(
@@ -324,11 +364,9 @@ def damping_of_restitution(
     """
     e = require("restitution", restitution, 0.0, 1.0, "give the restitution that the contact shall have")
     method = ExactPenalty(stiffness, 0.0, law, exponent, penetration)
-    mass, speed = _mass(mass), _speed(closing_speed)
-    n, power = powers_of(law, exponent)
-    length = (mass * speed**2 / method.stiffness) ** (1.0 / (n + 1.0))
-    found = _unit_damping(law, e, exponent, None if penetration is None else penetration / length)
-    return found * mass * speed / length ** (power + 1.0)
+    units = ContactUnits(check_mass(mass), check_speed(closing_speed), method.stiffness, method.spring_exponent)
+    found = _unit_damping(law, e, exponent, None if penetration is None else penetration / units.length)
+    return found * units.damping(law, exponent)
 
 
 def equal_damping(system: System, method: Method, stiffness: float, closing_speed: float) -> float:
@@ -371,11 +409,7 @@ def equal_stiffness(system: System, method: Method, closing_speed: float) -> flo
 
 @lru_cache(maxsize=1000)
 def _unit_damping(law: str, e: float, exponent: float, penetration: float | None) -> float:
-    """D for K, mass and closing speed of one.
-
-    With lengths in (mv₀²/K)^(1/(n + 1)) and times in that length over v₀, every contact is this one, and D that of
-    another mass, length and speed: the damper's force cδᵖδ̇ makes it m v₀ over that length to the power p + 1.
-    """
+    """D for K, mass and closing speed of one."""
 
     def given(damping: float) -> float:
         return restitution_of_damping(law, damping, 1.0, exponent=exponent, penetration=penetration)
@@ -397,7 +431,7 @@ def _given(method: ExactPenalty, gain: float, mass: float, closing: float) -> fl
         return law.restitution(0.5 * gain / critical_damping(method.stiffness, mass), method.spring_exponent)
     if law.relative:
         return _ratio_law(gain * closing)
-    return restitution_by_steps(method, gain, mass, closing)
+    return restitution_alone(parameters_alone(method)._replace(gain=gain, mu=mass), closing)
 
 
 def _ratio_law(x: float) -> float:
@@ -418,9 +452,11 @@ def _bisect(f: Callable[[float], float], low: float, high: float) -> float:
     return high
 
 
-def _speed(value: float) -> float:
+def check_speed(value: float) -> float:
+    """The closing speed as a number; raises ValueError where it is none or not positive."""
     return require("closing_speed", value, *SPEED_RANGE, "give the speed at touch", open_low=True)
 
 
-def _mass(value: float) -> float:
+def check_mass(value: float) -> float:
+    """The reduced mass as a number; raises ValueError where it is none or out of range."""
     return require("mass", value, 1e-12, 1e12, "give the reduced mass, System.mass_share")

@@ -1,14 +1,13 @@
 """Driver of exact penalty solutions with a contact law other than spring and damper."""
 
 from collections.abc import Sequence
-from dataclasses import replace
 from typing import ClassVar
 
 import numpy as np
 
 from ..facts import Ending
 from ..kernels.compile.options import uncompiled
-from ..kernels.compile.record import Buffers, PackedBuffers, no_contact
+from ..kernels.compile.record import Buffers, PackedBuffers
 from ..kernels.equations.contact_law import (
     MAIN,
     OTHER,
@@ -50,7 +49,7 @@ from ..kernels.linear.tables import (
 )
 from ..kernels.parameters import Parameters
 from ..kernels.status import OK, PAUSED
-from ..law_table import LAWS, damper_of, deepest_penetration
+from ..law_table import LAWS, damper_of
 from ..methods import ExactPenalty
 from ..model import System
 from ..result import Checkpoint, Status
@@ -59,7 +58,6 @@ from .parameters import parameters_of
 
 GAP, RATE = 2, 3  # columns of z
 PIECES = 4  # with the flight
-MOST_STEPS = 10_000  # of a contact alone
 DIFFERENCE = 1e-6  # of a start, for a derivative, as a share of its largest number
 
 
@@ -93,9 +91,8 @@ def _pieces(p: Parameters) -> dict[int, tuple[tuple[float, float], list[tuple[np
     return found
 
 
-def set_up_law(system: System, eta: float, method: ExactPenalty) -> LawSystem:
+def set_up_law(p: Parameters) -> LawSystem:
     """Tables and numbers of a run; those of a law that is not piecewise linear are the flight's alone."""
-    p = parameters_of(system, eta, method)
     c = uncompiled(coefficients)(p)
     tables = {
         "spacing": np.zeros(PIECES),
@@ -115,7 +112,7 @@ def set_up_law(system: System, eta: float, method: ExactPenalty) -> LawSystem:
     for piece, (contact, watched) in _pieces(p).items():
         _add_piece(tables, p, piece, contact, watched)
     return LawSystem(
-        period=2 * np.pi / eta,
+        period=2 * np.pi / p.eta,
         eta=p.eta,
         rigid=False,
         wall=p.wall,
@@ -182,7 +179,7 @@ class LawDriver(EventDriver):
     loop: ClassVar = staticmethod(kernel.integrate_law)
 
     def begin(self, start: Checkpoint) -> None:
-        self._system = set_up_law(*self.run)
+        self._system = set_up_law(parameters_of(*self.run))
         if len(start.state) > 4:
             self._state = np.array(start.state)
         else:
@@ -230,7 +227,7 @@ class LawFlow:
                 f"the damper of the law {method.law!r} depends on the speed with which a contact closed: a state "
                 "in contact does not say how it goes on; give D"
             )
-        self._system = set_up_law(system, eta, method)
+        self._system = set_up_law(parameters_of(system, eta, method))
 
     def start(self, y: Sequence[float]) -> np.ndarray:
         """The packed hybrid state at y."""
@@ -293,7 +290,7 @@ def law_powers(system: System, eta: float, method: ExactPenalty, state: Sequence
 
     ``state``: of a run after ``periods.start`` periods, as its checkpoint has it.
     """
-    p = set_up_law(system, eta, method)
+    p = set_up_law(parameters_of(system, eta, method))
     packed = np.array(state)
     if len(packed) == 4:
         packed = STATE.pack(uncompiled(start_state)(p, uncompiled(contact_coordinates)(system, *state)))
@@ -304,34 +301,3 @@ def law_powers(system: System, eta: float, method: ExactPenalty, state: Sequence
             return np.full((len(periods), 3), np.nan)
         sums[k + 1] = both[1]
     return np.diff(sums, axis=0)
-
-
-def restitution_by_steps(method: ExactPenalty, gain: float, mass: float, closing: float) -> float:
-    """The restitution of a contact of a reduced mass alone that closes with a speed; 0 if it does not end.
-
-    ``gain``: c or h, whatever D the method has.
-    """
-    depth = deepest_penetration(method.stiffness, mass, closing, method.spring_exponent)
-    p = set_up_law(System(wall=True), 1.0, replace(method, damping=0.0))
-    p = p._replace(eta=0.0, gain=gain, react1=0.0, inverse_mass=1.0 / mass, generator=np.zeros((4, 6)))
-    p = p._replace(flight=p.flight._replace(spacing=depth / closing))
-    opened = uncompiled(no_contact)()._replace(closing=closing)
-    a = HybridState(
-        period=0.0,
-        tau=0.0,
-        x1=0.0,
-        v1=0.0,
-        gap=0.0,
-        rate=-closing,
-        mode=kernel.SMOOTH,
-        order=0.0,
-        events=0.0,
-        contact=opened,
-    )
-    for _ in range(MOST_STEPS):
-        s, a, ends, _ = kernel.follow_smooth(p, a)
-        if s < 0.0:
-            break
-        if ends:
-            return a.rate / closing
-    return 0.0

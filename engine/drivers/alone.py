@@ -1,0 +1,220 @@
+"""A contact alone: two bodies of a reduced mass meet, and no force acts but that of the contact and a constant one.
+
+To the kernels it is the contact of a body without spring and damper with a wall, κ = d₂ = 0, and the constant force a
+load of so long a period that its cosine is one.
+"""
+
+import math
+from collections.abc import Callable, Iterator
+from typing import NamedTuple
+
+import numpy as np
+
+from ..kernels.compile.options import uncompiled
+from ..kernels.compile.record import make_buffers, no_contact
+from ..kernels.equations.contact_law import HUNT_CROSSLEY, gain_at, law_force
+from ..kernels.event_driven import law_integrate
+from ..kernels.event_driven.law_contact import LawSystem
+from ..kernels.event_driven.state import HybridState
+from ..kernels.parameters import Parameters
+from ..kernels.status import DIVERGED, OK, WITHOUT_SOLUTION
+from ..kernels.time_stepping import linear_step, located, touches
+from ..kernels.time_stepping.contact_location import SCHEME
+from ..kernels.time_stepping.touches import FOUND, run_touches
+from ..law_table import deepest_penetration
+from ..methods import Method
+from ..model import System
+from .law_driven import set_up_law
+from .located import scheme_of_run
+from .parameters import parameters_of
+from .time_stepping import linear_scheme
+
+MOST_STEPS = 10_000  # of high order, in a contact
+LOOKS = 8  # at depth and force within a step of high order, to find the largest
+SHARES = np.linspace(0.0, 1.0, LOOKS + 1)
+NEARINGS = 32  # of a largest value: more would compare its rounding
+MOST_SOLVES = 1_000_000  # of a located contact
+MOST_CYCLES, FEWEST_STEPS = 5, 200  # of a contact with a step: cycles of its spring, and steps, after which it stays
+# What is found of a touch (:func:`..kernels.time_stepping.touches.run_touches`): columns, and how it ended
+SPEED, GAP, DEPTH, PUSH = touches.SPEED, touches.GAP, touches.DEPTH, touches.PUSH
+STEPS, NONE, TWO, CODE = touches.STEPS, touches.NONE, touches.TWO, touches.CODE
+PARTED, BLOWN_UP, UNSOLVED, STUCK = OK, DIVERGED, WITHOUT_SOLUTION, touches.STUCK
+ALWAYS = 1e12  # steps in the period of a load that is constant
+ONE = np.array([[1.0], [0.0]])  # cosine and sine of that load
+GOLDEN = (math.sqrt(5.0) - 1.0) / 2.0
+
+
+def parameters_alone(method: Method, e: float = 1.0, step: float = 1.0, push: float = 0.0) -> Parameters:
+    """The parameters of a contact alone, of a reduced mass of one.
+
+    Parameters
+    ----------
+    method : ExactPenalty, Newmark or TimeStepping
+        The number of its steps has no meaning here.
+    e : float
+        Restitution from which a law takes its damper where D is left out.
+    step : float
+        Δτ; any where the method has none.
+    push : float
+        The constant force, positive where it presses the bodies together.
+    """
+    p = parameters_of(System(wall=True, restitution=e, clearance=0.0), 1.0, method)
+    free = {"kappa": 0.0, "d1": 0.0, "d2": 0.0, "stiffness_share": 0.0, "free_gap": 0.0}
+    loads = {"base_cosine": 0.0, "base_sine": 0.0, "force1_cosine": push, "force1_sine": 0.0}
+    return p._replace(eta=2.0 * math.pi / step / ALWAYS, steps=ALWAYS, **free, **loads)
+
+
+# --- without a step ---------------------------------------------------------------------------------------------------
+
+
+class Course(NamedTuple):
+    """What a contact gives without a time step."""
+
+    restitution: float
+    penetration: float  # the deepest
+    force: float  # the largest
+    time: float  # until the gap opens; inf if it stays closed
+
+
+def restitution_alone(p: Parameters, closing: float = 1.0) -> float:
+    """The restitution of a contact alone that begins with a closing speed; 0 if it does not end."""
+    *_, (_, _, _, after, ends) = _steps_alone(p, closing)
+    return after.rate / closing if ends else 0.0
+
+
+def course_alone(p: Parameters) -> Course:
+    """Follow a contact alone that begins with a closing speed of one."""
+    gain, steps = uncompiled(gain_at)(p, 1.0), list(_steps_alone(p, 1.0))
+    begins = np.cumsum([0.0] + [step[2] for step in steps])
+
+    def depth_and_force(t):
+        k = min(int(np.searchsorted(begins, t, "right")), len(steps)) - 1
+        system, a, *_ = steps[k]
+        _, _, gap, rate = law_integrate.law_motion(system, a, (0.0,) * 6, t - begins[k])
+        return -gap, law_force(p.law, p.stiffness, gain, p.exponent, p.penetration, -gap, -rate)
+
+    times = np.unique(np.concatenate([begins[:-1] + share * np.diff(begins) for share in SHARES]))
+    seen = np.array([depth_and_force(t) for t in times])
+    largest = []
+    for which, best in enumerate(np.argmax(seen, axis=0)):
+        ends = times[max(best - 1, 0)], times[min(best + 1, len(times) - 1)]
+        found = _largest_between(lambda t, which=which: depth_and_force(t)[which], *ends)
+        largest.append(max(0.0, float(seen[best, which]), found))
+    *_, after, opens = steps[-1]
+    return Course(after.rate if opens else 0.0, *largest, float(begins[-1]) if opens else math.inf)
+
+
+def _steps_alone(p: Parameters, closing: float) -> Iterator[tuple[LawSystem, HybridState, float, HybridState, bool]]:
+    """The steps of high order of a contact: its system, state, length, the state after it, whether the gap opens."""
+    system = set_up_law(p._replace(law=float(HUNT_CROSSLEY)))  # one without tables for pieces, which are not used
+    spacing = deepest_penetration(p.stiffness, p.mu, closing, p.exponent) / closing
+    system = system._replace(law=int(p.law), flight=system.flight._replace(spacing=spacing))
+    opened = uncompiled(no_contact)()._replace(closing=closing)
+    a = HybridState(
+        period=0.0,
+        tau=0.0,
+        x1=0.0,
+        v1=0.0,
+        gap=0.0,
+        rate=-closing,
+        mode=law_integrate.SMOOTH,
+        order=0.0,
+        events=0.0,
+        contact=opened,
+    )
+    for _ in range(MOST_STEPS):
+        s, after, ends, _ = law_integrate.follow_smooth(system, a)
+        if s < 0.0:
+            ends = False
+        yield system, a, max(s, 0.0), after, ends
+        if ends or s < 0.0:
+            return
+        a = after
+
+
+def _largest_between(value: Callable[[float], float], low: float, high: float) -> float:
+    """The largest value between two times, of one that turns once: by the golden section."""
+    left, right = high - GOLDEN * (high - low), low + GOLDEN * (high - low)
+    at_left, at_right = value(left), value(right)
+    for _ in range(NEARINGS):
+        if at_left > at_right:
+            high, right, at_right = right, left, at_left
+            left = high - GOLDEN * (high - low)
+            at_left = value(left)
+        else:
+            low, left, at_left = left, right, at_right
+            right = low + GOLDEN * (high - low)
+            at_right = value(right)
+    return max(at_left, at_right)
+
+
+# --- with a step ------------------------------------------------------------------------------------------------------
+
+
+class Touches:
+    """Contacts alone with a step, which begin with a closing speed of one at any instant of touch within a step.
+
+    Parameters
+    ----------
+    p : Parameters
+    method : Newmark or TimeStepping
+    step : float
+        Δτ.
+    """
+
+    def __init__(self, p: Parameters, method: Method, step: float):
+        self.flight, self.step = -p.force1_cosine, step
+        self._most = int(FEWEST_STEPS + MOST_CYCLES * 2.0 * math.pi / math.sqrt(p.stiffness) / step)
+        if method.located:
+            self._located = SCHEME.pack(scheme_of_run(p, method))
+            self._forces = np.tile([0.0, self.flight], (self._most + 2, 1))
+        else:
+            self._located = None
+            self._scheme = linear_scheme(p, method)
+            self._work, self._nothing = np.zeros((4, linear_step.WORK)), make_buffers(0, np.zeros(1), 0, 0).views
+
+    def run(self, instants: np.ndarray) -> np.ndarray:
+        """What :func:`..kernels.time_stepping.touches.run_touches` finds, (n, FOUND).
+
+        ``instants``: (n,), of touch, in steps after one, from 0 to 1.
+        """
+        t = instants * self.step
+        starts = np.column_stack([t + 0.5 * self.flight * t * t, -(1.0 + self.flight * t)])
+        found = np.zeros((len(starts), FOUND))
+        if self._located is None:
+            run_touches(self._scheme, ONE, starts, self.flight, self._most, self._work, self._nothing, found)
+        else:
+            for start, row in zip(starts, found, strict=True):
+                self._run_located(start, row)
+        return found
+
+    def _run_located(self, start: np.ndarray, row: np.ndarray) -> None:
+        """One contact whose steps are cut where it changes: over when the gap opens."""
+        state = located.STATE.pack(
+            located.LocatedState(
+                x=0.0,
+                v=0.0,
+                a=0.0,
+                g=float(start[0]),
+                u=float(start[1]),
+                b=self.flight,
+                piece=located.FREE,
+                step=0,
+                offset=0.0,
+                solves=0,
+                solves_before=0,
+                since=0.0,
+                contact=uncompiled(no_contact)(),
+            )
+        )
+        buffers = make_buffers(0, np.zeros(1), self._most, 1)
+        window = 0, 0, 1
+        code = located.integrate_located(
+            self._located, self._forces, state, self._most, MOST_SOLVES, window, buffers.flat, buffers.sizes
+        )
+        now, samples, over = located.STATE.read(state), buffers.views.samples, buffers.views.used[1] > 0
+        samples = samples[: now.step + 1]
+        row[SPEED], row[GAP], row[STEPS] = now.u, now.g, now.step
+        row[DEPTH] = max(0.0, np.max(samples[:, 0] - samples[:, 2]))
+        row[PUSH], row[touches.PULL] = max(0.0, samples[:, 4].max()), min(0.0, samples[:, 4].min())
+        row[CODE] = PARTED if over else BLOWN_UP if code == DIVERGED else STUCK

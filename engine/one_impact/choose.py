@@ -1,0 +1,231 @@
+"""Backwards: from what a contact is to give to the step, K and D, each verified by solving the contact with it."""
+
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+from ..checks import require
+from ..drivers.alone import BLOWN_UP, parameters_alone
+from ..drivers.step_maps import bodies_of, is_stable
+from ..methods import DAMPING_RANGE, STIFFNESS_RANGE
+from .forward import GAINED, WithStep, impact, outline
+from .question import Impact
+
+STEPS_RANGE = (0.25, 500.0)  # steps per contact among which the fewest are sought
+PER_DECADE = 16  # tried before halving, of these and of K and D
+NEAR, PER_STEP = 1.5, 10  # from what is found so far to so many times that, so many are tried for each step more
+LOOK = 1e3  # times a value, and that part of it, within which its bounds are sought
+TOLERANCE = 0.05  # of the restitution
+PRECISION = 1e-4  # relative, of what is found by halving
+
+
+def over_steps(question: Impact, steps: np.ndarray) -> Iterator[tuple[float, WithStep]]:
+    """The contact with so many steps in it, one after the other.
+
+    ``steps``: (n,), steps per contact as :attr:`Impact.contact_time` counts them.
+    """
+    for n in steps:
+        yield float(n), impact(question.with_steps_per_contact(float(n)))
+
+
+def over_speeds(question: Impact, speeds: np.ndarray) -> Iterator[tuple[float, WithStep]]:
+    """The contact at each of the closing speeds, (n,), with the step as it is."""
+    for speed in speeds:
+        yield float(speed), impact(replace(question, speed=float(speed)))
+
+
+class LargestStep(NamedTuple):
+    """The largest step with which, and with every smaller one, a contact gives what was asked."""
+
+    time_step: float
+    steps_per_contact: float
+    verified: WithStep  # with this step
+
+
+def largest_step(question: Impact, tolerance: float = TOLERANCE, asked: float | None = None) -> LargestStep | None:
+    """The largest step for which e stays within a tolerance of what was asked, whatever the instant of touch.
+
+    All smaller steps down to 500 in a contact keep to it as well, as far as those tried show.
+    Touches that a step without a solution ends have no restitution: `verified` says how many they are.
+
+    Parameters
+    ----------
+    question : Impact
+        Of a method with a step; which one has no part in the answer.
+    tolerance : float
+        Of the restitution, above 0.
+    asked : float, optional
+        The restitution that was asked for; by default what the contact gives without a step.
+
+    Returns
+    -------
+    LargestStep or None
+        None if even the smallest step does not keep to it.
+
+    Raises
+    ------
+    ValueError
+        If the tolerance is not positive.
+
+    Examples
+    --------
+    >>> from vibroscope.engine import Impact, TimeStepping, largest_step
+    >>> question = Impact(TimeStepping(1e6, 0.0, 4), 1.0, time_step=1e-4).with_restitution(0.5)
+    >>> round(largest_step(question).steps_per_contact, 1)
+    17.1
+    """
+    tolerance = require("tolerance", tolerance, 0.0, 1.0, "give how far the restitution may be off", open_low=True)
+    wanted = question.without_step.restitution if asked is None else asked
+
+    def keeps(steps: float) -> bool:
+        found = outline(question.with_steps_per_contact(steps))
+        ends = found.ends(found.restitution)
+        return not (found.code == BLOWN_UP).any() and all(abs(e - wanted) <= tolerance for e in ends)
+
+    fewest = _last_that_holds(keeps, np.geomspace(*reversed(STEPS_RANGE), 1 + PER_DECADE * 3))
+    while fewest is not None:  # steps that fail recur with each step more in a contact: looked for more closely above
+        near = np.arange(NEAR * fewest, fewest, -1.0 / PER_STEP)
+        closer = _last_that_holds(keeps, np.append(near[near < STEPS_RANGE[1]], fewest))
+        if closer == fewest:
+            break
+        fewest = closer
+    if fewest is None:
+        return None
+    chosen = question.with_steps_per_contact(fewest)
+    return LargestStep(chosen.time_step, fewest, impact(chosen))
+
+
+class Bounds(NamedTuple):
+    """Around a value, from where to where a step is stable, gains no energy, and has a solution, whenever bodies touch.
+
+    Each is (least, greatest): 0 and inf where it holds as far as is looked; None where it does not hold at the value.
+    ``stable`` is None of a law that is not spring and damper, whose stiffness depends on the depth.
+    """
+
+    stable: tuple[float, float] | None
+    no_energy_gained: tuple[float, float] | None
+    solution: tuple[float, float] | None
+
+
+def stiffness_bounds(question: Impact) -> Bounds:
+    """Bounds of K at the step and with the D of a question, from a thousandth to a thousand times its K.
+
+    Examples
+    --------
+    >>> from vibroscope.engine import CentralDifference, Impact, TimeStepping, stiffness_bounds
+    >>> explicit = TimeStepping(1e6, 0.0, 4, integrator=CentralDifference())
+    >>> round(stiffness_bounds(Impact(explicit, 1.0, time_step=1e-3)).stable[1], -3)  # (2/Δt)²
+    4000000.0
+    """
+    return _bounds(lambda value: question.with_contact(stiffness=value), question.method.stiffness, STIFFNESS_RANGE)
+
+
+def damping_bounds(question: Impact) -> Bounds:
+    """Bounds of D at the step and with the K of a question, likewise.
+
+    Raises
+    ------
+    ValueError
+        If there is no D.
+    """
+    if not question.method.damping:
+        raise ValueError("D is 0 or left out: give one around which to look")
+    return _bounds(lambda value: question.with_contact(damping=value), question.method.damping, DAMPING_RANGE)
+
+
+def _bounds(changed: Callable[[float], Impact], value: float, span: tuple[float, float]) -> Bounds:
+    def stable(value: float) -> bool:
+        question = changed(value)
+        step = question.time_step / question.units.time
+        bodies = bodies_of(parameters_alone(question.unit_method, question.restitution, step))
+        return is_stable(bodies, question.method.integrator, step, 1)
+
+    def gains_none(value: float) -> bool:
+        return not (outline(changed(value)).restitution > 1.0 + GAINED).any()
+
+    def solved(value: float) -> bool:
+        found = outline(changed(value))
+        return bool(np.isfinite(found.restitution).all() and not found.none.any())
+
+    def around(holds: Callable[[float], bool]) -> tuple[float, float] | None:
+        ends = []
+        for far, beyond in ((value / LOOK, 0.0), (value * LOOK, math.inf)):
+            far = min(max(far, span[0]), span[1])
+            tried = np.geomspace(value, far, 1 + math.ceil(PER_DECADE * abs(math.log10(far / value))))
+            last = _last_that_holds(holds, tried)
+            if last is None:
+                return None
+            ends.append(beyond if last == tried[-1] else last)
+        return ends[0], ends[1]
+
+    return Bounds(around(stable) if changed(value).method.linear else None, around(gains_none), around(solved))
+
+
+def _last_that_holds(holds: Callable[[float], bool], tried: np.ndarray) -> float | None:
+    """The value up to which, from the first of those tried on, something holds; None if for none."""
+    good = None
+    for value in map(float, tried):
+        if not holds(value):
+            break
+        good = value
+    else:
+        return good
+    if good is None:
+        return None
+    bad = value
+    while abs(bad / good - 1.0) > PRECISION:
+        middle = math.sqrt(good * bad)
+        good, bad = (middle, bad) if holds(middle) else (good, middle)
+    return good
+
+
+def stiffness_for(question: Impact, *, penetration: float | None = None, force: float | None = None) -> Impact:
+    """The question with the K at which the deepest penetration or the largest force is a permitted one, without a step.
+
+    The restitution stays what it is: D follows. K is the smallest for a penetration, and the largest for a force.
+
+    Parameters
+    ----------
+    question : Impact
+        Its law has no constant force beside it, and a D.
+    penetration, force : float
+        One of the two.
+
+    Raises
+    ------
+    ValueError
+        If both are given or none, or no K within the range gives it.
+
+    Examples
+    --------
+    >>> from vibroscope.engine import ExactPenalty, Impact, stiffness_for
+    >>> question = Impact(ExactPenalty(1e6, 0.0), speed=1.0, mass=2.0)
+    >>> round(stiffness_for(question, penetration=1e-3).method.stiffness)  # m v²/δ²
+    2000000
+    """
+    if (penetration is None) == (force is None):
+        raise ValueError("give either a permitted penetration or a permitted force")
+    name, wanted = ("penetration", penetration) if force is None else ("force", force)
+    wanted = require(name, wanted, 0.0, 1e12, f"give the permitted {name}", open_low=True)
+    e = question.without_step.restitution
+
+    def at(stiffness: float) -> Impact:
+        changed = question.with_contact(stiffness=stiffness)
+        return changed if question.method.damping in (None, 0.0) else changed.with_restitution(e)
+
+    def beyond(stiffness: float) -> bool:  # falls with K for a penetration, grows for a force
+        found = getattr(at(stiffness).without_step, name)
+        return found < wanted if force is None else found > wanted
+
+    low, high = STIFFNESS_RANGE
+    if beyond(low) or not beyond(high):
+        raise ValueError(f"{name} = {wanted:g}: no K from {low:g} to {high:g} gives it: take another speed or mass")
+    while high / low - 1.0 > 1e-12:
+        middle = math.sqrt(low * high)
+        if not low < middle < high:
+            break
+        low, high = (low, middle) if beyond(middle) else (middle, high)
+    return at(high if force is None else low)

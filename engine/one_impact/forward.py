@@ -1,0 +1,118 @@
+"""The answer: what a contact gives, without a step and with it."""
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from ..drivers.alone import BLOWN_UP, STUCK, UNSOLVED, Touches, parameters_alone
+from .instants import OUTLINE, Instants, over_instants
+from .question import Impact
+
+GAINED = 1e-9  # restitution beyond one that is not rounding
+
+
+class Span(NamedTuple):
+    """Over the instants of touch within a step."""
+
+    least: float
+    mean: float
+    greatest: float
+
+
+@dataclass(frozen=True)
+class WithStep:
+    """What steps make of a contact, over the instants of touch within a step.
+
+    Attributes
+    ----------
+    restitution : Span
+        Of the contacts that have a result: neither blown up nor ended by a step without a solution. 0 of those that
+        stick.
+    energy_lost : Span
+        1 − e², as a share of the energy with which the bodies meet; negative where it is gained.
+    penetration, force : float
+        The greatest, at steps.
+    steps : (int, int)
+        Fewest and most in which the force acts.
+    time : (float, float)
+        How long these are.
+    without_solution, two_solutions, blown_up, stuck, gained : float
+        Shares of the touches: with a step that has no solution, or two; whose motion grows beyond all bounds; that do
+        not part again; that part faster than they came.
+    instant, restitutions : (n, 5) ndarray
+        The restitution over the instant of touch, in steps after a step: in n pieces, each at five instants; nan
+        without a result.
+    """
+
+    restitution: Span
+    energy_lost: Span
+    penetration: float
+    force: float
+    steps: tuple[int, int]
+    time: tuple[float, float]
+    without_solution: float
+    two_solutions: float
+    blown_up: float
+    stuck: float
+    gained: float
+    instant: np.ndarray
+    restitutions: np.ndarray
+
+
+def impact(question: Impact) -> WithStep:
+    """Solve a contact with its step, over all instants of touch.
+
+    Parameters
+    ----------
+    question : Impact
+        Of a method with a time step; without one: :attr:`Impact.without_step`.
+
+    Raises
+    ------
+    ValueError
+        If there is no time step.
+
+    Examples
+    --------
+    >>> from vibroscope.engine import Impact, TimeStepping, impact
+    >>> question = Impact(TimeStepping(1e6, 0.0, 4), 1.0, time_step=1e-4).with_restitution(0.5)
+    >>> found = impact(question.with_steps_per_contact(5)).restitution
+    >>> [round(e, 2) for e in found]
+    [0.24, 0.49, 0.58]
+    """
+    if not question.time_step:
+        raise ValueError("the question has no time step: give one, or ask for what the contact gives without_step")
+    found, u = over_instants(touches_of(question)), question.units
+    e = found.restitution
+    known = np.isfinite(e)
+    depth, force, steps = (np.where(known, each, np.nan) for each in (found.depth, found.force, found.steps))
+    fewest, most = map(int, found.ends(steps)) if known.any() else (0, 0)
+    least, greatest = found.ends(e)
+    return WithStep(
+        Span(least, found.mean(e), greatest),
+        Span(1.0 - greatest**2, found.mean(1.0 - e**2), 1.0 - least**2),
+        found.ends(depth)[1] * u.length,
+        found.ends(force)[1] * u.force,
+        (fewest, most),
+        (fewest * question.time_step, most * question.time_step),
+        found.share((found.code == UNSOLVED) | (found.none > 0)),
+        found.share(found.two > 0),
+        found.share(found.code == BLOWN_UP),
+        found.share(found.code == STUCK),
+        found.share(e > 1.0 + GAINED),
+        found.instant,
+        e,
+    )
+
+
+def outline(question: Impact) -> Instants:
+    """The restitution over the instants of touch, close enough for a search."""
+    return over_instants(touches_of(question), OUTLINE)
+
+
+def touches_of(question: Impact) -> Touches:
+    """The contacts of a question, in its units."""
+    u, step = question.units, question.time_step / question.units.time
+    p = parameters_alone(question.unit_method, question.restitution, step, question.force / u.force)
+    return Touches(p, question.unit_method, step)

@@ -1,0 +1,101 @@
+"""A quantity over the instant of touch within a step: in pieces, whose ends are found and not sampled.
+
+Along a piece a contact takes the same steps with the same statuses. For a law that is piecewise linear all that it
+gives is then linear in the instant; for others it is smooth. A piece is accepted where a parabola through three of its
+instants meets the restitution, the depth and the force at two more. Where the number of steps changes, or with it the
+status of one, halving goes on until an end is known to the last digits.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ..drivers.alone import CODE, DEPTH, GAP, NONE, PARTED, PUSH, SPEED, STEPS, STUCK, TWO, Touches
+
+EDGE = 1e-12  # from a step, at which touch and step coincide, and the length of a piece that is none
+FIRST = 12  # pieces to begin with
+SHARES = np.array([0.0, 0.25, 0.5, 0.75, 1.0])  # of a piece, looked at
+AT_QUARTERS = np.array([[3.0, 6.0, -1.0], [-1.0, 6.0, 3.0]]) / 8.0  # of a parabola through the others
+
+
+class Fineness(NamedTuple):
+    """How close an answer is, in units of the contact."""
+
+    watched: tuple[int, ...]  # columns that parabolas are to meet
+    fits: float
+    edge: float  # length of a piece that is none
+
+
+FULL = Fineness((SPEED, DEPTH, PUSH), 1e-6, EDGE)
+OUTLINE = Fineness((SPEED,), 1e-4, 1e-7)  # for a search, which asks for the restitution alone
+MANY, SHORT = 200, 1e-6  # pieces sought at once, beyond which those so short are left: rounding decides there
+MOST = 1000  # … beyond which all are: contacts so long that each instant has another course
+SAME = [STEPS, NONE, TWO, CODE]  # along a piece
+
+
+class Instants(NamedTuple):
+    """Pieces in their order, each looked at at five instants."""
+
+    instant: np.ndarray  # (n, 5), of touch, in steps after a step
+    restitution: np.ndarray  # (n, 5); nan of a contact without a result
+    depth: np.ndarray  # (n, 5)
+    force: np.ndarray  # (n, 5), the largest
+    steps: np.ndarray  # (n, 5), in which the force acts
+    code: np.ndarray  # (n, 5), PARTED, BLOWN_UP, UNSOLVED or STUCK
+    none: np.ndarray  # (n, 5), steps without a solution
+    two: np.ndarray  # (n, 5), steps with two
+
+    @property
+    def length(self) -> np.ndarray:
+        """Of each piece, (n,), as a share of a step."""
+        return self.instant[:, -1] - self.instant[:, 0]
+
+    def share(self, of: np.ndarray) -> float:
+        """The share of touches in pieces of which this is true, (n, 5)."""
+        return float(self.length @ of[:, 2] / self.length.sum())
+
+    def mean(self, values: np.ndarray) -> float:
+        """The mean of values, (n, 5), of contacts with a result, by Simpson's rule in each piece; nan without any."""
+        known = np.isfinite(values).all(axis=1)
+        of_piece = (values[:, 0] + 4.0 * values[:, 2] + values[:, 4]) / 6.0
+        total = self.length[known].sum()
+        return float(self.length[known] @ of_piece[known] / total) if total else np.nan
+
+    def ends(self, values: np.ndarray) -> tuple[float, float]:
+        """The least and the greatest of values, (n, 5), of the contacts with a result; nan without any."""
+        known = np.isfinite(values).all(axis=1)
+        if not known.any():
+            return np.nan, np.nan
+        first, _, middle, _, last = values[known & (self.length > SHORT)].T
+        slope, bend = last - first, 2.0 * (first + last - 2.0 * middle)
+        turn = 0.5 - 0.5 * np.divide(slope, bend, out=np.ones_like(bend), where=bend != 0.0)
+        turns = (first + slope * turn - bend * turn * (1.0 - turn))[(turn > 0.0) & (turn < 1.0)]
+        every = np.concatenate([values[known].ravel(), turns])
+        return float(every.min()), float(every.max())
+
+
+def over_instants(touches: Touches, fineness: Fineness = FULL) -> Instants:
+    """Look at all instants of touch within a step, in units of the contact."""
+    edges = np.linspace(EDGE, 1.0 - EDGE, FIRST + 1)
+    begin, end, done = edges[:-1], edges[1:], []
+    while len(begin):
+        instants = begin[:, None] + (end - begin)[:, None] * SHARES
+        found = touches.run(instants.ravel()).reshape(len(begin), len(SHARES), -1)
+        values = found[:, :, fineness.watched]
+        fit = np.einsum("ij,njk->nik", AT_QUARTERS, values[:, ::2])
+        fits = np.abs(values[:, 1::2] - fit).max(axis=(1, 2)) <= fineness.fits
+        same = (found[:, :, SAME] == found[:, :1, SAME]).all(axis=(1, 2))
+        accepted = (
+            (len(begin) > MOST) | (same & fits) | (end - begin <= (fineness.edge if len(begin) < MANY else SHORT))
+        )
+        done += [(instants[k], found[k]) for k in np.flatnonzero(accepted)]
+        begin, end = begin[~accepted], end[~accepted]
+        middle = 0.5 * (begin + end)
+        begin, end = np.concatenate([begin, middle]), np.concatenate([middle, end])
+    done.sort(key=lambda piece: piece[0][0])
+    instant, found = (np.array(part) for part in zip(*done, strict=True))
+    speed, code = found[:, :, SPEED], found[:, :, CODE]
+    # back at touch, from where the contact was seen to be over
+    restitution = np.sqrt(np.maximum(0.0, speed**2 - 2.0 * touches.flight * found[:, :, GAP]))
+    restitution = np.where(code == PARTED, restitution, np.where(code == STUCK, 0.0, np.nan))
+    return Instants(instant, restitution, *(found[:, :, k] for k in (DEPTH, PUSH, STEPS, CODE, NONE, TWO)))
