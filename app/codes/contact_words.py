@@ -128,7 +128,9 @@ class Contact:
     def with_restitution(self, e: float, around: Around) -> Contact:
         """The same with the damper that gives a restitution; raises ValueError where none does."""
         unit, numbers = self._scaled(around)
-        damping = 2.0 * unit * damping_of_restitution(self.law, e, 1.0, **numbers)
+        damping = (
+            2.0 * unit * damping_of_restitution(self.law, min(e, 1.0), 1.0, **numbers)
+        )  # rounding makes it 1 + 1e-13
         return replace(self, damping=damping, restitution=None)
 
     def _scaled(self, around: Around) -> tuple[float, dict[str, float]]:
@@ -199,6 +201,11 @@ class Form:
     def word_of(self, role: str) -> str | None:
         """The word that is stiffness, damping, exponent, penetration or restitution; None if none is."""
         return next((word for word, quantity in self.words.items() if _ROLES.get(quantity) == role), None)
+
+    @property
+    def says_restitution(self) -> bool:
+        """Whether its words are made from a restitution, not from a damper."""
+        return self.formulas == "bilinear" or self.word_of("restitution") is not None
 
     def read(self, given: Mapping[str, str], around: Around) -> Contact:
         """The contact that texts of words say; a word that is left out has its default."""
@@ -354,7 +361,21 @@ def _bilinear_in(form: Form, words: Words, around: Around) -> dict[str, float]: 
             f"K1 = {written(first)} and K2 = {written(second)} N/m are no approximation of a Hertz contact, which has "
             "a restitution of 0 to 1: give a K1 at or a little above K2"
         )
-    return {"stiffness": mean / deepest ** (n - 1.0), "restitution": math.sqrt(1.0 - lost)}
+    e = math.sqrt(1.0 - lost) if None in (around.mass, around.speed) else _bilinear_restitution(*words.values(), around)
+    return {"stiffness": mean / deepest ** (n - 1.0), "restitution": e}
+
+
+def _bilinear_restitution(first: float, second: float, bend: float, around: Around) -> float:
+    """What ImpactMaterial gives: it loads along K₁ up to δ_y, then K₂, and unloads K₁ − K₂ times δ_y lower.
+
+    Not the e of (g): at its deepest penetration its spring holds another energy than that of Hertz.
+    """
+    energy = 0.5 * around.need("mass") * around.need("speed") ** 2
+    beyond = 2.0 * energy - first * bend**2  # K₂s² + 2K₁δ_y s, s beyond δ_y
+    if beyond <= 0.0:
+        return 1.0
+    root = math.hypot(first * bend, math.sqrt(second * beyond))
+    return math.sqrt(max(0.0, 1.0 - (first - second) * bend * beyond / (root + first * bend) / energy))
 
 
 def _bilinear_out(form: Form, contact: Contact, around: Around) -> Words:

@@ -208,16 +208,20 @@ def _write(form: Form, contact: Contact, around: Around, same: str, names: tuple
         )
     kept = powers_of(form.law, exponent) == powers_of(contact.law, contact.exponent)
     kept = kept and contact.restitution is None and same == SAME[0]
-    if not kept and form.word_of("restitution") is None and form.formulas != "bilinear":
+    if form.says_restitution:
+        fitted = replace(fitted, restitution=contact.restitution_at(around), damping=None)
+    elif not kept:
         e = contact.restitution_at(around)
         fitted = fitted.with_restitution(e, around)
         changed.append(f"c is another: it gives the same restitution, {written(e)}")
-    elif not kept:
-        fitted = replace(fitted, restitution=contact.restitution_at(around), damping=None)
-    after = _restitution(fitted, around)
+    words, after = form.write(fitted, around), _restitution(fitted, around)
+    if fitted.restitution is not None:  # words that are made for one may give another
+        asked, after = after, _restitution(form.read(words, around), around)
+        if written(asked, 3) != written(after, 3):
+            changed.append(f"its formulas are for the restitution {written(asked)}; it gives {written(after)}")
     if form.law != contact.law and contact.restitution is None:
         changed.append(_other_law(form.law, contact, names, _restitution(contact, around), after))
-    return Written(form, fitted, form.write(fitted, around), after, tuple(changed))
+    return Written(form, fitted, words, after, tuple(changed))
 
 
 def _other_law(law: str, contact: Contact, names: tuple[str, str], before: float | None, after: float | None) -> str:

@@ -56,9 +56,10 @@ def _physical(name: str, quantity: str) -> Callable[[str], float]:
 
     def read(text: str) -> float:
         from vibroscope.app.codes.contact_words import read_quantity
+        from vibroscope.engine import QUANTITIES
 
         try:
-            return read_quantity(name, text, quantity)
+            return read_quantity(name, text, quantity, unit=QUANTITIES[quantity].units[0])
         except ValueError as problem:
             raise argparse.ArgumentTypeError(str(problem)) from None
 
