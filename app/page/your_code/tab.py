@@ -90,13 +90,13 @@ class YourCode(StudyView):
             ],
             "limits": [],
             "numbers": [
-                {"name": name, "label": label, "low": 0.0, "high": 1e15, "whole": False}
-                for name, (label, *_) in (_NUMBERS | _OF_WORDS).items()
-            ]
-            + [{"name": words.KEY, "label": "Its words", "mode": "text", "linked": False}],
+                *map(_typed, _NUMBERS),
+                {"name": words.KEY, "label": "Its words", "mode": "text", "linked": False},
+                *map(_typed, _OF_WORDS),
+            ],
             "hint": "Choosing a code sets its integrator, contact status and law. K, D and the step stay as they are: "
             "what its rules of thumb give is tried in the table, and “Set” takes it over; so with what its words for a "
-            "contact say, as solref=-1000 -10.",
+            "contact say.",
         }
 
     def show(self, move: Move) -> None:
@@ -149,7 +149,10 @@ class YourCode(StudyView):
 
     def draw(self, setting: Setting, result: PartialCode | None) -> None:
         """Figures and table."""
-        self.panel.show_fields({name: _field(name, setting) for name in (*_NUMBERS, *_OF_WORDS)})
+        fields = {name: _field(name, setting) for name in (*_NUMBERS, *_OF_WORDS)}
+        if (code := codes().get(self.panel.chosen["code"])) and code.contact:
+            fields[words.KEY] = ShownField("Its words", f"for a contact, as {words.example(code)}", "", 1.0, {})
+        self.panel.show_fields(fields)
         shown = result if result is not None and result.question == self.question(setting) else None
         self.view.update(setting, shown and shown.runs, name_of_method(setting.penalty))
         self.rules.param.update(**self._content(setting, shown))
@@ -222,6 +225,12 @@ class YourCode(StudyView):
     def command(self, setting: Setting) -> str:
         """The commands of the setting."""
         return as_command(setting)
+
+
+def _typed(name: str) -> dict[str, object]:
+    """The number of this name in the panel; 0: not known."""
+    label = (_NUMBERS | _OF_WORDS)[name][0]
+    return {"name": name, "label": label, "low": 0.0, "high": 1e15, "whole": False}
 
 
 def _field(name: str, setting: Setting) -> ShownField:

@@ -27,7 +27,7 @@ def translation(code: Code, chosen: Mapping[str, object], setting: Setting) -> T
     """
     given = {word: text.strip("\"'") for word, text in _WORD.findall(str(chosen[KEY]))}
     if not given:
-        raise ValueError("write its words as name=value, such as " + " ".join(f"{each}=..." for each in _first(code)))
+        raise ValueError(f"write its words as name=value, as {example(code)}")
     numbers = {name: chosen[name] or None for name in FIELDS}
     if setting.scale:
         units, system = setting.own_units, setting.system
@@ -38,8 +38,10 @@ def translation(code: Code, chosen: Mapping[str, object], setting: Setting) -> T
     return translate(code, given, target, Around(**numbers))
 
 
-def _first(code: Code) -> tuple[str, ...]:
-    return tuple(code.contact[0].words)
+def example(code: Code) -> str:
+    """Its first words, with their defaults."""
+    form = code.contact[0]
+    return " ".join(f"{word}={form.defaults.get(word, '...')}" for word in form.words)
 
 
 def statements(found: Translation) -> list[list[str]]:
