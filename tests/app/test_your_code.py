@@ -258,7 +258,7 @@ def test_words_of_a_code_are_translated_and_can_be_set(few_rules):
     assert "words" not in tab.choice()
     tab.draw(setting, None)
     assert tab.rules.rows[0]["settable"]
-    tab._set_rule("words")
+    send(tab.rules, {"set": "words"})
     with_words = read_setting(tab.host.settings[-1], setting)
     assert with_words.law == "cut"
     assert setting.scale.physical("contact_stiffness", with_words.K) == pytest.approx(250 * mass)
@@ -268,12 +268,13 @@ def test_words_of_a_code_are_translated_and_can_be_set(few_rules):
 
 def test_words_that_say_nothing_are_a_sentence_and_without_units_nothing_is_set(few_rules):
     tab = typed_words(ITERATED, words="solref", mass="1 kg")
-    assert "name=value" in tab._translated(ITERATED)
+    *_, result = grow_code(tab.question(ITERATED), None, lambda: False)
+    assert "name=value" in dict(tab.describe(ITERATED, result))["Words"]
     tab.panel.receive({"choose": {"words": "solref=-250 -4"}})
     tab.draw(ITERATED, None)
     assert not tab.rules.rows[0]["settable"]
     assert "Units" in tab.rules.rows[0]["why"]
     tab.panel.receive({"choose": {"code": "nastran"}})
     assert "words" in tab.away(ITERATED)
-    assert not tab._translated(ITERATED)
+    assert "Words" not in dict(tab.describe(ITERATED, result))
     tab.close()
