@@ -7,13 +7,16 @@ from importlib.metadata import version
 
 import numpy as np
 import pytest
+from vibroscope.app.codes.catalogue import codes
+from vibroscope.app.codes.contact_words import Around
+from vibroscope.app.codes.translation import PHYSICAL, translate
 from vibroscope.app.commands.cli import main
 from vibroscope.app.export.decks import DeckProblem, deck
 from vibroscope.engine import NewmarkBeta, System, TimeStepping, Units, simulate
 from vibroscope.engine.sweeps.digest import solver_digest
 
-from tools import mujoco_code
-from tools.codes import PAGE, opensees_cells, table
+from tools import drops, mujoco_code
+from tools.codes import PAGE, ROOT, opensees_cells, table
 from tools.hertz_codes import MATERIALS, law_problems, scheme_of, step_of
 from tools.other_codes import (
     CASES,
@@ -170,3 +173,67 @@ def test_our_steps_with_a_law_of_hertz_are_those_of_the_engine():
     run = simulate(problem.system, problem.eta, problem.method, periods=2, keep=1)
     assert len(run.contacts) > 0
     assert state[[0, 2, 1, 3]] == pytest.approx(run.section[-1], abs=1e-10)
+
+
+WORDS = {"K": "1e5 N/m", "c": "80 N s/m"}
+
+
+def dropped(code, step, words=WORDS, way=0):
+    """A drop of 1 kg at 1 m/s in a code that runs here, with its words for a contact."""
+    if not drops.runs_here(code):
+        pytest.skip(f"{drops.CODES[code].module} cannot be imported")
+    target = codes()[code]
+    made = translate(PHYSICAL, words, target, Around(mass=1.0, speed=1.0, step=step)).written[way]
+    return made, drops.drop(code, made.words, mass=1.0, speed=1.0, step=step)
+
+
+def euler(step, implicit):
+    """The same drop by Euler's method with spring and damper, cut at zero, of the end or the start of a step."""
+    stiffness, damping, gap, rate, deepest, largest = 1e5, 80.0, 0.5 * step, -1.0, 0.0, 0.0
+    while gap <= 0.0 or rate < 0.0:
+        both = damping + (step * stiffness if implicit else 0.0)
+        force = max(0.0, -(stiffness * gap + both * rate) / (1.0 + (step * both if implicit else 0.0)))
+        force = force if gap < 0.0 else 0.0
+        rate += step * force
+        gap += step * rate
+        deepest, largest = max(deepest, -gap), max(largest, force)
+    return rate, deepest, largest
+
+
+@pytest.mark.parametrize("step", [1e-3, 1e-4])
+@pytest.mark.parametrize(
+    ("code", "way", "implicit", "error"),
+    [
+        ("mujoco", 0, False, 1e-3),  # of its impedance, which is less than 1
+        ("gazebo", 1, True, 1e-5),  # of six digits
+        ("drake", 1, True, 1e-9),
+    ],
+)
+def test_a_drop_does_what_the_words_say(code, way, implicit, error, step):
+    _, found = dropped(code, step, way=way)
+    assert found == pytest.approx(euler(step, implicit), rel=error)
+
+
+def test_numbers_of_the_documentation_on_drops():
+    text = (ROOT / "docs/choosing.md").read_text()
+    ours = [euler(step, implicit)[0] for implicit in (True, False) for step in (1e-3, 1e-4)]
+    assert [round(e, 2) for e in ours] == [0.48, 0.66, 0.69, 0.69]
+    assert (
+        "rebounds with 0.48 if the contact has ten steps, and with 0.66 if it has a hundred; MuJoCo with 0.69" in text
+    )
+
+
+@pytest.mark.parametrize("way", [0, 1])
+def test_bullet_acts_in_the_step_in_which_the_bodies_would_touch(way):
+    made, found = dropped("bullet", 1e-4, way=way)
+    assert found.restitution == pytest.approx(euler(1e-4, True)[0], rel=0.01)
+    assert found.restitution < made.restitution
+
+
+@pytest.mark.usefixtures("opensees")
+def test_a_drop_in_opensees_has_the_restitution_that_is_said():
+    """Of ImpactMaterial not the one that its formulas are for."""
+    for way in (0, 1):
+        made, found = dropped("opensees", 1e-5, {"K": "1e5", "e": "0.67"}, way)
+        assert found.restitution == pytest.approx(made.restitution, rel=2e-3)
+    assert made.restitution > 0.75

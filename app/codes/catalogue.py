@@ -12,6 +12,7 @@ from dataclasses import dataclass, field, fields, replace
 from functools import cache
 from types import MappingProxyType
 
+from vibroscope.app.codes.contact_words import Form
 from vibroscope.app.explorer.method_words import scheme_texts
 from vibroscope.app.runtime.files import asset
 from vibroscope.engine import (
@@ -66,10 +67,14 @@ class Code:
         Keys of the rules of thumb that belong to it.
     leaves_out : str
         What ours does not have.
+    alone : tuple of str
+        What of its words for a contact it alone has.
     input : tuple of str
         Lines of its input, with the names of `input_numbers` in braces.
     integrators : mapping of str to tuple of str
         Lines for each integrator that it has.
+    contact : tuple of Form
+        Its words for one contact, in each way in which it says that.
     sources : tuple of Source
     """
 
@@ -86,8 +91,10 @@ class Code:
     damper: str = ""
     rules: tuple[str, ...] = ()
     leaves_out: str = ""
+    alone: tuple[str, ...] = ()
     input: tuple[str, ...] = ()
     integrators: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    contact: tuple[Form, ...] = ()
     sources: tuple[Source, ...] = ()
 
     def __post_init__(self) -> None:
@@ -169,10 +176,12 @@ class Code:
     def as_dict(self) -> dict[str, object]:
         """Plain values for JSON; None for what is not known."""
         values = {each.name: getattr(self, each.name) or None for each in fields(self)}
-        lists = {name: list(getattr(self, name)) for name in ("rules", "input")}
+        lists = {name: list(getattr(self, name)) for name in ("rules", "alone", "input")}
         words = {name: list(lines) for name, lines in self.integrators.items()}
         sources = [vars(source) for source in self.sources]
-        return values | lists | {"numbers": dict(self.numbers), "integrators": words, "sources": sources}
+        contact = [{name: dict(getattr(form, name)) for name in ("words", "defaults")} for form in self.contact]
+        tables = {"numbers": dict(self.numbers), "integrators": words, "contact": contact, "sources": sources}
+        return values | lists | tables
 
 
 def _per_area(k: float, c: float | None, area: float | None) -> dict[str, str]:
@@ -201,10 +210,11 @@ def codes() -> Mapping[str, Code]:
     """All codes by key, in the order of the file; a fault in the file raises ValueError."""
     found: dict[str, Code] = {}
     for row in table()["code"]:
-        more = {name: tuple(row[name]) for name in ("rules", "input") if name in row}
+        more = {name: tuple(row[name]) for name in ("rules", "alone", "input") if name in row}
         more["integrators"] = {name: tuple(lines) for name, lines in row.get("integrators", {}).items()}
         more["sources"] = tuple(Source(**source) for source in row.get("sources", ()))
         try:
+            more["contact"] = tuple(Form(**each) for each in row.get("contact", ()))
             code = Code(**(row | more))
         except (TypeError, ValueError) as fault:
             raise ValueError(f"codes.toml, {row.get('key')}: {fault}") from None
@@ -237,9 +247,11 @@ def input_numbers(
     if method.damping is not None:
         zeta = damping_ratio(system, method.stiffness, method.damping)
         numbers |= {"c": c, "zeta": zeta, "percent": 100.0 * zeta}
+        unit_of_time = dt * check_eta(eta) * method.steps / (2.0 * math.pi)
+        frequency = contact_frequency(system, method.stiffness) / unit_of_time
+        numbers |= {"k/mass": frequency**2, "c/mass": 2.0 * zeta * frequency}
         if zeta:  # 2ζω_c = 2/time constant, as in MuJoCo's solref
-            unit_of_time = dt * check_eta(eta) * method.steps / (2.0 * math.pi)
-            numbers["timeconst"] = unit_of_time / (zeta * contact_frequency(system, method.stiffness))
+            numbers["timeconst"] = 1.0 / (zeta * frequency)
     numbers |= _integrator_numbers(method.integrator, dt)
     return {name: written(value, _DIGITS) for name, value in numbers.items()}
 

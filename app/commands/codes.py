@@ -9,6 +9,7 @@ from vibroscope.app.codes.catalogue import Code, codes
 from vibroscope.app.commands.options import LAW_OPTIONS, STEPPING_OPTIONS
 from vibroscope.app.commands.parser import Command
 from vibroscope.app.commands.report import Report
+from vibroscope.app.commands.translate import TRANSLATE
 from vibroscope.engine import INTEGRATORS
 
 _WIDTH = 100
@@ -78,6 +79,7 @@ def _entry(code: Code) -> list[str]:
     own = code.integrators.get(code.integrator, ())
     others = {name: words for name, words in code.integrators.items() if name != code.integrator}
     lines += _column("input", (*own, *code.input))
+    lines += _column("words for a contact", [" ".join(form.words) for form in code.contact])
     lines += _column("in its place", [f"{name}: {line}" for name, words in others.items() for line in words])
     for source in code.sources:
         text = f"{source.figure}: {source.text} {source.url}".strip()
@@ -85,8 +87,8 @@ def _entry(code: Code) -> list[str]:
     return lines
 
 
-COMMAND = Command(
-    "what simulation codes do by default: integrator, contact status, law, keywords of their input",
+SHOW = Command(
+    "what simulation codes do by default; `vibroscope codes` alone does this, too",
     "Print the table of codes: default integrator with its numbers, contact status, contact law, rules of thumb, and "
     "the source of each figure. What no source says is a dash. Named codes are printed at length.",
     add=lambda parser: parser.add_argument(
@@ -94,4 +96,10 @@ COMMAND = Command(
     ),
     run=run,
     json="one JSON list",
+)
+COMMAND = Command(
+    "what simulation codes do by default: integrator, contact status, law, keywords of their input; translations",
+    "Print what simulation codes do by default, or the contact of one code in the words of another.",
+    below={"show": SHOW, "translate": TRANSLATE},
+    otherwise="show",
 )

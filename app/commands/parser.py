@@ -15,6 +15,8 @@ class OneLineParser(argparse.ArgumentParser):
 
     def __init__(self, **how) -> None:
         super().__init__(allow_abbrev=False, **how)
+        self.below: tuple[str, ...] = ()  # the commands below this one
+        self.otherwise = ""  # that of them which runs where none is named
 
     def add_argument(self, *names: str, **how) -> argparse.Action:
         """Add an argument, as `argparse` does; a file is marked as one for shells."""
@@ -28,6 +30,8 @@ class OneLineParser(argparse.ArgumentParser):
 
         The parser of the whole command line would report it, and point to its own help, which names no option.
         """
+        if self.otherwise and not (args and args[0] in (*self.below, "-h", "--help")):
+            args = [self.otherwise, *(args or ())]
         found, unknown = super().parse_known_args(args, namespace)
         if unknown:
             # A word that follows an unknown option is its value.
@@ -65,6 +69,8 @@ class Command(NamedTuple):
         Values of the options where they are not given.
     below : mapping of str to Command
         Commands below this one, by their names.
+    otherwise : str
+        That of them which runs where none is named; empty where one has to be.
     """
 
     help: str
@@ -75,6 +81,7 @@ class Command(NamedTuple):
     json: str = ""
     defaults: Mapping[str, object] = {}
     below: Mapping[str, "Command"] = {}
+    otherwise: str = ""
 
     def describe(self, commands, name: str) -> None:
         """Add a parser with this name."""
@@ -83,9 +90,11 @@ class Command(NamedTuple):
             texts["formatter_class"] = argparse.RawDescriptionHelpFormatter
         parser = commands.add_parser(name, **texts)
         if self.below:
-            place = parser.add_subparsers(dest="study", required=True, metavar="STUDY")
+            metavar = "COMMAND" if self.otherwise else "STUDY"
+            place = parser.add_subparsers(dest="study", required=True, metavar=metavar)
             for each, command in self.below.items():
                 command.describe(place, each)
+            parser.below, parser.otherwise = tuple(self.below), self.otherwise
         self.add(parser)
         if self.json:
             parser.add_argument("--json", action="store_true", help=f"print {self.json}")

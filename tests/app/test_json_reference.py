@@ -24,6 +24,7 @@ CALLS = {
     "recommend": ["--eta", "3.25", "--tolerance", "0.5", "--steps-max", "64"],
     "validate": ["B5"],
     "codes": ["calculix"],
+    "codes translate": ["--from", "gazebo", "--to", "bullet"],
     "rules": ["ansys-mode", *MET],
     "branch": RANGE,
 }
@@ -46,7 +47,7 @@ def title_of(command):
 def printed(capsys, *words):
     """The JSON of a call."""
     with few_seeds():
-        main([*words, "--json"])
+        main([*words[0].split(), *words[1:], "--json"])
     return json.loads(capsys.readouterr().out)
 
 

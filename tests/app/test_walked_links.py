@@ -62,7 +62,8 @@ class Walk:
 
     def _type(self):
         panel = self.tab.panel
-        names = [each["name"] for each in panel.spec.get("numbers", []) if each["name"] not in panel.away]
+        numbers = [each for each in panel.spec.get("numbers", []) if each.get("mode") != "text"]  # not in an address
+        names = [each["name"] for each in numbers if each["name"] not in panel.away]
         if names:
             name = self.draw.choice(names)
             number = (panel.chosen.get(name) or 1) * self.draw.choice(FACTORS)

@@ -88,7 +88,7 @@ def test_the_tab_asks_for_the_contact_area_and_the_elements(few_rules):
     tab.build()
     setting = ITERATED._replace(units="si", omega1=10.0, m1=2.0, amplitude=3.0)
     tab.show(Move(1, setting))
-    assert [each["name"] for each in tab.panel.spec["numbers"]] == ["area", "elements"]
+    assert [each["name"] for each in tab.panel.spec["numbers"]] == ["area", "elements", "words", "mass", "speed"]
     tab.panel.chosen = tab.panel.chosen | {"code": "calculix"}
     tab.panel.receive({"choose": {"area": "120 mm²", "elements": "2e4 N/m"}})
     assert tab.panel.chosen["area"] == pytest.approx(120e-6 / 9e-6)
@@ -235,3 +235,46 @@ def test_steps_that_are_cut_where_contact_changes_have_solutions():
     setting = read_setting({"law": "limited", "located": "yes", "steps": "100"}, STEADY)
     found = next(each for each in grow_code(question_of(setting), None, lambda: False) if each.solvable)
     assert found.solvable.startswith("Steps are cut where contact changes")
+
+
+def typed_words(setting, **chosen):
+    """The tab with words of a code."""
+    tab = YourCode(QueueingHost())
+    tab.build()
+    tab.show(Move(1, setting))
+    tab.panel.chosen = tab.panel.chosen | {"code": "mujoco"}
+    tab.panel.receive({"choose": chosen})
+    return tab
+
+
+def test_words_of_a_code_are_translated_and_can_be_set(few_rules):
+    setting = ITERATED._replace(units="si", omega1=10.0, m1=2.0, amplitude=3.0)
+    tab = typed_words(setting, words='solref="-250 -4"', target="bullet")
+    *_, result = grow_code(tab.question(setting), None, lambda: False)
+    said = dict(tab.describe(setting, result))
+    mass = 2.0 * setting.system.mass_share
+    assert f"contactStiffness={250 * mass:g}" in said["In Bullet"]
+    assert "K = " in said["What MuJoCo says"]
+    assert "words" not in tab.choice()
+    tab.draw(setting, None)
+    assert tab.rules.rows[0]["settable"]
+    send(tab.rules, {"set": "words"})
+    with_words = read_setting(tab.host.settings[-1], setting)
+    assert with_words.law == "cut"
+    assert setting.scale.physical("contact_stiffness", with_words.K) == pytest.approx(250 * mass)
+    assert setting.own_units.physical("contact_damping", with_words.D) == pytest.approx(4 * mass)
+    tab.close()
+
+
+def test_words_that_say_nothing_are_a_sentence_and_without_units_nothing_is_set(few_rules):
+    tab = typed_words(ITERATED, words="solref", mass="1 kg")
+    *_, result = grow_code(tab.question(ITERATED), None, lambda: False)
+    assert "name=value" in dict(tab.describe(ITERATED, result))["Words"]
+    tab.panel.receive({"choose": {"words": "solref=-250 -4"}})
+    tab.draw(ITERATED, None)
+    assert not tab.rules.rows[0]["settable"]
+    assert "Units" in tab.rules.rows[0]["why"]
+    tab.panel.receive({"choose": {"code": "nastran"}})
+    assert "words" in tab.away(ITERATED)
+    assert "Words" not in dict(tab.describe(ITERATED, result))
+    tab.close()

@@ -18,7 +18,7 @@ def complete(explorer):
 
 
 def choose(explorer, code):
-    explorer.page.locator("select").filter(has_text="CalculiX").select_option(code)
+    explorer.page.locator("select").filter(has_text="choose a code").select_option(code)
     explorer.wait_for_address(choice=f"code:{code}")
 
 
@@ -40,7 +40,7 @@ def test_choosing_codes_leaves_k_d_and_the_step_and_reset_chooses_none(visit):
         explorer.wait_for_address(K="2500", D="8", steps="2000")
     explorer.page.get_by_role("button", name="Reset").click()
     wait_until(lambda: "choice" not in explorer.address(), what="no code")
-    assert explorer.page.locator("select").filter(has_text="CalculiX").input_value() == "none"
+    assert explorer.page.locator("select").filter(has_text="choose a code").input_value() == "none"
     wait_until(lambda: "integrator" not in explorer.address(), what="the opening scene")
 
 
@@ -66,3 +66,16 @@ def test_it_fits_a_phone_and_the_code_is_chosen_first(visit):
     assert panel["y"] < rows(explorer).first.bounding_box()["y"]
     figure = explorer.page.locator("section.codes svg").first.bounding_box()
     assert 0 <= figure["x"] < figure["x"] + figure["width"] <= 390
+
+
+def test_words_of_one_code_are_shown_in_those_of_another_and_can_be_set(visit):
+    explorer = visit(f"{SETTING}&units=si&omega1=10&m1=2&amplitude=3&choice=code:mujoco;target:bullet")
+    explorer.page.locator("section.study input[name=words]").fill("solref=-250 -4")
+    explorer.page.keyboard.press("Enter")
+    panel = explorer.page.locator("section.study .statements").locator("visible=true")
+    wait_until(lambda: "contactStiffness=" in panel.text_content(), what="the words of Bullet")
+    assert "K = " in panel.text_content()
+    row = rows(explorer).filter(has_text="Words of MuJoCo")
+    row.get_by_role("button").click()
+    explorer.wait_for_address(law="cut")
+    wait_until(lambda: explorer.address()["K"] != "2500", what="the stiffness that the words say")

@@ -11,12 +11,15 @@ from vibroscope.app.explorer.typed import read_typed_number
 from vibroscope.app.page.files import esm, style
 from vibroscope.app.page.shared.component import Component
 
+LONGEST_TEXT = 200
+
 
 class StudyPanel(Component):
     """Native inputs; every message from them is checked against ``spec``."""
 
     spec = param.Dict(
-        doc="Title, hint, switches (name, label, choices), limits and numbers (name, label, low, high), cursor"
+        doc="Title, hint, switches (name, label, choices), limits and numbers (name, label, low, high; of mode text "
+        "one is a text, of any words), cursor"
     )
     chosen = param.Dict(doc="What is chosen, by name")
     status = param.Dict(default={}, doc="How far: text, share, running")
@@ -69,13 +72,16 @@ class StudyPanel(Component):
                 chosen[limit["name"]] = round(value)
         return chosen | self._typed(wanted)
 
-    def _typed(self, wanted: dict) -> dict[str, float]:
-        """The numbers that were typed; says why one is refused."""
+    def _typed(self, wanted: dict) -> dict[str, float | str]:
+        """The numbers that were typed, and texts as they are; says why a number is refused."""
         found, self.refused = {}, ""
         for number in self.spec.get("numbers", []):
             if number["name"] not in wanted:
                 continue
             field = self._fields.get(number["name"])
+            if number.get("mode") == "text":
+                found[number["name"]] = str(wanted[number["name"]])[:LONGEST_TEXT]
+                continue
             label, bounds, whole = number["label"], (number["low"], number["high"]), number["whole"]
             label, units = (field.label, {"units": field.typed, "shown": field.unit}) if field else (label, {})
             try:

@@ -93,10 +93,10 @@ function numbers(root, specs, send) {
   const grid = element("div", "numbers");
   const refused = element("p", "refused");
   refused.setAttribute("role", "alert");
-  const shows = specs.map(({ name, label, when }) => {
+  const shows = specs.map(({ name, label, when, mode = "decimal" }) => {
     const row = element("label");
     const input = element("input");
-    Object.assign(input, { type: "text", inputMode: "decimal", autocomplete: "off", name });
+    Object.assign(input, { type: "text", inputMode: mode, autocomplete: "off", name });
     let shown = "";
     let typing = false; // an answer that comes meanwhile must not overwrite it
     input.addEventListener("input", () => { typing = true; });
@@ -115,7 +115,7 @@ function numbers(root, specs, send) {
       const value = model.chosen[name] ?? ""; // the ends of a range come with the first picture
       const field = model.fields[name] ?? { label, name: "", factor: 1 };
       const digits = field.factor === 1 ? 8 : 6;
-      const text = value === "" ? "" : String(Number((field.factor * value).toPrecision(digits)));
+      const text = typeof value === "string" ? value : String(Number((field.factor * value).toPrecision(digits)));
       setText(symbol, field.label);
       setText(words, field.name);
       row.classList.toggle("wide", field.label.length + field.name.length > 14);

@@ -132,7 +132,8 @@ class StudyView(TabView):
 
     def choice(self) -> dict[str, str | int]:
         """The choices that differ from those at first."""
-        return {name: value for name, value in self.panel.chosen.items() if value != self.chosen[name]}
+        now = self.panel.chosen
+        return {name: now[name] for name, first in self.chosen.items() if now[name] != first}
 
     def summary(self, setting: Setting) -> str:
         """The statements of the panel once the picture is complete; until then, that it is computed."""

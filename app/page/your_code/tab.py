@@ -8,6 +8,7 @@ import numpy as np
 import panel as pn
 from vibroscope.app.codes.catalogue import Code, codes
 from vibroscope.app.codes.rules import rules
+from vibroscope.app.codes.translation import translated_codes
 from vibroscope.app.explorer.explanation import describe, motion_texts
 from vibroscope.app.explorer.field_units import ShownField
 from vibroscope.app.explorer.link import LINEAR
@@ -18,6 +19,7 @@ from vibroscope.app.export.formats import Figure, Series
 from vibroscope.app.export.scripts import as_command
 from vibroscope.app.page.study.tab import StudyView
 from vibroscope.app.page.tab import Move
+from vibroscope.app.page.your_code import words
 from vibroscope.app.page.your_code.figure import YourCodeView
 from vibroscope.app.page.your_code.rules import RulesTable, rows_of
 from vibroscope.app.runtime.typed_units import sizes
@@ -31,12 +33,16 @@ from vibroscope.app.studies.your_code import (
     rule_texts,
     small_orbit,
 )
-from vibroscope.engine import counted
-from vibroscope.engine.facts import Statement, joined
+from vibroscope.engine import QUANTITIES, counted
+from vibroscope.engine.facts import Statement, joined, message_of, sentence
 
 _NUMBERS = {  # of the model beside the system: symbol, meaning, quantity, what one of it is without units
     "area": ("A", "contact area; 0: not known", "area", "A²"),
     "elements": ("EA/h", "stiffness of the elements in contact; 0: not known", "stiffness", "k₁"),
+}
+_OF_WORDS = {  # beside the words of a code, in SI units whatever is shown: label, meaning, quantity
+    "mass": ("m*", "reduced mass; 0: of the bodies", "mass"),
+    "speed": ("v", "closing speed; 0: not known", "velocity"),
 }
 _SENTENCES = ("motion", "why")  # of a rule
 _WITHOUT_UNITS = "Without dimension; the damper of the force is 2D. Choose units under “Units” for those of your model."
@@ -50,7 +56,10 @@ class YourCode(StudyView):
     key = "code"
     title = "Your code"
     grow = staticmethod(grow_code)
-    chosen = {"code": NONE, "area": 0.0, "elements": 0.0}  # noqa: RUF012 - read only; 0: not known
+    chosen = {  # noqa: RUF012 - read only; 0: not known
+        **{"code": NONE, "area": 0.0, "elements": 0.0},
+        **{"target": NONE, "mass": 0.0, "speed": 0.0},
+    }
     axes = dict.fromkeys(("x", "v", "time", "displacement"), LINEAR)
     legends = dict.fromkeys(("code_phase", "code_displacement"), ("reference", "penalty"))
     pictures = (
@@ -72,16 +81,22 @@ class YourCode(StudyView):
     def spec(cls) -> dict:
         """The choice of the code."""
         names = {NONE: "choose a code …", **{key: code.name for key, code in codes().items()}}
+        targets = {key: code.name for key, code in translated_codes(write=True).items() if key in codes()}
         return {
             "title": "Your code",
-            "switches": [{"name": "code", "label": "Code", "choices": names}],
+            "switches": [
+                {"name": "code", "label": "Code", "choices": names},
+                {"name": "target", "label": "Translate into", "choices": {NONE: "physical numbers", **targets}},
+            ],
             "limits": [],
             "numbers": [
-                {"name": name, "label": label, "low": 0.0, "high": 1e15, "whole": False}
-                for name, (label, *_) in _NUMBERS.items()
+                *map(_typed, _NUMBERS),
+                {"name": words.KEY, "label": "Its words", "mode": "text", "linked": False},
+                *map(_typed, _OF_WORDS),
             ],
             "hint": "Choosing a code sets its integrator, contact status and law. K, D and the step stay as they are: "
-            "what its rules of thumb give is tried in the table, and “Set” takes it over.",
+            "what its rules of thumb give is tried in the table, and “Set” takes it over; so with what its words for a "
+            "contact say.",
         }
 
     def show(self, move: Move) -> None:
@@ -99,17 +114,34 @@ class YourCode(StudyView):
         self.panel.chosen = chosen
         self.host.set(code_texts(code))
 
+    def away(self, setting: Setting) -> dict[str, list[str]]:
+        """What is about words, while no code is chosen that has them."""
+        code = codes().get(self.panel.chosen["code"])
+        return {} if code and code.contact else {name: [] for name in (words.KEY, *words.FIELDS)}
+
     def reset(self) -> None:
         """Choose no code."""
         self.panel.chosen = dict(self.chosen)
 
     def _set_rule(self, key: str) -> None:
-        """Set what a rule gives."""
+        """Set what a rule, or the words that are typed, give."""
+        if key == words.KEY and isinstance(found := self._translated(self._move.setting), words.Translation):
+            self.host.set(words.texts(found, self._move.setting))
         if key in rules() and self._move is not None:
             try:
                 self.host.set(rule_texts(rules()[key], self.question(self._move.setting)))
             except ValueError as error:
                 self.host.report_error(f"This rule gives no number here: {error}.")
+
+    def _translated(self, setting: Setting) -> words.Translation | str:
+        """What the words that are typed say, or why they say nothing; empty while there are none."""
+        code = codes().get(self.panel.chosen["code"])
+        if code is None or not code.contact or not self.panel.chosen.get(words.KEY):
+            return ""
+        try:
+            return words.translation(code, self.panel.chosen, setting)
+        except ValueError as problem:
+            return sentence(message_of(problem))
 
     def question(self, setting: Setting) -> CodeQuestion:
         """All that is set but how it is drawn, and what is known of the elements."""
@@ -117,7 +149,10 @@ class YourCode(StudyView):
 
     def draw(self, setting: Setting, result: PartialCode | None) -> None:
         """Figures and table."""
-        self.panel.show_fields({name: _field(name, setting) for name in _NUMBERS})
+        fields = {name: _field(name, setting) for name in (*_NUMBERS, *_OF_WORDS)}
+        if (code := codes().get(self.panel.chosen["code"])) and code.contact:
+            fields[words.KEY] = ShownField("Its words", f"for a contact, as {words.example(code)}", "", 1.0, {})
+        self.panel.show_fields(fields)
         shown = result if result is not None and result.question == self.question(setting) else None
         self.view.update(setting, shown and shown.runs, name_of_method(setting.penalty))
         self.rules.param.update(**self._content(setting, shown))
@@ -136,7 +171,10 @@ class YourCode(StudyView):
         reference = small_orbit(result.runs.reference.orbit, setting) if result else np.empty((2, 0))
         judged = result.judged if result else ()
         marked = () if code is None else code.rules
-        return {"code": own, **rows_of(judged, reference, marked, setting)}
+        found, table = self._translated(setting), rows_of(judged, reference, marked, setting)
+        if isinstance(found, words.Translation):
+            table["rows"].insert(0, words.row(found, setting))
+        return {"code": own, **table}
 
     def describe(self, setting: Setting, result: PartialCode) -> list[list[str | Statement]]:
         """The setting, its motion, and whether its steps have solutions, in words."""
@@ -144,6 +182,8 @@ class YourCode(StudyView):
         code = codes().get(self.panel.chosen["code"])
         if code is not None and (other := _other(setting, code)):
             lines.append([f"Other than in {code.name}", f"{', '.join(other).capitalize()}."])
+        if said := self._translated(setting):
+            lines += [["Words", said]] if isinstance(said, str) else words.statements(said)
         described = describe(result.runs)
         texts = {"penalty": described.penalty[0], "reference": described.reference[0]}
         if result.judged:
@@ -187,8 +227,17 @@ class YourCode(StudyView):
         return as_command(setting)
 
 
+def _typed(name: str) -> dict[str, object]:
+    """The number of this name in the panel; 0: not known."""
+    label = (_NUMBERS | _OF_WORDS)[name][0]
+    return {"name": name, "label": label, "low": 0.0, "high": 1e15, "whole": False}
+
+
 def _field(name: str, setting: Setting) -> ShownField:
     """How the contact area, or the stiffness of the elements, is shown."""
+    if name in _OF_WORDS:
+        label, hint, quantity = _OF_WORDS[name]
+        return ShownField(label, hint, QUANTITIES[quantity].units[0], 1.0, {"": 1.0, **sizes(quantity, 1.0)})
     label, hint, quantity, natural = _NUMBERS[name]
     if setting.scale is None:
         return ShownField(label, hint, "", 1.0, {"": 1.0}, natural)

@@ -1,0 +1,427 @@
+"""One contact in the words of a code, in physical numbers, and in the words of another code.
+
+Between two codes stands a `Contact`: spring K δⁿ and damper c δᵐ v of a law of the engine, in SI units, the penetration
+δ > 0 and its rate v. ``assets/codes.toml`` has the words of each code, their quantities and defaults; the formulas are
+here, each in both directions, with the reduced mass m of the two bodies and the time step h:
+
+    MuJoCo, solref = (−s, −b):     K = m s, c = m b                                                          (a)
+    MuJoCo, solref = (τ, ζ):       s = 1/(τζ)², b = 2/τ, with τ ≥ 2h                                         (b)
+    ODE, Bullet:                   erp = hK/(hK + c), cfm = 1/(hK + c);  K = erp/(h cfm), c = (1 − erp)/cfm  (c)
+    Drake:                         f = k δ (1 + d v), c = d K;  SAP: c = τ K                                 (d)
+    Drake, allowance p:            K = m g/p, d = √(p/g)/p                                                   (e)
+    LS-DYNA, SOFT = 1:             K = max(SLSFAC SFS k₀, SOFSCL m/h²), c = VDC/100 · 2√(Km)                 (f)
+    ImpactMaterial:                K₁ = K_e + E/(a δₘ²), K₂ = K_e − E/((1 − a) δₘ²), δ_y = a δₘ, a = 0.1,
+                                   K_e = K √δₘ, E = K δₘ^(n+1) (1 − e²)/(n + 1), n = 1.5                     (g)
+    COMSOL:                        pressure p = f_p E/h_min per penetration over the area A: K = p A, c = τ K (h)
+
+(a), (b): MuJoCo documentation, Modeling, "Solver parameters", where the impedance is the one of the width; (c): ODE
+manual, "How to use ERP and CFM", and answers.ros.org 15400; (d), (e): Drake, ``contact_model_doxygen.h``; (f): LSTC
+FAQ, contact.soft1, with the reduced mass as in :func:`engine.stiffness_of_step`; (g): OpenSees wiki, Impact Material;
+(h): COMSOL, Contact, and Implicit Dynamic Contact Analysis.
+
+What becomes of a law that the other code does not have: :mod:`.translation`.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+from typing import NamedTuple
+
+from vibroscope.app.explorer.errors import Refused
+from vibroscope.app.explorer.typed import read_typed_number
+from vibroscope.app.runtime.typed_units import TYPED_UNITS, sizes
+from vibroscope.engine import QUANTITIES, Units, damping_of_restitution, restitution_of_damping, written
+from vibroscope.engine.checks import one_of, require
+from vibroscope.engine.law_table import LAWS, critical_damping, deepest_penetration, powers_of
+from vibroscope.engine.methods import EXPONENT_RANGE
+
+_GRAVITY = 9.81  # m/s², as Drake's
+_SHARE = 0.1  # a of ImpactMaterial
+_DIGITS = 6
+_POSITIVE = (1e-12, 1e20)
+_BOUNDS = {
+    "stiffness": (0.0, 1e20),
+    "contact_damping": (0.0, 1e20),
+    "time": (0.0, 1e20),
+    "number": _POSITIVE,
+    "share": (1e-12, 1.0),
+    "restitution": (1e-6, 1.0),
+    "exponent": EXPONENT_RANGE,
+    "percent": (0.0, 1e6),
+}
+_ROLES = {  # of a word: what of the contact it is
+    "contact_stiffness": "stiffness",
+    "contact_damping": "damping",
+    "exponent": "exponent",
+    "displacement": "penetration",
+    "restitution": "restitution",
+}
+NEEDED = {  # beside the words: quantity, meaning, and how to give it
+    "mass": ("mass", "reduced mass of the two bodies, m₁m₂/(m₁ + m₂)", "1 kg"),
+    "step": ("time", "time step", "1 ms"),
+    "speed": ("velocity", "closing speed", "1 m/s"),
+    "area": ("area", "contact area", "120 mm²"),
+}
+
+
+@dataclass(frozen=True)
+class Around:
+    """What a translation needs beside the words, in SI units; None where it is not given."""
+
+    mass: float | None = None
+    step: float | None = None
+    speed: float | None = None
+    area: float | None = None
+
+    def need(self, name: str) -> float:
+        """One of them; raises `Missing` where it is not given."""
+        if getattr(self, name) is None:
+            _, meaning, example = NEEDED[name]
+            raise Missing(f"the {meaning} is needed: give it, such as --{name} '{example}'")
+        return getattr(self, name)
+
+
+class Missing(ValueError):
+    """A translation needs a number that is not given."""
+
+
+@dataclass(frozen=True)
+class Contact:
+    """A contact in SI units.
+
+    Attributes
+    ----------
+    law : str
+        One of :data:`engine.CONTACT_LAWS`.
+    stiffness : float
+        K in N/mⁿ.
+    damping : float or None
+        c in N·s/m, times a power of the penetration in laws where that multiplies the damper; None where it is to
+        follow from the restitution.
+    exponent : float
+        n.
+    penetration : float or None
+        Of IMPACT: in m, from where on the damper acts in full.
+    restitution : float or None
+        Where the words give it.
+    """
+
+    law: str
+    stiffness: float
+    damping: float | None = None
+    exponent: float = 1.0
+    penetration: float | None = None
+    restitution: float | None = None
+
+    def __post_init__(self) -> None:
+        require("stiffness", self.stiffness, 0.0, 1e30, "give words whose contact has a spring", open_low=True)
+
+    def restitution_at(self, around: Around) -> float:
+        """The restitution at the closing speed; raises `Missing` where that, or the mass, is needed and not given."""
+        if self.restitution is not None:
+            return self.restitution
+        unit, numbers = self._scaled(around)
+        return restitution_of_damping(self.law, 0.5 * self.damping / unit, 1.0, **numbers)
+
+    def with_restitution(self, e: float, around: Around) -> Contact:
+        """The same with the damper that gives a restitution; raises ValueError where none does."""
+        unit, numbers = self._scaled(around)
+        damping = (
+            2.0 * unit * damping_of_restitution(self.law, min(e, 1.0), 1.0, **numbers)
+        )  # rounding makes it 1 + 1e-13
+        return replace(self, damping=damping, restitution=None)
+
+    def _scaled(self, around: Around) -> tuple[float, dict[str, float]]:
+        """The unit of D for which mass, K and closing speed are 1, and the numbers of the law in such units."""
+        mass, own = around.need("mass"), LAWS[self.law]
+        speed = 1.0 if own.restitution else around.need("speed")
+        length = (mass * speed**2 / self.stiffness) ** (1.0 / (self.exponent + 1.0))
+        numbers = {"exponent": self.exponent} if own.takes_exponent else {}
+        if own.takes_penetration:
+            numbers["penetration"] = self.penetration / length
+        return mass * speed / length ** (powers_of(self.law, self.exponent)[1] + 1.0), numbers
+
+    def texts(self) -> dict[str, str]:
+        """Its numbers with units, by their names."""
+        units = _units("si", self.law, self.exponent)
+        found = {"K": f"{written(self.stiffness, _DIGITS)} {units.unit('contact_stiffness')}"}
+        if self.damping is not None:
+            found["c"] = f"{written(self.damping, _DIGITS)} {units.unit('contact_damping')}"
+        if self.exponent != 1.0:
+            found["exponent"] = written(self.exponent)
+        if self.penetration is not None:
+            found["full damping from"] = f"{written(1e3 * self.penetration)} mm"
+        return found
+
+
+Words = Mapping[str, float | tuple[float, ...]]
+
+
+class Formulas(NamedTuple):
+    """Both directions: numbers by word, in SI units, to the fields of a `Contact`, and back; None: there is none."""
+
+    read: Callable[[Form, Words, Around], dict[str, float]]
+    write: Callable[[Form, Contact, Around], Words] | None = None
+
+
+@dataclass(frozen=True)
+class Form:
+    """Words of a code that together say one contact, as ``[[code.contact]]`` in ``assets/codes.toml``.
+
+    Attributes
+    ----------
+    words : mapping of str to str
+        The quantity of each word, or the unit of a number that is in SI units; "numbers": several, in SI units.
+    law : str
+    text : str
+        Its input, with the words in braces; {stiffness} and {damping} of the contact, too.
+    formulas : str
+        A key of `FORMULAS`.
+    defaults : mapping of str to str
+    units : str
+        System of units of plain numbers.
+    exponent : float
+        n, where no word is it.
+    """
+
+    words: Mapping[str, str]
+    law: str
+    text: str
+    formulas: str = "direct"
+    defaults: Mapping[str, str] = field(default_factory=dict)
+    units: str = "si"
+    exponent: float = 1.0
+
+    def __post_init__(self) -> None:
+        one_of("law", self.law, tuple(LAWS))
+        one_of("formulas", self.formulas, tuple(FORMULAS))
+
+    def word_of(self, role: str) -> str | None:
+        """The word that is stiffness, damping, exponent, penetration or restitution; None if none is."""
+        return next((word for word, quantity in self.words.items() if _ROLES.get(quantity) == role), None)
+
+    @property
+    def says_restitution(self) -> bool:
+        """Whether its words are made from a restitution, not from a damper."""
+        return self.formulas == "bilinear" or self.word_of("restitution") is not None
+
+    def read(self, given: Mapping[str, str], around: Around) -> Contact:
+        """The contact that texts of words say; a word that is left out has its default."""
+        texts = {**self.defaults, **given}
+        if missing := [word for word in self.words if word not in texts]:
+            raise Missing(f"{missing[0]} is missing: give {' '.join(f'{word}=...' for word in self.words)}")
+        power = self.word_of("exponent")
+        exponent = _number(power, texts[power], "exponent", self, 1.0) if power else self.exponent
+        numbers = {word: _number(word, texts[word], of, self, exponent) for word, of in self.words.items()}
+        return Contact(self.law, **{"exponent": exponent} | FORMULAS[self.formulas].read(self, numbers, around))
+
+    def default_of(self, role: str) -> float | None:
+        """The default of the word that is a part of the contact, in SI units; None where there is none."""
+        word = self.word_of(role)
+        return None if word not in self.defaults else _number(word, self.defaults[word], self.words[word], self, 1.0)
+
+    def write(self, contact: Contact, around: Around) -> dict[str, str]:
+        """The words of a contact of its own law, as texts."""
+        numbers = FORMULAS[self.formulas].write(self, contact, around)
+        units = {word: _one(self.words.get(word, ""), self, contact.exponent)[0] for word in numbers}
+        return {
+            word: " ".join(written(each, _DIGITS) for each in value)
+            if isinstance(value, tuple)
+            else written(value / units[word], _DIGITS)
+            for word, value in numbers.items()
+        }
+
+    def unit(self, word: str, contact: Contact) -> str:
+        """The unit in which a word is written; empty where it has none."""
+        return _one(self.words.get(word, ""), self, contact.exponent)[1]
+
+
+def _units(system: str, law: str, exponent: float) -> Units:
+    """Units in which a number of the model is one in SI units."""
+    return Units(1.0, 1.0, 1e3, system, law, exponent)
+
+
+def _one(quantity: str, form: Form, exponent: float) -> tuple[float, str]:
+    """What one of a word is in SI units, and the unit's name."""
+    if quantity not in QUANTITIES:
+        return 1.0, quantity if "/" in quantity else ""
+    units = _units(form.units, form.law, exponent)
+    return units.quantity(quantity).convention / units.factor(quantity), units.unit(quantity)
+
+
+def _number(word: str, text: str, quantity: str, form: Form, exponent: float) -> float | tuple[float, ...]:
+    """A typed word in SI units; raises ValueError, naming the word, what is typed, the range and the units."""
+    if quantity == "numbers":
+        try:
+            return tuple(float(part) for part in text.replace(",", " ").split())
+        except ValueError:
+            raise ValueError(f"{word} = {text!r} is no list of numbers: give them with blanks between") from None
+    size, unit = _one(quantity, form, exponent)
+    return size * read_quantity(word, text, quantity, size, unit, exponent)
+
+
+def read_quantity(
+    name: str, text: str, quantity: str, size: float = 1.0, unit: str = "", exponent: float = 1.0
+) -> float:
+    """A typed number, with a unit or without, as a multiple of ``size`` SI units.
+
+    Raises
+    ------
+    ValueError
+        Naming the text, the range and the units.
+    """
+    power = exponent - 1.0 if quantity == "contact_stiffness" else 0.0
+    units = {unit.replace("·", ""): 1.0, "": 1.0} | (TYPED_UNITS.get(quantity, {}) and sizes(quantity, size, power))
+    if power:  # many write N/mm for N/mm^n
+        units |= {known.partition("^")[0]: worth for known, worth in units.items()}
+    low, high = _BOUNDS.get(quantity, _POSITIVE)
+    try:
+        return float(read_typed_number(name, text, (low / size, high / size), units={**units, "": 1.0}, shown=unit))
+    except Refused as error:
+        raise ValueError(str(error)) from None
+
+
+# --- formulas ---------------------------------------------------------------------------------------------------------
+
+
+def _direct_in(form: Form, words: Words, around: Around) -> dict[str, float]:
+    return {_ROLES[form.words[word]]: value for word, value in words.items()}
+
+
+def _direct_out(form: Form, contact: Contact, around: Around) -> Words:
+    return {word: getattr(contact, _ROLES[quantity]) for word, quantity in form.words.items()}
+
+
+def _solref_in(form: Form, words: Words, around: Around) -> dict[str, float]:  # (a), (b)
+    solref, mass = words["solref"], around.need("mass")
+    if len(solref) != 2 or not (max(solref) <= 0.0 > solref[0] or min(solref) > 0.0):
+        raise ValueError(
+            f"solref = {' '.join(map(written, solref))} is not a pair of one sign: give '-stiffness -damping', "
+            "such as '-1000 -10', or 'timeconst dampratio', such as '0.02 1'"
+        )
+    if solref[0] < 0.0:
+        return {"stiffness": -mass * solref[0], "damping": -mass * solref[1]}
+    constant = max(solref[0], 2.0 * (around.step or 0.0))
+    return {"stiffness": mass / (constant * solref[1]) ** 2, "damping": 2.0 * mass / constant}
+
+
+def _solref_out(form: Form, contact: Contact, around: Around) -> Words:
+    mass = around.need("mass")
+    return {"solref": (-contact.stiffness / mass, -contact.damping / mass)}
+
+
+def _erp_in(form: Form, words: Words, around: Around) -> dict[str, float]:  # (c)
+    erp, cfm = words.values()
+    return {"stiffness": erp / (cfm * around.need("step")), "damping": (1.0 - erp) / cfm}
+
+
+def _erp_out(form: Form, contact: Contact, around: Around) -> Words:
+    spring = around.need("step") * contact.stiffness
+    both = spring + contact.damping
+    return dict(zip(form.words, (spring / both, 1.0 / both), strict=True))
+
+
+def _share_in(form: Form, words: Words, around: Around) -> dict[str, float]:  # (d)
+    stiffness, share = words.values()
+    return {"stiffness": stiffness, "damping": share * stiffness}
+
+
+def _share_out(form: Form, contact: Contact, around: Around) -> Words:
+    return dict(zip(form.words, (contact.stiffness, contact.damping / contact.stiffness), strict=True))
+
+
+def _allowance_in(form: Form, words: Words, around: Around) -> dict[str, float]:  # (e)
+    (allowance,) = words.values()
+    stiffness = around.need("mass") * _GRAVITY / allowance
+    return {"stiffness": stiffness, "damping": stiffness / math.sqrt(_GRAVITY * allowance)}
+
+
+def _soft_in(form: Form, words: Words, around: Around) -> dict[str, float]:  # (f)
+    mass = around.need("mass")
+    of_step = words["SOFSCL"] * mass / around.need("step") ** 2
+    stiffness = max(words["SLSFAC"] * words["SFS"] * words["k0"], of_step)
+    return {"stiffness": stiffness, "damping": 0.02 * words["VDC"] * critical_damping(stiffness, mass)}
+
+
+def _soft_out(form: Form, contact: Contact, around: Around) -> Words:
+    mass, step = around.need("mass"), around.need("step")
+    ratio = 0.5 * contact.damping / critical_damping(contact.stiffness, mass)
+    return {"SOFSCL": contact.stiffness * step**2 / mass, "VDC": 100.0 * ratio}
+
+
+def _bilinear_in(form: Form, words: Words, around: Around) -> dict[str, float]:  # (g)
+    first, second, bend = words.values()
+    n, deepest = form.exponent, bend / _SHARE
+    mean = _SHARE * first + (1.0 - _SHARE) * second
+    lost = (n + 1.0) * _SHARE * (first - mean) / mean  # 1 − e²
+    if not 0.0 <= lost <= 1.0:
+        raise ValueError(
+            f"K1 = {written(first)} and K2 = {written(second)} N/m are no approximation of a Hertz contact, which has "
+            "a restitution of 0 to 1: give a K1 at or a little above K2"
+        )
+    e = math.sqrt(1.0 - lost) if None in (around.mass, around.speed) else _bilinear_restitution(*words.values(), around)
+    return {"stiffness": mean / deepest ** (n - 1.0), "restitution": e}
+
+
+def _bilinear_restitution(first: float, second: float, bend: float, around: Around) -> float:
+    """What ImpactMaterial gives: it loads along K₁ up to δ_y, then K₂, and unloads K₁ − K₂ times δ_y lower.
+
+    Not the e of (g): at its deepest penetration its spring holds another energy than that of Hertz.
+    """
+    energy = 0.5 * around.need("mass") * around.need("speed") ** 2
+    beyond = 2.0 * energy - first * bend**2  # K₂s² + 2K₁δ_y s, s beyond δ_y
+    if beyond <= 0.0:
+        return 1.0
+    root = math.hypot(first * bend, math.sqrt(second * beyond))
+    return math.sqrt(max(0.0, 1.0 - (first - second) * bend * beyond / (root + first * bend) / energy))
+
+
+def _bilinear_out(form: Form, contact: Contact, around: Around) -> Words:
+    n, speed = form.exponent, around.need("speed")
+    deepest = deepest_penetration(contact.stiffness, around.need("mass"), speed, n)
+    mean = contact.stiffness * deepest ** (n - 1.0)
+    lost = mean * (1.0 - contact.restitution_at(around) ** 2) / (n + 1.0)  # E/δₘ²
+    return dict(zip(form.words, (mean + lost / _SHARE, mean - lost / (1.0 - _SHARE), _SHARE * deepest), strict=True))
+
+
+def _area_in(form: Form, words: Words, around: Around) -> dict[str, float]:
+    stiffness, damping = (value * around.need("area") for value in words.values())
+    return {"stiffness": stiffness, "damping": damping}
+
+
+def _area_out(form: Form, contact: Contact, around: Around) -> Words:
+    area = around.need("area")
+    return dict(zip(form.words, (contact.stiffness / area, contact.damping / area), strict=True))
+
+
+def _pressure_in(form: Form, words: Words, around: Around) -> dict[str, float]:  # (h)
+    factor, modulus, size, time = words.values()
+    stiffness = factor * modulus / size * around.need("area")
+    return {"stiffness": stiffness, "damping": time * stiffness}
+
+
+def _penalty_in(form: Form, words: Words, around: Around) -> dict[str, float]:
+    pressure, time = words.values()
+    stiffness = pressure * around.need("area")
+    return {"stiffness": stiffness, "damping": time * stiffness}
+
+
+def _penalty_out(form: Form, contact: Contact, around: Around) -> Words:
+    pressure = contact.stiffness / around.need("area")
+    return dict(zip(form.words, (pressure, contact.damping / contact.stiffness), strict=True))
+
+
+FORMULAS = {
+    "direct": Formulas(_direct_in, _direct_out),
+    "solref": Formulas(_solref_in, _solref_out),
+    "erp-cfm": Formulas(_erp_in, _erp_out),
+    "share": Formulas(_share_in, _share_out),
+    "allowance": Formulas(_allowance_in),
+    "soft": Formulas(_soft_in, _soft_out),
+    "bilinear": Formulas(_bilinear_in, _bilinear_out),
+    "per-area": Formulas(_area_in, _area_out),
+    "penalty-factor": Formulas(_pressure_in),
+    "pressure": Formulas(_penalty_in, _penalty_out),
+}
