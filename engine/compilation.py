@@ -34,6 +34,8 @@ from .model import System
 from .motions.lyapunov import lyapunov
 from .motions.section import settled_period
 from .motions.steady import steady
+from .one_impact.forward import impact
+from .one_impact.question import Impact
 from .simulate import simulate
 from .sweeps.plane_study import PlaneStudy
 
@@ -169,6 +171,13 @@ def _step(system: System) -> None:
     steps.null_vector(np.eye(4, 5))
 
 
+def _meet() -> None:
+    """Let two bodies meet, with a step and without."""
+    for status in ("start", "located"):
+        impact(Impact(TimeStepping(1.0, 0.1, 4, status=status), 1.0, time_step=0.5))
+    _ = Impact(ExactPenalty(1.0, 0.1), 1.0).without_step  # which is computed when it is asked for
+
+
 class Call(NamedTuple):
     """A call that loads kernels: its place among all, what it solves, in words, and how it is made."""
 
@@ -205,6 +214,7 @@ def stages() -> list[list[Call]]:
                 system, _NEWMARK, 2.76, transient=1, sample=2, K=[2500.0], D=[8.0]
             ).compute(),
             **{name: run[name] for name in later},
+            "one impact": _meet,
         },
     ]
     number = itertools.count()

@@ -22,6 +22,7 @@ COMMANDS = (
     "motion",
     "compare",
     "peaks",
+    "impact",
     "recommend",
     "codes",
     "rules",

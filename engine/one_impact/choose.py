@@ -18,6 +18,7 @@ STEPS_RANGE = (0.25, 500.0)  # steps per contact among which the fewest are soug
 PER_DECADE = 16  # tried before halving, of these and of K and D
 NEAR, PER_STEP = 1.5, 10  # from what is found so far to so many times that, so many are tried for each step more
 LOOK = 1e3  # times a value, and that part of it, within which its bounds are sought
+SEEK = 10.0  # times K, from one bracket of a permitted penetration or force to the next
 TOLERANCE = 0.05  # of the restitution
 PRECISION = 1e-4  # relative, of what is found by halving
 
@@ -210,22 +211,29 @@ def stiffness_for(question: Impact, *, penetration: float | None = None, force: 
         raise ValueError("give either a permitted penetration or a permitted force")
     name, wanted = ("penetration", penetration) if force is None else ("force", force)
     wanted = require(name, wanted, 0.0, 1e12, f"give the permitted {name}", open_low=True)
-    e = question.without_step.restitution
+    alone = replace(question, method=question.method.limit, time_step=0.0)
+    e = alone.without_step.restitution
 
     def at(stiffness: float) -> Impact:
-        changed = question.with_contact(stiffness=stiffness)
+        changed = alone.with_contact(stiffness=stiffness)
         return changed if question.method.damping in (None, 0.0) else changed.with_restitution(e)
 
-    def beyond(stiffness: float) -> bool:  # falls with K for a penetration, grows for a force
+    def beyond(stiffness: float) -> bool:
         found = getattr(at(stiffness).without_step, name)
         return found < wanted if force is None else found > wanted
 
-    low, high = STIFFNESS_RANGE
-    if beyond(low) or not beyond(high):
-        raise ValueError(f"{name} = {wanted:g}: no K from {low:g} to {high:g} gives it: take another speed or mass")
+    low = high = question.method.stiffness
+    try:
+        while beyond(low):
+            low /= SEEK
+        while not beyond(high):
+            high *= SEEK
+    except ValueError:  # K or D beyond what a method takes
+        raise ValueError(f"{name} = {wanted:g}: no K within the range gives it: take another speed or mass") from None
     while high / low - 1.0 > 1e-12:
         middle = math.sqrt(low * high)
         if not low < middle < high:
             break
         low, high = (low, middle) if beyond(middle) else (middle, high)
-    return at(high if force is None else low)
+    found = at(high if force is None else low).method
+    return question.with_contact(found.stiffness, found.damping)

@@ -100,7 +100,7 @@ def impact(question: Impact) -> WithStep:
         found.share(found.two > 0),
         found.share(found.code == BLOWN_UP),
         found.share(found.code == STUCK),
-        found.share(e > 1.0 + GAINED),
+        found.share_above(e, 1.0 + GAINED),
         found.instant,
         e,
     )

@@ -54,6 +54,14 @@ class Instants(NamedTuple):
         """The share of touches in pieces of which this is true, (n, 5)."""
         return float(self.length @ of[:, 2] / self.length.sum())
 
+    def share_above(self, values: np.ndarray, level: float) -> float:
+        """The share of touches with values, (n, 5), above a level; between two instants looked at along a line."""
+        ends = np.stack([values[:, :-1], values[:, 1:]])
+        low, high = ends.min(axis=0), ends.max(axis=0)
+        flat = np.where(low > level, 1.0, 0.0)
+        above = np.divide(high - level, high - low, out=flat, where=high > low)
+        return float(self.length @ np.nan_to_num(np.clip(above, 0.0, 1.0)).mean(axis=1) / self.length.sum())
+
     def mean(self, values: np.ndarray) -> float:
         """The mean of values, (n, 5), of contacts with a result, by Simpson's rule in each piece; nan without any."""
         known = np.isfinite(values).all(axis=1)

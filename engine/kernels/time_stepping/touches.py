@@ -6,7 +6,7 @@ have parted and a step changes their speed as in flight: methods that average ov
 
 from ..compile.options import jit_no_alloc
 from ..compile.record import no_contact
-from ..status import OK
+from ..status import DIVERGED, OK
 from .linear_step import FORCE, STATE_ROWS, StepProgress, advance
 
 SETTLED = 1e-12  # change of speed by a step, as a share of the closing speed, that is none
@@ -37,7 +37,8 @@ def run_touches(m, angles, starts, flight, most, work, buffers, found):
         Without room.
     found : (n, FOUND) float64
         Written: g′ and g after the contact, the deepest penetration, the largest and the smallest λ at a step, steps in
-        which λ acts, steps without a solution and with two, and OK, DIVERGED, WITHOUT_SOLUTION or STUCK.
+        which λ acts, steps without a solution and with two, and OK, DIVERGED (also where the bodies do not part and
+        move faster than they came), WITHOUT_SOLUTION or STUCK.
     """
     y, window = work[3, :STATE_ROWS], (1, 1, 1)
     for i in range(starts.shape[0]):
@@ -55,4 +56,5 @@ def run_touches(m, angles, starts, flight, most, work, buffers, found):
             parted = at.step > 1 and at.status == 0 and not at.pressed and rate > 0.0
             over = parted and abs(rate - before - flight * m.system.h) <= SETTLED
         row[SPEED], row[GAP], row[NONE], row[TWO] = y[3] - y[2], y[1] - y[0] - m.system.touch, at.none, at.two
-        row[CODE] = code if code != OK or over else STUCK
+        moving = DIVERGED if abs(row[SPEED]) > abs(starts[i, 1]) else STUCK
+        row[CODE] = code if code != OK or over else moving

@@ -1,0 +1,223 @@
+"""``vibroscope impact``: what a contact alone gives with a law, an integrator, a contact status and a step."""
+
+from __future__ import annotations
+
+import argparse
+import csv
+import sys
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from vibroscope.app.commands.numbers import measured, number
+from vibroscope.app.commands.options import LAW_OPTIONS, STEPPING_OPTIONS, add_fields, stepping_of
+from vibroscope.app.commands.parser import Command, OneLineParser
+from vibroscope.app.commands.report import Report, Row
+from vibroscope.engine import SystemFile, Units, finite_or_none, written
+
+if TYPE_CHECKING:
+    from vibroscope.engine import Impact, WithStep
+
+SI = SystemFile(units=Units(omega1=1.0, m1=1.0, base_amplitude=1e3), has_units=True)  # in which numbers are counted
+OVER = {"steps-per-contact": (0.5, 100.0), "speed": (0.1, 10.0)}  # from where to where; of the speed: times this
+VALUES = 100  # of a band
+NO_STEPS = 4  # of a method for a contact alone
+BAND = "restitution_least restitution_mean restitution_greatest penetration_m force_N without_solution two_solutions"
+BAND = (*BAND.split(), "blown_up", "stuck")
+_EXAMPLES = """\
+examples:
+  vibroscope impact --mass '1 kg' --speed '1 m/s' --K '1e6 N/m' --restitution 0.5 --steps-per-contact 5
+  vibroscope impact --mass '0.2 kg' --speed '2 m/s' --K '5e5 N/m' --D '40 N s/m' --time-step '0.1 ms' --status end
+  vibroscope impact --K 1e6 --restitution 0.5 --integrator hht --over steps-per-contact=0.5:100 > band.csv
+"""
+
+
+def add(command: OneLineParser) -> None:
+    """Add the options."""
+    add = command.add_argument
+    add("--mass", type=measured("mass"), default=1.0, metavar="F", help="reduced mass, as '2 kg' (default 1 kg)")
+    add("--speed", type=measured("velocity"), default=1.0, metavar="F", help="closing speed (default 1 m/s)")
+    help_k = "contact stiffness, as '1e6 N/m'; all numbers without a unit are in SI units"
+    add("--K", type=measured("contact_stiffness"), required=True, metavar="F", help=help_k)
+    damper = command.add_mutually_exclusive_group(required=True)
+    help_d = "contact damper, as '40 N s/m'; without a unit its half, as everywhere: the force is 2D times the speed"
+    damper.add_argument("--D", type=measured("contact_damping"), metavar="F", help=help_d)
+    words = "in place of D: what the contact is to give without a step"
+    damper.add_argument("--restitution", type=number, metavar="F", help=words)
+    step = command.add_mutually_exclusive_group()
+    step.add_argument("--time-step", type=measured("time"), metavar="F", help="time step, as '0.1 ms'")
+    words = "in place of the time step: how many are in a contact, the half cycle of its spring with the damper"
+    step.add_argument("--steps-per-contact", type=number, metavar="F", help=words)
+    words = "constant force that presses the bodies together, such as a weight (default 0 N)"
+    add("--force", type=measured("force"), default=0.0, metavar="F", help=words)
+    add_fields(command, *LAW_OPTIONS, *STEPPING_OPTIONS)
+    words = "how far the restitution may be off for the largest step (default %(default)s)"
+    add("--tolerance", type=number, default=0.05, metavar="F", help=words)
+    words = "print a band as CSV instead: steps-per-contact=A:B or speed=A:B, in 100 values"
+    add("--over", type=_over, metavar="NAME=A:B", help=words)
+    command.set_defaults(system=SI, steps=NO_STEPS, located=False)
+
+
+def _over(text: str) -> tuple[str, float, float] | tuple[str]:
+    name, given, span = text.partition("=")
+    if name not in OVER:
+        raise argparse.ArgumentTypeError(f"{name[:40]!r} is neither of {', '.join(OVER)}: give {next(iter(OVER))}=A:B")
+    if not given:
+        return (name,)
+    low, mark, high = span.partition(":")
+    ends = [number(end) for end in (low, high)] if mark else []
+    if not ends or not 0 < ends[0] < ends[1] < float("inf"):
+        raise argparse.ArgumentTypeError(f"{text[:60]!r} is no range: give {name}=A:B with 0 < A < B")
+    return name, *ends
+
+
+def question_of(options: argparse.Namespace) -> Impact:
+    """The question that the options describe; of a method without a step where none is given."""
+    from vibroscope.engine import Impact
+
+    by_restitution = options.restitution is not None
+    method = stepping_of(options, D=0.0) if by_restitution else stepping_of(options)
+    numbers = {"speed": options.speed, "mass": options.mass, "force": options.force}
+    question = Impact(method.limit, **numbers)
+    if by_restitution:
+        question = question.with_restitution(options.restitution)
+        method = replace(method, damping=question.method.damping)
+    if options.time_step is not None:
+        return replace(question, method=method, time_step=options.time_step)
+    if options.steps_per_contact is None:
+        return question
+    if not options.steps_per_contact > 0:
+        raise ValueError(f"--steps-per-contact {options.steps_per_contact:g}: give a number above 0")
+    return replace(question, method=method, time_step=question.contact_time / options.steps_per_contact)
+
+
+def run(options: argparse.Namespace) -> Report:
+    """Solve the contact."""
+    question = question_of(options)
+    if options.over:
+        if options.json:
+            raise ValueError("--over prints CSV: leave --json out")
+        return Report(_band(question, options))
+    return _report(question, options)
+
+
+def _report(question: Impact, options: argparse.Namespace) -> Report:
+    from vibroscope.app.explorer.impact_words import advice, answer
+    from vibroscope.engine import impact, largest_step
+
+    alone = question.without_step
+    asked = alone.restitution if options.restitution is None else options.restitution
+    asked_for = {"mass_kg": question.mass, "speed_m_per_s": question.speed, "force_N": question.force}
+    asked_for |= {"stiffness": question.method.stiffness, "damping": 2.0 * question.method.damping}
+    asked_for |= {"damping_ratio": finite_or_none(question.ratio), "restitution": asked, "law": question.method.law}
+    data = {"asked": asked_for, "without_step": _named(alone._asdict())}
+    lines = [
+        Row("contact", _contact_text(question)),
+        Row("without a step", f"restitution {written(alone.restitution)}, {_measures(alone)}, {_time(alone.time)}"),
+    ]
+    if not question.time_step:
+        return Report(lines, data | {"with_step": None, "largest_step": None})
+    found, largest = impact(question), largest_step(question, options.tolerance, asked)
+    asked_for |= {"time_step_s": question.time_step, "steps_per_contact": question.steps_per_contact}
+    asked_for |= {"integrator": question.method.integrator.name, "status": question.method.status}
+    data |= {"with_step": _with_step(found), "largest_step": None}
+    if largest is not None:
+        data["largest_step"] = {
+            "time_step_s": largest.time_step,
+            "steps_per_contact": largest.steps_per_contact,
+            "tolerance": options.tolerance,
+        }
+    e, lost = found.restitution, found.energy_lost
+    lines += [Row("with this step", f"restitution {_span(e)}; share of the energy lost {_span(lost)}")]
+    lines += [Row("", f"{_measures(found)}, force in {found.steps[0]} to {found.steps[1]} steps")]
+    lines += [Row("answer", answer(question, asked, found), 110), Row("", advice(largest, options.tolerance), 110)]
+    return Report(lines, data)
+
+
+def _with_step(found: WithStep) -> dict[str, object]:
+    spans = {name: _finite(getattr(found, name)._asdict()) for name in ("restitution", "energy_lost")}
+    pairs = {"steps": found.steps, "time_s": found.time}
+    shares = ("without_solution", "two_solutions", "blown_up", "stuck", "gained")
+    return (
+        spans
+        | _finite({"penetration_m": found.penetration, "force_N": found.force})
+        | {name: {"least": least, "greatest": greatest} for name, (least, greatest) in pairs.items()}
+        | {name: getattr(found, name) for name in shares}
+    )
+
+
+def _finite(values: dict[str, float]) -> dict[str, float | None]:
+    return {name: finite_or_none(value) for name, value in values.items()}
+
+
+def _named(values: dict[str, float]) -> dict[str, float | None]:
+    units = {"penetration": "penetration_m", "force": "force_N", "time": "time_s"}
+    return _finite({units.get(name, name): value for name, value in values.items()})
+
+
+def _contact_text(question: Impact) -> str:
+    method, units = question.method, SI.units.of_contact(question.method)
+    texts = [units.text("contact_stiffness", method.stiffness)]
+    if method.damping is not None:
+        texts.append(f"{units.text('contact_damping', method.damping)}, damping ratio {written(question.ratio, 3)}")
+    numbers = f"K = {texts[0]}" + (f", c = {texts[1]}" if texts[1:] else "")
+    met = f"{written(question.mass)} kg at {written(question.speed)} m/s"
+    if question.force:
+        met += f", pressed by {written(question.force)} N"
+    text = f"{numbers}; {met}"
+    if not question.time_step:
+        return text.replace("·", " ")
+    step = f"step {_time(question.time_step)}, {written(question.steps_per_contact, 3)} in a contact"
+    return f"{text}; {step}".replace("·", " ")
+
+
+def _measures(found) -> str:
+    return f"penetration {written(1e3 * found.penetration)} mm, force {written(found.force)} N"
+
+
+def _time(seconds: float) -> str:
+    from vibroscope.engine.units import time_text
+
+    return time_text(seconds).replace("µ", "u") if seconds < float("inf") else "it does not part"
+
+
+def _span(span) -> str:
+    return f"{written(span.least, 3)} to {written(span.greatest, 3)}, mean {written(span.mean, 3)}"
+
+
+def _band(question: Impact, options: argparse.Namespace) -> Iterator[str]:
+    """The lines of the CSV."""
+    import numpy as np
+    from vibroscope.engine import over_speeds, over_steps
+
+    name, *ends = options.over
+    of_speed = name == "speed"
+    low, high = ends or [end * (question.speed if of_speed else 1.0) for end in OVER[name]]
+    if of_speed and not question.time_step:
+        raise ValueError("--over speed needs a step: give --time-step or --steps-per-contact")
+    if not question.time_step:
+        question = replace(question, method=_stepped(question, options), time_step=question.contact_time)
+    values = np.geomspace(low, high, VALUES)
+    out = csv.writer(sys.stdout, lineterminator="\n")
+    out.writerow([name.replace("-", "_") + ("_m_per_s" if of_speed else ""), *BAND])
+    for value, found in (over_speeds if of_speed else over_steps)(question, values):
+        shares = found.without_solution, found.two_solutions, found.blown_up, found.stuck
+        row = value, *found.restitution, found.penetration, found.force, *shares
+        out.writerow([f"{each:.9g}" for each in row])
+    return iter(())
+
+
+def _stepped(question: Impact, options: argparse.Namespace):
+    return replace(stepping_of(options, D=0.0), damping=question.method.damping)
+
+
+COMMAND = Command(
+    "what one contact gives with a law, an integrator, a contact status and a time step",
+    "Two bodies meet, and no other force acts: print the restitution, the penetration and the force that the contact "
+    "gives without a time step and with it, over all instants of touch within a step, and the largest step for which "
+    "the restitution is close to what was asked for.",
+    _EXAMPLES,
+    add,
+    run,
+    "one JSON object",
+)
