@@ -34,7 +34,7 @@ from vibroscope.app.explorer.typed import read_typed_number
 from vibroscope.app.runtime.typed_units import TYPED_UNITS, sizes
 from vibroscope.engine import QUANTITIES, Units, damping_of_restitution, restitution_of_damping, written
 from vibroscope.engine.checks import one_of, require
-from vibroscope.engine.law_table import LAWS, critical_damping, deepest_penetration, powers_of
+from vibroscope.engine.law_table import HERTZ, LAWS, critical_damping, deepest_penetration, powers_of
 from vibroscope.engine.methods import EXPONENT_RANGE
 
 _GRAVITY = 9.81  # m/s², as Drake's
@@ -58,6 +58,7 @@ _ROLES = {  # of a word: what of the contact it is
     "displacement": "penetration",
     "restitution": "restitution",
 }
+_READ = ("stiffness", "damping", "restitution")  # what other words are read as
 NEEDED = {  # beside the words: quantity, meaning, and how to give it
     "mass": ("mass", "reduced mass of the two bodies, m₁m₂/(m₁ + m₂)", "1 kg"),
     "step": ("time", "time step", "1 ms"),
@@ -156,14 +157,17 @@ class Contact:
         return found
 
 
-Words = Mapping[str, float | tuple[float, ...]]
+Values = tuple[float | tuple[float, ...], ...]  # of the words of a form, in their order and in SI units
 
 
 class Formulas(NamedTuple):
-    """Both directions: numbers by word, in SI units, to the fields of a `Contact`, and back; None: there is none."""
+    """Both directions: from values to K, c and, where the words are made from it, the restitution; and back.
 
-    read: Callable[[Form, Words, Around], dict[str, float]]
-    write: Callable[[Form, Contact, Around], Words] | None = None
+    Values are written for the last words of a form, if they are fewer; None: there is no way back.
+    """
+
+    read: Callable[[Values, Around], tuple[float | None, ...]]
+    write: Callable[[Contact, Around], Values] | None = None
 
 
 @dataclass(frozen=True)
@@ -176,9 +180,9 @@ class Form:
         The quantity of each word, or the unit of a number that is in SI units; "numbers": several, in SI units.
     law : str
     text : str
-        Its input, with the words in braces; {stiffness} and {damping} of the contact, too.
+        Its input, with the words in braces.
     formulas : str
-        A key of `FORMULAS`.
+        A key of `FORMULAS`; "direct": each word is a part of the contact, as its quantity says.
     defaults : mapping of str to str
     units : str
         System of units of plain numbers.
@@ -196,7 +200,12 @@ class Form:
 
     def __post_init__(self) -> None:
         one_of("law", self.law, tuple(LAWS))
-        one_of("formulas", self.formulas, tuple(FORMULAS))
+        one_of("formulas", self.formulas, ("direct", *FORMULAS))
+
+    @property
+    def writable(self) -> bool:
+        """Whether there is a way back from a contact to its words."""
+        return self.formulas == "direct" or FORMULAS[self.formulas].write is not None
 
     def word_of(self, role: str) -> str | None:
         """The word that is stiffness, damping, exponent, penetration or restitution; None if none is."""
@@ -214,8 +223,12 @@ class Form:
             raise Missing(f"{missing[0]} is missing: give {' '.join(f'{word}=...' for word in self.words)}")
         power = self.word_of("exponent")
         exponent = _number(power, texts[power], "exponent", self, 1.0) if power else self.exponent
-        numbers = {word: _number(word, texts[word], of, self, exponent) for word, of in self.words.items()}
-        return Contact(self.law, **{"exponent": exponent} | FORMULAS[self.formulas].read(self, numbers, around))
+        values = tuple(_number(word, texts[word], of, self, exponent) for word, of in self.words.items())
+        if self.formulas == "direct":
+            found = dict(zip(map(_ROLES.get, self.words.values()), values, strict=True))
+        else:
+            found = dict(zip(_READ, FORMULAS[self.formulas].read(values, around), strict=False))
+        return Contact(self.law, **{"exponent": exponent} | found)
 
     def default_of(self, role: str) -> float | None:
         """The default of the word that is a part of the contact, in SI units; None where there is none."""
@@ -224,18 +237,21 @@ class Form:
 
     def write(self, contact: Contact, around: Around) -> dict[str, str]:
         """The words of a contact of its own law, as texts."""
-        numbers = FORMULAS[self.formulas].write(self, contact, around)
-        units = {word: _one(self.words.get(word, ""), self, contact.exponent)[0] for word in numbers}
-        return {
-            word: " ".join(written(each, _DIGITS) for each in value)
-            if isinstance(value, tuple)
-            else written(value / units[word], _DIGITS)
-            for word, value in numbers.items()
-        }
+        if self.formulas == "direct":
+            values = tuple(getattr(contact, _ROLES[quantity]) for quantity in self.words.values())
+        else:
+            values = FORMULAS[self.formulas].write(contact, around)
+        names = list(self.words)[-len(values) :]
+        return {word: self._text(word, value, contact) for word, value in zip(names, values, strict=True)}
+
+    def _text(self, word: str, value: float | tuple[float, ...], contact: Contact) -> str:
+        if isinstance(value, tuple):
+            return " ".join(written(each, _DIGITS) for each in value)
+        return written(value / _one(self.words[word], self, contact.exponent)[0], _DIGITS)
 
     def unit(self, word: str, contact: Contact) -> str:
         """The unit in which a word is written; empty where it has none."""
-        return _one(self.words.get(word, ""), self, contact.exponent)[1]
+        return _one(self.words[word], self, contact.exponent)[1]
 
 
 def _units(system: str, law: str, exponent: float) -> Units:
@@ -286,83 +302,63 @@ def read_quantity(
 # --- formulas ---------------------------------------------------------------------------------------------------------
 
 
-def _direct_in(form: Form, words: Words, around: Around) -> dict[str, float]:
-    return {_ROLES[form.words[word]]: value for word, value in words.items()}
-
-
-def _direct_out(form: Form, contact: Contact, around: Around) -> Words:
-    return {word: getattr(contact, _ROLES[quantity]) for word, quantity in form.words.items()}
-
-
-def _solref_in(form: Form, words: Words, around: Around) -> dict[str, float]:  # (a), (b)
-    solref, mass = words["solref"], around.need("mass")
+def _solref_in(values: Values, around: Around) -> tuple[float, float]:  # (a), (b)
+    (solref,), mass = values, around.need("mass")
     if len(solref) != 2 or not (max(solref) <= 0.0 > solref[0] or min(solref) > 0.0):
         raise ValueError(
             f"solref = {' '.join(map(written, solref))} is not a pair of one sign: give '-stiffness -damping', "
             "such as '-1000 -10', or 'timeconst dampratio', such as '0.02 1'"
         )
     if solref[0] < 0.0:
-        return {"stiffness": -mass * solref[0], "damping": -mass * solref[1]}
+        return -mass * solref[0], -mass * solref[1]
     constant = max(solref[0], 2.0 * (around.step or 0.0))
-    return {"stiffness": mass / (constant * solref[1]) ** 2, "damping": 2.0 * mass / constant}
+    return mass / (constant * solref[1]) ** 2, 2.0 * mass / constant
 
 
-def _solref_out(form: Form, contact: Contact, around: Around) -> Words:
+def _solref_out(contact: Contact, around: Around) -> Values:
     mass = around.need("mass")
-    return {"solref": (-contact.stiffness / mass, -contact.damping / mass)}
+    return ((-contact.stiffness / mass, -contact.damping / mass),)
 
 
-def _erp_in(form: Form, words: Words, around: Around) -> dict[str, float]:  # (c)
-    erp, cfm = words.values()
-    return {"stiffness": erp / (cfm * around.need("step")), "damping": (1.0 - erp) / cfm}
+def _erp_in(values: Values, around: Around) -> tuple[float, float]:  # (c)
+    erp, cfm = values
+    return erp / (cfm * around.need("step")), (1.0 - erp) / cfm
 
 
-def _erp_out(form: Form, contact: Contact, around: Around) -> Words:
+def _erp_out(contact: Contact, around: Around) -> Values:
     spring = around.need("step") * contact.stiffness
-    both = spring + contact.damping
-    return dict(zip(form.words, (spring / both, 1.0 / both), strict=True))
+    return spring / (spring + contact.damping), 1.0 / (spring + contact.damping)
 
 
-def _share_in(form: Form, words: Words, around: Around) -> dict[str, float]:  # (d)
-    stiffness, share = words.values()
-    return {"stiffness": stiffness, "damping": share * stiffness}
+def _allowance_in(values: Values, around: Around) -> tuple[float, float]:  # (e)
+    stiffness = around.need("mass") * _GRAVITY / values[0]
+    return stiffness, stiffness / math.sqrt(_GRAVITY * values[0])
 
 
-def _share_out(form: Form, contact: Contact, around: Around) -> Words:
-    return dict(zip(form.words, (contact.stiffness, contact.damping / contact.stiffness), strict=True))
+def _soft_in(values: Values, around: Around) -> tuple[float, float]:  # (f)
+    (k0, factor, of_surface, of_step, percent), mass = values, around.need("mass")
+    stiffness = max(factor * of_surface * k0, of_step * mass / around.need("step") ** 2)
+    return stiffness, 0.02 * percent * critical_damping(stiffness, mass)
 
 
-def _allowance_in(form: Form, words: Words, around: Around) -> dict[str, float]:  # (e)
-    (allowance,) = words.values()
-    stiffness = around.need("mass") * _GRAVITY / allowance
-    return {"stiffness": stiffness, "damping": stiffness / math.sqrt(_GRAVITY * allowance)}
-
-
-def _soft_in(form: Form, words: Words, around: Around) -> dict[str, float]:  # (f)
-    mass = around.need("mass")
-    of_step = words["SOFSCL"] * mass / around.need("step") ** 2
-    stiffness = max(words["SLSFAC"] * words["SFS"] * words["k0"], of_step)
-    return {"stiffness": stiffness, "damping": 0.02 * words["VDC"] * critical_damping(stiffness, mass)}
-
-
-def _soft_out(form: Form, contact: Contact, around: Around) -> Words:
+def _soft_out(contact: Contact, around: Around) -> Values:
     mass, step = around.need("mass"), around.need("step")
-    ratio = 0.5 * contact.damping / critical_damping(contact.stiffness, mass)
-    return {"SOFSCL": contact.stiffness * step**2 / mass, "VDC": 100.0 * ratio}
+    critical = 2.0 * critical_damping(contact.stiffness, mass)
+    return contact.stiffness * step**2 / mass, 100.0 * contact.damping / critical
 
 
-def _bilinear_in(form: Form, words: Words, around: Around) -> dict[str, float]:  # (g)
-    first, second, bend = words.values()
-    n, deepest = form.exponent, bend / _SHARE
+def _bilinear_in(values: Values, around: Around) -> tuple[float, None, float]:  # (g)
+    first, second, bend = values
     mean = _SHARE * first + (1.0 - _SHARE) * second
-    lost = (n + 1.0) * _SHARE * (first - mean) / mean  # 1 − e²
+    lost = (HERTZ + 1.0) * _SHARE * (first - mean) / mean  # 1 − e²
     if not 0.0 <= lost <= 1.0:
         raise ValueError(
             f"K1 = {written(first)} and K2 = {written(second)} N/m are no approximation of a Hertz contact, which has "
             "a restitution of 0 to 1: give a K1 at or a little above K2"
         )
-    e = math.sqrt(1.0 - lost) if None in (around.mass, around.speed) else _bilinear_restitution(*words.values(), around)
-    return {"stiffness": mean / deepest ** (n - 1.0), "restitution": e}
+    known = None not in (around.mass, around.speed)
+    e = _bilinear_restitution(first, second, bend, around) if known else math.sqrt(1.0 - lost)
+    return mean / (bend / _SHARE) ** (HERTZ - 1.0), None, e
 
 
 def _bilinear_restitution(first: float, second: float, bend: float, around: Around) -> float:
@@ -378,50 +374,36 @@ def _bilinear_restitution(first: float, second: float, bend: float, around: Arou
     return math.sqrt(max(0.0, 1.0 - (first - second) * bend * beyond / (root + first * bend) / energy))
 
 
-def _bilinear_out(form: Form, contact: Contact, around: Around) -> Words:
-    n, speed = form.exponent, around.need("speed")
-    deepest = deepest_penetration(contact.stiffness, around.need("mass"), speed, n)
-    mean = contact.stiffness * deepest ** (n - 1.0)
-    lost = mean * (1.0 - contact.restitution_at(around) ** 2) / (n + 1.0)  # E/δₘ²
-    return dict(zip(form.words, (mean + lost / _SHARE, mean - lost / (1.0 - _SHARE), _SHARE * deepest), strict=True))
+def _bilinear_out(contact: Contact, around: Around) -> Values:
+    deepest = deepest_penetration(contact.stiffness, around.need("mass"), around.need("speed"), HERTZ)
+    mean = contact.stiffness * deepest ** (HERTZ - 1.0)
+    lost = mean * (1.0 - contact.restitution_at(around) ** 2) / (HERTZ + 1.0)  # E/δₘ²
+    return mean + lost / _SHARE, mean - lost / (1.0 - _SHARE), _SHARE * deepest
 
 
-def _area_in(form: Form, words: Words, around: Around) -> dict[str, float]:
-    stiffness, damping = (value * around.need("area") for value in words.values())
-    return {"stiffness": stiffness, "damping": damping}
+def _scaled_by(area: bool, share: bool) -> Formulas:
+    """Words that are K and c, each over the contact area, or the second as a share of the first: (d), (h)."""
+
+    def read(values: Values, around: Around) -> tuple[float, float]:
+        size = around.need("area") if area else 1.0
+        return values[0] * size, values[1] * values[0] * size if share else values[1] * size
+
+    def write(contact: Contact, around: Around) -> Values:
+        size = around.need("area") if area else 1.0
+        return contact.stiffness / size, contact.damping / (contact.stiffness if share else size)
+
+    return Formulas(read, write)
 
 
-def _area_out(form: Form, contact: Contact, around: Around) -> Words:
-    area = around.need("area")
-    return dict(zip(form.words, (contact.stiffness / area, contact.damping / area), strict=True))
-
-
-def _pressure_in(form: Form, words: Words, around: Around) -> dict[str, float]:  # (h)
-    factor, modulus, size, time = words.values()
-    stiffness = factor * modulus / size * around.need("area")
-    return {"stiffness": stiffness, "damping": time * stiffness}
-
-
-def _penalty_in(form: Form, words: Words, around: Around) -> dict[str, float]:
-    pressure, time = words.values()
-    stiffness = pressure * around.need("area")
-    return {"stiffness": stiffness, "damping": time * stiffness}
-
-
-def _penalty_out(form: Form, contact: Contact, around: Around) -> Words:
-    pressure = contact.stiffness / around.need("area")
-    return dict(zip(form.words, (pressure, contact.damping / contact.stiffness), strict=True))
-
-
+_PRESSURE = _scaled_by(area=True, share=True)
 FORMULAS = {
-    "direct": Formulas(_direct_in, _direct_out),
     "solref": Formulas(_solref_in, _solref_out),
     "erp-cfm": Formulas(_erp_in, _erp_out),
-    "share": Formulas(_share_in, _share_out),
+    "share": _scaled_by(area=False, share=True),
     "allowance": Formulas(_allowance_in),
     "soft": Formulas(_soft_in, _soft_out),
     "bilinear": Formulas(_bilinear_in, _bilinear_out),
-    "per-area": Formulas(_area_in, _area_out),
-    "penalty-factor": Formulas(_pressure_in),
-    "pressure": Formulas(_penalty_in, _penalty_out),
+    "per-area": _scaled_by(area=True, share=False),
+    "pressure": _PRESSURE,
+    "penalty-factor": Formulas(lambda v, around: _PRESSURE.read((v[0] * v[1] / v[2], v[3]), around)),
 }

@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 from vibroscope.app.codes.catalogue import Code, codes
-from vibroscope.app.codes.contact_words import FORMULAS, Around, Contact, Form, Missing
+from vibroscope.app.codes.contact_words import Around, Contact, Form, Missing
 from vibroscope.app.explorer.parameters import LAW_NAMES
 from vibroscope.engine import written
 from vibroscope.engine.checks import one_of
@@ -51,6 +51,11 @@ class Written:
     restitution: float | None
     changed: tuple[str, ...]
 
+    def as_dict(self) -> dict[str, object]:
+        """Plain values for JSON."""
+        values = {name: value for name, value in vars(self).items() if name != "form"}
+        return values | {"contact": vars(self.contact), "line": self.line, "units": self.units}
+
     @property
     def line(self) -> str:
         """The line of an input."""
@@ -59,13 +64,7 @@ class Written:
     @property
     def units(self) -> dict[str, str]:
         """The unit of each word that has one."""
-        found = {word: self.form.unit(word, self.contact) for word in self.words}
-        return {word: unit for word, unit in found.items() if unit}
-
-    def as_dict(self) -> dict[str, object]:
-        """Plain values for JSON."""
-        lists = {"changed": list(self.changed), "units": self.units, "line": self.line}
-        return {"words": self.words, "contact": vars(self.contact), "restitution": self.restitution} | lists
+        return {word: unit for word in self.words if (unit := self.form.unit(word, self.contact))}
 
 
 @dataclass(frozen=True)
@@ -100,14 +99,9 @@ class Translation:
 
     def as_dict(self) -> dict[str, object]:
         """Plain values for JSON."""
-        codes = {"from": self.source.key, "to": self.target.key, "defaults": self.defaults}
-        lists = {"unsaid": list(self.unsaid), "left_out": list(self.left_out)}
-        return (
-            codes
-            | {"contact": vars(self.contact), "restitution": self.restitution}
-            | {"written": [each.as_dict() for each in self.written]}
-            | lists
-        )
+        values = {name: value for name, value in vars(self).items() if name not in ("source", "target")}
+        parts = {"contact": vars(self.contact), "written": [each.as_dict() for each in self.written]}
+        return {"from": self.source.key, "to": self.target.key} | values | parts
 
 
 def translated_codes(write: bool = False) -> dict[str, Code]:
@@ -144,17 +138,17 @@ def translate(source: Code, given: Mapping[str, str], target: Code, around: Arou
     one_of("same", same, SAME)
     form = _form_of(source, given)
     contact = form.read(given, around)
-    found, left_out = [], []
+    found, left_out = [], {}
     for each in _writable(target):
         try:
             found.append(_write(each, contact, around, same, (source.name, target.name)))
         except Missing as problem:
-            left_out.append((f"{' and '.join(each.words)}: {problem}", problem))
+            left_out[" and ".join(each.words)] = problem
     if not found:
-        raise left_out[0][1] if left_out else ValueError(f"{target.name} has no words for a contact")
+        raise next(iter(left_out.values()), ValueError(f"{target.name} has no words for a contact"))
     defaults = {word: text for word, text in form.defaults.items() if word not in given}
     unsaid = [f"{code.name} alone has {text}" for code in (source, target) for text in code.alone]
-    texts = tuple(text for text, _ in left_out)
+    texts = tuple(f"{words}: {problem}" for words, problem in left_out.items())
     known = _restitution(contact, around)
     return Translation(source, target, defaults, contact, known, tuple(found), tuple(dict.fromkeys(unsaid)), texts)
 
@@ -167,7 +161,7 @@ def contact_text(contact: Contact, restitution: float | None) -> str:
 
 
 def _writable(code: Code) -> tuple[Form, ...]:
-    return tuple(form for form in code.contact if FORMULAS[form.formulas].write)
+    return tuple(form for form in code.contact if form.writable)
 
 
 def _form_of(code: Code, given: Mapping[str, str]) -> Form:

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from vibroscope.app.codes.catalogue import codes
-from vibroscope.app.codes.contact_words import FORMULAS, Around, Contact, Missing
+from vibroscope.app.codes.contact_words import Around, Contact, Missing
 from vibroscope.app.codes.translation import PHYSICAL, translate, translated_codes
 from vibroscope.app.commands.cli import main
 from vibroscope.engine import damping_of_restitution, restitution_of_damping
@@ -18,7 +18,7 @@ FORMS = [
     (code, place)
     for code, entry in translated_codes().items()
     for place, form in enumerate(entry.contact)
-    if FORMULAS[form.formulas].write
+    if form.writable
 ]
 
 
