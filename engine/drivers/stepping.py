@@ -11,7 +11,7 @@ from ..kernels.compile.packing import Layout
 from ..kernels.compile.record import PackedBuffers
 from ..kernels.status import FULL, PAUSED, STATUSES
 from ..kernels.time_stepping.newmark import LIMIT
-from ..methods import Newmark, TimeStepping
+from ..methods import TimeStepping
 from ..model import System
 from ..result import Checkpoint, Cost, Record, Status
 from ..wording import end_text
@@ -34,7 +34,7 @@ class SteppingDriver(Driver):
         self,
         system: System,
         eta: float,
-        method: Newmark | TimeStepping,
+        method: TimeStepping,
         start: Checkpoint,
         keep: int,
         kept_from: int,
