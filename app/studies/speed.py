@@ -181,7 +181,7 @@ def _plain_solver(question: SpeedQuestion, method: TimeStepping) -> Solve:
 
     The latter shows the cost of a step, and runs from rest and without clearance or forces, wherever the others do.
     """
-    if method.has_choices:
+    if not (method.plain and method.linear):
         return _engine_solver(question, replace(method, every_step=True))
     steps = method.steps
     run = plain_loop(question.system, question.eta, method.stiffness, method.damping, steps)
