@@ -11,6 +11,7 @@ Other modules ask a method for these, never for its class:
 ``skips_steps``        steps in which contact does not change are skipped: many take hardly longer than few
 ``grid_steps``         ``steps`` where the solution exists at those of the constant grid alone; else 0
 ``numbers``            what can be varied, by symbol: ``threshold``, or K, D and the steps where there are any
+``is_newmarks``        :func:`Newmark` makes it
 ``has_choices``        integrator, contact status, law or steps without a solution are others than the paper's
 ``stages``             times that a step is solved for
 ``counts_solutions``   a step may have no solution, or two: its contact status is that of the end
@@ -47,6 +48,7 @@ class _WithoutStep:
     steps: ClassVar[int] = 0
     located: ClassVar[bool] = False
     plain: ClassVar[bool] = False
+    is_newmarks: ClassVar[bool] = False
     skips_steps: ClassVar[bool] = False
     grid_steps: ClassVar[int] = 0
     counts_solutions: ClassVar[bool] = False
@@ -290,21 +292,24 @@ class TimeStepping(_Penalty):
         return self.status == CONTACT_STATUSES[0] and self._averages
 
     @property
+    def is_newmarks(self) -> bool:
+        """Whether :func:`Newmark` makes it: nothing that it leaves as it is has been chosen."""
+        return (self.plain or self.resolves_contacts) and self.without_solution == WITHOUT_SOLUTION[0]
+
+    @property
     def has_choices(self) -> bool:
         """Whether more is chosen than by :func:`Newmark` with the law of the paper."""
-        own = self.integrator, self.status, self.without_solution, self.law, self.initial_acceleration
-        status = "located" if self.resolves_contacts else CONTACT_STATUSES[0]
-        return own != (NewmarkBeta(), status, WITHOUT_SOLUTION[0], CONTACT_LAWS[0], INITIAL_ACCELERATIONS[0])
+        return not (self.is_newmarks and self.linear)
 
     @property
     def name(self) -> str:
         """Of Newmark's method in the paper, or of time stepping."""
-        return "time-stepping" if self.has_choices else "newmark"
+        return "newmark" if self.is_newmarks else "time-stepping"
 
     @property
     def made_by(self) -> tuple[str, ...]:
         """What Python calls to make it, by name."""
-        return (type(self.integrator).__name__, type(self).__name__) if self.has_choices else (Newmark.__name__,)
+        return (Newmark.__name__,) if self.is_newmarks else (type(self.integrator).__name__, type(self).__name__)
 
     @property
     def skips_steps(self) -> bool:
@@ -327,7 +332,7 @@ class TimeStepping(_Penalty):
         return self.status == "end"
 
     def __repr__(self) -> str:
-        if self.has_choices:
+        if not self.is_newmarks:
             return _shown_numbers(self, "exponent", "penetration", "resolves_contacts")
         numbers = f"stiffness={self.stiffness!r}, damping={self.damping!r}, steps={self.steps}"
         return f"Newmark({numbers}, every_step={self.every_step}, located={self.located}, law={self.law!r})"

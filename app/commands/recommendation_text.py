@@ -165,7 +165,7 @@ def _setting_text(found: Recommendation) -> str:
 def _kind_of_steps(found: Recommendation) -> str:
     """The kind of steps that the settings were tried with, in words."""
     steps, scheme = "steps cut at contact changes" if found.question.located else "constant step", found.scheme
-    if not scheme.has_choices:
+    if scheme.is_newmarks:
         return steps if scheme.linear else f"{steps}, law {scheme.law}"
     contact = "" if found.question.located else f" contact at the {scheme.status} of steps,"
     return f"{steps}, {scheme.integrator},{contact} law {scheme.law}"

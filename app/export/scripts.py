@@ -162,7 +162,7 @@ def initial_option(initial: Sequence[float] | None) -> str:
 
 def method_python(method: TimeStepping) -> str:
     """The method as a script makes it; its `made_by` is what it imports."""
-    if method.has_choices:
+    if not method.is_newmarks:
         return repr(method)
     more = ", located=True" if method.located else ""
     more += f", law={method.law!r}" if not method.linear else ""
@@ -188,7 +188,7 @@ def penalty_options(method: Method) -> str:
 
 def scheme_options(method: TimeStepping) -> str:
     """The options of integrator, contact status and law, beside K, D and the steps."""
-    if method.resolves_contacts or not method.has_choices:
+    if method.is_newmarks or method.resolves_contacts:
         usual = Newmark(method.stiffness, 0.0, method.steps, located=method.located)
         return (" --located" if method.located else "") + _changed(method, usual)
     own, usual = method.integrator, TimeStepping(method.stiffness, 0.0, method.steps)

@@ -117,7 +117,7 @@ class SteppingDriver(Driver):
     def explain_divergence(self, step: int, limit: str = "") -> Ending:
         """The step at which the run diverged, the reason, what to change, and the limit of stability if it is known."""
         n, method = self._method.steps, self._method
-        solution = f"the solution by {method.integrator.short_title()}" if method.has_choices else "Newmark's solution"
+        solution = "Newmark's solution" if method.is_newmarks else f"the solution by {method.integrator.short_title()}"
         return Ending(
             f"{solution} blew up",
             f"the gap passed {end_text(LIMIT)} base amplitudes at step {step} (period {step / n:.2f})",
