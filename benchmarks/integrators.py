@@ -11,7 +11,16 @@ between the two.
 import sys
 from dataclasses import replace
 
-from vibroscope.engine import CONTACT_LAWS, INTEGRATORS, Newmark, NewmarkBeta, System, TimeStepping, simulate
+from vibroscope.engine import (
+    CONTACT_LAWS,
+    INTEGRATORS,
+    Newmark,
+    NewmarkBeta,
+    System,
+    TimeStepping,
+    simulate,
+    with_located_steps,
+)
 from vibroscope.engine.law_table import numbers_of
 
 SCENES = {"A": (1.08, 2500.0, 8.0), "B": (1.70, 12000.0, 18.0), "C": (2.76, 12000.0, 18.0), "D": (3.25, 12000.0, 18.0)}
@@ -48,7 +57,7 @@ def methods_of(stiffness, damping, steps):
             yield f"{NewmarkBeta.name}, {status}, {law}", method, replace(method, status=judge, every_step=True)
     newmark = Newmark(stiffness, damping, steps)
     yield "Newmark", newmark, replace(newmark, every_step=True)
-    yield "Newmark located", replace(newmark, located=True), replace(newmark, every_step=True)
+    yield "Newmark located", with_located_steps(newmark), replace(newmark, every_step=True)
 
 
 def main(asked):

@@ -10,12 +10,9 @@ from .arguments import shown
 from .checks import require
 from .drivers.event_driven import overlap_message
 from .drivers.parameters import at_eta, parameter_rows, parameters_of
-from .methods import ExactPenalty, Method, Newmark, TimeStepping
+from .methods import METHOD_NUMBERS, Method
 from .model import System, check_eta
 from .result import STATUSES, Status
-
-_STEPPING = Newmark | TimeStepping
-_OWN = {"stiffness": ExactPenalty | _STEPPING, "damping": ExactPenalty | _STEPPING, "steps": _STEPPING}
 
 
 @dataclass(frozen=True)
@@ -27,7 +24,7 @@ class Cells:
     system : System or sequence of System
         One for all cells, or one a cell.
     eta : (n,) array_like
-    method : Reference, ExactPenalty, Newmark or TimeStepping
+    method : Reference, ExactPenalty or TimeStepping
         Holds for all cells but where one of the next three says otherwise.
     stiffness, damping, steps : (n,) array_like, optional
         K, D (penalty methods) and n (methods with a time step) of each cell.
@@ -65,10 +62,10 @@ class Cells:
                 raise ValueError(f"system = {shown(self.system)} is no System: give one, or a sequence of them")
             object.__setattr__(self, "system", systems)
             self._same_length("system")
-        for name, methods in _OWN.items():
+        for symbol, name in METHOD_NUMBERS.items():
             if getattr(self, name) is None:
                 continue
-            if not isinstance(self.method, methods):
+            if symbol not in self.method.numbers:
                 raise ValueError(f"{name} is no number of the {self.method.name} method: leave it out")
             self._keep(name, getattr(self, name), float)
         if self.initial is not None:
@@ -120,7 +117,7 @@ class Cells:
                 raise ValueError(overlap_message(self.system_of(worst), -overlaps[worst]))
 
     def _own(self) -> dict[str, np.ndarray]:
-        return {name: getattr(self, name) for name in _OWN if getattr(self, name) is not None}
+        return {name: given for name in METHOD_NUMBERS.values() if (given := getattr(self, name)) is not None}
 
     def steps_each(self) -> np.ndarray:
         """n of each cell, (n,); zeros for methods without."""
@@ -150,7 +147,7 @@ class Cells:
 
     def at(self, places: np.ndarray, **changed) -> "Cells":
         """The cells at some places, by their index, each on its own, with other numbers of them ``changed``."""
-        own = {name: getattr(self, name) for name in ("eta", "initial", *_OWN)}
+        own = {name: getattr(self, name) for name in ("eta", "initial", *METHOD_NUMBERS.values())}
         own = {name: None if array is None else array[places] for name, array in own.items()}
         system = self.system if isinstance(self.system, System) else [self.system[i] for i in places]
         return replace(self, system=system, chain=None, **own | changed)

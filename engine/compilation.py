@@ -29,7 +29,8 @@ from .drivers import settle
 from .drivers.code_cache import CompileListener, compilable_functions, complete_mark, is_cache_private
 from .drivers.event_driven import hybrid_state
 from .drivers.orbit import OrbitEquations, event, numbers_of, steps
-from .methods import ExactPenalty, Newmark, Reference, TimeStepping
+from .integrators import HHT
+from .methods import ExactPenalty, Newmark, Reference, TimeStepping, with_located_steps
 from .model import System
 from .motions.lyapunov import lyapunov
 from .motions.section import settled_period
@@ -65,10 +66,10 @@ _RUNS = {  # what is called, by what it solves
     "Newmark": _NEWMARK,
     "exact penalty": ExactPenalty(2500.0, 8.0),
     "other contact laws": ExactPenalty(2500.0, 8.0, "cut"),
-    "Newmark, located": replace(_NEWMARK, located=True),
+    "Newmark, located": with_located_steps(_NEWMARK),
     "Newmark, every step": replace(_NEWMARK, every_step=True),
-    "other integrators": TimeStepping(2500.0, 8.0, 2000),
-    "other integrators, every step": TimeStepping(2500.0, 8.0, 2000, every_step=True),
+    "other integrators": TimeStepping(2500.0, 8.0, 2000, HHT()),
+    "other integrators, every step": TimeStepping(2500.0, 8.0, 2000, HHT(), every_step=True),
 }
 _OPENING = (  # what the explorer opens with, and what its verdict tries; those that share functions beside each other
     "reference",

@@ -57,7 +57,7 @@ from .law_table import (
     powers_of,
     ratio_of_restitution,
 )
-from .methods import STEPS_RANGE, STIFFNESS_RANGE, ExactPenalty, Method, Newmark, TimeStepping
+from .methods import STEPS_RANGE, STIFFNESS_RANGE, ExactPenalty, Method, TimeStepping
 from .model import System, check_eta
 
 SPEED_RANGE = (0.0, 1e9)
@@ -250,7 +250,7 @@ def equal_restitution_damping(system: System, stiffness: float | np.ndarray) -> 
 
 
 def effective_restitution(
-    system: System, method: ExactPenalty | Newmark | TimeStepping, closing_speed: float | Sequence[float]
+    system: System, method: ExactPenalty | TimeStepping, closing_speed: float | Sequence[float]
 ) -> float | np.ndarray:
     """Return the restitution that a contact of this method gives, at one closing speed or at many.
 
@@ -259,7 +259,7 @@ def effective_restitution(
     Parameters
     ----------
     system : System
-    method : ExactPenalty, Newmark or TimeStepping
+    method : ExactPenalty or TimeStepping
         Its law and the numbers of that.
     closing_speed : float or (n,) array_like
         v₀ > 0.

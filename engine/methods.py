@@ -7,20 +7,23 @@ Other modules ask a method for these, never for its class:
 ``has_step``           time is stepped through, with ``steps`` in an excitation period; 0 of the others
 ``located``            steps are cut where contact changes
 ``resolves_contacts``  … and contacts shorter than some steps are resolved by shorter ones
+``plain``              steps are the paper's: average acceleration, contact from their start; the force may be cut
 ``skips_steps``        steps in which contact does not change are skipped: many take hardly longer than few
 ``grid_steps``         ``steps`` where the solution exists at those of the constant grid alone; else 0
 ``numbers``            what can be varied, by symbol: ``threshold``, or K, D and the steps where there are any
-``has_choices``        integrator, contact status, law and steps without a solution are chosen
+``is_newmarks``        :func:`Newmark` makes it
+``has_choices``        integrator, contact status, law or steps without a solution are others than the paper's
 ``stages``             times that a step is solved for
 ``counts_solutions``   a step may have no solution, or two: its contact status is that of the end
 ``threshold``          parting speed below which a rigid contact lasts; 0 of the others
 =====================  ==============================================================================================
 
-All have the ``limit`` that they tend to with smaller steps. Those that are not rigid have ``law``, ``stiffness``,
-``damping``, the numbers of the law and ``spring_exponent``, those with a step ``integrator`` and ``status``.
+All have the ``limit`` that they tend to with smaller steps, and ``made_by``: the names that Python writes them with.
+Those that are not rigid have ``law``, ``stiffness``, ``damping``, the numbers of the law and ``spring_exponent``, those
+with a step ``integrator`` and ``status``. Those with a step are one class: :func:`Newmark` makes the paper's.
 """
 
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 from typing import ClassVar
 
 from .arguments import shown
@@ -44,6 +47,8 @@ class _WithoutStep:
     has_step: ClassVar[bool] = False
     steps: ClassVar[int] = 0
     located: ClassVar[bool] = False
+    plain: ClassVar[bool] = False
+    is_newmarks: ClassVar[bool] = False
     skips_steps: ClassVar[bool] = False
     grid_steps: ClassVar[int] = 0
     counts_solutions: ClassVar[bool] = False
@@ -54,6 +59,11 @@ class _WithoutStep:
     def limit(self) -> "Reference | ExactPenalty":
         """Itself: there is no step that could tend to zero."""
         return self
+
+    @property
+    def made_by(self) -> tuple[str, ...]:
+        """What Python calls to make it, by name."""
+        return (type(self).__name__,)
 
 
 class _Penalty:
@@ -80,40 +90,6 @@ class _Penalty:
     def spring_exponent(self) -> float:
         """The power n of the force Kδⁿ of the contact spring: the method's own where its law takes one."""
         return powers_of(self.law, self.exponent)[0]
-
-
-class _Steps(_Penalty):
-    has_step: ClassVar[bool] = True
-
-    @property
-    def limit(self) -> "ExactPenalty":
-        """The solution that this one tends to as Δτ → 0."""
-        return ExactPenalty(self.stiffness, self.damping, self.law, **self.law_numbers)
-
-    @property
-    def skips_steps(self) -> bool:
-        """Whether steps in which contact does not change are skipped, so that many steps take hardly longer."""
-        return LAWS[self.law].closed_form and not self.located and not self.every_step
-
-    @property
-    def resolves_contacts(self) -> bool:
-        """Whether steps are cut where contact changes, and short contacts resolved by steps that are shorter still."""
-        return self.located and not self.has_choices
-
-    @property
-    def grid_steps(self) -> int:
-        """The steps, where the solution exists at those of the constant grid alone; else 0."""
-        return 0 if self.located else self.steps
-
-    @property
-    def stages(self) -> int:
-        """Of a step, each of which is solved for."""
-        return len(self.integrator.stages)
-
-    @property
-    def counts_solutions(self) -> bool:
-        """Whether a step may have no solution, or two: its contact status is that of the end."""
-        return self.status == "end"
 
 
 @dataclass(frozen=True)
@@ -211,109 +187,45 @@ class ExactPenalty(_WithoutStep, _Penalty):
 
 
 @dataclass(frozen=True)
-class Newmark(_Steps):
-    """Penalty contact integrated by Newmark's method, α = ½, β = ¼, constant step T/n (paper, section 4).
+class TimeStepping(_Penalty):
+    """Penalty contact integrated by a one-step method of FE and physics codes, constant step T/n.
 
     Attributes
     ----------
     stiffness : float
         K of the contact spring, in units of pendulum 1's own stiffness.
-    damping : float
-        D of the contact damper; the force is K(ξ₁ − ξ₂) + 2D(ξ₁′ − ξ₂′).
+    damping : float or None
+        D of the contact damper; the force of the first law is K(ξ₁ − ξ₂) + 2D(ξ₁′ − ξ₂′). None as that of
+        :class:`ExactPenalty`.
     steps : int
-        n, steps per excitation period: Δτ = T/n.
-    every_step : bool
-        Take every step, as an FE code must, instead of skipping those in which contact does not change. The solution is
-        the same but for rounding, the cost is not. Rounding shows where it is amplified: in chaotic motion after some
-        hundred periods, and in the scatter that a coarse step causes. Located steps are all taken.
-    located : bool
-        Cut a step at each contact change, located within it, instead of finding contact only at the start of steps;
-        contacts shorter than some steps are resolved by shorter ones. The cost counts each solve.
-    law : {"kelvin-voigt", "cut"}
-        Contact law: a spring and a damper, as in the paper, which may pull near the end of a contact; or the same cut
-        at zero. With "cut" all steps are taken. :class:`TimeStepping` has more laws.
-
-    Raises
-    ------
-    ValueError
-        If a value is out of range.
-
-    Examples
-    --------
-    >>> from vibroscope.engine import Newmark
-    >>> Newmark(12000, 18, 2000).limit  # as the step tends to zero
-    ExactPenalty(stiffness=12000.0, damping=18.0)
-    >>> Newmark(12000, -1, 2000)
-    Traceback (most recent call last):
-        ...
-    ValueError: D = -1 is outside [0, 1e+09]: give a contact damping; the paper uses 8 to 50
-    """
-
-    stiffness: float
-    damping: float
-    steps: int
-    every_step: bool = False
-    located: bool = False
-    law: str = CONTACT_LAWS[0]
-    name: ClassVar[str] = "newmark"
-    has_choices: ClassVar[bool] = False
-    integrator: ClassVar[Integrator] = NewmarkBeta()
-    without_solution: ClassVar[str] = WITHOUT_SOLUTION[0]
-    initial_acceleration: ClassVar[str] = INITIAL_ACCELERATIONS[0]
-    exponent: ClassVar[float] = HERTZ
-    penetration: ClassVar[None] = None
-
-    def __post_init__(self):
-        _check_contact(self)
-        for name in ("every_step", "located"):
-            object.__setattr__(self, name, flag(name, getattr(self, name)))
-        if self.law not in NEWMARK_LAWS:
-            raise ValueError(f"law = {self.law!r} is stepped by TimeStepping(…, law={self.law!r}), not by Newmark")
-        _check_steps(self)
-
-    @property
-    def skips_steps(self) -> bool:
-        """As of the others, but of "cut", of which all are taken."""
-        return self.linear and super().skips_steps
-
-    @property
-    def status(self) -> str:
-        """Of a contact: "start" or "located", as those of :class:`TimeStepping`."""
-        return "located" if self.located else CONTACT_STATUSES[0]
-
-
-@dataclass(frozen=True)
-class TimeStepping(_Steps):
-    """Penalty contact integrated by a one-step method of FE and physics codes, constant step T/n.
-
-    Attributes
-    ----------
-    stiffness, damping, steps
-        As those of :class:`Newmark`; with a method of two stages, both are within one step.
+        n, steps per excitation period: Δτ = T/n; with a method of two stages, both are within one step.
     integrator : Integrator
         One of :data:`engine.integrators.INTEGRATORS`; by default Newmark's method, α = ½, β = ¼.
     status : {"start", "end", "located"}
         Whether a step is with contact is taken from the gap at its start, or iterated until it agrees with the gap at
         its end (where the integrator takes the contact force). Explicit integrators know the gap before the force and
         have nothing to iterate: they do not take "end". "located" cuts a step at each contact change and
-        each kink of the law, where the acceleration starts anew; other than with :class:`Newmark`, contacts are not
-        resolved by shorter steps.
+        each kink of the law, where the acceleration starts anew.
     without_solution : {"stop", "keep", "halve"}
         With status "end", what a step does in which neither status agrees with its own end: end the run with the status
         ``without-solution``; keep the former status; or be cut into 2, 4, … 1024 parts until all of them have a
         solution.
     law, exponent, penetration
-        As those of :class:`ExactPenalty`, and so is a damping of None. The force of a law that is not linear is solved
-        for within each step.
+        As those of :class:`ExactPenalty`. The force of a law that is not linear is solved for within each step.
     initial_acceleration : {"equation", "zero"}
         ξᵢ″ at τ = 0 from the equations of motion, or zero, as OpenSees has it unless it is given.
     every_step : bool
-        As that of :class:`Newmark`.
+        Take every step, as an FE code must, instead of skipping those in which contact does not change. The solution is
+        the same but for rounding, the cost is not. Rounding shows where it is amplified: in chaotic motion after some
+        hundred periods, and in the scatter that a coarse step causes. Located steps are all taken.
+    resolves_contacts : bool
+        With located steps of Newmark's method: contacts shorter than some steps are resolved by shorter ones, which an
+        FE code does not do. The cost counts each solve.
 
     Raises
     ------
     ValueError
-        If a value is out of range.
+        If a value is out of range, or no number of the law, or choices do not go together.
 
     Examples
     --------
@@ -335,29 +247,152 @@ class TimeStepping(_Steps):
     exponent: float = HERTZ
     penetration: float | None = None
     every_step: bool = False
-    name: ClassVar[str] = "time-stepping"
-    has_choices: ClassVar[bool] = True
+    resolves_contacts: bool = False
+    has_step: ClassVar[bool] = True
 
     def __post_init__(self):
         _check_contact(self)
-        _check_steps(self)
+        n = whole("steps", self.steps, *STEPS_RANGE, "give steps per excitation period; the paper uses 2000 to 8000")
+        object.__setattr__(self, "steps", n)
         if not isinstance(self.integrator, Integrator):
             raise ValueError(f"integrator = {shown(self.integrator)} is not an Integrator, such as NewmarkBeta()")
         one_of("status", self.status, CONTACT_STATUSES)
         one_of("without_solution", self.without_solution, WITHOUT_SOLUTION)
         one_of("initial_acceleration", self.initial_acceleration, INITIAL_ACCELERATIONS)
-        object.__setattr__(self, "every_step", flag("every_step", self.every_step))
+        for name in ("every_step", "resolves_contacts"):
+            object.__setattr__(self, name, flag(name, getattr(self, name)))
         if self.integrator.explicit and self.status == "end":
             name = self.integrator.name
             raise ValueError(f"{name} is explicit and knows the gap before the force: it has no status = 'end'")
+        if self.resolves_contacts and not (self.located and self._averages):
+            raise ValueError(
+                "resolves_contacts = True goes with status = 'located', Newmark's method with β = ¼ and γ = ½ and the "
+                f"laws {' and '.join(NEWMARK_LAWS)}: leave it out"
+            )
+
+    @property
+    def limit(self) -> ExactPenalty:
+        """The solution that this one tends to as Δτ → 0."""
+        return ExactPenalty(self.stiffness, self.damping, self.law, **self.law_numbers)
 
     @property
     def located(self) -> bool:
         """Whether steps are cut at contact changes."""
         return self.status == "located"
 
+    @property
+    def _averages(self) -> bool:
+        """Whether a step has the mean acceleration of its ends, and a contact force that is linear, or that and cut."""
+        own = self.integrator, self.initial_acceleration
+        return own == (NewmarkBeta(), INITIAL_ACCELERATIONS[0]) and self.law in NEWMARK_LAWS
+
+    @property
+    def plain(self) -> bool:
+        """Whether steps are the paper's: average acceleration, contact from their start; the force may be cut."""
+        return self.status == CONTACT_STATUSES[0] and self._averages
+
+    @property
+    def is_newmarks(self) -> bool:
+        """Whether :func:`Newmark` makes it: nothing that it leaves as it is has been chosen."""
+        return (self.plain or self.resolves_contacts) and self.without_solution == WITHOUT_SOLUTION[0]
+
+    @property
+    def has_choices(self) -> bool:
+        """Whether more is chosen than by :func:`Newmark` with the law of the paper."""
+        return not (self.is_newmarks and self.linear)
+
+    @property
+    def name(self) -> str:
+        """Of Newmark's method in the paper, or of time stepping."""
+        return "newmark" if self.is_newmarks else "time-stepping"
+
+    @property
+    def made_by(self) -> tuple[str, ...]:
+        """What Python calls to make it, by name."""
+        return (Newmark.__name__,) if self.is_newmarks else (type(self.integrator).__name__, type(self).__name__)
+
+    @property
+    def skips_steps(self) -> bool:
+        """Whether steps in which contact does not change are skipped, so that many steps take hardly longer."""
+        return LAWS[self.law].closed_form and not self.located and not self.every_step
+
+    @property
+    def grid_steps(self) -> int:
+        """The steps, where the solution exists at those of the constant grid alone; else 0."""
+        return 0 if self.located else self.steps
+
+    @property
+    def stages(self) -> int:
+        """Of a step, each of which is solved for."""
+        return len(self.integrator.stages)
+
+    @property
+    def counts_solutions(self) -> bool:
+        """Whether a step may have no solution, or two: its contact status is that of the end."""
+        return self.status == "end"
+
     def __repr__(self) -> str:
-        return _shown_numbers(self, "exponent", "penetration")
+        if not self.is_newmarks:
+            return _shown_numbers(self, "exponent", "penetration", "resolves_contacts")
+        numbers = f"stiffness={self.stiffness!r}, damping={self.damping!r}, steps={self.steps}"
+        return f"Newmark({numbers}, every_step={self.every_step}, located={self.located}, law={self.law!r})"
+
+
+def Newmark(
+    stiffness: float,
+    damping: float,
+    steps: int,
+    every_step: bool = False,
+    located: bool = False,
+    law: str = CONTACT_LAWS[0],
+) -> TimeStepping:
+    """Penalty contact integrated by Newmark's method, α = ½, β = ¼, constant step T/n (paper, section 4).
+
+    Parameters
+    ----------
+    stiffness, damping, steps, every_step
+        As those of :class:`TimeStepping`; the damping is a number.
+    located : bool
+        Cut a step at each contact change, located within it, instead of finding contact only at the start of steps;
+        contacts shorter than some steps are resolved by shorter ones.
+    law : {"kelvin-voigt", "cut"}
+        Contact law: a spring and a damper, as in the paper, which may pull near the end of a contact; or the same cut
+        at zero. :class:`TimeStepping` has more laws.
+
+    Raises
+    ------
+    ValueError
+        If a value is out of range.
+
+    Examples
+    --------
+    >>> from vibroscope.engine import Newmark
+    >>> Newmark(12000, 18, 2000).limit  # as the step tends to zero
+    ExactPenalty(stiffness=12000.0, damping=18.0)
+    >>> Newmark(12000, -1, 2000)
+    Traceback (most recent call last):
+        ...
+    ValueError: D = -1 is outside [0, 1e+09]: give a contact damping; the paper uses 8 to 50
+    """
+    if law in CONTACT_LAWS and law not in NEWMARK_LAWS:
+        raise ValueError(f"law = {law!r} is stepped by TimeStepping(…, law={law!r}), not by Newmark")
+    method = TimeStepping(stiffness, damping, steps, law=law, every_step=every_step)
+    return replace(method, status="located", resolves_contacts=True) if flag("located", located) else method
+
+
+def with_located_steps(method: TimeStepping) -> TimeStepping:
+    """Return a method with the same numbers whose steps are cut where contact changes.
+
+    Contacts are resolved by shorter steps where the method's own are the paper's.
+
+    Examples
+    --------
+    >>> from vibroscope.engine import Newmark, with_located_steps
+    >>> with_located_steps(Newmark(2500, 8, 500)).located
+    True
+    """
+    resolved = method.plain or method.resolves_contacts
+    return replace(method, status="located", resolves_contacts=resolved, every_step=False)
 
 
 def _shown_numbers(method: ExactPenalty | TimeStepping, *left_out: str) -> str:
@@ -368,23 +403,13 @@ def _shown_numbers(method: ExactPenalty | TimeStepping, *left_out: str) -> str:
     return f"{type(method).__name__}({', '.join(parts)})"
 
 
-def _check_steps(method: Newmark | TimeStepping) -> None:
-    n = whole("steps", method.steps, *STEPS_RANGE, "give steps per excitation period; the paper uses 2000 to 8000")
-    object.__setattr__(method, "steps", n)
-
-
-def _check_contact(method: ExactPenalty | Newmark | TimeStepping) -> None:
+def _check_contact(method: ExactPenalty | TimeStepping) -> None:
     law = one_of("law", method.law, CONTACT_LAWS)
     k = require("K", method.stiffness, *STIFFNESS_RANGE, "give a contact stiffness; the paper uses 100 to 12000")
     object.__setattr__(method, "stiffness", k)
     if method.damping is not None or law not in LAWS_BY_RESTITUTION:
         d = require("D", method.damping, *DAMPING_RANGE, "give a contact damping; the paper uses 8 to 50")
         object.__setattr__(method, "damping", d)
-    if "exponent" in (each.name for each in fields(method)):
-        _check_law(method, law)
-
-
-def _check_law(method: ExactPenalty | TimeStepping, law: str) -> None:
     n = require("exponent", method.exponent, *EXPONENT_RANGE, "give the power of the penetration, 1.5 for Hertz")
     object.__setattr__(method, "exponent", n)
     own = numbers_of(law)
@@ -402,5 +427,5 @@ def _check_law(method: ExactPenalty | TimeStepping, law: str) -> None:
         raise ValueError(f"penetration = {shown_as} is no number of the law {law!r}, but of {others}: leave it out")
 
 
-Method = Reference | ExactPenalty | Newmark | TimeStepping
+Method = Reference | ExactPenalty | TimeStepping
 METHOD_NUMBERS = {"K": "stiffness", "D": "damping", "steps": "steps"}  # by their symbols: attributes of a method

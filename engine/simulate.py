@@ -8,9 +8,9 @@ from .drivers.base import Driver
 from .drivers.event_driven import EventDriver
 from .drivers.law_driven import LawDriver, needs_law
 from .drivers.located import LocatedDriver
-from .drivers.newmark import ONE_STEP_DRIVERS
+from .drivers.newmark import NewmarkDriver, takes_own_loop
 from .drivers.time_stepping import TimeSteppingDriver
-from .methods import ExactPenalty, Method, Reference, TimeStepping
+from .methods import Method
 from .model import System, check_eta
 from .result import Checkpoint, Record, Response, Status, Trajectory
 
@@ -20,7 +20,6 @@ KEEP_LIMIT = 1_000_000
 LONG, KEEP = 2050, 50  # periods of a long run, and the last of them that are kept: the paper's
 SAMPLES_LIMIT = 20_000_000
 STEPS_LIMIT = 10**13
-_DRIVERS = {Reference: EventDriver, ExactPenalty: EventDriver, TimeStepping: TimeSteppingDriver, **ONE_STEP_DRIVERS}
 
 
 def simulate(
@@ -41,7 +40,7 @@ def simulate(
     system : System
     eta : float
         Excitation frequency η = Ω/ω₁.
-    method : Reference, ExactPenalty, Newmark or TimeStepping
+    method : Reference, ExactPenalty or TimeStepping
     periods : int
         Excitation periods to run, the transient included.
     keep : int
@@ -142,7 +141,9 @@ def _driver(method: Method) -> type[Driver]:
         return LocatedDriver
     if needs_law(method):
         return LawDriver
-    return _DRIVERS[type(method)]
+    if not method.has_step:
+        return EventDriver
+    return NewmarkDriver if takes_own_loop(method) else TimeSteppingDriver
 
 
 def _check_record(record: Record, keep: int) -> Record:

@@ -59,7 +59,7 @@ def penalty_methods(stiffness, damping, steps):
         "exact": engine.ExactPenalty(stiffness, damping),
         "newmark": newmark,
         "every step": replace(newmark, every_step=True),
-        "located": replace(newmark, located=True),
+        "located": engine.Newmark(stiffness, damping, steps, located=True),
     }
 
 

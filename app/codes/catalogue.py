@@ -22,7 +22,6 @@ from vibroscope.engine import (
     INTEGRATORS,
     WITHOUT_SOLUTION,
     Integrator,
-    Newmark,
     NewmarkBeta,
     TimeStepping,
     Units,
@@ -36,7 +35,7 @@ from vibroscope.engine.model import System, check_eta
 
 _PENETRATION = 0.01  # of full damping where no source says one, in units of length
 _DIGITS = 6  # of a number in an input
-Stepping = Newmark | TimeStepping
+Stepping = TimeStepping
 
 
 @dataclass(frozen=True)
@@ -147,7 +146,7 @@ class Code:
         self,
         system: System,
         eta: float,
-        method: Newmark | TimeStepping,
+        method: TimeStepping,
         units: Units | None,
         contact_area: float | None = None,
     ) -> tuple:

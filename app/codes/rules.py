@@ -39,7 +39,6 @@ from vibroscope.engine import (
     Comparison,
     ComparisonQuestion,
     Motion,
-    Newmark,
     Reference,
     Response,
     Status,
@@ -61,7 +60,7 @@ from vibroscope.engine.divergence.tolerances import CLOSE_CURVE
 from vibroscope.engine.facts import Choice, Statement, message_of, sentence, stated
 from vibroscope.engine.model import check_eta
 
-Stepping = Newmark | TimeStepping
+Stepping = TimeStepping
 Numbers = dict[str, float]  # some of stiffness, damping and steps
 ENDED = "ended early"  # what stands for the motion of a run without a result
 
@@ -246,7 +245,7 @@ class RuleOutcome:
     Attributes
     ----------
     rule : Rule
-    method : Newmark, TimeStepping or None
+    method : TimeStepping or None
         With the numbers of the rule; None where it gives none.
     motion : str or Statement
         What the motion then is; empty where there is none.

@@ -13,10 +13,8 @@ from vibroscope.engine import (
     CONTACT_STATUSES,
     INTEGRATORS,
     LAWS_BY_RESTITUTION,
-    NEWMARK_LAWS,
     ExactPenalty,
     Method,
-    Newmark,
     NewmarkBeta,
     Reference,
     System,
@@ -25,6 +23,7 @@ from vibroscope.engine import (
     Units,
     read_system,
     stiffness_of_step,
+    with_located_steps,
 )
 from vibroscope.engine.law_table import laws_with, numbers_of
 from vibroscope.engine.physical import held_text
@@ -244,8 +243,8 @@ def law_of(options: argparse.Namespace) -> dict[str, str | float]:
     return given
 
 
-def stepping_of(options: argparse.Namespace, **numbers: float) -> Newmark | TimeStepping:
-    """The method with a time step: Newmark's with skipped or located steps, unless more is asked for.
+def stepping_of(options: argparse.Namespace, **numbers: float) -> TimeStepping:
+    """The method with a time step: Newmark's, unless more is asked for.
 
     ``numbers``: K, D and steps, in place of those that the options give.
     """
@@ -260,12 +259,8 @@ def stepping_of(options: argparse.Namespace, **numbers: float) -> Newmark | Time
     if given.get("integrator") == NewmarkBeta.name:
         del given["integrator"]
     law, every_step = law_of(options), getattr(options, "every_step", False)
-    linear = law.get("law", NEWMARK_LAWS[0]) in NEWMARK_LAWS
     if located and status not in (CONTACT_STATUSES[0], "located"):
         raise ValueError(f"--located is --status located, and goes with no --status {status}")
-    if not given and linear and (located or status == CONTACT_STATUSES[0]):
-        return Newmark(K, D, n, every_step, located, **law)
-    status = "located" if located else status
     kind = INTEGRATORS[given.pop("integrator", NewmarkBeta.name)]
     more = {name: given.pop(name) for name in ("without_solution", "initial_acceleration") if name in given}
     if "without_solution" in more and status != "end":
@@ -274,7 +269,9 @@ def stepping_of(options: argparse.Namespace, **numbers: float) -> Newmark | Time
     if unknown := [name for name in given if name not in own]:
         has = f"it has {' and '.join(f'--{name}' for name in own)}" if own else "it has no numbers"
         raise ValueError(f"--{unknown[0]} is no number of the integrator {kind.name}: {has}")
-    return TimeStepping(K, D, n, kind(**given), status, **law, **more, every_step=every_step)
+    start = CONTACT_STATUSES[0] if located else status
+    method = TimeStepping(K, D, n, kind(**given), start, **law, **more, every_step=every_step)
+    return replace(with_located_steps(method), every_step=every_step) if located else method
 
 
 def reference_of(options: argparse.Namespace) -> Reference:

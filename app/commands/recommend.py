@@ -141,9 +141,7 @@ def _located_lines(
         yield from lines_of(recommend(located, progress=progress), units)
 
 
-def question_of(
-    options: argparse.Namespace, etas: float | Sequence[float], scheme: Newmark | TimeStepping
-) -> SettingQuestion:
+def question_of(options: argparse.Namespace, etas: float | Sequence[float], scheme: TimeStepping) -> SettingQuestion:
     """What the options ask for at these η, with this method."""
     restitution, force = (
         None if given == OFF else given for given in (options.restitution_tolerance, options.force_tolerance)

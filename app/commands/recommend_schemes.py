@@ -17,7 +17,6 @@ from vibroscope.app.commands.report import Line, Report, Row, rows
 from vibroscope.engine import (
     CONTACT_LAWS,
     INTEGRATORS,
-    Newmark,
     Recommendation,
     TimeStepping,
     Units,
@@ -84,7 +83,7 @@ def _searched(options: argparse.Namespace) -> str:
     return "law"
 
 
-def _every_law(options: argparse.Namespace) -> list[Newmark | TimeStepping]:
+def _every_law(options: argparse.Namespace) -> list[TimeStepping]:
     """The method of the options with each contact law whose numbers are given; a note on stderr names the others."""
     schemes = []
     for law in CONTACT_LAWS:
@@ -101,7 +100,7 @@ def _every_law(options: argparse.Namespace) -> list[Newmark | TimeStepping]:
     return schemes
 
 
-def _every_scheme(options: argparse.Namespace) -> list[Newmark | TimeStepping]:
+def _every_scheme(options: argparse.Namespace) -> list[TimeStepping]:
     """The method of the options with each integrator; if no status is given, also with steps cut at contact changes."""
     given = {name: getattr(options, name) for name in INTEGRATOR_NUMBERS if getattr(options, name) is not None}
     schemes = []
@@ -119,7 +118,7 @@ def _every_scheme(options: argparse.Namespace) -> list[Newmark | TimeStepping]:
     return schemes
 
 
-def _numbers(scheme: Newmark | TimeStepping) -> dict[str, float]:
+def _numbers(scheme: TimeStepping) -> dict[str, float]:
     return {each.name: getattr(scheme.integrator, each.name) for each in fields(scheme.integrator)}
 
 

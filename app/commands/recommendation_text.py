@@ -7,7 +7,7 @@ from vibroscope.app.commands.physical_units import settings_text, unit_names
 from vibroscope.app.commands.report import Line, Row, rows
 from vibroscope.app.explorer.method_words import scheme_as_dict
 from vibroscope.app.explorer.suggestion_words import contact_words, force_words, range_words, verified_words
-from vibroscope.engine import Newmark, Recommendation, Served, TimeStepping, Units, finite_or_none, percent, written
+from vibroscope.engine import Recommendation, Served, TimeStepping, Units, finite_or_none, percent, written
 from vibroscope.engine.facts import joined
 from vibroscope.engine.recommendation.contacts import Contacts
 
@@ -165,7 +165,7 @@ def _setting_text(found: Recommendation) -> str:
 def _kind_of_steps(found: Recommendation) -> str:
     """The kind of steps that the settings were tried with, in words."""
     steps, scheme = "steps cut at contact changes" if found.question.located else "constant step", found.scheme
-    if not scheme.has_choices:
+    if scheme.is_newmarks:
         return steps if scheme.linear else f"{steps}, law {scheme.law}"
     contact = "" if found.question.located else f" contact at the {scheme.status} of steps,"
     return f"{steps}, {scheme.integrator},{contact} law {scheme.law}"
@@ -232,6 +232,6 @@ def met_words(found: Recommendation) -> str:
     return ("yes, of another kind" if found.kind else "yes") if found.met else "no"
 
 
-def for_codes(scheme: Newmark | TimeStepping) -> str:
+def for_codes(scheme: TimeStepping) -> str:
     """The codes that a setting is for, by its kind of steps."""
     return CUT if scheme.located else CONSTANT

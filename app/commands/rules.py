@@ -23,7 +23,7 @@ from vibroscope.app.commands.parser import Command, OneLineParser
 from vibroscope.app.commands.report import Report
 from vibroscope.app.explorer.method_words import full_words
 from vibroscope.app.explorer.state import Setting
-from vibroscope.engine import METHOD_NUMBERS, ComparisonQuestion, Newmark, TimeStepping, counted, percent, written
+from vibroscope.engine import METHOD_NUMBERS, ComparisonQuestion, TimeStepping, counted, percent, written
 
 _SET = Setting()  # what a rule does not give, unless it is given
 _KEEP = default_of(ComparisonQuestion, "keep")
@@ -73,7 +73,7 @@ def _rule_of(key: str):
     return rules()[key]
 
 
-def _method_of(options: argparse.Namespace) -> Newmark | TimeStepping:
+def _method_of(options: argparse.Namespace) -> TimeStepping:
     options.every_step = False
     if options.code is None:
         return stepping_of(options)

@@ -44,7 +44,6 @@ from vibroscope.engine import (
     EtaStudy,
     ExactPenalty,
     Method,
-    Newmark,
     NoSolutionStudy,
     PlaneStudy,
     Progress,
@@ -257,7 +256,7 @@ def _no_solution(options: argparse.Namespace, **periods: int) -> NoSolutionStudy
     return NoSolutionStudy(system_of(options), method, eta_of(options), **axes, **periods)
 
 
-def _scheme(options: argparse.Namespace) -> Newmark | TimeStepping:
+def _scheme(options: argparse.Namespace) -> TimeStepping:
     """The method of the cells, without its numbers."""
     return stepping_of(options, K=1.0, D=0.0, steps=1000)
 

@@ -8,7 +8,6 @@ from vibroscope.app.explorer.parameters import FIELDS
 from vibroscope.engine import (
     INTEGRATORS,
     Method,
-    Newmark,
     TimeStepping,
     written,
 )
@@ -50,7 +49,7 @@ def words_of_method(method: Method) -> str:
     return f"{name_of_method(method)}; {_STATUSES.get(method.status, method.status)}; contact law {law}{damper}"
 
 
-def words_of_scheme(method: Newmark | TimeStepping) -> str:
+def words_of_scheme(method: TimeStepping) -> str:
     """Name, contact status and law of any method with a time step."""
     law = FIELDS["law"].choices[method.law]
     return f"{name_of_integrator(method.integrator.name)}; {_STATUSES[method.status]}; contact law {law}"
@@ -78,7 +77,7 @@ def full_words(method: Method, *, wall: bool = False) -> str:
     return f"{name}; {_STATUSES[method.status]}; contact law {law}; {numbers}, {method.steps} steps a period{every}"
 
 
-def brief_name(method: Newmark | TimeStepping) -> str:
+def brief_name(method: TimeStepping) -> str:
     """The name of a method in titles and legends, without numbers and default choices, as "HHT-α, Hunt–Crossley"."""
     parts = [name_of_integrator(method.integrator.name)]
     if method.status == "end":
@@ -88,7 +87,7 @@ def brief_name(method: Newmark | TimeStepping) -> str:
     return ", ".join(parts)
 
 
-def scheme_as_dict(method: Newmark | TimeStepping) -> dict[str, str]:
+def scheme_as_dict(method: TimeStepping) -> dict[str, str]:
     """Integrator, contact status and law for a file."""
     return {"integrator": method.integrator.name, "status": method.status, "law": method.law}
 

@@ -19,6 +19,7 @@ from vibroscope.app.explorer.parameters import (
 )
 from vibroscope.app.runtime.number_text import print_value
 from vibroscope.engine import (
+    CONTACT_STATUSES,
     INTEGRATORS,
     Excitation,
     Integrator,
@@ -30,6 +31,7 @@ from vibroscope.engine import (
     damping_of_restitution,
     stiffness_of_duration,
     stiffness_of_step,
+    with_located_steps,
 )
 from vibroscope.engine.law_table import LAWS, damper_of, numbers_of
 from vibroscope.engine.methods import LAWS_BY_RESTITUTION
@@ -64,7 +66,7 @@ class Setting(namedtuple("Setting", FIELDS, defaults=[field.default for field in
         return INTEGRATORS[self.integrator](**{name: getattr(self, name) for name in integrator_numbers(self)})
 
     @property
-    def penalty(self) -> Newmark | TimeStepping:
+    def penalty(self) -> TimeStepping:
         """The solver that an FE code would use: Newmark's method, unless more is set than its numbers.
 
         Raises ValueError where integrator, contact status and law do not go together.
@@ -73,17 +75,18 @@ class Setting(namedtuple("Setting", FIELDS, defaults=[field.default for field in
         plain = all(getattr(self, name) == getattr(default, name) for name in (*_CHOSEN, *integrator_numbers(self)))
         if plain:
             return Newmark(self.K, self.D, self.steps, located=located)
-        return TimeStepping(
+        method = TimeStepping(
             self.K,
             None if self.follows_restitution else self.D,
             self.steps,
             self.own_integrator,
-            "located" if located else self.status,
+            CONTACT_STATUSES[0] if located else self.status,
             without_solution=self.without_solution,
             law=self.law,
             **{name: getattr(self, name) for name in law_numbers(self)},
             initial_acceleration=self.initial_acceleration,
         )
+        return with_located_steps(method) if located else method
 
     @property
     def follows_restitution(self) -> bool:
@@ -151,7 +154,7 @@ class Setting(namedtuple("Setting", FIELDS, defaults=[field.default for field in
         return self.K, math.nan if by_speed else D
 
     @property
-    def constant_step(self) -> Newmark | TimeStepping:
+    def constant_step(self) -> TimeStepping:
         """The setting with steps that are not cut where contact changes."""
         return self._replace(located="no").penalty
 

@@ -24,7 +24,6 @@ from vibroscope.app.runtime.settings import current_settings
 from vibroscope.app.runtime.workers import LONG, Workers, lower_priority, pool
 from vibroscope.engine import (
     Limits,
-    Newmark,
     Recommendation,
     SettingQuestion,
     TimeStepping,
@@ -156,7 +155,7 @@ def make_question(setting: Setting, typed: object, schemes: tuple[TimeStepping, 
     return Question(asked, schemes)
 
 
-def _scheme(setting: Setting) -> Newmark | TimeStepping:
+def _scheme(setting: Setting) -> TimeStepping:
     """What the settings are tried with; its K, D and n have no effect."""
     return replace(setting.penalty, every_step=False)
 

@@ -39,7 +39,7 @@ def as_python(setting: Setting) -> str:
     penalty = method_python(p)
     start = "" if setting.from_rest else f", initial={setting.initial}"
     start += "".join(f", {name}={periods}" for name, periods in run_length(setting.system).items())
-    script = f"""from vibroscope.engine import {_imports(*names_in(p), "Reference", "System")}
+    script = f"""from vibroscope.engine import {_imports(*p.made_by, "Reference", "System")}
 
 system = {_system(setting.system)}
 reference = simulate(system, {setting.eta!r}, Reference({_differing(vars(r), vars(Reference()))}){start})
@@ -117,7 +117,7 @@ def speed_python(asked: SpeedQuestion) -> str:
     """A script that measures cost and error as the page does."""
     start = "" if asked.initial is None else f", {asked.initial}"
     start += "" if asked.stiffness_of_step is None else f", stiffness_of_step={asked.stiffness_of_step}"
-    names = ", ".join(sorted({*names_in(asked.method), "Reference", "System"}, key=_isort_key))
+    names = ", ".join(sorted({*asked.method.made_by, "Reference", "System"}, key=_isort_key))
     return f"""from vibroscope.app.studies.speed import SpeedQuestion, grow_speed
 from vibroscope.engine import {names}
 
@@ -160,25 +160,18 @@ def initial_option(initial: Sequence[float] | None) -> str:
     return "" if initial is None else f" --initial={','.join(map(print_number, initial))}"
 
 
-def method_python(method: Newmark | TimeStepping) -> str:
-    """The method as a script makes it; `names_in` is what it imports."""
-    if method.has_choices:
+def method_python(method: TimeStepping) -> str:
+    """The method as a script makes it; its `made_by` is what it imports."""
+    if not method.is_newmarks:
         return repr(method)
     more = ", located=True" if method.located else ""
     more += f", law={method.law!r}" if not method.linear else ""
     return f"Newmark(stiffness={method.stiffness!r}, damping={method.damping!r}, steps={method.steps}{more})"
 
 
-def names_in(method: Newmark | TimeStepping) -> tuple[str, ...]:
-    """The classes in `method_python`."""
-    own = (type(method.integrator).__name__,) if method.has_choices else ()
-    return (*own, type(method).__name__)
-
-
 def method_options(method: Method) -> str:
     """``--solver`` with the options of the method."""
-    solver = {Reference: "reference", ExactPenalty: "exact"}.get(type(method), "newmark")
-    return f" --solver {solver}{penalty_options(method)}"
+    return f" --solver {'newmark' if method.has_step else method.name}{penalty_options(method)}"
 
 
 def penalty_options(method: Method) -> str:
@@ -193,10 +186,10 @@ def penalty_options(method: Method) -> str:
     return f"{numbers} --steps {method.steps}{scheme_options(method)}"
 
 
-def scheme_options(method: Newmark | TimeStepping) -> str:
+def scheme_options(method: TimeStepping) -> str:
     """The options of integrator, contact status and law, beside K, D and the steps."""
-    if not method.has_choices:
-        usual = Newmark(method.stiffness, 0.0, method.steps)
+    if method.is_newmarks or method.resolves_contacts:
+        usual = Newmark(method.stiffness, 0.0, method.steps, located=method.located)
         return (" --located" if method.located else "") + _changed(method, usual)
     own, usual = method.integrator, TimeStepping(method.stiffness, 0.0, method.steps)
     numbers = f" --integrator {own.name}"

@@ -114,9 +114,9 @@ def _check_lasting(scene: Scene) -> Finding:
     return Finding(lasting >= SUDDEN_STEPS and motion(run).period == 1, text, TimeHistory(run), _LOST)
 
 
-def scatter(scene: Scene, **changed: int | bool) -> float:
-    """Standard deviation of ξ₂ over 1,000 periods, with some numbers of the scene's method changed."""
-    method = replace(Newmark(scene.K, scene.D, scene.steps), **changed)
+def scatter(scene: Scene, steps: int | None = None, *, located: bool = False) -> float:
+    """Standard deviation of ξ₂ over 1,000 periods, by the scene's method or with other steps."""
+    method = Newmark(scene.K, scene.D, steps or scene.steps, located=located)
     return motion(run_method(scene, method, _LONG)).spread
 
 

@@ -22,7 +22,6 @@ from vibroscope.engine import (
     Attractor,
     Method,
     Motion,
-    Newmark,
     Reference,
     System,
     TimeStepping,
@@ -43,7 +42,7 @@ class CoexistingQuestion(NamedTuple):
     system: System
     eta: float
     reference: Reference
-    penalty: Newmark | TimeStepping
+    penalty: TimeStepping
 
     @classmethod
     def of(cls, setting: Setting) -> CoexistingQuestion:

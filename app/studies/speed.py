@@ -26,7 +26,6 @@ from vibroscope.engine import (
     NEWMARK_LAWS,
     Cancelled,
     Method,
-    Newmark,
     Reference,
     System,
     TimeStepping,
@@ -48,12 +47,12 @@ class SpeedQuestion:
 
     system: System
     eta: float
-    method: Newmark | TimeStepping  # with steps that are not located
+    method: TimeStepping  # with steps that are not located
     reference: Reference
     initial: tuple[float, float, float, float] | None = None  # rest
     stiffness_of_step: float | None = None  # s, where K follows the step: that of the method is K of its own n
 
-    def method_at(self, steps: int) -> Newmark | TimeStepping:
+    def method_at(self, steps: int) -> TimeStepping:
         """The method with another n, and the K that goes with it."""
         method = replace(self.method, steps=steps)
         if self.stiffness_of_step is None or steps == self.method.steps:
@@ -177,12 +176,12 @@ def _engine_solver(question: SpeedQuestion, method: Method) -> Solve:
     return solve
 
 
-def _plain_solver(question: SpeedQuestion, method: Newmark | TimeStepping) -> Solve:
+def _plain_solver(question: SpeedQuestion, method: TimeStepping) -> Solve:
     """The loop of an FE code; that of Newmark's method runs to its end once begun, a third of a second at the most.
 
     The latter shows the cost of a step, and runs from rest and without clearance or forces, wherever the others do.
     """
-    if method.has_choices:
+    if not (method.plain and method.linear):
         return _engine_solver(question, replace(method, every_step=True))
     steps = method.steps
     run = plain_loop(question.system, question.eta, method.stiffness, method.damping, steps)

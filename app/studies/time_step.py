@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from vibroscope.app.explorer.method_words import scheme_as_dict
 from vibroscope.app.runtime.settings import current_settings
-from vibroscope.engine import Newmark, System, TimeStepping, stiffness_of_step
+from vibroscope.engine import System, TimeStepping, stiffness_of_step
 from vibroscope.engine.sweeps import (
     MISSING,
     SCHEMES,
@@ -36,7 +36,7 @@ class StepQuestion(NamedTuple):
 
     system: System
     eta: float
-    method: Newmark | TimeStepping  # with steps that are not located; how many has no effect
+    method: TimeStepping  # with steps that are not located; how many has no effect
     initial: tuple[float, float, float, float] | None = None  # rest
     stiffness_of_step: float | None = None  # s, where K follows the step: that of the method has no effect then
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ..methods import METHOD_NUMBERS, ExactPenalty, Newmark, TimeStepping
+from ..methods import METHOD_NUMBERS, ExactPenalty, TimeStepping
 from ..wording import finite_or_none
 
 
@@ -21,14 +21,14 @@ class Change:
         What the run with exactly this change leaves of the difference, relative to the reference.
     robust : float
         The median of what values within 10 % leave, by which the change counts; ``left`` for a choice.
-    method : Newmark, TimeStepping, ExactPenalty or None
+    method : TimeStepping, ExactPenalty or None
         What was run: the exact penalty solution stands for no time step, None for no joint damping of its own.
     """
 
     changed: str
     left: float
     robust: float
-    method: Newmark | TimeStepping | ExactPenalty | None = None
+    method: TimeStepping | ExactPenalty | None = None
 
     @property
     def value(self) -> float:

@@ -12,7 +12,7 @@ import numpy as np
 
 from ..contact import contact_duration, damping_ratio, effective_restitution, equal_damping
 from ..law_table import restitution_of
-from ..methods import DAMPING_RANGE, ExactPenalty, Newmark, TimeStepping
+from ..methods import DAMPING_RANGE, ExactPenalty, TimeStepping
 from ..model import System
 from ..wording import finite_or_none
 from .tolerances import RESOLVED, SAME_RESTITUTION
@@ -85,9 +85,7 @@ class Conditions:
         }
 
 
-def conditions(
-    system: System, eta: float, method: ExactPenalty | Newmark | TimeStepping, closing_speed: float
-) -> Conditions:
+def conditions(system: System, eta: float, method: ExactPenalty | TimeStepping, closing_speed: float) -> Conditions:
     """Return the conditions of a method at a closing speed, nan if nothing collides."""
     linear = method.linear
     if linear:
@@ -101,9 +99,7 @@ def conditions(
     return Conditions(system.restitution, restitution, duration, steps, method.located)
 
 
-def with_equal_damping(
-    system: System, method: Newmark | TimeStepping, stiffness: float, closing_speed: float
-) -> Newmark | TimeStepping:
+def with_equal_damping(system: System, method: TimeStepping, stiffness: float, closing_speed: float) -> TimeStepping:
     """Return a method with another K and the D of three digits that rebounds as asked; D as it is if none does."""
     changed = replace(method, stiffness=stiffness)
     damping = equal_damping(system, changed, stiffness, closing_speed)

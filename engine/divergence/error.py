@@ -12,7 +12,7 @@ import numpy as np
 
 from ..drivers.section import period_of
 from ..drivers.skipped_samples import SkippedSamples
-from ..methods import ExactPenalty, Newmark, Reference, TimeStepping
+from ..methods import ExactPenalty, Reference, TimeStepping
 from ..model import System
 from ..motions.steady import steady
 from ..result import Checkpoint, Record, Response
@@ -151,14 +151,13 @@ class SampledRuns:
         first = SkippedSamples(system, eta)
         self._can_run, self._idle = first.can_run, [first]  # that no thread uses
 
-    def is_skipped(self, method: ExactPenalty | Newmark | TimeStepping) -> bool:
+    def is_skipped(self, method: ExactPenalty | TimeStepping) -> bool:
         """Whether a run with this method takes milliseconds."""
-        plain = method.has_step and not (method.has_choices or method.located) and method.linear
-        return plain and self._can_run(method.steps)
+        return method.plain and method.linear and self._can_run(method.steps)
 
     def run(
         self,
-        method: ExactPenalty | Newmark | TimeStepping,
+        method: ExactPenalty | TimeStepping,
         start: tuple,
         periods: int,
         record: Record,
@@ -199,7 +198,7 @@ class SampledRuns:
     def error(
         self,
         target: Target,
-        method: ExactPenalty | Newmark | TimeStepping,
+        method: ExactPenalty | TimeStepping,
         start: tuple,
         periods: int,
         record: Record,

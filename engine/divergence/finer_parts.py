@@ -37,7 +37,7 @@ import numpy as np
 from ..contact import damping_ratio, effective_restitution
 from ..drivers.section import period_of
 from ..law_table import restitution_of, restitution_without_pull
-from ..methods import ExactPenalty, Newmark, TimeStepping
+from ..methods import ExactPenalty, TimeStepping, with_located_steps
 from ..motions.description import describe
 from ..result import Record, Response
 from .encounters import mean_closing_speed
@@ -145,7 +145,7 @@ class TimeStepParts:
     ----------
     status, integrator : (4, n) ndarray
         On the grid of :class:`.parts.DifferenceSeries`: ξ₁, ξ₂, ξ₁′, ξ₂′; nan where a run ended early.
-    located : Newmark or TimeStepping
+    located : TimeStepping
         The method of the located steps.
     in_step : bool
         Whether that run repeats after as many periods as the penalty solution; otherwise the parts are hardly
@@ -154,20 +154,8 @@ class TimeStepParts:
 
     status: np.ndarray
     integrator: np.ndarray
-    located: Newmark | TimeStepping
+    located: TimeStepping
     in_step: bool
-
-
-def with_located_steps(method: Newmark | TimeStepping) -> Newmark | TimeStepping:
-    """Return a method with the same numbers whose steps are cut where contact changes.
-
-    Examples
-    --------
-    >>> from vibroscope.engine import Newmark, with_located_steps
-    >>> with_located_steps(Newmark(2500, 8, 500)).located
-    True
-    """
-    return replace(method, status="located") if method.has_choices else replace(method, every_step=False, located=True)
 
 
 def split_time_step(

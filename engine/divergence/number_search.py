@@ -12,7 +12,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..methods import STEPS_RANGE, Newmark, TimeStepping
+from ..methods import STEPS_RANGE, TimeStepping
 from ..wording import rounded_to
 from .alone import Change, Curve
 from .remaining import Remaining
@@ -152,7 +152,7 @@ class TogetherSearch(GridSearch):
 class StepSearch:
     """Search over the number of steps, which is halved and doubled, and its limit."""
 
-    def __init__(self, method: Newmark | TimeStepping, remaining: Remaining, resolved: float) -> None:
+    def __init__(self, method: TimeStepping, remaining: Remaining, resolved: float) -> None:
         self._method, self._remaining, self._resolved = method, remaining, resolved
         powers = range(-STEP_HALVINGS, (STEP_DOUBLINGS if method.skips_steps else STEP_DOUBLINGS_WHOLE) + 1)
         numbers = (round(method.steps * 2.0**power) for power in powers)
@@ -197,7 +197,7 @@ class StepSearch:
                     return change
         return None
 
-    def _with(self, steps: int) -> Newmark | TimeStepping:
+    def _with(self, steps: int) -> TimeStepping:
         return replace(self._method, steps=steps)
 
     def _at(self, steps: int) -> float:

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import KW_ONLY, dataclass, field
 
 from ..arguments import check_fields
-from ..methods import Newmark, Reference, TimeStepping
+from ..methods import Reference, TimeStepping
 from ..model import System, check_eta
 from ..motions.steady import REST
 from ..simulate import KEEP, LONG, check_lengths
@@ -20,7 +20,7 @@ class ComparisonQuestion:
     system : System
     eta : float
         Excitation frequency η = Ω/ω₁.
-    penalty : Newmark or TimeStepping
+    penalty : TimeStepping
         Its ``limit``, the exact penalty solution, is run as well.
     reference : Reference
         By default the paper's. With derived joint damping the part of the joint damping vanishes.
@@ -46,7 +46,7 @@ class ComparisonQuestion:
 
     system: System
     eta: float
-    penalty: Newmark | TimeStepping
+    penalty: TimeStepping
     _: KW_ONLY
     reference: Reference = field(default_factory=Reference)
     periods: int = LONG

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..drivers.threads import share_out, thread_count
-from ..methods import ExactPenalty, Newmark, TimeStepping
+from ..methods import ExactPenalty, TimeStepping
 from ..result import Checkpoint, Record
 from ..simulate import simulate
 from .compare import Comparison
@@ -22,7 +22,7 @@ from .grid import PER_PERIOD
 from .statistics import SECTION
 from .window import LONGER
 
-Penalty = ExactPenalty | Newmark | TimeStepping
+Penalty = ExactPenalty | TimeStepping
 SEARCHED = 5000  # periods of a run of a search at most …
 SEARCHED_SECTIONS = 2500  # … and where the reference does not repeat itself: there is no cycle to settle to
 SHORT_TRANSIENT = 200  # periods of a short run before those that are compared
@@ -51,7 +51,7 @@ class Remaining:
 
     Attributes
     ----------
-    method : Newmark or TimeStepping
+    method : TimeStepping
         Of the comparison.
     quick : bool
         Whether a whole run takes milliseconds, so that neighbours of what is proposed have whole runs, too.

@@ -22,15 +22,14 @@ from ..methods import (
     DAMPING_RANGE,
     STEPS_RANGE,
     STIFFNESS_RANGE,
-    Newmark,
     TimeStepping,
+    with_located_steps,
 )
 from ..wording import rounded_up
 from .alone import Alone, Change
 from .compare import Comparison
 from .conditions import conditions, with_equal_damping
 from .encounters import mean_closing_speed
-from .finer_parts import with_located_steps
 from .number_search import FINE, GridSearch, StepSearch, TogetherSearch
 from .remaining import Remaining
 from .tolerances import AMPLE, LESS, RESOLVED
@@ -76,7 +75,7 @@ def search_together(comparison: Comparison, remaining: Remaining, with_step: boo
     if run.method.damping is None:
         return None
 
-    def make(stiffness: float) -> Newmark | TimeStepping:
+    def make(stiffness: float) -> TimeStepping:
         fitting = with_equal_damping(run.system, run.method, stiffness, speed)
         if not with_step:
             return fitting
@@ -114,7 +113,7 @@ def _searches(comparison: Comparison, remaining: Remaining) -> dict[str, "GridSe
     run = comparison.runs.penalty
     system, method, speed = run.system, run.method, mean_closing_speed(comparison.runs.reference)
 
-    def holds(changed: Newmark | TimeStepping) -> bool:
+    def holds(changed: TimeStepping) -> bool:
         return conditions(system, run.eta, changed, speed).hold
 
     equal = equal_stiffness(system, method, speed)
@@ -141,32 +140,24 @@ def _searches(comparison: Comparison, remaining: Remaining) -> dict[str, "GridSe
 # --- choices ----------------------------------------------------------------------------------------------------------
 
 
-def changed_choices(method: Newmark | TimeStepping) -> Iterator[tuple[str, Newmark | TimeStepping]]:
+def changed_choices(method: TimeStepping) -> Iterator[tuple[str, TimeStepping]]:
     """Yield the name of a choice that codes differ in, and the method with this choice changed."""
-    own = _as_time_stepping(method)
     if not method.located:
         yield "status", with_located_steps(method)
-        if not own.integrator.explicit:
-            yield "status", replace(own, status="start" if own.status == "end" else "end")
-    if own.integrator != NewmarkBeta():
-        yield "integrator", replace(own, integrator=NewmarkBeta())
+        if not method.integrator.explicit:
+            yield "status", replace(method, status="start" if method.status == "end" else "end")
+    if method.integrator != NewmarkBeta():
+        yield "integrator", replace(method, integrator=NewmarkBeta())
     if (smooth := without_jump(method)) is not None:
         yield "law", smooth
 
 
-def without_jump(method: Newmark | TimeStepping) -> TimeStepping | None:
+def without_jump(method: TimeStepping) -> TimeStepping | None:
     """Return a method with a contact law whose damper does not jump where the bodies touch; None if there is none."""
     law = LAWS[method.law].without_jump
     if method.located or not law or not method.damping:
         return None
-    return replace(_as_time_stepping(method), law=law)
-
-
-def _as_time_stepping(method: Newmark | TimeStepping) -> TimeStepping:
-    """Return the method itself, or the same steps as Newmark's under the name that has all choices."""
-    if method.has_choices:
-        return method
-    return TimeStepping(method.stiffness, method.damping, method.steps, law=method.law, every_step=method.every_step)
+    return replace(method, law=law)
 
 
 def _choices(comparison: Comparison, remaining: Remaining) -> Iterator[Change]:
@@ -182,7 +173,7 @@ def _choices(comparison: Comparison, remaining: Remaining) -> Iterator[Change]:
         yield Change("joint damping", left, left)
 
 
-def _beside(method: Newmark | TimeStepping) -> list[Newmark | TimeStepping]:
+def _beside(method: TimeStepping) -> list[TimeStepping]:
     """The method with neighbours of its K."""
     beside = (min(max(method.stiffness * FINE**step, STIFFNESS_RANGE[0]), STIFFNESS_RANGE[1]) for step in (-1, 1))
     return [replace(method, stiffness=stiffness) for stiffness in beside]

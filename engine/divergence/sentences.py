@@ -55,7 +55,7 @@ def change_of(change: Change) -> dict[str, float | bool | str]:
     if method is None or not method.has_step:
         return {}
     if change.changed == "status":
-        return {"status": method.status} if method.has_choices else {"located": True}
+        return {"located": True} if method.resolves_contacts else {"status": method.status}
     if change.changed == "integrator":
         return {"integrator": method.integrator.name, "beta": method.integrator.beta, "gamma": method.integrator.gamma}
     if change.changed == "law":

@@ -11,7 +11,7 @@ import numpy as np
 
 from ..facts import Amount, Choice, Dimensionless, Statement, Symbol, equation, joined, sentence, stated
 from ..law_table import LAWS
-from ..methods import STEPS_RANGE, WITHOUT_SOLUTION, Newmark, TimeStepping
+from ..methods import STEPS_RANGE, WITHOUT_SOLUTION, TimeStepping
 from ..motions.description import Motion
 from ..motions.words import SYMBOLS, repetition, touching
 from ..result import Status
@@ -320,17 +320,17 @@ def _sufficient_steps(comparison: Comparison, cancelled) -> tuple[str, dict]:
     return "Take a smaller K, or the located step.", {}
 
 
-def _more_steps(method: Newmark | TimeStepping) -> list[Newmark | TimeStepping]:
+def _more_steps(method: TimeStepping) -> list[TimeStepping]:
     """The method with doubled numbers of steps."""
     doubled = (method.steps * 2**doubling for doubling in range(1, DOUBLINGS + 1))
     return [replace(method, steps=steps) for steps in doubled if steps <= STEPS_RANGE[1]]
 
 
-def _first_that_finishes(comparison: Comparison, methods: Iterable, cancelled) -> Newmark | TimeStepping | None:
+def _first_that_finishes(comparison: Comparison, methods: Iterable, cancelled) -> TimeStepping | None:
     """Return the first of some methods whose run reaches its end, not at this η alone; None if none does."""
     run = comparison.runs.penalty
 
-    def finishes(method: Newmark | TimeStepping) -> bool:
+    def finishes(method: TimeStepping) -> bool:
         how = {"method": method, "keep": 1, "initial": comparison.start, "cancelled": cancelled}
         return all(run_again(run, eta=run.eta * (1.0 + shift), **how).ok for shift in NEARBY)
 

@@ -21,7 +21,7 @@ from ..kernels.event_driven.state import STATE as EVENT_STATE
 from ..kernels.event_driven.state import SYSTEM
 from ..kernels.parameters import Parameters, no_keys
 from ..kernels.time_stepping.newmark import STATE as STEP_STATE
-from ..methods import ExactPenalty, Method, Newmark, Reference, TimeStepping
+from ..methods import Method
 from .base import CAPACITY
 from .event_driven import COMPLETION
 from .newmark import can_skip
@@ -30,7 +30,11 @@ from .threads import Worker
 
 # Transient after which it is first seen whether a cell that the kernel does not run is periodic; how much later again.
 SHORTEST, LATER = 96, (0, 10 * CYCLE, 40 * CYCLE, 80 * CYCLE)
-_KINDS = {Reference: REFERENCE, ExactPenalty: EXACT, Newmark: SKIPPING, TimeStepping: SKIPPING}
+
+
+def kind_of_events(method: Method) -> int:
+    """Which event loop solves a method without a step."""
+    return REFERENCE if method.rigid else EXACT
 
 
 class Task(NamedTuple):
@@ -43,12 +47,7 @@ class Task(NamedTuple):
 
 
 def are_compiled(method: Method, rows: np.ndarray) -> np.ndarray:
-    """Whether the kernel runs each cell, (n,) of bool: not with other contact laws, nor if every step is to be taken.
-
-    It runs none of :class:`engine.TimeStepping`.
-    """
-    if method.has_choices:
-        return np.zeros(len(rows), dtype=bool)
+    """Whether the kernel runs each cell, (n,) of bool: not with other laws or steps, nor if all steps are taken."""
     if not method.has_step:
         return np.full(len(rows), method.rigid or method.linear)
     p = Parameters(*rows.T)
@@ -145,7 +144,7 @@ def batch_of(
     chained: np.ndarray | None = None,
 ) -> tuple[kernel.BatchCells, kernel.BatchPlan]:
     """Cells, by default as they stand and each on its own, and their plan, as the kernels of many cells take them."""
-    kind, n = _KINDS[type(method)], len(rows)
+    kind, n = SKIPPING if method.has_step else kind_of_events(method), len(rows)
     columns = np.array(task.coordinates, dtype=np.int64)
     plan = kernel.BatchPlan(kind, task.transient, task.sample, task.recurrence, columns, COMPLETION)
     circles = separating_circles(rows) if kind == EXACT else np.zeros((n, 2))

@@ -13,7 +13,7 @@ from ..kernels.equations.motion import coefficients
 from ..kernels.parameters import Parameters
 from ..kernels.time_stepping import located as kernel
 from ..kernels.time_stepping.contact_location import SCHEME, STAGE_NUMBERS, LocatedScheme, Stages, forcing_with
-from ..methods import Newmark, TimeStepping
+from ..methods import TimeStepping
 from ..result import Checkpoint, Status
 from .stepping import SteppingDriver
 from .time_stepping import parameters_of_steps
@@ -33,7 +33,7 @@ def stages_of(integrator: Integrator, p: Parameters) -> Stages:
     return Stages(len(numbers), integrator.averaged, integrator.explicit, float(c.react1), float(c.inverse_mass), rows)
 
 
-def scheme_of_run(p: Parameters, method: Newmark | TimeStepping) -> LocatedScheme:
+def scheme_of_run(p: Parameters, method: TimeStepping) -> LocatedScheme:
     """The scheme of a method."""
     return kernel.located_scheme(p, stages_of(method.integrator, p), method.resolves_contacts)
 

@@ -1,19 +1,17 @@
-"""Driver of one-step methods with a constant step: plain loops, and for Newmark's method skipping."""
+"""Driver of Newmark's method with a constant step: its own loop of few operations, and skipping."""
 
 from collections.abc import Callable
-from typing import ClassVar
 
 import numpy as np
 
 from ..kernels.accelerated import skip
 from ..kernels.accelerated.step_map import FREE, REACHES, SKIPPING, set_up_skipping
 from ..kernels.compile.options import uncompiled
-from ..kernels.compile.packing import Layout
 from ..kernels.compile.record import Buffers, PackedBuffers
 from ..kernels.equations.rates import free_rate
 from ..kernels.parameters import no_keys
 from ..kernels.time_stepping import newmark
-from ..methods import Method, Newmark
+from ..methods import TimeStepping
 from ..result import Checkpoint
 from .parameters import parameters_of
 from .stepping import SteppingDriver
@@ -22,9 +20,14 @@ STEPS_PER_CALL = 5_000_000
 SHORTEST_STRIDE = 2  # steps from entry to entry of a flight's coarser tables; with fewer, skipping is no quicker
 
 
-def can_skip(eta: float, rate, steps, method: Newmark):
-    """Whether skipping is possible and worth it; η, the rate of free motion and the steps may be arrays."""
-    return method.skips_steps & has_strides(eta, rate, steps)
+def takes_own_loop(method: TimeStepping) -> bool:
+    """Whether the loop of this driver is the quickest: it skips with the first law alone."""
+    return method.plain and (method.linear or not method.skips_steps)
+
+
+def can_skip(eta: float, rate, steps, method: TimeStepping):
+    """Whether skipping is possible and worth it here; η, the rate of free motion and the steps may be arrays."""
+    return (takes_own_loop(method) and method.skips_steps) & has_strides(eta, rate, steps)
 
 
 def has_strides(eta: float, rate, steps):
@@ -33,26 +36,16 @@ def has_strides(eta: float, rate, steps):
 
 
 class NewmarkDriver(SteppingDriver):
-    """One run of Newmark's method: skipping steps where that is possible, else step by step.
+    """One run of Newmark's method: skipping steps where that is possible, else step by step."""
 
-    Attributes
-    ----------
-    loops : module
-        The plain loops. Another one-step method is a subclass with its own, listed in `ONE_STEP_DRIVERS`.
-    """
-
-    loops: ClassVar = newmark
+    layout = newmark.STATE
     solves_per_call = STEPS_PER_CALL
-
-    @property
-    def layout(self) -> Layout:
-        return self.loops.STATE
 
     def begin(self) -> None:
         system, eta, method = self.run
         parameters = parameters_of(system, eta, method)
         self._row = np.array(parameters)
-        self._scheme = self.loops.scheme_of(parameters)
+        self._scheme = newmark.scheme_of(parameters)
         self._packed = self._cosines = None
         if can_skip(eta, free_rate(parameters), method.steps, method):
             self._packed = SKIPPING.zeros()
@@ -62,7 +55,7 @@ class NewmarkDriver(SteppingDriver):
 
     def start_state(self, start: Checkpoint) -> np.ndarray:
         state = self.layout.zeros()
-        self.loops.write_start(self._row, state, *map(float, start.state))
+        newmark.write_start(self._row, state, *map(float, start.state))
         return state
 
     def cosines_of_steps(self) -> tuple[np.ndarray, np.ndarray]:
@@ -71,17 +64,17 @@ class NewmarkDriver(SteppingDriver):
         Where both are the same, so are the arrays: the loop then reads one of them.
         """
         angle, m = self.angles_of_steps(), self._scheme
-        first, second = uncompiled(self.loops.phased)(m, np.cos(angle), np.sin(angle))
+        first, second = uncompiled(newmark.phased)(m, np.cos(angle), np.sin(angle))
         return first, first if (m.cosine1, m.sine1) == (m.cosine2, m.sine2) else second
 
     @property
     def loop(self) -> Callable:
-        return self.loops.integrate if self._packed is None else skip.integrate_skipping
+        return newmark.integrate if self._packed is None else skip.integrate_skipping
 
     def call(self, last: int, buffers: PackedBuffers) -> int:
         arrays = self._state, last, self._window
         if self._packed is None:
-            return self.loops.integrate(self._scheme, self._cosines, *arrays, buffers.views)
+            return newmark.integrate(self._scheme, self._cosines, *arrays, buffers.views)
         return skip.integrate_skipping(self._packed, *arrays, buffers.flat, buffers.sizes, True)
 
     def record_open_contact(self, buffers: Buffers) -> None:
@@ -91,8 +84,5 @@ class NewmarkDriver(SteppingDriver):
         if self._packed is not None:
             skip.record_open_contact(self._packed, self._state, last, buffers)
         else:
-            motion = uncompiled(self.loops.motion_of)(self._scheme, now)
-            self.loops.end_contact(self._scheme, now.contact, last, motion, buffers)
-
-
-ONE_STEP_DRIVERS: dict[type[Method], type[NewmarkDriver]] = {Newmark: NewmarkDriver}
+            motion = uncompiled(newmark.motion_of)(self._scheme, now)
+            newmark.end_contact(self._scheme, now.contact, last, motion, buffers)

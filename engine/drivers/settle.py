@@ -5,11 +5,11 @@ from collections.abc import Callable
 import numpy as np
 
 from ..kernels.batch import run as kernel
-from ..kernels.batch.course import EXACT, REFERENCE
+from ..kernels.batch.course import EXACT
 from ..kernels.batch.recurrence import CYCLE
 from ..kernels.batch.settle import NO_TRAP, Settled, Traps, settle_cells
 from ..methods import Method
-from .batch import make_work_space
+from .batch import kind_of_events, make_work_space
 from .event_driven import COMPLETION
 from .slow_subspace import separating_circles
 from .threads import Worker, share_out
@@ -58,7 +58,7 @@ def settle(
         If ``cancelled`` returned true.
     """
     n = len(rows)
-    kind = REFERENCE if method.rigid else EXACT
+    kind = kind_of_events(method)
     results = Settled(
         np.zeros(n, np.int64), np.full(n, NO_TRAP, np.int64), np.zeros(n, np.int64), np.full((n, 4), np.nan)
     )

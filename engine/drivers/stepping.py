@@ -11,7 +11,7 @@ from ..kernels.compile.packing import Layout
 from ..kernels.compile.record import PackedBuffers
 from ..kernels.status import FULL, PAUSED, STATUSES
 from ..kernels.time_stepping.newmark import LIMIT
-from ..methods import Newmark, TimeStepping
+from ..methods import TimeStepping
 from ..model import System
 from ..result import Checkpoint, Cost, Record, Status
 from ..wording import end_text
@@ -34,7 +34,7 @@ class SteppingDriver(Driver):
         self,
         system: System,
         eta: float,
-        method: Newmark | TimeStepping,
+        method: TimeStepping,
         start: Checkpoint,
         keep: int,
         kept_from: int,
@@ -117,7 +117,7 @@ class SteppingDriver(Driver):
     def explain_divergence(self, step: int, limit: str = "") -> Ending:
         """The step at which the run diverged, the reason, what to change, and the limit of stability if it is known."""
         n, method = self._method.steps, self._method
-        solution = f"the solution by {method.integrator.short_title()}" if method.has_choices else "Newmark's solution"
+        solution = "Newmark's solution" if method.is_newmarks else f"the solution by {method.integrator.short_title()}"
         return Ending(
             f"{solution} blew up",
             f"the gap passed {end_text(LIMIT)} base amplitudes at step {step} (period {step / n:.2f})",

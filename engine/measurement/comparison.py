@@ -3,7 +3,7 @@
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from ..methods import Newmark, Reference, TimeStepping
+from ..methods import Reference, TimeStepping
 from ..model import System, check_eta
 from ..motions.description import describe
 from ..motions.steady import REST
@@ -81,7 +81,7 @@ def compare_measured(
     system: System,
     eta: float,
     measurement: Measurement,
-    penalty: Newmark | TimeStepping,
+    penalty: TimeStepping,
     *,
     reference: Reference | None = None,
     periods: int = LONG,
@@ -96,7 +96,7 @@ def compare_measured(
     eta : float
         Excitation frequency η = Ω/ω₁ of the measurement.
     measurement : Measurement
-    penalty : Newmark or TimeStepping
+    penalty : TimeStepping
     reference : Reference, optional
     periods : int
         Excitation periods that Newmark runs.

@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..drivers.section import LONGEST_NEAR_PERIOD, near_period_of
-from ..methods import Newmark, Reference, TimeStepping
+from ..methods import Reference, TimeStepping
 from ..model import System
 from ..motions.motion import SAMPLES_PER_PERIOD
 from ..motions.steady import REST, steady
@@ -113,7 +113,7 @@ def reference_cycle(
 def penalty_cycle(
     system: System,
     eta: float,
-    method: Newmark | TimeStepping,
+    method: TimeStepping,
     *,
     periods: int = LONG,
     initial: Sequence[float] | None = REST,

@@ -68,7 +68,7 @@ def attractors(
     system : System
     eta : float
         Excitation frequency η = Ω/ω₁.
-    method : Reference, ExactPenalty, Newmark or TimeStepping
+    method : Reference, ExactPenalty or TimeStepping
     starts : int
         Number of starts; the first is rest, the others are drawn at random.
     seed : int

@@ -68,7 +68,7 @@ def motion(
     subject : Response or System
     eta : float
         Excitation frequency η = Ω/ω₁; with a system.
-    method : Reference, ExactPenalty, Newmark or TimeStepping
+    method : Reference, ExactPenalty or TimeStepping
         With a system. If the damper of its contact law depends on the speed with which a contact closed, the section
         alone says what the motion is.
     initial : (4,) sequence

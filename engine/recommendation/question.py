@@ -31,7 +31,7 @@ class SettingQuestion:
     limits : Limits
         How large K and the steps per period may be, and what is held; ``steps_max`` holds for the lowest η, where a
         period has the most steps.
-    scheme : Newmark or TimeStepping
+    scheme : TimeStepping
         What the user's code has: integrator, contact status and law. Its K, D and n have no effect. A setting whose run
         stops at a step without a solution is never recommended.
     reference : Reference
@@ -53,7 +53,7 @@ class SettingQuestion:
     etas: float | Sequence[float]
     tolerances: Tolerances = field(default_factory=Tolerances)
     limits: Limits = field(default_factory=Limits)
-    scheme: Newmark | TimeStepping = field(default_factory=lambda: Newmark(*_UNSET))
+    scheme: TimeStepping = field(default_factory=lambda: Newmark(*_UNSET))
     reference: Reference = field(default_factory=Reference)
 
     def __post_init__(self):

@@ -10,7 +10,7 @@ from collections.abc import Iterable, Sequence
 from concurrent.futures import Executor
 
 from ..checks import require
-from ..methods import STEPS_RANGE, Newmark, TimeStepping
+from ..methods import STEPS_RANGE, TimeStepping
 from ..model import check_eta
 from .tolerances import WHOLE_STEPS
 from .trials import NewmarkSetting, Trial, Trials
@@ -39,7 +39,7 @@ class RangeTrials:
         self._order = list(parts)  # the part that a setting failed at last comes first: most fail there again
 
     @property
-    def scheme(self) -> Newmark | TimeStepping:
+    def scheme(self) -> TimeStepping:
         """The method, the same at all frequencies."""
         return self.parts[0].scheme
 

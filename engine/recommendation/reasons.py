@@ -8,7 +8,7 @@ from ..contact import equal_damping, equal_restitution_damping
 from ..divergence.error import Target
 from ..divergence.grid import PER_PERIOD
 from ..facts import ETA, Amount, Reason, Statement, equation, joined, stated
-from ..methods import Newmark, Reference, TimeStepping
+from ..methods import Reference, TimeStepping
 from ..motions.description import describe
 from ..motions.steady import Steady, steady
 from ..motions.words import touching
@@ -61,9 +61,7 @@ def joint_damping_error(target: Target, reference: Reference, cancelled: Callabl
     return target.error(derived.response, cancelled) if derived.periodic else math.nan
 
 
-def error_without_time_step(
-    target: Target, method: Newmark | TimeStepping, cancelled: Callable[[], bool] | None = None
-) -> float:
+def error_without_time_step(target: Target, method: TimeStepping, cancelled: Callable[[], bool] | None = None) -> float:
     """Return the error of the limit of a method without a time step, which K and D alone cause."""
     run = target.reference
     options = {"periods": LONG, "keep": KEEP, "record": Record(KEEP, PER_PERIOD), "cancelled": cancelled}

@@ -17,7 +17,7 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
 from ..drivers.threads import thread_count
-from ..methods import Newmark, TimeStepping
+from ..methods import TimeStepping
 from .question import SettingQuestion
 from .recommendation import Recommendation
 from .search import Search
@@ -93,7 +93,7 @@ def design_curve(
 
 def recommend_schemes(
     question: SettingQuestion,
-    schemes: Sequence[Newmark | TimeStepping],
+    schemes: Sequence[TimeStepping],
     *,
     progress: Callable[[float], None] | None = None,
     **how: object,

@@ -3,7 +3,7 @@
 import math
 from dataclasses import dataclass
 
-from ..methods import Newmark, TimeStepping
+from ..methods import TimeStepping
 from ..wording import html_table, rounded_up
 from .contacts import Contacts, Tolerances
 from .question import SettingQuestion
@@ -96,7 +96,7 @@ class Recommendation:
         return html_table(repr(self), rows)
 
     @property
-    def scheme(self) -> Newmark | TimeStepping:
+    def scheme(self) -> TimeStepping:
         """What the settings were tried with; its own K, D and n have no effect."""
         return self.question.scheme
 
@@ -116,18 +116,18 @@ class Recommendation:
         return math.nan if self.best is None else rounded_up(self.best.robust)
 
     @property
-    def method(self) -> Newmark | TimeStepping | None:
+    def method(self) -> TimeStepping | None:
         """The recommended setting as a method to simulate with at ``eta``; None if there is none."""
         return self.method_at(self.eta)
 
-    def method_at(self, eta: float) -> Newmark | TimeStepping | None:
+    def method_at(self, eta: float) -> TimeStepping | None:
         """Return the recommended setting as a method with its time step at an η; None if there is none."""
         if self.best is None:
             return None
         setting = self.best.setting
         return self.with_setting(setting._replace(steps=steps_at(eta, self.eta, setting.steps)))
 
-    def with_setting(self, setting: NewmarkSetting) -> Newmark | TimeStepping:
+    def with_setting(self, setting: NewmarkSetting) -> TimeStepping:
         """The method that the settings were tried with, with these numbers."""
         return with_setting(self.scheme, setting)
 

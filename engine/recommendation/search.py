@@ -15,7 +15,7 @@ from typing import NamedTuple
 from ..divergence.compare import ComparisonQuestion, compare
 from ..divergence.parts import PART_NAMES
 from ..facts import ETA, Statement, equation, joined, stated
-from ..methods import Newmark, TimeStepping
+from ..methods import TimeStepping
 from ..motions.description import describe
 from ..motions.motion import motion
 from ..motions.steady import Steady, steady
@@ -239,7 +239,7 @@ class Search:
 def of_same_kind(
     found: Sequence[Steady],
     trials: Iterable[Trial],
-    scheme: Newmark | TimeStepping,
+    scheme: TimeStepping,
     cancelled: Callable[[], bool] | None,
 ) -> tuple[Trial | None, str]:
     """Return the first of a few trials whose motion is of the reference's kind, and ""; else the first, and why not.
@@ -265,7 +265,7 @@ def of_same_kind(
     return first, joined("; ", (stated("at {} {}", equation("eta", eta, 4), kind) for eta, kind in different))
 
 
-def _kind(found: Steady, method: Newmark | TimeStepping, cancelled: Callable[[], bool] | None) -> str:
+def _kind(found: Steady, method: TimeStepping, cancelled: Callable[[], bool] | None) -> str:
     """How the motion of a setting differs from the reference's in kind, in words; empty if it does not."""
     reference, run = describe(found.response, found.period), found.response
     penalty = describe(simulate(run.system, run.eta, method, cancelled=cancelled))

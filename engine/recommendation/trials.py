@@ -36,7 +36,7 @@ import numpy as np
 from ..divergence.encounters import mean_closing_speed
 from ..divergence.error import SampledRuns, Target
 from ..divergence.grid import PER_PERIOD
-from ..methods import STEPS_RANGE, Method, Newmark, TimeStepping
+from ..methods import STEPS_RANGE, Method, TimeStepping
 from ..motions.steady import Steady
 from ..result import Record, Response
 from ..simulate import KEEP, LONG, simulate
@@ -103,7 +103,7 @@ class Trials:
     ----------
     found : Steady
         The reference's motion; periodic.
-    scheme : Newmark or TimeStepping
+    scheme : TimeStepping
         The method; its own K, D and n have no effect.
     pool : Executor
     tolerances : Tolerances, optional
@@ -115,7 +115,7 @@ class Trials:
     def __init__(
         self,
         found: Steady,
-        scheme: Newmark | TimeStepping,
+        scheme: TimeStepping,
         pool: Executor,
         tolerances: Tolerances | None = None,
         cancelled: Callable[[], bool] | None = None,
@@ -265,7 +265,7 @@ class Trials:
         return self._runs.error(self.target, method, start, periods, record, self._cancelled, every_step)
 
 
-def with_setting(scheme: Newmark | TimeStepping, setting: NewmarkSetting) -> Newmark | TimeStepping:
+def with_setting(scheme: TimeStepping, setting: NewmarkSetting) -> TimeStepping:
     """Return the method with K, D and n of a setting."""
     return replace(scheme, **setting._asdict())
 

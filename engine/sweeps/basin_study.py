@@ -76,7 +76,7 @@ class BasinStudy(Study):
         Parameters
         ----------
         system : System
-        method : Reference, ExactPenalty, Newmark or TimeStepping
+        method : Reference, ExactPenalty or TimeStepping
         eta : float
             Excitation frequency η = Ω/ω₁.
         axes : dict of str to (n,) sequence

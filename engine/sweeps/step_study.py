@@ -15,8 +15,7 @@ import numpy as np
 
 from ..cells import CellResults, Cells
 from ..contact import stiffness_of_step
-from ..divergence.finer_parts import with_located_steps
-from ..methods import Method
+from ..methods import Method, with_located_steps
 from ..model import COORDINATES
 from ..motions.section import scatter
 from ..result import Record

@@ -251,6 +251,6 @@ class Study(abc.ABC):
 
 def _method_numbers(method: Method) -> dict[str, object]:
     numbers = {"name": method.name} | asdict(method)
-    if method.has_choices:  # its class names the integrator, not its numbers
+    if method.has_step:  # its class names the integrator, not its numbers
         numbers["integrator"] = {"name": method.integrator.name} | numbers["integrator"]
     return numbers

@@ -24,6 +24,7 @@ from vibroscope.engine import (
     TimeStepping,
     Units,
     simulate,
+    with_located_steps,
 )
 
 from .command_line import PHYSICAL
@@ -135,9 +136,8 @@ AWAY = {  # code: system, method, units, start
 
 def as_the_code_has_it(code, method):
     """The method with the contact status of a code, which a problem leaves to it."""
-    if isinstance(method, Newmark):
-        method = TimeStepping(method.stiffness, method.damping, method.steps, law=method.law)
-    return replace(method, status=DECKS[code].STATUS)
+    status = DECKS[code].STATUS
+    return with_located_steps(method) if status == "located" else replace(method, status=status)
 
 
 @pytest.mark.parametrize("code", DECKS)

@@ -3,7 +3,6 @@
 import json
 import math
 import re
-from dataclasses import replace
 
 import pytest
 from vibroscope.app.codes.rules import Rule, RuleQuestion, judge, rules
@@ -18,6 +17,7 @@ from vibroscope.engine import (
     compare,
     percent,
     simulate,
+    with_located_steps,
 )
 from vibroscope.engine.divergence.tolerances import CLOSE_CURVE
 
@@ -167,7 +167,7 @@ def test_a_step_is_judged_where_nothing_touches():
 )
 def test_the_blur_of_the_step_is_not_charged_to_a_rule_for_the_damper(key, asked):
     found = judge(rules()[key], asked)
-    without = compare(ComparisonQuestion(asked.system, asked.eta, replace(found.method, located=True))).difference.total
+    without = compare(ComparisonQuestion(asked.system, asked.eta, with_located_steps(found.method))).difference.total
     assert found.total > 2 * CLOSE_CURVE
     assert without < CLOSE_CURVE
     assert found.holds

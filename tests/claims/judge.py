@@ -9,12 +9,12 @@ from vibroscope.engine import (
     Checkpoint,
     ComparisonQuestion,
     Kind,
-    Newmark,
     Record,
     Reference,
     compare,
     simulate,
     verdict,
+    with_located_steps,
 )
 
 from . import runs as own
@@ -260,8 +260,7 @@ class _Judge:
         yield "steps", [f * method.steps for f in factors], lambda value: changed(method, steps=max(4, round(value)))
         yield "limit", ["no step"], lambda value: method.limit
         if not method.located:
-            cut = {"located": True} if isinstance(method, Newmark) else {"status": "located"}
-            yield "status", ["located"], lambda value: changed(method, **cut)
+            yield "status", ["located"], lambda value: with_located_steps(method)
 
     # --- kinds --------------------------------------------------------------------------------------------------------
 

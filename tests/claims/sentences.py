@@ -4,7 +4,7 @@ import re
 from dataclasses import replace
 from typing import NamedTuple
 
-from vibroscope.engine import Newmark, NewmarkBeta, TimeStepping
+from vibroscope.engine import NewmarkBeta, with_located_steps
 
 _SHARE = r"(?P<left>more than 1000|\d+(?:\.\d+)?) %"
 _NUMBER = r"[\d.]+(?:e[+-]?\d+)?"
@@ -67,10 +67,8 @@ def apply(method, change):
         return method
     if change.name == "limit":
         return method.limit
-    if isinstance(method, Newmark) and change.name in ("status", "law"):
-        if change.numbers.get("status") == "located":
-            return replace(method, located=True, every_step=False)
-        method = TimeStepping(method.stiffness, method.damping, method.steps, law=method.law)
+    if change.numbers.get("status") == "located":
+        return with_located_steps(method)
     return replace(method, **change.numbers)
 
 

@@ -30,7 +30,7 @@ class Setting(NamedTuple):
 
     system: System
     eta: float
-    method: Newmark | TimeStepping
+    method: TimeStepping
 
 
 def draw(seed):
@@ -89,7 +89,7 @@ def command(setting):
     system, eta, method = setting
     damping = "" if method.damping is None else f" --D {method.damping:g}"
     text = f"compare --eta {eta:g} --K {method.stiffness:g}{damping} --steps {method.steps}"
-    if isinstance(method, Newmark):
+    if not method.has_choices:
         text += " --located" if method.located else ""
     else:
         text += f" --status {method.status} --integrator {method.integrator} --law {method.law}"

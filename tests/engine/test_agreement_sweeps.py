@@ -50,9 +50,9 @@ def random_cells(method, count, seed):
         kappa3, restitution = rng.uniform(1.05, kappa - 0.05), rng.uniform(0.2, 0.9)
         systems.append(System(kappa=kappa, kappa3=kappa3, restitution=restitution, **dampings))
     own = {}
-    if not isinstance(method, Reference):
+    if not method.rigid:
         own = {"stiffness": 10 ** rng.uniform(2, 5, count), "damping": 10 ** rng.uniform(-0.5, 1.7, count)}
-    if isinstance(method, Newmark):
+    if method.has_step:
         own["steps"] = (10 ** rng.uniform(2, 3.5, count)).astype(int)
     return Cells(systems, rng.uniform(0.6, 3.8, count), method, **own)
 

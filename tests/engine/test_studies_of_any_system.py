@@ -20,6 +20,7 @@ from vibroscope.engine import (
     sweep,
     synthetic_measurement,
     verdict,
+    with_located_steps,
 )
 from vibroscope.engine.law_table import ratio_of_restitution
 from vibroscope.engine.recommendation.recommend import recommend
@@ -145,7 +146,7 @@ def test_a_joint_damping_that_was_never_measured_stays_so_where_the_motion_does_
 # ------------------------------------------------------------------------------------------------------ today's system
 
 
-METHODS = (Reference(), Reference("derived", threshold=0.0), PENALTY, replace(PENALTY, located=True), PENALTY.limit)
+METHODS = (Reference(), Reference("derived", threshold=0.0), PENALTY, with_located_steps(PENALTY), PENALTY.limit)
 
 
 @pytest.mark.parametrize("method", METHODS, ids=str)

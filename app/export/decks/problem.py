@@ -11,12 +11,12 @@ from vibroscope.app.runtime.number_text import print_number
 from vibroscope.engine import (
     CONTACT_LAWS,
     CONTACT_STATUSES,
-    Newmark,
     Status,
     System,
     TimeStepping,
     Units,
     simulate,
+    with_located_steps,
 )
 from vibroscope.engine.checks import whole
 from vibroscope.engine.integrators import Integrator
@@ -59,7 +59,7 @@ class DeckProblem:
     ----------
     system : System
     eta : float
-    method : Newmark or TimeStepping
+    method : TimeStepping
         The contact's numbers and law, the time step, the integrator and the contact status. That from the start of the
         step, the default, which no deck has, leaves the status to the code.
     units : Units, optional
@@ -79,7 +79,7 @@ class DeckProblem:
 
     system: System
     eta: float
-    method: Newmark | TimeStepping
+    method: TimeStepping
     units: Units | None = None
     initial: tuple[float, float, float, float] | None = None
     periods: int = PERIODS
@@ -230,10 +230,8 @@ class DeckProblem:
 
     def _stepping(self, status: str) -> TimeStepping:
         """The method with the contact status of a code."""
-        found = self.method
-        if not found.has_choices:
-            found = TimeStepping(found.stiffness, found.damping, found.steps, law=found.law)
-        return replace(found, status=status)
+        found = replace(self.method, status=CONTACT_STATUSES[0], resolves_contacts=False)
+        return with_located_steps(found) if status == "located" else replace(found, status=status)
 
     def _warning(self, status: str) -> list[str]:
         """A line if a step of the run has no solution with the contact status of the code."""

@@ -162,10 +162,8 @@ class Basins(StudyView):
             for side, problem in problems.items()
         }
         calls["difference"] = f"basin_difference({', '.join(SIDES)})"
-        methods = [question.method(side) for side in SIDES]
-        names = {"BasinStudy", *(type(method).__name__ for method in methods)}
-        names |= {type(method.integrator).__name__ for method in methods if method.has_choices}
-        return sweep_python(calls, question.system, *names)
+        names = (name for side in SIDES for name in question.method(side).made_by)
+        return sweep_python(calls, question.system, "BasinStudy", *names)
 
     def command(self, setting: Setting) -> str:
         """``vibroscope sweep basin`` of both, and the share in which they differ."""

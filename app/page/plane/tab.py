@@ -11,7 +11,7 @@ from vibroscope.app.explorer.explanation import DISPLACEMENTS, Explanation
 from vibroscope.app.explorer.link import LOGARITHMIC
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.export.formats import Figure, Series
-from vibroscope.app.export.scripts import method_python, names_in, scheme_options, sweep_command, sweep_python
+from vibroscope.app.export.scripts import method_python, scheme_options, sweep_command, sweep_python
 from vibroscope.app.page.explore.explainer import Explainer
 from vibroscope.app.page.plane.curves import PlaneCurves
 from vibroscope.app.page.plane.figure import PlaneView
@@ -211,7 +211,7 @@ class Plane(StudyView):
             side: f"sweep(PlaneStudy(\n    system, {own}, {question.eta!r}, {axes},\n    {how},\n))"
             for side, own in methods.items()
         }
-        script = sweep_python(calls, question.system, "PlaneStudy", "ExactPenalty", *names_in(method))
+        script = sweep_python(calls, question.system, "PlaneStudy", "ExactPenalty", *method.made_by)
         return script if self.curves.result is None else script + self.curves.python()
 
     def command(self, setting: Setting) -> str:

@@ -27,7 +27,7 @@ from vibroscope.app.page.shared.figure import (
 from vibroscope.app.page.shared.muting import show_entry
 from vibroscope.app.page.shared.ranges import OwnedRange
 from vibroscope.app.studies.speed import CHECKED, KINDS, SWEPT, PartialSpeed, SolverKey
-from vibroscope.engine import Newmark, TimeStepping
+from vibroscope.engine import TimeStepping
 
 _LINES = {"reference": (BLUE, "solid", 4), "exact": (VIOLET, "dashed", 2)}
 _MARKS = {
@@ -194,7 +194,7 @@ def _error_unit(setting: Setting) -> str:
     return f"{ones[0]}, or {ones[1]} of a velocity"
 
 
-def names_of(method: Newmark | TimeStepping, kinds: Sequence[str]) -> dict[str, str]:
+def names_of(method: TimeStepping, kinds: Sequence[str]) -> dict[str, str]:
     """The name of each kind of solver in the legend."""
     name = brief_name(method)
     names = {

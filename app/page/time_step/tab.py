@@ -14,7 +14,6 @@ from vibroscope.app.export.formats import Figure, Series
 from vibroscope.app.export.scripts import (
     initial_option,
     method_python,
-    names_in,
     scheme_options,
     sweep_command,
     sweep_python,
@@ -110,7 +109,7 @@ class TimeStep(StudyView):
         )
         how += "" if scale is None else f", stiffness_of_step={scale}"
         study = f"StepStudy(system, {method_python(method)}, {eta!r}, {how})"
-        return sweep_python({"study": f"sweep({study})"}, system, "StepStudy", *names_in(method))
+        return sweep_python({"study": f"sweep({study})"}, system, "StepStudy", *method.made_by)
 
     def command(self, setting: Setting) -> str:
         """``vibroscope sweep step`` of the same steps."""

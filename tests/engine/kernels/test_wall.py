@@ -17,6 +17,7 @@ from vibroscope.engine import (
     TimeStepping,
     continue_branch,
     simulate,
+    with_located_steps,
 )
 from vibroscope.engine.drivers.event_driven import LinearFlow, set_up
 from vibroscope.engine.drivers.parameters import parameters_of
@@ -40,10 +41,10 @@ SOLVERS = {  # a method, the layout of its state, the numbers of body 1 in it, a
     "smooth": (ExactPenalty(1200.0, 0.1, "flores"), state.STATE, ("x1", "v1"), law_integrate.integrate_law),
     "skipping": (NEWMARK, newmark.STATE, ("p1", "q1", "a1"), skip.integrate_skipping),
     "every step": (replace(NEWMARK, every_step=True), newmark.STATE, ("p1", "q1", "a1"), newmark.integrate),
-    "located": (replace(NEWMARK, located=True), located.STATE, ("x", "v", "a"), located.integrate_located),
+    "located": (with_located_steps(NEWMARK), located.STATE, ("x", "v", "a"), located.integrate_located),
 }
 STEPPED = {
-    "start": STEPS,
+    "start": replace(STEPS, integrator=HHT()),
     "end": replace(STEPS, integrator=HHT(), status="end", without_solution="keep"),
     "two stages": replace(STEPS, integrator=Bathe(), every_step=True),
     "law": replace(STEPS, law="hunt-crossley"),
