@@ -56,6 +56,10 @@ class TabArea:
         self._places: dict[str, pn.Column] = {}
         self._open = ""
 
+    def has(self, key: str) -> bool:
+        """Whether a view is built."""
+        return key in self._views
+
     @property
     def view(self) -> TabView:
         """The open view."""
@@ -65,13 +69,11 @@ class TabArea:
         """Show a view; it is built now, as ``state`` says, if it has never been open."""
         if key == self._open:
             return
+        if key not in self._views:
+            self._build(key, state)
         if self._open:
             self.view.hide()
             self._places[self._open].visible = False
-        if key not in self._views:
-            self._build(key)
-            if state is not None:
-                self._views[key].restore(state)
         self._open = key
         self._places[key].visible = True
 
@@ -85,10 +87,13 @@ class TabArea:
         for view in self._views.values():
             view.close()
 
-    def _build(self, key: str) -> None:
-        self._views[key] = view = VIEWS[key](self._host)
-        self._places[key] = pn.Column(
+    def _build(self, key: str, state: View | None) -> None:
+        view = VIEWS[key](self._host)
+        place = pn.Column(
             view.build(), css_classes=["place"], stylesheets=[style("shared/page")], sizing_mode="stretch_width"
         )
-        self.column.append(self._places[key])
+        self.column.append(place)
         view.watch_view(self._on_view_change)
+        if state is not None:
+            view.restore(state)
+        self._views[key], self._places[key] = view, place
