@@ -13,6 +13,7 @@ from vibroscope.app.page.explore.tab import Explore
 from vibroscope.app.page.files import style
 from vibroscope.app.page.help.tab import Help
 from vibroscope.app.page.paper.tab import Paper
+from vibroscope.app.page.peaks.tab import Peaks
 from vibroscope.app.page.plane.tab import Plane
 from vibroscope.app.page.speed.tab import Speed
 from vibroscope.app.page.tab import TabHost, TabView
@@ -33,7 +34,7 @@ TABS = (
     Tab("Bifurcation", (Bifurcation, Basins)),
     Tab("K–D plane", (Plane,)),
     Tab("Step and cost", (TimeStep, Speed)),
-    Tab("Your code", (YourCode,)),
+    Tab("Your code", (YourCode, Peaks)),
     Tab("Help", (Help, Paper)),
 )
 VIEWS: dict[str, type[TabView]] = {view.key: view for tab in TABS for view in tab.views}
