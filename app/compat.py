@@ -80,6 +80,16 @@ def claim_document(doc: Document) -> None:
     state._thread_id_[doc] = threading.get_ident()
 
 
+def leave_writing_to_loop(doc: Document) -> None:
+    """Let a thread that has claimed a document make the messages of its changes; the loop writes them.
+
+    Uses ``panel.io.document._WRITE_BLOCK``, by which Panel knows that older messages still wait to be written: it then
+    makes those of the next changes at once and puts their writing off to a turn of the loop. Otherwise it would
+    write to the connection from the thread.
+    """
+    panel_document._WRITE_BLOCK[doc] = True
+
+
 def forget_empty_defaults(models: Iterable[Model]) -> None:
     """Let go of the empty lists, dictionaries and sets that stand for values which nobody has set.
 

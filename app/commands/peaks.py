@@ -21,26 +21,21 @@ from vibroscope.app.commands.parser import Command, OneLineParser
 from vibroscope.app.commands.physical_units import add_units_option, physical_part, wanted_units
 from vibroscope.app.commands.recommend import eta_range, etas_of
 from vibroscope.app.commands.report import Line, Report
+from vibroscope.app.studies.peaks import FEW, PERIODS, off_text, sampled
 from vibroscope.engine import (
     FREE_PERIODS,
     PEAKS,
     Method,
-    Record,
-    Response,
     Spectrum,
     System,
     Units,
     finite_or_none,
     peaks,
-    percent,
-    simulate,
     spectrum,
     transmissibility,
     written,
 )
 
-PERIODS = 16  # lines of the spectrum at sixteenths of an order
-PER_PERIOD, FEW = 4000, 400  # samples: for the peak of a short contact; for the first order
 LABEL, COLUMN = 16, 16  # characters
 
 
@@ -65,7 +60,7 @@ def run(options: argparse.Namespace) -> Report:
         raise ValueError("--transmissibility and --eta-range go together: give a file and frequencies, as 0.5:3:200")
     if options.transmissibility and not system.excitation.base:
         raise ValueError("--transmissibility is relative to the base, which does not move: give it a motion")
-    runs = {name: _sampled(system, eta, method, options.initial) for name, method in methods.items()}
+    runs = {name: sampled(system, eta, method, options.initial) for name, method in methods.items()}
     found = {name: peaks(run) if run.ok else dict.fromkeys(PEAKS, np.nan) for name, run in runs.items()}
     ended = [f"{name}: {run.ending}" for name, run in runs.items() if not run.ok]
     if options.spectrum:
@@ -82,16 +77,6 @@ def run(options: argparse.Namespace) -> Report:
         data |= physical_part(units, eta, methods["penalty"], **physical)
     shown = [name for name in PEAKS if not (system.wall and name.endswith("2"))]
     return Report(_lines(found, shown, units, ended, system), data)
-
-
-def _sampled(
-    system: System, eta: float, method: Method, initial: Sequence[float] | None = None, samples: int = PER_PERIOD
-) -> Response:
-    """The last periods of a run; of a free vibration the first ones, since it decays."""
-    if system.excitation.drives:
-        return simulate(system, eta, method, initial=initial, record=Record(PERIODS, samples))
-    length = {"periods": FREE_PERIODS, "keep": FREE_PERIODS}
-    return simulate(system, eta, method, initial=initial, record=Record(FREE_PERIODS, samples), **length)
 
 
 def _in_units(values: dict[str, float], units: Units) -> dict[str, float]:
@@ -112,8 +97,7 @@ def _lines(
         first, second = (values[name] for values in columns)
         label = name.replace("_", " ").replace("1", " 1").replace("2", " 2")
         cells = "".join(f"{written(value) if np.isfinite(value) else '-':>{COLUMN}}" for value in (first, second))
-        known = np.isfinite(first) and np.isfinite(second) and first
-        off = percent((second - first) / first) if known else "-"
+        off = off_text(first, second) or "-"
         yield f"{label:{LABEL}}{cells}{off:>{COLUMN}}" + (f"  {units.unit(PEAKS[name])}" if units else "")
     over = f"the last {PERIODS}" if system.excitation.drives else f"the first {FREE_PERIODS}"
     yield f"Over {over} periods; displacements and velocities relative to the base, accelerations absolute. An impact"
@@ -132,7 +116,7 @@ def _write_spectra(path: str, found: dict[str, Spectrum]) -> None:
 def _write_transmissibility(path: str, system: System, methods: dict[str, Method], etas: Sequence[float]) -> None:
     rows = []
     for eta in etas:
-        runs = [_sampled(system, eta, method, samples=FEW) for method in methods.values()]
+        runs = [sampled(system, eta, method, samples=FEW) for method in methods.values()]
         rows.append([eta, *np.concatenate([transmissibility(run) if run.ok else [np.nan] * 2 for run in runs])])
     _write(path, ["eta", *(f"{name}_body{body}" for name in methods for body in (1, 2))], rows)
 

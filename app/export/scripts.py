@@ -15,6 +15,7 @@ from vibroscope.app.explorer.parameters import FIELDS, STEPPING_FIELDS
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.export.formats import units_table
 from vibroscope.app.runtime.number_text import print_number
+from vibroscope.app.studies.peaks import PER_PERIOD, PERIODS
 from vibroscope.app.studies.speed import SpeedQuestion
 from vibroscope.engine import (
     FREE_PERIODS,
@@ -83,10 +84,7 @@ def as_command(setting: Setting, measured: str = "", columns: str = "") -> str:
     ``measured`` is the name of the file of a measurement, which is compared, too, and ``columns`` says which of its
     columns is what, where it does not say so itself.
     """
-    units = Units(setting.omega1, setting.m1, setting.amplitude) if setting.scale or measured else None
-    file, options = _system_file(setting.system, units)
-    options += f" --units {setting.scale.system}" if setting.scale else ""
-    options += initial_option(setting.own_start)
+    file, options = _file_and_options(setting, bool(setting.scale or measured))
     periods = f" --periods {FREE_PERIODS}" if not setting.is_driven else ""
     eta = print_number(setting.eta)
     reference, newmark = (penalty_options(method) for method in (setting.reference, setting.penalty))
@@ -97,6 +95,39 @@ def as_command(setting: Setting, measured: str = "", columns: str = "") -> str:
         f"vibroscope simulate --solver newmark --eta {eta}{newmark}{options}{periods}\n"
         f"{compared}\n"
     ) + (f"{compared} --measured {quote(measured)}{chosen}\n" if measured else "")
+
+
+def peaks_python(setting: Setting) -> str:
+    """A script that reads the largest values off both solutions."""
+    length = run_length(setting.system)
+    how = "" if setting.from_rest else f", initial={setting.initial}"
+    how += "".join(f", {name}={periods}" for name, periods in length.items())
+    record = f"record=Record({length.get('keep', PERIODS)}, {PER_PERIOD})"
+    r = setting.reference
+    methods = {
+        "reference": f"Reference({_differing(vars(r), vars(Reference()))})",
+        "penalty": method_python(setting.penalty),
+    }
+    calls = {
+        solver: f"peaks(simulate(system, {setting.eta!r}, {method}, {record}{how}))"
+        for solver, method in methods.items()
+    }
+    return sweep_python(calls, setting.system, "Record", "Reference", "simulate", *names_in(setting.penalty))
+
+
+def peaks_command(setting: Setting) -> str:
+    """``vibroscope peaks`` of a setting."""
+    file, options = _file_and_options(setting, bool(setting.scale))
+    methods = penalty_options(setting.penalty) + penalty_options(setting.reference)
+    return f"{file}vibroscope peaks --eta {print_number(setting.eta)}{methods}{options}\n"
+
+
+def _file_and_options(setting: Setting, with_units: bool) -> tuple[str, str]:
+    """A command that writes the system file, and the options for file, units and start."""
+    units = Units(setting.omega1, setting.m1, setting.amplitude) if with_units else None
+    file, options = _system_file(setting.system, units)
+    options += f" --units {setting.scale.system}" if setting.scale else ""
+    return file, options + initial_option(setting.own_start)
 
 
 # ---- a study --------------------------------------------------------------------------------------------------------

@@ -1,7 +1,7 @@
 """One browser session: the setting, the browser components and the open view, wired together.
 
-Everything here runs on the loop of the session's document. Data run one way: message → setting → open view → compute →
-present → figures.
+Everything here runs on the loop of the session's document, but for what `add_models` calls. Data run one way: message →
+setting → open view → compute → present → figures.
 """
 
 from __future__ import annotations
@@ -37,6 +37,7 @@ from vibroscope.engine.facts import sentence
 _OWN_SETTING = (
     "No scene, but a setting of your own: the findings say whether its motion is real, and what to change first."
 )
+_NOT_SHOWN = "This could not be shown. The fault is the server's, and it has been noted."
 
 
 class Session:
@@ -138,12 +139,13 @@ class Session:
     def open(self, key: str) -> None:
         """Open a view."""
         if key in VIEWS:
-            self._open_view(key)
-            self._show()
+            self._when_open(key, self._show)
 
     def visit(self, key: str, texts: Mapping[str, str], prepare: Callable[[TabView], None] | None = None) -> None:
         """Open a view, prepared by ``prepare``, with some parameters set; see `app.page.tab.TabHost`."""
-        self._open_view(key)
+        self._when_open(key, partial(self._visit, texts, prepare))
+
+    def _visit(self, texts: Mapping[str, str], prepare: Callable[[TabView], None] | None) -> None:
         if prepare is not None:
             prepare(self.tab_area.view)
         if texts:
@@ -187,6 +189,14 @@ class Session:
 
     # -- to the open view --------------------------------------------------------------
 
+    def _when_open(self, key: str, then: Callable[[], None]) -> None:
+        """Open a view, then call ``then``; one that has never been open is built in a thread first."""
+        if self.tab_area.has(key):
+            self._open_view(key)
+            then()
+        else:
+            self.add_models(partial(self._open_view, key), then)
+
     def _open_view(self, key: str, state: View | None = None) -> None:
         self.tab_area.open(key, state)
         self.header.view = key
@@ -206,6 +216,10 @@ class Session:
         self.tab_area.view.show(Move(self.move, self.setting, fresh))
 
     # -- to the browser, see `app.page.tab.TabHost` ------------------------------------
+
+    def add_models(self, add: Callable[[], None], then: Callable[[], None]) -> None:
+        """Change the page in a thread, then call ``then``."""
+        self._loop.add_models(add, then, partial(self.report_error, _NOT_SHOWN))
 
     def report_error(self, text: str, move: int | None = None) -> None:
         """Show an error; ``move`` is the move that it answers, None the last one."""

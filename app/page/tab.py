@@ -1,7 +1,7 @@
 """The base class of a view of a tab, and what it may ask of the page.
 
-A view costs nothing until it is opened: then it is built, once, and shown. While it is hidden it gets no moves and
-sends nothing; when it is opened again it gets the setting that holds by then.
+A view costs nothing until it is opened: then it is built, once, in a thread, and shown. While it is hidden it gets no
+moves and sends nothing; when it is opened again it gets the setting that holds by then.
 """
 
 from __future__ import annotations
@@ -54,6 +54,13 @@ class TabHost(Protocol):
 
     def call_later(self, callback: Callable[[], None]) -> None:
         """Call ``callback`` on the session's own loop, from any thread, if the session still exists."""
+
+    def add_models(self, add: Callable[[], None], then: Callable[[], None]) -> None:
+        """Call ``add`` in a thread, then ``then`` on the session's own loop.
+
+        Whatever adds models to the page that is open belongs into ``add``: Bokeh walks over all models of the page and
+        serialises the new ones, which takes longer than others should wait.
+        """
 
     def report_error(self, text: str, move: int | None = None) -> None:
         """Show an error with the way out of it; ``move`` is the move that it answers, None the last one."""

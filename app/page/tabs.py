@@ -13,6 +13,7 @@ from vibroscope.app.page.explore.tab import Explore
 from vibroscope.app.page.files import style
 from vibroscope.app.page.help.tab import Help
 from vibroscope.app.page.paper.tab import Paper
+from vibroscope.app.page.peaks.tab import Peaks
 from vibroscope.app.page.plane.tab import Plane
 from vibroscope.app.page.speed.tab import Speed
 from vibroscope.app.page.tab import TabHost, TabView
@@ -33,7 +34,7 @@ TABS = (
     Tab("Bifurcation", (Bifurcation, Basins)),
     Tab("K–D plane", (Plane,)),
     Tab("Step and cost", (TimeStep, Speed)),
-    Tab("Your code", (YourCode,)),
+    Tab("Your code", (YourCode, Peaks)),
     Tab("Help", (Help, Paper)),
 )
 VIEWS: dict[str, type[TabView]] = {view.key: view for tab in TABS for view in tab.views}
@@ -56,6 +57,10 @@ class TabArea:
         self._places: dict[str, pn.Column] = {}
         self._open = ""
 
+    def has(self, key: str) -> bool:
+        """Whether a view is built."""
+        return key in self._views
+
     @property
     def view(self) -> TabView:
         """The open view."""
@@ -65,13 +70,11 @@ class TabArea:
         """Show a view; it is built now, as ``state`` says, if it has never been open."""
         if key == self._open:
             return
+        if key not in self._views:
+            self._build(key, state)
         if self._open:
             self.view.hide()
             self._places[self._open].visible = False
-        if key not in self._views:
-            self._build(key)
-            if state is not None:
-                self._views[key].restore(state)
         self._open = key
         self._places[key].visible = True
 
@@ -85,10 +88,13 @@ class TabArea:
         for view in self._views.values():
             view.close()
 
-    def _build(self, key: str) -> None:
-        self._views[key] = view = VIEWS[key](self._host)
-        self._places[key] = pn.Column(
+    def _build(self, key: str, state: View | None) -> None:
+        view = VIEWS[key](self._host)
+        place = pn.Column(
             view.build(), css_classes=["place"], stylesheets=[style("shared/page")], sizing_mode="stretch_width"
         )
-        self.column.append(self._places[key])
+        self.column.append(place)
         view.watch_view(self._on_view_change)
+        if state is not None:
+            view.restore(state)
+        self._views[key], self._places[key] = view, place

@@ -1,5 +1,9 @@
 """The way of results to the browser: from worker threads to the loop of the session, then one update at a time.
 
+What adds models to the page, a view that is opened or the curves of a pin, takes hundreds of milliseconds: Bokeh walks
+over all models of the document and serialises the new ones. That is done in a thread (`SessionLoop.add_models`), or the
+loop would answer nobody meanwhile. The document is locked, so that nothing else of its session is called.
+
 Answers may come late and in any order. Who numbers a request, and who drops an answer that is too late:
 
 1. The browser numbers each move (`controls.js`); until the last one is answered it keeps what its user has set, shows
@@ -22,6 +26,7 @@ Answers may come late and in any order. Who numbers a request, and who drops an 
 
 from __future__ import annotations
 
+import asyncio
 import logging
 import time
 from collections.abc import Callable
@@ -30,6 +35,8 @@ from typing import NamedTuple, TypeVar
 
 import panel as pn
 from bokeh.document import Document
+from panel.io.state import set_curdoc
+from vibroscope.app.compat import claim_document, leave_writing_to_loop
 from vibroscope.app.explorer.compute import RunPair
 from vibroscope.app.runtime import logs
 from vibroscope.app.runtime.workers import ahead_of_jobs
@@ -68,6 +75,42 @@ class SessionLoop:
         """Call ``callback`` on the loop, from any thread, if the session still exists."""
         if self._doc.session_context is not None and not self._closed:
             self._doc.add_next_tick_callback(partial(self._call_when_open, callback))
+
+    def add_models(self, add: Callable[[], None], then: Callable[[], None], fail: Callable[[], None]) -> None:
+        """Call ``add``, which adds models to the page, in a thread, then ``then`` on the loop; see `TabHost`.
+
+        Nothing else of the session is called meanwhile. If ``add`` fails, that is logged, and ``fail`` is called.
+        """
+        if self._open:
+            self._doc.add_next_tick_callback(partial(self._add_in_thread, add, then, fail))
+        else:  # in the thread that builds the page
+            add()
+            then()
+
+    async def _add_in_thread(self, add: Callable[[], None], then: Callable[[], None], fail: Callable[[], None]) -> None:
+        """Bokeh awaits this with the document locked."""
+        with logs.in_session(self._session), ahead_of_jobs(), set_curdoc(self._doc):
+            try:
+                await asyncio.to_thread(self._add, add)
+            except Exception as error:
+                logs.event("models not added", logging.ERROR, error=error)
+                then = fail
+            finally:
+                claim_document(self._doc)
+            then()
+
+    def _add(self, add: Callable[[], None]) -> None:
+        """Change the page and make the message of that, in a thread."""
+        claim_document(self._doc)
+        leave_writing_to_loop(self._doc)
+        failed = []
+        with pn.io.hold(self._doc), self._doc.models.freeze():  # one walk over all models, not one for each
+            try:
+                add()
+            except Exception as error:  # it must not leave the models frozen
+                failed.append(error)
+        if failed:
+            raise failed[0]
 
     def _call_when_open(self, callback: Callable[[], None]) -> None:
         if self._open:

@@ -35,6 +35,7 @@ class PatchMessage(patch_doc):
         forget_empty_defaults(filter(serializer.has_ref, serializer.unsent))
         models.flush_synced(lambda model: not serializer.has_ref(model))
         message.add_buffers(*serializer.buffers)
+        _ = message.content_json  # written here and kept: this may be a thread
         return message
 
     def apply_to_document(self, doc: Document, setter: object = None) -> None:

@@ -32,6 +32,10 @@ class FakeHost:
     def call_later(self, callback):
         callback()
 
+    def add_models(self, add, then):
+        add()
+        then()
+
     def report_error(self, text, move=None):
         self.errors.append(text)
 

@@ -142,6 +142,10 @@ class World(Document):
     def call_later(self, callback):
         self.calls.append(callback)
 
+    def add_models(self, add, then):
+        add()
+        then()
+
     def add_timeout_callback(self, callback, _):
         self.timers.append(callback)
 

@@ -1,11 +1,9 @@
 """Muted legend entries: their curves are hidden, and a link holds them."""
 
-import numpy as np
 import panel as pn
 import pytest
 from bokeh.document import Document
 from bokeh.models import HoverTool
-from vibroscope.app.explorer.measured import NOWHERE, Placed
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.page.explore.measurement import MeasuredPoints
 from vibroscope.app.page.shared.figure import PINS
@@ -27,11 +25,11 @@ def add_all(tab):
     """Add the entries of all pins and of a measurement, which come with the first of them."""
     if tab.key == "explore":
         for view in (tab.phase, tab.displacement, tab.force):
-            view.pinned.update([{}] * len(PINS))
+            view.pinned.make_room(len(PINS))
         points = MeasuredPoints(tab.phase, tab.displacement)
         points.on_legend = tab.muting.watch
-        points.update(Placed(*(dict.fromkeys(columns, np.zeros(1)) for columns in NOWHERE)))
-        tab.phase.draw_closed(dict.fromkeys(tab.phase.closed.data, np.zeros(1)))
+        points.add()
+        tab.phase.add_closed()
 
 
 @pytest.mark.parametrize("tab", [tab for tab in VIEWS.values() if tab.legends and tab.key != "paper"])
@@ -73,7 +71,7 @@ def test_names_of_entries_are_those_of_their_solvers():
 def test_curves_without_an_entry_in_the_legend_are_hidden_and_the_muted_stay_so():
     tab = VIEWS["explore"](FakeHost())
     tab.build()
-    tab.displacement.pinned.update([{}])
+    tab.displacement.pinned.make_room(1)
     tab.displacement.pinned.update([])
     items = {item.label.value: item for item in tab.displacement.figure.legend[0].items}
 
@@ -87,7 +85,8 @@ def test_curves_without_an_entry_in_the_legend_are_hidden_and_the_muted_stay_so(
     tab.displacement.pinned.update([{}])
     assert drawn() == displacements - {"ξ₁ reference"} | {"pin 1"}
     hover = next(tool for tool in tab.displacement.figure.tools if isinstance(tool, HoverTool))
-    assert hover.renderers == items["ξ₂ reference"].renderers
+    (hovered,) = hover.renderers
+    assert (hovered.glyph.y, hovered.visible) == ("reference2", True)
     tab.displacement.explain({}, SETTING._replace(frame="difference"))
     assert drawn() == {"difference", "time step", "K and D", "joint damping"}
     tab.displacement.update(
@@ -106,19 +105,4 @@ def test_curves_follow_their_entries_while_a_document_holds_its_events():
         tab.displacement.explain({}, SETTING._replace(frame="difference"))
     drawn = {item.label.value for item in figure.legend[0].items if item.renderers[0].visible}
     assert drawn == {"difference", "time step", "K and D", "joint damping"}
-    assert [tool.renderers for tool in figure.tools if isinstance(tool, HoverTool)] == [[]]
-
-
-def test_pins_and_measured_points_take_one_walk_over_the_models_of_a_page_each(monkeypatch):
-    """The document walks over thousands of models whenever one is added, on the loop of all visitors."""
-    tab, document = VIEWS["explore"](FakeHost()), Document()
-    document.add_root(tab.build().get_root(document))
-    walks = []
-    monkeypatch.setattr(document.models, "recompute", lambda: walks.append(1))
-    tab.phase.pinned.update([{}] * len(PINS))
-    assert len(walks) == 1
-    tab.phase.draw_closed(dict.fromkeys(tab.phase.closed.data, np.zeros(1)))
-    assert len(walks) == 2
-    points = MeasuredPoints(tab.phase, tab.displacement)
-    points.update(Placed(*(dict.fromkeys(columns, np.zeros(1)) for columns in NOWHERE)))
-    assert len(walks) == 3
+    assert [line.visible for tool in figure.tools if isinstance(tool, HoverTool) for line in tool.renderers] == [False]

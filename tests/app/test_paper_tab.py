@@ -45,6 +45,10 @@ class Host:
     def push(self, move, write):
         write()
 
+    def add_models(self, add, then):
+        add()
+        then()
+
     def summarise(self, text):
         self.summary = text
 

@@ -5,7 +5,7 @@ import { button, choose, cueScroll, element, explainTerms, setText } from "../sh
 
 export function render({ model }) {
   const root = element("section", "branches-list");
-  root.setAttribute("aria-label", "Branches of periodic motions");
+  root.setAttribute("aria-label", model.label);
   const status = element("p", "status");
   status.setAttribute("role", "status");
   const notes = element("div", "notes");

@@ -33,8 +33,9 @@ NAMES = {"reference": "reference", "penalty": "exact penalty"}
 
 
 class BranchPanel(Component):
-    """A table of what can be opened. Sends ``{"open": name of a `Place`}``, ``{"stop": true or false}``."""
+    """Tables, of what can be opened, too. Sends ``{"open": name of a `Place`}``, ``{"stop": true or false}``."""
 
+    label = param.String(default="Branches of periodic motions", doc="For screen readers")
     status = param.Dict(default={}, doc="text, running, stopped, notes")
     near = param.Dict(default={}, doc="Motions at the value that is set: title, heads and rows")
     points = param.Dict(default={}, doc="All points: title, heads and rows")

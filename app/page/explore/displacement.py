@@ -102,7 +102,10 @@ class DisplacementView:
         self._of_body_2 = items[1::2]
         plot.add_layout(legend([*items, *parts], 8))
         lines = [item.renderers[0] for item in items]
-        self._hover = hover_tool(lines[:1], {"time": "@t"}, mode="vline", line_policy="nearest")
+        # What the hover tool belongs to, without ink: were its renderers changed, Bokeh would walk over all models.
+        unseen = Line(x="t", y=next(iter(_CURVES)), line_alpha=0)
+        self._hovered = add_glyph(plot, unseen, self.sources["displacements"])
+        self._hover = hover_tool([self._hovered], {"time": "@t"}, mode="vline", line_policy="nearest")
         self._hover.formatters = {f"@{name}": "printf" for name in ("t", *_CURVES)}
         for line in lines:  # a click in the legend
             line.on_change("visible", lambda attr, old, new: self._follow_visible())
@@ -110,11 +113,12 @@ class DisplacementView:
         return plot
 
     def _follow_visible(self) -> None:
-        """Let the hover tool belong to the first line that is visible; it shows all four, which share their times."""
-        lines = [item.renderers[0] for item in self._items["displacements"]]
-        first = [line for line in lines if line.visible][:1]
-        if self._hover.renderers != first:
-            self._hover.renderers = first
+        """Let the hover tool follow the first line that is visible; it shows all four, which share their times."""
+        lines = zip(_CURVES, self._items["displacements"], strict=True)
+        first = next((column for column, item in lines if item.renderers[0].visible), "")
+        self._hovered.visible = bool(first)
+        if first and self._hovered.glyph.y != first:
+            self._hovered.glyph.y = first
 
     def _strip(self, time: Range1d):
         plot = make_figure(

@@ -31,7 +31,7 @@ from vibroscope.app.page.explore.displacement import DisplacementView
 from vibroscope.app.page.explore.phase import PhaseView
 from vibroscope.app.page.files import esm, style
 from vibroscope.app.page.shared.component import Component
-from vibroscope.app.page.shared.figure import INK, add_glyph, empty_source, models_added, write
+from vibroscope.app.page.shared.figure import INK, add_glyph, empty_source, write
 from vibroscope.app.page.shared.muting import show_entry
 from vibroscope.app.page.tab import TabHost, on_loop
 from vibroscope.engine import FITTED, Fit, MeasuredComparison, UnknownColumns, fitted_names, measured_verdict
@@ -304,7 +304,7 @@ def _key(setting: Setting) -> object:
 
 
 class MeasuredPoints:
-    """The points of a measurement in the figures; they are added when the first measurement is drawn."""
+    """The points of a measurement in the figures, once `add` has been called."""
 
     def __init__(self, phase: PhaseView, displacement: DisplacementView) -> None:
         self.on_legend: Callable[[str, str, LegendItem], None] = lambda *_: None  # called with each new legend entry
@@ -317,18 +317,22 @@ class MeasuredPoints:
         columns: Mapping[str, Columns] = {"measured_phase": placed.phase, "measured_time": placed.displacements}
         for view, shown in zip(self._views, columns.values(), strict=True):
             view.measured = shown
-        if not self._sources:
-            if not len(placed.phase["x1"]):
-                return
-            with models_added(self._views[0].figures[0]):
-                self._add(columns)
         for name, source in self._sources.items():
             write(source, columns[name])
         for name, item in self._items:
             show_entry(item, len(columns[name]["x1"]) > 0)
 
-    def _add(self, columns: Mapping[str, Columns]) -> None:
-        self._sources = {name: empty_source(name, *each) for name, each in columns.items()}
+    @property
+    def added(self) -> bool:
+        """Whether `add` has been called."""
+        return bool(self._sources)
+
+    def add(self) -> None:
+        """Add the points to the figures, unless they are there."""
+        if self.added:
+            return
+        shape = {"measured_phase": NOWHERE.phase, "measured_time": NOWHERE.displacements}
+        self._sources = {name: empty_source(name, *columns) for name, columns in shape.items()}
         phase, displacement = self._views
         places = [(plot, "measured_phase", [(f"x{n}", f"v{n}")]) for n, plot in enumerate(phase.figures, 1)]
         places.append((displacement.figure, "measured_time", [("t", "x1"), ("t", "x2")]))

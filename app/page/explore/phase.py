@@ -22,7 +22,6 @@ from vibroscope.app.page.shared.figure import (
     label_of,
     legend,
     make_figure,
-    models_added,
     show_rows,
     write,
 )
@@ -118,14 +117,21 @@ class PhaseView:
             owned.follow(shown, fresh=fresh)
 
     def draw_closed(self, columns: Columns) -> None:
-        """Draw one cycle of a motion over both solutions, or none; the curve is added when the first one is drawn."""
-        if columns and not self._closed_items:
-            with models_added(self.figures[0]):
-                self._closed_items = [self._add_closed(number, plot) for number, plot in enumerate(self.figures, 1)]
+        """Draw one cycle of a motion over both solutions, or none, once there is a curve for it (`add_closed`)."""
         none = dict.fromkeys(self.closed.data, np.empty(0, np.float32))
         write(self.closed, columns or none)
         for item in self._closed_items:
             show_entry(item, bool(columns))
+
+    def add_closed(self) -> None:
+        """Add the curve that `draw_closed` draws, unless it is there."""
+        if not self.has_closed:
+            self._closed_items = [self._add_closed(number, plot) for number, plot in enumerate(self.figures, 1)]
+
+    @property
+    def has_closed(self) -> bool:
+        """Whether there is a curve that `draw_closed` draws."""
+        return bool(self._closed_items)
 
     def _add_closed(self, number: int, plot) -> LegendItem:
         line = Line(x=f"x{number}", y=f"v{number}", line_color=INK, line_width=1.8, line_dash="dotted")

@@ -38,6 +38,7 @@ class PinnedResults:
         self._explainer = make_explainer(lambda _, found: host.call_later(lambda: self._explained(found)))
         self._wanted: tuple[Setting, ...] = ()
         self._results: dict[Setting, Result | None] = {}  # None: it could not be computed
+        self._ready: dict[Setting, Result] = {}  # prepared ahead
         self._computing: Setting | None = None
         self._explaining: Setting | None = None
         self._unexplained: set[Setting] = set()  # their explanation has failed
@@ -51,15 +52,26 @@ class PinnedResults:
         """The columns to be drawn of each pin; a reference that is the live one is left out."""
         return [_without_reference(result, live) if result else {} for _, result in self.results]
 
+    def prepare_like(self, setting: Setting) -> None:
+        """Prepare the pinned settings that are cached to be drawn like ``setting``; in a worker, ahead of `follow`."""
+        pins = (pinned.drawn_like(setting) for pinned in self.host.pinned)
+        known = self._results
+        runs = {pinned: self._cached(pinned) for pinned in pins if pinned not in known}
+        self._ready = {pinned: prepare(found) for pinned, found in runs.items() if found is not None}
+
     def follow(self, setting: Setting) -> None:
         """Draw the pinned settings like ``setting``: those that are cached now, the others when they come."""
         wanted = tuple(pinned.drawn_like(setting) for pinned in self.host.pinned)
         if not (wanted or self._wanted):
             return
-        self._wanted = wanted
+        self._wanted, ready = wanted, self._ready
         self._results = {pinned: result for pinned, result in self._results.items() if pinned in wanted}
         for pinned in wanted:
-            if pinned not in self._results and (runs := self._cached(pinned)) is not None:
+            if pinned in self._results:
+                continue
+            if pinned in ready:
+                self._results[pinned] = ready[pinned]
+            elif (runs := self._cached(pinned)) is not None:
                 self._results[pinned] = prepare(runs)
         self._draw()
         self._continue()

@@ -8,7 +8,7 @@ from typing import ClassVar
 
 import panel as pn
 from vibroscope.app.explorer.closed_orbit import FARTHEST, LONGEST, SOLVERS, ClosedOrbit
-from vibroscope.app.explorer.compute import JobQueue, cached_runs
+from vibroscope.app.explorer.compute import JobQueue, RunPair, cached_runs
 from vibroscope.app.explorer.errors import error_text
 from vibroscope.app.explorer.explanation import AloneFacts, Explanation
 from vibroscope.app.explorer.link import LINEAR, View
@@ -69,7 +69,7 @@ class Explore(TabView):
 
     def __init__(self, host: TabHost) -> None:
         super().__init__(host)
-        self._queue = JobQueue(prepare_in_worker(host.call_later, prepare, self._push, self._fail))
+        self._queue = JobQueue(prepare_in_worker(host.call_later, self._prepare, self._push, self._fail))
         self._explainer = Explainer(host, lambda: self._visible, self._show_explanation, self._show_alone)
         self._judge = MotionJudge(host, self._show_kinds)
         self._kinds: Kinds | None = None
@@ -260,6 +260,12 @@ class Explore(TabView):
             self._push(move.number, result)
         return shipped is not None
 
+    def _prepare(self, runs: RunPair) -> Result:
+        """In a worker: the result, and those of the pins that are drawn beside it."""
+        result = prepare(runs)
+        self._pinned.prepare_like(result.setting)
+        return result
+
     def _push(self, move: int, result: Result) -> None:
         if self._visible:
             self.host.push(move, partial(self._draw, result), partial(self._say, result))
@@ -286,8 +292,8 @@ class Explore(TabView):
         self._arrange(setting)
         self._time.put(0, WINDOW * setting.period, fresh=fresh)
         self._measured.follow(setting)
-        self._points.update(self._place())
-        self.phase.draw_closed(self._opened.columns(setting))
+        self._draw_points()
+        self._draw_closed(setting)
         self._pinned.follow(setting)
         for view in self._views:
             for name, source in view.sources.items():
@@ -312,14 +318,30 @@ class Explore(TabView):
 
     def _draw_pinned(self) -> None:
         drawn = self._pinned.columns(self._result.setting)
+        if len(drawn) > self.phase.pinned.room:
+            self.host.add_models(partial(self._make_room, len(drawn)), self._redraw_pinned)
         for view in self._views:
             view.pinned.update(drawn)
             view.update(self._result.columns, self._result.setting, fresh=False)
         self._compare()
 
+    def _make_room(self, count: int) -> None:
+        for view in self._views:
+            view.pinned.make_room(count)
+
+    def _redraw_pinned(self) -> None:
+        with pn.io.hold(self.host.doc):
+            self._draw_pinned()
+
+    def _draw_closed(self, setting: Setting) -> None:
+        columns = self._opened.columns(setting)
+        if columns and not self.phase.has_closed:
+            self.host.add_models(self.phase.add_closed, self._redraw_phase)
+        self.phase.draw_closed(columns)
+
     def _redraw_phase(self) -> None:
         with pn.io.hold(self.host.doc):
-            self.phase.draw_closed(self._opened.columns(self._result.setting))
+            self._draw_closed(self._result.setting)
             self.phase.update(self._result.columns, self._result.setting, fresh=False)
 
     def _place(self) -> Placed:
@@ -328,9 +350,15 @@ class Explore(TabView):
     def _draw_measured(self) -> None:
         if self._result is not None:
             with pn.io.hold(self.host.doc):
-                self._points.update(self._place())
+                self._draw_points()
                 for view in (self.phase, self.displacement):
                     view.update(self._result.columns, self._result.setting, fresh=False)
+
+    def _draw_points(self) -> None:
+        placed = self._place()
+        if len(placed.phase["x1"]) and not self._points.added:
+            self.host.add_models(self._points.add, self._draw_measured)
+        self._points.update(placed)
 
     def _compare(self) -> None:
         """Show the numbers of the pinned settings beside those of the present one."""

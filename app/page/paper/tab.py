@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial
 
 import numpy as np
@@ -228,14 +228,18 @@ class Paper(TabView):
         if self._hidden:
             return
         keys, self._undrawn = self._undrawn, []
-        with pn.io.hold(self.host.doc, freeze=True):
-            for key in keys:
-                plot = draw(self._findings[key].picture, f"paper{key}")
-                for name, item in zip(ENTRIES, plot.legend[0].items if plot.legend else (), strict=False):
-                    self.muting.watch(plot.name, name, item)
-                # without a theme of its own Panel gives it the dark one of its own for a link with "theme=dark"
-                picture = pn.pane.Bokeh(plot, theme=THEME, css_classes=["picture"], sizing_mode="stretch_width")
-                self.slots[key].append(picture)
+        self.host.add_models(partial(self._add_pictures, keys), partial(self._show_findings, keys))
+
+    def _add_pictures(self, keys: Sequence[str]) -> None:
+        for key in keys:
+            plot = draw(self._findings[key].picture, f"paper{key}")
+            for name, item in zip(ENTRIES, plot.legend[0].items if plot.legend else (), strict=False):
+                self.muting.watch(plot.name, name, item)
+            # without a theme of its own Panel gives it the dark one of its own for a link with "theme=dark"
+            picture = pn.pane.Bokeh(plot, theme=THEME, css_classes=["picture"], sizing_mode="stretch_width")
+            self.slots[key].append(picture)
+
+    def _show_findings(self, keys: Sequence[str]) -> None:
         for key in keys:  # after its figure, to which the browser then gives the theme
             self.cards[key].show_finding(CLAIMS[key].verdict(self._findings[key]), self._findings[key])
         self._take_if_ready()

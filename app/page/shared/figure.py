@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager, nullcontext
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 from bokeh.models import ColumnDataSource, Glyph, GlyphRenderer, HoverTool, Legend, LegendItem, Line, NoOverlap
@@ -140,13 +139,6 @@ def add_glyph(plot: figure, glyph: Glyph, source: ColumnDataSource, **more) -> G
     return plot.add_glyph(source, glyph, nonselection_glyph=None, **more)
 
 
-@contextmanager
-def models_added(plot: figure) -> Iterator[None]:
-    """Add models to the document of a figure: it walks over all its models once, and not for each that is added."""
-    with plot.document.models.freeze() if plot.document else nullcontext():
-        yield
-
-
 def legend(items: list, columns: int = 2) -> Legend:
     """A legend inside the frame, over the data; a click hides the curves of an entry."""
     return Legend(items=items, location="top_right", ncols=columns, click_policy=CLICK)
@@ -219,9 +211,7 @@ def time_label(setting: Setting) -> str:
 
 
 class PinnedCurves:
-    """The curves of pinned results in the figures of a view, below the live ones.
-
-    They are added to a figure when so many results are pinned for the first time.
+    """The curves of pinned results in the figures of a view, below the live ones: of as many as there is room for.
 
     Parameters
     ----------
@@ -237,12 +227,18 @@ class PinnedCurves:
         self._items: list[list[LegendItem]] = []  # of each pin, in all figures
         self._pinned, self._drawn = 0, True
 
+    @property
+    def room(self) -> int:
+        """The number of results whose curves have been added."""
+        return len(self._sources)
+
+    def make_room(self, count: int) -> None:
+        """Add the curves of so many results to all figures, as far as they are not there yet."""
+        while len(self._sources) < count:
+            self._add(len(self._sources))
+
     def update(self, results: Sequence[Mapping[str, Mapping[str, np.ndarray]]]) -> None:
         """Show the columns of each pinned result by source; one without columns is not there yet."""
-        if len(self._sources) < len(results):
-            with models_added(next(iter(self._lines))):
-                while len(self._sources) < len(results):
-                    self._add(len(self._sources))
         for number, sources in enumerate(self._sources):
             for name, source in sources.items():
                 columns = results[number].get(name, {}) if number < len(results) else {}

@@ -1,0 +1,1 @@
+"""View Peaks and spectra, of the tab Your code."""

@@ -1,0 +1,204 @@
+"""Peaks and spectra: the largest values of both solutions and how far they differ, and their spectra."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+import panel as pn
+from vibroscope.app.explorer.field_units import unit_of
+from vibroscope.app.explorer.link import LINEAR, LOGARITHMIC
+from vibroscope.app.explorer.state import Setting
+from vibroscope.app.export.formats import Figure, Series
+from vibroscope.app.export.scripts import peaks_command, peaks_python
+from vibroscope.app.page.bifurcation.branches import BranchPanel
+from vibroscope.app.page.peaks.figure import DRAWN, SpectrumView
+from vibroscope.app.page.study.tab import StudyView, free_obstacle
+from vibroscope.app.studies.peaks import MOTIONS, PERIODS, SOLVERS, PartialPeaks, PeaksQuestion, grow_peaks, off_text
+from vibroscope.engine import FREE_PERIODS, PEAKS, Units, written
+from vibroscope.engine.facts import Statement, sentence, stated
+
+_NAMES = {
+    "displacement1": "displacement, body 1",
+    "displacement2": "displacement, body 2",
+    "velocity1": "velocity, body 1",
+    "velocity2": "velocity, body 2",
+    "acceleration1": "acceleration, body 1",
+    "acceleration2": "acceleration, body 2",
+    "penetration": "penetration",
+    "contact_force": "contact force",
+    "impulse": "impulse of a contact",
+    "closing_speed": "closing speed",
+    "contact_time": "time in a contact",
+}
+_QUANTITIES = {name: quantity for name, (_, quantity) in DRAWN.items()}
+_NONE = "–"
+
+
+class Peaks(StudyView):
+    """The table, and the spectra of a motion and of the contact force."""
+
+    key = "peaks"
+    title = "Peaks and spectra"
+    starts = True
+    grow = staticmethod(grow_peaks)
+    chosen = {"quantity": "displacement1"}  # noqa: RUF012 - read only
+    axes = {"order": LINEAR, "motion": LOGARITHMIC, "force": LOGARITHMIC}  # noqa: RUF012 - read only
+    legends = dict.fromkeys(("spectrum_motion", "spectrum_force"), SOLVERS)
+    pictures = (
+        Figure("peaks", "Peaks", "Largest values of both solutions.", drawn=False),
+        Figure("spectrum_motion", "Spectrum of the motion", "Amplitudes of a body over orders of the excitation."),
+        Figure("spectrum_force", "Spectrum of the force", "Amplitudes of the contact force over orders."),
+    )
+
+    def build(self) -> pn.viewable.Viewable:
+        """Two spectra, the panel, and the table below."""
+        self.view = SpectrumView()
+        page = self.lay_out(*(self.stretch(plot) for plot in self.view.figures.values()))
+        for cell in self.cells:
+            cell.css_classes = [*cell.css_classes, "tall"]
+        self.list = BranchPanel(label="Largest values of both solutions", visible=False)
+        self.list.css_classes = ["cell", "wide"]
+        page.append(self.list)
+        return page
+
+    @classmethod
+    def spec(cls) -> dict:
+        """What of the motion the first spectrum is of."""
+        names = {
+            "displacement1": "displacement of body 1",
+            "displacement2": "displacement of body 2",
+            "acceleration1": "acceleration of body 1",
+            "acceleration2": "acceleration of body 2",
+        }
+        return {
+            "title": "Peaks and spectra",
+            "switches": [{"name": "quantity", "label": "Spectrum of", "choices": names}],
+            "limits": [],
+            "hint": "Peaks: displacements and velocities relative to the base, accelerations absolute. Spectra: with "
+            "the base motion; a motion that repeats every n periods has lines at multiples of 1/n.",
+        }
+
+    def obstacle(self, setting: Setting) -> str:
+        """Where nothing drives bodies at rest, nothing moves."""
+        return free_obstacle(setting, "this table") if setting.from_rest else ""
+
+    def away(self, setting: Setting) -> dict[str, list[str]]:
+        """A wall does not move."""
+        return {"quantity": [name for name in MOTIONS if name.endswith("2")]} if setting.bodies == "wall" else {}
+
+    def question(self, setting: Setting) -> PeaksQuestion:
+        """All that is set but how it is drawn."""
+        return PeaksQuestion(setting.system, setting.eta, setting.reference, setting.penalty, setting.initial)
+
+    @property
+    def _quantity(self) -> str:
+        """What the first spectrum is of; at a wall, of the body that moves."""
+        chosen = self.panel.chosen["quantity"]
+        return chosen.replace("2", "1") if self._move.setting.bodies == "wall" else chosen
+
+    def draw(self, setting: Setting, result: PartialPeaks | None) -> None:
+        """Spectra and table."""
+        self.view.update(setting, self._quantity, result)
+        known = result is not None
+        table = _table(result, setting) if known else {}
+        self.list.param.update(near=table, status={"text": _over(setting)}, visible=known)
+        self.give_room(self.list)
+
+    def describe(self, setting: Setting, result: PartialPeaks) -> list[list[str | Statement]]:
+        """Transmissibility, and why a solution has no numbers."""
+        lines = [
+            [f"{solver.capitalize()} solution", sentence(read.ended)]
+            for solver, read in result.found.items()
+            if read.ended
+        ]
+        bodies = (1,) if setting.bodies == "wall" else (1, 2)
+        known = {
+            solver: " and ".join(f"{read.transmissibility[body - 1]:.3g} (body {body})" for body in bodies)
+            for solver, read in result.found.items()
+            if np.isfinite(read.transmissibility).all()
+        }
+        if known:
+            text = "; ".join(f"{solver} {numbers}" for solver, numbers in known.items())
+            lines.append(["Transmissibility at the excitation frequency", f"{text}."])
+        if "penalty" in result.found and all(not read.ended for read in result.found.values()):
+            force = [read.peaks["contact_force"] for read in result.found.values()]
+            if np.isnan(force[0]):
+                text = "An impact of the reference has no duration: its acceleration and force are not finite."
+                lines.append(["No number", text])
+        return lines or [["Both solutions", stated("The table shows the largest values.")]]
+
+    def table(self, name: str) -> list[Series]:
+        """The peaks, or a spectrum, of each solution in the units that are shown."""
+        found = self.result.found.items()
+        if name == "peaks":
+            return [
+                Series(solver, {head: np.array([peak]) for head, peak in self._shown(read.peaks, PEAKS).items()})
+                for solver, read in found
+            ]
+        names = ("order", *MOTIONS) if name == "spectrum_motion" else ("order", "contact_force")
+        return [
+            Series(solver, self._shown({each: read.amplitudes[each] for each in names}, _QUANTITIES))
+            for solver, read in found
+            if read.amplitudes
+        ]
+
+    def data(self) -> dict[str, object]:
+        """All numbers of both solutions, in the units that are shown."""
+        return {
+            solver: {
+                "peaks": self._shown(read.peaks, PEAKS),
+                "spectrum": self._shown(read.amplitudes, _QUANTITIES),
+                "transmissibility": read.transmissibility,
+            }
+            for solver, read in self.result.found.items()
+        }
+
+    def _shown(self, values: Mapping[str, object], quantities: Mapping[str, str]) -> dict[str, object]:
+        """Numbers or columns in the units that are shown, which their names hold; without body 2 at a wall."""
+        setting = self._result_setting
+        at_wall = setting.bodies == "wall"
+        return _in_units(
+            {n: x for n, x in values.items() if not (at_wall and n.endswith("2"))}, quantities, setting.scale
+        )
+
+    def python(self, setting: Setting) -> str:
+        """A script that finds the peaks."""
+        return peaks_python(self.shown_setting() or setting)
+
+    def command(self, setting: Setting) -> str:
+        """``vibroscope peaks``."""
+        return peaks_command(self.shown_setting() or setting)
+
+
+def _in_units(values: Mapping[str, object], quantities: Mapping[str, str], scale: Units | None) -> dict[str, object]:
+    """Numbers or columns in units, which their names hold; without units as they are."""
+    if scale is None:
+        return dict(values)
+    return {
+        f"{name} [{scale.unit(quantities[name])}]" if name in quantities else name: (
+            scale.physical(quantities[name], value) if name in quantities else value
+        )
+        for name, value in values.items()
+    }
+
+
+def _over(setting: Setting) -> str:
+    return f"Largest values over the {f'last {PERIODS}' if setting.is_driven else f'first {FREE_PERIODS}'} periods"
+
+
+def _table(result: PartialPeaks, setting: Setting) -> dict:
+    """The rows of the table: each peak of both solutions, and how far the penalty solution is off."""
+    rows = []
+    for name, quantity in PEAKS.items():
+        if setting.bodies == "wall" and name.endswith("2"):
+            continue
+        unit = unit_of(quantity, setting)
+        factor = 1.0 if setting.scale is None else setting.scale.factor(quantity)
+        values = result.values(name)
+        texts = [written(factor * value) if np.isfinite(value) else _NONE for value in values]
+        off = off_text(*values).replace("-", "−") or _NONE
+        title = _NAMES[name] if setting.bodies != "wall" else _NAMES[name].removesuffix(", body 1")
+        cells = [f"{title} / {unit}" if unit else title, *texts, off]
+        rows.append({"mark": "", "kind": "peak", "cells": [{"text": text} for text in cells]})
+    return {"title": "", "heads": ["largest", *SOLVERS, "difference"], "rows": rows}

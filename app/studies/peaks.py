@@ -1,0 +1,120 @@
+"""What an analyst reads off both solutions, from one sampled run each. No panel import."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+import numpy as np
+from vibroscope.app.explorer.compute import run_length
+from vibroscope.engine import (
+    PEAKS,
+    Method,
+    Newmark,
+    Record,
+    Reference,
+    Response,
+    Spectrum,
+    System,
+    TimeStepping,
+    peaks,
+    percent,
+    simulate,
+    spectrum,
+    transmissibility,
+)
+from vibroscope.engine.facts import Statement
+
+PERIODS = 16  # lines of the spectrum at sixteenths of an order
+PER_PERIOD, FEW = 4000, 400  # samples: for the peak of a short contact; for the first order
+SOLVERS = "reference", "penalty"
+MOTIONS = ("displacement1", "displacement2", "acceleration1", "acceleration2")  # with a spectrum, as has the force
+
+
+def sampled(
+    system: System,
+    eta: float,
+    method: Method,
+    initial: Sequence[float] | None = None,
+    samples: int = PER_PERIOD,
+    cancelled: Callable[[], bool] | None = None,
+) -> Response:
+    """The last periods of a run; of a free vibration the first ones, since it decays. Raises as `simulate`."""
+    length = run_length(system)
+    record = Record(length.get("keep", PERIODS), samples)
+    return simulate(system, eta, method, initial=initial, record=record, cancelled=cancelled, **length)
+
+
+class PeaksQuestion(NamedTuple):
+    """Everything that the numbers depend on."""
+
+    system: System
+    eta: float
+    reference: Reference
+    penalty: Newmark | TimeStepping
+    initial: tuple[float, float, float, float]
+
+
+class Read(NamedTuple):
+    """What was read off one run; without a spectrum where the run ended early."""
+
+    peaks: dict[str, float]  # by the names of `engine.PEAKS`; nan where there is none
+    spectrum: Spectrum | None
+    transmissibility: np.ndarray  # (2,); nan where the base does not move
+    ended: str | Statement  # why the run ended early; empty if it did not
+
+    @property
+    def amplitudes(self) -> dict[str, np.ndarray]:
+        """The columns of the spectrum: order, those of `MOTIONS`, contact_force; none without a spectrum."""
+        if self.spectrum is None:
+            return {}
+        found = [*self.spectrum.displacement, *self.spectrum.acceleration]
+        columns = dict(zip(MOTIONS, found, strict=True))
+        return {"order": self.spectrum.order, **columns, "contact_force": self.spectrum.force}
+
+
+@dataclass(frozen=True, eq=False)
+class PartialPeaks:
+    """What is known so far, by the name of the solver: first the reference, then the penalty solution."""
+
+    question: PeaksQuestion
+    found: dict[str, Read] = field(default_factory=dict)
+
+    @property
+    def share(self) -> float:
+        """The share of the runs that are done."""
+        return len(self.found) / 2
+
+    def values(self, name: str) -> tuple[float, float]:
+        """A peak of the reference and of the penalty solution; nan where it is not known."""
+        return tuple(self.found[solver].peaks[name] if solver in self.found else np.nan for solver in SOLVERS)
+
+
+def off_text(reference: float, penalty: float) -> str:
+    """How far a peak of the penalty solution is off, with its sign; empty where there is no such number."""
+    if not (np.isfinite([reference, penalty]).all() and reference):
+        return ""
+    off = (penalty - reference) / reference
+    text = percent(abs(off))
+    return text if text == percent(0.0) else f"{'+' if off > 0 else '-'}{text}"
+
+
+def read_off(response: Response) -> Read:
+    """The numbers of a sampled run."""
+    if not response.ok:
+        return Read(dict.fromkeys(PEAKS, np.nan), None, np.full(2, np.nan), response.ending)
+    return Read(peaks(response), spectrum(response), transmissibility(response), "")
+
+
+def grow_peaks(
+    question: PeaksQuestion, last: PartialPeaks | None, cancelled: Callable[[], bool]
+) -> Iterator[PartialPeaks]:
+    """What is known after each run; of a complete result the same again. Raises `Cancelled`."""
+    result = last or PartialPeaks(question)
+    if result.share == 1:
+        yield result
+    for solver in SOLVERS[len(result.found) :]:
+        run = sampled(question.system, question.eta, getattr(question, solver), question.initial, cancelled=cancelled)
+        result = PartialPeaks(question, result.found | {solver: read_off(run)})
+        yield result

@@ -1,0 +1,62 @@
+"""Peaks and spectra in a browser: the table of both solutions, their spectra, units, a choice, a diverged run."""
+
+import pytest
+
+from .axe import AXE, serious
+from .explorer import wait_until
+
+SETTING = "?view=peaks&eta=2.76&K=12000&D=18&steps=2000"
+
+
+def complete(explorer):
+    panel = explorer.page.locator("section.study").locator("visible=true")
+    wait_until(lambda: float(panel.get_attribute("data-share")) == 1, 60, "both runs")
+    explorer.settle()
+    return explorer
+
+
+def cells(explorer, name):
+    row = explorer.page.locator("section.branches-list tr").locator("visible=true").filter(has_text=name)
+    return row.locator("td").all_inner_texts()
+
+
+@pytest.mark.parametrize(("width", "height"), [(1440, 900), (390, 844)])
+def test_both_solutions_stand_beside_each_other_with_their_difference(visit, width, height):
+    explorer = complete(visit(SETTING, width=width, height=height))
+    name, reference, penalty, off = cells(explorer, "penetration")
+    assert name == "penetration / base amplitude"
+    assert (reference, off) == ("0", "–")
+    assert float(penalty) > 0
+    _, reference, penalty, off = cells(explorer, "closing speed")
+    exact = float(penalty) / float(reference) - 1
+    assert exact > 0
+    assert off.startswith("+")
+    assert float(off[1:].removesuffix(" %")) == pytest.approx(100 * exact, rel=0.05)
+    _, reference, penalty, off = cells(explorer, "contact force")
+    assert (reference, off) == ("–", "–")  # of impacts without duration
+    for picture in ("motion", "force"):
+        box = explorer.page.locator(f".bk-Figure.spectrum_{picture}, .figure").first.bounding_box()
+        assert box["height"] > 100
+        for solver in ("reference", "penalty"):
+            source = explorer.source(f"spectrum_{picture}_{solver}")
+            assert len(source["order"]) == 321
+    explorer.page.evaluate(AXE)
+    assert serious(explorer.page) == []
+
+
+def test_a_choice_draws_another_spectrum_and_stands_in_the_address(visit):
+    explorer = complete(visit(SETTING))
+    before = explorer.source("spectrum_motion_reference")["amplitude"]
+    explorer.page.locator("select").filter(has_text="acceleration of body 2").select_option("acceleration2")
+    explorer.wait_for_address(choice="quantity:acceleration2")
+    wait_until(lambda: explorer.source("spectrum_motion_reference")["amplitude"] != before, what="another spectrum")
+    assert "acceleration of body 2" in str(explorer.figure("spectrum_motion"))
+
+
+def test_units_stand_in_the_table_and_a_run_that_ends_says_why(visit):
+    explorer = complete(visit(f"{SETTING}&units=si"))
+    assert cells(explorer, "contact force")[0] == "contact force / N"
+    explorer.type("D", "0.0001")
+    explorer.moved(lambda: explorer.type("eta", "2.7"))
+    complete(explorer)
+    assert cells(explorer, "closing speed")
