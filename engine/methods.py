@@ -349,7 +349,7 @@ class TimeStepping(_Steps):
         object.__setattr__(self, "every_step", flag("every_step", self.every_step))
         if self.integrator.explicit and self.status == "end":
             name = self.integrator.name
-            raise ValueError(f"{name} is explicit and knows the gap before the force: it has no status = 'end'")
+            raise ValueError(f"{name} knows the gap before the force: it has no status = 'end'")
 
     @property
     def located(self) -> bool:

@@ -42,7 +42,7 @@ class LocatedLawTwin(LawTwin):
     def step(self, state, tau, length, contact):
         """The end of a step of any length: x, v, a, λ."""
         self.h = length
-        if self.method.integrator.explicit:
+        if self.method.integrator.name in ("central-difference", "semi-implicit-euler"):
             x, v, a, _ = state
             felt = v + (length if self.method.integrator.name == "semi-implicit-euler" else length / 2) * a
             x, _, new, force = self.anew(x + length * felt, felt, tau + length, contact)
