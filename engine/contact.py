@@ -78,7 +78,15 @@ def contact_duration(system: System, method: Method, closing_speed: float | np.n
     With a force Kδⁿ, whose deepest penetration is δₘ,
 
     2 (δₘ/v₀) √π Γ(1 + 1/(n + 1))/Γ(½ + 1/(n + 1)),        π/ω_c for n = 1.
+
+    With the stiffness rK beyond d, it takes asin(ω_c d/v₀)/ω_c to the knee and from there, with the speed v_d,
+    atan2(√r v_d, ω_c d)/(√r ω_c) to the turn, and as long back.
     """
+    if method.stiffening is not None:
+        omega, root = contact_frequency(system, method.stiffness), math.sqrt(method.stiffening)
+        knee = np.minimum(omega * method.penetration / closing_speed, 1.0)  # over the speed
+        inner = np.arctan2(root * np.sqrt((1.0 - knee) * (1.0 + knee)), knee) / root
+        return 2.0 * (np.arcsin(knee) + inner) / omega
     n = method.spring_exponent
     part, depth = 1.0 / (n + 1.0), deepest_penetration(method.stiffness, system.mass_share, closing_speed, n)
     return 2.0 * depth / closing_speed * math.sqrt(math.pi) * math.gamma(1.0 + part) / math.gamma(0.5 + part)
@@ -93,9 +101,13 @@ def damped_duration(system: System, stiffness: float, damping: float) -> float:
 
 
 def spring_energy(method: Method, gap: np.ndarray) -> np.ndarray:
-    """Energy that the contact spring stores at each gap, Kδⁿ⁺¹/(n + 1)."""
+    """Energy that the contact spring stores at each gap, Kδⁿ⁺¹/(n + 1), of Eq. (60) ½(r − 1)K(δ − d)² more beyond d."""
     n = method.spring_exponent
-    return method.stiffness * np.maximum(-gap, 0.0) ** (n + 1.0) / (n + 1.0)
+    stored = method.stiffness * np.maximum(-gap, 0.0) ** (n + 1.0) / (n + 1.0)
+    if method.stiffening is None:
+        return stored
+    beyond = np.maximum(-gap - method.penetration, 0.0)
+    return stored + 0.5 * (method.stiffening - 1.0) * method.stiffness * beyond**2
 
 
 def stiffness_for(system: System, eta: float, steps: int, contact_steps: float) -> float:
@@ -257,6 +269,7 @@ def restitution_of_damping(
     closing_speed: float = 1.0,
     exponent: float = HERTZ,
     penetration: float | None = None,
+    stiffening: float | None = None,
 ) -> float:
     """Return the restitution that a contact law gives.
 
@@ -270,7 +283,7 @@ def restitution_of_damping(
         Reduced mass, :attr:`System.mass_share`.
     closing_speed : float
         v₀, without effect on the laws of (28) to (31).
-    exponent, penetration
+    exponent, penetration, stiffening
         As those of :class:`engine.ExactPenalty`.
 
     Raises
@@ -284,7 +297,7 @@ def restitution_of_damping(
     >>> round(restitution_of_damping("kelvin-voigt", 1.712, 584.0), 3)
     0.8
     """
-    method = ExactPenalty(stiffness, damping, law, exponent, penetration)
+    method = ExactPenalty(stiffness, damping, law, exponent, penetration, stiffening)
     return _given(method, given_gain(method), _mass(mass), _speed(closing_speed))
 
 
@@ -297,6 +310,7 @@ def damping_of_restitution(
     closing_speed: float = 1.0,
     exponent: float = HERTZ,
     penetration: float | None = None,
+    stiffening: float | None = None,
 ) -> float:
     """Return the D with which a contact law really gives a restitution, the inverse of `restitution_of_damping`.
 
@@ -306,7 +320,7 @@ def damping_of_restitution(
         One of :data:`engine.CONTACT_LAWS`.
     restitution : float
         e, 0 to 1.
-    stiffness, mass, closing_speed, exponent, penetration
+    stiffness, mass, closing_speed, exponent, penetration, stiffening
         As those of :func:`restitution_of_damping`.
 
     Raises
@@ -323,11 +337,11 @@ def damping_of_restitution(
     54.479
     """
     e = require("restitution", restitution, 0.0, 1.0, "give the restitution that the contact shall have")
-    method = ExactPenalty(stiffness, 0.0, law, exponent, penetration)
+    method = ExactPenalty(stiffness, 0.0, law, exponent, penetration, stiffening)
     mass, speed = _mass(mass), _speed(closing_speed)
     n, power = powers_of(law, exponent)
     length = (mass * speed**2 / method.stiffness) ** (1.0 / (n + 1.0))
-    found = _unit_damping(law, e, exponent, None if penetration is None else penetration / length)
+    found = _unit_damping(law, e, exponent, None if penetration is None else penetration / length, stiffening)
     return found * mass * speed / length ** (power + 1.0)
 
 
@@ -370,7 +384,7 @@ def equal_stiffness(system: System, method: Method, closing_speed: float) -> flo
 
 
 @lru_cache(maxsize=1000)
-def _unit_damping(law: str, e: float, exponent: float, penetration: float | None) -> float:
+def _unit_damping(law: str, e: float, exponent: float, penetration: float | None, stiffening: float | None) -> float:
     """D for K, mass and closing speed of one.
 
     With lengths in (mv₀²/K)^(1/(n + 1)) and times in that length over v₀, every contact is this one, and D that of
@@ -378,7 +392,8 @@ def _unit_damping(law: str, e: float, exponent: float, penetration: float | None
     """
 
     def given(damping: float) -> float:
-        return restitution_of_damping(law, damping, 1.0, exponent=exponent, penetration=penetration)
+        numbers = {"exponent": exponent, "penetration": penetration, "stiffening": stiffening}
+        return restitution_of_damping(law, damping, 1.0, **numbers)
 
     if given(0.0) <= e:
         return 0.0

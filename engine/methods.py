@@ -26,7 +26,17 @@ from typing import ClassVar
 from .arguments import shown
 from .checks import flag, one_of, require, whole
 from .integrators import Integrator, NewmarkBeta
-from .law_table import CONTACT_LAWS, HERTZ, LAWS, LAWS_BY_RESTITUTION, NEWMARK_LAWS, laws_with, numbers_of, powers_of
+from .law_table import (
+    CONTACT_LAWS,
+    HERTZ,
+    LAW_NUMBERS,
+    LAWS,
+    LAWS_BY_RESTITUTION,
+    NEWMARK_LAWS,
+    laws_with,
+    numbers_of,
+    powers_of,
+)
 
 JOINT_DAMPINGS = ("table", "derived")
 THRESHOLD_RANGE = (0.0, 1e3)
@@ -36,6 +46,7 @@ STEPS_RANGE = (4, 10_000_000)
 CONTACT_STATUSES = ("start", "end", "located")
 EXPONENT_RANGE = (1.0, 10.0)
 PENETRATION_RANGE = (0.0, 1e9)
+STIFFENING_RANGE = (1.0, 1e6)
 WITHOUT_SOLUTION = ("stop", "keep", "halve")
 INITIAL_ACCELERATIONS = ("equation", "zero")
 
@@ -73,8 +84,8 @@ class _Penalty:
 
     @property
     def law_numbers(self) -> dict[str, float | None]:
-        """Exponent and penetration, as a method with the same law takes them."""
-        return {name: getattr(self, name) for name in ("exponent", "penetration")}
+        """Exponent, penetration and stiffening, as a method with the same law takes them."""
+        return {name: getattr(self, name) for name in LAW_NUMBERS}
 
     @property
     def spring_exponent(self) -> float:
@@ -180,7 +191,10 @@ class ExactPenalty(_WithoutStep, _Penalty):
     exponent : float
         n ≥ 1 of a law that takes it; that of "jankowski" is 1.5, that of a linear law 1.
     penetration : float or None
-        Of "impact": the penetration from which on the damper acts in full.
+        Of "impact": the penetration from which on the damper acts in full; of "bilinear": the knee, at which the
+        stiffness of the spring changes.
+    stiffening : float or None
+        Of "bilinear": r > 1, the stiffness of the spring beyond the knee over K.
 
     Raises
     ------
@@ -201,13 +215,14 @@ class ExactPenalty(_WithoutStep, _Penalty):
     law: str = CONTACT_LAWS[0]
     exponent: float = HERTZ
     penetration: float | None = None
+    stiffening: float | None = None
     name: ClassVar[str] = "exact"
 
     def __post_init__(self):
         _check_contact(self)
 
     def __repr__(self) -> str:
-        return _shown_numbers(self, "law", "exponent", "penetration")
+        return _shown_numbers(self, "law", *LAW_NUMBERS)
 
 
 @dataclass(frozen=True)
@@ -262,6 +277,7 @@ class Newmark(_Steps):
     initial_acceleration: ClassVar[str] = INITIAL_ACCELERATIONS[0]
     exponent: ClassVar[float] = HERTZ
     penetration: ClassVar[None] = None
+    stiffening: ClassVar[None] = None
 
     def __post_init__(self):
         _check_contact(self)
@@ -302,7 +318,7 @@ class TimeStepping(_Steps):
         With status "end", what a step does in which neither status agrees with its own end: end the run with the status
         ``without-solution``; keep the former status; or be cut into 2, 4, … 1024 parts until all of them have a
         solution.
-    law, exponent, penetration
+    law, exponent, penetration, stiffening
         As those of :class:`ExactPenalty`, and so is a damping of None. The force of a law that is not linear is solved
         for within each step.
     initial_acceleration : {"equation", "zero"}
@@ -335,6 +351,7 @@ class TimeStepping(_Steps):
     exponent: float = HERTZ
     penetration: float | None = None
     every_step: bool = False
+    stiffening: float | None = None
     name: ClassVar[str] = "time-stepping"
     has_choices: ClassVar[bool] = True
 
@@ -357,7 +374,7 @@ class TimeStepping(_Steps):
         return self.status == "located"
 
     def __repr__(self) -> str:
-        return _shown_numbers(self, "exponent", "penetration")
+        return _shown_numbers(self, *LAW_NUMBERS)
 
 
 def _shown_numbers(method: ExactPenalty | TimeStepping, *left_out: str) -> str:
@@ -390,16 +407,21 @@ def _check_law(method: ExactPenalty | TimeStepping, law: str) -> None:
     own = numbers_of(law)
     if n != HERTZ and "exponent" not in own:
         raise ValueError(f"exponent = {n:g} is no number of the law {law!r}: leave it at {HERTZ}")
-    if "penetration" in own:
-        advice = f"give the penetration from which on the damper of the law {law!r} acts in full"
-        if method.penetration is None:
-            raise ValueError(f"penetration is missing: {advice}")
-        d = require("penetration", method.penetration, *PENETRATION_RANGE, advice, open_low=True)
-        object.__setattr__(method, "penetration", d)
-    elif method.penetration is not None:
-        shown_as = shown(method.penetration)
-        others = ", ".join(map(repr, laws_with("penetration")))
-        raise ValueError(f"penetration = {shown_as} is no number of the law {law!r}, but of {others}: leave it out")
+    advice = f"give the penetration beyond which {LAWS[law].penetration} of the law {law!r}"
+    _check_number(method, law, "penetration", PENETRATION_RANGE, advice)
+    _check_number(method, law, "stiffening", STIFFENING_RANGE, f"give the r of the spring of the law {law!r}")
+
+
+def _check_number(method: ExactPenalty | TimeStepping, law: str, name: str, span: tuple, advice: str) -> None:
+    """Check a number of a law that is needed where the law takes it."""
+    given = getattr(method, name)
+    if name in numbers_of(law):
+        if given is None:
+            raise ValueError(f"{name} is missing: {advice}")
+        object.__setattr__(method, name, require(name, given, *span, advice, open_low=True))
+    elif given is not None:
+        others = ", ".join(map(repr, laws_with(name)))
+        raise ValueError(f"{name} = {shown(given)} is no number of the law {law!r}, but of {others}: leave it out")
 
 
 Method = Reference | ExactPenalty | Newmark | TimeStepping

@@ -25,6 +25,8 @@ class LocatedLawTwin(LawTwin):
             return 1 if k * depth + self.damper() * speed >= 0 else 2
         if self.method.law == "limited":
             return 2 if self.damper() * speed > k * depth else 3 if -self.damper() * speed > k * depth else 1
+        if self.method.law == "bilinear":
+            return 1 if depth <= self.method.penetration else 2
         if self.method.law in ("compression", "jankowski"):
             return 1 if speed >= 0 else 2
         if self.method.law == "impact" and depth > 0:

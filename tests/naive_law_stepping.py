@@ -27,7 +27,7 @@ class LawTwin(Twin):
         if name == "constant-restitution" and self.method.exponent == 1.0:
             return self.method.stiffness * depth + gain * speed
         # a law that jumps at touch goes on beyond it, within a step; the others are zero there
-        return force(self.method, gain, depth if name == "compression" else max(depth, 0.0), speed)
+        return force(self.method, gain, depth if name in ("compression", "bilinear") else max(depth, 0.0), speed)
 
     def spring_and_damper(self, x, v):
         """What a stage asks for: the force that is tried; an explicit method knows both numbers before."""

@@ -136,7 +136,8 @@ def test_the_force_of_a_step(law):
     for gap, rate, a, b in RANDOM.uniform((-1, -1, 0, 0), (0, 1, 1, 1), (5, 4)):
         found = law_step.solve_force(m, 0.3, gap, rate, a, b)
         symbols = {"g₀": gap, "r₀": rate, "a": a, "b": b, "λ": found}
-        symbols["L"] = lambda depth, speed: law_force(m.law, m.stiffness, 0.3, m.exponent, m.penetration, depth, speed)
+        numbers = m.law, m.stiffness, 0.3, m.exponent, m.penetration, m.stiffening
+        symbols["L"] = lambda depth, speed, numbers=numbers: law_force(*numbers, depth, speed)
         assert value(sides(PAGES[27])[1], symbols) == pytest.approx(found, rel=1e-9, abs=1e-9)
 
 

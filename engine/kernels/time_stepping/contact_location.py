@@ -78,6 +78,7 @@ class LocatedScheme(NamedTuple):
     stiffness: float  # K
     exponent: float
     penetration: float
+    stiffening: float
     gain: float  # as in :class:`..parameters.Parameters`
     relative: float
     eta: float
@@ -160,7 +161,9 @@ def force_of(m, gain, pressed, z):
     """λ of a motion."""
     if m.law == KELVIN_VOIGT:  # of most runs, without a call
         return -m.stiffness * z[3] - gain * z[4] if pressed else 0.0
-    return law_force(m.law, m.stiffness, gain, m.exponent, m.penetration, -z[3], -z[4]) if pressed else 0.0
+    return (
+        law_force(m.law, m.stiffness, gain, m.exponent, m.penetration, m.stiffening, -z[3], -z[4]) if pressed else 0.0
+    )
 
 
 @jit_no_alloc
