@@ -103,19 +103,27 @@ def contact_frequency(system: System, stiffness: float) -> float:
 
 
 def contact_duration(system: System, method: Method, closing_speed: float | np.ndarray) -> float | np.ndarray:
-    """Return how long a contact would last without its damper.
+    """Return how long a contact would last without its damper: :func:`spring_duration`."""
+    return spring_duration(system.mass_share, method, closing_speed)
+
+
+def spring_duration(mass: float, method: Method, closing_speed: float | np.ndarray) -> float | np.ndarray:
+    """Return how long a contact of a reduced mass would last without its damper.
 
     With a force Kδⁿ, whose deepest penetration is δₘ,
 
     2 (δₘ/v₀) √π Γ(1 + 1/(n + 1))/Γ(½ + 1/(n + 1)),        π/ω_c for n = 1.
+
+    With the stiffness rK beyond d, it takes asin(ω_c d/v₀)/ω_c to the knee and from there, with the speed v_d,
+    atan2(√r v_d, ω_c d)/(√r ω_c) to the turn, and as long back.
     """
+    if method.stiffening is not None:
+        omega, root = math.sqrt(method.stiffness / mass), math.sqrt(method.stiffening)
+        knee = np.minimum(omega * method.penetration / closing_speed, 1.0)  # over the speed
+        inner = np.arctan2(root * np.sqrt((1.0 - knee) * (1.0 + knee)), knee) / root
+        return 2.0 * (np.arcsin(knee) + inner) / omega
     n = method.spring_exponent
-    return spring_duration(deepest_penetration(method.stiffness, system.mass_share, closing_speed, n), closing_speed, n)
-
-
-def spring_duration(depth: float | np.ndarray, closing_speed: float | np.ndarray, n: float) -> float | np.ndarray:
-    """The same from the deepest penetration δₘ."""
-    part = 1.0 / (n + 1.0)
+    part, depth = 1.0 / (n + 1.0), deepest_penetration(method.stiffness, mass, closing_speed, n)
     return 2.0 * depth / closing_speed * math.sqrt(math.pi) * math.gamma(1.0 + part) / math.gamma(0.5 + part)
 
 
@@ -128,9 +136,13 @@ def damped_duration(system: System, stiffness: float, damping: float) -> float:
 
 
 def spring_energy(method: Method, gap: np.ndarray) -> np.ndarray:
-    """Energy that the contact spring stores at each gap, Kδⁿ⁺¹/(n + 1)."""
+    """Energy that the contact spring stores at each gap, Kδⁿ⁺¹/(n + 1), of Eq. (60) ½(r − 1)K(δ − d)² more beyond d."""
     n = method.spring_exponent
-    return method.stiffness * np.maximum(-gap, 0.0) ** (n + 1.0) / (n + 1.0)
+    stored = method.stiffness * np.maximum(-gap, 0.0) ** (n + 1.0) / (n + 1.0)
+    if method.stiffening is None:
+        return stored
+    beyond = np.maximum(-gap - method.penetration, 0.0)
+    return stored + 0.5 * (method.stiffening - 1.0) * method.stiffness * beyond**2
 
 
 def stiffness_for(system: System, eta: float, steps: int, contact_steps: float) -> float:
@@ -297,6 +309,7 @@ def restitution_of_damping(
     closing_speed: float = 1.0,
     exponent: float = HERTZ,
     penetration: float | None = None,
+    stiffening: float | None = None,
 ) -> float:
     """Return the restitution that a contact law gives.
 
@@ -310,7 +323,7 @@ def restitution_of_damping(
         Reduced mass, :attr:`System.mass_share`.
     closing_speed : float
         v₀, without effect on the laws of (28) to (31).
-    exponent, penetration
+    exponent, penetration, stiffening
         As those of :class:`engine.ExactPenalty`.
 
     Raises
@@ -324,7 +337,7 @@ def restitution_of_damping(
     >>> round(restitution_of_damping("kelvin-voigt", 1.712, 584.0), 3)
     0.8
     """
-    method = ExactPenalty(stiffness, damping, law, exponent, penetration)
+    method = ExactPenalty(stiffness, damping, law, exponent, penetration, stiffening)
     return _given(method, given_gain(method), check_mass(mass), check_speed(closing_speed))
 
 
@@ -337,6 +350,7 @@ def damping_of_restitution(
     closing_speed: float = 1.0,
     exponent: float = HERTZ,
     penetration: float | None = None,
+    stiffening: float | None = None,
 ) -> float:
     """Return the D with which a contact law really gives a restitution, the inverse of `restitution_of_damping`.
 
@@ -346,7 +360,7 @@ def damping_of_restitution(
         One of :data:`engine.CONTACT_LAWS`.
     restitution : float
         e, 0 to 1.
-    stiffness, mass, closing_speed, exponent, penetration
+    stiffness, mass, closing_speed, exponent, penetration, stiffening
         As those of :func:`restitution_of_damping`.
 
     Raises
@@ -363,9 +377,9 @@ def damping_of_restitution(
     54.479
     """
     e = require("restitution", restitution, 0.0, 1.0, "give the restitution that the contact shall have")
-    method = ExactPenalty(stiffness, 0.0, law, exponent, penetration)
+    method = ExactPenalty(stiffness, 0.0, law, exponent, penetration, stiffening)
     units = ContactUnits(check_mass(mass), check_speed(closing_speed), method.stiffness, method.spring_exponent)
-    found = _unit_damping(law, e, exponent, None if penetration is None else penetration / units.length)
+    found = _unit_damping(law, e, exponent, None if penetration is None else penetration / units.length, stiffening)
     return found * units.damping(law, exponent)
 
 
@@ -408,11 +422,12 @@ def equal_stiffness(system: System, method: Method, closing_speed: float) -> flo
 
 
 @lru_cache(maxsize=1000)
-def _unit_damping(law: str, e: float, exponent: float, penetration: float | None) -> float:
+def _unit_damping(law: str, e: float, exponent: float, penetration: float | None, stiffening: float | None) -> float:
     """D for K, mass and closing speed of one."""
 
     def given(damping: float) -> float:
-        return restitution_of_damping(law, damping, 1.0, exponent=exponent, penetration=penetration)
+        numbers = {"exponent": exponent, "penetration": penetration, "stiffening": stiffening}
+        return restitution_of_damping(law, damping, 1.0, **numbers)
 
     if given(0.0) <= e:
         return 0.0

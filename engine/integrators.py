@@ -7,11 +7,12 @@ the stages before it (j), to (q, v, a) at its end, the share c of the step,
 
 where a follows from the equations of motion, with M, C and K of the bodies, their loads l and the contact force λ,
 
-    M[(1 − α_m)a + α_m a₀] + C[(1 − α_f)v + α_f v₀] + K[(1 − α_f)q + α_f q₀] = l + rλ.               (15)
+    M[(1 − α_m)a + α_m a₀] + C[(1 − α_v)v + α_v v₀] + K[(1 − α_f)q + α_f q₀] = l + rλ,               (15)
 
-A method adds where λ and the loads are taken: at the interpolated displacement (1 − α_f)q + α_f q₀ and the instant that
-belongs to it, or as the average of both ends, (1 − α_f)λ + α_f λ₀, likewise the loads. Where λ is linear these are the
-same but for the loads. An explicit method has β = 0 and leaves out γa from the velocity that the dampers feel.
+with α_v = α_f unless a stage says otherwise. A method adds where λ and the loads are taken: at the interpolated
+displacement (1 − α_f)q + α_f q₀ and velocity (1 − α_v)v + α_v v₀ and the instant that belongs to the displacement, or
+as the average of both ends, (1 − α_f)λ + α_f λ₀, likewise the loads. Where λ is linear these are the same but for the
+loads. A stage may leave out γa from the velocity that the dampers feel.
 """
 
 import math
@@ -39,6 +40,13 @@ class Stage(NamedTuple):
     alpha_m: float = 0.0
     alpha_f: float = 0.0
     weight: float = 1.0  # share of the impulse over a step that its λ gives
+    alpha_v: float | None = None  # None: α_f
+    leaves_out: bool = False  # whether the dampers feel v without γa
+
+    @property
+    def velocity_share(self) -> float:
+        """α_v."""
+        return self.alpha_f if self.alpha_v is None else self.alpha_v
 
 
 @dataclass(frozen=True)
@@ -53,7 +61,7 @@ class Integrator(ABC):
 
     name: ClassVar[str]  # as options and files have it
     title: ClassVar[str]  # as texts have it: the method, and after a comma its variant
-    explicit: ClassVar[bool] = False
+    explicit: ClassVar[bool] = False  # whether the gap at which λ is taken is known before λ
     averaged: ClassVar[bool] = False  # whether forces at both ends are averaged
     always_unstable: ClassVar[bool] = False  # whether undamped motion grows with every step, however small
 
@@ -79,7 +87,8 @@ def _newmark(beta: float, gamma: float, alpha_m: float = 0.0, alpha_f: float = 0
 class NewmarkBeta(Integrator):
     """Newmark (1959), J. Eng. Mech. Div. ASCE 85(3), 67–94.
 
-    Stable with every step for 2β ≥ γ ≥ ½, of second order for γ = ½.
+    Stable with every step for 2β ≥ γ ≥ ½, of second order for γ = ½. With γ = ½, β = ¼ is average acceleration, and
+    β = 1/6 linear acceleration, which is stable for ωΔτ ≤ √12.
     """
 
     beta: float = 0.25
@@ -208,7 +217,8 @@ class CentralDifference(Integrator):
     @property
     def stages(self) -> tuple[Stage, ...]:
         """v at the half step is v₀ + Δτ a₀/2, from which q follows."""
-        return _newmark(0.0, 0.5)
+        (stage,) = _newmark(0.0, 0.5)
+        return (stage._replace(leaves_out=True),)
 
 
 @dataclass(frozen=True)
@@ -229,5 +239,47 @@ class SemiImplicitEuler(Integrator):
         return (Stage(1.0, (1.0,), (1.0,), 0.0, (1.0,), 0.0),)
 
 
+@dataclass(frozen=True)
+class EulerImplicitDamper(Integrator):
+    """Semi-implicit Euler whose dampers feel the new velocity: springs and loads at the beginning; of first order.
+
+    M(v − v₀)/Δτ = l₀ + rλ(q₀, v) − Cv − Kq₀,  q = q₀ + Δτ v. MuJoCo's integrators "Euler" and "implicitfast" take the
+    dampers of joints so (its documentation, Computation, Numerical integration); here that of the contact is taken so,
+    too. Stable for ωΔτ ≤ 2(√(1 + ζ²) + ζ), where semi-implicit Euler has the minus sign.
+    """
+
+    name: ClassVar[str] = "euler-implicit-damper"
+    title: ClassVar[str] = "semi-implicit Euler, implicit dampers"
+    explicit: ClassVar[bool] = True
+
+    @property
+    def stages(self) -> tuple[Stage, ...]:
+        """v = v₀ + Δτ a, q = q₀ + Δτ v with α_f = 1, α_v = 0."""
+        return (_euler()._replace(alpha_f=1.0, alpha_v=0.0),)
+
+
+@dataclass(frozen=True)
+class BackwardEuler(Integrator):
+    """Backward (implicit) Euler: all forces at the end of the step; stable with every step, of first order.
+
+    Hairer & Wanner, Solving Ordinary Differential Equations II (1996), section IV.3. Contacts of ODE and Bullet with
+    ERP = Δt K/(Δt K + c) and CFM = 1/(Δt K + c) are a step of it: they give λ = Kδ + cv at the end ("How To Use ERP and
+    CFM" of ODE's manual: as implicit first order integration); their other forces are those at the beginning.
+    """
+
+    name: ClassVar[str] = "backward-euler"
+    title: ClassVar[str] = "backward Euler"
+
+    @property
+    def stages(self) -> tuple[Stage, ...]:
+        """v = v₀ + Δτ a, q = q₀ + Δτ v."""
+        return (_euler(),)
+
+
+def _euler() -> Stage:
+    return Stage(1.0, (1.0,), (0.0,), 1.0, (0.0,), 1.0)
+
+
 _KINDS = NewmarkBeta, HHT, HHTInterpolated, GeneralisedAlpha, TRBDF2, Bathe, CentralDifference, SemiImplicitEuler
+_KINDS += EulerImplicitDamper, BackwardEuler
 INTEGRATORS = {kind.name: kind for kind in _KINDS}

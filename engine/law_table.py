@@ -30,6 +30,7 @@ import numpy as np
 from .model import System
 
 HERTZ = 1.5
+LAW_NUMBERS = "exponent", "penetration", "stiffening"  # beside K and D, by their names in `ExactPenalty`
 NEEDED = None  # in place of the default of a number that must be given
 
 
@@ -80,7 +81,8 @@ class Law(NamedTuple):
 
     exponent: float = 1.0  # n of its spring's force Kδⁿ; the default where the law takes n
     takes_exponent: bool = False
-    takes_penetration: bool = False  # from which on its damper acts in full
+    penetration: str = ""  # what happens beyond the penetration that it takes, if it takes one
+    takes_stiffening: bool = False  # r, the ratio of its spring's stiffness there to K
     relative: bool = False  # whether its damper is a factor of the spring's force, h = 2D/K, instead of c = 2D
     damper: Callable[[float, float], float] | None = None  # of e and n: hv₀ or c/√(Km), where D is left out
     divides: bool = False  # whether that formula has no value for e = 0
@@ -88,16 +90,17 @@ class Law(NamedTuple):
     linear: bool = False  # a spring and a damper as long as the bodies overlap
     closed_form: bool = False  # piecewise linear, with its pieces in kernels/equations/contact_law.py
     graded: bool = False  # whether its damper is c δ^((n − 1)/2) v
-    without_jump: str = ""  # of a law whose damper acts in full as soon as the bodies touch: the same where it grows
+    jumps: bool = False  # whether its damper acts in full as soon as the bodies touch
+    without_jump: str = ""  # of a law that jumps: the same where the damper grows, if there is such a law
     newmark: bool = False  # taken by `Newmark`, too
 
 
-_BY_PIECES = Law(closed_form=True, without_jump="limited")
+_BY_PIECES = Law(closed_form=True, jumps=True, without_jump="limited")
 _RATIO = Law(HERTZ, takes_exponent=True, relative=True)
 LAWS = {
     "kelvin-voigt": _BY_PIECES._replace(linear=True, newmark=True, restitution=lambda zeta, n: restitution_of(zeta)),
     "cut": _BY_PIECES._replace(newmark=True, restitution=lambda zeta, n: restitution_without_pull(zeta)),
-    "limited": _BY_PIECES._replace(without_jump=""),
+    "limited": Law(closed_form=True),
     "compression": _BY_PIECES._replace(restitution=lambda zeta, n: math.sqrt(restitution_without_pull(zeta))),
     "hunt-crossley": _RATIO._replace(damper=lambda e, n: 1.5 * (1.0 - e)),
     "lankarani-nikravesh": _RATIO._replace(damper=lambda e, n: 0.75 * (1.0 - e * e)),
@@ -111,7 +114,8 @@ LAWS = {
         restitution=lambda zeta, n: restitution_of(2.0 * zeta / math.sqrt(2.0 * (n + 1.0))),
         graded=True,
     ),
-    "impact": Law(HERTZ, takes_exponent=True, takes_penetration=True),
+    "impact": Law(HERTZ, takes_exponent=True, penetration="the damper acts in full"),
+    "bilinear": Law(closed_form=True, jumps=True, penetration="the spring has the stiffness rK", takes_stiffening=True),
 }
 LAWS_BY_RESTITUTION = tuple(name for name, law in LAWS.items() if law.damper)
 CONTACT_LAWS = tuple(LAWS)
@@ -123,7 +127,8 @@ def numbers_of(law: str) -> dict[str, float | None]:
     """The numbers that a law takes beside K and D, by their names in `ExactPenalty`, each with its default."""
     own = LAWS[law]
     numbers = {"exponent": own.exponent} if own.takes_exponent else {}
-    return numbers | {"penetration": NEEDED} if own.takes_penetration else numbers
+    numbers |= {"penetration": NEEDED} if own.penetration else {}
+    return numbers | {"stiffening": NEEDED} if own.takes_stiffening else numbers
 
 
 def powers_of(law: str, exponent: float) -> tuple[float, float]:
@@ -137,7 +142,7 @@ def powers_of(law: str, exponent: float) -> tuple[float, float]:
 
 
 def laws_with(number: str) -> tuple[str, ...]:
-    """The laws that take a number, "exponent" or "penetration"."""
+    """The laws that take a number of :data:`LAW_NUMBERS`."""
     return tuple(law for law in LAWS if number in numbers_of(law))
 
 

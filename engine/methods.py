@@ -29,7 +29,17 @@ from typing import ClassVar
 from .arguments import shown
 from .checks import flag, one_of, require, whole
 from .integrators import Integrator, NewmarkBeta
-from .law_table import CONTACT_LAWS, HERTZ, LAWS, LAWS_BY_RESTITUTION, NEWMARK_LAWS, laws_with, numbers_of, powers_of
+from .law_table import (
+    CONTACT_LAWS,
+    HERTZ,
+    LAW_NUMBERS,
+    LAWS,
+    LAWS_BY_RESTITUTION,
+    NEWMARK_LAWS,
+    laws_with,
+    numbers_of,
+    powers_of,
+)
 
 JOINT_DAMPINGS = ("table", "derived")
 THRESHOLD_RANGE = (0.0, 1e3)
@@ -39,6 +49,7 @@ STEPS_RANGE = (4, 10_000_000)
 CONTACT_STATUSES = ("start", "end", "located")
 EXPONENT_RANGE = (1.0, 10.0)
 PENETRATION_RANGE = (0.0, 1e9)
+STIFFENING_RANGE = (1.0, 1e6)
 WITHOUT_SOLUTION = ("stop", "keep", "halve")
 INITIAL_ACCELERATIONS = ("equation", "zero")
 
@@ -83,8 +94,8 @@ class _Penalty:
 
     @property
     def law_numbers(self) -> dict[str, float | None]:
-        """Exponent and penetration, as a method with the same law takes them."""
-        return {name: getattr(self, name) for name in ("exponent", "penetration")}
+        """Exponent, penetration and stiffening, as a method with the same law takes them."""
+        return {name: getattr(self, name) for name in LAW_NUMBERS}
 
     @property
     def spring_exponent(self) -> float:
@@ -156,7 +167,10 @@ class ExactPenalty(_WithoutStep, _Penalty):
     exponent : float
         n ≥ 1 of a law that takes it; that of "jankowski" is 1.5, that of a linear law 1.
     penetration : float or None
-        Of "impact": the penetration from which on the damper acts in full.
+        Of "impact": the penetration from which on the damper acts in full; of "bilinear": the knee, at which the
+        stiffness of the spring changes.
+    stiffening : float or None
+        Of "bilinear": r > 1, the stiffness of the spring beyond the knee over K.
 
     Raises
     ------
@@ -177,13 +191,14 @@ class ExactPenalty(_WithoutStep, _Penalty):
     law: str = CONTACT_LAWS[0]
     exponent: float = HERTZ
     penetration: float | None = None
+    stiffening: float | None = None
     name: ClassVar[str] = "exact"
 
     def __post_init__(self):
         _check_contact(self)
 
     def __repr__(self) -> str:
-        return _shown_numbers(self, "law", "exponent", "penetration")
+        return _shown_numbers(self, "law", *LAW_NUMBERS)
 
 
 @dataclass(frozen=True)
@@ -210,7 +225,7 @@ class TimeStepping(_Penalty):
         With status "end", what a step does in which neither status agrees with its own end: end the run with the status
         ``without-solution``; keep the former status; or be cut into 2, 4, … 1024 parts until all of them have a
         solution.
-    law, exponent, penetration
+    law, exponent, penetration, stiffening
         As those of :class:`ExactPenalty`. The force of a law that is not linear is solved for within each step.
     initial_acceleration : {"equation", "zero"}
         ξᵢ″ at τ = 0 from the equations of motion, or zero, as OpenSees has it unless it is given.
@@ -248,6 +263,7 @@ class TimeStepping(_Penalty):
     penetration: float | None = None
     every_step: bool = False
     resolves_contacts: bool = False
+    stiffening: float | None = None
     has_step: ClassVar[bool] = True
 
     def __post_init__(self):
@@ -263,7 +279,7 @@ class TimeStepping(_Penalty):
             object.__setattr__(self, name, flag(name, getattr(self, name)))
         if self.integrator.explicit and self.status == "end":
             name = self.integrator.name
-            raise ValueError(f"{name} is explicit and knows the gap before the force: it has no status = 'end'")
+            raise ValueError(f"{name} knows the gap before the force: it has no status = 'end'")
         if self.resolves_contacts and not (self.located and self._averages):
             raise ValueError(
                 "resolves_contacts = True goes with status = 'located', Newmark's method with β = ¼ and γ = ½ and the "
@@ -333,7 +349,7 @@ class TimeStepping(_Penalty):
 
     def __repr__(self) -> str:
         if not self.is_newmarks:
-            return _shown_numbers(self, "exponent", "penetration", "resolves_contacts")
+            return _shown_numbers(self, *LAW_NUMBERS, "resolves_contacts")
         numbers = f"stiffness={self.stiffness!r}, damping={self.damping!r}, steps={self.steps}"
         return f"Newmark({numbers}, every_step={self.every_step}, located={self.located}, law={self.law!r})"
 
@@ -415,16 +431,21 @@ def _check_contact(method: ExactPenalty | TimeStepping) -> None:
     own = numbers_of(law)
     if n != HERTZ and "exponent" not in own:
         raise ValueError(f"exponent = {n:g} is no number of the law {law!r}: leave it at {HERTZ}")
-    if "penetration" in own:
-        advice = f"give the penetration from which on the damper of the law {law!r} acts in full"
-        if method.penetration is None:
-            raise ValueError(f"penetration is missing: {advice}")
-        d = require("penetration", method.penetration, *PENETRATION_RANGE, advice, open_low=True)
-        object.__setattr__(method, "penetration", d)
-    elif method.penetration is not None:
-        shown_as = shown(method.penetration)
-        others = ", ".join(map(repr, laws_with("penetration")))
-        raise ValueError(f"penetration = {shown_as} is no number of the law {law!r}, but of {others}: leave it out")
+    advice = f"give the penetration beyond which {LAWS[law].penetration} of the law {law!r}"
+    _check_number(method, law, "penetration", PENETRATION_RANGE, advice)
+    _check_number(method, law, "stiffening", STIFFENING_RANGE, f"give the r of the spring of the law {law!r}")
+
+
+def _check_number(method: ExactPenalty | TimeStepping, law: str, name: str, span: tuple, advice: str) -> None:
+    """Check a number of a law that is needed where the law takes it."""
+    given = getattr(method, name)
+    if name in numbers_of(law):
+        if given is None:
+            raise ValueError(f"{name} is missing: {advice}")
+        object.__setattr__(method, name, require(name, given, *span, advice, open_low=True))
+    elif given is not None:
+        others = ", ".join(map(repr, laws_with(name)))
+        raise ValueError(f"{name} = {shown(given)} is no number of the law {law!r}, but of {others}: leave it out")
 
 
 Method = Reference | ExactPenalty | TimeStepping

@@ -25,6 +25,8 @@ class LocatedLawTwin(LawTwin):
             return 1 if k * depth + self.damper() * speed >= 0 else 2
         if self.method.law == "limited":
             return 2 if self.damper() * speed > k * depth else 3 if -self.damper() * speed > k * depth else 1
+        if self.method.law == "bilinear":
+            return 1 if depth <= self.method.penetration else 2
         if self.method.law in ("compression", "jankowski"):
             return 1 if speed >= 0 else 2
         if self.method.law == "impact" and depth > 0:
@@ -42,7 +44,7 @@ class LocatedLawTwin(LawTwin):
     def step(self, state, tau, length, contact):
         """The end of a step of any length: x, v, a, λ."""
         self.h = length
-        if self.method.integrator.explicit:
+        if self.method.integrator.name in ("central-difference", "semi-implicit-euler"):
             x, v, a, _ = state
             felt = v + (length if self.method.integrator.name == "semi-implicit-euler" else length / 2) * a
             x, _, new, force = self.anew(x + length * felt, felt, tau + length, contact)

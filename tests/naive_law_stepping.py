@@ -27,12 +27,13 @@ class LawTwin(Twin):
         if name == "constant-restitution" and self.method.exponent == 1.0:
             return self.method.stiffness * depth + gain * speed
         # a law that jumps at touch goes on beyond it, within a step; the others are zero there
-        return force(self.method, gain, depth if name == "compression" else max(depth, 0.0), speed)
+        return force(self.method, gain, depth if name in ("compression", "bilinear") else max(depth, 0.0), speed)
 
     def spring_and_damper(self, x, v):
         """What a stage asks for: the force that is tried; an explicit method knows both numbers before."""
         self.seen = x, v
-        return self.law(x, v) if self.method.integrator.explicit else self.given
+        known = self.method.integrator.name in ("central-difference", "semi-implicit-euler")
+        return self.law(x, v) if known else self.given
 
     def stages(self, state, tau, status_of):
         x, v, _, former = state

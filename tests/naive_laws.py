@@ -26,6 +26,9 @@ def force(method, gain, depth, speed, sides=None):
         return k * depth + min(max(gain * speed, -k * depth), k * depth)
     if law == "compression":
         return k * depth + (gain * speed if speed > 0 else 0.0)
+    if law == "bilinear":
+        knee = method.penetration
+        return k * min(depth, knee) + method.stiffening * k * max(depth - knee, 0.0) + gain * speed
     depth = max(depth, 0.0)
     if law in ("hunt-crossley", "lankarani-nikravesh", "flores"):
         return k * depth**n * (1 + gain * speed)

@@ -69,6 +69,10 @@ class Twin:
             yield middle
             last = self.backward if name == "tr-bdf2" else self.bathe
             yield status_of(lambda s: last((x, v, a), middle, tau, s, g, rho))
+        elif name == "backward-euler":
+            yield status_of(lambda s: self.implicit(lambda new: (x + h * (v + h * new), v + h * new), tau + h, s))
+        elif name == "euler-implicit-damper":
+            yield status_of(lambda s: self.implicit_damper(x, v, tau, s))
         else:
             felt = v + (h if name == "semi-implicit-euler" else h / 2) * a
             new = x + h * felt
@@ -152,6 +156,16 @@ class Twin:
         new = self.solve(residual)
         x, v = end(new)
         return x, v, new, self.gap(x), self.spring_and_damper(x, v)
+
+    def implicit_damper(self, x, v, tau, status):
+        """(M + Δτ C)(v₁ − v) = Δτ(l − Kx − Cv + λ): the contact's damper stands in C, too."""
+
+        def balance(v1):
+            inner = self.own(x, v1, tau) + self.push(status and self.spring_and_damper(x, v1))
+            return self.mass @ (v1 - v) / self.h + inner
+
+        v1 = self.solve(balance)
+        return x + self.h * v1, v1, (v1 - v) / self.h, self.gap(x), self.spring_and_damper(x, v1)
 
     def run(self, periods):
         """States at the ends of periods, (periods, 4)."""

@@ -1,7 +1,7 @@
 """How many of many like examples are tried: all by `make test`, with ``--in-process`` (`make check`) one in seven.
 
 `tests/conftest.py` says which before any test is imported. Seven is a prime number: in a grid of cases, such as that of
-8 integrators and 9 laws, every seventh case is in another row and in another column.
+integrators and laws, every seventh case is in another row and in another column.
 """
 
 IN_PROCESS = 7

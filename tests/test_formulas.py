@@ -100,7 +100,7 @@ def test_equations_of_motion(point):
 
 
 LAWS = {5: "kelvin-voigt", 6: "cut", 16: "limited", 17: "compression", 18: "flores", 19: "jankowski"}
-LAWS |= {20: "constant-restitution", 21: "impact"}
+LAWS |= {20: "constant-restitution", 21: "impact", 60: "bilinear"}
 
 
 @pytest.mark.parametrize("number", LAWS)
@@ -109,10 +109,22 @@ def test_contact_laws(number):
     law = contact_law.LAWS.index(LAWS[number])
     n = 1.5 if number == 19 else 1.7
     for point in POINTS:
-        K, c, d, depth, v = 50.0, 3.0, 0.8, abs(point["ξ₁"]), point["ξ₂"]
-        symbols = {"K": K, "D": c / 2, "c": c, "h": c, "n": n, "d": d, "δ": depth, "v": v, "g": -depth, "g′": -v}
+        K, c, d, r, depth, v = 50.0, 3.0, 0.8, 4.0, abs(point["ξ₁"]), point["ξ₂"]
+        symbols = {
+            "K": K,
+            "D": c / 2,
+            "c": c,
+            "h": c,
+            "n": n,
+            "d": d,
+            "δ": depth,
+            "v": v,
+            "r": r,
+            "g": -depth,
+            "g′": -v,
+        }
         symbols["S"] = lambda x: value(smooth_step(), {"x": min(x, 1.0)})
-        found = contact_law.law_force(law, K, c, n, d, depth, v)
+        found = contact_law.law_force(law, K, c, n, d, r, depth, v)
         assert value(sides(PAGES[number])[1], symbols) == pytest.approx(found, rel=1e-12, abs=1e-12)
 
 

@@ -11,7 +11,9 @@ import numpy as np
 import pytest
 from vibroscope.engine import (
     HHT,
+    BackwardEuler,
     ComparisonQuestion,
+    EulerImplicitDamper,
     ExactPenalty,
     GeneralisedAlpha,
     HHTInterpolated,
@@ -96,6 +98,7 @@ def test_steps_in_contact_are_as_long_as_they_may_be(stiffness):
 
 
 METHODS = NewmarkBeta(0.3, 0.6), HHT(-0.2), HHTInterpolated(-0.2), GeneralisedAlpha(0.6)
+METHODS += EulerImplicitDamper(), BackwardEuler()
 
 
 @pytest.mark.parametrize("status", [0, 1])
@@ -114,6 +117,7 @@ def test_a_stage_of_an_integrator(integrator, status):
         for i in range(2):
             symbols = {"q₀": start[i], "v₀": start[2 + i], "a₀": start[4 + i], "q": q[i], "v": v[i], "a": a[i], "Δτ": h}
             symbols |= {"β": stage.beta, "γ": stage.gamma, "α_m": stage.alpha_m, "α_f": stage.alpha_f}
+            symbols["α_v"] = stage.velocity_share
             symbols |= {"d0_": stage.velocities[0], "e0_": stage.accelerations[0], "f0_": stage.rates[0]}
             symbols |= {"v0_": start[2 + i], "a0_": start[4 + i], "r": b.reaction[i], "λ": push, "l": acting[i]}
             symbols |= {"M": b.mass[i, i], "C": b.damping[i, i], "K": b.stiffness[i, i]}
@@ -132,7 +136,8 @@ def test_the_force_of_a_step(law):
     for gap, rate, a, b in RANDOM.uniform((-1, -1, 0, 0), (0, 1, 1, 1), (5, 4)):
         found = law_step.solve_force(m, 0.3, gap, rate, a, b)
         symbols = {"g₀": gap, "r₀": rate, "a": a, "b": b, "λ": found}
-        symbols["L"] = lambda depth, speed: law_force(m.law, m.stiffness, 0.3, m.exponent, m.penetration, depth, speed)
+        numbers = m.law, m.stiffness, 0.3, m.exponent, m.penetration, m.stiffening
+        symbols["L"] = lambda depth, speed, numbers=numbers: law_force(*numbers, depth, speed)
         assert value(sides(PAGES[27])[1], symbols) == pytest.approx(found, rel=1e-9, abs=1e-9)
 
 

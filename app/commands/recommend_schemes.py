@@ -110,7 +110,7 @@ def _every_scheme(options: argparse.Namespace) -> list[TimeStepping]:
         for number in given.keys() - {each.name for each in fields(kind)}:
             setattr(own, number, None)
         if kind.explicit and options.status == "end":
-            note(f"{name} is explicit and knows the gap before the force: its status is that at the start")
+            note(f"{name} knows the gap before the force: its status is that at the start")
             own.status = own.without_solution = None
         schemes.append(stepping_of(own, K=1.0, D=0.0, steps=1000))
     if not options.located and options.status is None:

@@ -25,12 +25,13 @@ from vibroscope.engine import (
 from vibroscope.engine.contact import STEP_SCALE_RANGE
 from vibroscope.engine.excitation import AMPLITUDE_RANGE, HELD, PHASE_RANGE
 from vibroscope.engine.integrators import ALPHA_RANGE, BETA_RANGE, GAMMA_RANGE, RHO_RANGE
-from vibroscope.engine.law_table import HERTZ, laws_with
+from vibroscope.engine.law_table import HERTZ, LAWS, laws_with
 from vibroscope.engine.methods import (
     DAMPING_RANGE,
     EXPONENT_RANGE,
     PENETRATION_RANGE,
     STEPS_RANGE,
+    STIFFENING_RANGE,
     STIFFNESS_RANGE,
     THRESHOLD_RANGE,
 )
@@ -50,6 +51,7 @@ LAW_NAMES = {  # of a law without one its key
     "jankowski": "Jankowski",
     "constant-restitution": "constant restitution",
     "impact": "IMPACT",
+    "bilinear": "bilinear spring",
 }
 
 
@@ -219,12 +221,23 @@ _STEPPING = (
     Field(
         "penetration",
         "δ_d",
-        "penetration from which on the damper of IMPACT acts in full",
+        "penetration from which on the damper of IMPACT acts in full, or the bilinear spring is stiffer",
         0.01,
         _above(*PENETRATION_RANGE),
         quantity="displacement",
     ).option(
-        f"law {' or '.join(laws_with('penetration'))}: penetration from which on the damper acts in full", *_PENALTY
+        f"law {' or '.join(laws_with('penetration'))}: penetration beyond which "
+        f"{', or '.join(LAWS[law].penetration for law in laws_with('penetration'))}",
+        *_PENALTY,
+    ),
+    Field(
+        "stiffening",
+        "r",
+        "stiffness of the bilinear spring beyond that penetration, over K",
+        4.0,
+        _above(*STIFFENING_RANGE),
+    ).option(
+        f"law {' or '.join(laws_with('stiffening'))}: stiffness beyond the penetration over K, more than 1", *_PENALTY
     ),
     _choice(
         "stiffness",

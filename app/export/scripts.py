@@ -112,7 +112,7 @@ def peaks_python(setting: Setting) -> str:
         solver: f"peaks(simulate(system, {setting.eta!r}, {method}, {record}{how}))"
         for solver, method in methods.items()
     }
-    return sweep_python(calls, setting.system, "Record", "Reference", "simulate", *names_in(setting.penalty))
+    return sweep_python(calls, setting.system, "Record", "Reference", "simulate", *setting.penalty.made_by)
 
 
 def peaks_command(setting: Setting) -> str:

@@ -11,7 +11,6 @@ from vibroscope.app.explorer.compute import run_length
 from vibroscope.engine import (
     PEAKS,
     Method,
-    Newmark,
     Record,
     Reference,
     Response,
@@ -52,7 +51,7 @@ class PeaksQuestion(NamedTuple):
     system: System
     eta: float
     reference: Reference
-    penalty: Newmark | TimeStepping
+    penalty: TimeStepping
     initial: tuple[float, float, float, float]
 
 

@@ -342,7 +342,7 @@ def _of_no_solution(comparison: Comparison, cancelled) -> Verdict:
     run = comparison.runs.penalty
     method, cause = run.method, replace(run.method, damping=0.0)
     jumps = _first_that_finishes(comparison, (cause,), cancelled) is not None
-    at_touch = bool(LAWS[method.law].without_jump)
+    at_touch = LAWS[method.law].jumps
     damper = "The damper's jump at touch" if at_touch else "The damper"
     why = damper if jumps else f"The contact status at the {method.status} of the step"
     halved = range(1, DOUBLINGS + 1) if method.damping is not None else ()

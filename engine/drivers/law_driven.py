@@ -1,7 +1,7 @@
 """Driver of exact penalty solutions with a contact law other than spring and damper."""
 
 from collections.abc import Sequence
-from typing import ClassVar
+from typing import ClassVar, NamedTuple
 
 import numpy as np
 
@@ -12,11 +12,10 @@ from ..kernels.equations.contact_law import (
     MAIN,
     OTHER,
     count_kinks,
-    factors,
     force,
+    formula_of,
     is_piecewise_linear,
     kink,
-    takes_larger,
 )
 from ..kernels.equations.coordinates import contact_coordinates
 from ..kernels.equations.motion import coefficients, free_equilibrium, pressed_equilibrium, pressed_generator
@@ -43,6 +42,7 @@ from ..kernels.linear.tables import (
     REACH,
     TERMS,
     WIDTH,
+    Phase,
     Scratch,
     full_generator,
     tabulate,
@@ -65,7 +65,8 @@ def needs_law(method) -> bool:
     """Whether a method is an exact penalty solution whose contact is not a spring and a damper all the time."""
     if method.rigid or method.has_step or method.linear:
         return False
-    return by_steps(method) or method.damping > 0.0  # without a damper those in closed form are one
+    # without a damper those in closed form are one, but for a spring of two stiffnesses
+    return by_steps(method) or method.damping > 0.0 or method.stiffening is not None
 
 
 def by_steps(method) -> bool:
@@ -73,22 +74,33 @@ def by_steps(method) -> bool:
     return not (method.rigid or method.has_step or LAWS[method.law].closed_form)
 
 
-def _pieces(p: Parameters) -> dict[int, tuple[tuple[float, float], list[tuple[np.ndarray, float, int]]]]:
-    """For each piece of a law: spring, damper, and its watched quantities (row of z, next mode, mirrored row)."""
+class _Watched(NamedTuple):
+    """What ends a piece where it falls to zero."""
+
+    by_depth: float  # factors of δ and v
+    by_speed: float
+    constant: float
+    target: float  # the mode that follows
+    mirrored: int = -1  # which of its watched quantities then begins at zero
+
+
+def _pieces(p: Parameters) -> dict[int, tuple[tuple[float, float, float], list[_Watched]]]:
+    """For each piece of a law: spring, damper, constant force, and what it watches."""
     if not uncompiled(is_piecewise_linear)(p.law):
         return {}
-    spring, damper = np.zeros(6), np.zeros(6)
-    spring[GAP], damper[RATE] = force(p.stiffness, p.damping, 1.0, 0.0), force(p.stiffness, p.damping, 0.0, 1.0)
-    main = (p.stiffness, p.damping), []
-    found = {MAIN: main}
+    numbers = p.stiffness, p.gain, p.penetration, p.stiffening
+    opening = int(uncompiled(kernel.first_piece)(p, 0.0, -1.0) - kernel.PIECES_FROM)  # that in which bodies part
+    opens = _Watched(p.stiffness, 0.0, 0.0, FLIGHT)
+    watched: dict[int, list[_Watched]] = {MAIN: []}
     for k, piece in enumerate(range(OTHER, OTHER + uncompiled(count_kinks)(p.law))):
-        a, b = factors(p.law, piece)
-        row = uncompiled(kink)(p.law, piece, spring, damper)
-        # A force that is smaller than spring and damper is one of bodies that close: there the gap stays closed.
-        opens = [(spring, FLIGHT, -1)] if takes_larger(p.law, piece) else []
-        main[1].append((row, kernel.PIECES_FROM + piece, len(opens)))
-        found[piece] = (a * p.stiffness, b * p.damping), [*opens, (-row, kernel.PIECES_FROM + MAIN, k)]
-    return found
+        row = np.array([uncompiled(kink)(p.law, piece, *numbers, *unit) for unit in np.eye(3)])
+        own = [opens] if piece == opening else []
+        watched[MAIN].append(_Watched(*row, kernel.PIECES_FROM + piece, len(own)))
+        watched[piece] = [*own, _Watched(*-row, kernel.PIECES_FROM + MAIN, k)]
+    if opening == MAIN:
+        watched[MAIN].append(opens)
+    formulas = {piece: uncompiled(formula_of)(p.law, piece, *numbers) for piece in watched}
+    return {piece: ((k, 0.5 * c, push), watched[piece]) for piece, (k, c, push) in formulas.items()}
 
 
 def set_up_law(p: Parameters) -> LawSystem:
@@ -106,9 +118,7 @@ def set_up_law(p: Parameters) -> LawSystem:
         "mirrored": np.full(2 * PIECES, -1, dtype=np.int64),
         "impulse": np.zeros((PIECES, 7)),
     }
-    gap_row = np.zeros(6)
-    gap_row[GAP] = 1.0
-    flight = _add_piece(tables, p, 0, (0.0, 0.0), [(gap_row, COLLISION, -1)])
+    flight = _add_piece(tables, p, 0, (0.0, 0.0, 0.0), [_Watched(-1.0, 0.0, 0.0, COLLISION)])
     for piece, (contact, watched) in _pieces(p).items():
         _add_piece(tables, p, piece, contact, watched)
     return LawSystem(
@@ -123,6 +133,7 @@ def set_up_law(p: Parameters) -> LawSystem:
         relative=p.relative,
         exponent=p.exponent,
         penetration=p.penetration,
+        stiffening=p.stiffening,
         react1=c.react1,
         inverse_mass=c.inverse_mass,
         generator=free_generator(p),
@@ -133,31 +144,38 @@ def set_up_law(p: Parameters) -> LawSystem:
     )
 
 
-def _add_piece(tables: dict, p: Parameters, piece: int, contact: tuple[float, float], watched: list):
-    """Add the tables of a piece, with its spring and damper; returns those of its first watched quantity."""
-    own = p._replace(stiffness=contact[0], damping=contact[1])
-    acts = contact[0] > 0.0
+def _add_piece(
+    tables: dict, p: Parameters, piece: int, contact: tuple[float, float, float], watched: list[_Watched]
+) -> Phase:
+    """Add the tables of a piece, with its spring, damper and constant; returns those of what it watches first."""
+    stiffness, damping, push = contact
+    own = p._replace(stiffness=stiffness, damping=damping)
+    acts = stiffness > 0.0
     generator = pressed_generator(own) if acts else free_generator(p)
     position, gap = pressed_equilibrium(own) if acts else free_equilibrium(p)
+    parted = push / (p.stiffness_share + stiffness)  # by how much the constant moves the equilibrium
+    position, gap = position - uncompiled(coefficients)(p).react1 * p.stiffness_share * parted, gap + parted
     h = REACH / (pressed_rate(own) if acts else free_rate(p))
     tables["spacing"][piece], tables["position"][piece], tables["gap"][piece] = h, position, gap
     tables["counts"][piece] = len(watched)
     phases = []
-    for k, (row, target, mirrored) in enumerate(watched):
-        i, level = 2 * piece + k, float(row[GAP] * gap)
+    for k, each in enumerate(watched):
+        row = np.zeros(6)
+        row[GAP], row[RATE] = -each.by_depth, -each.by_speed
+        i, level = 2 * piece + k, float(row[GAP] * gap) + each.constant
         phases.append(tabulate(generator, p.eta, row, h, (position, gap, level)))
         tables["watched"][i], tables["rows"][i], tables["transitions"][piece] = (
             level,
             phases[k].rows,
             phases[k].transitions,
         )
-        tables["targets"][i], tables["mirrored"][i] = int(target), mirrored
+        tables["targets"][i], tables["mirrored"][i] = int(each.target), each.mirrored
     if acts:
         acting = np.zeros(6)
-        acting[GAP], acting[RATE] = force(*contact, 1.0, 0.0), force(*contact, 0.0, 1.0)
+        acting[GAP], acting[RATE] = force(stiffness, damping, 1.0, 0.0), force(stiffness, damping, 0.0, 1.0)
         # z′ = A z gives ∫z dτ = A⁻¹ Δz
         tables["impulse"][piece, :6] = np.linalg.solve(full_generator(generator, p.eta).T, acting)
-        tables["impulse"][piece, 6] = acting[GAP] * gap
+        tables["impulse"][piece, 6] = acting[GAP] * gap + push
     return phases[0]
 
 

@@ -25,12 +25,14 @@ def stages_of(integrator: Integrator, p: Parameters) -> Stages:
     for stage in integrator.stages:
         pairs = (*stage.velocities, 0.0)[:2], (*stage.accelerations, 0.0)[:2], (*stage.rates, 0.0)[:2]
         d, e, f = pairs
-        numbers.append((stage.end, *d, *e, stage.beta, *f, stage.gamma, stage.alpha_m, stage.alpha_f))
+        damped = 0.0 if stage.leaves_out else stage.gamma
+        shares = stage.alpha_m, stage.alpha_f, stage.velocity_share
+        numbers.append((stage.end, *d, *e, stage.beta, *f, stage.gamma, *shares, damped))
     if integrator == NewmarkBeta() and p.law == KELVIN_VOIGT:
         numbers = []
     rows = (*numbers, (0.0,) * STAGE_NUMBERS, (0.0,) * STAGE_NUMBERS)[:2]
     rows = tuple(tuple(map(float, row)) for row in rows)
-    return Stages(len(numbers), integrator.averaged, integrator.explicit, float(c.react1), float(c.inverse_mass), rows)
+    return Stages(len(numbers), integrator.averaged, float(c.react1), float(c.inverse_mass), rows)
 
 
 def scheme_of_run(p: Parameters, method: TimeStepping) -> LocatedScheme:

@@ -55,6 +55,7 @@ def parameters_of(system: System, eta: float, method: Method) -> Parameters:
         law=float(law),
         exponent=0.0 if rigid else method.spring_exponent,
         penetration=(0.0 if rigid else method.penetration) or 0.0,
+        stiffening=(0.0 if rigid else method.stiffening) or 0.0,
         gain=gain,
         relative=float(relative),
     )

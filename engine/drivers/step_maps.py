@@ -87,16 +87,16 @@ def stage_end(
     q = first.q + h * sum_of(stage.velocities, "v")
     q = q + h * h * (sum_of(stage.accelerations, "a") + stage.beta * acceleration)
 
-    def between(end, beginning):
-        return (1.0 - stage.alpha_f) * end + stage.alpha_f * beginning
+    def between(end, beginning, share=stage.alpha_f):
+        return (1.0 - share) * end + share * beginning
 
     def load(share):
         angle = b.eta * share * h
         c, s = math.cos(angle), math.sin(angle)
         return b.loads @ np.array([c * unit[cosine] - s * unit[sine], s * unit[cosine] + c * unit[sine]])
 
-    damped = half if integrator.explicit else v
-    felt_q, felt_v = between(q, first.q), between(damped, first.v)
+    damped = half if stage.leaves_out else v
+    felt_q, felt_v = between(q, first.q), between(damped, first.v, stage.velocity_share)
     if integrator.averaged:
         gap, rate, loads = b.gap * unit[one] + BETWEEN @ q, BETWEEN @ v, between(load(stage.end), load(0.0))
     else:

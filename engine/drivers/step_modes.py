@@ -14,6 +14,7 @@ from ..kernels.equations.contact_law import (
     MAIN,
     OTHER,
     count_kinks,
+    formula_of,
     is_piecewise_linear,
     takes_larger,
 )
@@ -24,11 +25,12 @@ from ..kernels.time_stepping.newmark import Scheme
 
 
 class Piece(NamedTuple):
-    """A part of a contact in which λ = Kδ + 2Dv."""
+    """A part of a contact in which λ = Kδ + 2Dv + f."""
 
     stiffness: float
     damping: float
-    kinks: tuple = ()  # factors of δ and v of what falls below zero at its end
+    push: float = 0.0  # f
+    kinks: tuple = ()  # factors of δ, v and 1 of what falls below zero at its end
 
 
 def pieces_of(law: Scheme) -> list[Piece]:
@@ -37,10 +39,11 @@ def pieces_of(law: Scheme) -> list[Piece]:
     if not uncompiled(is_piecewise_linear)(law.law):
         return found
     for piece in range(MAIN, OTHER + uncompiled(count_kinks)(law.law)):
-        stiffness, gain = uncompiled(law_pieces.formula_of)(law, law.gain, piece)
+        numbers = law.stiffness, law.gain, law.penetration, law.stiffening
+        stiffness, gain, push = uncompiled(formula_of)(law.law, piece, *numbers)
         causes = range(law_pieces.FIRST, law_pieces.FIRST + uncompiled(law_pieces.kinks)(law, piece))
-        kinks = [[margin(law, law.gain, piece, which, *unit) for unit in ((1.0, 0.0), (0.0, 1.0))] for which in causes]
-        found.append(Piece(stiffness, 0.5 * gain, tuple(map(tuple, kinks))))
+        kinks = [[margin(law, law.gain, piece, which, *unit) for unit in np.eye(3)] for which in causes]
+        found.append(Piece(stiffness, 0.5 * gain, push, tuple(map(tuple, kinks))))
     return found
 
 
@@ -63,9 +66,11 @@ def modes_of(m: LinearScheme) -> list[Mode]:
         found = [_mode_of_statuses(m, False, 0), _mode_of_statuses(m, True, 1)]
         return found if law == KELVIN_VOIGT else [*found, _mode_of_statuses(m, True, 0)]
     pieces = pieces_of(m.system)
+    # the first piece, if bodies that part at touch are in it
+    pulling = next((piece for piece in pieces[:1] if all(held > speed for _, speed, held in piece.kinks)), None)
     if not uncompiled(takes_larger)(law, OTHER):
         pieces[:2] = pieces[1::-1]  # where the bodies touch, the damper is at its limit
-    return [_mode_of_piece(m, None), *(_mode_of_piece(m, piece) for piece in pieces)]
+    return [_mode_of_piece(m, piece, pulling) for piece in (None, *pieces)]
 
 
 def end_of_step(maps: np.ndarray, status: int) -> np.ndarray:
@@ -110,22 +115,30 @@ def _mode_of_statuses(m: LinearScheme, pressed: bool, status: int) -> Mode:
     return mode._replace(force=Piece(m.system.stiffness, m.system.damper), mean_force=mean)
 
 
-def _mode_of_piece(m: LinearScheme, piece: Piece | None) -> Mode:
-    """The mode of a piece of another law, or its flight; ``m.maps`` are those of a step without contact."""
+def _mode_of_piece(m: LinearScheme, piece: Piece | None, pulling: Piece | None) -> Mode:
+    """The mode of a piece of another law, or its flight; ``m.maps`` are those of a step without contact.
+
+    ``pulling``: the piece in which a law pulls near touch, if there is one: with the status "end" the other status must
+    not agree with its own end either.
+    """
     maps, deciding, push, forces = m.maps[0], [], np.zeros(COLUMNS), []
+    one = np.eye(COLUMNS)[-1]
     for i, stage in enumerate(maps):
         free = stage[:, :COLUMNS] + np.outer(stage[:, BEFORE], push)
         slopes = stage[:, OWN]
         free[FORCE], push = 0.0, np.zeros(COLUMNS)
-        if piece:
-            gain = 2.0 * piece.damping
-            push = uncompiled(linear_root)(piece.stiffness, gain, free[GAP], free[RATE], slopes[GAP], slopes[RATE])
+        if acting := piece or pulling:
+            known = acting.push * one, free[GAP], free[RATE], slopes[GAP], slopes[RATE]
+            found = uncompiled(linear_root)(acting.stiffness, 2.0 * acting.damping, *known)
+            push = found if piece else push
+            if pulling and m.at_end:
+                deciding.append(-free[GAP] if piece else free[GAP] + slopes[GAP] * found)
         end = free + np.outer(slopes, push)
         end[FORCE] = push
         forces.append(push)
         side = -1.0 if piece else 1.0
         if piece:
-            deciding += [-by_depth * end[GAP] - by_speed * end[RATE] for by_depth, by_speed in piece.kinks]
+            deciding += [held * one - depth * end[GAP] - speed * end[RATE] for depth, speed, held in piece.kinks]
         if m.at_end or i + 1 < len(maps):  # where it is closed with these forces, it is without them, too
             deciding.append(side * end[GAP])
         elif piece and piece.stiffness > m.system.stiffness:  # the damper at its limit pushes where the spring does

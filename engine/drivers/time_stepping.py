@@ -73,7 +73,7 @@ class TimeSteppingDriver(SteppingDriver):
         pressed = gap <= 0.0
         closing = max(-rate, 0.0) if gap == 0.0 else 0.0
         gain = uncompiled(gain_at)(m, closing)
-        force = uncompiled(law_force)(m.law, m.stiffness, gain, m.exponent, m.penetration, -gap, -rate)
+        force = uncompiled(law_force)(m.law, m.stiffness, gain, m.exponent, m.penetration, m.stiffening, -gap, -rate)
         push = force if pressed else 0.0
         x1, v2 = x1 - m.rest1, v1 + rate
         x2 = m.touch + gap + x1

@@ -45,6 +45,7 @@ class Parameters(NamedTuple):
     law: float  # index in equations.contact_law.LAWS
     exponent: float
     penetration: float
+    stiffening: float
     gain: float  # c of the law's damper or h of Eq. (18); times the closing speed where ``relative``
     relative: float  # 1 or 0
 

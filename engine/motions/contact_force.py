@@ -21,7 +21,7 @@ def peak_force(response: Response) -> float:
     contacts = response.contacts[response.contacts[:, 1] > sampled.time[0]]
     if np.diff(contacts, axis=1).min(initial=np.inf) < FEWEST_IN_CONTACT * spacing:
         return np.nan
-    if not LAWS[method.law].without_jump:
+    if not LAWS[method.law].jumps:
         return largest
     # the damper's force jumps when the contact begins, between two samples
     closing_speeds = response.impacts.closing_speed[response.impacts.time > sampled.time[0]]

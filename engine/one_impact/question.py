@@ -19,8 +19,8 @@ from ..contact import (
     spring_duration,
 )
 from ..drivers.alone import Course, course_alone, parameters_alone
-from ..law_table import critical_damping, deepest_penetration
-from ..methods import ExactPenalty, Newmark, TimeStepping
+from ..law_table import critical_damping
+from ..methods import ExactPenalty, TimeStepping
 
 STEP_RANGE = (0.0, 1e12)
 FORCE_RANGE = (0.0, 1e12)
@@ -62,7 +62,7 @@ class Impact:
     31.5
     """
 
-    method: ExactPenalty | Newmark | TimeStepping
+    method: ExactPenalty | TimeStepping
     speed: float
     mass: float = 1.0
     time_step: float = 0.0
@@ -139,9 +139,8 @@ class Impact:
         The half cycle of the damped contact π/(ω_c√(1 − ζ²)) of a linear spring; of other laws, and where the gap
         creeps back, that of the spring alone.
         """
-        n = self.method.spring_exponent
-        alone = spring_duration(deepest_penetration(self.method.stiffness, self.mass, self.speed, n), self.speed, n)
-        damped = n == 1.0 and self.ratio < 1.0
+        alone = spring_duration(self.mass, self.method, self.speed)
+        damped = self.method.spring_exponent == 1.0 and self.ratio < 1.0
         return alone / math.sqrt((1 - self.ratio) * (1 + self.ratio)) if damped else alone
 
     @property

@@ -211,7 +211,7 @@ def test_opensees_has_materials_of_hertz(law, monkeypatch, tmp_path):
         stiffness, ratio, gap, power = numbers
         found = stiffness * (depth * length) ** power * (1 + ratio * speed / touch)
     gain, by_speed = damper_of(problem.system, method)
-    ours = law_force(LAWS.index(law), 12000.0, gain / touch if by_speed else gain, 1.5, 0.0, depth, speed)
+    ours = law_force(LAWS.index(law), 12000.0, gain / touch if by_speed else gain, 1.5, 0.0, 0.0, depth, speed)
     assert kind == ("JankowskiImpact" if law == "jankowski" else "Hertzdamp")
     assert gap == pytest.approx(-0.1 * length)
     assert found == pytest.approx(MM.physical("force", ours), rel=1e-12)

@@ -83,7 +83,7 @@ def test_a_step_without_a_solution_ends_the_run_and_says_what_to_change(capsys):
         ("--beta 2", "beta = 2.0 is outside"),
         ("--integrator hht --status end --located", "--located is --status located, and goes with no --status end"),
         ("--status end --located", "--located is --status located, and goes with no --status end"),
-        ("--integrator central-difference --status end", "central-difference is explicit"),
+        ("--integrator central-difference --status end", "central-difference knows the gap before the force"),
         ("--status middle", "invalid choice: 'middle'"),
         ("--without-solution guess", "invalid choice: 'guess'"),
     ],

@@ -9,8 +9,10 @@ import pytest
 from vibroscope.engine import (
     HHT,
     TRBDF2,
+    BackwardEuler,
     Bathe,
     CentralDifference,
+    EulerImplicitDamper,
     ExactPenalty,
     GeneralisedAlpha,
     HHTInterpolated,
@@ -49,11 +51,11 @@ def radius(integrator, size, damping=0.0):
     return spectral_radius(step_maps(bodies(damping), integrator, size), 0)
 
 
-def errors(system, integrator, status, eta=1.3):
-    """Errors at the end of two periods with 200, 400 and 800 steps in each; contact does not change."""
+def errors(system, integrator, status, eta=1.3, steps=(200, 400, 800)):
+    """Errors at the end of two periods with so many steps in each; contact does not change."""
     options = {"periods": 2, "keep": 1, "initial": (1.0, 0.3, -0.5, 0.2) if system.clearance > 0 else None}
     truth = simulate(system, eta, ExactPenalty(20.0, 3.0), **options).section[-1]
-    found = [simulate(system, eta, TimeStepping(20.0, 3.0, n, integrator, status), **options) for n in (200, 400, 800)]
+    found = [simulate(system, eta, TimeStepping(20.0, 3.0, n, integrator, status), **options) for n in steps]
     assert all(run.ok for run in found)
     return [np.abs(run.section[-1] - truth).max() for run in found]
 
@@ -74,14 +76,16 @@ def test_second_order(integrator, system, status):
     [
         (NewmarkBeta(0.3025, 0.6), 0.01, 1.0),
         (SemiImplicitEuler(), 0.0, 1.0),
+        (EulerImplicitDamper(), 0.2, 1.0),
+        (BackwardEuler(), 0.01, 1.0),
         (CentralDifference(), 0.2, 1.0),  # the damper feels the velocity of half a step before
         (CentralDifference(), 0.0, 2.0),
     ],
     ids=repr,
 )
 def test_order_of_the_others(integrator, damping, order):
-    system = replace(FLIGHT, d1=damping, d2=damping)
-    assert slopes(errors(system, integrator, "start")) == pytest.approx([order, order], abs=0.1)
+    system, steps = replace(FLIGHT, d1=damping, d2=damping), (800, 1600, 3200)
+    assert slopes(errors(system, integrator, "start", steps=steps)) == pytest.approx([order, order], abs=0.1)
 
 
 def one_stage_radius(integrator, size):
@@ -147,6 +151,7 @@ UNCONDITIONAL = [
     NewmarkBeta(0.25, 0.5),
     NewmarkBeta(0.4, 0.6),
     TRBDF2(),
+    BackwardEuler(),
 ]
 
 
@@ -174,6 +179,36 @@ def test_stability_limit_of_explicit_methods(integrator, damping):
     root = (trace + cmath.sqrt(trace**2 - 4 * determinant)) / 2
     expected = max(abs(root), abs(trace - root))
     assert radius(integrator, 0.5, damping) == pytest.approx(expected, rel=1e-12)
+
+
+@pytest.mark.parametrize("damping", [0.0, 0.1, 0.5, 0.95])
+def test_stability_limit_with_implicit_dampers(damping):
+    """2(√(1 + ζ²) + ζ), and below it the roots of (1 + 2ζΩ)λ² − (2 + 2ζΩ − Ω²)λ + 1 = 0."""
+    limit, kind = 2 * (math.sqrt(1 + damping**2) + damping), EulerImplicitDamper()
+    assert radius(kind, 0.999 * limit, damping) <= 1 + 1e-12 < radius(kind, 1.01 * limit, damping)
+    for size in (0.1, 0.5, 1.5, 4.0):
+        roots = np.roots([1 + 2 * damping * size, size**2 - 2 - 2 * damping * size, 1])
+        assert radius(kind, size, damping) == pytest.approx(np.abs(roots).max(), rel=1e-12)
+
+
+@pytest.mark.parametrize("damping", [0.0, 0.1, 0.5, 0.95])
+@pytest.mark.parametrize("size", [0.01, 0.5, 3.0, 300.0])
+def test_spectral_radius_of_backward_euler(damping, size):
+    """|1/(1 − z)| of y′ = zy/Δτ, z/ωΔτ the eigenvalues of the oscillator."""
+    root = cmath.sqrt(damping**2 - 1)
+    expected = max(abs(1 / (1 - size * (-damping + sign * root))) for sign in (1, -1))
+    assert radius(BackwardEuler(), size, damping) == pytest.approx(expected, rel=1e-7)
+
+
+def test_without_dampers_it_is_semi_implicit_euler():
+    """From the same start; the forces of one are those at the end of a step, of the other at its beginning."""
+    system, eta = System(wall=True, d1=0.0, clearance=0.5), 0.8
+    runs = [
+        simulate(system, eta, TimeStepping(50.0, 0.0, 200, kind()), periods=3, keep=3, initial=(0.0, 0.1, 0.0, 0.0))
+        for kind in (SemiImplicitEuler, EulerImplicitDamper)
+    ]
+    assert len(runs[0].impacts) > 2
+    np.testing.assert_allclose(runs[1].section, runs[0].section, rtol=0, atol=1e-10)
 
 
 def test_stability_limit_of_newmarks_method():

@@ -50,7 +50,7 @@ def test_steps_without_a_solution_of_a_damper_that_jumps(law):
     assert run.steps_with_two == twin.two
 
 
-@pytest.mark.parametrize("law", CONTACT_LAWS[4:])
+@pytest.mark.parametrize("law", CONTACT_LAWS[4:10])
 def test_newton_s_method_finds_the_force_of_the_bracket(law):
     method = TimeStepping(700.0, 4.0, 60, law=law, **law_numbers(law, 1.7 if law == "impact" else None))
     m, found = newmark.scheme_of(parameters_of(System(), 1.3, method)), 0
@@ -62,14 +62,14 @@ def test_newton_s_method_finds_the_force_of_the_bracket(law):
     assert found > 180
 
 
-@pytest.mark.parametrize("law", CONTACT_LAWS[4:])
+@pytest.mark.parametrize("law", CONTACT_LAWS[4:10])
 @pytest.mark.parametrize("exponent", [1.5, 2.2])
 def test_the_slopes_of_a_law_are_its_derivatives(law, exponent):
     law, step = CONTACT_LAWS.index(law), 1e-6
     for depth, speed in np.random.default_rng(12).uniform((0.05, -1.5), (2.0, 1.5), (50, 2)):
         at = law, 7.0, 0.3, exponent, 0.8
         by_depth, by_speed = law_slopes(*at, depth, speed)
-        expected = (law_force(*at, depth + step, speed) - law_force(*at, depth - step, speed)) / (2 * step)
+        expected = (law_force(*at, 0.0, depth + step, speed) - law_force(*at, 0.0, depth - step, speed)) / (2 * step)
         assert by_depth == pytest.approx(expected, rel=1e-6, abs=1e-6)
-        expected = (law_force(*at, depth, speed + step) - law_force(*at, depth, speed - step)) / (2 * step)
+        expected = (law_force(*at, 0.0, depth, speed + step) - law_force(*at, 0.0, depth, speed - step)) / (2 * step)
         assert by_speed == pytest.approx(expected, rel=1e-6, abs=1e-6)

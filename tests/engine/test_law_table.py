@@ -9,17 +9,17 @@ from vibroscope.engine.contact import contact_duration, contact_frequency, sprin
 from vibroscope.engine.drivers.law_driven import by_steps
 from vibroscope.engine.drivers.parameters import parameters_of
 from vibroscope.engine.kernels.equations.contact_law import law_force
-from vibroscope.engine.law_table import LAWS, formula_damper, laws_with, numbers_of
+from vibroscope.engine.law_table import LAW_NUMBERS, LAWS, formula_damper, laws_with, numbers_of
 
 from tests.law_numbers import law_numbers
 from tests.naive_laws import force
 
 K, DEPTH = 700.0, 0.013
-LINEAR = [law for law in CONTACT_LAWS if LAWS[law].exponent == 1.0]
+LINEAR = [law for law in CONTACT_LAWS if LAWS[law].exponent == 1.0 and not LAWS[law].takes_stiffening]
 
 
-def force_of(law, gain=0.0, exponent=1.5, penetration=0.02, speed=0.0):
-    return law_force(CONTACT_LAWS.index(law), K, gain, exponent, penetration, DEPTH, speed)
+def force_of(law, gain=0.0, exponent=1.5, penetration=0.02, speed=0.0, stiffening=4.0):
+    return law_force(CONTACT_LAWS.index(law), K, gain, exponent, penetration, stiffening, DEPTH, speed)
 
 
 def test_the_table_has_every_law_of_the_kernels_in_their_order():
@@ -36,14 +36,16 @@ def test_the_spring_of_a_law_has_its_exponent(law):
 
 @pytest.mark.parametrize("law", CONTACT_LAWS)
 def test_a_law_takes_the_penetration_that_its_force_depends_on(law):
-    given = {force_of(law, 3.0, LAWS[law].exponent, penetration, 0.1) for penetration in (0.02, 0.04)}
-    assert (len(given) == 2) == LAWS[law].takes_penetration
+    given = {force_of(law, 3.0, LAWS[law].exponent, penetration, 0.1) for penetration in (0.01, 0.02)}
+    assert (len(given) == 2) == bool(LAWS[law].penetration)
+    given = {force_of(law, 3.0, LAWS[law].exponent, 0.01, 0.1, stiffening) for stiffening in (2.0, 3.0)}
+    assert (len(given) == 2) == LAWS[law].takes_stiffening
 
 
 @pytest.mark.parametrize("law", CONTACT_LAWS)
 def test_the_damper_of_a_law_that_jumps_acts_at_touch(law):
-    touch = law_force(CONTACT_LAWS.index(law), K, 3.0, LAWS[law].exponent, 0.02, 1e-12, 0.1)
-    assert touch == pytest.approx(0.3 if LAWS[law].without_jump else 0.0, abs=1e-3)
+    touch = law_force(CONTACT_LAWS.index(law), K, 3.0, LAWS[law].exponent, 0.02, 4.0, 1e-12, 0.1)
+    assert touch == pytest.approx(0.3 if LAWS[law].jumps else 0.0, abs=1e-3)
 
 
 @pytest.mark.parametrize("law", CONTACT_LAWS)
@@ -68,12 +70,12 @@ def test_a_linear_law_has_the_duration_and_the_energy_of_a_linear_spring(law):
 
 
 def test_numbers_and_defaults_are_those_of_the_methods():
-    assert laws_with("penetration") == ("impact",)
+    assert laws_with("penetration") == ("impact", "bilinear")
     for law in CONTACT_LAWS:
         own = numbers_of(law)
         method = ExactPenalty(K, 2.0, law, **law_numbers(law))
         assert method.exponent == own.get("exponent", method.exponent)
-        for name in {"exponent", "penetration"} - own.keys():
+        for name in set(LAW_NUMBERS) - own.keys():
             with pytest.raises(ValueError, match=f"{name} = 2.*is no number of the law {law!r}"):
                 ExactPenalty(K, 2.0, law, **law_numbers(law) | {name: 2.0})
 

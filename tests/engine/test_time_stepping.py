@@ -192,7 +192,7 @@ def test_an_unstable_method_diverges_and_names_its_limit(integrator, steps, word
         (lambda: TimeStepping(1.0, 1.0, 100, "hht"), "integrator = 'hht' is not an Integrator"),
         (
             lambda: TimeStepping(1.0, 1.0, 100, CentralDifference(), "end"),
-            "central-difference is explicit",
+            "central-difference knows the gap before the force",
         ),
         (lambda: TimeStepping(1.0, 1.0, 100, status="within"), "status = 'within' is not one of start, end, located"),
         (lambda: TimeStepping(1.0, 1.0, 100, without_solution="skip"), "is not one of stop, keep, halve"),

@@ -12,6 +12,7 @@ LAWS = {  # force while the bodies overlap, with the penetration and its rate
     "cut": "max(0, stiffness*depth + damping*der(depth))",
     "limited": "stiffness*depth + min(max(damping*der(depth), -stiffness*depth), stiffness*depth)",
     "compression": "stiffness*depth + damping*max(der(depth), 0)",
+    "bilinear": "stiffness*(depth + {more!r}*max(depth - {knee!r}, 0)) + damping*der(depth)",
 }
 
 _DECK = """\
@@ -74,12 +75,20 @@ def write(problem: DeckProblem) -> str:
         x1=one.displacement,
         v1=one.velocity,
         second=second,
-        law=LAWS[problem.method.law],
+        law=LAWS[problem.method.law].format(**_numbers(problem)),
         motion1=_motion(1, one, "- force"),
         motion2=motion2,
         end=problem.periods * problem.period,
         interval=problem.every * problem.step,
     )
+
+
+def _numbers(problem: DeckProblem) -> dict[str, float]:
+    """The numbers that the force of a law has beside those of spring and damper."""
+    method = problem.method
+    if method.stiffening is None:
+        return {}
+    return {"knee": method.penetration * problem.length, "more": method.stiffening - 1.0}
 
 
 def _motion(i: int, body, push: str) -> str:

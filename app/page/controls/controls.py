@@ -31,7 +31,7 @@ from vibroscope.app.page.files import esm, style
 from vibroscope.app.page.shared.component import Component
 from vibroscope.app.runtime.number_text import print_number
 from vibroscope.engine import LAWS_BY_RESTITUTION, written
-from vibroscope.engine.law_table import LAWS
+from vibroscope.engine.law_table import LAW_NUMBERS, LAWS
 from vibroscope.engine.units import time_text
 
 _STEP = 0.01  # of one arrow key: in η, and in decades of the other sliders
@@ -39,7 +39,7 @@ _SOLVER_SWITCHES = ("stiffness", "damper", "joint_damping", "located", "status",
 _SOLVER_SWITCHES += ("initial_acceleration",)
 _SOLVER_SELECTS = ("integrator", "law")
 _INTEGRATOR_NUMBERS = ("beta", "gamma", "alpha", "rho")  # as far as the integrator has them
-_LAW_NUMBERS = ("exponent", "penetration")  # as far as the law has them
+_LAW_NUMBERS = LAW_NUMBERS  # as far as the law has them
 _STIFFNESS_NUMBERS = ("step_scale",)  # where K follows the step
 _VIEW_SWITCHES = ("frame", "coordinate")
 

@@ -5,11 +5,12 @@
     λ = −K g − 2D g′                    "kelvin-voigt": may pull near the end of a contact         (5)
     λ = max(0, −K g − 2D g′)            "cut": Kelvin–Voigt cut at zero                            (6)
 
-Both are linear where they push. With the penetration δ = −g, its rate v = −g′ and c = 2D two more are piecewise linear
-(:data:`PIECES`),
+Both are linear where they push. With the penetration δ = −g, its rate v = −g′ and c = 2D three more are piecewise
+linear (:data:`PIECES`),
 
     λ = Kδ + min(max(cv, −Kδ), Kδ)      "limited": neither jumps nor pulls                         (16)
     λ = Kδ + c max(v, 0)                "compression": the damper acts while the bodies close      (17)
+    λ = Kδ + (r − 1)K max(δ − d, 0) + cv    "bilinear": beyond the penetration d the stiffness is rK  (60)
 
 and these are smooth where the bodies overlap; h and c may depend on the closing speed at touch (:func:`gain_at`):
 
@@ -52,24 +53,27 @@ from ..compile.to_power import to_power
 LAWS = (  # a law is given to kernels as its index in here
     *("kelvin-voigt", "cut", "limited", "compression"),
     *("hunt-crossley", "lankarani-nikravesh", "flores", "jankowski", "constant-restitution", "impact"),
+    "bilinear",
 )
 KELVIN_VOIGT, CUT, LIMITED, COMPRESSION = range(4)
-HUNT_CROSSLEY, _, FLORES, JANKOWSKI, CONSTANT, IMPACT = range(4, len(LAWS))
+HUNT_CROSSLEY, _, FLORES, JANKOWSKI, CONSTANT, IMPACT, BILINEAR = range(4, len(LAWS))
 
 # A contact consists of *pieces*, in each of which the force has one formula. Flight is one, too. MAIN is that of spring
 # and damper. From there a kink leads to OTHER, or a second one to BEYOND, and each of these back to MAIN.
 FREE, MAIN, OTHER, BEYOND = range(4)
 SMALLER, LARGER = -1.0, 1.0
-# Of a law that is piecewise linear, the pieces from OTHER on: a and b of their force aKδ + bcv, and whether the law
-# takes the smaller or the larger of that and of the force so far
+# Of a law that is piecewise linear, the pieces from OTHER on: a, b and f of their force aKδ + bcv + fKd, whether the
+# law takes the smaller or the larger of that and of the force so far, and what r times is added to a and to f; d and r
+# are the penetration and the stiffening of the law
 _PIECES = {
     KELVIN_VOIGT: (),
-    CUT: ((0.0, 0.0, LARGER),),  # Eq. (6)
-    LIMITED: ((2.0, 0.0, SMALLER), (0.0, 0.0, LARGER)),  # Eq. (16)
-    COMPRESSION: ((1.0, 0.0, LARGER),),  # Eq. (17)
+    CUT: ((0.0, 0.0, 0.0, LARGER, 0.0, 0.0),),  # Eq. (6)
+    LIMITED: ((2.0, 0.0, 0.0, SMALLER, 0.0, 0.0), (0.0, 0.0, 0.0, LARGER, 0.0, 0.0)),  # Eq. (16)
+    COMPRESSION: ((1.0, 0.0, 0.0, LARGER, 0.0, 0.0),),  # Eq. (17)
+    BILINEAR: ((0.0, 1.0, 1.0, LARGER, 1.0, -1.0),),  # Eq. (60): rKδ + cv + (1 − r)Kd
 }
-PIECES = np.zeros((len(LAWS), 4, 3))  # of a law and a piece, as above
-PIECES[:, MAIN] = 1.0, 1.0, 0.0
+PIECES = np.zeros((len(LAWS), 4, 6))  # of a law and a piece, as above
+PIECES[:, MAIN, :2] = 1.0
 KINKS = np.zeros(len(LAWS), dtype=np.int64)  # of a law
 KINKS[[JANKOWSKI, IMPACT]] = 1  # of their own kinds: :mod:`..time_stepping.law_pieces`
 PIECEWISE_LINEAR = np.zeros(len(LAWS), dtype=np.bool_)
@@ -97,20 +101,22 @@ def force_of_law(law, linear):
 
 @jit_inlined
 def is_piecewise_linear(law):
-    """Whether a law is spring and damper in each of its pieces, all of them in :data:`PIECES`."""
+    """Whether a law is a spring, a damper and a constant in each of its pieces, all of them in :data:`PIECES`."""
     return PIECEWISE_LINEAR[int(law)]
 
 
 @jit_inlined
-def factors(law, piece):
-    """The factors a and b in the force aKδ + bcv of a piece."""
-    return PIECES[int(law), piece, 0], PIECES[int(law), piece, 1]
+def formula_of(law, piece, stiffness, gain, penetration, stiffening):
+    """The stiffness, the damping and the constant of the force of a piece."""
+    row = PIECES[int(law), piece]
+    spring, push = row[0] + row[4] * stiffening, row[2] + row[5] * stiffening
+    return spring * stiffness, row[1] * gain, push * stiffness * penetration
 
 
 @jit_inlined
 def takes_larger(law, piece):
     """Whether the law takes the larger of a piece's force and of that without this piece, or the smaller."""
-    return PIECES[int(law), piece, 2] == LARGER
+    return PIECES[int(law), piece, 3] == LARGER
 
 
 @jit_inlined
@@ -126,10 +132,10 @@ def of_both(law, piece, before, own):
 
 
 @jit_inlined
-def kink(law, piece, spring, damper):
-    """What falls below zero where a law goes from MAIN to a piece, of Kδ and cv."""
-    a, b = factors(law, piece)
-    found = (1.0 - a) * spring + (1.0 - b) * damper
+def kink(law, piece, stiffness, gain, penetration, stiffening, depth, speed, one=1.0):
+    """What falls below zero where a law goes from MAIN to a piece, of δ and v; ``one``: 0 without its constant."""
+    spring, damper, push = formula_of(law, piece, stiffness, gain, penetration, stiffening)
+    found = (stiffness - spring) * depth + (gain - damper) * speed - push * one
     return found if takes_larger(law, piece) else -found
 
 
@@ -163,18 +169,17 @@ def full_damping(share):
 
 
 @jit_no_alloc
-def law_force(law, stiffness, gain, exponent, penetration, depth, speed):
-    """λ of any law, Eqs. (5), (6) and (16) to (21), from δ = ``depth`` and v = ``speed``.
+def law_force(law, stiffness, gain, exponent, penetration, stiffening, depth, speed):
+    """λ of any law, Eqs. (5), (6), (16) to (21) and (60), from δ = ``depth`` and v = ``speed``.
 
-    Beyond δ = 0 a law that jumps there, Eqs. (5), (6), (17) and (20) with n = 1, goes on; the others are zero.
+    Beyond δ = 0 a law that jumps there, Eqs. (5), (6), (17), (60) and (20) with n = 1, goes on; the others are zero.
     ``gain``: c, or h of Eq. (18).
     """
     if is_piecewise_linear(law) or (law == CONSTANT and exponent == 1.0):
-        spring, damper = stiffness * depth, gain * speed
-        found = spring + damper
-        for piece in range(OTHER, OTHER + count_kinks(law)):  # Eqs. (6), (16) and (17)
-            a, b = factors(law, piece)
-            found = of_both(law, piece, found, a * spring + b * damper)
+        found = stiffness * depth + gain * speed
+        for piece in range(OTHER, OTHER + count_kinks(law)):  # Eqs. (6), (16), (17) and (60)
+            spring, damper, push = formula_of(law, piece, stiffness, gain, penetration, stiffening)
+            found = of_both(law, piece, found, spring * depth + damper * speed + push)
         return found
     if not depth > 0.0:
         return 0.0

@@ -58,6 +58,7 @@ class LawSystem(NamedTuple):
     relative: float
     exponent: float
     penetration: float
+    stiffening: float
     react1: float  # what a unit of λ does to ξ₁″ and to g″
     inverse_mass: float
     generator: np.ndarray  # (4, 6) of the separated bodies
@@ -89,7 +90,7 @@ def force_of_side(p, gain, depth, speed, side):
         if side == PULLS:
             return 0.0
         return p.stiffness * power(depth, p.exponent) + gain * damping_of(p, depth, side) * speed
-    return law_force(p.law, p.stiffness, gain, p.exponent, p.penetration, depth, speed)
+    return law_force(p.law, p.stiffness, gain, p.exponent, p.penetration, p.stiffening, depth, speed)
 
 
 @jit_no_alloc

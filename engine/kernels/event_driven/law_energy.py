@@ -33,7 +33,7 @@ def add_powers(p, a, z, gain, t, weight, sums):
     sums[WORK] += weight * (load * v1 + mu * (load + push) * v2)
     sums[DAMPERS] -= weight * (g[1, 1] * v1 * v1 + mu * g[3, 3] * v2 * v2)
     if a.mode != FLIGHT:
-        force = law_force(p.law, p.stiffness, gain, p.exponent, p.penetration, -gap, -rate)
+        force = law_force(p.law, p.stiffness, gain, p.exponent, p.penetration, p.stiffening, -gap, -rate)
         sums[CONTACT] -= weight * force * rate
 
 

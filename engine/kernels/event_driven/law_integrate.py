@@ -56,9 +56,8 @@ def first_piece(p, depth, speed):
     """The mode of a contact with this δ and v."""
     if not is_piecewise_linear(p.law):
         return SMOOTH
-    spring, damper = p.stiffness * depth, p.gain * speed
     for piece in range(OTHER, OTHER + count_kinks(p.law)):
-        value = kink(p.law, piece, spring, damper)
+        value = kink(p.law, piece, p.stiffness, p.gain, p.penetration, p.stiffening, depth, speed)
         # at a touch the damper acts before the spring does: a smaller force than both follows at once
         if value < 0.0 or (value == 0.0 and not takes_larger(p.law, piece)):
             return PIECES_FROM + piece
@@ -71,7 +70,17 @@ def begin_law_contact(p, a, rate, order):
     x1, v1, _, v2 = displacements(p, a.x1, a.v1, a.gap, a.rate)
     opened = OpenContact(time_of(p, a), max(-a.rate, 0.0), x1, v1, v2, 0.0)
     mode = first_piece(p, 0.0, -rate)
-    return HybridState(a.period, a.tau, a.x1, a.v1, 0.0, rate, mode, 0.0 if mode == SMOOTH else order, a.events, opened)
+    order = 0.0 if mode == SMOOTH else order_at_touch(p, int(mode - PIECES_FROM), order)
+    return HybridState(a.period, a.tau, a.x1, a.v1, 0.0, rate, mode, order, a.events, opened)
+
+
+@jit_inlined
+def order_at_touch(p, piece, order):
+    """The order of the first derivative that is not zero, of the gap where a piece watches it, or of v."""
+    for k in range(p.counts[piece]):
+        if p.targets[2 * piece + k] == FLIGHT:
+            return min(order + 1.0, POINTS) + SECOND * k
+    return order
 
 
 @jit_no_alloc
@@ -157,7 +166,7 @@ def write_law_rows(p, a, z, s, gain, window, buffers):
             write_law_row(p, buffers.samples[j], y)
             push = 0.0
             if a.mode != FLIGHT:
-                push = law_force(p.law, p.stiffness, gain, p.exponent, p.penetration, -y[2], -y[3])
+                push = law_force(p.law, p.stiffness, gain, p.exponent, p.penetration, p.stiffening, -y[2], -y[3])
             buffers.samples[j, 4] = push
         j += 1
 

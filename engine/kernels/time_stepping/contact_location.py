@@ -57,13 +57,13 @@ class Stages(NamedTuple):
 
     count: int
     averaged: bool
-    explicit: bool
     react1: float  # acceleration of body 1 by a unit of contact force
     inverse_mass: float  # … and of the gap
-    numbers: tuple  # of each of two stages: c, d₀, d₁, e₀, e₁, β, f₀, f₁, γ, α_m, α_f
+    # of each of two stages: c, d₀, d₁, e₀, e₁, β, f₀, f₁, γ, α_m, α_f, α_v, and γ of the velocity that the dampers feel
+    numbers: tuple
 
 
-STAGE_NUMBERS = 11
+STAGE_NUMBERS = 13
 
 
 class LocatedScheme(NamedTuple):
@@ -78,6 +78,7 @@ class LocatedScheme(NamedTuple):
     stiffness: float  # K
     exponent: float
     penetration: float
+    stiffening: float
     gain: float  # as in :class:`..parameters.Parameters`
     relative: float
     eta: float
@@ -160,7 +161,9 @@ def force_of(m, gain, pressed, z):
     """λ of a motion."""
     if m.law == KELVIN_VOIGT:  # of most runs, without a call
         return -m.stiffness * z[3] - gain * z[4] if pressed else 0.0
-    return law_force(m.law, m.stiffness, gain, m.exponent, m.penetration, -z[3], -z[4]) if pressed else 0.0
+    return (
+        law_force(m.law, m.stiffness, gain, m.exponent, m.penetration, m.stiffening, -z[3], -z[4]) if pressed else 0.0
+    )
 
 
 @jit_no_alloc
@@ -181,12 +184,12 @@ def stage_end(m, numbers, gain, pressed, z, former, begun, s, k, offset):
     x, v, a, g, u, b = z
     _, v1, a1, _, u1, b1 = former
     t, e = m.stages, m.separated
-    end, d0, d1, e0, e1, beta, f0, f1, gamma, alpha_m, alpha_f = numbers
-    by_q, by_v, now = s * s * beta, s * gamma, 1.0 - alpha_f
+    end, d0, d1, e0, e1, beta, f0, f1, gamma, alpha_m, alpha_f, alpha_v, damped = numbers
+    by_q, by_v, now, late = s * s * beta, s * gamma, 1.0 - alpha_f, 1.0 - alpha_v
     xk, vk = x + s * (d0 * v + d1 * v1) + s * s * (e0 * a + e1 * a1), v + s * (f0 * a + f1 * a1)
     gk, uk = g + s * (d0 * u + d1 * u1) + s * s * (e0 * b + e1 * b1), u + s * (f0 * b + f1 * b1)
-    felt = now * xk + alpha_f * x, now * vk + alpha_f * v, 0.0, now * gk + alpha_f * g, now * uk + alpha_f * u, 0.0
-    felt_q, felt_v = now * by_q, 0.0 if t.explicit else now * by_v
+    felt = now * xk + alpha_f * x, late * vk + alpha_v * v, 0.0, now * gk + alpha_f * g, late * uk + alpha_v * u, 0.0
+    felt_q, felt_v = now * by_q, late * (s * damped)
     if t.averaged:
         ended, started = forcing_at(m, k, offset + s * end), forcing_at(m, k, offset)
         forcing = now * ended[0] + alpha_f * started[0], now * ended[1] + alpha_f * started[1]

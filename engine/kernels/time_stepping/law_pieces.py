@@ -25,7 +25,6 @@ from ..equations.contact_law import (
     MAIN,
     OTHER,
     count_kinks,
-    factors,
     full_damping,
     is_piecewise_linear,
     kink,
@@ -56,14 +55,17 @@ AT_ONCE = 1e-9  # of a step: a kink that close to its beginning was just passed,
 
 
 @jit_inlined
-def margin_of(m, gain, piece, which, depth, speed):
-    """What ends a piece where it falls below zero, of δ and v: the gap, or one of the kinks of the law."""
+def margin_of(m, gain, piece, which, depth, speed, one=1.0):
+    """What ends a piece where it falls below zero, of δ and v: the gap, or one of the kinks of the law.
+
+    ``one``: 0 for what is linear in δ and v of a law that is piecewise linear, without its constant.
+    """
     if which == GAP:
         return depth if piece != FREE else -depth
     side = 1.0 if piece == MAIN else -1.0
     if is_piecewise_linear(m.law):
         beyond = OTHER + which - FIRST if piece == MAIN else piece
-        return side * kink(m.law, beyond, m.stiffness * depth, gain * speed)
+        return side * kink(m.law, beyond, m.stiffness, gain, m.penetration, m.stiffening, depth, speed, one)
     if m.law == JANKOWSKI:
         return side * speed
     if not depth > 0.0:
@@ -83,20 +85,13 @@ def margin_rate(m, gain, piece, which, z):
     """The derivative of :func:`margin` over time."""
     depth, speed, growth = -z[3], -z[4], -z[5]
     if m.law != IMPACT or which == GAP:
-        return margin_of(m, gain, piece, which, speed, growth)  # it is linear
+        return margin_of(m, gain, piece, which, speed, growth, 0.0)  # it is linear
     if not depth > 0.0:
         return 0.0
     share = min(depth / m.penetration, 1.0)
     damper = 6.0 * share * (1.0 - share) / m.penetration * speed * speed + full_damping(share) * growth
     rate = m.stiffness * m.exponent * power(depth, m.exponent) / depth * speed + gain * damper
     return rate if piece == MAIN else -rate
-
-
-@jit_inlined
-def formula_of(m, gain, piece):
-    """K and c of the force Kδ + cv of a piece in contact of a law that is piecewise linear."""
-    a, b = factors(m.law, piece)
-    return a * m.stiffness, b * gain
 
 
 @jit_inlined

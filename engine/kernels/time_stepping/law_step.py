@@ -5,11 +5,12 @@ a, b ≥ 0, so that one scalar equation is left,
 
     λ = L(−g₀ − aλ, −r₀ − bλ),                                                            (27)
 
-L by Eqs. (6) and (16) to (21) of :mod:`..equations.contact_law`. L falls with λ, hence the root lies between zero and
-L(−g₀, −r₀), and that of the larger, or the smaller, of two forces is the larger, or the smaller, of their roots: so
+L by Eqs. (6), (16) to (21) and (60) of :mod:`..equations.contact_law`. L falls with λ, hence the root lies between zero
+and L(−g₀, −r₀), and that of the larger, or the smaller, of two forces is the larger, or the smaller, of their roots: so
 are those of the laws that are piecewise linear,
 
-    max(0, Kδ + cv),   Kδ + min(max(cv, −Kδ), Kδ) = max(0, min(Kδ + cv, 2Kδ)),   Kδ + c max(v, 0) = max(Kδ + cv, Kδ).
+    max(0, Kδ + cv),   Kδ + min(max(cv, −Kδ), Kδ) = max(0, min(Kδ + cv, 2Kδ)),   Kδ + c max(v, 0) = max(Kδ + cv, Kδ),
+    Kδ + (r − 1)K max(δ − d, 0) + cv = max(Kδ + cv, rKδ + cv + (1 − r)Kd).
 
 For the others Newton's method finds it. Where that does not converge, the secants of a bracket that always holds the
 root do (Illinois: Dowell & Jarratt, BIT 11 (1971) 168), across the kinks of a law as well, to the last digits. Only the
@@ -26,7 +27,7 @@ from ..equations.contact_law import (
     IMPACT,
     OTHER,
     count_kinks,
-    factors,
+    formula_of,
     gain_at,
     is_piecewise_linear,
     law_force,
@@ -42,9 +43,9 @@ SLIGHT = 1e-6  # its step, times what of the slope is not 1, as a share of the f
 
 
 @jit_inlined
-def linear_root(stiffness, gain, gap, rate, by_gap, by_rate):
-    """λ of Eq. (27) with the force Kδ + cv."""
-    return -(stiffness * gap + gain * rate) / (1.0 + stiffness * by_gap + gain * by_rate)
+def linear_root(stiffness, gain, push, gap, rate, by_gap, by_rate):
+    """λ of Eq. (27) with the force Kδ + cv + f."""
+    return (push - (stiffness * gap + gain * rate)) / (1.0 + stiffness * by_gap + gain * by_rate)
 
 
 @jit_no_alloc
@@ -63,10 +64,10 @@ def solve_force(m, gain, gap, rate, by_gap, by_rate):
         a and b.
     """
     if is_piecewise_linear(m.law):  # the force of a step grows with that of the law, so that it has the same form
-        found = linear_root(m.stiffness, gain, gap, rate, by_gap, by_rate)
+        found = linear_root(m.stiffness, gain, 0.0, gap, rate, by_gap, by_rate)
         for piece in range(OTHER, OTHER + count_kinks(m.law)):
-            a, b = factors(m.law, piece)
-            own = linear_root(a * m.stiffness, b * gain, gap, rate, by_gap, by_rate)
+            spring, damper, push = formula_of(m.law, piece, m.stiffness, gain, m.penetration, m.stiffening)
+            own = linear_root(spring, damper, push, gap, rate, by_gap, by_rate)
             found = of_both(m.law, piece, found, own)
         return found
     push = newton_root(m, gain, gap, rate, by_gap, by_rate) if HUNT_CROSSLEY <= m.law <= IMPACT else math.nan
@@ -77,7 +78,7 @@ def solve_force(m, gain, gap, rate, by_gap, by_rate):
 def excess(m, gain, gap, rate, by_gap, by_rate, push):
     """What λ of Eq. (27) exceeds the force of the law by; it is zero at the root."""
     depth, speed = -gap - by_gap * push, -rate - by_rate * push
-    return push - law_force(m.law, m.stiffness, gain, m.exponent, m.penetration, depth, speed)
+    return push - law_force(m.law, m.stiffness, gain, m.exponent, m.penetration, m.stiffening, depth, speed)
 
 
 @jit_inlined

@@ -164,7 +164,9 @@ def force_at(m, y, pressed, contact):
     """λ of a state y, as the step that now begins will feel it."""
     s, gain = m.system, gain_at(m.system, contact.speed1 - contact.speed2)
     depth, speed = s.touch - (y[1] - y[0]), y[2] - y[3]
-    return law_force(s.law, s.stiffness, gain, s.exponent, s.penetration, depth, speed) if pressed else 0.0
+    return (
+        law_force(s.law, s.stiffness, gain, s.exponent, s.penetration, s.stiffening, depth, speed) if pressed else 0.0
+    )
 
 
 @jit_no_alloc

@@ -112,6 +112,7 @@ def located_scheme(p, stages, resolves):
         p.stiffness,
         p.exponent,
         p.penetration,
+        p.stiffening,
         p.gain,
         p.relative,
         p.eta,

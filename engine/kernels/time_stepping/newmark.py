@@ -66,6 +66,7 @@ class Scheme(NamedTuple):
     wall: float  # 1 if body 1 is a wall, else 0
     exponent: float  # of the other laws, as in ..parameters
     penetration: float
+    stiffening: float
     gain: float
     relative: float
 
@@ -134,6 +135,7 @@ def scheme_of(p):
         p.wall,
         p.exponent,
         p.penetration,
+        p.stiffening,
         p.gain,
         p.relative,
     )

@@ -53,6 +53,7 @@ def random_run(rng, kind):
     steps = int(np.exp(rng.uniform(math.log(300), math.log(8_000))))
     contact = 10 ** rng.uniform(1, 4.5), 10 ** rng.uniform(-1, 2)
     draw = {"exponent": lambda: float(rng.choice([1.0, 1.5, 2.0])), "penetration": lambda: 10 ** rng.uniform(-4, -1)}
+    draw["stiffening"] = lambda: rng.uniform(1.5, 10)
     numbers = {name: draw[name]() for name in numbers_of(law)}
     return system, rng.uniform(0.5, 4), TimeStepping(*contact, steps, kind(), str(status), without, law, **numbers)
 
@@ -113,8 +114,8 @@ def test_every_law_with_every_integrator_and_status(law):
         assert not np.array_equal(other.section, one.section)  # some steps were skipped
         none += one.steps_without_solution
         two += one.steps_with_two
-    assert (two > 0) == (law in ("kelvin-voigt", "constant-restitution"))
-    assert (none > 0) == (law in ("kelvin-voigt", "cut", "compression", "constant-restitution"))
+    assert (two > 0) == (law in ("kelvin-voigt", "constant-restitution", "bilinear"))
+    assert (none > 0) == (law in ("kelvin-voigt", "cut", "compression", "constant-restitution", "bilinear"))
 
 
 CASES = [  # integrator, status, law
@@ -125,13 +126,15 @@ CASES = [  # integrator, status, law
     (HHTInterpolated(), "end", "jankowski"),
     (Bathe(0.5), "start", "limited"),
     (NewmarkBeta(), "end", "compression"),
+    (HHTInterpolated(), "end", "bilinear"),
+    (Bathe(0.5), "start", "bilinear"),
 ]
 
 
 @pytest.mark.parametrize(("integrator", "status", "law"), CASES)
 @pytest.mark.parametrize("system", [System(), System(wall=True, clearance=0.2)], ids=["two", "wall"])
 def test_what_is_recorded(system, integrator, status, law):
-    method = TimeStepping(2500.0, 8.0, 2000, integrator, status, "keep", law)
+    method = TimeStepping(2500.0, 8.0, 2000, integrator, status, "keep", law, **law_numbers(law))
     options = {"periods": 2, "keep": 2, "record": Record(1, 500)}
     one, other = (simulate(system, 1.08, replace(method, every_step=every), **options) for every in (True, False))
     np.testing.assert_array_equal(steps_of(other), steps_of(one))
@@ -146,7 +149,7 @@ def test_what_is_recorded(system, integrator, status, law):
 @pytest.mark.parametrize(("integrator", "status", "law"), CASES)
 def test_skips_do_not_depend_on_where_a_run_is_cut(integrator, status, law):
     """Chaotic motion: the last bit would show."""
-    method = TimeStepping(12000.0, 18.0, 2000, integrator, status, "keep", law)
+    method = TimeStepping(12000.0, 18.0, 2000, integrator, status, "keep", law, **law_numbers(law))
     long = simulate(System(), 1.70, method, periods=60, keep=60)
     sampled = simulate(System(), 1.70, method, periods=60, keep=20, record=Record(7, 300))
     np.testing.assert_array_equal(long.section[-20:], sampled.section)
@@ -196,10 +199,10 @@ def bound_and_differences(tables, mode, r):
 
 @pytest.mark.parametrize(("integrator", "status", "law"), CASES)
 def test_no_second_difference_exceeds_its_bound(integrator, status, law):
-    method = TimeStepping(2500.0, 8.0, 2000, integrator, status, law=law)
+    method = TimeStepping(2500.0, 8.0, 2000, integrator, status, law=law, **law_numbers(law))
     p = parameters_of(System(clearance=0.3), 1.08, method)
     tables = skip_tables(linear_scheme(p, method), p)
-    modes = {"kelvin-voigt": 2, "cut": 3, "limited": 4, "compression": 3}.get(law, 1)
+    modes = {"kelvin-voigt": 2, "cut": 3, "limited": 4, "compression": 3, "bilinear": 3}.get(law, 1)
     assert len(tables.counts) == modes
     assert (tables.counts > 0).all()
     for mode in range(modes):
@@ -212,12 +215,12 @@ def test_no_second_difference_exceeds_its_bound(integrator, status, law):
 STATUSES = [(name, status) for name, kind in INTEGRATORS.items() for status in ("start", "end")[: 2 - kind.explicit]]
 
 
-@pytest.mark.parametrize("law", ["kelvin-voigt", "cut", "limited", "compression"])
+@pytest.mark.parametrize("law", ["kelvin-voigt", "cut", "limited", "compression", "bilinear"])
 @pytest.mark.parametrize(("integrator", "status"), STATUSES)
 def test_at_most_one_mode_takes_a_step(integrator, status, law):
     """Most states have one, whatever the gap and its rate are; the order in which modes are tried decides nothing."""
     kind = INTEGRATORS[integrator]
-    method = TimeStepping(2500.0, 8.0, 2000, kind(), status, law=law)
+    method = TimeStepping(2500.0, 8.0, 2000, kind(), status, law=law, **law_numbers(law))
     p = parameters_of(System(), 1.08, method)
     m = linear_scheme(p, method)
     tables, rng = skip_tables(m, p), np.random.default_rng(5)
