@@ -140,7 +140,7 @@ class Contact:
         speed = 1.0 if own.restitution else around.need("speed")
         length = (mass * speed**2 / self.stiffness) ** (1.0 / (self.exponent + 1.0))
         numbers = {"exponent": self.exponent} if own.takes_exponent else {}
-        if own.takes_penetration:
+        if own.penetration:
             numbers["penetration"] = self.penetration / length
         return mass * speed / length ** (powers_of(self.law, self.exponent)[1] + 1.0), numbers
 

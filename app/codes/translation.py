@@ -191,7 +191,7 @@ def _write(form: Form, contact: Contact, around: Around, same: str, names: tuple
         fitted = replace(fitted, stiffness=0.5 * (exponent + 1.0) * mass * speed**2 / depth ** (exponent + 1.0))
         what = f"the exponent {written(exponent)} stands for {written(contact.exponent)}"
         changed.append(f"{what}: K gives the same deepest penetration, {written(1e3 * depth)} mm at {speed:g} m/s")
-    if LAWS[form.law].takes_penetration:
+    if LAWS[form.law].penetration:
         own = form.default_of("penetration")
         fitted = replace(fitted, penetration=contact.penetration or own)
         if contact.penetration is None:

@@ -1,0 +1,91 @@
+"""`vibroscope impact`: what a person and a script read of one contact."""
+
+import csv
+import io
+import json
+
+import pytest
+
+from .command_line import run_command
+
+KV = ("--mass", "1 kg", "--speed", "1 m/s", "--K", "1e6 N/m")
+
+
+def answered(capsys, *words):
+    status, out, err = run_command(capsys, "impact", *words, "--json")
+    assert (status, err) == (0, "")
+    return json.loads(out)
+
+
+def test_it_says_what_was_asked_for_and_what_the_step_gives(capsys):
+    status, out, err = run_command(capsys, "impact", *KV, "--restitution", "0.5", "--steps-per-contact", "5")
+    assert (status, err) == (0, "")
+    assert "K = 1000000 N/m, c = 430.9 N s/m, damping ratio 0.215; 1 kg at 1 m/s; step 643.4 us, 5 in a contact" in out
+    assert "You asked for 0.50; with 5 steps in a contact you get 0.23 to 0.58." in out
+    assert "From 18 steps on it stays within 0.05: a step of at most 178.9" in out
+
+
+def test_the_json_has_units_in_its_keys_and_follows_the_typed_units(capsys):
+    found = answered(capsys, *KV, "--restitution", "0.5", "--steps-per-contact", "5")
+    assert found["asked"]["damping"] == pytest.approx(430.9, abs=0.1)  # c, as an FE code has it
+    assert set(found["without_step"]) == {"restitution", "penetration_m", "force_N", "time_s"}
+    with_step = found["with_step"]
+    assert 0.2 < with_step["restitution"]["least"] < with_step["restitution"]["mean"] < 0.5
+    assert with_step["steps"] == {"least": 5, "greatest": 6}
+    assert with_step["blown_up"] == with_step["without_solution"] == 0.0
+    assert found["largest_step"]["steps_per_contact"] == pytest.approx(18, abs=0.5)
+    scaled = answered(
+        capsys, "--mass", "1000 g", "--speed", "1000 mm/s", "--K", "1 kN/mm", "--D", "430.9 N s/m", "--time-step",
+        f"{1e3 * found['asked']['time_step_s']} ms",
+    )  # fmt: skip
+    assert scaled["with_step"]["restitution"]["least"] == pytest.approx(with_step["restitution"]["least"], abs=1e-4)
+
+
+def test_without_a_step_it_gives_what_the_law_gives(capsys):
+    found = answered(capsys, "--K", "1e6 N/m^1.5", "--D", "1e5", "--law", "hunt-crossley")
+    assert found["with_step"] is None
+    assert found["largest_step"] is None
+    assert 0 < found["without_step"]["restitution"] < 1
+
+
+def test_all_integrators_and_statuses_stand_in_a_table(capsys):
+    words = (*KV, "--restitution", "0.5", "--steps-per-contact", "10", "--law", "cut", "--schemes")
+    rows = answered(capsys, *words)["schemes"]
+    named = {(row["integrator"], row["status"]): row for row in rows}
+    assert len(named) == len(rows) > 20
+    assert ("central-difference", "end") not in named
+    assert named["newmark", "located"]["steps_per_contact"] < named["newmark", "start"]["steps_per_contact"]
+
+
+def test_bands_are_csv(capsys):
+    out = run_command(capsys, "impact", *KV, "--restitution", "0.5", "--over", "steps-per-contact=5:50")[1]
+    rows = list(csv.DictReader(io.StringIO(out)))
+    assert [float(rows[0]["steps_per_contact"]), float(rows[-1]["steps_per_contact"])] == pytest.approx([5, 50])
+    widths = [float(row["restitution_greatest"]) - float(row["restitution_least"]) for row in rows]
+    assert widths[0] > 0.3 > 0.05 > widths[-1]
+    words = (*KV, "--D", "40 N s/m", "--steps-per-contact", "8", "--over", "speed")
+    rows = list(csv.DictReader(io.StringIO(run_command(capsys, "impact", *words)[1])))
+    assert len({row["restitution_mean"] for row in rows}) == 1  # of a linear law
+    assert float(rows[-1]["force_N"]) == pytest.approx(100 * float(rows[0]["force_N"]), rel=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (("--restitution", "0.5"), "the following arguments are required: --K"),
+        (("--K", "1e6"), "one of the arguments --D --restitution is required"),
+        (("--K", "1e6", "--D", "3", "--restitution", "0.5"), "not allowed with"),
+        (("--K", "1e6", "--restitution", "1.5"), "restitution = 1.5 is outside [0, 1]"),
+        (("--K", "1e6 kg", "--D", "3"), "give it in N/m"),
+        (("--K", "1e6", "--D", "3", "--steps-per-contact", "0"), "give a number above 0"),
+        (("--K", "1e6", "--D", "3", "--over", "mass=1:2"), "neither of steps-per-contact, speed"),
+        (("--K", "1e6", "--D", "3", "--over", "speed=2:1"), "0 < A < B"),
+        (("--K", "1e6", "--D", "3", "--over", "speed"), "needs a step"),
+        (("--K", "1e6", "--D", "3", "--over", "steps-per-contact", "--json"), "leave --json out"),
+        (("--K", "1e6", "--D", "3", "--speed", "0"), "closing_speed = 0"),
+    ],
+)
+def test_bad_input_is_one_line_that_names_it(capsys, words, message):
+    status, out, err = run_command(capsys, "impact", *words)
+    assert (status, out, err.count("\n")) == (2, "", 1)
+    assert message in err
