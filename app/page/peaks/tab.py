@@ -157,10 +157,8 @@ class Peaks(StudyView):
     def _shown(self, values: Mapping[str, object], quantities: Mapping[str, str]) -> dict[str, object]:
         """Numbers or columns in the units that are shown, which their names hold; without body 2 at a wall."""
         setting = self._result_setting
-        at_wall = setting.bodies == "wall"
-        return _in_units(
-            {n: x for n, x in values.items() if not (at_wall and n.endswith("2"))}, quantities, setting.scale
-        )
+        moves = {name: each for name, each in values.items() if setting.bodies != "wall" or not name.endswith("2")}
+        return _in_units(moves, quantities, setting.scale)
 
     def python(self, setting: Setting) -> str:
         """A script that finds the peaks."""
