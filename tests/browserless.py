@@ -128,7 +128,7 @@ class Client:
 
     def models(self, kind):
         """Every object of a kind in the document, as it was received."""
-        return list(_objects(self.document, kind))
+        return list(objects(self.document, kind))
 
     def component(self, name):
         """Identifier of one of the page's own components."""
@@ -168,7 +168,7 @@ def changed(model, attribute, value):
     return {"kind": "ModelChanged", "model": {"id": model}, "attr": attribute, "new": value}
 
 
-def _objects(part, kind):
+def objects(part, kind):
     """Every object of a kind in a part of a document."""
     if isinstance(part, dict):
         if part.get("type") == "object" and part.get("name", "").endswith(kind):
@@ -176,13 +176,13 @@ def _objects(part, kind):
         part = list(part.values())
     if isinstance(part, list):
         for item in part:
-            yield from _objects(item, kind)
+            yield from objects(item, kind)
 
 
 def _shown(message):
     """Every value of ``shown`` in a patch or in the document."""
     if message["msgtype"] == "PULL-DOC-REPLY":
-        yield from (plain(m["attributes"]["shown"]) for m in _objects(message["content"]["doc"], "Controls1"))
+        yield from (plain(m["attributes"]["shown"]) for m in objects(message["content"]["doc"], "Controls1"))
         return
     for change in message["content"].get("events", []) if isinstance(message["content"], dict) else []:
         if change.get("attr") == "shown":

@@ -9,8 +9,8 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[1]
-# Names that begin with an underscore because Python, Panel or IPython gives them their meaning
-OTHERS = {"_replace", "_asdict", "_fields", "_make", "_esm", "_stylesheets", "_send_msg", "_repr_html_"}
+# Names that begin with an underscore because Python, asyncio, Panel or IPython gives them their meaning
+OTHERS = {"_run", "_replace", "_asdict", "_fields", "_make", "_esm", "_stylesheets", "_send_msg", "_repr_html_"}
 
 
 def imported_by(statement):

@@ -49,6 +49,7 @@ class Session:
         self.doc = pn.state.curdoc
         self.code = ""  # that the tab Your code has chosen
         self.move = 0  # the browser's number of its last move
+        self._wanted = ""  # the view that was asked for last
         self._refused: dict[str, str] = {}
         self._history = History()
         self._loop = SessionLoop(self.doc)
@@ -190,12 +191,20 @@ class Session:
     # -- to the open view --------------------------------------------------------------
 
     def _when_open(self, key: str, then: Callable[[], None]) -> None:
-        """Open a view, then call ``then``; one that has never been open is built in a thread first."""
+        """Open a view, then call ``then``; one that has never been open is built in a thread first.
+
+        Nothing is done if another view was asked for before it could be built.
+        """
+        self._wanted = key
         if self.tab_area.has(key):
             self._open_view(key)
             then()
         else:
-            self.add_models(partial(self._open_view, key), then)
+            self.add_models(*(partial(self._if_wanted, key, act) for act in (partial(self._open_view, key), then)))
+
+    def _if_wanted(self, key: str, act: Callable[[], None]) -> None:
+        if key == self._wanted:
+            act()
 
     def _open_view(self, key: str, state: View | None = None) -> None:
         self.tab_area.open(key, state)

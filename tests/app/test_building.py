@@ -15,6 +15,7 @@ from bokeh.server.contexts import ApplicationContext
 from panel.io.state import set_curdoc, state
 from tornado.ioloop import IOLoop
 from vibroscope.app.page.tabs import VIEWS
+from vibroscope.app.page.updates import SessionLoop
 from vibroscope.app.server.building import ThreadedApplication, pull
 from vibroscope.app.server.prewarmed import PLAIN_REQUEST
 
@@ -63,6 +64,46 @@ def test_the_loop_goes_on_while_a_document_is_built():
     session = while_the_loop_goes_on(lambda wait: session_of(lambda doc: build(doc, wait)))
     assert served == [True]
     assert len(session.document.roots) == 1  # and is built once
+
+
+def test_the_loop_goes_on_while_models_are_added_and_what_follows_is_called_on_it():
+    served, threads = [], []
+
+    async def steps(wait):
+        session = await session_of(lambda doc: doc.add_root(Range1d(start=0, end=1)))
+        done, page = asyncio.Event(), SessionLoop(session.document)
+        page.start()
+
+        def add():
+            served.append(wait())
+            threads.append(threading.get_ident())
+            session.document.add_root(Range1d(start=1, end=2))
+
+        def then():
+            threads.append(threading.get_ident())
+            done.set()
+
+        page.add_models(add, then, done.set)
+        await done.wait()
+        return session
+
+    session = while_the_loop_goes_on(steps)
+    assert served == [True]
+    assert len(session.document.models) == 2
+    assert [thread == threading.get_ident() for thread in threads] == [False, True]
+
+
+def test_models_that_could_not_be_added_are_reported_and_leave_the_document_as_it_was():
+    async def steps():
+        session = await session_of(lambda doc: doc.add_root(Range1d(start=0, end=1)))
+        failed, page = asyncio.Event(), SessionLoop(session.document)
+        page.start()
+        page.add_models(lambda: 1 / 0, lambda: None, failed.set)
+        await failed.wait()
+        await session.with_document_locked(session.document.add_root, Range1d(start=1, end=2))
+        return len(session.document.models)
+
+    assert asyncio.run(asyncio.wait_for(steps(), SECONDS)) == 2  # its models are not frozen
 
 
 def test_one_document_is_built_at_a_time():

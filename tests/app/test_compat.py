@@ -27,6 +27,7 @@ from vibroscope.app.compat import (
     claim_document,
     forget_empty_defaults,
     leave_collections_out,
+    leave_writing_to_loop,
     stop_compressing,
     stream_of,
     update_silently,
@@ -118,6 +119,15 @@ def test_silent_columns_are_stored_and_not_sent():
     assert list(source.data["x"]) == [1, 1, 1]
     source.data.update(x=np.ones(4))
     assert len(events) == 1
+
+
+def test_panel_makes_the_messages_of_a_thread_and_leaves_writing_them_to_the_loop():
+    needs_of_module = {"_WRITE_BLOCK", "_WRITE_MSGS", "schedule_write_events"}
+    assert needs_of_module <= vars(panel_document).keys(), "Panel keeps older messages elsewhere: see app/compat.py"
+    assert "_WRITE_BLOCK" in inspect.getsource(panel_document.unlocked)
+    doc = Document()
+    leave_writing_to_loop(doc)
+    assert doc in panel_document._WRITE_BLOCK
 
 
 def test_the_stream_of_a_request_is_the_one_that_its_websocket_writes_to():

@@ -9,7 +9,7 @@ from statistics import median
 import pytest
 from vibroscope.app.page.tabs import VIEWS
 
-from tests.browserless import Client, _objects, changed, mapped, move
+from tests.browserless import Client, changed, mapped, move, objects
 from tests.served import ROOT, served
 
 WATCHDOG = Path(__file__).parent / "watchdog"
@@ -48,7 +48,7 @@ class Visitor:
         found = [
             each["id"]
             for message in ({"content": self.client.document}, *self.client.answers)
-            for each in _objects(message["content"], "ReactiveESM")
+            for each in objects(message["content"], "ReactiveESM")
             if each["attributes"].get("class_name") == component
         ]
         data = {name: mapped(each) if isinstance(each, dict) else each for name, each in data.items()}

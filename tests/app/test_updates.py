@@ -6,7 +6,7 @@ from tornado.locks import Lock
 from vibroscope.app.server.protocol import PageProtocol
 from vibroscope.app.server.websocket import SessionSocket
 
-from tests.browserless import Client
+from tests.browserless import Client, mapped
 from tests.served import served
 
 
@@ -45,6 +45,22 @@ def test_figures_are_sent_before_the_words_are_put_together(tmp_path):
     assert not {"shown", "content"} & set().union(*figures)
     assert {"shown", "content"} <= answer
     assert not {"data", "start"} & answer
+
+
+def test_of_two_views_that_are_asked_for_at_once_the_last_is_shown(tmp_path):
+    """The first has never been open, so that it is built in a thread; the other one is there."""
+
+    async def steps(server):
+        async with Client(server.url) as client:
+            await client.ready()
+            views = [client.message(mapped({"view": view, "move": n})) for n, view in enumerate(("help", "explore"), 1)]
+            await client.patch(*views)
+            return (await client.set(3, eta="1.37"))["address"]
+
+    with served(tmp_path / "log.txt") as server:
+        address = asyncio.run(asyncio.wait_for(steps(server), 120))
+    assert "eta=1.37" in address
+    assert "view=" not in address
 
 
 def test_figures_that_are_ready_while_an_answer_is_written_are_sent_at_once():

@@ -11,7 +11,7 @@ export function render({ model }) {
   const follow = button("Follow this motion", "Follow this motion and others over η, stable or not, in the bifurcation diagram",
     () => model.send_msg({ follow: true }), "find");
   const row = element("div", "row");
-  row.append(find, follow);
+  row.append(find, follow, button("Peaks", "Largest values and spectra of both", () => model.send_msg({ peaks: true }), "find"));
   const box = element("div", "box");
   const status = element("p", "status");
   status.setAttribute("role", "status");

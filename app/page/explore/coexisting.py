@@ -13,7 +13,7 @@ from vibroscope.app.studies.study_job import StudyJob
 
 
 class CoexistingPanel(Component):
-    """Sends ``{"find": true}``, ``{"close": true}`` and ``{"follow": true}``; draws ``content``.
+    """Sends ``{"find": true}``, ``{"close": true}``, ``{"follow": true}``, ``{"peaks": true}``; draws ``content``.
 
     A click on a motion sets its start.
     """
@@ -85,6 +85,8 @@ class CoexistingMotions:
         elif "follow" in message:
             setting = self._setting
             self.host.visit("bifurcation", {}, lambda tab: tab.follow(setting))
+        elif "peaks" in message:
+            self.host.visit("peaks", {})
 
     def _take(self, job: StudyJob, result: Coexisting | Exception) -> None:
         if isinstance(result, Exception):

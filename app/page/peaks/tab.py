@@ -13,6 +13,7 @@ from vibroscope.app.export.formats import Figure, Series
 from vibroscope.app.export.scripts import peaks_command, peaks_python
 from vibroscope.app.page.bifurcation.branches import BranchPanel
 from vibroscope.app.page.peaks.figure import DRAWN, SpectrumView
+from vibroscope.app.page.shared.figure import divisor
 from vibroscope.app.page.study.tab import StudyView, free_obstacle
 from vibroscope.app.studies.peaks import MOTIONS, PERIODS, SOLVERS, PartialPeaks, PeaksQuestion, grow_peaks, off_text
 from vibroscope.engine import FREE_PERIODS, PEAKS, Units, written
@@ -157,10 +158,8 @@ class Peaks(StudyView):
     def _shown(self, values: Mapping[str, object], quantities: Mapping[str, str]) -> dict[str, object]:
         """Numbers or columns in the units that are shown, which their names hold; without body 2 at a wall."""
         setting = self._result_setting
-        at_wall = setting.bodies == "wall"
-        return _in_units(
-            {n: x for n, x in values.items() if not (at_wall and n.endswith("2"))}, quantities, setting.scale
-        )
+        moves = {name: each for name, each in values.items() if setting.bodies != "wall" or not name.endswith("2")}
+        return _in_units(moves, quantities, setting.scale)
 
     def python(self, setting: Setting) -> str:
         """A script that finds the peaks."""
@@ -199,6 +198,6 @@ def _table(result: PartialPeaks, setting: Setting) -> dict:
         texts = [written(factor * value) if np.isfinite(value) else _NONE for value in values]
         off = off_text(*values).replace("-", "−") or _NONE
         title = _NAMES[name] if setting.bodies != "wall" else _NAMES[name].removesuffix(", body 1")
-        cells = [f"{title} / {unit}" if unit else title, *texts, off]
+        cells = [f"{title} / {divisor(unit)}" if unit else title, *texts, off]
         rows.append({"mark": "", "kind": "peak", "cells": [{"text": text} for text in cells]})
     return {"title": "", "heads": ["largest", *SOLVERS, "difference"], "rows": rows}

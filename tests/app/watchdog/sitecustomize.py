@@ -11,7 +11,8 @@ import sys
 import threading
 import time
 
-_run = asyncio.events.Handle._run
+TURN = "_run"  # the method of `Handle` that is a turn
+run = getattr(asyncio.events.Handle, TURN)
 _walks = 0
 _counted = False
 _out = open(os.environ["VIBROSCOPE_TURNS"], "a", buffering=1)  # noqa: SIM115 - for as long as the server
@@ -35,15 +36,15 @@ def _count_walks():
 
 def _watched(self):
     if threading.current_thread() is not threading.main_thread():
-        return _run(self)
+        return run(self)
     _count_walks()
     walks, begun, used = _walks, time.monotonic(), time.thread_time()
     try:
-        return _run(self)
+        return run(self)
     finally:
         used = time.thread_time() - used
         if used > 0.002 or _walks > walks:
             _out.write(json.dumps([begun, time.monotonic(), used, _walks - walks]) + "\n")
 
 
-asyncio.events.Handle._run = _watched
+setattr(asyncio.events.Handle, TURN, _watched)
