@@ -12,8 +12,8 @@ from ..kernels.equations.contact_law import (
     MAIN,
     OTHER,
     count_kinks,
+    factors,
     force,
-    formula_of,
     is_piecewise_linear,
     kink,
 )
@@ -88,18 +88,18 @@ def _pieces(p: Parameters) -> dict[int, tuple[tuple[float, float, float], list[_
     """For each piece of a law: spring, damper, constant force, and what it watches."""
     if not uncompiled(is_piecewise_linear)(p.law):
         return {}
-    numbers = p.stiffness, p.gain, p.penetration, p.stiffening
+    scale = np.array([p.stiffness, p.gain, p.stiffness * p.penetration])  # of δ, v and 1
     opening = int(uncompiled(kernel.first_piece)(p, 0.0, -1.0) - kernel.PIECES_FROM)  # that in which bodies part
     opens = _Watched(p.stiffness, 0.0, 0.0, FLIGHT)
     watched: dict[int, list[_Watched]] = {MAIN: []}
     for k, piece in enumerate(range(OTHER, OTHER + uncompiled(count_kinks)(p.law))):
-        row = np.array([uncompiled(kink)(p.law, piece, *numbers, *unit) for unit in np.eye(3)])
+        row = np.array([uncompiled(kink)(p.law, piece, p.stiffening, *unit) for unit in np.diag(scale)])
         own = [opens] if piece == opening else []
         watched[MAIN].append(_Watched(*row, kernel.PIECES_FROM + piece, len(own)))
         watched[piece] = [*own, _Watched(*-row, kernel.PIECES_FROM + MAIN, k)]
     if opening == MAIN:
         watched[MAIN].append(opens)
-    formulas = {piece: uncompiled(formula_of)(p.law, piece, *numbers) for piece in watched}
+    formulas = {piece: scale * uncompiled(factors)(p.law, piece, p.stiffening) for piece in watched}
     return {piece: ((k, 0.5 * c, push), watched[piece]) for piece, (k, c, push) in formulas.items()}
 
 

@@ -14,7 +14,7 @@ from ..kernels.equations.contact_law import (
     MAIN,
     OTHER,
     count_kinks,
-    formula_of,
+    factors,
     is_piecewise_linear,
     takes_larger,
 )
@@ -39,10 +39,11 @@ def pieces_of(law: Scheme) -> list[Piece]:
     if not uncompiled(is_piecewise_linear)(law.law):
         return found
     for piece in range(MAIN, OTHER + uncompiled(count_kinks)(law.law)):
-        numbers = law.stiffness, law.gain, law.penetration, law.stiffening
-        stiffness, gain, push = uncompiled(formula_of)(law.law, piece, *numbers)
+        scale = law.stiffness, law.gain, law.stiffness * law.penetration
+        stiffness, gain, push = np.multiply(scale, uncompiled(factors)(law.law, piece, law.stiffening))
         causes = range(law_pieces.FIRST, law_pieces.FIRST + uncompiled(law_pieces.kinks)(law, piece))
-        kinks = [[margin(law, law.gain, piece, which, *unit) for unit in np.eye(3)] for which in causes]
+        units = np.diag([1.0, 1.0, scale[2]])
+        kinks = [[margin(law, law.gain, piece, which, *unit) for unit in units] for which in causes]
         found.append(Piece(stiffness, 0.5 * gain, push, tuple(map(tuple, kinks))))
     return found
 

@@ -99,6 +99,17 @@ def test_a_deck_has_the_forces_of_the_system(code, name, monkeypatch, tmp_path):
         assert found == pytest.approx(true, rel=1e-10, abs=1e-10 * problem.scale.physical("force", 1.0))
 
 
+@pytest.mark.parametrize("depth", [0.01, 0.05])
+def test_modelica_has_the_spring_of_two_stiffnesses(depth):
+    method = TimeStepping(12000.0, 18.0, STEPS, law="bilinear", penetration=0.02, stiffening=3.0)
+    problem = DeckProblem(System(), ETA, method, MM, periods=2, keep=1)
+    forces, _ = read_modelica(deck("modelica", problem))
+    length, speed = problem.length, problem.scale.physical("velocity", 1.0)
+    pressed, free = (forces(0.0, [x * length, 0.0], [0.7 * speed, 0.0])[1] for x in (depth, -depth))
+    spring = 12000.0 * (min(depth, 0.02) + 3.0 * max(depth - 0.02, 0.0))
+    assert pressed - free == pytest.approx(problem.scale.physical("force", spring + 2 * 18.0 * 0.7), rel=1e-10)
+
+
 def test_without_damper_calculix_has_a_spring(monkeypatch, tmp_path):
     problem = problem_of("clearance", damping=0.0)
     _, forces = read("calculix", problem, monkeypatch, tmp_path)

@@ -10,6 +10,7 @@ from vibroscope.app.explorer.link import parse_address
 from vibroscope.app.explorer.parameters import FIELDS, bounds_of
 from vibroscope.app.explorer.reading import read_setting, read_values
 from vibroscope.app.explorer.state import Setting
+from vibroscope.engine.law_table import LAW_NUMBERS, laws_with
 from vibroscope.engine.model import check_eta
 from vibroscope.engine.simulate import starting_checkpoint
 
@@ -27,7 +28,7 @@ def test_a_setting_has_the_fields_and_their_defaults():
 
 def test_every_number_has_finite_bounds():
     bounds = [end for field in FIELDS.values() if not field.choices for end in field.bounds]
-    assert len(bounds) == 70
+    assert len(bounds) == 72
     assert all(map(math.isfinite, bounds))
 
 
@@ -40,8 +41,8 @@ def engine_takes(name, value):
         setting = setting._replace(kappa3=(1 + value) / 2)
     if name in ("alpha", "rho"):
         setting = setting._replace(integrator={"alpha": "hht", "rho": "bathe"}[name])
-    if name in ("exponent", "penetration"):
-        setting = setting._replace(law="impact")
+    if name in LAW_NUMBERS:
+        setting = setting._replace(law=laws_with(name)[-1 if name == "stiffening" else 0])
     try:
         float(setting.stiffness_of_step)
         check_eta(setting.eta)

@@ -39,7 +39,6 @@ _SOLVER_SWITCHES = ("stiffness", "damper", "joint_damping", "located", "status",
 _SOLVER_SWITCHES += ("initial_acceleration",)
 _SOLVER_SELECTS = ("integrator", "law")
 _INTEGRATOR_NUMBERS = ("beta", "gamma", "alpha", "rho")  # as far as the integrator has them
-_LAW_NUMBERS = LAW_NUMBERS  # as far as the law has them
 _STIFFNESS_NUMBERS = ("step_scale",)  # where K follows the step
 _VIEW_SWITCHES = ("frame", "coordinate")
 
@@ -190,7 +189,7 @@ def _spec() -> dict:
         "solverNumbers": [_number("threshold")],
         "solverSelects": [*map(_switch, _SOLVER_SELECTS)],
         "integratorNumbers": [_number(name) for name in _INTEGRATOR_NUMBERS],
-        "lawNumbers": [_number(name) for name in (*_LAW_NUMBERS, *_STIFFNESS_NUMBERS)],
+        "lawNumbers": [_number(name) for name in (*LAW_NUMBERS, *_STIFFNESS_NUMBERS)],
         "starts": [_number(name) for name in START_FIELDS],
         "solverSwitches": [*map(_switch, _SOLVER_SWITCHES)],
         "viewSwitches": [*map(_switch, _VIEW_SWITCHES)],

@@ -106,11 +106,11 @@ def is_piecewise_linear(law):
 
 
 @jit_inlined
-def formula_of(law, piece, stiffness, gain, penetration, stiffening):
-    """The stiffness, the damping and the constant of the force of a piece."""
-    row = PIECES[int(law), piece]
-    spring, push = row[0] + row[4] * stiffening, row[2] + row[5] * stiffening
-    return spring * stiffness, row[1] * gain, push * stiffness * penetration
+def factors(law, piece, stiffening):
+    """The factors a, b and f in the force aKδ + bcv + fKd of a piece."""
+    i = int(law)
+    spring = PIECES[i, piece, 0] + PIECES[i, piece, 4] * stiffening
+    return spring, PIECES[i, piece, 1], PIECES[i, piece, 2] + PIECES[i, piece, 5] * stiffening
 
 
 @jit_inlined
@@ -132,10 +132,10 @@ def of_both(law, piece, before, own):
 
 
 @jit_inlined
-def kink(law, piece, stiffness, gain, penetration, stiffening, depth, speed, one=1.0):
-    """What falls below zero where a law goes from MAIN to a piece, of δ and v; ``one``: 0 without its constant."""
-    spring, damper, push = formula_of(law, piece, stiffness, gain, penetration, stiffening)
-    found = (stiffness - spring) * depth + (gain - damper) * speed - push * one
+def kink(law, piece, stiffening, spring, damper, knee):
+    """What falls below zero where a law goes from MAIN to a piece, of Kδ, cv and Kd."""
+    a, b, f = factors(law, piece, stiffening)
+    found = (1.0 - a) * spring + (1.0 - b) * damper - f * knee
     return found if takes_larger(law, piece) else -found
 
 
@@ -176,10 +176,11 @@ def law_force(law, stiffness, gain, exponent, penetration, stiffening, depth, sp
     ``gain``: c, or h of Eq. (18).
     """
     if is_piecewise_linear(law) or (law == CONSTANT and exponent == 1.0):
-        found = stiffness * depth + gain * speed
+        spring, damper, knee = stiffness * depth, gain * speed, stiffness * penetration
+        found = spring + damper
         for piece in range(OTHER, OTHER + count_kinks(law)):  # Eqs. (6), (16), (17) and (60)
-            spring, damper, push = formula_of(law, piece, stiffness, gain, penetration, stiffening)
-            found = of_both(law, piece, found, spring * depth + damper * speed + push)
+            a, b, f = factors(law, piece, stiffening)
+            found = of_both(law, piece, found, a * spring + b * damper + f * knee)
         return found
     if not depth > 0.0:
         return 0.0

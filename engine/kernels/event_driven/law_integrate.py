@@ -56,8 +56,9 @@ def first_piece(p, depth, speed):
     """The mode of a contact with this δ and v."""
     if not is_piecewise_linear(p.law):
         return SMOOTH
+    spring, damper, knee = p.stiffness * depth, p.gain * speed, p.stiffness * p.penetration
     for piece in range(OTHER, OTHER + count_kinks(p.law)):
-        value = kink(p.law, piece, p.stiffness, p.gain, p.penetration, p.stiffening, depth, speed)
+        value = kink(p.law, piece, p.stiffening, spring, damper, knee)
         # at a touch the damper acts before the spring does: a smaller force than both follows at once
         if value < 0.0 or (value == 0.0 and not takes_larger(p.law, piece)):
             return PIECES_FROM + piece

@@ -55,17 +55,17 @@ AT_ONCE = 1e-9  # of a step: a kink that close to its beginning was just passed,
 
 
 @jit_inlined
-def margin_of(m, gain, piece, which, depth, speed, one=1.0):
+def margin_of(m, gain, piece, which, depth, speed, knee):
     """What ends a piece where it falls below zero, of δ and v: the gap, or one of the kinks of the law.
 
-    ``one``: 0 for what is linear in δ and v of a law that is piecewise linear, without its constant.
+    ``knee``: Kd of a law that is piecewise linear; without it the margin is linear in δ and v.
     """
     if which == GAP:
         return depth if piece != FREE else -depth
     side = 1.0 if piece == MAIN else -1.0
     if is_piecewise_linear(m.law):
         beyond = OTHER + which - FIRST if piece == MAIN else piece
-        return side * kink(m.law, beyond, m.stiffness, gain, m.penetration, m.stiffening, depth, speed, one)
+        return side * kink(m.law, beyond, m.stiffening, m.stiffness * depth, gain * speed, knee)
     if m.law == JANKOWSKI:
         return side * speed
     if not depth > 0.0:
@@ -77,7 +77,7 @@ def margin_of(m, gain, piece, which, depth, speed, one=1.0):
 @jit_inlined
 def margin(m, gain, piece, which, z):
     """What ends a piece where it falls below zero, of a motion."""
-    return margin_of(m, gain, piece, which, -z[3], -z[4])
+    return margin_of(m, gain, piece, which, -z[3], -z[4], m.stiffness * m.penetration)
 
 
 @jit_inlined

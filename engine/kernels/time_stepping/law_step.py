@@ -27,7 +27,7 @@ from ..equations.contact_law import (
     IMPACT,
     OTHER,
     count_kinks,
-    formula_of,
+    factors,
     gain_at,
     is_piecewise_linear,
     law_force,
@@ -66,8 +66,9 @@ def solve_force(m, gain, gap, rate, by_gap, by_rate):
     if is_piecewise_linear(m.law):  # the force of a step grows with that of the law, so that it has the same form
         found = linear_root(m.stiffness, gain, 0.0, gap, rate, by_gap, by_rate)
         for piece in range(OTHER, OTHER + count_kinks(m.law)):
-            spring, damper, push = formula_of(m.law, piece, m.stiffness, gain, m.penetration, m.stiffening)
-            own = linear_root(spring, damper, push, gap, rate, by_gap, by_rate)
+            a, b, f = factors(m.law, piece, m.stiffening)
+            push = f * m.stiffness * m.penetration
+            own = linear_root(a * m.stiffness, b * gain, push, gap, rate, by_gap, by_rate)
             found = of_both(m.law, piece, found, own)
         return found
     push = newton_root(m, gain, gap, rate, by_gap, by_rate) if HUNT_CROSSLEY <= m.law <= IMPACT else math.nan
