@@ -13,7 +13,7 @@ from vibroscope.app.codes.translation import PHYSICAL, translate
 from vibroscope.app.commands.cli import main
 from vibroscope.app.export.decks import DeckProblem, deck
 from vibroscope.engine import (
-    INTEGRATORS,
+    BackwardEuler,
     Impact,
     NewmarkBeta,
     SemiImplicitEuler,
@@ -200,7 +200,7 @@ def dropped(code, step, words=WORDS, way=0, start=0.5):
 
 def touched(integrator, status, step, start=0.5, damping=80.0):
     """The same touch by the engine: restitution, deepest penetration and largest force."""
-    method = TimeStepping(1e5, damping / 2, 4, INTEGRATORS[integrator](), status, law="cut")
+    method = TimeStepping(1e5, damping / 2, 4, integrator, status, law="cut")
     question = Impact(method, speed=1.0, mass=1.0, time_step=step)
     rate, _, depth, force, *_ = touches_of(question).run(np.array([start]))[0]
     return rate, depth * question.units.length, force * question.units.force
@@ -210,9 +210,9 @@ def touched(integrator, status, step, start=0.5, damping=80.0):
 @pytest.mark.parametrize(
     ("code", "way", "scheme", "error"),
     [
-        ("mujoco", 0, ("semi-implicit-euler", "start"), 1e-3),  # of its impedance, which is less than 1
-        ("gazebo", 1, ("backward-euler", "end"), 1e-5),  # of six digits
-        ("drake", 1, ("backward-euler", "end"), 1e-9),
+        ("mujoco", 0, (SemiImplicitEuler(), "start"), 1e-3),  # of its impedance, which is less than 1
+        ("gazebo", 1, (BackwardEuler(), "start"), 1e-5),  # of six digits
+        ("drake", 1, (BackwardEuler(), "start"), 1e-9),
     ],
 )
 def test_a_drop_is_a_touch_of_one_impact(code, way, scheme, error, step):
@@ -234,7 +234,7 @@ def test_mujoco_asked_for_three_quarters_gives_up_to_0_82():
 
 def test_numbers_of_the_documentation_on_drops():
     text = (ROOT / "docs/choosing.md").read_text()
-    schemes = ("backward-euler", "end"), ("semi-implicit-euler", "start")
+    schemes = (BackwardEuler(), "start"), (SemiImplicitEuler(), "start")
     ours = [touched(*scheme, step)[0] for scheme in schemes for step in (1e-3, 1e-4)]
     assert [round(e, 2) for e in ours] == [0.48, 0.66, 0.69, 0.69]
     assert (
@@ -245,7 +245,7 @@ def test_numbers_of_the_documentation_on_drops():
 @pytest.mark.parametrize("way", [0, 1])
 def test_bullet_acts_in_the_step_in_which_the_bodies_would_touch(way):
     made, found = dropped("bullet", 1e-4, way=way)
-    assert found.restitution == pytest.approx(touched("backward-euler", "end", 1e-4)[0], rel=0.01)
+    assert found.restitution == pytest.approx(touched(BackwardEuler(), "start", 1e-4)[0], rel=0.01)
     assert found.restitution < made.restitution
 
 
