@@ -103,7 +103,8 @@ def test_every_choice_of_a_code_has_a_store_of_its_own():
 
     methods = [
         Newmark(100, 1, 100),
-        TimeStepping(100, 1, 100),
+        Newmark(100, 1, 100, located=True),
+        TimeStepping(100, 1, 100, status="located"),
         TimeStepping(100, 1, 100, status="end"),
         TimeStepping(100, 1, 100, status="end", without_solution="keep"),
         TimeStepping(100, 1, 100, law="cut"),
@@ -111,6 +112,7 @@ def test_every_choice_of_a_code_has_a_store_of_its_own():
         TimeStepping(100, 1, 100, HHTInterpolated(-0.1)),
     ]
     assert len({key(method) for method in methods}) == len(methods)
+    assert key(TimeStepping(100, 1, 100)) == key(Newmark(100, 1, 100))
 
 
 def test_steps_that_have_one_solution_are_one_clear_line():
