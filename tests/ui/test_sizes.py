@@ -16,7 +16,7 @@ SIZES = (
     (1024, 768),
     (1280, 720),
 )
-TABS = ("explore", "bifurcation", "plane", "basin", "step", "code", "speed", "paper", "help")
+TABS = ("explore", "bifurcation", "plane", "basin", "step", "code", "peaks", "speed", "paper", "help")
 
 # Texts and controls that an ancestor clips or that lie outside the page; boxes that scroll sideways, or scroll without
 # a cue; texts and legends of figures that are wider than their canvas. All of what is open, wherever it is scrolled to.

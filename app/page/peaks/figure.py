@@ -55,7 +55,7 @@ class SpectrumView:
     def _build(self, kind: str) -> figure:
         plot = make_figure(
             f"Spectrum of the {'motion' if kind == 'motion' else 'contact force'}",
-            "order: multiple of the excitation frequency",
+            "order: frequency relative to the excitation",
             "",
             name=f"spectrum_{kind}",
             y_axis_type="log",
