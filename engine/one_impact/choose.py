@@ -19,8 +19,8 @@ PER_DECADE = 16  # tried before halving, of these and of K and D
 NEAR, PER_STEP = 1.5, 10  # from what is found so far to so many times that, so many are tried for each step more
 LOOK = 1e3  # times a value, and that part of it, within which its bounds are sought
 SEEK = 10.0  # times K, from one bracket of a permitted penetration or force to the next
-TOLERANCE = 0.05  # of the restitution
-PRECISION = 1e-4  # relative, of what is found by halving
+CLOSE_TO_ASKED = 0.05  # of the restitution
+HALVED_TO = 1e-4  # relative, of what is found by halving
 
 
 def over_steps(question: Impact, steps: np.ndarray) -> Iterator[tuple[float, WithStep]]:
@@ -46,7 +46,7 @@ class LargestStep(NamedTuple):
     verified: WithStep  # with this step
 
 
-def largest_step(question: Impact, tolerance: float = TOLERANCE, asked: float | None = None) -> LargestStep | None:
+def largest_step(question: Impact, tolerance: float = CLOSE_TO_ASKED, asked: float | None = None) -> LargestStep | None:
     """The largest step for which e stays within a tolerance of what was asked, whatever the instant of touch.
 
     All smaller steps down to 500 in a contact keep to it as well, as far as those tried show.
@@ -177,7 +177,7 @@ def _last_that_holds(holds: Callable[[float], bool], tried: np.ndarray) -> float
     if good is None:
         return None
     bad = value
-    while abs(bad / good - 1.0) > PRECISION:
+    while abs(bad / good - 1.0) > HALVED_TO:
         middle = math.sqrt(good * bad)
         good, bad = (middle, bad) if holds(middle) else (good, middle)
     return good

@@ -33,7 +33,7 @@ K, V, M = 3e6, 2.5, 4.0
 
 def question(law="kelvin-voigt", e=0.5, steps=5.0, status="start", integrator=None, **numbers):
     """A contact in SI units that shall have a restitution, with so many steps in it."""
-    given = {"penetration": 2e-3} if law == "impact" else {}
+    given = {"impact": {"penetration": 2e-3}, "bilinear": {"penetration": 1e-3, "stiffening": 3.0}}.get(law, {})
     method = TimeStepping(K, 0.0, 4, integrator or NewmarkBeta(), status, law=law, **given)
     return Impact(method, V, M, 1e-4, **numbers).with_restitution(e).with_steps_per_contact(steps)
 

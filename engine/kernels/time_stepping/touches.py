@@ -9,7 +9,7 @@ from ..compile.record import no_contact
 from ..status import DIVERGED, OK
 from .linear_step import FORCE, STATE_ROWS, StepProgress, advance
 
-SETTLED = 1e-12  # change of speed by a step, as a share of the closing speed, that is none
+SAME_SPEED = 1e-12  # change of speed by a step, as a share of the closing speed, that is none
 SPEED, GAP, DEPTH, PUSH, PULL, STEPS, NONE, TWO, CODE = range(9)  # columns of what is found
 FOUND = 9
 STUCK = -1  # code of a contact that has not ended
@@ -54,7 +54,7 @@ def run_touches(m, angles, starts, flight, most, work, buffers, found):
             row[PUSH], row[PULL] = max(row[PUSH], y[FORCE]), min(row[PULL], y[FORCE])
             row[STEPS] += at.status
             parted = at.step > 1 and at.status == 0 and not at.pressed and rate > 0.0
-            over = parted and abs(rate - before - flight * m.system.h) <= SETTLED
+            over = parted and abs(rate - before - flight * m.system.h) <= SAME_SPEED
         row[SPEED], row[GAP], row[NONE], row[TWO] = y[3] - y[2], y[1] - y[0] - m.system.touch, at.none, at.two
         moving = DIVERGED if abs(row[SPEED]) > abs(starts[i, 1]) else STUCK
         row[CODE] = code if code != OK or over else moving
