@@ -16,7 +16,7 @@ from .question import Impact
 
 STEPS_RANGE = (0.25, 500.0)  # steps per contact among which the fewest are sought
 PER_DECADE = 16  # tried before halving, of these and of K and D
-NEAR, PER_STEP = 1.5, 10  # from what is found so far to so many times that, so many are tried for each step more
+LOOK_ABOVE, PER_STEP = 1.5, 10  # from what is found so far to so many times that, so many are tried for each step more
 LOOK = 1e3  # times a value, and that part of it, within which its bounds are sought
 SEEK = 10.0  # times K, from one bracket of a permitted penetration or force to the next
 CLOSE_TO_ASKED = 0.05  # of the restitution
@@ -88,7 +88,7 @@ def largest_step(question: Impact, tolerance: float = CLOSE_TO_ASKED, asked: flo
 
     fewest = _last_that_holds(keeps, np.geomspace(*reversed(STEPS_RANGE), 1 + PER_DECADE * 3))
     while fewest is not None:  # steps that fail recur with each step more in a contact: looked for more closely above
-        near = np.arange(NEAR * fewest, fewest, -1.0 / PER_STEP)
+        near = np.arange(LOOK_ABOVE * fewest, fewest, -1.0 / PER_STEP)
         closer = _last_that_holds(keeps, np.append(near[near < STEPS_RANGE[1]], fewest))
         if closer == fewest:
             break
