@@ -4,16 +4,18 @@ from __future__ import annotations
 
 import argparse
 import csv
+import math
 import sys
 from collections.abc import Iterator
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from vibroscope.app.commands.numbers import measured, number
-from vibroscope.app.commands.options import LAW_OPTIONS, STEPPING_OPTIONS, add_fields, stepping_of
+from vibroscope.app.commands.options import LAW_OPTIONS, STEPPING_OPTIONS, add_fields, law_of, stepping_of
 from vibroscope.app.commands.parser import Command, OneLineParser
 from vibroscope.app.commands.report import Report, Row
 from vibroscope.engine import SystemFile, Units, finite_or_none, percent, written
+from vibroscope.engine.law_table import HERTZ
 
 if TYPE_CHECKING:
     from vibroscope.engine import Impact, WithStep
@@ -28,6 +30,8 @@ _EXAMPLES = """\
 examples:
   vibroscope impact --mass '1 kg' --speed '1 m/s' --K '1e6 N/m' --restitution 0.5 --steps-per-contact 5
   vibroscope impact --mass '0.2 kg' --speed '2 m/s' --K '5e5 N/m' --D '40 N s/m' --time-step '0.1 ms' --status end
+  vibroscope impact --mass '20 g' --permitted-penetration '0.1 mm' --restitution 0.7 --steps-per-contact 20 --bounds
+  vibroscope impact --materials steel,pla --radius '10 mm' --law hunt-crossley --restitution 0.7
   vibroscope impact --K 1e6 --restitution 0.5 --integrator hht --over steps-per-contact=0.5:100 > band.csv
 """
 
@@ -37,8 +41,18 @@ def add(command: OneLineParser) -> None:
     add = command.add_argument
     add("--mass", type=measured("mass"), default=1.0, metavar="F", help="reduced mass, as '2 kg' (default 1 kg)")
     add("--speed", type=measured("velocity"), default=1.0, metavar="F", help="closing speed (default 1 m/s)")
+    spring = command.add_mutually_exclusive_group(required=True)
     help_k = "contact stiffness, as '1e6 N/m'; all numbers without a unit are in SI units"
-    add("--K", type=measured("contact_stiffness"), required=True, metavar="F", help=help_k)
+    spring.add_argument("--K", type=measured("contact_stiffness"), metavar="F", help=help_k)
+    words = "in place of K: the penetration that is permitted, as '0.1 mm', without a step and with the restitution"
+    spring.add_argument("--permitted-penetration", type=measured("displacement"), metavar="F", help=words)
+    words = "in place of K: the force that is permitted, as '2 kN', likewise"
+    spring.add_argument("--permitted-force", type=measured("force"), metavar="F", help=words)
+    words = "in place of K: Hertz' stiffness of two materials, as steel,pla, with --radius and a law of exponent 1.5"
+    spring.add_argument("--materials", metavar="A,B", help=words)
+    words = "of the surface of the first material, as '10 mm'; of the second in --radius2 (default: it is plane)"
+    add("--radius", type=measured("displacement"), metavar="F", help=words)
+    add("--radius2", type=measured("displacement"), default=math.inf, metavar="F", help="see --radius")
     damper = command.add_mutually_exclusive_group(required=True)
     help_d = "contact damper, as '40 N s/m'; without a unit its half, as everywhere: the force is 2D times the speed"
     damper.add_argument("--D", type=measured("contact_damping"), metavar="F", help=help_d)
@@ -55,6 +69,8 @@ def add(command: OneLineParser) -> None:
     add("--tolerance", type=number, default=0.05, metavar="F", help=words)
     words = "also each integrator and contact status with the same numbers, and the steps that it needs (some seconds)"
     add("--schemes", action="store_true", help=words)
+    words = "also from where to where around K and D the step is stable, gains no energy and has a solution"
+    add("--bounds", action="store_true", help=words)
     words = "print a band as CSV instead: steps-per-contact=A:B or speed=A:B, in 100 values"
     add("--over", type=_over, metavar="NAME=A:B", help=words)
     command.set_defaults(system=SI, steps=NO_STEPS, located=False)
@@ -78,12 +94,13 @@ def question_of(options: argparse.Namespace) -> Impact:
     from vibroscope.engine import Impact
 
     by_restitution = options.restitution is not None
+    options.K = _stiffness(options)
     method = stepping_of(options, D=0.0) if by_restitution else stepping_of(options)
     numbers = {"speed": options.speed, "mass": options.mass, "force": options.force}
     question = Impact(method.limit, **numbers)
     if by_restitution:
-        question = question.with_restitution(options.restitution)
-        method = replace(method, damping=question.method.damping)
+        question = _permitted(question.with_restitution(options.restitution), options)
+        method = replace(method, stiffness=question.method.stiffness, damping=question.method.damping)
     if options.time_step is not None:
         return replace(question, method=method, time_step=options.time_step)
     if options.steps_per_contact is None:
@@ -91,6 +108,39 @@ def question_of(options: argparse.Namespace) -> Impact:
     if not options.steps_per_contact > 0:
         raise ValueError(f"--steps-per-contact {options.steps_per_contact:g}: give a number above 0")
     return replace(question, method=method, time_step=question.contact_time / options.steps_per_contact)
+
+
+def _stiffness(options: argparse.Namespace) -> float:
+    """K; where it is to follow from what is permitted, one to begin with."""
+    mass, speed = options.mass, options.speed
+    permitted = options.permitted_penetration, options.permitted_force
+    if permitted != (None, None) and options.restitution is None:
+        raise ValueError("what is permitted gives K for a restitution: give --restitution in place of --D")
+    if options.permitted_penetration is not None:
+        return mass * (speed / options.permitted_penetration) ** 2 if options.permitted_penetration > 0 else 1.0
+    if options.permitted_force is not None:
+        return (options.permitted_force / speed) ** 2 / mass if options.permitted_force > 0 else 1.0
+    if options.materials is None:
+        return options.K
+    from vibroscope.app.codes.materials import material
+    from vibroscope.engine import ExactPenalty, hertz_stiffness
+
+    names = options.materials.split(",")
+    if len(names) != 2:
+        raise ValueError(f"--materials {options.materials[:60]!r}: give two, as steel,pla")
+    if options.radius is None:
+        raise ValueError("--materials needs --radius: give that of the first surface, as '10 mm'")
+    if ExactPenalty(1.0, 0.0, **law_of(options)).spring_exponent != HERTZ:
+        raise ValueError("--materials gives the K of a force that grows as the 1.5th power: give --law hunt-crossley")
+    return hertz_stiffness(*map(material, names), options.radius, options.radius2)
+
+
+def _permitted(question: Impact, options: argparse.Namespace) -> Impact:
+    from vibroscope.engine import stiffness_for
+
+    given = {"penetration": options.permitted_penetration, "force": options.permitted_force}
+    given = {name: value for name, value in given.items() if value is not None}
+    return stiffness_for(question, **given) if given else question
 
 
 def run(options: argparse.Namespace) -> Report:
@@ -105,7 +155,7 @@ def run(options: argparse.Namespace) -> Report:
 
 def _report(question: Impact, options: argparse.Namespace) -> Report:
     from vibroscope.app.explorer.impact_words import advice, answer
-    from vibroscope.engine import impact, largest_step
+    from vibroscope.engine import damping_bounds, impact, largest_step, stiffness_bounds
 
     alone = question.without_step
     asked = alone.restitution if options.restitution is None else options.restitution
@@ -133,6 +183,12 @@ def _report(question: Impact, options: argparse.Namespace) -> Report:
     lines += [Row("with this step", f"restitution {_span(e)}; share of the energy lost {_span(lost)}")]
     lines += [Row("", f"{_measures(found)}, force in {found.steps[0]} to {found.steps[1]} steps")]
     lines += [Row("answer", answer(question, asked, found), 110), Row("", advice(largest, options.tolerance), 110)]
+    if options.bounds:
+        data["bounds"] = {"stiffness": stiffness_bounds(question)._asdict()}
+        if question.method.damping:
+            data["bounds"]["damping"] = damping_bounds(question)._asdict()
+        lines += list(_bounds_rows(data["bounds"], question))
+        data["bounds"] = {name: _ends(bounds, name) for name, bounds in data["bounds"].items()}
     if options.schemes:
         table = _schemes(question, asked, options.tolerance)
         data["schemes"] = table
@@ -174,6 +230,33 @@ def _table(rows: list[dict[str, object]]) -> Iterator[str]:
         yield f"{row['integrator']:<28}{row['status']:<10}{numbers}{none:>13}{needs:>13}"
 
 
+def _bounds_rows(bounds: dict[str, dict], question: Impact) -> Iterator[Row]:
+    """From where to where around K and D each holds."""
+    units = SI.units.of_contact(question.method)
+    words = {"stable": "stable", "no_energy_gained": "gains no energy", "solution": "has a solution"}
+    for name, found in bounds.items():
+        symbol, quantity = ("K", "contact_stiffness") if name == "stiffness" else ("c", "contact_damping")
+        texts = []
+        for key, ends in found.items():
+            if ends is None:
+                known = key != "stable" or question.method.linear
+                texts += [f"{words[key]} not even here"] if known else []
+                continue
+            low, high = (units.text(quantity, end).replace("·", " ") for end in ends)
+            parts = [f"from {low}"] * (ends[0] > 0) + [f"to {high}"] * (ends[1] < math.inf)
+            texts.append(f"{words[key]} {' '.join(parts) or 'as far as was looked'}")
+        yield Row(f"{symbol}, this step", "; ".join(texts), 110)
+
+
+def _ends(bounds: dict[str, tuple[float, float] | None], of: str) -> dict[str, dict[str, float | None] | None]:
+    """Bounds as JSON, those of D as of the damper: no least or no greatest where none was found."""
+    size = 2.0 if of == "damping" else 1.0
+    return {
+        name: ends and {"least": size * ends[0] or None, "greatest": finite_or_none(size * ends[1])}
+        for name, ends in bounds.items()
+    }
+
+
 def _with_step(found: WithStep) -> dict[str, object]:
     spans = {name: _finite(getattr(found, name)._asdict()) for name in ("restitution", "energy_lost")}
     pairs = {"steps": found.steps, "time_s": found.time}
@@ -199,7 +282,8 @@ def _contact_text(question: Impact) -> str:
     method, units = question.method, SI.units.of_contact(question.method)
     texts = [units.text("contact_stiffness", method.stiffness)]
     if method.damping is not None:
-        texts.append(f"{units.text('contact_damping', method.damping)}, damping ratio {written(question.ratio, 3)}")
+        ratio = "" if math.isnan(question.ratio) else f", damping ratio {written(question.ratio, 3)}"
+        texts.append(f"{units.text('contact_damping', method.damping)}{ratio}")
     numbers = f"K = {texts[0]}" + (f", c = {texts[1]}" if texts[1:] else "")
     met = f"{written(question.mass)} kg at {written(question.speed)} m/s"
     if question.force:

@@ -1,7 +1,7 @@
 """Backwards: from what a contact is to give to the step, K and D, each verified by solving the contact with it."""
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -23,17 +23,32 @@ CLOSE_TO_ASKED = 0.05  # of the restitution
 HALVED_TO = 1e-4  # relative, of what is found by halving
 
 
-def over_steps(question: Impact, steps: np.ndarray) -> Iterator[tuple[float, WithStep]]:
+def over_steps(question: Impact, steps: Sequence[float] | np.ndarray) -> Iterator[tuple[float, WithStep]]:
     """The contact with so many steps in it, one after the other.
 
     ``steps``: (n,), steps per contact as :attr:`Impact.contact_time` counts them.
+
+    Examples
+    --------
+    >>> from vibroscope.engine import Impact, TimeStepping, over_steps
+    >>> question = Impact(TimeStepping(1e6, 0.0, 4), 1.0, time_step=1e-4).with_restitution(0.5)
+    >>> [(n, round(found.restitution.least, 2)) for n, found in over_steps(question, [5, 10, 20])]
+    [(5.0, 0.23), (10.0, 0.4), (20.0, 0.46)]
     """
     for n in steps:
         yield float(n), impact(question.with_steps_per_contact(float(n)))
 
 
-def over_speeds(question: Impact, speeds: np.ndarray) -> Iterator[tuple[float, WithStep]]:
-    """The contact at each of the closing speeds, (n,), with the step as it is."""
+def over_speeds(question: Impact, speeds: Sequence[float] | np.ndarray) -> Iterator[tuple[float, WithStep]]:
+    """The contact at each of the closing speeds, (n,), with the step as it is.
+
+    Examples
+    --------
+    >>> from vibroscope.engine import Impact, TimeStepping, over_speeds
+    >>> hertz = Impact(TimeStepping(1e6, 1e5, 4, law="hunt-crossley"), 1.0, time_step=1e-3)
+    >>> [round(found.restitution.mean, 2) for _, found in over_speeds(hertz, [0.5, 1.0, 2.0])]
+    [0.95, 0.9, 0.81]
+    """
     for speed in speeds:
         yield float(speed), impact(replace(question, speed=float(speed)))
 
@@ -76,7 +91,7 @@ def largest_step(question: Impact, tolerance: float = CLOSE_TO_ASKED, asked: flo
     >>> from vibroscope.engine import Impact, TimeStepping, largest_step
     >>> question = Impact(TimeStepping(1e6, 0.0, 4), 1.0, time_step=1e-4).with_restitution(0.5)
     >>> round(largest_step(question).steps_per_contact, 1)
-    17.1
+    18.0
     """
     tolerance = require("tolerance", tolerance, 0.0, 1.0, "give how far the restitution may be off", open_low=True)
     wanted = question.without_step.restitution if asked is None else asked
@@ -126,6 +141,13 @@ def stiffness_bounds(question: Impact) -> Bounds:
 
 def damping_bounds(question: Impact) -> Bounds:
     """Bounds of D at the step and with the K of a question, likewise.
+
+    Examples
+    --------
+    >>> from vibroscope.engine import Impact, TimeStepping, damping_bounds
+    >>> least, _ = damping_bounds(Impact(TimeStepping(1e6, 200, 4), 1.0, time_step=5e-4)).no_energy_gained
+    >>> round(least, 1)  # less does not make up for the contact that is felt late
+    46.8
 
     Raises
     ------

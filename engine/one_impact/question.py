@@ -19,7 +19,7 @@ from ..contact import (
     spring_duration,
 )
 from ..drivers.alone import Course, course_alone, parameters_alone
-from ..law_table import critical_damping
+from ..law_table import critical_damping, powers_of
 from ..methods import ExactPenalty, TimeStepping
 
 STEP_RANGE = (0.0, 1e12)
@@ -127,8 +127,9 @@ class Impact:
 
     @property
     def ratio(self) -> float:
-        """ζ = D/√(Km); nan where the law takes its damper from the restitution."""
-        if self.method.damping is None:
+        """ζ = D/√(Km); nan of a law whose spring or damper is none that is constant, or without a D."""
+        constant = powers_of(self.method.law, self.method.exponent) == (1.0, 0.0)
+        if self.method.damping is None or not constant:
             return math.nan
         return self.method.damping / critical_damping(self.method.stiffness, self.mass)
 

@@ -69,10 +69,47 @@ def test_bands_are_csv(capsys):
     assert float(rows[-1]["force_N"]) == pytest.approx(100 * float(rows[0]["force_N"]), rel=1e-6)
 
 
+def test_k_follows_from_what_is_permitted(capsys):
+    words = ("--mass", "20 g", "--restitution", "0.7", "--steps-per-contact", "30")
+    found = answered(capsys, *words, "--permitted-penetration", "0.1 mm")
+    assert found["without_step"]["penetration_m"] == pytest.approx(1e-4, rel=1e-6)
+    found = answered(capsys, *words, "--permitted-force", "1 kN")
+    assert found["without_step"]["force_N"] == pytest.approx(1e3, rel=1e-6)
+    assert found["without_step"]["restitution"] == pytest.approx(0.7)
+
+
+def test_k_follows_from_two_materials(capsys):
+    words = ("--radius", "10 mm", "--law", "hunt-crossley", "--restitution", "0.7")
+    found = answered(capsys, "--materials", "steel,pla", *words)
+    wanted = 4 / 3 / (0.91 / 210e9 + (1 - 0.36**2) / 3.5e9) * 0.01**0.5
+    assert found["asked"]["stiffness"] == pytest.approx(wanted)
+    assert found["asked"]["damping_ratio"] is None
+
+
+def test_bounds_stand_around_k_and_the_damper(capsys):
+    words = (*KV, "--restitution", "0.7", "--steps-per-contact", "4", "--integrator", "central-difference", "--bounds")
+    found = answered(capsys, *words)
+    ends = found["bounds"]["stiffness"]["no_energy_gained"]
+    assert ends["least"] is None
+    assert ends["greatest"] < found["bounds"]["stiffness"]["stable"]["greatest"]
+    damper = found["bounds"]["damping"]["no_energy_gained"]
+    assert damper["least"] < found["asked"]["damping"] < damper["greatest"]
+    text = run_command(capsys, "impact", *words)[1]
+    assert "K, this step      stable to " in text
+    assert "gains no energy from " in text
+
+
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        (("--restitution", "0.5"), "the following arguments are required: --K"),
+        (("--restitution", "0.5"), "one of the arguments --K --permitted-penetration --permitted-force --materials"),
+        (("--permitted-force", "1 kN", "--D", "3"), "give --restitution in place of --D"),
+        (
+            ("--materials", "steel,wood", "--radius", "1", "--law", "flores", "--D", "1"),
+            "unknown material 'wood'; known",
+        ),
+        (("--materials", "steel,pla", "--D", "1"), "--materials needs --radius"),
+        (("--materials", "steel,pla", "--radius", "1", "--D", "1"), "give --law hunt-crossley"),
         (("--K", "1e6"), "one of the arguments --D --restitution is required"),
         (("--K", "1e6", "--D", "3", "--restitution", "0.5"), "not allowed with"),
         (("--K", "1e6", "--restitution", "1.5"), "restitution = 1.5 is outside [0, 1]"),
