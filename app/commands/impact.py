@@ -13,7 +13,7 @@ from vibroscope.app.commands.numbers import measured, number
 from vibroscope.app.commands.options import LAW_OPTIONS, STEPPING_OPTIONS, add_fields, stepping_of
 from vibroscope.app.commands.parser import Command, OneLineParser
 from vibroscope.app.commands.report import Report, Row
-from vibroscope.engine import SystemFile, Units, finite_or_none, written
+from vibroscope.engine import SystemFile, Units, finite_or_none, percent, written
 
 if TYPE_CHECKING:
     from vibroscope.engine import Impact, WithStep
@@ -53,6 +53,8 @@ def add(command: OneLineParser) -> None:
     add_fields(command, *LAW_OPTIONS, *STEPPING_OPTIONS)
     words = "how far the restitution may be off for the largest step (default %(default)s)"
     add("--tolerance", type=number, default=0.05, metavar="F", help=words)
+    words = "also each integrator and contact status with the same numbers, and the steps that it needs (some seconds)"
+    add("--schemes", action="store_true", help=words)
     words = "print a band as CSV instead: steps-per-contact=A:B or speed=A:B, in 100 values"
     add("--over", type=_over, metavar="NAME=A:B", help=words)
     command.set_defaults(system=SI, steps=NO_STEPS, located=False)
@@ -131,7 +133,45 @@ def _report(question: Impact, options: argparse.Namespace) -> Report:
     lines += [Row("with this step", f"restitution {_span(e)}; share of the energy lost {_span(lost)}")]
     lines += [Row("", f"{_measures(found)}, force in {found.steps[0]} to {found.steps[1]} steps")]
     lines += [Row("answer", answer(question, asked, found), 110), Row("", advice(largest, options.tolerance), 110)]
+    if options.schemes:
+        table = _schemes(question, asked, options.tolerance)
+        data["schemes"] = table
+        lines += ["", *_table(table)]
     return Report(lines, data)
+
+
+def _schemes(question: Impact, asked: float, tolerance: float) -> list[dict[str, object]]:
+    """What each integrator and contact status gives, and the steps in a contact from which on it is close."""
+    from vibroscope.app.explorer.impact_words import schemes
+    from vibroscope.engine import largest_step
+
+    rows = []
+    for one, found in schemes(question):
+        largest = largest_step(one, tolerance, asked)
+        rows.append(
+            {
+                "integrator": one.method.integrator.name,
+                "status": one.method.status,
+                "restitution": _finite(found.restitution._asdict()),
+                "without_solution": found.without_solution,
+                "blown_up": found.blown_up,
+                "steps_per_contact": largest and largest.steps_per_contact,
+            }
+        )
+    return rows
+
+
+def _table(rows: list[dict[str, object]]) -> Iterator[str]:
+    heads = f"{'least':>8}{'mean':>8}{'greatest':>10}{'no solution':>13}{'needs steps':>13}"
+    yield f"{'integrator':<28}{'status':<10}{heads}"
+    for row in rows:
+        numbers = "".join(
+            f"{'-' if value is None else f'{value:.3f}':>{width}}"
+            for value, width in zip(row["restitution"].values(), (8, 8, 10), strict=True)
+        )
+        none = percent(row["without_solution"]) if row["without_solution"] else "-"
+        needs = written(row["steps_per_contact"], 3) if row["steps_per_contact"] else "over 500"
+        yield f"{row['integrator']:<28}{row['status']:<10}{numbers}{none:>13}{needs:>13}"
 
 
 def _with_step(found: WithStep) -> dict[str, object]:

@@ -5,7 +5,6 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 from vibroscope.engine import INTEGRATORS, Impact, LargestStep, WithStep, impact, percent, written
-from vibroscope.engine.integrators import Integrator
 from vibroscope.engine.units import time_text
 
 STATUSES = "start", "end", "located"
@@ -48,7 +47,7 @@ def _shares(found: WithStep) -> str:
     return f"; {', '.join(texts)}" if texts else ""
 
 
-def schemes(question: Impact) -> Iterator[tuple[Integrator, str, WithStep]]:
+def schemes(question: Impact) -> Iterator[tuple[Impact, WithStep]]:
     """The same contact with each integrator and contact status that go together."""
     for kind in INTEGRATORS.values():
         integrator = question.method.integrator if question.method.integrator.name == kind.name else kind()
@@ -56,4 +55,5 @@ def schemes(question: Impact) -> Iterator[tuple[Integrator, str, WithStep]]:
             if status == "end" and kind.explicit:
                 continue
             method = replace(question.method, integrator=integrator, status=status)
-            yield integrator, status, impact(replace(question, method=method))
+            one = replace(question, method=method)
+            yield one, impact(one)

@@ -91,7 +91,7 @@ def course_alone(p: Parameters) -> Course:
         k = min(int(np.searchsorted(begins, t, "right")), len(steps)) - 1
         system, a, *_ = steps[k]
         _, _, gap, rate = law_integrate.law_motion(system, a, (0.0,) * 6, t - begins[k])
-        return -gap, law_force(p.law, p.stiffness, gain, p.exponent, p.penetration, -gap, -rate)
+        return -gap, law_force(p.law, p.stiffness, gain, p.exponent, p.penetration, p.stiffening, -gap, -rate)
 
     times = np.unique(np.concatenate([begins[:-1] + share * np.diff(begins) for share in SHARES]))
     seen = np.array([depth_and_force(t) for t in times])

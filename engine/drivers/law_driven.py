@@ -153,7 +153,7 @@ def _add_piece(
     acts = stiffness > 0.0
     generator = pressed_generator(own) if acts else free_generator(p)
     position, gap = pressed_equilibrium(own) if acts else free_equilibrium(p)
-    parted = push / (p.stiffness_share + stiffness)  # by how much the constant moves the equilibrium
+    parted = push / (p.stiffness_share + stiffness) if push else 0.0  # by how much the constant moves the equilibrium
     position, gap = position - uncompiled(coefficients)(p).react1 * p.stiffness_share * parted, gap + parted
     h = REACH / (pressed_rate(own) if acts else free_rate(p))
     tables["spacing"][piece], tables["position"][piece], tables["gap"][piece] = h, position, gap
