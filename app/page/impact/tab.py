@@ -29,6 +29,8 @@ _TYPED = {  # symbol, meaning, quantity, what one of it is without units
     "speed": ("v", "closing speed; 0: of the reference", "velocity", "Aω₁"),
 }
 _OFFERS = {"steps": "Take this step over", "K": "Take this K over", "D": "Take this D over"}
+_SHORT = {"K": "stiffness", "D": "damping", "steps": "steps"}
+_SAFE = 1.0 - 1e-3  # times the steps in a contact that a K gives: it is rounded
 _STATUSES = {"start": "start of the step", "end": "end, iterated", "located": "step cut at contact"}
 
 
@@ -124,14 +126,14 @@ class OneImpact(StudyView):
             step = result.largest and f"T/{_steps_of(result.largest.time_step, setting)}"
             said += f" {advice(result.largest, TOLERANCE, step or '')}"
         of = f", the median of {counted(result.impacts, 'impact')} of the reference" if result.impacts else ""
-        measures = "restitution {}; penetration {}, force {}"
-        lost = ", ".join(percent(share) for share in found.energy_lost)
+        measures = "Restitution {}; penetration {}, force {}"
+        lost
         return [
             ["Answer", said],
             [
                 "Contact",
                 stated(
-                    "reduced mass {}, closing speed {}{}; {} steps in a contact. {}.",
+                    "Reduced mass {}, closing speed {}{}; {} steps in a contact. {}.",
                     Amount(one.mass, "mass"),
                     Amount(one.speed, "velocity"),
                     of,
@@ -151,11 +153,11 @@ class OneImpact(StudyView):
             [
                 "With this step",
                 stated(
-                    f"{measures}, in {{}} to {{}} steps. Energy lost, least, mean and most: {{}}.",
+                    f"{measures}, in {{}}. Of the energy {{}} is lost.",
                     _span(found.restitution),
                     Amount(found.penetration, "displacement"),
                     Amount(found.force, "force"),
-                    *map(str, found.steps),
+                    in_steps,
                     lost,
                 ),
             ],
@@ -195,7 +197,7 @@ def offers_of(result: PartialImpact, setting: Setting) -> dict[str, dict[str, st
     if largest is not None:
         found["steps"] = {"steps": str(_steps_of(largest.time_step, setting))}
         if method.spring_exponent == 1.0 and method.stiffening is None and method.damping is not None:
-            softer = one.steps_per_contact / largest.steps_per_contact
+            softer = _SAFE * one.steps_per_contact / largest.steps_per_contact
             found["K"] = {"K": _digits(method.stiffness * softer**2), "D": _digits(method.damping * softer)}
     if method.damping is not None and abs(one.without_step.restitution - one.restitution) > 1e-3:
         with suppress(ValueError):  # no damper of this law gives it
@@ -208,22 +210,22 @@ def offers_of(result: PartialImpact, setting: Setting) -> dict[str, dict[str, st
 
 
 def _digits(value: float) -> str:
-    return print_number(float(f"{value:.6g}"))
+    return print_number(float(f"{value:.4g}"))
 
 
 def _offer_table(result: PartialImpact, setting: Setting) -> dict:
     """What can be taken over: a button, the numbers, what for."""
-    e, close = written(result.impact.restitution, 3), f"within {written(TOLERANCE)} of what was asked for"
+    e = written(result.impact.restitution, 3)
     why = {
-        "steps": f"the largest step: the restitution is {close}",
-        "K": f"the stiffest contact with the present step: the restitution is {close}",
-        "D": f"the contact without a step gives the restitution {e}",
+        "steps": "the largest that stays close",
+        "K": "the largest with the present step",
+        "D": f"restitution {e} without a step",
     }
     symbol = "Δτ" if setting.scale is None else "Δt"
     rows = []
     for name, texts in offers_of(result, setting).items():
         fields = {each: shown_field(each, setting) for each in texts}
-        words = [f"{field.hint} {field.words(float(texts[each]))}" for each, field in fields.items()]
+        words = [f"{_SHORT[each]} {field.words(float(texts[each]))}" for each, field in fields.items()]
         if name == "steps":
             words = [f"time step {symbol} = T/{texts[name]}"]
         button = {"text": _OFFERS[name], "open": name, "title": "Set it, and see it in Explore"}
