@@ -127,8 +127,8 @@ def test_a_button_takes_the_step_to_explore_and_a_click_sets_it(shown):
         send(tab.list, {"open": name})
     assert [visit[:2] for visit in host.visits] == [("explore", texts) for texts in offers.values()]
     band = tab.view.figures[1]
-    band.trigger_event(Tap(band, x=2.0 * tab.result.impact.steps_per_contact))
-    band.trigger_event(Tap(band, x=None))
+    tab.view.on_tap(Tap(band, x=2.0 * tab.result.impact.steps_per_contact))
+    tab.view.on_tap(Tap(band, x=None))
     assert host.settings == [{"steps": "1000"}]
 
 

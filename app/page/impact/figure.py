@@ -94,10 +94,11 @@ class ImpactView:
         legend_above(plot, [items[name] for name in names])
         tips = {"steps in a contact": "@steps", "least": "@least", "mean": "@mean", "greatest": "@greatest"}
         plot.add_tools(hover_tool([band], tips))
-        plot.on_event(Tap, self._tapped)
+        plot.on_event(Tap, self.on_tap)
         return plot
 
-    def _tapped(self, event: Tap) -> None:
+    def on_tap(self, event: Tap) -> None:
+        """Ask for the steps in a contact where a tap is."""
         if event.x is not None and 0 < event.x < math.inf:
             self._on_steps(event.x)
 

@@ -127,7 +127,9 @@ class OneImpact(StudyView):
             said += f" {advice(result.largest, TOLERANCE, step or '')}"
         of = f", the median of {counted(result.impacts, 'impact')} of the reference" if result.impacts else ""
         measures = "Restitution {}; penetration {}, force {}"
-        lost
+        fewest, most = found.steps
+        in_steps = counted(most, "step") if fewest == most else f"{fewest} to {most} steps"
+        lost = " to ".join(dict.fromkeys(map(percent, (found.energy_lost.least, found.energy_lost.greatest))))
         return [
             ["Answer", said],
             [
