@@ -4,6 +4,7 @@ import pytest
 
 from .axe import AXE, serious
 from .explorer import wait_until
+from .test_studies import place
 
 
 def complete(explorer):
@@ -30,7 +31,7 @@ def test_one_sentence_answers_for_another_speed_too_and_the_step_is_taken_over(v
     speed = explorer.page.locator(".study input[name=speed]")
     speed.fill("1")
     speed.press("Enter")
-    explorer.wait_for_address(view="impact", choice="speed:1")
+    explorer.wait_for_address(view="impact", choice="speed:1.0")
     wait_until(lambda: "impacts of the reference" not in said(explorer), what="the typed speed")
     complete(explorer)
     rows = explorer.page.locator("section.branches-list tr").locator("visible=true")
@@ -46,6 +47,5 @@ def test_one_sentence_answers_for_another_speed_too_and_the_step_is_taken_over(v
 
 def test_a_click_in_the_band_sets_the_step(visit):
     explorer = complete(visit("?view=impact&eta=2.76&K=2500&D=8&steps=500"))
-    box = explorer.page.locator(".figure canvas").locator("visible=true").last.bounding_box()
-    explorer.page.mouse.click(box["x"] + 0.9 * box["width"], box["y"] + 0.5 * box["height"])
-    wait_until(lambda: int(explorer.address()["steps"]) > 1000, what="a shorter step")
+    explorer.page.mouse.click(*place(explorer, "impact_band", 50, 0.8))
+    wait_until(lambda: 2400 < int(explorer.address()["steps"]) < 2800, what="fifty steps in a contact")
