@@ -165,6 +165,11 @@ class OneImpact(StudyView):
             ],
         ]
 
+    def figures(self) -> list[Figure]:
+        """Those of which something is known."""
+        known = {"impact_band": "band", "impact_schemes": "schemes"}
+        return [each for each in super().figures() if getattr(self.result, known.get(each.name, "found"))]
+
     def table(self, name: str) -> list[Series]:
         """The restitution over instants, over steps, or of each integrator and contact status."""
         result = self.result
