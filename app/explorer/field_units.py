@@ -103,6 +103,14 @@ def shown_field(name: str, setting: Setting) -> ShownField:
     return ShownField(label, hint, setting.scale.unit(quantity), factor, typed)
 
 
+def beside_field(setting: Setting, label: str, hint: str, quantity: str, natural: str) -> ShownField:
+    """How a number beside those of the setting is shown; ``natural``: what one of it is without units."""
+    if setting.scale is None:
+        return ShownField(label, hint, "", 1.0, {"": 1.0}, natural)
+    factor, one = setting.scale.factor(quantity), setting.own_units.factor(quantity)
+    return ShownField(label, hint, setting.scale.unit(quantity), factor, {"": 1 / factor, **sizes(quantity, one)})
+
+
 def quantity_of_field(name: str, setting: Setting) -> str:
     """The physical quantity of a number of the setting that has one; of the base that which is held."""
     return setting.held if name == "base" else FIELDS[name].quantity

@@ -20,14 +20,13 @@ def answer(question: Impact, asked: float, found: WithStep) -> str:
     return f"You asked for {_e(asked)}; with {steps} steps in a contact you get {given}{_shares(found)}."
 
 
-def advice(largest: LargestStep | None, tolerance: float) -> str:
-    """From how many steps on the restitution is close."""
+def advice(largest: LargestStep | None, tolerance: float, step: str = "") -> str:
+    """From how many steps on the restitution is close; ``step`` is the largest in words, by default in seconds."""
     if largest is None:
         return f"No step down to 500 in a contact keeps it within {written(tolerance)}."
     steps = written(largest.steps_per_contact, 3)
-    return (
-        f"From {steps} steps on it stays within {written(tolerance)}: a step of at most {time_text(largest.time_step)}."
-    )
+    step = step or time_text(largest.time_step)
+    return f"From {steps} steps on it stays within {written(tolerance)}: a step of at most {step}."
 
 
 def _e(value: float) -> str:

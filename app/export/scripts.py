@@ -20,6 +20,7 @@ from vibroscope.app.studies.speed import SpeedQuestion
 from vibroscope.engine import (
     FREE_PERIODS,
     ExactPenalty,
+    Impact,
     Method,
     Newmark,
     Reference,
@@ -120,6 +121,29 @@ def peaks_command(setting: Setting) -> str:
     file, options = _file_and_options(setting, bool(setting.scale))
     methods = penalty_options(setting.penalty) + penalty_options(setting.reference)
     return f"{file}vibroscope peaks --eta {print_number(setting.eta)}{methods}{options}\n"
+
+
+def impact_python(asked: Impact) -> str:
+    """A script that solves a contact alone, and finds the largest step."""
+    numbers = ", ".join(f"{name}={getattr(asked, name)!r}" for name in ("speed", "mass", "time_step", "restitution"))
+    names = ", ".join(sorted({*asked.method.made_by, "Impact", "impact", "largest_step"}, key=_isort_key))
+    return f"""from vibroscope.engine import {names}
+
+question = Impact({method_python(asked.method)}, {numbers})
+print(question.without_step)
+print(question.steps_per_contact, impact(question).restitution)
+print(largest_step(question, asked=question.restitution))
+"""
+
+
+def impact_command(asked: Impact) -> str:
+    """``vibroscope impact`` of a contact alone, in the numbers of the model."""
+    numbers = {"mass": asked.mass, "speed": asked.speed, "K": asked.method.stiffness, "time-step": asked.time_step}
+    damper = {"restitution": asked.without_step.restitution}  # from which the law takes it
+    numbers |= damper if asked.method.damping is None else {"D": asked.method.damping}
+    options = "".join(f" --{name} {print_number(value)}" for name, value in numbers.items())
+    scheme = scheme_options(asked.method).replace(" --located", " --status located")
+    return f"vibroscope impact{options}{scheme} --schemes\n"
 
 
 def _file_and_options(setting: Setting, with_units: bool) -> tuple[str, str]:

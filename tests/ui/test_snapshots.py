@@ -72,6 +72,7 @@ VIEWS = of_scenes() | {
         height=3200,
     ),
     "peaks": View("?view=peaks&eta=1.08&K=2500&D=8&steps=2000"),
+    "impact": View("?view=impact&eta=2.76&K=2500&D=8&steps=500"),
     "speed": View(f"?view=speed&{STUDY}", measured=True),
     "paper": View("?view=paper", r"paper(3|4B|6B|10C|11|12|13.|14[ABC])/", height=3700),
     "help": View("?view=help", height=2200),

@@ -10,7 +10,7 @@ from vibroscope.app.codes.catalogue import Code, codes
 from vibroscope.app.codes.rules import rules
 from vibroscope.app.codes.translation import translated_codes
 from vibroscope.app.explorer.explanation import describe, motion_texts
-from vibroscope.app.explorer.field_units import ShownField
+from vibroscope.app.explorer.field_units import ShownField, beside_field
 from vibroscope.app.explorer.link import LINEAR
 from vibroscope.app.explorer.method_words import name_of_method, words_of_method
 from vibroscope.app.explorer.state import Setting
@@ -238,11 +238,7 @@ def _field(name: str, setting: Setting) -> ShownField:
     if name in _OF_WORDS:
         label, hint, quantity = _OF_WORDS[name]
         return ShownField(label, hint, QUANTITIES[quantity].units[0], 1.0, {"": 1.0, **sizes(quantity, 1.0)})
-    label, hint, quantity, natural = _NUMBERS[name]
-    if setting.scale is None:
-        return ShownField(label, hint, "", 1.0, {"": 1.0}, natural)
-    factor, one = setting.scale.factor(quantity), setting.own_units.factor(quantity)
-    return ShownField(label, hint, setting.scale.unit(quantity), factor, {"": 1 / factor, **sizes(quantity, one)})
+    return beside_field(setting, *_NUMBERS[name])
 
 
 def _cell(value: object) -> object:

@@ -1,0 +1,1 @@
+"""Tab One impact."""

@@ -1,0 +1,271 @@
+"""One impact: what the contact that is set gives by itself with its step, over its steps, and what to take over."""
+
+from __future__ import annotations
+
+import math
+from contextlib import suppress
+from dataclasses import replace
+
+import numpy as np
+import panel as pn
+from vibroscope.app.explorer.field_units import beside_field, shown_field
+from vibroscope.app.explorer.impact_words import advice, answer
+from vibroscope.app.explorer.link import LINEAR, LOGARITHMIC
+from vibroscope.app.explorer.method_words import name_of_integrator, words_of_scheme
+from vibroscope.app.explorer.parameters import FIELDS
+from vibroscope.app.explorer.state import Setting
+from vibroscope.app.export.formats import Figure, Series
+from vibroscope.app.export.scripts import impact_command, impact_python
+from vibroscope.app.page.bifurcation.branches import BranchPanel
+from vibroscope.app.page.impact.figure import LEGENDS, ImpactView
+from vibroscope.app.page.study.tab import StudyView
+from vibroscope.app.runtime.number_text import print_number
+from vibroscope.app.studies.one_impact import TOLERANCE, ImpactQuestion, PartialImpact, Run, grow_impact
+from vibroscope.engine import Impact, counted, percent, written
+from vibroscope.engine.facts import Amount, Statement, message_of, sentence, stated
+
+_TYPED = {  # symbol, meaning, quantity, what one of it is without units
+    "mass": ("m*", "reduced mass; 0: of the bodies", "mass", "m₁"),
+    "speed": ("v", "closing speed; 0: of the reference", "velocity", "Aω₁"),
+}
+_OFFERS = {"steps": "Take this step over", "K": "Take this K over", "D": "Take this D over"}
+_SHORT = {"K": "stiffness", "D": "damping", "steps": "steps"}
+_SAFE = 1.0 - 1e-3  # times the steps in a contact that a K gives: it is rounded
+_STATUSES = {"start": "start of the step", "end": "end, iterated", "located": "step cut at contact"}
+
+
+class OneImpact(StudyView):
+    """The restitution over the instant of touch and over the steps, what to take over, and other integrators."""
+
+    key = "impact"
+    title = "One impact"
+    starts = True
+    grow = staticmethod(grow_impact)
+    chosen = {"mass": 0.0, "speed": 0.0}  # noqa: RUF012 - read only
+    axes = {"instant": LINEAR, "steps": LOGARITHMIC, "restitution": LINEAR}  # noqa: RUF012 - read only
+    legends = {name: tuple(entries) for name, entries in LEGENDS.items()}  # noqa: RUF012 - read only
+    pictures = (
+        Figure("impact_instant", "Restitution over the instant", "Restitution over the instant of touch in a step."),
+        Figure("impact_band", "Restitution over the steps", "Least to greatest restitution over steps in a contact."),
+        Figure("impact_schemes", "Integrators", "The same contact with each integrator and status.", drawn=False),
+    )
+
+    def build(self) -> pn.viewable.Viewable:
+        """Two figures, the panel, and two tables below."""
+        self.view = ImpactView(self._set_steps)
+        page = self.lay_out(*(self.stretch(plot) for plot in self.view.figures))
+        for cell in self.cells:
+            cell.css_classes = [*cell.css_classes, "tall"]
+        self.list = BranchPanel(label="What to take over, and other integrators", visible=False)
+        self.list.css_classes = ["cell", "wide"]
+        self.list.on_msg(lambda event: self._receive(event.data))
+        page.append(self.list)
+        return page
+
+    @classmethod
+    def spec(cls) -> dict:
+        """The bodies that meet, where they are not those of the system."""
+        numbers = [
+            {"name": name, "label": label, "low": 0.0, "high": 1e12, "whole": False}
+            for name, (label, *_) in _TYPED.items()
+        ]
+        return {
+            "title": "One impact",
+            "switches": [],
+            "limits": [],
+            "numbers": numbers,
+            "hint": "Two bodies meet once, and no other force acts. K, D, the step, integrator, contact status and law "
+            "are those that are set; e under System is what was asked for. A click in the right figure sets the step. "
+            "Choose units under System to type kg and m/s.",
+        }
+
+    def obstacle(self, setting: Setting) -> str:
+        """Why there is no such contact."""
+        try:
+            self.question(setting).at(self.panel.chosen["speed"] or 1.0)
+        except ValueError as error:
+            return sentence(message_of(error))
+        return ""
+
+    def question(self, setting: Setting) -> ImpactQuestion:
+        """The contact alone; where no speed is typed also what the reference depends on."""
+        system, method, chosen = setting.system, setting.constant_step, self.panel.chosen
+        if setting.located == "yes":
+            method = replace(method, status="located")
+        run = Run(system, setting.eta, setting.reference, setting.initial)
+        step = 2.0 * math.pi / (setting.eta * setting.steps)
+        mass = chosen["mass"] or system.mass_share
+        return ImpactQuestion(method, step, mass, system.restitution, chosen["speed"] or run)
+
+    def draw(self, setting: Setting, result: PartialImpact | None) -> None:
+        """Figures and tables."""
+        self.panel.show_fields({name: beside_field(setting, *field) for name, field in _TYPED.items()})
+        self.view.update(result)
+        known = result is not None
+        near, points = (_offer_table(result, setting), _scheme_table(result)) if known else ({}, {})
+        self.list.param.update(near=near, points=points, visible=known)
+        self.give_room(self.list)
+
+    def _receive(self, message: object) -> None:
+        offers = {} if self.result is None else offers_of(self.result, self._result_setting)
+        named = message.get("open") if isinstance(message, dict) else None
+        if isinstance(named, str) and (texts := offers.get(named)):
+            self.host.visit("explore", self._move.setting.with_contact(texts))
+
+    def _set_steps(self, steps_per_contact: float) -> None:
+        """Set the step of which so many are in a contact."""
+        if self.result is not None and self._result_setting is not None:
+            steps = self._result_setting.steps * steps_per_contact / self.result.impact.steps_per_contact
+            self.host.set(self._move.setting.with_contact({"steps": str(max(1, round(steps)))}))
+
+    def describe(self, setting: Setting, result: PartialImpact) -> list[list[str | Statement]]:
+        """The answer, the contact, and what it gives without the step and with it."""
+        one, found, alone = result.impact, result.found, result.impact.without_step
+        said = answer(one, one.restitution, found)
+        if result.searched:
+            step = result.largest and f"T/{_steps_of(result.largest.time_step, setting)}"
+            said += f" {advice(result.largest, TOLERANCE, step or '')}"
+        of = f", the median of {counted(result.impacts, 'impact')} of the reference" if result.impacts else ""
+        measures = "Restitution {}; penetration {}, force {}"
+        fewest, most = found.steps
+        in_steps = counted(most, "step") if fewest == most else f"{fewest} to {most} steps"
+        lost = " to ".join(dict.fromkeys(map(percent, (found.energy_lost.least, found.energy_lost.greatest))))
+        return [
+            ["Answer", said],
+            [
+                "Contact",
+                stated(
+                    "Reduced mass {}, closing speed {}{}; {} steps in a contact. {}.",
+                    Amount(one.mass, "mass"),
+                    Amount(one.speed, "velocity"),
+                    of,
+                    written(one.steps_per_contact, 3),
+                    words_of_scheme(one.method),
+                ),
+            ],
+            [
+                "Without a step",
+                stated(
+                    f"{measures}.",
+                    written(alone.restitution, 3),
+                    Amount(alone.penetration, "displacement"),
+                    Amount(alone.force, "force"),
+                ),
+            ],
+            [
+                "With this step",
+                stated(
+                    f"{measures}, in {{}}. Of the energy {{}} is lost.",
+                    _span(found.restitution),
+                    Amount(found.penetration, "displacement"),
+                    Amount(found.force, "force"),
+                    in_steps,
+                    lost,
+                ),
+            ],
+        ]
+
+    def figures(self) -> list[Figure]:
+        """Those of which something is known."""
+        known = {"impact_band": "band", "impact_schemes": "schemes"}
+        return [each for each in super().figures() if getattr(self.result, known.get(each.name, "found"))]
+
+    def table(self, name: str) -> list[Series]:
+        """The restitution over instants, over steps, or of each integrator and contact status."""
+        result = self.result
+        if name == "impact_instant":
+            return [Series("with this step", result.instants())]
+        if name == "impact_band":
+            return [Series("over steps", result.over_steps())]
+        return [Series("integrators", result.of_schemes())]
+
+    def python(self, setting: Setting) -> str:
+        """A script that solves this contact."""
+        return "" if self.result is None else impact_python(self.result.impact)
+
+    def command(self, setting: Setting) -> str:
+        """``vibroscope impact``."""
+        return "" if self.result is None else impact_command(self.result.impact)
+
+
+def _steps_of(time_step: float, setting: Setting) -> int:
+    """The fewest steps per period that are not longer."""
+    return math.ceil(2.0 * math.pi / (setting.eta * time_step) * (1.0 - 1e-9))
+
+
+def offers_of(result: PartialImpact, setting: Setting) -> dict[str, dict[str, str]]:
+    """Texts that set another step, K or D for what was asked for, by their names in `_OFFERS`.
+
+    The step is the largest that is close. K is the one with which the present step is this largest, with the D of the
+    same damping ratio; such a K there is where the spring of the law is linear. D gives the restitution without a step.
+    """
+    found, largest, one = {}, result.largest, result.impact
+    method = one.method
+    if largest is not None:
+        found["steps"] = {"steps": str(_steps_of(largest.time_step, setting))}
+        if method.spring_exponent == 1.0 and method.stiffening is None and method.damping is not None:
+            softer = _SAFE * one.steps_per_contact / largest.steps_per_contact
+            found["K"] = {"K": _digits(method.stiffness * softer**2), "D": _digits(method.damping * softer)}
+    if method.damping is not None and abs(one.without_step.restitution - one.restitution) > 1e-3:
+        with suppress(ValueError):  # no damper of this law gives it
+            found["D"] = {"D": _digits(one.with_restitution(one.restitution).method.damping)}
+    return {
+        name: texts
+        for name, texts in found.items()
+        if all(FIELDS[each].bounds[0] <= float(text) <= FIELDS[each].bounds[1] for each, text in texts.items())
+    }
+
+
+def _digits(value: float) -> str:
+    return print_number(float(f"{value:.4g}"))
+
+
+def _offer_table(result: PartialImpact, setting: Setting) -> dict:
+    """What can be taken over: a button, the numbers, what for."""
+    e = written(result.impact.restitution, 3)
+    why = {
+        "steps": "the largest that stays close",
+        "K": "the largest with the present step",
+        "D": f"restitution {e} without a step",
+    }
+    symbol = "Δτ" if setting.scale is None else "Δt"
+    rows = []
+    for name, texts in offers_of(result, setting).items():
+        fields = {each: shown_field(each, setting) for each in texts}
+        words = [f"{_SHORT[each]} {field.words(float(texts[each]))}" for each, field in fields.items()]
+        if name == "steps":
+            words = [f"time step {symbol} = T/{texts[name]}"]
+        button = {"text": _OFFERS[name], "open": name, "title": "Set it, and see it in Explore"}
+        cells = [button, {"text": ", ".join(words)}, {"text": why[name]}]
+        rows.append({"mark": "", "kind": "offer", "cells": cells})
+    return {"title": "To get what was asked for", "heads": ["take over", "numbers", "then"], "rows": rows}
+
+
+def _scheme_table(result: PartialImpact) -> dict:
+    """The same contact with each integrator and contact status."""
+    rows = []
+    for one, found in result.schemes:
+        shares = {
+            "no solution": found.without_solution,
+            "two solutions": found.two_solutions,
+            "blown up": found.blown_up,
+        }
+        faults = ", ".join(f"{words} {percent(share)}" for words, share in shares.items() if share > 0)
+        status = _STATUSES[one.method.status]
+        texts = name_of_integrator(one.method.integrator.name), status, _span(found.restitution), faults
+        rows.append({"mark": _mark(one, result.impact), "kind": status, "cells": [{"text": text} for text in texts]})
+    heads = ["integrator", "contact status", "restitution", "touches with"]
+    return {"title": "The same numbers with each integrator and contact status", "heads": heads, "rows": rows}
+
+
+def _mark(one: Impact, present: Impact) -> str:
+    same = one.method.integrator.name == present.method.integrator.name and one.method.status == present.method.status
+    return "◆" if same else ""
+
+
+def _span(span) -> str:
+    """From the least to the greatest, with the mean between them."""
+    if not np.isfinite(span.mean):
+        return "none"
+    least, mean, greatest = (written(each, 3) for each in span)
+    return least if least == greatest else f"{least} to {greatest}, mean {mean}"

@@ -1,0 +1,173 @@
+"""One impact of the contact that is set: the answer first, then the band over steps and the table. No panel import."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+from vibroscope.app.explorer.compute import run_length
+from vibroscope.app.explorer.impact_words import schemes
+from vibroscope.app.runtime.cache import Cache
+from vibroscope.engine import (
+    Impact,
+    LargestStep,
+    Reference,
+    System,
+    TimeStepping,
+    WithStep,
+    impact,
+    largest_step,
+    over_steps,
+    simulate,
+)
+
+TOLERANCE = 0.05  # of the restitution that was asked for
+STEPS = np.geomspace(0.5, 100.0, 64)  # in a contact, of the band
+_AT_ONCE = 8  # of these, and of the rows of the table, between two pictures
+_FOUND, _SEARCHED, _BAND = 0.05, 0.3, 0.7  # of the work is done then
+_CLOSING = Cache(32)  # speeds of the reference
+
+
+class Run(NamedTuple):
+    """A run of the reference, whose impacts say with which speed the bodies meet."""
+
+    system: System
+    eta: float
+    reference: Reference
+    initial: tuple[float, float, float, float]
+
+    def closing_speeds(self, cancelled: Callable[[], bool] | None = None) -> np.ndarray:
+        """Of its impacts, (n,); raises `Cancelled`."""
+        speeds = _CLOSING.get(self)
+        if speeds is None:
+            how = run_length(self.system) | {"initial": self.initial, "cancelled": cancelled}
+            speeds = simulate(self.system, self.eta, self.reference, **how).impacts.closing_speed
+            _CLOSING.put(self, speeds)
+        return speeds
+
+
+class ImpactQuestion(NamedTuple):
+    """A contact, and how it is solved; without dimension."""
+
+    method: TimeStepping
+    time_step: float
+    mass: float
+    restitution: float  # that is asked for
+    speed: float | Run  # a run: the median of its impacts
+
+    def at(self, speed: float) -> Impact:
+        """With this closing speed; raises ValueError where there is no such contact."""
+        return Impact(self.method, speed, self.mass, self.time_step, restitution=self.restitution)
+
+
+@dataclass(frozen=True, eq=False)
+class PartialImpact:
+    """What is known so far.
+
+    Attributes
+    ----------
+    impact : Impact
+    impacts : int
+        Of the reference, of which the closing speed is the median; 0 where it is typed, or there are none.
+    found : WithStep
+        With the step that is set.
+    searched : bool
+        Whether `largest` is known: None then says that no step is small enough.
+    band : tuple of (float, WithStep)
+        Over steps in a contact, the first of `STEPS`.
+    schemes : tuple of (Impact, WithStep)
+        Of integrators and contact statuses.
+    share : float
+    """
+
+    question: ImpactQuestion
+    impact: Impact
+    impacts: int
+    found: WithStep
+    largest: LargestStep | None = None
+    searched: bool = False
+    band: tuple[tuple[float, WithStep], ...] = ()
+    schemes: tuple[tuple[Impact, WithStep], ...] = ()
+    share: float = _FOUND
+
+    def instants(self) -> dict[str, np.ndarray]:
+        """The restitution over the instant of touch: piece after piece, with nan between two."""
+        gap = np.full((len(self.found.instant), 1), np.nan)
+        columns = {"instant": self.found.instant, "restitution": self.found.restitutions}
+        return {name: np.hstack([values, gap]).ravel() for name, values in columns.items()}
+
+    def over_steps(self) -> dict[str, np.ndarray]:
+        """The restitution over steps in a contact, and shares of the touches."""
+        steps, found = zip(*self.band, strict=True) if self.band else ((), ())
+        return {"steps_per_contact": np.array(steps)} | columns_of(found)
+
+    def of_schemes(self) -> dict[str, np.ndarray]:
+        """The same of integrators and contact statuses."""
+        methods = [one.method for one, _ in self.schemes]
+        names = {"integrator": [each.integrator.name for each in methods], "status": [each.status for each in methods]}
+        return {n: np.array(column) for n, column in names.items()} | columns_of([found for _, found in self.schemes])
+
+    def data(self) -> dict[str, object]:
+        """The numbers so far, without dimension."""
+        one, largest = self.impact, self.largest
+        return {
+            "mass": one.mass,
+            "closing_speed": one.speed,
+            "time_step": one.time_step,
+            "steps_per_contact": one.steps_per_contact,
+            "restitution_asked": one.restitution,
+            "without_step": one.without_step._asdict(),
+            "restitution": self.found.restitution._asdict(),
+            "largest_step": np.nan if largest is None else largest.time_step,
+            "over_instants": self.instants(),
+            "over_steps": self.over_steps(),
+            "schemes": self.of_schemes(),
+        }
+
+
+def columns_of(found: list[WithStep] | tuple[WithStep, ...]) -> dict[str, np.ndarray]:
+    """Least, mean and greatest restitution, and the shares of touches without a solution and blown up."""
+    spans = {
+        f"restitution_{n}": [getattr(each.restitution, n) for each in found] for n in ("least", "mean", "greatest")
+    }
+    shares = {n: [getattr(each, n) for each in found] for n in ("without_solution", "two_solutions", "blown_up")}
+    return {name: np.array(column) for name, column in (spans | shares).items()}
+
+
+def grow_impact(
+    question: ImpactQuestion, last: PartialImpact | None, cancelled: Callable[[], bool]
+) -> Iterator[PartialImpact]:
+    """The answer, the largest step, the band, the table. Raises `Cancelled`, and ValueError as `ImpactQuestion.at`."""
+    result = last or _answer(question, cancelled)
+    yield result
+    if not result.searched:
+        largest = largest_step(result.impact, TOLERANCE, question.restitution)
+        result = replace(result, largest=largest, searched=True, share=_SEARCHED)
+        yield result
+    while (known := len(result.band)) < len(STEPS):
+        if cancelled():
+            return
+        more = over_steps(result.impact, STEPS[known : known + _AT_ONCE])
+        share = _SEARCHED + (_BAND - _SEARCHED) * known / len(STEPS)
+        result = replace(result, band=(*result.band, *more), share=share)
+        yield result
+    if result.share < 1:
+        rows = []
+        for row in schemes(result.impact):
+            rows.append(row)
+            if cancelled():
+                return
+            if len(rows) % _AT_ONCE == 0:
+                yield replace(result, schemes=tuple(rows), share=_BAND)
+        yield replace(result, schemes=tuple(rows), share=1.0)
+
+
+def _answer(question: ImpactQuestion, cancelled: Callable[[], bool]) -> PartialImpact:
+    speed, count = question.speed, 0
+    if isinstance(speed, Run):
+        speeds = speed.closing_speeds(cancelled)
+        speed, count = (float(np.median(speeds)), len(speeds)) if len(speeds) else (1.0, 0)
+    one = question.at(speed)
+    return PartialImpact(question, one, count, impact(one))

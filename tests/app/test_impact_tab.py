@@ -1,0 +1,178 @@
+"""The tab One impact without a browser: its answer, its figures, what it offers to take over, and its table."""
+
+import math
+import shlex
+from functools import cache
+
+import numpy as np
+import pytest
+from bokeh.events import Tap
+from vibroscope.app.commands.cli import main
+from vibroscope.app.explorer.state import Setting
+from vibroscope.app.page.impact.tab import OneImpact, offers_of
+from vibroscope.app.page.tab import Move
+from vibroscope.app.studies.one_impact import STEPS, TOLERANCE, grow_impact
+from vibroscope.app.studies.study_job import RESULTS
+from vibroscope.engine import impact, simulate, written
+
+from .fakes import FakeHost, send
+
+SETTING = Setting(eta=2.76, K=2500.0, D=8.0, steps=500)
+LAW = SETTING._replace(law="hunt-crossley", damper="restitution", status="end")
+
+
+def question(setting, **chosen):
+    tab = OneImpact(FakeHost())
+    tab.build()
+    tab.panel.chosen = tab.panel.chosen | chosen
+    return tab.question(setting)
+
+
+@cache
+def grown(setting=SETTING, **chosen):
+    return list(grow_impact(question(setting, **chosen), None, lambda: False))
+
+
+def test_the_answer_comes_first_then_the_largest_step_the_band_and_the_table():
+    results = grown()
+    first, second, last = results[0], results[1], results[-1]
+    assert (first.searched, len(first.band), len(first.schemes)) == (False, 0, 0)
+    assert second.searched
+    assert [result.share for result in results] == sorted(result.share for result in results)
+    assert (last.share, len(last.band)) == (1, len(STEPS))
+    assert {one.method.status for one, _ in last.schemes} == {"start", "end", "located"}
+    assert list(grow_impact(last.question, last, lambda: False)) == [last]
+    part = results[3]
+    assert len(list(grow_impact(part.question, part, lambda: False))) == len(results) - 3  # it goes on from there
+
+
+def test_by_default_bodies_meet_as_those_of_the_reference():
+    run = simulate(SETTING.system, SETTING.eta, SETTING.reference, initial=SETTING.initial)
+    result = grown()[0]
+    assert result.impact.speed == np.median(run.impacts.closing_speed)
+    assert result.impact.mass == SETTING.system.mass_share
+    assert result.impacts == len(run.impacts.closing_speed)
+    assert result.impact.time_step == pytest.approx(2 * math.pi / (SETTING.eta * SETTING.steps), rel=1e-15)
+
+
+def test_a_typed_speed_and_mass_need_no_system():
+    typed = question(LAW, mass=1.0, speed=2.0)
+    assert typed == question(LAW._replace(kappa=2.4), mass=1.0, speed=2.0)
+    result = grown(LAW, mass=1.0, speed=2.0)[0]
+    assert (result.impact.mass, result.impact.speed, result.impacts) == (1.0, 2.0, 0)
+    assert question(LAW) != question(LAW._replace(kappa=2.4))
+
+
+@pytest.mark.parametrize("located", ["no", "yes"])
+def test_the_sentence_states_what_the_engine_finds(located):
+    setting = SETTING._replace(located=located)
+    result = grown(setting)[-1]
+    said = {head: str(text) for head, text in OneImpact(FakeHost()).describe(setting, result)}
+    assert result.impact.method.status == ("located" if located == "yes" else "start")
+    least, greatest = result.found.restitution.least, result.found.restitution.greatest
+    assert f"{least:.2f}" in said["Answer"]
+    assert f"{greatest:.2f}" in said["Answer"]
+    assert said["Answer"].startswith("You asked for 0.50")
+    assert "steps on it stays within 0.05: a step of at most T/" in said["Answer"]
+    assert "impacts of the reference" in said["Contact"]
+
+
+def test_what_is_taken_over_keeps_what_was_asked_for():
+    result = grown()[-1]
+    offers = offers_of(result, SETTING)
+    assert offers.keys() == {"steps", "K", "D"}
+    for name in ("steps", "K"):
+        changed = SETTING._replace(**{each: float(text) for each, text in offers[name].items()})
+        changed = changed._replace(steps=round(changed.steps))
+        asked = question(changed)
+        found = impact(asked.at(result.impact.speed)).restitution
+        assert max(abs(e - 0.5) for e in found) < TOLERANCE + 1e-3
+    alone = SETTING._replace(D=float(offers["D"]["D"]))
+    assert question(alone).at(1.0).without_step.restitution == pytest.approx(0.5, abs=1e-5)
+
+
+def test_a_contact_that_gives_something_else_without_a_step_is_offered_a_damper_alone():
+    setting = SETTING._replace(K=12_000.0, D=18.0)
+    result = grown(setting)[1]
+    assert offers_of(result, setting).keys() == {"D"}
+
+
+@pytest.fixture
+def shown():
+    """A function from a setting to the open tab with all that is known of it, and its host."""
+    tabs = []
+
+    def show(setting=SETTING):
+        result = grown(setting)[-1]
+        RESULTS.put(result.question, result)
+        tab = OneImpact(host := FakeHost())
+        tabs.append(tab)
+        tab.build()
+        tab.show(Move(1, setting))
+        return tab, host
+
+    yield show
+    for tab in tabs:
+        tab.close()
+
+
+def test_a_button_takes_the_step_to_explore_and_a_click_sets_it(shown):
+    tab, host = shown()
+    offers = offers_of(tab.result, SETTING)
+    cells = [row["cells"] for row in tab.list.near["rows"]]
+    assert [each[0]["open"] for each in cells] == [*offers]
+    assert cells[0][0]["text"] == "Take this step over"
+    assert cells[0][1]["text"] == f"time step Δτ = T/{offers['steps']['steps']}"
+    for name in (*offers, "mass", None, ["steps"]):
+        send(tab.list, {"open": name})
+    assert [visit[:2] for visit in host.visits] == [("explore", texts) for texts in offers.values()]
+    band = tab.view.figures[1]
+    tab.view.on_tap(Tap(band, x=2.0 * tab.result.impact.steps_per_contact))
+    tab.view.on_tap(Tap(band, x=None))
+    assert host.settings == [{"steps": "1000"}]
+
+
+def test_the_figures_and_the_table_are_those_of_the_result(shown):
+    tab, host = shown()
+    found = tab.result.found.restitution
+    assert host.summary.startswith("Answer: You asked for 0.50")
+    drawn = tab.view.instant.data["restitution"]
+    assert np.nanmin(drawn) == pytest.approx(found.least, rel=1e-3)
+    assert np.nanmax(drawn) == pytest.approx(found.greatest, rel=1e-3)
+    assert tab.view.here.data["mean"][0] == pytest.approx(found.mean)
+    np.testing.assert_allclose(tab.view.band.data["steps"], STEPS, rtol=1e-6)
+    assert tab.view.ranges["restitution"].ends[1] <= 2.0  # also where most steps blow up
+    rows = tab.list.points["rows"]
+    (mine,) = [row for row in rows if row["mark"]]
+    assert [cell["text"] for cell in mine["cells"][:2]] == ["Newmark", "start of the step"]
+    assert len(rows) == len(tab.result.schemes)
+    for figure in tab.figures():
+        (series,) = tab.table(figure.name)
+        assert len({len(column) for column in series.columns.values()}) == 1
+
+
+def test_fields_and_sentences_are_in_the_units_that_are_shown(shown):
+    setting = SETTING._replace(units="si", omega1=100.0, m1=2.0, amplitude=1.0)
+    tab, _ = shown(setting)
+    assert tab.question(setting) == question(SETTING)
+    said = dict(tab.panel.statements)
+    assert f"{written(2.0 * SETTING.system.mass_share)} kg" in said["Contact"]
+    assert "m/s" in said["Contact"]
+    tab.panel.receive({"choose": {"mass": "1 kg", "speed": "1 m/s"}})
+    assert tab.panel.chosen == {"mass": 0.5, "speed": pytest.approx(10.0)}
+
+
+def test_a_contact_that_is_none_says_why(shown):
+    setting = SETTING._replace(steps=10**6, K=1e-3)
+    tab = OneImpact(FakeHost())
+    tab.build()
+    assert "is too short to follow: take at least" in tab.obstacle(setting)
+
+
+def test_the_files_give_the_same_numbers(shown, capsys):
+    tab, _ = shown()
+    assert main(shlex.split(tab.command(SETTING))[1:]) == 0
+    printed = capsys.readouterr().out
+    exec(tab.python(SETTING), {})
+    assert f"least={tab.result.found.restitution.least!r}" in capsys.readouterr().out
+    assert f"{tab.result.impact.steps_per_contact:.3g} in a contact" in printed
