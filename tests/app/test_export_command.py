@@ -88,11 +88,13 @@ def test_what_cannot_be_written_is_refused_in_one_line(kind, capsys):
 @pytest.mark.parametrize("law", modelica.LAWS)
 def test_modelica_has_the_laws_that_are_piecewise_linear(law, capsys):
     """The menu and the command alike, whatever contact status the page has."""
-    assert export("--to", "modelica", "--law", law, *NUMBERS) == 0
+    own = {"penetration": 0.5, "stiffening": 3.0} if law == "bilinear" else {}
+    options = [word for name, value in own.items() for word in (f"--{name}", f"{value:g}")]
+    assert export("--to", "modelica", "--law", law, *options, *NUMBERS) == 0
     equation = f"force = if depth >= 0 then {modelica.LAWS[law]} else 0;"
     assert equation in capsys.readouterr().out
     for status in ("start", "end"):
-        setting = SETTING._replace(law=law, status=status, without_solution="halve")
+        setting = SETTING._replace(law=law, status=status, without_solution="halve", **own)
         assert equation in file_writer(VIEWS["help"](FakeHost()), "deck:modelica", setting, ADDRESS)()["text"]
 
 

@@ -130,6 +130,12 @@ class Explorer:
             self.page.get_by_role("tab", name=name, exact=True).click()
             self.page.locator(f"[role=tab][aria-selected=true]:text-is('{name}')").wait_for()
 
+    def change_theme(self, name):
+        """Press the button "Dark page" or "Light page" in the dialog of tour, keys and help, and close it."""
+        self.page.get_by_role("button", name="Tour, keys and help").click()
+        self.page.get_by_role("button", name=name).click()
+        self.page.keyboard.press("Escape")
+
     def model(self, name, attribute):
         """One attribute of a Bokeh model, as the browser has it."""
         return self.page.evaluate("([n, a]) => Bokeh.documents[0].get_model_by_name(n)[a]", [name, attribute])

@@ -110,7 +110,7 @@ def click_last_entry(explorer, figure):
 def test_muted_entries_and_the_theme_come_back(visit):
     explorer = visit(whose="dark")  # a browser of its own, which remembers for no other test
     assert "theme" not in explorer.address()  # nobody has chosen
-    explorer.page.get_by_role("button", name="Dark page").click()
+    explorer.change_theme("Dark page")
     click_last_entry(explorer, "phase1")
     click_last_entry(explorer, "force")
     wanted = {"theme": "dark", "mute": "phase1:penalty;force:penalty_impulses"}

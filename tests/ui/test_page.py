@@ -86,13 +86,13 @@ def test_dark_recolours_page_and_figures_and_is_remembered(visit):
     explorer = visit()
     line = "Bokeh.documents[0].get_model_by_name('phase1')"
     light = explorer.page.evaluate(f"{line}.background_fill_color")
-    explorer.page.get_by_role("button", name="Dark page").click()
+    explorer.change_theme("Dark page")
     assert explorer.page.evaluate("document.documentElement.dataset.theme") == "dark"
     assert (light.upper(), explorer.model("phase1", "background_fill_color")) == ("#FFFFFF", "#171E26")
     explorer.open_tab("Help")
     again = visit()
     assert again.model("phase1", "background_fill_color") == "#171E26"
-    again.page.get_by_role("button", name="Light page").click()
+    again.change_theme("Light page")
     assert again.model("phase1", "background_fill_color").upper() == "#FFFFFF"
     again.page.evaluate("localStorage.clear()")
 

@@ -12,12 +12,11 @@ export function render({ model }) {
   const root = element("header", "head");
   const title = element("h1", "", "Vibroscope");
   const bar = element("div", "bar");
-  const keys = keyDialog(() => tour(root, true));
+  const keys = keyDialog(() => tour(root, true), themeButton(model));
   const takeAway = takeAwayMenu(model);
   const tools = element("div", "tools");
   tools.append(
     takeAway.element,
-    themeButton(model),
     button("?", "Tour, keys and help (?)", () => keys.open()),
   );
   const { tabs, views } = navigation(model);
@@ -263,7 +262,7 @@ const KEYS = [
   ["?", "this list"],
 ];
 
-function keyDialog(startTour) {
+function keyDialog(startTour, theme) {
   const dialog = element("dialog", "keys");
   dialog.setAttribute("aria-label", "Tour, keys and help");
   const list = element("dl");
@@ -278,6 +277,7 @@ function keyDialog(startTour) {
   const row = element("div", "row");
   row.append(
     button("Tour", "From the problem to a suggestion, in six steps", then(startTour)),
+    theme,
     button("Open Help", "", then(() => emit("view", { value: "help" }))),
     button("Close", "", then(() => {})),
   );
