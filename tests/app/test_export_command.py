@@ -91,7 +91,7 @@ def test_modelica_has_the_laws_that_are_piecewise_linear(law, capsys):
     own = {"penetration": 0.5, "stiffening": 3.0} if law == "bilinear" else {}
     options = [word for name, value in own.items() for word in (f"--{name}", f"{value:g}")]
     assert export("--to", "modelica", "--law", law, *options, *NUMBERS) == 0
-    equation = f"force = if depth >= 0 then {modelica.LAWS[law]} else 0;"
+    equation = f"force = if depth >= 0 then {modelica.LAWS[law].format(more=2.0, knee=0.5)} else 0;"
     assert equation in capsys.readouterr().out
     for status in ("start", "end"):
         setting = SETTING._replace(law=law, status=status, without_solution="halve", **own)
