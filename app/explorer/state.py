@@ -34,7 +34,7 @@ from vibroscope.engine import (
     with_located_steps,
 )
 from vibroscope.engine.law_table import LAWS, damper_of, numbers_of
-from vibroscope.engine.methods import LAWS_BY_RESTITUTION
+from vibroscope.engine.methods import DAMPING_RANGE, LAWS_BY_RESTITUTION
 
 # Whose restitution follows from the damping ratio alone, though no formula of an author gives its damper.
 LAWS_OF_RATIO = tuple(name for name, law in LAWS.items() if law.restitution and not law.damper)
@@ -102,10 +102,12 @@ class Setting(namedtuple("Setting", FIELDS, defaults=[field.default for field in
     def damping_of_restitution(self) -> float:
         """D with which a contact has the restitution of the system, to six digits.
 
-        Raises ValueError where no damper gives so small a restitution.
+        Raises ValueError where no damper gives so small a restitution, or one beyond the range of D.
         """
         system = self.system
         D = damping_of_restitution(self.law, system.restitution, self.K, mass=system.mass_share)
+        if not D <= DAMPING_RANGE[1]:
+            raise ValueError(f"restitution = {system.restitution:g} takes D = {D:.3g} with this K: take a larger one")
         return float(f"{D:.6g}")
 
     @property
