@@ -106,7 +106,7 @@ class Setting(namedtuple("Setting", FIELDS, defaults=[field.default for field in
         """
         system = self.system
         D = damping_of_restitution(self.law, system.restitution, self.K, mass=system.mass_share)
-        if not D <= DAMPING_RANGE[1]:
+        if not DAMPING_RANGE[1] >= D:
             raise ValueError(f"restitution = {system.restitution:g} takes D = {D:.3g} with this K: take a larger one")
         return float(f"{D:.6g}")
 
