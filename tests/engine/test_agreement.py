@@ -23,6 +23,7 @@ from vibroscope.engine import (
     percent,
     repetition,
     verdict,
+    with_located_steps,
 )
 from vibroscope.engine.divergence.tolerances import APART, NEARLY, SAME_CURVE, TIE
 
@@ -61,7 +62,9 @@ def difference_with(change, case):
     if "status" in change:
         method = TimeStepping(method.stiffness, method.damping, method.steps, status=change["status"])
     else:
-        method = replace(method, **change)
+        numbers = {name: value for name, value in change.items() if name != "located"}
+        method = replace(method, **numbers)
+        method = with_located_steps(method) if change.get("located") else method
     return compare(ComparisonQuestion(system, eta, method, **RUN)).difference.total
 
 
