@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -71,6 +73,8 @@ class PartialImpact:
     impact : Impact
     impacts : int
         Of the reference, of which the closing speed is the median; 0 where it is typed, or there are none.
+    damping : float
+        D with which the contact gives what is asked for, without a step; nan where none does.
     found : WithStep
         With the step that is set.
     searched : bool
@@ -85,6 +89,7 @@ class PartialImpact:
     question: ImpactQuestion
     impact: Impact
     impacts: int
+    damping: float
     found: WithStep
     largest: LargestStep | None = None
     searched: bool = False
@@ -170,4 +175,8 @@ def _answer(question: ImpactQuestion, cancelled: Callable[[], bool]) -> PartialI
         speeds = speed.closing_speeds(cancelled)
         speed, count = (float(np.median(speeds)), len(speeds)) if len(speeds) else (1.0, 0)
     one = question.at(speed)
-    return PartialImpact(question, one, count, impact(one))
+    _ = one.without_step  # is kept with the question: the page, which shows it, has no time for it
+    damping = math.nan
+    with suppress(ValueError):  # no damper of this law gives what is asked for
+        damping = one.with_restitution(one.restitution).method.damping
+    return PartialImpact(question, one, count, damping, impact(one))

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from contextlib import suppress
 from dataclasses import replace
 
 import numpy as np
@@ -206,9 +205,9 @@ def offers_of(result: PartialImpact, setting: Setting) -> dict[str, dict[str, st
         if method.spring_exponent == 1.0 and method.stiffening is None and method.damping is not None:
             softer = _SAFE * one.steps_per_contact / largest.steps_per_contact
             found["K"] = {"K": _digits(method.stiffness * softer**2), "D": _digits(method.damping * softer)}
-    if method.damping is not None and abs(one.without_step.restitution - one.restitution) > 1e-3:
-        with suppress(ValueError):  # no damper of this law gives it
-            found["D"] = {"D": _digits(one.with_restitution(one.restitution).method.damping)}
+    off = abs(one.without_step.restitution - one.restitution)
+    if method.damping is not None and off > 1e-3 and not math.isnan(result.damping):
+        found["D"] = {"D": _digits(result.damping)}
     return {
         name: texts
         for name, texts in found.items()
