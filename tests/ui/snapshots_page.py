@@ -33,7 +33,7 @@ BESIDE, BELOW = 1.0, 3.5
 
 # In mm, s and N a label ends in its unit; these are ratios all the same.
 UNIT = re.compile(r" / (%|µs|mm|m|s|N|Hz|\(mm/s\)|\(m/s\)|\(N·s\)|\(N/m\)|\(N·s/m\)|\(N/mm\)|\(N·s/mm\))(?=[ ,]|$)")
-RATIO = re.compile(r"η = Ω/ω₁|T/Δτ|relative|non-dimensional")
+RATIO = re.compile(r"η = Ω/ω₁|/Δτ|relative|non-dimensional|restitution e\b")
 # Otherwise it names a number of the model or its divisor.
 NUMBER = re.compile(r"[ηξτλKD]|/ base amplitude|error after")
 

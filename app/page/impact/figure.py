@@ -65,7 +65,7 @@ class ImpactView:
 
     def _over_instants(self) -> figure:
         axes = {"x_range": self.ranges["instant"].range, "y_range": self.ranges["restitution"].range}
-        words = "instant of touch, in steps after the last step", "restitution"
+        words = "instant of touch after the last step, t/Δτ", "restitution e"
         plot = make_figure("Restitution over the instant of touch", *words, name="impact_instant", **axes)
         line = add_glyph(plot, Line(x="instant", y="restitution", line_color=VERMILLION, line_width=2), self.instant)
         items = [LegendItem(label=LEGENDS["impact_instant"]["step"], renderers=[line])]
@@ -75,7 +75,7 @@ class ImpactView:
 
     def _over_steps(self) -> figure:
         axes = {"x_range": self.ranges["steps"].range, "y_range": self.ranges["restitution"].range}
-        words = "steps in a contact", "restitution, whenever the bodies touch"
+        words = "steps in a contact, t_c/Δτ", "restitution e, whenever the bodies touch"
         plot = make_figure("", *words, name="impact_band", x_axis_type="log", **axes)
         area = {"left": "left", "right": "right", "bottom": "least", "top": "greatest"}
         band = add_glyph(plot, Quad(**area, fill_color=VERMILLION, fill_alpha=0.3, line_color=None), self.band)
