@@ -3,6 +3,7 @@
 import pytest
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.export.report import Findings, as_report
+from vibroscope.app.page.tabs import TABS
 
 from .explorer import wait_until
 
@@ -30,7 +31,7 @@ def test_quick_arrow_presses_on_the_tabs_all_count(visit):
         explorer.page.keyboard.press("ArrowRight")
     explorer.page.keyboard.press("ArrowLeft")
     explorer.page.locator("[role=tab][aria-selected=true]").and_(tabs.nth(4)).wait_for()
-    wait_until(lambda: explorer.address().get("view") == "code", what="the view in the link")
+    wait_until(lambda: explorer.address().get("view") == TABS[4].views[0].key, what="the view in the link")
 
 
 def test_every_stop_of_the_keyboard_has_a_name(visit):
