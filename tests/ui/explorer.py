@@ -150,7 +150,12 @@ class Explorer:
         return self.page.evaluate(SOURCE, name)
 
     def figure(self, name):
-        """Ranges, labels and layout boxes of one figure."""
+        """Ranges, labels and layout boxes of one figure, once it is drawn: those of a view come after it."""
+        drawn = (
+            "name => { const found = Bokeh.documents[0].get_model_by_name(name); "
+            "return !!found && !!Bokeh.index.find_one_by_id(found.id)?.el; }"
+        )
+        wait_until(lambda: self.page.evaluate(drawn, name), what=f"the figure {name}")
         return self.page.evaluate(FIGURE, name)
 
     def count_messages(self):
