@@ -16,6 +16,8 @@ from vibroscope.app.commands.parser import Command, OneLineParser
 from vibroscope.app.commands.report import Report, Row
 from vibroscope.engine import SystemFile, Units, finite_or_none, percent, written
 from vibroscope.engine.law_table import HERTZ
+from vibroscope.engine.one_impact.choose import CLOSE_TO_ASKED
+from vibroscope.engine.one_impact.question import NO_STEPS
 
 if TYPE_CHECKING:
     from vibroscope.engine import Impact, WithStep
@@ -23,7 +25,6 @@ if TYPE_CHECKING:
 SI = SystemFile(units=Units(omega1=1.0, m1=1.0, base_amplitude=1e3), has_units=True)  # in which numbers are counted
 OVER = {"steps-per-contact": (0.5, 100.0), "speed": (0.1, 10.0)}  # from where to where; of the speed: times this
 VALUES = 100  # of a band
-NO_STEPS = 4  # of a method for a contact alone
 BAND = "restitution_least restitution_mean restitution_greatest penetration_m force_N without_solution two_solutions"
 BAND = (*BAND.split(), "blown_up", "stuck")
 _EXAMPLES = """\
@@ -66,7 +67,7 @@ def add(command: OneLineParser) -> None:
     add("--force", type=measured("force"), default=0.0, metavar="F", help=words)
     add_fields(command, *LAW_OPTIONS, *STEPPING_OPTIONS)
     words = "how far the restitution may be off for the largest step (default %(default)s)"
-    add("--tolerance", type=number, default=0.05, metavar="F", help=words)
+    add("--tolerance", type=number, default=CLOSE_TO_ASKED, metavar="F", help=words)
     words = "also each integrator and contact status with the same numbers, and the steps that it needs (some seconds)"
     add("--schemes", action="store_true", help=words)
     words = "also from where to where around K and D the step is stable, gains no energy and has a solution"

@@ -4,10 +4,8 @@ import math
 from collections.abc import Iterator
 from dataclasses import replace
 
-from vibroscope.engine import INTEGRATORS, Impact, LargestStep, WithStep, impact, percent, written
+from vibroscope.engine import CONTACT_STATUSES, INTEGRATORS, Impact, LargestStep, WithStep, impact, percent, written
 from vibroscope.engine.units import time_text
-
-STATUSES = "start", "end", "located"
 
 
 def answer(question: Impact, asked: float, found: WithStep) -> str:
@@ -50,7 +48,7 @@ def schemes(question: Impact) -> Iterator[tuple[Impact, WithStep]]:
     """The same contact with each integrator and contact status that go together."""
     for kind in INTEGRATORS.values():
         integrator = question.method.integrator if question.method.integrator.name == kind.name else kind()
-        for status in STATUSES:
+        for status in CONTACT_STATUSES:
             if status == "end" and kind.explicit:
                 continue
             method = replace(question.method, integrator=integrator, status=status)

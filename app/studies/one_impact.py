@@ -24,8 +24,8 @@ from vibroscope.engine import (
     over_steps,
     simulate,
 )
+from vibroscope.engine.one_impact.choose import CLOSE_TO_ASKED
 
-TOLERANCE = 0.05  # of the restitution that was asked for
 STEPS = np.geomspace(0.5, 100.0, 64)  # in a contact, of the band
 _AT_ONCE = 8  # of these, and of the rows of the table, between two pictures
 _FOUND, _SEARCHED, _BAND = 0.05, 0.3, 0.7  # of the work is done then
@@ -148,7 +148,7 @@ def grow_impact(
     result = last or _answer(question, cancelled)
     yield result
     if not result.searched:
-        largest = largest_step(result.impact, TOLERANCE, question.restitution)
+        largest = largest_step(result.impact, CLOSE_TO_ASKED, question.restitution)
         result = replace(result, largest=largest, searched=True, share=_SEARCHED)
         yield result
     while (known := len(result.band)) < len(STEPS):

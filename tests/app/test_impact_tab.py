@@ -11,9 +11,10 @@ from vibroscope.app.commands.cli import main
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.page.impact.tab import OneImpact, offers_of
 from vibroscope.app.page.tab import Move
-from vibroscope.app.studies.one_impact import STEPS, TOLERANCE, grow_impact
+from vibroscope.app.studies.one_impact import STEPS, grow_impact
 from vibroscope.app.studies.study_job import RESULTS
 from vibroscope.engine import impact, simulate, written
+from vibroscope.engine.one_impact.choose import CLOSE_TO_ASKED
 
 from .fakes import FakeHost, send
 
@@ -86,7 +87,7 @@ def test_what_is_taken_over_keeps_what_was_asked_for():
         changed = changed._replace(steps=round(changed.steps))
         asked = question(changed)
         found = impact(asked.at(result.impact.speed)).restitution
-        assert max(abs(e - 0.5) for e in found) < TOLERANCE + 1e-3
+        assert max(abs(e - 0.5) for e in found) < CLOSE_TO_ASKED + 1e-3
     alone = SETTING._replace(D=float(offers["D"]["D"]))
     assert question(alone).at(1.0).without_step.restitution == pytest.approx(0.5, abs=1e-5)
 

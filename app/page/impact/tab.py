@@ -19,9 +19,10 @@ from vibroscope.app.page.bifurcation.branches import BranchPanel
 from vibroscope.app.page.impact.figure import LEGENDS, ImpactView
 from vibroscope.app.page.study.tab import StudyView
 from vibroscope.app.runtime.number_text import print_number
-from vibroscope.app.studies.one_impact import TOLERANCE, ImpactQuestion, PartialImpact, Run, grow_impact
+from vibroscope.app.studies.one_impact import ImpactQuestion, PartialImpact, Run, grow_impact
 from vibroscope.engine import Impact, counted, percent, written
 from vibroscope.engine.facts import Amount, Statement, message_of, sentence, stated
+from vibroscope.engine.one_impact.choose import CLOSE_TO_ASKED
 
 _TYPED = {  # symbol, meaning, quantity, what one of it is without units
     "mass": ("m*", "reduced mass; 0: of the bodies", "mass", "m₁"),
@@ -123,7 +124,7 @@ class OneImpact(StudyView):
         said = answer(one, one.restitution, found)
         if result.searched:
             step = result.largest and f"T/{_steps_of(result.largest.time_step, setting)}"
-            said += f" {advice(result.largest, TOLERANCE, step or '')}"
+            said += f" {advice(result.largest, CLOSE_TO_ASKED, step or '')}"
         of = f", the median of {counted(result.impacts, 'impact')} of the reference" if result.impacts else ""
         measures = "Restitution {}; penetration {}, force {}"
         fewest, most = found.steps
