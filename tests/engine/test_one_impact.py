@@ -145,6 +145,21 @@ def test_least_mean_and_greatest_are_those_of_a_fine_scan(name, steps):
     assert found.without_solution == pytest.approx(1 - len(solved) / len(scan), abs=1e-3)
 
 
+@pytest.mark.parametrize("law", ["kelvin-voigt", "limited", "compression", "jankowski"])
+@pytest.mark.parametrize("status", ["start", "end"])
+def test_extremes_and_shares_are_those_of_a_scan_whatever_the_law(law, status):
+    """Kinks along a piece are found, and where a step begins to have two solutions, though the restitution goes on."""
+    asked = question(law, steps=3.3, status=status)
+    scan = touches_of(asked).run((np.arange(20_000) + 0.5) / 20_000)
+    rate, _, depth, force = scan[scan[:, -1] == 0].T[:4]
+    found = impact(asked)
+    assert found.restitution == pytest.approx((rate.min(), rate.mean(), rate.max()), abs=1e-3)
+    assert found.penetration == pytest.approx(depth.max() * asked.units.length, rel=1e-4)
+    assert found.force == pytest.approx(force.max() * asked.units.force, rel=1e-4)
+    assert found.two_solutions == pytest.approx((scan[:, 7] > 0).mean(), abs=2e-4)
+    assert found.without_solution == pytest.approx((scan[:, 6] > 0).mean(), abs=2e-4)
+
+
 def test_the_ends_of_pieces_are_found_and_what_a_linear_law_gives_is_linear_between_them():
     asked = question(steps=5.0)
     found, h = impact(asked), asked.time_step / asked.units.time
