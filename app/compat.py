@@ -8,14 +8,20 @@ the libraries' versions. The hooks into the libraries' scripts are in ``page/sha
 from __future__ import annotations
 
 import threading
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
+from typing import NamedTuple
 
 import numpy as np
 from bokeh.core.property.wrappers import PropertyValueContainer
 from bokeh.document import Document
+from bokeh.document.events import DocumentChangedEvent, DocumentPatchedEvent
 from bokeh.model import Model
 from bokeh.models import ColumnDataSource
+from bokeh.protocol.message import Message
+from bokeh.server.connection import ServerConnection
 from panel.io import document as panel_document
+from panel.io.model import monkeypatch_events
 from panel.io.state import set_curdoc, state
 from tornado.iostream import IOStream
 from tornado.websocket import WebSocketHandler
@@ -80,14 +86,57 @@ def claim_document(doc: Document) -> None:
     state._thread_id_[doc] = threading.get_ident()
 
 
-def leave_writing_to_loop(doc: Document) -> None:
-    """Let a thread that has claimed a document make the messages of its changes; the loop writes them.
+class Unsent(NamedTuple):
+    """What a thread has changed in a document: messages for its connections, and events that are no change of it."""
 
-    Uses ``panel.io.document._WRITE_BLOCK``, by which Panel knows that older messages still wait to be written: it then
-    makes those of the next changes at once and puts their writing off to a turn of the loop. Otherwise it would
-    write to the connection from the thread.
+    messages: list[tuple[ServerConnection, Message]]
+    others: list[DocumentChangedEvent]
+
+
+@contextmanager
+def collected(doc: Document) -> Iterator[Unsent]:
+    """Make the messages of what a thread that has claimed a document changes in it; `send` sends them, on the loop.
+
+    Uses ``Document.callbacks._hold`` and ``_held_events``, ``ServerSession._subscribed_connections`` and Panel's
+    ``monkeypatch_events``. Panel's own ``hold`` would write to the connection from the thread, or note its messages in
+    dictionaries that the loop empties meanwhile: a message then came between the parts of another, or never.
     """
-    panel_document._WRITE_BLOCK[doc] = True
+    unsent = Unsent([], [])
+    doc.hold()
+    try:
+        yield unsent
+    finally:
+        events, doc.callbacks._held_events, doc.callbacks._hold = list(doc.callbacks._held_events), [], None
+        changes = [event for event in events if isinstance(event, DocumentPatchedEvent)]
+        unsent.others.extend(event for event in events if not isinstance(event, DocumentPatchedEvent))
+        monkeypatch_events(changes)
+        if changes and doc.session_context is not None:
+            for connection in doc.session_context.session._subscribed_connections:
+                unsent.messages.append((connection, connection.protocol.create("PATCH-DOC", changes)))
+
+
+def send(doc: Document, unsent: Unsent) -> None:
+    """Send what was `collected`, after what Panel has not sent yet; called on the loop.
+
+    Uses ``panel.io.document._WRITE_MSGS`` and what `send_rest` uses.
+    """
+    for event in unsent.others:
+        doc.callbacks.trigger_on_change(event)
+    for connection, message in unsent.messages:
+        panel_document._WRITE_MSGS.setdefault(doc, {}).setdefault(connection, []).append(message)
+    send_rest(doc)
+
+
+def send_rest(doc: Document) -> None:
+    """Send the messages that wait to be written; called on the loop.
+
+    Uses ``panel.io.document._WRITE_MSGS``, ``_WRITE_BLOCK``, ``_dispatch_msgs`` and ``_dispatch_write_task``. Panel
+    writes them in a task that does nothing once another such task has ended in the same turn of the loop; they would
+    wait for the next change of the page.
+    """
+    if doc in panel_document._WRITE_MSGS:
+        panel_document._WRITE_BLOCK[doc] = True
+        panel_document._dispatch_write_task(doc, panel_document._dispatch_msgs, doc)
 
 
 def forget_empty_defaults(models: Iterable[Model]) -> None:

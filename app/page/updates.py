@@ -36,7 +36,7 @@ from typing import NamedTuple, TypeVar
 import panel as pn
 from bokeh.document import Document
 from panel.io.state import set_curdoc
-from vibroscope.app.compat import claim_document, leave_writing_to_loop
+from vibroscope.app.compat import Unsent, claim_document, collected, send, send_rest
 from vibroscope.app.explorer.compute import RunPair
 from vibroscope.app.runtime import logs
 from vibroscope.app.runtime.workers import ahead_of_jobs
@@ -90,27 +90,24 @@ class SessionLoop:
     async def _add_in_thread(self, add: Callable[[], None], then: Callable[[], None], fail: Callable[[], None]) -> None:
         """Bokeh awaits this with the document locked."""
         with logs.in_session(self._session), ahead_of_jobs(), set_curdoc(self._doc):
-            try:
-                await asyncio.to_thread(self._add, add)
-            except Exception as error:
+            unsent, error = await asyncio.to_thread(self._add, add)
+            claim_document(self._doc)
+            send(self._doc, unsent)
+            if error is not None:
                 logs.event("models not added", logging.ERROR, error=error)
                 then = fail
-            finally:
-                claim_document(self._doc)
             then()
 
-    def _add(self, add: Callable[[], None]) -> None:
-        """Change the page and make the message of that, in a thread."""
+    def _add(self, add: Callable[[], None]) -> tuple[Unsent, Exception | None]:
+        """Change the page and make the messages of that, in a thread; with the error of ``add``, if there was one."""
         claim_document(self._doc)
-        leave_writing_to_loop(self._doc)
-        failed = []
-        with pn.io.hold(self._doc), self._doc.models.freeze():  # one walk over all models, not one for each
+        failed = None
+        with collected(self._doc) as unsent, self._doc.models.freeze():  # one walk over all models, not one for each
             try:
                 add()
             except Exception as error:  # it must not leave the models frozen
-                failed.append(error)
-        if failed:
-            raise failed[0]
+                failed = error
+        return unsent, failed
 
     def _call_when_open(self, callback: Callable[[], None]) -> None:
         if self._open:
@@ -163,6 +160,7 @@ class UpdateChannel:
             self._send_when_free()
 
     def _send_when_free(self) -> None:
+        send_rest(self._doc)
         if self._unpainted and time.monotonic() - self._sent_at < _PATIENCE:
             return
         if self._next is None:

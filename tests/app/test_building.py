@@ -12,6 +12,7 @@ from bokeh.document import Document
 from bokeh.models import Range1d
 from bokeh.protocol import Protocol, message
 from bokeh.server.contexts import ApplicationContext
+from panel.io import document as panel_document
 from panel.io.state import set_curdoc, state
 from tornado.ioloop import IOLoop
 from vibroscope.app.page.tabs import VIEWS
@@ -51,7 +52,9 @@ def while_the_loop_goes_on(steps):
 
 async def session_of(build, number="1"):
     context = ApplicationContext(ThreadedApplication(FunctionHandler(build)), io_loop=IOLoop.current(), url="/")
-    return await context.create_session_if_needed(number, PLAIN_REQUEST)
+    session = await context.create_session_if_needed(number, PLAIN_REQUEST)
+    session.kept = context  # a document knows its session as long as that exists
+    return session
 
 
 def test_the_loop_goes_on_while_a_document_is_built():
@@ -91,6 +94,56 @@ def test_the_loop_goes_on_while_models_are_added_and_what_follows_is_called_on_i
     assert served == [True]
     assert len(session.document.models) == 2
     assert [thread == threading.get_ident() for thread in threads] == [False, True]
+
+
+class Connection:
+    """Stands for a connection and its websocket."""
+
+    def __init__(self):
+        self._socket, self.protocol = self, Protocol()
+        self.sent = []  # of each message whether the loop has sent it, and what it holds
+
+    def send(self, message):
+        self.sent.append((threading.current_thread() is threading.main_thread(), message.content_json))
+        return []
+
+
+def test_models_that_are_added_while_an_older_message_is_written_come_after_it(monkeypatch):
+    def write(connection, events=None, msg=None):
+        return connection.send(msg or connection.protocol.create("PATCH-DOC", events))
+
+    monkeypatch.setitem(panel_document.extra_socket_handlers, Connection, write)
+    monkeypatch.setattr(type(state), "loaded", True)
+
+    async def steps(wait):
+        session = await session_of(lambda doc: doc.add_root(Range1d(start=0, end=1)))
+        doc, connection, done = session.document, Connection(), asyncio.Event()
+        session._subscribed_connections.add(connection)
+        page = SessionLoop(doc)
+        page.start()
+
+        def change():
+            doc.hold()
+            doc.title = "older"
+            events, doc.callbacks._held_events, doc.callbacks._hold = doc.callbacks._held_events, [], None
+            panel_document.schedule_write_events(doc, session._subscribed_connections, events)
+
+        def add():
+            assert wait()  # the loop writes the older message, and has none left
+            doc.add_root(Range1d(start=0, end=0.7, name="added"))
+
+        await session.with_document_locked(change)
+        page.add_models(add, done.set, done.set)
+        await done.wait()
+        while len(connection.sent) < 2:
+            await asyncio.sleep(0.001)
+        return connection.sent
+
+    older, added = while_the_loop_goes_on(steps)
+    assert "older" in older[1]
+    assert "added" in added[1]
+    assert older[0]
+    assert added[0]
 
 
 def test_models_that_could_not_be_added_are_reported_and_leave_the_document_as_it_was():

@@ -13,9 +13,11 @@ import param
 import pytest
 from bokeh.core.property.wrappers import PropertyValueContainer
 from bokeh.document import Document
+from bokeh.document.events import SessionCallbackAdded
 from bokeh.events import Event
 from bokeh.models import ColumnDataSource
 from bokeh.plotting import figure
+from bokeh.protocol import Protocol
 from panel.custom import JSComponent
 from panel.io import document as panel_document
 from panel.io.state import set_curdoc, state
@@ -25,15 +27,24 @@ from tornado.websocket import WebSocketHandler, websocket_connect
 from vibroscope.app.compat import (
     FastUpdates,
     claim_document,
+    collected,
     forget_empty_defaults,
     leave_collections_out,
-    leave_writing_to_loop,
+    send,
+    send_rest,
     stop_compressing,
     stream_of,
     update_silently,
 )
 from vibroscope.app.page.shared.component import Component
 from vibroscope.app.server.connections import Listener, Stream
+
+
+class Written:
+    """Stands for a connection and its websocket."""
+
+    def __init__(self):
+        self._socket, self.protocol = self, Protocol()
 
 
 class Example(Component):
@@ -121,13 +132,34 @@ def test_silent_columns_are_stored_and_not_sent():
     assert len(events) == 1
 
 
-def test_panel_makes_the_messages_of_a_thread_and_leaves_writing_them_to_the_loop():
-    needs_of_module = {"_WRITE_BLOCK", "_WRITE_MSGS", "schedule_write_events"}
-    assert needs_of_module <= vars(panel_document).keys(), "Panel keeps older messages elsewhere: see app/compat.py"
-    assert "_WRITE_BLOCK" in inspect.getsource(panel_document.unlocked)
-    doc = Document()
-    leave_writing_to_loop(doc)
-    assert doc in panel_document._WRITE_BLOCK
+def test_what_is_collected_is_not_dispatched_before_it_is_sent():
+    needed = {"_WRITE_BLOCK", "_WRITE_MSGS", "_dispatch_msgs", "_dispatch_write_task"}
+    assert needed <= vars(panel_document).keys(), "Panel keeps what it has to write elsewhere: see app/compat.py"
+    doc, heard = Document(), []
+    doc.on_change(heard.append)
+    with collected(doc) as unsent:
+        doc.title = "new"
+        doc.add_next_tick_callback(int)
+    assert heard == [], "Document.hold dispatches what it should hold: see app/compat.py"
+    send(doc, unsent)
+    assert [type(event) for event in heard] == [
+        SessionCallbackAdded
+    ]  # the title goes to connections, of which it has none
+
+
+def test_messages_that_panel_has_forgotten_are_sent_with_the_next_look():
+    async def steps():
+        doc, written = Document(), []
+        panel_document.extra_socket_handlers[Written] = lambda _, msg: written.append(msg) or []
+        panel_document._WRITE_MSGS[doc] = {Written(): ["message"]}
+        await panel_document._dispatch_msgs(doc)
+        assert written == [], "Panel no longer forgets messages: `send_rest` of app/compat.py can go"
+        send_rest(doc)
+        await asyncio.sleep(0.01)
+        del panel_document.extra_socket_handlers[Written]
+        return written
+
+    assert asyncio.run(steps()) == ["message"]
 
 
 def test_the_stream_of_a_request_is_the_one_that_its_websocket_writes_to():

@@ -24,7 +24,7 @@ CALLS = {
     "recommend": ["--eta", "3.25", "--tolerance", "0.5", "--steps-max", "64"],
     "validate": ["B5"],
     "codes": ["calculix"],
-    "impact": ["--K", "1e6", "--D", "20", "--steps-per-contact", "8"],
+    "impact": ["--K", "1e6", "--D", "20", "--steps-per-contact", "8", "--schemes", "--bounds"],
     "codes translate": ["--from", "gazebo", "--to", "bullet"],
     "rules": ["ansys-mode", *MET],
     "branch": RANGE,

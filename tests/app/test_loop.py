@@ -14,7 +14,7 @@ from tests.served import ROOT, served
 
 WATCHDOG = Path(__file__).parent / "watchdog"
 MOVES, PINS = 6, 4
-AT_MOST = 4  # turns of a move; one is 15 to 25 ms of a quiet machine, what was built on the loop took 250 to 600
+AT_MOST = 4  # turns of a move, by the functions called in it: some 50,000, or 15 to 25 ms of a quiet machine
 
 
 class Visitor:
@@ -100,7 +100,7 @@ async def visit(url):
 
 @pytest.fixture(scope="module")
 def longest(tmp_path_factory):
-    """For each message its name, the processor time of the longest turn by it, and the walks over all models."""
+    """For each message its name, the calls of the longest turn by it, and the walks over all models."""
     folder = tmp_path_factory.mktemp("loop")
     turns = folder / "turns.txt"
     with served(folder / "log.txt", PYTHONPATH=str(WATCHDOG), VIBROSCOPE_TURNS=str(turns)) as server:
@@ -110,7 +110,7 @@ def longest(tmp_path_factory):
     found = []
     for name, begun, ended in spans:
         within = [(used, walks) for start, _, used, walks in rows if begun <= start < ended]
-        found.append((name, max((used for used, _ in within), default=0.0), sum(walks for _, walks in within)))
+        found.append((name, max((used for used, _ in within), default=0), sum(walks for _, walks in within)))
     return found
 
 
