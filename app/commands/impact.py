@@ -176,7 +176,7 @@ def _report(question: Impact, options: argparse.Namespace) -> Report:
     data |= {"with_step": _with_step(found), "largest_step": None}
     if largest is not None:
         data["largest_step"] = {
-            "time_step_s": largest.time_step,
+            "time_step_s": largest.step,
             "steps_per_contact": largest.steps_per_contact,
             "tolerance": options.tolerance,
         }

@@ -23,7 +23,7 @@ def advice(largest: LargestStep | None, tolerance: float, step: str = "") -> str
     if largest is None:
         return f"No step down to 500 in a contact keeps it within {written(tolerance)}."
     steps = written(largest.steps_per_contact, 3)
-    step = step or time_text(largest.time_step)
+    step = step or time_text(largest.step)
     return f"From {steps} steps on it stays within {written(tolerance)}: a step of at most {step}."
 
 

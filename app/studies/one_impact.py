@@ -125,7 +125,7 @@ class PartialImpact:
             "restitution_asked": one.restitution,
             "without_step": one.without_step._asdict(),
             "restitution": self.found.restitution._asdict(),
-            "largest_step": np.nan if largest is None else largest.time_step,
+            "largest_step": np.nan if largest is None else largest.step,
             "over_instants": self.instants(),
             "over_steps": self.over_steps(),
             "schemes": self.of_schemes(),

@@ -56,7 +56,7 @@ def over_speeds(question: Impact, speeds: Sequence[float] | np.ndarray) -> Itera
 class LargestStep(NamedTuple):
     """The largest step with which, and with every smaller one, a contact gives what was asked."""
 
-    time_step: float
+    step: float  # s
     steps_per_contact: float
     verified: WithStep  # with this step
 

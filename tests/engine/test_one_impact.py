@@ -228,7 +228,7 @@ def test_the_largest_step_keeps_to_the_tolerance_and_smaller_ones_do(integrator)
     ends = found.verified.restitution.least, found.verified.restitution.greatest
     assert max(abs(e - 0.5) for e in ends) <= 0.1
     n = found.steps_per_contact
-    assert found.time_step == pytest.approx(asked.contact_time / n)
+    assert found.step == pytest.approx(asked.contact_time / n)
     for steps in np.linspace(1.003 * n, 3 * n, 40):
         e = impact(asked.with_steps_per_contact(steps)).restitution
         assert max(abs(e.least - 0.5), abs(e.greatest - 0.5)) <= 0.102

@@ -123,7 +123,7 @@ class OneImpact(StudyView):
         one, found, alone = result.impact, result.found, result.impact.without_step
         said = answer(one, one.restitution, found)
         if result.searched:
-            step = result.largest and f"T/{_steps_of(result.largest.time_step, setting)}"
+            step = result.largest and f"T/{_steps_of(result.largest.step, setting)}"
             said += f" {advice(result.largest, CLOSE_TO_ASKED, step or '')}"
         of = f", the median of {counted(result.impacts, 'impact')} of the reference" if result.impacts else ""
         measures = "Restitution {}; penetration {}, force {}"
@@ -202,7 +202,7 @@ def offers_of(result: PartialImpact, setting: Setting) -> dict[str, dict[str, st
     found, largest, one = {}, result.largest, result.impact
     method = one.method
     if largest is not None:
-        found["steps"] = {"steps": str(_steps_of(largest.time_step, setting))}
+        found["steps"] = {"steps": str(_steps_of(largest.step, setting))}
         if method.spring_exponent == 1.0 and method.stiffening is None and method.damping is not None:
             softer = _SAFE * one.steps_per_contact / largest.steps_per_contact
             found["K"] = {"K": _digits(method.stiffness * softer**2), "D": _digits(method.damping * softer)}
