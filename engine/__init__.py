@@ -50,7 +50,7 @@ simulate = checked(_simulate)
 _LATER = {
     "batch": ("run_cells",),
     "cells": ("CellResults", "Cells"),
-    "compilation": ("CompileProgress", "compile_kernels", "is_compiled"),
+    "compilation": ("CompileProgress", "Compiled", "compile_kernels", "is_compiled"),
     "contact": (
         "damping_of_restitution",
         "effective_restitution",

@@ -16,6 +16,7 @@ import sys
 import threading
 from collections.abc import Callable
 from dataclasses import replace
+from enum import IntEnum
 from typing import NamedTuple
 
 import numpy as np
@@ -30,15 +31,26 @@ from .drivers.code_cache import CompileListener, compilable_functions, complete_
 from .drivers.event_driven import hybrid_state
 from .drivers.orbit import OrbitEquations, event, numbers_of, steps
 from .integrators import HHT
-from .methods import ExactPenalty, Newmark, Reference, TimeStepping, with_located_steps
+from .methods import ExactPenalty, Method, Newmark, Reference, TimeStepping, with_located_steps
 from .model import System
 from .motions.lyapunov import lyapunov
+from .motions.motion import motion
 from .motions.section import settled_period
 from .motions.steady import steady
 from .one_impact.forward import impact
 from .one_impact.question import Impact
+from .result import Record
 from .simulate import simulate
 from .sweeps.plane_study import PlaneStudy
+
+
+class Compiled(IntEnum):
+    """How much of what is needed is compiled."""
+
+    NOTHING = 0
+    MOTIONS = 1  # by which the explorer shows the motions that it opens with, those of Newmark's method
+    VERDICTS = 2  # by which it explains them
+    ALL = 3
 
 
 class CompileProgress(NamedTuple):
@@ -50,14 +62,12 @@ class CompileProgress(NamedTuple):
         0 to 1; of the functions that may have to be compiled.
     what : str
         Which solver is being compiled.
-    opens : bool
-        Whether all is compiled by which the explorer shows and explains the motions that it opens with, those of
-        Newmark's method with constant steps.
+    compiled : Compiled
     """
 
     share: float
     what: str
-    opens: bool = False
+    compiled: Compiled = Compiled.NOTHING
 
 
 _NEWMARK = Newmark(2500.0, 8.0, 2000)
@@ -71,18 +81,17 @@ _RUNS = {  # what is called, by what it solves
     "other integrators": TimeStepping(2500.0, 8.0, 2000, HHT()),
     "other integrators, every step": TimeStepping(2500.0, 8.0, 2000, HHT(), every_step=True),
 }
-_OPENING = (  # what the explorer opens with, and what its verdict tries; those that share functions beside each other
-    "reference",
-    "exact penalty",
+# What the explorer opens with, and what its verdict tries beside; those that share functions beside each other.
+_OPENING = "reference", "exact penalty", "Newmark"
+_TRIED = (
     "other contact laws",
     "other integrators",
     "Newmark, located",
     "Newmark, every step",  # of few steps all are taken
-    "Newmark",
 )
 _SCENES = (1.08, 100.0, 50.0), (1.08, 2500.0, 8.0), (1.70, 12000.0, 18.0), (2.76, 12000.0, 18.0)  # η, K and D
 _BATCHES = ("reference", "exact penalty", "Newmark")
-_OPENS = 2  # stages that the explorer opens with
+_BEFORE = Compiled.NOTHING, Compiled.MOTIONS, Compiled.MOTIONS, Compiled.VERDICTS  # what is compiled as a stage begins
 MOST_PROCESSES = 4  # each takes a gigabyte
 
 
@@ -101,20 +110,19 @@ def compile_kernels(progress: Callable[[CompileProgress], None] | None = None, p
     processes : int, optional
         Processes that compile, this one included; None: one for each core, MOST_PROCESSES at most.
     """
-    functions, ready, lock, solver, opens = compilable_functions(), set(), threading.Lock(), "", False
+    functions, ready, lock, solver, compiled = compilable_functions(), set(), threading.Lock(), "", Compiled.NOTHING
 
     def count(function: str | None) -> None:
         with lock:
             ready.update(functions & {function})
             if progress is not None:
-                progress(CompileProgress(len(ready) / len(functions), solver, opens))
+                progress(CompileProgress(len(ready) / len(functions), solver, compiled))
 
     if processes is None:
         processes = min(os.cpu_count() or 1, MOST_PROCESSES)
     helping = 0 if is_cache_private() else processes - 1
     with Helpers(helping, count) as helpers, CompileListener(count):
-        for number, stage in enumerate(stages()):
-            opens = number >= _OPENS
+        for compiled, stage in zip(_BEFORE, stages(), strict=True):  # noqa: B007 - `count` reports it
             for call in stage:
                 if helpers.claims.take(call.number):
                     solver = call.what
@@ -126,7 +134,7 @@ def compile_kernels(progress: Callable[[CompileProgress], None] | None = None, p
                 for call in stage:
                     call.make()
     if progress is not None:
-        progress(CompileProgress(1.0, solver, True))
+        progress(CompileProgress(1.0, solver, Compiled.ALL))
     mark = complete_mark()
     if mark.parent.exists():
         mark.touch()
@@ -135,12 +143,17 @@ def compile_kernels(progress: Callable[[CompileProgress], None] | None = None, p
 def help_to_compile(folder: str) -> None:
     """Make calls that no other process has begun, the last first, and report each to the process that is helped."""
     end_with_input()
-    claims, (solvers, _, others) = Claims(folder), stages()
+    claims, (opening, tried, _, others) = Claims(folder), stages()
     with CompileListener(report):
-        for call in (*reversed(solvers), *reversed(others)):
+        for call in (*reversed(opening), *reversed(tried), *reversed(others)):
             if claims.take(call.number):
                 call.make()
                 report(call.number)
+
+
+def _run(system: System, method: Method) -> None:
+    """Run, record and describe a motion."""
+    motion(simulate(system, 1.08, method, periods=4, keep=2, record=Record(1, 16)))
 
 
 def _settle(cells: Cells) -> None:
@@ -188,18 +201,17 @@ class Call(NamedTuple):
 
 
 def stages() -> list[list[Call]]:
-    """All calls, in stages that are made one after the other: solvers, their differences, everything else.
+    """All calls, in stages that are made one after the other: solvers, twice, their differences, everything else.
 
     The differences need all solvers: no process makes them while another compiles one.
     """
-    system, later = System(), [name for name in _RUNS if name not in _OPENING]
-    run = {
-        name: lambda method=method: simulate(system, 1.08, method, periods=2, keep=1) for name, method in _RUNS.items()
-    }
+    system, later = System(), [name for name in _RUNS if name not in (*_OPENING, *_TRIED)]
+    run = {name: lambda method=method: _run(system, method) for name, method in _RUNS.items()}
     cells = {f"{name}, for studies": Cells(system, [1.08], _RUNS[name]) for name in _BATCHES}
     studies = {what: lambda some=some: run_cells(some, transient=1, sample=2) for what, some in cells.items()}
     found = [
         {name: run[name] for name in _OPENING},
+        {name: run[name] for name in _TRIED},
         {
             "differences": lambda: [
                 verdict(compare(ComparisonQuestion(system, eta, Newmark(*own, 2000)))) for eta, *own in _SCENES

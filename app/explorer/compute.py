@@ -23,6 +23,7 @@ from vibroscope.app.runtime.workers import Workers, ahead_of_jobs, give_way, own
 from vibroscope.engine import (
     FREE_PERIODS,
     Cancelled,
+    Compiled,
     Motion,
     Record,
     Reference,
@@ -169,7 +170,7 @@ def opens_with(setting: Setting) -> bool:
 def warm() -> None:
     """Cache the runs of the opening scene before the first visitor comes; compile the kernels if that is not done."""
     compilation.start()
-    compilation.when_done(lambda: workers().submit(compute_runs, opening_setting()), opening=True)
+    compilation.when_done(lambda: workers().submit(compute_runs, opening_setting()), Compiled.MOTIONS)
 
 
 # ---- the requests of one session ------------------------------------------------------------------------------------
@@ -224,8 +225,9 @@ class JobQueue:
             if self._busy or self._closed:
                 return
             self._busy = True
+        first = Compiled.MOTIONS if self._for_figures else Compiled.VERDICTS
         act = partial(self._pool.submit, self._work, session=self._session)
-        compilation.when_done(act, opening=opens_with(setting))
+        compilation.when_done(act, first if opens_with(setting) else Compiled.ALL)
 
     def drop_waiting(self) -> None:
         """Drop the job that waits; one that runs goes on."""

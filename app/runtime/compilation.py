@@ -1,8 +1,8 @@
 """The kernels are compiled while the server already answers: in a process of its own, so that the page stays quick.
 
 Numba holds the interpreter's lock while it compiles, for some minutes in all. What needs a kernel waits until all are
-compiled (`Compilation.when_done`) and then loads the machine code from the cache; what needs only those that the
-explorer opens with, which come first, waits for them alone.
+compiled (`Compilation.when_done`) and then loads the machine code from the cache; what needs only the first of them,
+by which the explorer shows and then explains what it opens with, waits for these alone.
 """
 
 from __future__ import annotations
@@ -12,9 +12,10 @@ import subprocess
 import sys
 import threading
 from collections.abc import Callable, Sequence
+from operator import itemgetter
 
 from vibroscope.app.runtime.workers import lower_priority
-from vibroscope.engine import CompileProgress, compile_kernels, is_cache_private, is_compiled
+from vibroscope.engine import Compiled, CompileProgress, compile_kernels, is_cache_private, is_compiled
 
 Watcher = Callable[[CompileProgress | None], None]
 
@@ -38,8 +39,7 @@ class Compilation:
         self.progress: CompileProgress | None = None
         self._lock = threading.Lock()
         self._watchers: list[Watcher] = []
-        self._waiting: list[Callable[[], None]] = []
-        self._opening: list[Callable[[], None]] = []  # what waits for less
+        self._waiting: list[tuple[Compiled, Callable[[], None]]] = []
         self._process: subprocess.Popen | None = None
 
     def start(self) -> None:
@@ -51,14 +51,11 @@ class Compilation:
         self.thread = threading.Thread(target=self._run, name="compilation", daemon=True)
         self.thread.start()
 
-    def when_done(self, act: Callable[[], None], *, opening: bool = False) -> None:
-        """Call ``act`` when the kernels are compiled: now if they are, else later in another thread.
-
-        ``opening``: when those are compiled that the explorer opens with (`CompileProgress.opens`).
-        """
+    def when_done(self, act: Callable[[], None], needs: Compiled = Compiled.ALL) -> None:
+        """Call ``act`` when so much is compiled: now if it is, else later in another thread."""
         with self._lock:
-            if self.progress is not None and not (opening and self.progress.opens):
-                (self._opening if opening else self._waiting).append(act)
+            if self.progress is not None and self.progress.compiled < needs:
+                self._waiting.append((needs, act))
                 return
         act()
 
@@ -71,7 +68,7 @@ class Compilation:
     def stop(self) -> None:
         """The server stops: compile no further, and call nobody any more."""
         with self._lock:
-            self._watchers, self._waiting, self._opening = [], [], []
+            self._watchers, self._waiting = [], []
             if self._process is not None:
                 self._process.terminate()
 
@@ -88,9 +85,9 @@ class Compilation:
         """All is compiled that will be: call who waits and who watches."""
         with self._lock:
             self.progress = None
-            waiting, self._waiting, self._opening = [*self._opening, *self._waiting], [], []
+            waiting, self._waiting = self._waiting, []
             watchers, self._watchers = self._watchers, []
-        for act in waiting:
+        for _, act in sorted(waiting, key=itemgetter(0)):
             act()
         for watcher in watchers:
             watcher(None)
@@ -109,10 +106,10 @@ class Compilation:
     def _report(self, progress: CompileProgress) -> None:
         with self._lock:
             self.progress = progress
-            watchers, opening = list(self._watchers), []
-            if progress.opens:
-                opening, self._opening = self._opening, []
-        for act in opening:
+            watchers = list(self._watchers)
+            ready = [act for needs, act in self._waiting if needs <= progress.compiled]
+            self._waiting = [(needs, act) for needs, act in self._waiting if needs > progress.compiled]
+        for act in ready:
             act()
         for watcher in watchers:
             watcher(progress)

@@ -17,13 +17,14 @@ from vibroscope.app.page.explore import tab as explore
 from vibroscope.app.page.tab import Move
 from vibroscope.app.runtime import compilation as module
 from vibroscope.app.runtime.compilation import Compilation
-from vibroscope.engine import CompileProgress
+from vibroscope.engine import Compiled, CompileProgress
 from vibroscope.engine import compilation as engine
 
 from .fakes import Document, FakeHost
 
 HALF, ALL = CompileProgress(0.5, "reference"), CompileProgress(1.0, "Newmark")
-OPENS = CompileProgress(0.6, "Newmark, every step", True)
+SHOWS = CompileProgress(0.4, "Newmark", Compiled.MOTIONS)
+EXPLAINS = CompileProgress(0.6, "Newmark, every step", Compiled.VERDICTS)
 
 
 def printing(*progress, then=""):
@@ -64,18 +65,24 @@ def test_everything_waits_until_all_is_compiled_and_hears_how_far_it_is(nothing_
     assert done == [None, "at once"]
 
 
-def test_what_the_explorer_opens_with_waits_for_its_own_solvers_alone(nothing_compiled, tmp_path):
-    gate, done, ready = tmp_path / "gate", [], threading.Event()
-    os.mkfifo(gate)
-    compilation = Compilation(printing(HALF, OPENS, then=f"open({str(gate)!r})"))
+def test_motions_and_then_verdicts_wait_for_their_own_solvers_alone(nothing_compiled, tmp_path):
+    first, second = tmp_path / "first", tmp_path / "second"
+    os.mkfifo(first)
+    os.mkfifo(second)
+    words = printing(HALF, SHOWS, then=f"open({str(first)!r}); {printing(EXPLAINS)[-1]} open({str(second)!r})")
+    compilation, done, shown, explained = Compilation(words), [], threading.Event(), threading.Event()
     compilation.start()
     compilation.when_done(lambda: done.append("all"))
-    compilation.when_done(ready.set, opening=True)
-    assert ready.wait(20)
-    assert (done, compilation.progress) == ([], OPENS)
-    compilation.when_done(lambda: done.append("a later move"), opening=True)
+    compilation.when_done(explained.set, Compiled.VERDICTS)
+    compilation.when_done(shown.set, Compiled.MOTIONS)
+    assert shown.wait(20)
+    assert (done, explained.is_set(), compilation.progress) == ([], False, SHOWS)
+    compilation.when_done(lambda: done.append("a later move"), Compiled.MOTIONS)
     assert done == ["a later move"]
-    gate.open("w").close()  # lets the process end
+    first.open("w").close()  # lets the process go on
+    assert explained.wait(20)
+    assert (done, compilation.progress) == (["a later move"], EXPLAINS)
+    second.open("w").close()
     ended(compilation)
     assert done == ["a later move", "all"]
 
@@ -92,9 +99,9 @@ def test_what_the_explorer_opens_with_is_compiled_first_whole_comparisons_last(m
     monkeypatch.setattr(engine, "complete_mark", lambda: tmp_path / "none" / "mark")
     monkeypatch.setattr(engine, "stages", lambda: [[call._replace(make=str) for call in stage] for stage in real])
     engine.compile_kernels(heard.append)
-    opening = [progress.what for progress in heard if not progress.opens]
-    assert opening[-1] == "differences"
-    assert [progress.opens for progress in heard] == sorted(progress.opens for progress in heard)
+    last = {progress.compiled: progress.what for progress in heard}
+    assert (last[Compiled.NOTHING], last[Compiled.MOTIONS]) == ("Newmark", "differences")
+    assert [progress.compiled for progress in heard] == sorted(progress.compiled for progress in heard)
 
 
 def test_nothing_is_started_where_all_is_compiled(monkeypatch):
@@ -187,7 +194,7 @@ def test_the_share_rises_to_all_without_a_jump(monkeypatch, tmp_path):
     monkeypatch.setattr(engine, "compilable_functions", lambda: {*functions})
     monkeypatch.setattr(engine, "complete_mark", lambda: tmp_path / "complete")
     monkeypatch.setattr(engine, "CompileListener", Listener)
-    monkeypatch.setattr(engine, "stages", lambda: [calls])
+    monkeypatch.setattr(engine, "stages", lambda: [calls, [], [], []])
     engine.compile_kernels(lambda progress: shares.append(progress.share))
     steps = [later - earlier for earlier, later in itertools.pairwise(shares)]
     assert (shares[0], shares[-1]) == (0, 1)

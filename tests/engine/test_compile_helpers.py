@@ -58,6 +58,9 @@ def test_where_no_process_can_be_started_this_one_compiles_alone():
         helpers.wait([0, 1])
 
 
+PARTS = [0, 1], [2], [3], [4, 5]  # calls of the stages: two of solvers, the differences, all others
+
+
 def test_they_end_with_the_block():
     begin = time.perf_counter()
     with Helpers(1, print, command("import sys; sys.stdin.read()")):
@@ -67,25 +70,25 @@ def test_they_end_with_the_block():
 
 def test_a_process_that_helps_makes_the_last_calls_first_and_never_the_differences(monkeypatch, tmp_path):
     made, reported = [], []
-    stages = [[compilation.Call(i, str(i), lambda i=i: made.append(i)) for i in part] for part in ([0, 1], [2], [3, 4])]
+    stages = [[compilation.Call(i, str(i), lambda i=i: made.append(i)) for i in part] for part in PARTS]
     monkeypatch.setattr(compilation, "stages", lambda: stages)
     monkeypatch.setattr(compilation, "end_with_input", lambda: None)
     monkeypatch.setattr(compilation, "report", reported.append)
-    Claims(tmp_path).take(4)
+    Claims(tmp_path).take(5)
     compilation.help_to_compile(tmp_path)
-    assert made == reported == [1, 0, 3]
+    assert made == reported == [1, 0, 2, 4]
 
 
 def test_all_calls_are_made_in_stages_whoever_compiles(monkeypatch, tmp_path):
     """By the first process after the others have made theirs, too: it loads what they have compiled."""
     made, mark = [], tmp_path / "mark"
-    stages = [[compilation.Call(i, str(i), lambda i=i: made.append(i)) for i in part] for part in ([0, 1], [2], [3])]
+    stages = [[compilation.Call(i, str(i), lambda i=i: made.append(i)) for i in part] for part in PARTS]
     monkeypatch.setattr(compilation, "stages", lambda: stages)
     monkeypatch.setattr(compilation, "complete_mark", lambda: mark)
     monkeypatch.setattr(compilation, "Helpers", lambda count, act: Helpers(count, act, command(HELP)))
     compilation.compile_kernels(processes=2)
-    order = [made.index(call) for call in range(4)]
-    assert set(made) == {0, 1, 2, 3}
-    assert max(order[:2]) < order[2] < order[3]
+    order = [made.index(call) for call in range(6)]
+    assert set(made) == {*range(6)}
+    assert max(order[:2]) < order[2] < order[3] < min(order[4:])
     assert mark.exists()
     assert not any(thread.name == "compiles" and thread.is_alive() for thread in threading.enumerate())
