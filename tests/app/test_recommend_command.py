@@ -1,12 +1,13 @@
 """``vibroscope recommend``, as scripts see it."""
 
 import json
+import math
 import re
 
 import pytest
 from vibroscope.app.commands import recommend as command
 from vibroscope.app.commands.cli import main
-from vibroscope.engine import Newmark, Record, System, simulate
+from vibroscope.engine import Impact, Newmark, Record, System, impact, simulate
 from vibroscope.engine.divergence.error import Target
 
 from .command_line import run_command
@@ -121,6 +122,10 @@ def test_a_recommendation_says_its_ranges_its_contacts_and_what_it_was_verified_
     assert (found["restitution_tolerance"], found["force_tolerance"]) == (0.1, 0.2)
     assert found["D_range"][0] < found["D"] < found["D_range"][1]
     assert abs(found["restitution"] - 0.5) <= 0.1
+    method, step = Newmark(found["K"], found["D"], found["steps"]), 2 * math.pi / (found["eta"] * found["steps"])
+    alone = impact(Impact(method, 1.0, System().mass_share, step)).restitution
+    assert max(abs(e - 0.5) for e in alone) <= 0.1  # with the step that is suggested, whenever the bodies touch
+    assert [found[f"contact_alone_restitution_{end}"] for end in alone._fields] == pytest.approx(list(alone), rel=1e-9)
     assert abs(found["peak_force"] / found["peak_force_without_step"] - 1) <= 0.2
     out = run(capsys, *arguments)[1]
     assert "peak force        " in out
