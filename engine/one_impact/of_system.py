@@ -68,6 +68,7 @@ def contact_alone(system: System, eta: float, method: TimeStepping, closing_spee
         question = Impact(method, speed, system.mass_share, step, restitution=system.restitution)
     except ValueError:
         return None
+    _ = question.without_step  # is kept with the question: a page that shows it has no time for it
     resolved = method.resolves_contacts or question.steps_per_contact > MOST_FOLLOWED
     return ContactAlone(question, None if resolved else impact(question))
 
