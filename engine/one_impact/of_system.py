@@ -3,6 +3,7 @@
 import math
 from typing import NamedTuple
 
+from ..contact import restitution_of_units
 from ..methods import TimeStepping
 from ..model import System
 from ..wording import finite_or_none
@@ -17,12 +18,13 @@ class ContactAlone(NamedTuple):
     """What a contact gives without a step, and with the step of a run."""
 
     question: Impact
+    restitution: float  # without a step
     found: WithStep | None  # None where it does not depend on the step: cut until the contact is resolved, or tiny
 
     @property
     def words(self) -> str:
         """The restitution, as "0.46 without a step, 0.45 to 0.51 with 17.7 steps in it"."""
-        without = f"{restitution_text(self.question.without_step.restitution)} without a step"
+        without = f"{restitution_text(self.restitution)} without a step"
         if self.found is None:
             return without
         steps = f"with {steps_text(self.question.steps_per_contact)} steps in it{shares_text(self.found)}"
@@ -68,17 +70,17 @@ def contact_alone(system: System, eta: float, method: TimeStepping, closing_spee
         question = Impact(method, speed, system.mass_share, step, restitution=system.restitution)
     except ValueError:
         return None
-    _ = question.without_step  # is kept with the question: a page that shows it has no time for it
     resolved = method.resolves_contacts or question.steps_per_contact > MOST_FOLLOWED
-    return ContactAlone(question, None if resolved else impact(question))
+    # not `without_step`, which follows a contact that creeps back for a second
+    restitution = restitution_of_units(question.unit_method, question.restitution)
+    return ContactAlone(question, restitution, None if resolved else impact(question))
 
 
 def alone_as_dict(alone: ContactAlone | None) -> dict[str, float | None]:
     """Plain numbers of a contact alone for scripts; None for those that are not known."""
-    question = alone and alone.question
     return {
-        "contact_alone_steps": question and question.steps_per_contact,
-        "contact_alone_restitution": question and question.without_step.restitution,
+        "contact_alone_steps": alone and alone.question.steps_per_contact,
+        "contact_alone_restitution": alone and alone.restitution,
         **span_as_dict(alone, "contact_alone_restitution"),
     }
 
