@@ -108,8 +108,7 @@ def few_steps_text(now: Conditions) -> str:
     text = f"a contact takes only {steps_text(now.steps)} steps"
     if now.alone is None or not now.fit or not now.alone.is_off(SAME_RESTITUTION, now.asked):
         return text
-    span = span_text(now.alone.found)
-    return f"{text}, with which {f'{span} of its speed is left' if span else 'the bodies never part'}"
+    return f"{text}, with which bodies keep {span_text(now.alone.found) or 'none'} of their speed"
 
 
 def share(restitution: float) -> str:

@@ -65,7 +65,7 @@ def test_the_step_is_said_to_be_too_coarse_where_K_and_D_are_as_asked(capsys):
     assert found["restitution"] == pytest.approx(found["asked"])
     assert found["asked"] - found["restitution_least"] > SAME_RESTITUTION
     span = f"{found['restitution_least']:.2f} to {found['restitution_greatest']:.2f}"
-    assert f"a contact takes only {found['steps']:.3g} steps, with which {span} of its speed is left" in printed
+    assert f"a contact takes only {found['steps']:.3g} steps, with which bodies keep {span} of their speed" in printed
     assert f"has a restitution of 0.50 without a step, {span} with {found['steps']:.3g} steps in it" in printed
 
 
