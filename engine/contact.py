@@ -102,11 +102,6 @@ def contact_frequency(system: System, stiffness: float) -> float:
     return math.sqrt(stiffness / system.mass_share)
 
 
-def contact_duration(system: System, method: Method, closing_speed: float | np.ndarray) -> float | np.ndarray:
-    """Return how long a contact would last without its damper: :func:`spring_duration`."""
-    return spring_duration(system.mass_share, method, closing_speed)
-
-
 def spring_duration(mass: float, method: Method, closing_speed: float | np.ndarray) -> float | np.ndarray:
     """Return how long a contact of a reduced mass would last without its damper.
 
@@ -127,12 +122,15 @@ def spring_duration(mass: float, method: Method, closing_speed: float | np.ndarr
     return 2.0 * depth / closing_speed * math.sqrt(math.pi) * math.gamma(1.0 + part) / math.gamma(0.5 + part)
 
 
-def damped_duration(system: System, stiffness: float, damping: float) -> float:
-    """Return π/ω_d, how long a contact of spring and damper lasts; inf where the gap creeps back, ζ ≥ 1."""
-    ratio = damping_ratio(system, stiffness, damping)
-    if ratio >= 1.0:
-        return math.inf
-    return math.pi / (contact_frequency(system, stiffness) * math.sqrt((1 - ratio) * (1 + ratio)))
+def contact_time(mass: float, method: Method, closing_speed: float) -> float:
+    """Return how long a contact lasts, as steps in it are counted.
+
+    The half cycle of the damped contact π/(ω_c√(1 − ζ²)) of a linear spring; of other laws, and where the gap creeps
+    back, that of the spring alone.
+    """
+    alone, ratio = spring_duration(mass, method, closing_speed), ratio_of_method(mass, method)
+    damped = method.spring_exponent == 1.0 and ratio < 1.0
+    return alone / math.sqrt((1 - ratio) * (1 + ratio)) if damped else alone
 
 
 def spring_energy(method: Method, gap: np.ndarray) -> np.ndarray:
@@ -223,6 +221,13 @@ def damping_for(system: System, stiffness: float | np.ndarray, ratio: float) -> 
 def damping_ratio(system: System, stiffness: float, damping: float) -> float:
     """Return ζ = D/√(Kμ/(1 + μ)), the inverse of :func:`damping_for`."""
     return damping / critical_damping(stiffness, system.mass_share)
+
+
+def ratio_of_method(mass: float, method: Method) -> float:
+    """Return ζ = D/√(Km); nan of a law whose spring or damper is none that is constant, or without a D."""
+    if method.damping is None or powers_of(method.law, method.exponent) != (1.0, 0.0):
+        return math.nan
+    return method.damping / critical_damping(method.stiffness, mass)
 
 
 def equal_restitution_damping(system: System, stiffness: float | np.ndarray) -> float | np.ndarray:
@@ -424,6 +429,8 @@ def equal_stiffness(system: System, method: Method, closing_speed: float) -> flo
 @lru_cache(maxsize=1000)
 def _unit_damping(law: str, e: float, exponent: float, penetration: float | None, stiffening: float | None) -> float:
     """D for K, mass and closing speed of one."""
+    if LAWS[law].linear:
+        return ratio_of_restitution(e)
 
     def given(damping: float) -> float:
         numbers = {"exponent": exponent, "penetration": penetration, "stiffening": stiffening}

@@ -25,6 +25,7 @@ from .arguments import shown
 from .checks import flag
 from .excitation import AMPLITUDE_RANGE, HELD, PHASE_RANGE, Excitation
 from .fields import Range
+from .law_table import critical_damping
 from .model import (
     CLEARANCE_RANGE,
     ETA_RANGE,
@@ -273,9 +274,9 @@ def _converted(name: str, entry: Mapping[str, float | bool], forms: Sequence[str
         return value
     body = next(letter for letter in name if letter.isdigit())
     mass, stiffness = entry[f"mass{body}_kg"], entry[f"stiffness{body}_N_per_m"]
-    return (
-        2 * value * math.sqrt(stiffness * mass) if name in _BY_DAMPER else math.sqrt(stiffness / mass) / (2 * math.pi)
-    )
+    if name in _BY_DAMPER:
+        return 2 * value * critical_damping(stiffness, mass)
+    return math.sqrt(stiffness / mass) / (2 * math.pi)
 
 
 def _with_masses(given: dict) -> dict:
@@ -363,7 +364,7 @@ def _eta(given: dict, omega1: float, beside: str) -> float | None:
 
 
 def _damping_ratio(given: dict, body: int, mass: float, stiffness: float) -> float:
-    name, critical = f"damping{body}_Ns_per_m", 2 * math.sqrt(stiffness * mass)
+    name, critical = f"damping{body}_Ns_per_m", 2 * critical_damping(stiffness, mass)
     if name not in given:
         return _number(given, f"damping{body}_ratio")
     return _checked(name, given[name], Range(0, critical, open_high=True), "so that the body can swing") / critical

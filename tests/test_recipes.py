@@ -25,7 +25,7 @@ from dataclasses import replace
 import numpy as np
 from tests.naive_laws import Motion
 from vibroscope.engine import CONTACT_LAWS, ExactPenalty, System, TimeStepping, restitution_of_damping, simulate
-from vibroscope.engine.contact import contact_duration, contact_frequency
+from vibroscope.engine.contact import spring_duration, contact_frequency
 from vibroscope.engine.contact import spring_energy
 law, system, start = "part-limited", System(), (0.0, 0.0, 1.0, 0.0)
 assert law in CONTACT_LAWS
@@ -43,7 +43,7 @@ skipped = simulate(system, 2.76, replace(steps, status="start"), periods=1, keep
 np.testing.assert_allclose(skipped.section, every.section, atol=1e-9)
 located = simulate(system, 2.76, replace(steps, status="located"), periods=2, keep=2, initial=start)
 np.testing.assert_allclose(located.section, run.section, atol=2e-3)
-assert np.isclose(contact_duration(system, method, 2.0), np.pi / contact_frequency(system, 900))
+assert np.isclose(spring_duration(system.mass_share, method, 2.0), np.pi / contact_frequency(system, 900))
 assert np.isclose(spring_energy(method, np.array([-0.1]))[0], 0.5 * 900 * 0.1**2)
 """
 INTEGRATOR = """

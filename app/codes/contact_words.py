@@ -34,7 +34,8 @@ from vibroscope.app.explorer.typed import read_typed_number
 from vibroscope.app.runtime.typed_units import TYPED_UNITS, sizes
 from vibroscope.engine import QUANTITIES, Units, damping_of_restitution, restitution_of_damping, written
 from vibroscope.engine.checks import one_of, require
-from vibroscope.engine.law_table import HERTZ, LAWS, critical_damping, deepest_penetration, powers_of
+from vibroscope.engine.contact import ContactUnits
+from vibroscope.engine.law_table import HERTZ, LAWS, critical_damping, deepest_penetration
 from vibroscope.engine.methods import EXPONENT_RANGE
 
 _GRAVITY = 9.81  # m/s², as Drake's
@@ -138,11 +139,11 @@ class Contact:
         """The unit of D for which mass, K and closing speed are 1, and the numbers of the law in such units."""
         mass, own = around.need("mass"), LAWS[self.law]
         speed = 1.0 if own.restitution else around.need("speed")
-        length = (mass * speed**2 / self.stiffness) ** (1.0 / (self.exponent + 1.0))
+        units = ContactUnits(mass, speed, self.stiffness, self.exponent)
         numbers = {"exponent": self.exponent} if own.takes_exponent else {}
         if own.penetration:
-            numbers["penetration"] = self.penetration / length
-        return mass * speed / length ** (powers_of(self.law, self.exponent)[1] + 1.0), numbers
+            numbers["penetration"] = self.penetration / units.length
+        return units.damping(self.law, self.exponent), numbers
 
     def texts(self) -> dict[str, str]:
         """Its numbers with units, by their names."""

@@ -55,10 +55,12 @@ from vibroscope.engine import (
 )
 from vibroscope.engine.checks import require
 from vibroscope.engine.contact import contact_frequency, damping_for, equal_restitution_damping
+from vibroscope.engine.divergence.encounters import mean_closing_speed
 from vibroscope.engine.divergence.remaining import Remaining
 from vibroscope.engine.divergence.tolerances import CLOSE_CURVE
 from vibroscope.engine.facts import Choice, Statement, message_of, sentence, stated
 from vibroscope.engine.model import check_eta
+from vibroscope.engine.one_impact.of_system import ContactAlone, alone_as_dict, contact_alone
 
 Stepping = TimeStepping
 Numbers = dict[str, float]  # some of stiffness, damping and steps
@@ -262,6 +264,8 @@ class RuleOutcome:
         they were not compared.
     brief : str or Statement
         ``why`` where there is little room; of a run that ended early without what to change.
+    alone : ContactAlone or None
+        What a contact alone gives with these numbers, without the step and with it; None where that is not known.
     """
 
     rule: Rule
@@ -274,9 +278,15 @@ class RuleOutcome:
     without_solution: int = 0
     motions: Mapping[str, Motion] = field(default_factory=dict)
     brief: str | Statement = ""
+    alone: ContactAlone | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "brief", self.brief or self.why)
+
+    @property
+    def contact(self) -> str:
+        """A sentence about the contact alone; empty where nothing is known of it."""
+        return self.alone.sentence if self.alone else ""
 
     def as_dict(self) -> dict[str, object]:
         """Plain values for JSON; None for what is not known."""
@@ -291,6 +301,7 @@ class RuleOutcome:
             "holds": self.holds,
             "why": self.why,
             "steps_without_solution": self.without_solution,
+            **alone_as_dict(self.alone),
         }
 
 
@@ -328,7 +339,8 @@ def judge(
     if not asked.system.excitation.drives:
         options = {"periods": FREE_PERIODS, "keep": FREE_PERIODS} | options
     if rule.kind == EXPLICIT:
-        return _judge_stability(rule, asked, method, options | {"cancelled": cancelled})
+        found = _judge_stability(rule, asked, method, options | {"cancelled": cancelled})
+        return replace(found, alone=contact_alone(asked.system, asked.eta, method, math.nan))
     reference = reference or Reference()
     wanted = (method, reference)
     known = [each for each in responses if each.method in wanted]
@@ -346,7 +358,9 @@ def judge(
         return RuleOutcome(
             rule, method, words, math.nan, math.nan, None if run.ok else False, message_of(error) + ".", count
         )
-    return _of_comparison(rule, method, found, cancelled)
+    speed = mean_closing_speed(found.runs.reference)
+    outcome = _of_comparison(rule, method, found, cancelled)
+    return replace(outcome, alone=contact_alone(asked.system, asked.eta, method, speed))
 
 
 def _judge_stability(rule: Rule, asked: RuleQuestion, method: TimeStepping, options: dict) -> RuleOutcome:

@@ -9,6 +9,7 @@ from vibroscope.app.explorer.method_words import scheme_as_dict
 from vibroscope.app.explorer.suggestion_words import contact_words, force_words, range_words, verified_words
 from vibroscope.engine import Recommendation, Served, TimeStepping, Units, finite_or_none, percent, written
 from vibroscope.engine.facts import joined
+from vibroscope.engine.one_impact.of_system import alone_as_dict
 from vibroscope.engine.recommendation.contacts import Contacts
 
 CONSTANT = "codes with a constant step"
@@ -68,7 +69,8 @@ def _setting_json(found: Recommendation) -> dict:
         **scheme_as_dict(found.scheme),
     }
     ranges = {f"{symbol}_range": found.ranges.get(name) for symbol, name in (("K", "stiffness"), ("D", "damping"))}
-    return {**asked, "K": k, "D": d, "steps": n, **ranges, **_contacts_json(found.best and found.best.contacts)}
+    contacts = _contacts_json(found.best and found.best.contacts) | alone_as_dict(found.alone)
+    return {**asked, "K": k, "D": d, "steps": n, **ranges, **contacts}
 
 
 def _contacts_json(contacts: Contacts | None) -> dict:

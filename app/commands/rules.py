@@ -100,7 +100,8 @@ def _row(found: RuleOutcome) -> list[str]:
     total = percent(found.total) if found.total == found.total else "-"
     head = _COLUMNS.format(found.rule.title, *numbers, total, _HOLDS[found.holds], found.motion)
     steps = f" {counted(found.without_solution, 'step')} without a solution." if found.without_solution else ""
-    why = f"{found.rule.claim} {found.why}{steps} [{found.rule.key}: {found.rule.source}]"
+    said = " ".join(filter(None, (found.rule.claim, f"{found.why}{steps}", found.contact)))
+    why = f"{said} [{found.rule.key}: {found.rule.source}]"
     return [head.rstrip(), *wrap(why, 110, initial_indent="    ", subsequent_indent="    ")]
 
 

@@ -28,6 +28,7 @@ from vibroscope.app.explorer.state import Setting
 from vibroscope.app.runtime.number_text import plain_unit, print_value
 from vibroscope.engine import QUANTITIES, UNIT_SYSTEMS, System, Units
 from vibroscope.engine.excitation import HELD
+from vibroscope.engine.law_table import critical_damping
 from vibroscope.engine.physical import EITHER, KEYS, OF_BASE, physical_entry, system_of_physical
 
 _NAMED = {  # by the name in `KEYS`: symbol, and the quantity whose units may be typed
@@ -131,7 +132,7 @@ def physical_numbers(setting: Setting) -> dict[str, float]:
     for body in ("1", "2") if setting.bodies != "wall" else ("1",):
         mass, stiffness = entry[f"mass{body}_kg"], entry[f"stiffness{body}_N_per_m"]
         found[f"frequency{body}_Hz"] = math.sqrt(stiffness / mass) / (2 * math.pi)
-        found[f"damping{body}_Ns_per_m"] = 2 * entry[f"damping{body}_ratio"] * math.sqrt(stiffness * mass)
+        found[f"damping{body}_Ns_per_m"] = 2 * entry[f"damping{body}_ratio"] * critical_damping(stiffness, mass)
     omega, amplitude = 2 * math.pi * entry["frequency_Hz"], setting.system.excitation.base_amplitude(setting.eta)
     for name, (held, unit) in OF_BASE.items():
         found[name] = 1e-3 * abs(amplitude) * setting.amplitude * omega ** HELD.index(held) / unit

@@ -15,6 +15,7 @@ import math
 
 from vibroscope.app.explorer.parameters import FIELDS
 from vibroscope.engine import System
+from vibroscope.engine.contact import damping_for
 
 Range = tuple[float, float]
 
@@ -61,7 +62,7 @@ def _stiffness_range(system: System) -> Range:
 
 def _damping_range(system: System) -> Range:
     ends = zip(_DAMPING_RATIOS, _stiffness_range(system), strict=True)
-    return tuple(ratio * math.sqrt(stiffness * system.mass_share) for ratio, stiffness in ends)
+    return tuple(damping_for(system, stiffness, ratio) for ratio, stiffness in ends)
 
 
 _RULES = {"eta": _eta_range, "K": _stiffness_range, "D": _damping_range}

@@ -8,6 +8,7 @@ from collections.abc import Callable
 from vibroscope.app.explorer.method_words import words_of_scheme
 from vibroscope.engine import Recommendation, percent, rounded, written
 from vibroscope.engine.facts import Statement, equation, joined, span, stated
+from vibroscope.engine.one_impact.words import steps_text
 
 OF_THE_MODEL = "a number of the contact model, not of the system: it grows with K"
 
@@ -35,16 +36,20 @@ def _inwards(value: float, *, up: bool) -> float:
 
 
 def contact_words(found: Recommendation) -> str:
-    """How long the contacts are, and how the bodies rebound."""
+    """How long the contacts are, how the bodies rebound, and what a contact alone does with this step."""
     contacts, tolerance = found.best.contacts, found.tolerances.restitution
     if contacts is None:
         return ""
-    parts = [] if math.isnan(contacts.steps) else [f"{rounded(contacts.steps, 2)} steps in each"]
+    parts = [] if math.isnan(contacts.steps) else [f"{steps_text(contacts.steps)} steps in each"]
     if not math.isnan(contacts.restitution):
         asked = f"e asks for {rounded(contacts.wanted, 2)}, {_within(tolerance and rounded(tolerance, 2))}"
         parts.append(
             f"the bodies part with {rounded(contacts.restitution, 2)} of the speed at which they meet ({asked})"
         )
+    if found.alone is not None:
+        off = tolerance and found.alone.is_off(tolerance, contacts.wanted)
+        beyond = f", not within {rounded(tolerance, 2)} at each touch" if off else ""
+        parts.append(f"once its force is over, a contact alone has a restitution of {found.alone.words}{beyond}")
     if contacts.unsolved:
         parts.append(f"{contacts.unsolved:,} steps of the run have no solution: a code must cut them, or it stops")
     return "; ".join(parts)

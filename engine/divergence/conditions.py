@@ -1,26 +1,28 @@
 """The conditions under which a penalty contact stands for an impact: it rebounds as asked, and the step resolves it.
 
 K, D and the step have to fit each other: the restitution of the contact (:mod:`engine.contact`) follows from K and D,
-the steps in a contact from K and the step. A motion may agree with the reference although they fail, where errors
-cancel.
+the steps in a contact from K, D and the step, and what the step makes of the restitution from all of them
+(:mod:`engine.one_impact`). A motion may agree with the reference although they fail, where errors cancel.
 """
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from ..contact import contact_duration, damping_ratio, effective_restitution, equal_damping
-from ..law_table import restitution_of
+from ..contact import contact_time, effective_restitution, equal_damping
 from ..methods import DAMPING_RANGE, ExactPenalty, TimeStepping
 from ..model import System
+from ..one_impact.of_system import ContactAlone, contact_alone, span_as_dict
 from ..wording import finite_or_none
-from .tolerances import RESOLVED, SAME_RESTITUTION
+from .compare import Comparison
+from .encounters import delivered_restitution, mean_closing_speed
+from .tolerances import RESOLVED, SAME_RESTITUTION, SHORT_CONTACT
 
 
 @dataclass(frozen=True)
 class Conditions:
-    """What a contact of a penalty method does, alone and without a step but for ``steps``.
+    """What a contact of a penalty method does, alone and without a step but for ``steps`` and ``alone``.
 
     Attributes
     ----------
@@ -32,11 +34,13 @@ class Conditions:
         That which the short contacts of a run have, with its step and all forces, and the median τ that its contacts
         last; nan where there are none.
     duration : float
-        τ that a contact lasts, undamped; nan likewise.
+        τ that a contact lasts (:func:`engine.contact.contact_time`); nan likewise.
     steps : float
         Steps in that time; inf without a step.
     cut : bool
         Whether steps are cut where contact changes, so that few of them resolve a contact.
+    alone : ContactAlone or None
+        What its step makes of it; None where that is not looked at.
     """
 
     asked: float
@@ -46,6 +50,7 @@ class Conditions:
     cut: bool
     measured: float = math.nan
     lasts: float = math.nan
+    alone: ContactAlone | None = field(default=None, repr=False, compare=False)
 
     @property
     def given(self) -> float:
@@ -80,6 +85,7 @@ class Conditions:
             "duration": finite_or_none(self.duration),
             "lasts": finite_or_none(self.lasts),
             "steps": finite_or_none(self.steps),
+            **span_as_dict(self.alone),
             "rebounds": self.rebounds,
             "resolved": self.resolved,
         }
@@ -87,14 +93,9 @@ class Conditions:
 
 def conditions(system: System, eta: float, method: ExactPenalty | TimeStepping, closing_speed: float) -> Conditions:
     """Return the conditions of a method at a closing speed, nan if nothing collides."""
-    linear = method.linear
-    if linear:
-        restitution = restitution_of(damping_ratio(system, method.stiffness, method.damping))
-    elif math.isnan(closing_speed):
-        restitution = math.nan
-    else:
-        restitution = float(effective_restitution(system, method, closing_speed))
-    duration = float(contact_duration(system, method, 1.0 if linear else closing_speed))
+    speed = 1.0 if method.linear else closing_speed
+    restitution = math.nan if math.isnan(speed) else float(effective_restitution(system, method, speed))
+    duration = float(contact_time(system.mass_share, method, speed))
     steps = duration * eta * method.steps / (2 * math.pi) if method.has_step else math.inf
     return Conditions(system.restitution, restitution, duration, steps, method.located)
 
@@ -106,3 +107,19 @@ def with_equal_damping(system: System, method: TimeStepping, stiffness: float, c
     if not DAMPING_RANGE[0] <= damping <= DAMPING_RANGE[1]:
         return changed
     return replace(changed, damping=float(f"{damping:.3g}"))
+
+
+def contact_conditions(comparison: Comparison) -> Conditions:
+    """What the contact of the penalty solution does, measured where it has short contacts, and with its step.
+
+    The steps are those of a contact alone, or of the motion's where these last far longer. Of a run that ended early
+    nothing is measured.
+    """
+    run, speed = comparison.runs.penalty, mean_closing_speed(comparison.runs.reference)
+    found = conditions(run.system, run.eta, run.method, speed)
+    found = replace(found, alone=contact_alone(run.system, run.eta, run.method, speed))
+    if not run.ok:
+        return found
+    lasts = float(np.median(np.diff(run.contacts, axis=1))) if len(run.contacts) else np.nan
+    steps = found.steps * lasts / found.duration if lasts > SHORT_CONTACT * found.duration else found.steps
+    return replace(found, measured=delivered_restitution(run), lasts=lasts, steps=steps)

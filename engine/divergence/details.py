@@ -6,11 +6,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..contact import damped_duration, damping_ratio, equal_damping, equal_stiffness
+from ..contact import damping_ratio, equal_damping, equal_stiffness
 from ..drivers.section import NEAR_TOLERANCE
 from ..facts import Amount, Choice, Dimensionless, Statement, equation, joined, stated
 from ..methods import METHOD_NUMBERS
 from ..motions.words import touching
+from ..one_impact.words import steps_text
 from ..wording import percent, rounded
 from .alone import Alone
 from .compare import Comparison
@@ -37,7 +38,7 @@ def detail_sentences(
     if not touching(comparison.penalty) or not touching(comparison.reference):  # else nothing meets
         lines += [
             *_restitution_sentences(comparison, contact, cancelled),
-            *duration_sentences(comparison, contact.lasts),
+            *contact_sentences(comparison, contact),
         ]
     if comparison.encounters is not None:
         matches = comparison.encounters
@@ -117,23 +118,22 @@ def _ways_to_rebound(comparison: Comparison, speed: float, cancelled: Callable[[
     return ways
 
 
-def duration_sentences(comparison: Comparison, lasts: float = math.nan) -> tuple[Statement, ...]:
-    """Return how long a contact lasts, half an oscillation of its mode, and how many steps; nothing if it creeps.
+def contact_sentences(comparison: Comparison, contact: Conditions) -> tuple[str | Statement, ...]:
+    """Return how long a contact alone lasts, if it does not creep, and its restitution without the step and with it.
 
-    ``lasts``: the median of the contacts in the motion, which other forces may hold together for longer.
+    Contacts in the motion may be held together for longer by other forces.
     """
-    run = comparison.runs.penalty
-    if not run.method.linear:
-        return ()
-    duration = damped_duration(run.system, run.method.stiffness, run.method.damping)
-    if math.isinf(duration):
-        return ()
-    steps = duration * run.eta * run.method.steps / (2 * math.pi)
-    beside = ""
-    if abs(lasts - duration) > SAME_DURATION * duration:
-        beside = stated(" In the motion contacts last {} (median).", _time(lasts, 3))
-    alone = _time(duration, 4)
-    return (stated("A contact of this K and D alone lasts {}: {} steps.{}", alone, rounded(steps, 2), beside),)
+    run, sentences = comparison.runs.penalty, []
+    if run.method.linear and damping_ratio(run.system, run.method.stiffness, run.method.damping) < 1.0:
+        beside = ""
+        if abs(contact.lasts - contact.duration) > SAME_DURATION * contact.duration:
+            beside = stated(" In the motion contacts last {} (median).", _time(contact.lasts, 3))
+        steps = steps_text(contact.duration * run.eta * run.method.steps / (2 * math.pi))
+        alone = _time(contact.duration, 4)
+        sentences.append(stated("A contact of this K and D alone lasts {}: {} steps.{}", alone, steps, beside))
+    if contact.alone is not None:
+        sentences.append(contact.alone.sentence)
+    return tuple(sentences)
 
 
 def _time(duration: float, digits: int) -> Statement:

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..contact import contact_duration
+from ..contact import spring_duration
 from ..result import Response
 from .tolerances import NEAR_ENCOUNTER, SHORT_CONTACT
 
@@ -89,7 +89,8 @@ def short_contacts(penalty: Response) -> np.ndarray:
     ends = contacts[begun], impacts.velocity_before[whole], impacts.velocity_after[whole]
     found = np.stack([np.diff(each, axis=1)[:, 0] for each in ends])
     found = found[:, found[1] < 0.0]
-    return found[:, found[0] <= SHORT_CONTACT * contact_duration(penalty.system, penalty.method, -found[1])]
+    alone = spring_duration(penalty.system.mass_share, penalty.method, -found[1])
+    return found[:, found[0] <= SHORT_CONTACT * alone]
 
 
 def mean_closing_speed(run: Response) -> float:

@@ -15,7 +15,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..contact import damping_for, equal_damping, equal_stiffness
+from ..contact import damping_for, equal_damping, equal_stiffness, ratio_of_method
 from ..integrators import NewmarkBeta
 from ..law_table import LAWS
 from ..methods import (
@@ -25,6 +25,7 @@ from ..methods import (
     TimeStepping,
     with_located_steps,
 )
+from ..model import System
 from ..wording import rounded_up
 from .alone import Alone, Change
 from .compare import Comparison
@@ -118,8 +119,7 @@ def _searches(comparison: Comparison, remaining: Remaining) -> dict[str, "GridSe
 
     equal = equal_stiffness(system, method, speed)
     steps = conditions(system, run.eta, method, speed).steps
-    # a contact of the force Kδⁿ lasts as K^(-1/(n + 1))
-    resolved = math.nan if method.located else method.stiffness * (steps / RESOLVED) ** (method.spring_exponent + 1)
+    resolved = math.nan if method.located else _resolved_stiffness(system, method, steps)
     searches: dict[str, GridSearch | StepSearch] = {
         "K": GridSearch(
             "K", lambda k: replace(method, stiffness=k), remaining, stiffness_ends(comparison), holds, equal, resolved
@@ -135,6 +135,16 @@ def _searches(comparison: Comparison, remaining: Remaining) -> dict[str, "GridSe
         searches["D"] = GridSearch("D", lambda d: replace(method, damping=d), remaining, ends, holds, equal)
     least = math.nan if method.located else method.steps * RESOLVED / steps
     return searches | {"steps": StepSearch(method, remaining, least)}
+
+
+def _resolved_stiffness(system: System, method: TimeStepping, steps: float) -> float:
+    """The K with RESOLVED steps in a contact, where the present one has ``steps``.
+
+    A contact of the force Kδⁿ lasts as K^(-1/(n + 1)), a damped one of a linear spring as (K - D²/m)^(-1/2).
+    """
+    ratio = ratio_of_method(system.mass_share, method)
+    damped = method.stiffness * ratio**2 if method.spring_exponent == 1.0 and ratio < 1.0 else 0.0
+    return damped + (method.stiffness - damped) * (steps / RESOLVED) ** (method.spring_exponent + 1.0)
 
 
 # --- choices ----------------------------------------------------------------------------------------------------------

@@ -4,6 +4,7 @@ import math
 
 from ..drivers.step_maps import damps
 from ..facts import Choice, Statement, equation, joined, sentence, stated
+from ..one_impact.words import span_text, steps_text
 from ..wording import percent, rounded
 from .alone import Alone, Change
 from .blame import OF_STEPS, Blame, contact_fails
@@ -11,7 +12,7 @@ from .compare import Comparison
 from .conditions import Conditions
 from .parts import Difference
 from .search import joint_damping_part
-from .tolerances import CLOSE_CURVE, SAME_CURVE
+from .tolerances import CLOSE_CURVE, SAME_CURVE, SAME_RESTITUTION
 
 SENTENCE_DIGITS = 3  # of K and D
 _NAMES = {"steps": "the time step", "joint damping": "the joint damping", "law": "the damper's jump at touch"}
@@ -102,6 +103,14 @@ def rebound_text(now: Conditions) -> str:
     return f"{which} rebounds with {share(now.given)} of its speed in place of {share(now.asked)}"
 
 
+def few_steps_text(now: Conditions) -> str:
+    """Return how few steps a contact takes, and what they make of its restitution, where K and D are as asked."""
+    text = f"a contact takes only {steps_text(now.steps)} steps"
+    if now.alone is None or not now.fit or not now.alone.is_off(SAME_RESTITUTION, now.asked):
+        return text
+    return f"{text}, with which bodies keep {span_text(now.alone.found) or 'none'} of their speed"
+
+
 def share(restitution: float) -> str:
     """Return a restitution with two decimals at most."""
     return rounded(round(restitution, 2), 3)
@@ -117,7 +126,7 @@ def _reason(comparison: Comparison, change: Change, now: Conditions | None) -> s
     if of_contact and not (now.rebounds or now.fit):
         return f", since {rebound_text(now)}"
     if change.changed != "D" and not stiffer and not now.resolved:
-        return f", since a contact takes only {rounded(now.steps, 2)} steps"
+        return f", since {few_steps_text(now)}"
     if stiffer:
         share = now.lasts * comparison.runs.penalty.eta / (2 * math.pi)
         return f", since contacts are too soft and last {percent(share)} of a period" if math.isfinite(share) else ""

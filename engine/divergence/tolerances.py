@@ -25,7 +25,7 @@ NEAR_ENCOUNTER = 0.125  # excitation periods: an impact and a contact that are f
 SHORT_CONTACT = 2.0  # durations of a contact alone; in longer ones other forces press the pendulums together
 SAME_RESTITUTION = 0.15  # of 1: a restitution that a contact would deliver alone may be off by so much
 AS_ASKED = 0.07  # relative: a restitution that is measured is as asked
-RESOLVED = 10.0  # steps in a contact, undamped: with fewer, the restitution depends on where in a step it begins
+RESOLVED = 10.0  # steps in a contact: with fewer, the restitution depends on where in a step it begins
 # Steps in a contact where K, D and the step are changed together: with so many the step is no cause
 AMPLE = 5 * RESOLVED
 

@@ -15,19 +15,18 @@ from ..methods import STEPS_RANGE, WITHOUT_SOLUTION, TimeStepping
 from ..motions.description import Motion
 from ..motions.words import SYMBOLS, repetition, touching
 from ..result import Status
-from ..wording import finite_or_none, percent, rounded
+from ..wording import finite_or_none, percent
 from .agreement import agreement, closeness, is_visible, time_step_scatter
 from .alone import Alone
 from .blame import Blame, find_blame
 from .compare import Comparison, error_from_penalty_state
-from .conditions import Conditions, conditions
-from .details import detail_sentences, duration_sentences
-from .encounters import delivered_restitution, mean_closing_speed
+from .conditions import Conditions, contact_conditions
+from .details import contact_sentences, detail_sentences
 from .grid import rms, run_again
 from .remaining import Remaining
 from .search import search_alone, without_jump
-from .sentences import SENTENCE_DIGITS, blame_sentence, change_of, chosen, rebound_text
-from .tolerances import CLOSE_CURVE, SAME_CURVE, SHORT_CONTACT
+from .sentences import SENTENCE_DIGITS, blame_sentence, change_of, chosen, few_steps_text, rebound_text
+from .tolerances import CLOSE_CURVE, SAME_CURVE
 from .window import SECTION
 
 # Relative: shifts of η at which what finishes must do so, too.
@@ -177,18 +176,6 @@ def _of_search(comparison: Comparison, found: Alone, blame: Blame, unchanged: st
     )
 
 
-def contact_conditions(comparison: Comparison) -> Conditions:
-    """What the contact of the penalty solution does, measured where it has short contacts.
-
-    The steps are those of a contact alone, or of the motion's where these last far longer.
-    """
-    run = comparison.runs.penalty
-    alone = conditions(run.system, run.eta, run.method, mean_closing_speed(comparison.runs.reference))
-    lasts = float(np.median(np.diff(run.contacts, axis=1))) if len(run.contacts) else np.nan
-    steps = alone.steps * lasts / alone.duration if lasts > SHORT_CONTACT * alone.duration else alone.steps
-    return replace(alone, measured=delivered_restitution(run), lasts=lasts, steps=steps)
-
-
 def _motions(comparison: Comparison) -> dict[str, Motion]:
     return {"reference": comparison.reference, "penalty": comparison.penalty}
 
@@ -205,7 +192,7 @@ def _cancelling_sentence(comparison: Comparison, contact: Conditions) -> str:
         return ""
     gains = ": it gains energy" if contact.given > 1 else ""
     failing = [] if contact.rebounds else [f"{rebound_text(contact)}{gains}"]
-    failing += [] if contact.resolved else [f"a contact takes only {rounded(contact.steps, 2)} steps"]
+    failing += [] if contact.resolved else [few_steps_text(contact)]
     return f"But {' and '.join(failing)}."
 
 
@@ -248,7 +235,7 @@ def _of_free_vibration(comparison: Comparison) -> Verdict:
         f"Nothing drives the bodies: in the {which} the displacements of this free vibration differ by "
         f"{percent(total)} (rms)." + parts,
         closeness(total),
-        details=duration_sentences(comparison),
+        details=contact_sentences(comparison, contact_conditions(comparison)),
     )
 
 
@@ -309,7 +296,12 @@ def _of_early_end(comparison: Comparison, cancelled) -> Verdict:
         return Verdict(f"{fact} K and D are to blame: take a smaller K.", "unknown", ("K",))
     advice, change = _sufficient_steps(comparison, cancelled)
     text = f"{fact} The time step is to blame: the same K and D without one stay bounded."
-    return Verdict(f"{text} {advice}", "unknown", ("steps",), change, details=(runs.penalty.message,))
+    return Verdict(f"{text} {advice}", "unknown", ("steps",), change, details=_of_early_contact(comparison))
+
+
+def _of_early_contact(comparison: Comparison) -> tuple[str | Statement, ...]:
+    """Where a run ended, and what its contact alone does with its step."""
+    return comparison.runs.penalty.message, *contact_sentences(comparison, contact_conditions(comparison))
 
 
 def _sufficient_steps(comparison: Comparison, cancelled) -> tuple[str, dict]:
@@ -370,7 +362,7 @@ def _of_no_solution(comparison: Comparison, cancelled) -> Verdict:
         "unknown",
         (("law" if at_touch else "D") if jumps else "status",),
         {first.get(name, name): value for name, value in list(change.items())[:1]},
-        details=(run.message,),
+        details=_of_early_contact(comparison),
     )
 
 

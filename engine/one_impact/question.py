@@ -14,12 +14,12 @@ from ..contact import (
     ContactUnits,
     check_mass,
     check_speed,
+    contact_time,
     damping_of_restitution,
+    ratio_of_method,
     restitution_of_units,
-    spring_duration,
 )
 from ..drivers.alone import Course, course_alone, parameters_alone
-from ..law_table import critical_damping, powers_of
 from ..methods import ExactPenalty, TimeStepping
 
 STEP_RANGE = (0.0, 1e12)
@@ -128,21 +128,12 @@ class Impact:
     @property
     def ratio(self) -> float:
         """ζ = D/√(Km); nan of a law whose spring or damper is none that is constant, or without a D."""
-        constant = powers_of(self.method.law, self.method.exponent) == (1.0, 0.0)
-        if self.method.damping is None or not constant:
-            return math.nan
-        return self.method.damping / critical_damping(self.method.stiffness, self.mass)
+        return ratio_of_method(self.mass, self.method)
 
     @cached_property
     def contact_time(self) -> float:
-        """How long a contact lasts, as steps in it are counted.
-
-        The half cycle of the damped contact π/(ω_c√(1 − ζ²)) of a linear spring; of other laws, and where the gap
-        creeps back, that of the spring alone.
-        """
-        alone = spring_duration(self.mass, self.method, self.speed)
-        damped = self.method.spring_exponent == 1.0 and self.ratio < 1.0
-        return alone / math.sqrt((1 - self.ratio) * (1 + self.ratio)) if damped else alone
+        """How long a contact lasts, as steps in it are counted: :func:`..contact.contact_time`."""
+        return contact_time(self.mass, self.method, self.speed)
 
     @property
     def steps_per_contact(self) -> float:

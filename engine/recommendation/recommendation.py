@@ -4,6 +4,7 @@ import math
 from dataclasses import dataclass
 
 from ..methods import TimeStepping
+from ..one_impact.of_system import ContactAlone
 from ..wording import html_table, rounded_up
 from .contacts import Contacts, Tolerances
 from .question import SettingQuestion
@@ -65,6 +66,9 @@ class Recommendation:
         Error that no K, D or step can remove, where ``best`` has its largest: that of the reference with derived joint
         damping, against the reference asked for; nan if it does not exist. A smaller error results from errors that
         cancel each other.
+    alone : ContactAlone or None
+        What a contact alone gives with ``best`` at ``eta``, at the closing speed of the reference, without the step and
+        with it; None if there is no setting, or no such contact.
     limit : str or Statement
         Of several η: at which the error is largest, and which part of it: what limits the range.
     reason : str or Statement
@@ -83,6 +87,7 @@ class Recommendation:
     served: tuple[Served, ...] = ()
     left_out: tuple[float, ...] = ()
     joint_damping: float = math.nan
+    alone: ContactAlone | None = None
     limit: str = ""
     reason: str = ""
     kind: str = ""

@@ -20,6 +20,7 @@ from ..motions.description import describe
 from ..motions.motion import motion
 from ..motions.steady import Steady, steady
 from ..motions.words import difference_in_kind
+from ..one_impact.of_system import ContactAlone, contact_alone
 from ..simulate import simulate
 from ..wording import percent
 from .contact_search import ContactSearch
@@ -163,6 +164,7 @@ class Search:
             front=tuple(monotone_front(front if is_met else self._front, largest)),
             served=tuple(served),
             joint_damping=joint_damping,
+            alone=self._alone(best.setting),
             limit=self._limit(worst, part, best) if self.question.is_range else "",
             reason="" if is_met else self._reason(worst, served, part, joint_damping, best),
             kind=self._kind if self._best else "",
@@ -200,6 +202,11 @@ class Search:
             Served(part.eta, one.setting.steps, one.error, one.robust, one.contacts, one.excess)
             for part, one in zip(parts, trials, strict=True)
         ]
+
+    def _alone(self, setting: NewmarkSetting) -> ContactAlone | None:
+        """What a contact alone gives with a setting at the η to which its steps belong."""
+        part, method = self._parts[-1].exact, with_setting(self.question.scheme, setting)
+        return contact_alone(self.question.system, part.eta, method, part.closing_speed)
 
     def _limit(self, worst: Served, part: Trials, best: Trial) -> Statement:
         """Say at which η the robust error is largest, and what makes most of it."""

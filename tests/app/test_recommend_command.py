@@ -1,12 +1,13 @@
 """``vibroscope recommend``, as scripts see it."""
 
 import json
+import math
 import re
 
 import pytest
 from vibroscope.app.commands import recommend as command
 from vibroscope.app.commands.cli import main
-from vibroscope.engine import Newmark, Record, System, simulate
+from vibroscope.engine import Impact, Newmark, Record, System, impact, simulate
 from vibroscope.engine.divergence.error import Target
 
 from .command_line import run_command
@@ -112,6 +113,28 @@ def test_one_setting_for_a_range_in_units(capsys, monkeypatch):
     assert re.search(r"^range +2D = \S+ to \S+ N·s/m where K = 5000 N/m$", text, re.MULTILINE)
     assert "K / N/m" in text
     assert main(["recommend", "--eta", "2.76", "--one-setting"]) == 2
+
+
+@pytest.mark.parametrize(
+    ("arguments", "within"),
+    [
+        (["--eta", "2.76", "--tolerance", "0.2", "--steps-max", "4000", "--K", "12000"], True),
+        (["--eta", "3.25", "--tolerance", "0.5", "--steps-max", "128", "--K", "40"], False),  # so soft that springs act
+    ],
+)
+def test_with_the_step_that_is_recommended_a_contact_alone_is_within_the_tolerance_or_it_is_said(
+    arguments, within, capsys
+):
+    out = run(capsys, *arguments, "--status", "start")[1]
+    found = json.loads(run(capsys, *arguments, "--status", "start", "--json")[1])
+    method, step = Newmark(found["K"], found["D"], found["steps"]), 2 * math.pi / (found["eta"] * found["steps"])
+    one = Impact(method, 1.0, System().mass_share, step)
+    e = impact(one).restitution
+    assert (max(abs(e.least - 0.5), abs(e.greatest - 0.5)) <= 0.1) == within
+    assert ("not within 0.1 at each touch" in out) == (not within)
+    assert f"{e.least:.2f} to {e.greatest:.2f} with {one.steps_per_contact:.3g} steps in it" in out
+    assert [found[f"contact_alone_restitution_{end}"] for end in e._fields] == pytest.approx(list(e), rel=1e-9)
+    assert found["contact_alone_steps"] == pytest.approx(one.steps_per_contact, rel=1e-12)
 
 
 def test_a_recommendation_says_its_ranges_its_contacts_and_what_it_was_verified_for(capsys):

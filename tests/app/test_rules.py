@@ -3,22 +3,31 @@
 import json
 import math
 import re
+from dataclasses import replace
 
+import numpy as np
 import pytest
 from vibroscope.app.codes.rules import Rule, RuleQuestion, judge, rules
 from vibroscope.app.commands.cli import main
+from vibroscope.app.explorer.state import Setting
+from vibroscope.app.page.your_code.rules import rows_of
+from vibroscope.app.studies.your_code import Judged
 from vibroscope.engine import (
     CentralDifference,
     ComparisonQuestion,
     Excitation,
+    Impact,
     Newmark,
+    Reference,
     System,
     TimeStepping,
     compare,
+    impact,
     percent,
     simulate,
     with_located_steps,
 )
+from vibroscope.engine.divergence.encounters import mean_closing_speed
 from vibroscope.engine.divergence.tolerances import CLOSE_CURVE
 
 PAPER = RuleQuestion(System(), 2.76, Newmark(12000.0, 18.0, 2000), element_stiffness=7.0)
@@ -64,6 +73,27 @@ def test_what_follows_is_what_compare_finds():
     assert found.holds == (found.part <= CLOSE_CURVE)
     known = simulate(PAPER.system, PAPER.eta, rule.method(PAPER), **SHORT)
     assert judge(rule, PAPER, responses=[known], **SHORT).as_dict() == found.as_dict()
+
+
+def test_a_rule_says_what_a_contact_alone_gives_with_its_step(capsys):
+    """D is as it should be, and K and D hold; the step leaves the rebound to chance."""
+    asked = replace(PAPER, method=replace(PAPER.method, steps=300))
+    rule, reference = rules()["restitution"], simulate(asked.system, asked.eta, Reference())
+    found, method = judge(rule, asked), rule.method(asked)
+    step = 2 * math.pi / (asked.eta * 300)
+    one = Impact(method, mean_closing_speed(reference), SHARE, step)
+    e = impact(one).restitution
+    said = f"0.50 without a step, {e.least:.2f} to {e.greatest:.2f} with {one.steps_per_contact:.3g} steps in it"
+    assert found.holds
+    assert e.least < 0.2
+    assert found.contact == f"Once its force is over, a contact alone has a restitution of {said}."
+    numbers = found.as_dict()
+    assert numbers["contact_alone_restitution_least"] == pytest.approx(e.least, rel=1e-9)
+    assert numbers["contact_alone_steps"] == pytest.approx(one.steps_per_contact, rel=1e-12)
+    main(["rules", "restitution", "--eta", "2.76", "--K", "12000", "--D", "18", "--steps", "300"])
+    assert said in " ".join(capsys.readouterr().out.split())
+    row = rows_of([Judged(found, np.empty((2, 0)))], np.empty((2, 0)), [], Setting())["rows"][0]
+    assert row["why"].endswith(found.contact)
 
 
 def test_a_run_that_ends_early_fails_and_says_why():

@@ -25,13 +25,17 @@ from vibroscope.engine import (
     Newmark,
     System,
     equal_restitution_damping,
+    impact,
 )
+from vibroscope.engine.one_impact.of_system import contact_alone
 from vibroscope.engine.recommendation.limits import largest_stiffness
 from vibroscope.engine.recommendation.trials import NewmarkSetting as Chosen
 from vibroscope.engine.recommendation.trials import Trial
 
 from .fakes import QueueingHost, send
 from .searches import SETTING, TRIAL, WORSE, found_for
+
+ALONE = contact_alone(System(), 2.76, Newmark(12000.0, float(equal_restitution_damping(System(), 12000.0)), 700), 1.0)
 
 
 @pytest.mark.parametrize("percent", ["", "0", "101", "five", "nan", "1e400", None, 5])
@@ -244,6 +248,13 @@ def test_a_suggestion_says_its_ranges_its_contacts_and_what_it_was_verified_for(
         "Verified for Newmark; contact status from the start of the step; contact law Kelvin–Voigt; from rest. For "
         "another code choose it under Your code: with another contact status a step may have no solution.",
     ]
+    found = replace(found_for(make_question(SETTING, {"tolerance": "5"})), alone=ALONE)
+    e, steps = impact(ALONE.question).restitution, ALONE.question.steps_per_contact
+    said = f"{e.least:.2f} to {e.greatest:.2f} with {steps:.3g} steps in it"
+    line = next(line for line in suggestion_content(found, SETTING)["lines"] if line.startswith("Contacts"))
+    assert line.endswith(
+        f"a contact alone has a restitution of 0.50 without a step, {said}, not within 0.1 at each touch."
+    )
     physical = SETTING._replace(units="mm-t-s", omega1=20.0, m1=3.0)  # K counts 1.2 N/mm
     lines = suggestion_content(found_for(make_question(physical, {"tolerance": "5"})), physical)["lines"]
     assert lines[1].startswith("Met where one number alone is changed: K = 10840 to 14760 N/mm where 2D = 1.896 N·s/mm")

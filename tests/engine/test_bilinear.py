@@ -20,7 +20,7 @@ from vibroscope.engine import (
     simulate,
     steady,
 )
-from vibroscope.engine.contact import contact_duration, spring_energy
+from vibroscope.engine.contact import spring_duration, spring_energy
 from vibroscope.engine.energy.balance import energy_balance
 
 from tests.naive import drive, matrices_of
@@ -153,15 +153,15 @@ def test_duration_and_restitution_are_those_of_the_closed_form(closing, r):
     assert again == pytest.approx(2.5, rel=1e-8)
     system = System(mu=mass / (1 - mass))
     method = ExactPenalty(k, 0.0, "bilinear", **numbers)
-    assert contact_duration(system, method, closing) == pytest.approx(float(undamped), rel=1e-13)
+    assert spring_duration(system.mass_share, method, closing) == pytest.approx(float(undamped), rel=1e-13)
 
 
 def test_a_contact_that_does_not_reach_the_knee_is_spring_and_damper():
     shallow = ExactPenalty(1200.0, 8.0, "bilinear", penetration=5.0, stiffening=4.0)
     runs = [simulate(System(), 2.76, method, periods=5, keep=5) for method in (shallow, ExactPenalty(1200.0, 8.0))]
     np.testing.assert_allclose(runs[0].section, runs[1].section, rtol=0, atol=1e-12)
-    linear = contact_duration(System(), ExactPenalty(1200.0, 8.0), 1.0)
-    assert contact_duration(System(), shallow, 1.0) == pytest.approx(linear, rel=1e-15)
+    linear = spring_duration(System().mass_share, ExactPenalty(1200.0, 8.0), 1.0)
+    assert spring_duration(System().mass_share, shallow, 1.0) == pytest.approx(linear, rel=1e-15)
     at_once = ExactPenalty(300.0, 8.0, "bilinear", penetration=1e-13, stiffening=4.0)
     other = simulate(System(), 2.76, at_once, periods=2, keep=2)
     np.testing.assert_allclose(other.section, runs[1].section[:2], rtol=0, atol=1e-9)

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 from vibroscope.engine import CONTACT_LAWS, LAWS_BY_RESTITUTION, ExactPenalty, Newmark, System, TimeStepping
-from vibroscope.engine.contact import contact_duration, contact_frequency, spring_energy
+from vibroscope.engine.contact import contact_frequency, spring_duration, spring_energy
 from vibroscope.engine.drivers.law_driven import by_steps
 from vibroscope.engine.drivers.parameters import parameters_of
 from vibroscope.engine.kernels.equations.contact_law import law_force
@@ -65,7 +65,7 @@ def test_a_linear_law_has_the_duration_and_the_energy_of_a_linear_spring(law):
     system = System()
     for method in (ExactPenalty(K, 2.0, law), TimeStepping(K, 2.0, 500, law=law)):
         assert method.spring_exponent == parameters_of(system, 1.3, method).exponent == 1.0
-        assert contact_duration(system, method, 2.0) == pytest.approx(math.pi / contact_frequency(system, K))
+        assert spring_duration(system.mass_share, method, 2.0) == pytest.approx(math.pi / contact_frequency(system, K))
         np.testing.assert_allclose(spring_energy(method, np.array([-DEPTH, DEPTH])), [0.5 * K * DEPTH**2, 0.0])
 
 

@@ -1,9 +1,7 @@
 """A deck for OpenSeesPy: a script that runs, and writes its displacements as CSV."""
 
-from math import sqrt
-
 from vibroscope.app.export.decks.problem import LINEAR, DeckProblem, check, refuse
-from vibroscope.engine.law_table import RATIO_LAWS, damper_of
+from vibroscope.engine.law_table import RATIO_LAWS, critical_damping, damper_of
 
 NAME, SUFFIX, STATUS = "OpenSeesPy", "py", "end"
 LAWS = (LINEAR, *RATIO_LAWS, "jankowski")  # Hertzdamp has those whose damper is a factor of the spring's force
@@ -160,7 +158,7 @@ def _contact(problem: DeckProblem) -> str:
     power = method.spring_exponent
     stiffness, _ = problem.contact
     if method.law == "jankowski":
-        ratio = damper / (2.0 * sqrt(method.stiffness * system.mass_share))
+        ratio = 0.5 * damper / critical_damping(method.stiffness, system.mass_share)
         mass = problem.scale.physical("mass", system.mass_share)
         return f'ops.uniaxialMaterial("JankowskiImpact", 3, {stiffness!r}, {ratio!r}, {mass!r}, {gap!r})'
     if not by_speed:

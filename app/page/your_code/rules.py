@@ -73,6 +73,7 @@ def _row(judged: Judged, span: np.ndarray, marked: Sequence[str], setting: Setti
     why = shown_text(found.brief, setting.scale)
     if found.without_solution and found.motion != ENDED:
         why += f" {counted(found.without_solution, 'step')} without a solution."
+    why = f"{why} {found.contact}".strip()
     return {
         "key": rule.key,
         "title": rule.title,
