@@ -30,7 +30,8 @@ def add_measured_options(command: argparse.ArgumentParser) -> None:
         "--measured",
         metavar="FILE.csv",
         help="compare with a measurement instead: columns time [s], x1 [mm], x2 [mm] (or x1 alone) and perhaps contact "
-        "(0 or 1) or force, or xi1, xi2 relative to the base; [-] or no unit: without dimension",
+        "(0 or 1) or force, or xi1, xi2 relative to the base; [-] or no unit: without dimension; or what LabVIEW, "
+        "PicoScope, OpenSees or CalculiX write, perhaps packed by gzip",
     )
     command.add_argument(
         "--columns",
@@ -72,7 +73,8 @@ def _read(options: argparse.Namespace) -> Measurement:
     try:
         return read_measurement(options.measured, units_of(options), options.columns, options.eta)
     except UnknownColumns as problem:
-        raise ValueError(f'{problem}: --columns "time=1 [s], xi1=2 [mm]"') from None
+        second = ", xi2=3 [mm]" if len(problem.header) > 2 else ""
+        raise ValueError(f'{problem}: --columns "time=1 [s], xi1=2 [mm]{second}"') from None
 
 
 def measured_report(options: argparse.Namespace) -> Report:

@@ -55,7 +55,7 @@ class MeasuredFile:
         key = Units(setting.omega1, setting.m1, setting.amplitude), self.columns
         known = self._parsed is not None and self._parsed[0] == key and self._parsed[1].eta in (None, setting.eta)
         if not known:
-            self._parsed = key, parse_measurement(self._content, *key, setting.eta)
+            self._parsed = key, parse_measurement(self._content, *key, setting.eta, LARGEST_FILE)
         return self._parsed[1]
 
 

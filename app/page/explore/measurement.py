@@ -44,7 +44,10 @@ _IDLE = {"phase": "idle"}
 
 
 class MeasurementButton(Component):
-    """Chooses a file, or takes one that is dropped on the page, and sends it in parts: see `Overlay._receive`."""
+    """Chooses a file, or takes one that is dropped on the page, and sends it in parts, a character for each byte.
+
+    See `Overlay._receive`.
+    """
 
     largest = param.Integer(default=LARGEST_FILE, constant=True, doc="Bytes; of a larger file the name alone is sent")
 
@@ -187,7 +190,7 @@ class Overlay:
 
     def _take(self, _: object) -> None:
         """The file is complete; it is parsed in a worker thread."""
-        content, self._upload = "".join(self._upload).encode(errors="replace"), []
+        content, self._upload = "".join(self._upload).encode("latin-1", errors="replace"), []
         self._file = MeasuredFile(self._name, content)
         if self._setting is not None:
             self._compare()
