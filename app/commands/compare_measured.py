@@ -83,7 +83,7 @@ def measured_report(options: argparse.Namespace) -> Report:
     system, fitted = system_of(options), None
     if options.fit:
         fitted = fit(system, options.eta, measurement, names=None if options.fit is True else options.fit)
-        system = fitted.system
+        system, measurement = fitted.system, fitted.corrected(measurement)
     chosen = {"reference": reference_of(options), "periods": options.periods, "initial": options.initial}
     comparison = compare_measured(system, options.eta, measurement, stepping_of(options), **chosen)
     units = wanted_units(options)

@@ -37,9 +37,14 @@ from vibroscope.engine.measurement.alignment import Alignment
 LARGEST_FILE = 2 * 2**20  # bytes that the page takes, some 50,000 samples; the command line takes more
 _MOST_POINTS = 300  # drawn; more would hide the curves
 _SLOPE = 1 / 50  # of an excitation period: the time over which a velocity of the measurement is a mean
-# Symbol and name of each constant, as the page shows them.
 LEAST_ERROR = 1e-7  # that is written with the decimals of its constant
-FITTED_NAMES = {name: (FIELDS[name].label, FIELDS[name].hint) for name in FITTED}
+# Symbol and name of each constant, as the page shows them.
+FITTED_NAMES = {
+    name: (FIELDS[name].label, FIELDS[name].hint)
+    if name in FIELDS
+    else (f"zero {name[-1]}", f"of the sensor of body {name[-1]}")
+    for name in FITTED
+}
 
 
 class MeasuredFile:
@@ -159,7 +164,9 @@ def fit_rows(fitted: Fit, scale: Units | None = None) -> list[list[str]]:
     """Each fitted constant with its standard error, and the residual beside the measurement's own noise."""
     rows = []
     for name, value in fitted.values.items():
-        rows.append([name, _with_error(value, fitted.errors[name])])
+        unit = "" if scale is None or name in FIELDS else scale.unit("displacement")
+        value, error = (scale.physical("displacement", each) if unit else each for each in (value, fitted.errors[name]))
+        rows.append([name, f"{_with_error(value, error)} {unit}".rstrip()])
     agreeing = f"{fitted.agreeing} of {fitted.starts} starts agree"
     residual, noise = (_shown("displacement", value, 3, scale) for value in (fitted.deviation, fitted.noise))
     rows.append(["residual", f"{residual}, noise {noise}; {agreeing}"])
@@ -172,7 +179,7 @@ def fit_content(fitted: Fit, scale: Units | None = None) -> dict:
         [FITTED_NAMES[name][0] if name in FITTED_NAMES else name, text.replace("+-", "±")]
         for name, text in fit_rows(fitted, scale)
     ]
-    use = {name: print_number(float(f"{value:.6g}")) for name, value in fitted.values.items()}
+    use = {name: print_number(float(f"{value:.6g}")) for name, value in fitted.values.items() if name in FIELDS}
     remarks = [f"Note: {shown_text(remark, scale)}." for remark in fitted.remarks]
     return {"rows": rows, "remarks": remarks, "use": use}
 

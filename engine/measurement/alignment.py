@@ -17,6 +17,7 @@ from ..divergence.grid import rms
 from .cycle import Cycle
 from .measurement import Measurement
 from .recurrence import Sensor, summarise_sensor
+from .tolerances import WITHIN_NOISE
 
 SHIFTS = 256  # τ₀ of the grid per period
 
@@ -54,18 +55,14 @@ class Alignment:
     sensor: Sensor
     closing_error: float | None
 
+    def is_within(self, noise: float) -> bool:
+        """Whether the difference is no more than the noise of the measurement, in base amplitudes."""
+        return bool(np.sqrt(np.mean(self.channels**2)) <= WITHIN_NOISE * noise)
 
-def align(cycle: Cycle, measurement: Measurement, frame: str | None = None) -> Alignment:
-    """Align a cycle with a measurement at the phase of the least squares.
 
-    Parameters
-    ----------
-    cycle : Cycle
-    measurement : Measurement
-    frame : {"absolute", "relative"}, optional
-        Take the measured displacements to be in this frame, instead of the measurement's own.
-    """
-    frame = frame or measurement.frame
+def align(cycle: Cycle, measurement: Measurement) -> Alignment:
+    """Align a cycle with a measurement at the phase of the least squares."""
+    frame = measurement.frame
     phase = best_phase(cycle, measurement, frame)
     displacement = cycle.displacement(measurement.time + phase, frame)
     difference = measurement.residual(displacement)

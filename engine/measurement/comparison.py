@@ -12,10 +12,9 @@ from ..simulate import LONG
 from .alignment import Alignment, align
 from .cycle import SettledRun, penalty_cycle, reference_cycle
 from .measurement import Measurement
+from .reading import Reading, explaining_reading
 from .recurrence import Recurrence, recurrence
 from .tolerances import CERTAIN_SIGMAS, PHASE_DRIFT
-
-OTHER_FRAME = {"absolute": "relative", "relative": "absolute"}
 
 
 @dataclass(frozen=True)
@@ -49,15 +48,16 @@ class MeasuredComparison:
     measurement : Measurement
     recurrence : Recurrence
     reference, penalty : Solved
-    other_frame : float or None
-        The reference's rms if the columns belonged to the other frame; None if it does not repeat itself.
+    reading : Reading or None
+        Another reading of the columns, with which the reference agrees; None if nothing of the kind explains the
+        difference.
     """
 
     measurement: Measurement
     recurrence: Recurrence
     reference: Solved
     penalty: Solved
-    other_frame: float | None
+    reading: Reading | None
 
     @property
     def periods(self) -> float:
@@ -128,10 +128,10 @@ def compare_measured(
     own = recurrence(measurement, eta)
     exact = reference_cycle(system, eta, reference or Reference(), initial=initial, cancelled=cancelled)
     newmark = penalty_cycle(system, eta, penalty, periods=periods, initial=initial, cancelled=cancelled)
-    other_frame = None
-    if exact.cycle is not None:
-        other_frame = align(exact.cycle, measurement, OTHER_FRAME[measurement.frame]).rms
-    return MeasuredComparison(measurement, own, _solved(measurement, exact), _solved(measurement, newmark), other_frame)
+    solved, reading = _solved(measurement, exact), None
+    if solved.alignment is not None and own.period and not solved.alignment.is_within(own.noise):
+        reading = explaining_reading(exact.cycle, measurement, solved.alignment.rms, own.noise, cancelled)
+    return MeasuredComparison(measurement, own, solved, _solved(measurement, newmark), reading)
 
 
 def _solved(measurement: Measurement, run: SettledRun) -> Solved:

@@ -9,11 +9,12 @@ from ..methods import Reference
 from ..model import System
 from ..motions.poincare_map import without_penetration
 from ..motions.steady import REST
-from .alignment import best_phase
+from .alignment import align
 from .cycle import Cycle, reference_cycle
 from .measurement import Measurement
 from .tolerances import FIT_DIFFERENCE
 
+ZEROS = ("zero1", "zero2")  # what the sensor of each body shows where its displacement is 0
 UPPER = {"restitution": 1.0, "d1": 0.5, "d2": 0.5, "d3": 0.5}
 # Initial guesses, as changes of the given system: a restitution, or a factor of the dampings
 GUESSES = ({}, {"restitution": 0.2}, {"restitution": 0.8}, {"damping": 0.5}, {"damping": 2.0})
@@ -34,7 +35,7 @@ class FitProblem:
     eta : float
     measurement : Measurement
     names : tuple of str
-        The constants to fit, out of `UPPER`.
+        The constants to fit, out of `UPPER`, and zeros of sensors, out of `ZEROS`.
     method : Reference
     cancelled : callable or None
     """
@@ -51,8 +52,8 @@ class FitProblem:
         self.system, self.eta, self.measurement, self.names = system, eta, measurement, names
         self.method, self.cancelled = method, cancelled
         self.last_state = REST  # of the last cycle found
-        self.lower = np.append(np.zeros(len(names)), -np.inf)
-        self.upper = np.append([UPPER[name] for name in names], np.inf)
+        self.lower = np.append([0.0 if name in UPPER else -np.inf for name in names], -np.inf)
+        self.upper = np.append([UPPER.get(name, np.inf) for name in names], np.inf)
 
     def guesses(self) -> list[np.ndarray]:
         """Return different initial values of the constants, each within its range."""
@@ -63,6 +64,8 @@ class FitProblem:
                 change.get("restitution", self.system.restitution)
                 if name == "restitution"
                 else factor * constant(self.system, name)
+                if name in UPPER
+                else 0.0
                 for name in self.names
             ]
             values = np.clip(values, 0.0, self.upper[:-1])
@@ -72,8 +75,8 @@ class FitProblem:
 
     def system_of(self, parameters: np.ndarray) -> System:
         """Return the system with these constants."""
-        changed = dict(zip(self.names, parameters[: len(self.names)].tolist(), strict=True))
-        return replace(self.system, **changed)
+        fitted = zip(self.names, parameters[: len(self.names)].tolist(), strict=True)
+        return replace(self.system, **{name: value for name, value in fitted if name in UPPER})
 
     def cycle(self, parameters: np.ndarray) -> Cycle | None:
         """Find the reference's cycle, from the last one found: it is close, and the same one if several exist."""
@@ -90,32 +93,48 @@ class FitProblem:
         cycle = self.cycle(guess)
         if cycle is None:
             return None
-        phase = best_phase(cycle, self.measurement, self.measurement.frame)
+        free = any(name in ZEROS for name in self.names)
+        known = replace(self.measurement, mean_known=self.measurement.mean_known and not free)
+        aligned = align(cycle, known)
+        zeros = dict(zip(ZEROS, aligned.offset.tolist(), strict=False))
+        start = [zeros.get(name, value) for name, value in zip(self.names, guess, strict=True)]
         return _least_squares()(
             self.residuals,
-            np.append(guess, phase),
+            np.append(start, aligned.phase),
             jac=self.jacobian,
             bounds=(self.lower, self.upper),
-            x_scale=np.append(np.where(np.array(self.names) == "restitution", 0.1, 0.01), 0.1),
+            x_scale=[*(0.1 if name == "restitution" else 0.01 for name in self.names), 0.1],
             max_nfev=60,  # per guess
         )
 
     def residuals(self, parameters: np.ndarray) -> np.ndarray:
-        """Return reference − measured, (2n,) or (n,); where the motion is not periodic, 0 − measured."""
+        """Return reference + zeros − measured, (2n,) or (n,); where the motion is not periodic, 0 − measured."""
         measured = self.measurement
         cycle = self.cycle(parameters)
         if cycle is None:
             return -measured.displacement.ravel()
-        return -measured.residual(cycle.displacement(measured.time + parameters[-1], measured.frame)).ravel()
+        moved = cycle.displacement(measured.time + parameters[-1], measured.frame)
+        return -measured.residual(moved + self._zeros(parameters)).ravel()
+
+    def _zeros(self, parameters: np.ndarray) -> np.ndarray:
+        """What the sensors show at rest, (2, 1); 0 of those that are not fitted."""
+        return np.array([[parameters[self.names.index(name)] if name in self.names else 0.0] for name in ZEROS])
 
     def by_body(self, residuals: np.ndarray) -> np.ndarray:
         """The residuals of each measured body, (2, n) or (1, n)."""
         return residuals.reshape(self.measurement.displacement.shape)
 
     def jacobian(self, parameters: np.ndarray) -> np.ndarray:
-        """Return the Jacobian, (2n, k) or (n, k): differences, one-sided at a bound, and for the phase velocities."""
+        """Return the Jacobian, (2n, k) or (n, k): differences, one-sided at a bound, and for the phase velocities.
+
+        The zero of a sensor is in each of its own residuals.
+        """
         columns = []
-        for i in range(len(self.names)):
+        for i, name in enumerate(self.names):
+            if name in ZEROS:
+                own = np.arange(len(self.measurement.displacement))[:, None] == ZEROS.index(name)
+                columns.append(np.broadcast_to(own, self.measurement.displacement.shape).ravel().astype(float))
+                continue
             sides = np.tile(parameters, (2, 1))
             sides[:, i] = np.clip(
                 parameters[i] + np.array([-FIT_DIFFERENCE, FIT_DIFFERENCE]), self.lower[i], self.upper[i]

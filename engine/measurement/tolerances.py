@@ -28,7 +28,9 @@ PHASE_DRIFT = 0.3  # radians over the whole record: with a larger one, the given
 INSTANT = 1e-9  # of a cycle, between an impact and each of its two knots
 WITHIN_NOISE = 1.1  # times the noise: a smaller difference is noise alone
 HARDLY_VISIBLE = 0.05  # of the measured size: smaller differences are hardly visible
-OTHER_FRAME = 0.5  # times the difference: if less remains in the other frame, the columns may be named wrongly
+EXPLAINS = 0.2  # times the difference: if less remains with another zero, unit, sign or order, that explains it
+SAME_SIZE = 1.25  # ratio of displacements to those of the reference; with a larger one they have another unit
+HARDLY_MORE = 1.5  # times what the best reading of the columns leaves: readings that leave less are as good
 SENSOR = 0.2  # of the closings per period: a solution with so many more or fewer differs from what the sensor counts
 
 # Fitting

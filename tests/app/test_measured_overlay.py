@@ -123,7 +123,7 @@ def test_a_wall_is_offered_what_it_has_and_one_body_is_drawn(overlay):
     overlay.follow(setting)
     units = Units(setting.omega1, setting.m1, setting.amplitude)
     content = upload(overlay, measurement_text(synthetic_measurement(setting.system, 0.8), units, "synthetic"))
-    assert content["names"] == ["restitution", "d1"]
+    assert content["names"] == ["restitution", "d1", "zero1"]
     assert "displacement of body 1" in content["headline"]
     points = overlay.placed(setting, present(compute_runs(setting))["displacements"])
     assert np.isfinite(points.displacements["x1"]).all()

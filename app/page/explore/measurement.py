@@ -277,7 +277,7 @@ class Overlay:
             headline=shown_text(headline(comparison), scale),
             words=shown_text(measured_verdict(comparison), scale),
             rows=[[shown_text(cell, scale) for cell in row] for row in comparison_rows(comparison, scale)],
-            names=list(fitted_names(self._setting.system)),
+            names=list(fitted_names(self._setting.system, comparison.measurement)),
             eta=(eta := own_eta(comparison)),
             offer=words_of_change({"eta": eta}, self._setting) if eta else "",
             fit=self._fit | (fit_content(self._fitted, scale) if self._fitted is not None else {}),
