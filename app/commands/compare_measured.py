@@ -82,7 +82,8 @@ def measured_report(options: argparse.Namespace) -> Report:
     measurement = _read(options)
     system, fitted = system_of(options), None
     if options.fit:
-        fitted = fit(system, options.eta, measurement, names=None if options.fit is True else options.fit)
+        names = None if options.fit is True else options.fit
+        fitted = fit(system, options.eta, measurement, names=names, initial=options.initial)
         system, measurement = fitted.system, fitted.corrected(measurement)
     chosen = {"reference": reference_of(options), "periods": options.periods, "initial": options.initial}
     comparison = compare_measured(system, options.eta, measurement, stepping_of(options), **chosen)

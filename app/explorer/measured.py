@@ -95,10 +95,11 @@ class MeasuredJob(Job):
         self._on_result(self, error)
 
     def _solve(self, file: MeasuredFile, setting: Setting, names: tuple[str, ...]) -> MeasuredComparison | Fit:
-        measurement, options = file.measurement(setting), {"cancelled": self._poll}
+        measurement = file.measurement(setting)
+        options = {"cancelled": self._poll, "initial": setting.initial}
         if names:
             return fit(setting.system, setting.eta, measurement, names=names, **options)
-        options |= {"reference": setting.reference, "initial": setting.initial}
+        options |= {"reference": setting.reference}
         return compare_measured(setting.system, setting.eta, measurement, setting.penalty, **options)
 
 
@@ -112,6 +113,7 @@ def headline(comparison: MeasuredComparison) -> Statement:
     bodies = "displacements" if len(measurement.displacement) > 1 else "displacement of body 1"
     bodies += "" if measurement.mean_known else " without their mean, from accelerations"
     text = f", {len(measurement)} samples over {comparison.periods:.3g} periods, {measurement.frame} {bodies}"
+    text += ", from the start, since nothing drives the bodies" if comparison.is_free else ""
     left_out = f"; left out: {', '.join(map(shown, measurement.left_out))}" if measurement.left_out else ""
     return eta + text + left_out
 
@@ -133,10 +135,12 @@ def comparison_rows(comparison: MeasuredComparison, scale: Units | None = None) 
     def closings(alignment) -> str:
         return "-" if alignment.closing_error is None else f"{percent(alignment.closing_error)} of T"
 
+    repeats = [" or ".join(map(str, recurrence.possible or (0,))), *(str(each.period) for each in solved)]
+    repeats = ["-"] * 3 if comparison.is_free else repeats
     begins = "begins at" if scale else Statement("begins at ", Symbol("tau"))
     return [
         ["", "measured", "reference", "penalty"],
-        ["repeats after", " or ".join(map(str, recurrence.possible or (0,))), *(str(each.period) for each in solved)],
+        ["repeats after", *repeats],
         ["difference (rms)", f"{shown('displacement', recurrence.noise, 3)} noise", *both(lambda a: percent(a.rms))],
         [begins, "", *both(lambda a: shown("time", a.phase, 4))],
         ["contacts per period", *of_sensor(lambda one: f"{one.per_period:.3g}")],

@@ -19,8 +19,6 @@ from .measurement import Measurement
 from .recurrence import Sensor, summarise_sensor
 from .tolerances import WITHIN_NOISE
 
-SHIFTS = 256  # τ₀ of the grid per period
-
 
 @dataclass(frozen=True)
 class Alignment:
@@ -29,7 +27,7 @@ class Alignment:
     Attributes
     ----------
     phase : float
-        τ₀, τ of the solution's cycle at the first sample.
+        τ₀, τ of the solution's cycle at the first sample; of a motion from its start, the time since then.
     rms : float
         Root mean square difference of the displacements, relative to the measured ones.
     channels : (2,) or (1,) ndarray
@@ -79,15 +77,18 @@ def align(cycle: Cycle, measurement: Measurement) -> Alignment:
 
 
 def best_phase(cycle: Cycle, measurement: Measurement, frame: str) -> float:
-    """Return τ₀ in [0, pT) of the least squares: the best of a grid, refined by Gauss–Newton steps."""
+    """Return τ₀ in [0, pT) of the least squares: the best of a grid, refined by Gauss–Newton steps.
+
+    Of a motion from its start it is the time since then, and negative if the measurement began before.
+    """
     thin = measurement.thinned(1000)  # samples are enough for the grid
-    grid = np.arange(0, cycle.length, cycle.length / (SHIFTS * cycle.periods))
+    grid = cycle.phases(measurement.span)
     phase = min(grid, key=lambda shift: np.sum(_difference(cycle, thin, shift, frame) ** 2))
     for _ in range(8):  # Gauss–Newton steps
         slope = cycle.velocity(measurement.time + phase, frame)[: len(measurement.displacement)]
         step = np.sum(slope * _difference(cycle, measurement, phase, frame)) / max(np.sum(slope**2), 1e-300)
-        phase += np.clip(step, -grid[1], grid[1])
-    return float(np.mod(phase, cycle.length))
+        phase += np.clip(step, grid[0] - grid[1], grid[1] - grid[0])
+    return float(cycle.within(phase) if cycle.repeats else phase)
 
 
 def _difference(cycle: Cycle, measurement: Measurement, phase: float, frame: str) -> np.ndarray:

@@ -33,7 +33,7 @@ from ..methods import Reference
 from ..model import BODY_2, System, check_eta
 from .least_squares import UPPER, ZEROS, FitProblem, constant
 from .measurement import Measurement
-from .recurrence import recurrence
+from .recurrence import free_record, recurrence
 from .tolerances import AT_BOUND, CORRELATED, DEPENDENT, EXPLAINS, INVISIBLE, NOISIER, SAME_MINIMUM
 
 FITTED = (*UPPER, *ZEROS)
@@ -53,7 +53,7 @@ class Fit:
     correlation : (k, k) ndarray
         Of the constants that can be determined, in their order.
     phase : float
-        τ₀, τ of the reference's cycle at the first sample.
+        τ₀, τ of the reference's cycle at the first sample; of a motion from its start, the time since then.
     deviation : float
         Standard deviation of the residuals, in base amplitudes.
     noise : float
@@ -88,6 +88,7 @@ def fit(
     *,
     names: Sequence[str] | None = None,
     method: Reference | None = None,
+    initial: Sequence[float] | None = None,
     cancelled: Callable[[], bool] | None = None,
 ) -> Fit:
     """Fit constants of the system to a measurement.
@@ -103,6 +104,8 @@ def fit(
         What to fit, by default everything in :func:`fitted_names`.
     method : Reference, optional
         By default with the threshold 0, in whose limit the motion depends smoothly on e.
+    initial : (4,) sequence, optional
+        The start ξ₁, ξ₁′, ξ₂, ξ₂′ of bodies that nothing drives, from which they are followed; by default rest.
     cancelled : callable, optional
         Polled many times a second; when it returns true the fit is cancelled.
 
@@ -137,8 +140,8 @@ def fit(
     if idle := [name for name in names if name not in fitted_names(system, measurement)]:
         raise ValueError(f"cannot fit {', '.join(idle)}: no sensor shows the mean of this displacement, leave it out")
     eta, measurement = check_eta(eta), measurement.of(system)
-    noise = recurrence(measurement, eta).noise
-    problem = FitProblem(system, eta, measurement, names, method or Reference(threshold=0.0), cancelled)
+    noise = (recurrence if system.excitation.drives else free_record)(measurement, eta).noise
+    problem = FitProblem(system, eta, measurement, names, method or Reference(threshold=0.0), cancelled, initial)
     minima = [minimum for guess in problem.guesses() if (minimum := problem.minimum(guess)) is not None]
     if not minima:
         where = equation("eta", eta)
@@ -150,7 +153,9 @@ def fit(
     found = _result(problem, best.x, noise, agreeing, len(minima))
     left = [name for name in fitted_names(system, measurement) if name in ZEROS and name not in names]
     if left and found.deviation > NOISIER * noise:
-        other = fit(system, eta, measurement, names=(*names, *left), method=method, cancelled=cancelled)
+        other = fit(
+            system, eta, measurement, names=(*names, *left), method=method, initial=initial, cancelled=cancelled
+        )
         if other.deviation < EXPLAINS * found.deviation:
             words = "fitted with the zeros of the sensors, too, the residual is {}: fit {} as well"
             remark = stated(words, Amount(other.deviation, "displacement", 3), ", ".join(left))
@@ -188,6 +193,7 @@ def _result(problem: FitProblem, best: np.ndarray, noise: float, agreeing: int, 
     fitted = visible[:-1].sum()
     correlation = (covariance / np.outer(scale, scale))[:fitted, :fitted]
     determined = [name for name, shown in zip(names, visible, strict=False) if shown]
+    cycle = problem.cycle(best)
     found = {name: float(best[names.index(name)]) for name in determined}
     system = replace(problem.system, **{name: value for name, value in found.items() if name in UPPER})
     return Fit(
@@ -195,7 +201,7 @@ def _result(problem: FitProblem, best: np.ndarray, noise: float, agreeing: int, 
         values={name: found[name] if name in ZEROS else constant(system, name) for name in names},
         errors=dict(zip(names, errors.tolist(), strict=False)),
         correlation=correlation,
-        phase=float(np.mod(best[-1], problem.cycle(best).length)),
+        phase=float(cycle.within(best[-1]) if cycle.repeats else best[-1]),
         deviation=deviation,
         noise=noise,
         agreeing=agreeing,

@@ -1,6 +1,6 @@
 """The least-squares problem of a fit: its residuals and Jacobian, its initial guesses, and its minima."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -10,7 +10,7 @@ from ..model import System
 from ..motions.poincare_map import without_penetration
 from ..motions.steady import REST
 from .alignment import align
-from .cycle import Cycle, reference_cycle
+from .cycle import Cycle, free_motion, reference_cycle
 from .measurement import Measurement
 from .tolerances import FIT_DIFFERENCE
 
@@ -18,6 +18,7 @@ ZEROS = ("zero1", "zero2")  # what the sensor of each body shows where its displ
 UPPER = {"restitution": 1.0, "d1": 0.5, "d2": 0.5, "d3": 0.5}
 # Initial guesses, as changes of the given system: a restitution, or a factor of the dampings
 GUESSES = ({}, {"restitution": 0.2}, {"restitution": 0.8}, {"damping": 0.5}, {"damping": 2.0})
+RESTITUTIONS = 41  # equally spaced guesses, of a motion from its start
 
 
 def constant(system: System, name: str) -> float:
@@ -38,6 +39,8 @@ class FitProblem:
         The constants to fit, out of `UPPER`, and zeros of sensors, out of `ZEROS`.
     method : Reference
     cancelled : callable or None
+    initial : (4,) sequence or None
+        The start of bodies that nothing drives, which are followed from there.
     """
 
     def __init__(
@@ -48,9 +51,10 @@ class FitProblem:
         names: tuple[str, ...],
         method: Reference,
         cancelled: Callable[[], bool] | None,
+        initial: Sequence[float] | None = REST,
     ):
         self.system, self.eta, self.measurement, self.names = system, eta, measurement, names
-        self.method, self.cancelled = method, cancelled
+        self.method, self.cancelled, self.initial = method, cancelled, initial
         self.last_state = REST  # of the last cycle found
         self.lower = np.append([0.0 if name in UPPER else -np.inf for name in names], -np.inf)
         self.upper = np.append([UPPER.get(name, np.inf) for name in names], np.inf)
@@ -71,7 +75,16 @@ class FitProblem:
             values = np.clip(values, 0.0, self.upper[:-1])
             if not any(np.array_equal(values, other) for other in guesses):
                 guesses.append(values)
-        return guesses
+        return guesses if self.system.excitation.drives else self._nearest(guesses)
+
+    def _nearest(self, guesses: list[np.ndarray]) -> list[np.ndarray]:
+        """The best guesses for a motion from its start, whose later impacts fit only near the right restitution."""
+        if "restitution" in self.names:
+            place, first = self.names.index("restitution"), guesses[0]
+            guesses = [np.insert(np.delete(first, place), place, one) for one in np.linspace(0, 1, RESTITUTIONS)]
+        cycles = [self.cycle(guess) for guess in guesses]
+        off = [np.inf if cycle is None else align(cycle, self.measurement).rms for cycle in cycles]
+        return [guesses[i] for i in np.argsort(off)[: len(GUESSES)]]
 
     def system_of(self, parameters: np.ndarray) -> System:
         """Return the system with these constants."""
@@ -80,8 +93,11 @@ class FitProblem:
 
     def cycle(self, parameters: np.ndarray) -> Cycle | None:
         """Find the reference's cycle, from the last one found: it is close, and the same one if several exist."""
-        system = self.system_of(parameters)
-        found = reference_cycle(system, self.eta, self.method, initial=self.last_state, cancelled=self.cancelled)
+        system, cancelled = self.system_of(parameters), self.cancelled
+        if not system.excitation.drives:
+            span = self.measurement.span
+            return free_motion(system, self.eta, self.method, span, initial=self.initial, cancelled=cancelled).cycle
+        found = reference_cycle(system, self.eta, self.method, initial=self.last_state, cancelled=cancelled)
         if found.cycle is not None:
             # rounding may leave pendulums that touch in each other
             self.last_state = without_penetration(system, found.response.section[-1])

@@ -135,7 +135,8 @@ def explaining_reading(
 def _readings(cycle: Cycle, thin: Measurement, swapped: bool, frame: str, signs: np.ndarray) -> Iterator[Reading]:
     """The readings in this order, frame and with these signs: as large as the file says or about as the reference."""
     given = signs[:, None] * (thin.displacement[::-1] if swapped else thin.displacement)
-    ratio = cycle.displacement(thin.time, frame)[: len(given)].std(axis=1) / np.maximum(given.std(axis=1), 1e-300)
+    sizes = (values.std(axis=1) for values in (cycle.displacement(thin.time, frame)[: len(given)], given))
+    ratio = np.divide(*(np.maximum(size, 1e-300) for size in sizes))
     units = np.array([min(_UNITS, key=lambda unit: abs(np.log(unit / one))) for one in ratio])
     known = np.abs(np.log(units / ratio)) < np.log(SAME_SIZE)
     shown = replace(thin, displacement=np.where(known, units, ratio)[:, None] * given, frame=frame, mean_known=False)

@@ -2,6 +2,8 @@
 
 from collections.abc import Iterator
 
+import numpy as np
+
 from ..facts import ETA, OMEGA1, Statement, equation, joined, stated
 from ..result import Status
 from ..wording import every, percent
@@ -16,14 +18,13 @@ def measured_verdict(compared: MeasuredComparison) -> Statement:
 
 def _sentences(compared: MeasuredComparison) -> Iterator[str | Statement]:
     own, eta = compared.recurrence, compared.reference.response.eta
-    if not compared.reference.response.system.excitation.drives:
+    if compared.is_free and not np.any(compared.reference.response.trajectory.velocity):
         yield (
-            "Nothing drives the bodies. A measurement is compared with the motion that a run settles to, which is rest "
-            "here; the decay of a free vibration is not compared. Give what drives the bodies, or compare the two "
-            "solutions from their start without a measurement."
+            "Nothing drives the bodies, and they start at rest, so that nothing moves. Give the start that was "
+            "measured: initial, displacement and velocity of body 1 and of body 2."
         )
         return
-    if own.period == 0:
+    if not own.possible:
         yield stated(
             "The measurement is not in step with an excitation at {}; its strongest frequency is {}. Check {}, the "
             "unit of time and {}; if they are right, the motion is not periodic, or noise hides it, and only "

@@ -294,11 +294,11 @@ class Overlay:
 
 def _fit_key(setting: Setting) -> object:
     """Everything that a fit depends on."""
-    return setting.system, setting.eta, setting.omega1, setting.amplitude
+    return setting.system, setting.eta, setting.omega1, setting.amplitude, setting.initial
 
 
 def _reference_key(setting: Setting) -> object:
-    return *_fit_key(setting), setting.reference, setting.initial
+    return *_fit_key(setting), setting.reference
 
 
 def _key(setting: Setting) -> object:
