@@ -47,6 +47,9 @@ FITTED_NAMES = {
 }
 
 
+_QUANTITIES = {"K": "contact_stiffness", "D": "contact_damping", "zero1": "displacement", "zero2": "displacement"}
+
+
 class MeasuredFile:
     """The file of one session: it is parsed again where what defines its units or its columns has changed."""
 
@@ -168,9 +171,11 @@ def fit_rows(fitted: Fit, scale: Units | None = None) -> list[list[str]]:
     """Each fitted constant with its standard error, and the residual beside the measurement's own noise."""
     rows = []
     for name, value in fitted.values.items():
-        unit = "" if scale is None or name in FIELDS else scale.unit("displacement")
-        value, error = (scale.physical("displacement", each) if unit else each for each in (value, fitted.errors[name]))
-        rows.append([name, f"{_with_error(value, error)} {unit}".rstrip()])
+        quantity, text = _QUANTITIES.get(name), _with_error(value, fitted.errors[name])
+        if scale and quantity:
+            values = (scale.physical(quantity, each) for each in (value, fitted.errors[name]))
+            text = f"{_with_error(*values)} {scale.unit(quantity)}"
+        rows.append(["2D" if scale and name == "D" else name, text])
     agreeing = f"{fitted.agreeing} of {fitted.starts} starts agree"
     residual, noise = (_shown("displacement", value, 3, scale) for value in (fitted.deviation, fitted.noise))
     rows.append(["residual", f"{residual}, noise {noise}; {agreeing}"])

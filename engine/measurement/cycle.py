@@ -25,6 +25,7 @@ from .tolerances import EARLY, INSTANT, LATE
 
 SHIFTS = 256  # instants per period at which a measurement may have begun, to be refined
 FREE_SAMPLES = 400_000  # of a motion from its start, at most
+KNOTS_IN_CONTACT = 20  # of a penalty solution from its start
 
 
 @dataclass(frozen=True)
@@ -157,7 +158,9 @@ def free_motion(
 ) -> SettledRun:
     """Return the motion from its start, of bodies that nothing drives, as long as a measurement of that span needs."""
     periods = math.ceil((1 + LATE) * span * eta / (2 * np.pi))
-    record = Record(periods, max(2, min(SAMPLES_PER_PERIOD, FREE_SAMPLES // periods)))
+    contact = np.pi / math.sqrt(1.0 if method.rigid else method.stiffness)  # as long as a contact, at most about
+    samples = math.ceil(max(SAMPLES_PER_PERIOD, KNOTS_IN_CONTACT * 2 * np.pi / eta / contact))
+    record = Record(periods, max(2, min(samples, FREE_SAMPLES // periods)))
     response = simulate(
         system, eta, method, periods=periods, keep=periods, initial=initial, record=record, cancelled=cancelled
     )

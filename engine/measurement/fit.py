@@ -29,14 +29,14 @@ import numpy as np
 
 from ..arguments import shown
 from ..facts import Amount, Statement, equation, stated
-from ..methods import Reference
+from ..methods import ExactPenalty, Reference, TimeStepping
 from ..model import BODY_2, System, check_eta
-from .least_squares import UPPER, ZEROS, FitProblem, constant
+from .least_squares import CONTACT, UPPER, ZEROS, FitProblem, constant
 from .measurement import Measurement
 from .recurrence import free_record, recurrence
 from .tolerances import AT_BOUND, CORRELATED, DEPENDENT, EXPLAINS, INVISIBLE, NOISIER, SAME_MINIMUM
 
-FITTED = (*UPPER, *ZEROS)
+FITTED = (*UPPER, *CONTACT, *ZEROS)
 
 
 @dataclass(frozen=True)
@@ -75,6 +75,10 @@ class Fit:
     starts: int
     remarks: tuple[str, ...]
 
+    def applied(self, method: TimeStepping) -> TimeStepping:
+        """The method with the fitted K and D."""
+        return replace(method, **{CONTACT[name]: value for name, value in self.values.items() if name in CONTACT})
+
     def corrected(self, measurement: Measurement) -> Measurement:
         """The measurement less the fitted zeros of its sensors."""
         zeros = np.array([[self.values.get(name, 0.0)] for name in ZEROS])
@@ -87,7 +91,7 @@ def fit(
     measurement: Measurement,
     *,
     names: Sequence[str] | None = None,
-    method: Reference | None = None,
+    method: Reference | ExactPenalty | None = None,
     initial: Sequence[float] | None = None,
     cancelled: Callable[[], bool] | None = None,
 ) -> Fit:
@@ -100,10 +104,11 @@ def fit(
     eta : float
         Excitation frequency η = Ω/ω₁ of the measurement.
     measurement : Measurement
-    names : sequence of {"restitution", "d1", "d2", "d3", "zero1", "zero2"}, optional
+    names : sequence of {"restitution", "d1", "d2", "d3", "K", "D", "zero1", "zero2"}, optional
         What to fit, by default everything in :func:`fitted_names`.
-    method : Reference, optional
-        By default with the threshold 0, in whose limit the motion depends smoothly on e.
+    method : Reference or ExactPenalty, optional
+        By default the reference with the threshold 0, in whose limit the motion depends smoothly on e. K and D are
+        fitted to bodies that nothing drives, and need a penalty solution, which has their initial guess.
     initial : (4,) sequence, optional
         The start ξ₁, ξ₁′, ξ₂, ξ₂′ of bodies that nothing drives, from which they are followed; by default rest.
     cancelled : callable, optional
@@ -137,7 +142,15 @@ def fit(
         )
     if idle := [name for name in names if system.wall and name in BODY_2]:
         raise ValueError(f"cannot fit {', '.join(idle)}: a wall has no such number, leave it out")
-    if idle := [name for name in names if name not in fitted_names(system, measurement)]:
+    contact = [name for name in names if name in CONTACT]
+    if contact and (system.excitation.drives or not isinstance(method, ExactPenalty)):
+        raise ValueError(
+            f"cannot fit {', '.join(contact)}: K and D are fitted to a drop, a throw or a decay, which nothing drives, "
+            "with a penalty solution"
+        )
+    if "D" in contact and method.damping is None:
+        raise ValueError("cannot fit D, which follows from the restitution: give D, or leave it out")
+    if idle := [name for name in names if name in ZEROS and name not in fitted_names(system, measurement)]:
         raise ValueError(f"cannot fit {', '.join(idle)}: no sensor shows the mean of this displacement, leave it out")
     eta, measurement = check_eta(eta), measurement.of(system)
     noise = (recurrence if system.excitation.drives else free_record)(measurement, eta).noise
@@ -198,7 +211,7 @@ def _result(problem: FitProblem, best: np.ndarray, noise: float, agreeing: int, 
     system = replace(problem.system, **{name: value for name, value in found.items() if name in UPPER})
     return Fit(
         system=system,
-        values={name: found[name] if name in ZEROS else constant(system, name) for name in names},
+        values={name: found[name] if name in found else constant(system, name, problem.method) for name in names},
         errors=dict(zip(names, errors.tolist(), strict=False)),
         correlation=correlation,
         phase=float(cycle.within(best[-1]) if cycle.repeats else best[-1]),
@@ -226,9 +239,10 @@ def _remarks(problem, best, determined, correlation, residuals, deviation, noise
     neighbours = np.sum(rows[:, 1:] * rows[:, :-1]) / max(np.sum(rows**2), 1e-300)
     if deviation > NOISIER * noise:
         yield stated(
-            "the residual ({}) is larger than the measurement's own noise ({}): the reference moves otherwise, and the "
+            "the residual ({}) is larger than the measurement's own noise ({}): the {} moves otherwise, and the "
             "standard errors do not hold",
             *(Amount(value, "displacement", 3) for value in (deviation, noise)),
+            "reference" if problem.method.rigid else "penalty solution",
         )
     if neighbours > DEPENDENT:
         yield f"neighbouring residuals depend on each other ({neighbours:.2f}): the standard errors are too small"

@@ -1,28 +1,33 @@
 """The least-squares problem of a fit: its residuals and Jacobian, its initial guesses, and its minima."""
 
+import itertools
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
 
-from ..methods import Reference
+from ..methods import ExactPenalty, Reference
 from ..model import System
 from ..motions.poincare_map import without_penetration
 from ..motions.steady import REST
 from .alignment import align
 from .cycle import Cycle, free_motion, reference_cycle
 from .measurement import Measurement
-from .tolerances import FIT_DIFFERENCE
+from .tolerances import CONTACT_DIFFERENCE, FIT_DIFFERENCE
 
+CONTACT = {"K": "stiffness", "D": "damping"}  # of a penalty solution
 ZEROS = ("zero1", "zero2")  # what the sensor of each body shows where its displacement is 0
 UPPER = {"restitution": 1.0, "d1": 0.5, "d2": 0.5, "d3": 0.5}
 # Initial guesses, as changes of the given system: a restitution, or a factor of the dampings
 GUESSES = ({}, {"restitution": 0.2}, {"restitution": 0.8}, {"damping": 0.5}, {"damping": 2.0})
-RESTITUTIONS = 41  # equally spaced guesses, of a motion from its start
+FREE_GUESSES = 41  # of the restitution, for a motion from its start …
+FREE_MINIMA = 3  # … of which the best are refined
 
 
-def constant(system: System, name: str) -> float:
+def constant(system: System, name: str, method: Reference | ExactPenalty | None = None) -> float:
     """A constant that can be fitted; d₃ as it follows from the dampers where it was never measured."""
+    if name in CONTACT:
+        return getattr(method, CONTACT[name])
     return system.joint_damping("table") if name == "d3" else getattr(system, name)
 
 
@@ -36,8 +41,9 @@ class FitProblem:
     eta : float
     measurement : Measurement
     names : tuple of str
-        The constants to fit, out of `UPPER`, and zeros of sensors, out of `ZEROS`.
-    method : Reference
+        The constants to fit, out of `UPPER`, those of a penalty solution, out of `CONTACT`, and zeros of sensors, out
+        of `ZEROS`.
+    method : Reference or ExactPenalty
     cancelled : callable or None
     initial : (4,) sequence or None
         The start of bodies that nothing drives, which are followed from there.
@@ -49,14 +55,14 @@ class FitProblem:
         eta: float,
         measurement: Measurement,
         names: tuple[str, ...],
-        method: Reference,
+        method: Reference | ExactPenalty,
         cancelled: Callable[[], bool] | None,
         initial: Sequence[float] | None = REST,
     ):
         self.system, self.eta, self.measurement, self.names = system, eta, measurement, names
         self.method, self.cancelled, self.initial = method, cancelled, initial
         self.last_state = REST  # of the last cycle found
-        self.lower = np.append([0.0 if name in UPPER else -np.inf for name in names], -np.inf)
+        self.lower = np.append([-np.inf if name in ZEROS else 0.0 for name in names], -np.inf)
         self.upper = np.append([UPPER.get(name, np.inf) for name in names], np.inf)
 
     def guesses(self) -> list[np.ndarray]:
@@ -67,9 +73,9 @@ class FitProblem:
             values = [
                 change.get("restitution", self.system.restitution)
                 if name == "restitution"
-                else factor * constant(self.system, name)
-                if name in UPPER
                 else 0.0
+                if name in ZEROS
+                else factor * constant(self.system, name, self.method)
                 for name in self.names
             ]
             values = np.clip(values, 0.0, self.upper[:-1])
@@ -78,13 +84,21 @@ class FitProblem:
         return guesses if self.system.excitation.drives else self._nearest(guesses)
 
     def _nearest(self, guesses: list[np.ndarray]) -> list[np.ndarray]:
-        """The best guesses for a motion from its start, whose later impacts fit only near the right restitution."""
-        if "restitution" in self.names:
-            place, first = self.names.index("restitution"), guesses[0]
-            guesses = [np.insert(np.delete(first, place), place, one) for one in np.linspace(0, 1, RESTITUTIONS)]
+        """The best guesses for a motion from its start, whose later impacts fit only near the right contact."""
+        first = dict(zip(self.names, guesses[0].tolist(), strict=True))
+        if "restitution" in first:
+            guesses = [np.array([*(first | {"restitution": one}).values()]) for one in np.linspace(0, 1, FREE_GUESSES)]
+        elif CONTACT.keys() & first.keys():  # K up to a hundred times as large or small, and D at other damping ratios
+            of_spring, of_damper = (np.array([name == own for name in self.names]) for own in CONTACT)
+            stiffer = np.logspace(-2, 2, 7) if of_spring.any() else [1.0]
+            more = np.logspace(-1, 1, 11) if of_damper.any() else [1.0]
+            guesses = [
+                guesses[0] * one**of_spring * (one**0.5 * other) ** of_damper
+                for one, other in itertools.product(stiffer, more)
+            ]
         cycles = [self.cycle(guess) for guess in guesses]
         off = [np.inf if cycle is None else align(cycle, self.measurement).rms for cycle in cycles]
-        return [guesses[i] for i in np.argsort(off)[: len(GUESSES)]]
+        return [guesses[i] for i in np.argsort(off)[:FREE_MINIMA]]
 
     def system_of(self, parameters: np.ndarray) -> System:
         """Return the system with these constants."""
@@ -95,8 +109,10 @@ class FitProblem:
         """Find the reference's cycle, from the last one found: it is close, and the same one if several exist."""
         system, cancelled = self.system_of(parameters), self.cancelled
         if not system.excitation.drives:
+            fitted = zip(self.names, parameters[: len(self.names)].tolist(), strict=True)
+            method = replace(self.method, **{CONTACT[name]: value for name, value in fitted if name in CONTACT})
             span = self.measurement.span
-            return free_motion(system, self.eta, self.method, span, initial=self.initial, cancelled=cancelled).cycle
+            return free_motion(system, self.eta, method, span, initial=self.initial, cancelled=cancelled).cycle
         found = reference_cycle(system, self.eta, self.method, initial=self.last_state, cancelled=cancelled)
         if found.cycle is not None:
             # rounding may leave pendulums that touch in each other
@@ -119,9 +135,15 @@ class FitProblem:
             np.append(start, aligned.phase),
             jac=self.jacobian,
             bounds=(self.lower, self.upper),
-            x_scale=[*(0.1 if name == "restitution" else 0.01 for name in self.names), 0.1],
+            x_scale=[*map(self._scale, self.names), 0.1],
             max_nfev=60,  # per guess
         )
+
+    def _scale(self, name: str) -> float:
+        """How much a fitted number may change."""
+        if name in CONTACT:
+            return 0.1 * max(constant(self.system, name, self.method), 1.0)
+        return 0.1 if name == "restitution" else 0.01
 
     def residuals(self, parameters: np.ndarray) -> np.ndarray:
         """Return reference + zeros − measured, (2n,) or (n,); where the motion is not periodic, 0 − measured."""
@@ -151,10 +173,10 @@ class FitProblem:
                 own = np.arange(len(self.measurement.displacement))[:, None] == ZEROS.index(name)
                 columns.append(np.broadcast_to(own, self.measurement.displacement.shape).ravel().astype(float))
                 continue
-            sides = np.tile(parameters, (2, 1))
-            sides[:, i] = np.clip(
-                parameters[i] + np.array([-FIT_DIFFERENCE, FIT_DIFFERENCE]), self.lower[i], self.upper[i]
-            )
+            sides, step = np.tile(parameters, (2, 1)), FIT_DIFFERENCE
+            if name in CONTACT:
+                step = CONTACT_DIFFERENCE * max(parameters[i], 1.0)
+            sides[:, i] = np.clip(parameters[i] + np.array([-step, step]), self.lower[i], self.upper[i])
             below, above = map(self.residuals, sides)
             columns.append((above - below) / (sides[1, i] - sides[0, i]))
         cycle, measured = self.cycle(parameters), self.measurement

@@ -39,6 +39,7 @@ SENSOR = 0.2  # of the closings per period: a solution with so many more or fewe
 # Fitting
 
 FIT_DIFFERENCE = 1e-5  # of the central differences; the reference's cycle is accurate to some 1e-8
+CONTACT_DIFFERENCE = 1e-3  # of K and D, for theirs: between its samples a contact is a polynomial
 SAME_MINIMUM = 1e-6  # relative: sums of squares that differ by less belong to the same minimum
 INVISIBLE = 1e-6  # of the largest column of J: a parameter with a smaller one cannot be determined
 AT_BOUND = 1e-6  # distance from a bound: a parameter that lies closer is held by it

@@ -150,7 +150,7 @@ def test_dependent_residuals_are_remarked_on():
 
 @pytest.mark.parametrize("names", [(), ("kappa",), ("d1", "d1")])
 def test_unknown_repeated_or_missing_names_are_refused(names):
-    with pytest.raises(ValueError, match="give some of restitution, d1, d2, d3, zero1, zero2, each once"):
+    with pytest.raises(ValueError, match="give some of restitution, d1, d2, d3, K, D, zero1, zero2, each once"):
         fit(System(), 2.76, synthetic_measurement(System(), 2.76), names=names)
 
 

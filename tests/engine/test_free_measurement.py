@@ -58,7 +58,7 @@ def test_a_penalty_solution_that_was_measured_is_nearer():
 
 def test_accelerations_of_a_decay_are_refused():
     made = replace(recorded(WALL), mean_known=False)
-    with pytest.raises(ValueError, match="accelerations do not show where .* starts: give displacements"):
+    with pytest.raises(ValueError, match=r"accelerations do not show where .* starts: give displacements"):
         compare_measured(WALL, 0.2, made, Newmark(200, 5, 20_000), initial=START)
 
 
@@ -73,3 +73,24 @@ def test_the_constants_of_a_decay_are_fitted_with_errors_that_hold():
     # the sum of the squares of 6 normal numbers lies in this range in 99.8 % of all cases
     squares = np.sum(np.square(pulls), axis=0)
     assert ((squares > 0.38) & (squares < 22.5)).all()
+
+
+@pytest.mark.parametrize("system", [PAIR, WALL])
+def test_stiffness_and_damping_of_a_contact_are_fitted(system):
+    made = recorded(system, method=ExactPenalty(300, 1.5), noise=0.002)
+    found = fit(system, 0.2, made, names=("K", "D"), method=ExactPenalty(60, 0.2), initial=START)
+    for name, true in (("K", 300), ("D", 1.5)):
+        assert 0 < found.errors[name] < 0.1 * true
+        assert abs(found.values[name] - true) < 4 * found.errors[name]
+    fitted = found.applied(Newmark(60, 0.2, 20_000, located=True))
+    assert (fitted.stiffness, fitted.damping) == (found.values["K"], found.values["D"])
+    words = measured_verdict(compare_measured(system, 0.2, made, fitted, initial=START))
+    assert "The penalty solution agrees within the noise" in words
+
+
+def test_a_contact_is_fitted_with_a_penalty_solution_to_what_nothing_drives():
+    for system, method in ((System(), ExactPenalty(60, 0.2)), (WALL, None)):
+        with pytest.raises(ValueError, match="cannot fit K: K and D are fitted to a drop, a throw or a decay"):
+            fit(system, 0.2, recorded(WALL), names=("K",), method=method, initial=START)
+    with pytest.raises(ValueError, match="cannot fit D, which follows from the restitution: give D"):
+        fit(WALL, 0.2, recorded(WALL), names=("D",), method=ExactPenalty(60, None, law="flores"), initial=START)
