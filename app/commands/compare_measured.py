@@ -30,7 +30,8 @@ def add_measured_options(command: argparse.ArgumentParser) -> None:
         "--measured",
         metavar="FILE.csv",
         help="compare with a measurement instead: columns time [s], x1 [mm], x2 [mm] (or x1 alone) and perhaps contact "
-        "(0 or 1) or force, or xi1, xi2 relative to the base; [-] or no unit: without dimension",
+        "(0 or 1) or force, or xi1, xi2 relative to the base; [-] or no unit: without dimension; or what LabVIEW, "
+        "PicoScope, OpenSees or CalculiX write, perhaps packed by gzip",
     )
     command.add_argument(
         "--columns",
@@ -45,8 +46,8 @@ def add_measured_options(command: argparse.ArgumentParser) -> None:
         const=True,
         type=fit_names,
         metavar="NAMES",
-        help="with --measured: fit these constants to the measurement first "
-        f"(default: what the system has of {','.join(FITTED)})",
+        help=f"with --measured: fit these to it first, of {','.join(FITTED)} (default: all that the system has but K "
+        "and D, which are fitted to a drop, a throw or a decay)",
     )
 
 
@@ -72,19 +73,23 @@ def _read(options: argparse.Namespace) -> Measurement:
     try:
         return read_measurement(options.measured, units_of(options), options.columns, options.eta)
     except UnknownColumns as problem:
-        raise ValueError(f'{problem}: --columns "time=1 [s], xi1=2 [mm]"') from None
+        second = ", xi2=3 [mm]" if len(problem.header) > 2 else ""
+        raise ValueError(f'{problem}: --columns "time=1 [s], xi1=2 [mm]{second}"') from None
 
 
 def measured_report(options: argparse.Namespace) -> Report:
     """Align both solutions with the measurement; with ``--fit``, solutions of the fitted system."""
     measurement = _read(options)
-    system, fitted = system_of(options), None
+    system, penalty, fitted = system_of(options), stepping_of(options), None
     if options.fit:
-        fitted = fit(system, options.eta, measurement, names=None if options.fit is True else options.fit)
-        system = fitted.system
+        names = None if options.fit is True else options.fit
+        method = penalty.limit if names and {"K", "D"} & {*names} else None
+        fitted = fit(system, options.eta, measurement, names=names, method=method, initial=options.initial)
+        system, penalty, measurement = fitted.system, fitted.applied(penalty), fitted.corrected(measurement)
     chosen = {"reference": reference_of(options), "periods": options.periods, "initial": options.initial}
-    comparison = compare_measured(system, options.eta, measurement, stepping_of(options), **chosen)
+    comparison = compare_measured(system, options.eta, measurement, penalty, **chosen)
     units = wanted_units(options)
+    units = units and units.of_contact(penalty)
     return Report(lines_of(comparison, fitted, units), as_json(comparison, fitted), units)
 
 

@@ -37,9 +37,17 @@ from vibroscope.engine.measurement.alignment import Alignment
 LARGEST_FILE = 2 * 2**20  # bytes that the page takes, some 50,000 samples; the command line takes more
 _MOST_POINTS = 300  # drawn; more would hide the curves
 _SLOPE = 1 / 50  # of an excitation period: the time over which a velocity of the measurement is a mean
-# Symbol and name of each constant, as the page shows them.
 LEAST_ERROR = 1e-7  # that is written with the decimals of its constant
-FITTED_NAMES = {name: (FIELDS[name].label, FIELDS[name].hint) for name in FITTED}
+# Symbol and name of each constant, as the page shows them.
+FITTED_NAMES = {
+    name: (FIELDS[name].label, FIELDS[name].hint)
+    if name in FIELDS
+    else (f"zero {name[-1]}", f"of the sensor of body {name[-1]}")
+    for name in FITTED
+}
+
+
+_QUANTITIES = {"K": "contact_stiffness", "D": "contact_damping", "zero1": "displacement", "zero2": "displacement"}
 
 
 class MeasuredFile:
@@ -55,7 +63,7 @@ class MeasuredFile:
         key = Units(setting.omega1, setting.m1, setting.amplitude), self.columns
         known = self._parsed is not None and self._parsed[0] == key and self._parsed[1].eta in (None, setting.eta)
         if not known:
-            self._parsed = key, parse_measurement(self._content, *key, setting.eta)
+            self._parsed = key, parse_measurement(self._content, *key, setting.eta, LARGEST_FILE)
         return self._parsed[1]
 
 
@@ -90,10 +98,11 @@ class MeasuredJob(Job):
         self._on_result(self, error)
 
     def _solve(self, file: MeasuredFile, setting: Setting, names: tuple[str, ...]) -> MeasuredComparison | Fit:
-        measurement, options = file.measurement(setting), {"cancelled": self._poll}
+        measurement = file.measurement(setting)
+        options = {"cancelled": self._poll, "initial": setting.initial}
         if names:
             return fit(setting.system, setting.eta, measurement, names=names, **options)
-        options |= {"reference": setting.reference, "initial": setting.initial}
+        options |= {"reference": setting.reference}
         return compare_measured(setting.system, setting.eta, measurement, setting.penalty, **options)
 
 
@@ -107,6 +116,7 @@ def headline(comparison: MeasuredComparison) -> Statement:
     bodies = "displacements" if len(measurement.displacement) > 1 else "displacement of body 1"
     bodies += "" if measurement.mean_known else " without their mean, from accelerations"
     text = f", {len(measurement)} samples over {comparison.periods:.3g} periods, {measurement.frame} {bodies}"
+    text += ", from the start, since nothing drives the bodies" if comparison.is_free else ""
     left_out = f"; left out: {', '.join(map(shown, measurement.left_out))}" if measurement.left_out else ""
     return eta + text + left_out
 
@@ -128,10 +138,12 @@ def comparison_rows(comparison: MeasuredComparison, scale: Units | None = None) 
     def closings(alignment) -> str:
         return "-" if alignment.closing_error is None else f"{percent(alignment.closing_error)} of T"
 
+    repeats = [" or ".join(map(str, recurrence.possible or (0,))), *(str(each.period) for each in solved)]
+    repeats = ["-"] * 3 if comparison.is_free else repeats
     begins = "begins at" if scale else Statement("begins at ", Symbol("tau"))
     return [
         ["", "measured", "reference", "penalty"],
-        ["repeats after", " or ".join(map(str, recurrence.possible or (0,))), *(str(each.period) for each in solved)],
+        ["repeats after", *repeats],
         ["difference (rms)", f"{shown('displacement', recurrence.noise, 3)} noise", *both(lambda a: percent(a.rms))],
         [begins, "", *both(lambda a: shown("time", a.phase, 4))],
         ["contacts per period", *of_sensor(lambda one: f"{one.per_period:.3g}")],
@@ -159,7 +171,11 @@ def fit_rows(fitted: Fit, scale: Units | None = None) -> list[list[str]]:
     """Each fitted constant with its standard error, and the residual beside the measurement's own noise."""
     rows = []
     for name, value in fitted.values.items():
-        rows.append([name, _with_error(value, fitted.errors[name])])
+        quantity, text = _QUANTITIES.get(name), _with_error(value, fitted.errors[name])
+        if scale and quantity:
+            values = (scale.physical(quantity, each) for each in (value, fitted.errors[name]))
+            text = f"{_with_error(*values)} {scale.unit(quantity)}"
+        rows.append(["2D" if scale and name == "D" else name, text])
     agreeing = f"{fitted.agreeing} of {fitted.starts} starts agree"
     residual, noise = (_shown("displacement", value, 3, scale) for value in (fitted.deviation, fitted.noise))
     rows.append(["residual", f"{residual}, noise {noise}; {agreeing}"])
@@ -172,7 +188,7 @@ def fit_content(fitted: Fit, scale: Units | None = None) -> dict:
         [FITTED_NAMES[name][0] if name in FITTED_NAMES else name, text.replace("+-", "±")]
         for name, text in fit_rows(fitted, scale)
     ]
-    use = {name: print_number(float(f"{value:.6g}")) for name, value in fitted.values.items()}
+    use = {name: print_number(float(f"{value:.6g}")) for name, value in fitted.values.items() if name in FIELDS}
     remarks = [f"Note: {shown_text(remark, scale)}." for remark in fitted.remarks]
     return {"rows": rows, "remarks": remarks, "use": use}
 

@@ -17,8 +17,7 @@ from ..divergence.grid import rms
 from .cycle import Cycle
 from .measurement import Measurement
 from .recurrence import Sensor, summarise_sensor
-
-SHIFTS = 256  # τ₀ of the grid per period
+from .tolerances import WITHIN_NOISE
 
 
 @dataclass(frozen=True)
@@ -28,7 +27,7 @@ class Alignment:
     Attributes
     ----------
     phase : float
-        τ₀, τ of the solution's cycle at the first sample.
+        τ₀, τ of the solution's cycle at the first sample; of a motion from its start, the time since then.
     rms : float
         Root mean square difference of the displacements, relative to the measured ones.
     channels : (2,) or (1,) ndarray
@@ -54,18 +53,14 @@ class Alignment:
     sensor: Sensor
     closing_error: float | None
 
+    def is_within(self, noise: float) -> bool:
+        """Whether the difference is no more than the noise of the measurement, in base amplitudes."""
+        return bool(np.sqrt(np.mean(self.channels**2)) <= WITHIN_NOISE * noise)
 
-def align(cycle: Cycle, measurement: Measurement, frame: str | None = None) -> Alignment:
-    """Align a cycle with a measurement at the phase of the least squares.
 
-    Parameters
-    ----------
-    cycle : Cycle
-    measurement : Measurement
-    frame : {"absolute", "relative"}, optional
-        Take the measured displacements to be in this frame, instead of the measurement's own.
-    """
-    frame = frame or measurement.frame
+def align(cycle: Cycle, measurement: Measurement) -> Alignment:
+    """Align a cycle with a measurement at the phase of the least squares."""
+    frame = measurement.frame
     phase = best_phase(cycle, measurement, frame)
     displacement = cycle.displacement(measurement.time + phase, frame)
     difference = measurement.residual(displacement)
@@ -82,15 +77,18 @@ def align(cycle: Cycle, measurement: Measurement, frame: str | None = None) -> A
 
 
 def best_phase(cycle: Cycle, measurement: Measurement, frame: str) -> float:
-    """Return τ₀ in [0, pT) of the least squares: the best of a grid, refined by Gauss–Newton steps."""
+    """Return τ₀ in [0, pT) of the least squares: the best of a grid, refined by Gauss–Newton steps.
+
+    Of a motion from its start it is the time since then, and negative if the measurement began before.
+    """
     thin = measurement.thinned(1000)  # samples are enough for the grid
-    grid = np.arange(0, cycle.length, cycle.length / (SHIFTS * cycle.periods))
+    grid = cycle.phases(measurement.span)
     phase = min(grid, key=lambda shift: np.sum(_difference(cycle, thin, shift, frame) ** 2))
     for _ in range(8):  # Gauss–Newton steps
         slope = cycle.velocity(measurement.time + phase, frame)[: len(measurement.displacement)]
         step = np.sum(slope * _difference(cycle, measurement, phase, frame)) / max(np.sum(slope**2), 1e-300)
-        phase += np.clip(step, -grid[1], grid[1])
-    return float(np.mod(phase, cycle.length))
+        phase += np.clip(step, grid[0] - grid[1], grid[1] - grid[0])
+    return float(cycle.within(phase) if cycle.repeats else phase)
 
 
 def _difference(cycle: Cycle, measurement: Measurement, phase: float, frame: str) -> np.ndarray:

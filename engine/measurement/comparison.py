@@ -10,12 +10,11 @@ from ..motions.steady import REST
 from ..result import Response
 from ..simulate import LONG
 from .alignment import Alignment, align
-from .cycle import SettledRun, penalty_cycle, reference_cycle
+from .cycle import SettledRun, free_motion, penalty_cycle, reference_cycle
 from .measurement import Measurement
-from .recurrence import Recurrence, recurrence
+from .reading import Reading, explaining_reading
+from .recurrence import Recurrence, free_record, recurrence
 from .tolerances import CERTAIN_SIGMAS, PHASE_DRIFT
-
-OTHER_FRAME = {"absolute": "relative", "relative": "absolute"}
 
 
 @dataclass(frozen=True)
@@ -49,20 +48,26 @@ class MeasuredComparison:
     measurement : Measurement
     recurrence : Recurrence
     reference, penalty : Solved
-    other_frame : float or None
-        The reference's rms if the columns belonged to the other frame; None if it does not repeat itself.
+    reading : Reading or None
+        Another reading of the columns, with which the reference agrees; None if nothing of the kind explains the
+        difference.
     """
 
     measurement: Measurement
     recurrence: Recurrence
     reference: Solved
     penalty: Solved
-    other_frame: float | None
+    reading: Reading | None
 
     @property
     def periods(self) -> float:
         """Excitation periods that the measurement covers."""
         return self.measurement.span / self.reference.response.period
+
+    @property
+    def is_free(self) -> bool:
+        """Whether nothing drives the bodies, so that the motions are compared from their start."""
+        return not self.reference.response.system.excitation.drives
 
     @property
     def drift(self) -> float:
@@ -89,6 +94,8 @@ def compare_measured(
     cancelled: Callable[[], bool] | None = None,
 ) -> MeasuredComparison:
     """Compare a measurement with both solutions, both from one start and each aligned by its own phase.
+
+    Where nothing drives the bodies, the measurement is compared from that start, and the phase is the time since then.
 
     Parameters
     ----------
@@ -125,19 +132,31 @@ def compare_measured(
     'The reference agrees within the noise of the measurement'
     """
     eta, measurement = check_eta(eta), measurement.of(system)
-    own = recurrence(measurement, eta)
-    exact = reference_cycle(system, eta, reference or Reference(), initial=initial, cancelled=cancelled)
-    newmark = penalty_cycle(system, eta, penalty, periods=periods, initial=initial, cancelled=cancelled)
-    other_frame = None
-    if exact.cycle is not None:
-        other_frame = align(exact.cycle, measurement, OTHER_FRAME[measurement.frame]).rms
-    return MeasuredComparison(measurement, own, _solved(measurement, exact), _solved(measurement, newmark), other_frame)
+    reference = reference or Reference()
+    if not system.excitation.drives:
+        own, span = free_record(measurement, eta), measurement.span
+        exact = free_motion(system, eta, reference, span, initial=initial, cancelled=cancelled)
+        newmark = free_motion(system, eta, penalty, span, initial=initial, cancelled=cancelled)
+    else:
+        own = recurrence(measurement, eta)
+        exact = reference_cycle(system, eta, reference, initial=initial, cancelled=cancelled)
+        newmark = penalty_cycle(system, eta, penalty, periods=periods, initial=initial, cancelled=cancelled)
+    solved, reading = _solved(measurement, exact), None
+    if (
+        solved.alignment is not None
+        and own.possible
+        and exact.cycle.slopes.any()
+        and not solved.alignment.is_within(own.noise)
+    ):
+        reading = explaining_reading(exact.cycle, measurement, solved.alignment.rms, own.noise, cancelled)
+    return MeasuredComparison(measurement, own, solved, _solved(measurement, newmark), reading)
 
 
 def _solved(measurement: Measurement, run: SettledRun) -> Solved:
     response, cycle = run
     if not response.ok:
         return Solved(response, 0, None, None, None)
-    period, aligned = (cycle.periods, align(cycle, measurement)) if cycle is not None else (0, None)
+    period = cycle.periods if cycle is not None and cycle.repeats else 0
+    aligned = None if cycle is None else align(cycle, measurement)
     described = describe(response)
     return Solved(response, period, described.impacts_per_period, described.contact_share, aligned)

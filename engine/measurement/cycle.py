@@ -1,4 +1,4 @@
-"""One cycle of a periodic motion as a continuous function of time, accurate at impacts.
+"""One cycle of a periodic motion, or a motion from its start, as a continuous function of time, accurate at impacts.
 
 Between the samples of a run, a cubic Hermite polynomial through displacements and velocities errs by O(h⁴). At an
 impact the velocity jumps by Δv, and a cubic across it would err by O(h Δv). So each impact of the reference becomes two
@@ -7,25 +7,30 @@ knots an instant apart, with the velocities before and after it.
 (NumPy has no Hermite interpolation, and SciPy, which has, is required only where constants are fitted.)
 """
 
+import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
 
 from ..drivers.section import LONGEST_NEAR_PERIOD, near_period_of
-from ..methods import Reference, TimeStepping
+from ..methods import Method, Reference, TimeStepping
 from ..model import System
 from ..motions.motion import SAMPLES_PER_PERIOD
 from ..motions.steady import REST, steady
 from ..result import Record, Response
 from ..simulate import KEEP, LONG, simulate
-from .tolerances import INSTANT
+from .tolerances import EARLY, INSTANT, LATE
+
+SHIFTS = 256  # instants per period at which a measurement may have begun, to be refined
+FREE_SAMPLES = 400_000  # of a motion from its start, at most
+KNOTS_IN_CONTACT = 20  # of a penalty solution from its start
 
 
 @dataclass(frozen=True)
 class Cycle:
-    """A motion that repeats itself.
+    """A motion that repeats itself, or one from its start, where nothing drives the bodies.
 
     Attributes
     ----------
@@ -40,6 +45,8 @@ class Cycle:
         τ since the beginning of the cycle at which displacements and velocities are known.
     values, slopes : (2, n) ndarray
         ξ₁ and ξ₂, and ξ₁′ and ξ₂′, at the knots.
+    repeats : bool
+        Whether it goes on for ever. A motion from its start does not: before it the bodies are held there.
     """
 
     eta: float
@@ -49,11 +56,22 @@ class Cycle:
     knots: np.ndarray
     values: np.ndarray
     slopes: np.ndarray
+    repeats: bool = True
 
     @property
     def length(self) -> float:
         """Duration τ of the cycle."""
         return 2 * np.pi / self.eta * self.periods
+
+    def within(self, time: np.ndarray | float) -> np.ndarray | float:
+        """The instants τ since the beginning, within the cycle."""
+        return np.mod(time, self.length) if self.repeats else np.clip(time, 0.0, self.length)
+
+    def phases(self, span: float) -> np.ndarray:
+        """Instants at which a measurement that lasts so long may have begun, equally spaced, more than one."""
+        if self.repeats:
+            return np.arange(0, self.length, self.length / (SHIFTS * self.periods))
+        return span * np.linspace(-EARLY, LATE, SHIFTS, endpoint=False)
 
     def displacement(self, time: np.ndarray, frame: str = "relative") -> np.ndarray:
         """Return ξ₁ and ξ₂ at the instants τ, (2, n), relative to the base or ``"absolute"``."""
@@ -72,7 +90,7 @@ class Cycle:
 
     def _interval(self, time):
         """Return, of the interval between two knots: the fraction that has passed, its length, values and slopes."""
-        within = np.mod(time, self.length)
+        within = self.within(time)
         i = np.clip(np.searchsorted(self.knots, within, side="right") - 1, 0, len(self.knots) - 2)
         h = self.knots[i + 1] - self.knots[i]
         ends = [(array[:, i], array[:, i + 1]) for array in (self.values, self.slopes)]
@@ -80,7 +98,7 @@ class Cycle:
 
     def touching(self, time: np.ndarray, step: float) -> np.ndarray:
         """Whether the pendulums touch at the instants τ, or met within ``step`` before, (n,) of bool."""
-        within = np.mod(time, self.length)
+        within = self.within(time)
         begin = self.response.window[1] - self.length
         closed = np.zeros(len(within), bool)
         for start, end in self.response.contacts - begin:  # a contact may have begun before the cycle
@@ -127,6 +145,26 @@ def penalty_cycle(
     # not Motion.near_period: an artefact of the time step may repeat itself exactly, after many periods
     period = near_period_of(response.section) if response.ok else 0
     return SettledRun(response, _last_cycle(response, period) if period else None)
+
+
+def free_motion(
+    system: System,
+    eta: float,
+    method: Method,
+    span: float,
+    *,
+    initial: Sequence[float] | None = REST,
+    cancelled: Callable[[], bool] | None = None,
+) -> SettledRun:
+    """Return the motion from its start, of bodies that nothing drives, as long as a measurement of that span needs."""
+    periods = math.ceil((1 + LATE) * span * eta / (2 * np.pi))
+    contact = np.pi / math.sqrt(1.0 if method.rigid else method.stiffness)  # as long as a contact, at most about
+    samples = math.ceil(max(SAMPLES_PER_PERIOD, KNOTS_IN_CONTACT * 2 * np.pi / eta / contact))
+    record = Record(periods, max(2, min(samples, FREE_SAMPLES // periods)))
+    response = simulate(
+        system, eta, method, periods=periods, keep=periods, initial=initial, record=record, cancelled=cancelled
+    )
+    return SettledRun(response, replace(_last_cycle(response, periods), repeats=False) if response.ok else None)
 
 
 def _last_cycle(response: Response, periods: int) -> Cycle:

@@ -10,6 +10,9 @@ where J is the Jacobian of the residuals r and k the number of estimates, τ₀ 
 square roots of its diagonal. They hold if the model is right: if the residuals are larger than the measurement's own
 noise, or depend on each other, a remark says so.
 
+The zero of a sensor is what it shows where the displacement is 0. It is fitted like a constant, since an unknown zero
+is taken for another mean of the motion, which e and the damping change.
+
 Not every constant can be determined from every motion. One that does not change the motion (d₃ where no contact is
 permanent) has a column of zeros: it keeps its value, and its error is infinite. Two that change the motion alike are
 strongly correlated.
@@ -26,14 +29,14 @@ import numpy as np
 
 from ..arguments import shown
 from ..facts import Amount, Statement, equation, stated
-from ..methods import Reference
+from ..methods import ExactPenalty, Reference, TimeStepping
 from ..model import BODY_2, System, check_eta
-from .least_squares import UPPER, FitProblem, constant
+from .least_squares import CONTACT, UPPER, ZEROS, FitProblem, constant
 from .measurement import Measurement
-from .recurrence import recurrence
-from .tolerances import AT_BOUND, CORRELATED, DEPENDENT, INVISIBLE, NOISIER, SAME_MINIMUM
+from .recurrence import free_record, recurrence
+from .tolerances import AT_BOUND, CORRELATED, DEPENDENT, EXPLAINS, INVISIBLE, NOISIER, SAME_MINIMUM
 
-FITTED = tuple(UPPER)
+FITTED = (*UPPER, *CONTACT, *ZEROS)
 
 
 @dataclass(frozen=True)
@@ -45,11 +48,12 @@ class Fit:
     system : System
         With the fitted constants.
     values, errors : dict
-        Value and standard error of each constant asked for; the error is infinite if it cannot be determined.
+        Value and standard error of each constant asked for; the error is infinite if it cannot be determined. Zeros of
+        sensors are in base amplitudes.
     correlation : (k, k) ndarray
         Of the constants that can be determined, in their order.
     phase : float
-        τ₀, τ of the reference's cycle at the first sample.
+        τ₀, τ of the reference's cycle at the first sample; of a motion from its start, the time since then.
     deviation : float
         Standard deviation of the residuals, in base amplitudes.
     noise : float
@@ -71,6 +75,15 @@ class Fit:
     starts: int
     remarks: tuple[str, ...]
 
+    def applied(self, method: TimeStepping) -> TimeStepping:
+        """The method with the fitted K and D."""
+        return replace(method, **{CONTACT[name]: value for name, value in self.values.items() if name in CONTACT})
+
+    def corrected(self, measurement: Measurement) -> Measurement:
+        """The measurement less the fitted zeros of its sensors."""
+        zeros = np.array([[self.values.get(name, 0.0)] for name in ZEROS])
+        return replace(measurement, displacement=measurement.displacement - zeros[: len(measurement.displacement)])
+
 
 def fit(
     system: System,
@@ -78,7 +91,8 @@ def fit(
     measurement: Measurement,
     *,
     names: Sequence[str] | None = None,
-    method: Reference | None = None,
+    method: Reference | ExactPenalty | None = None,
+    initial: Sequence[float] | None = None,
     cancelled: Callable[[], bool] | None = None,
 ) -> Fit:
     """Fit constants of the system to a measurement.
@@ -90,10 +104,13 @@ def fit(
     eta : float
         Excitation frequency η = Ω/ω₁ of the measurement.
     measurement : Measurement
-    names : sequence of {"restitution", "d1", "d2", "d3"}, optional
-        Constants to fit; by default all that the system has: a wall has neither d2 nor d3.
-    method : Reference, optional
-        By default with the threshold 0, in whose limit the motion depends smoothly on e.
+    names : sequence of {"restitution", "d1", "d2", "d3", "K", "D", "zero1", "zero2"}, optional
+        What to fit, by default everything in :func:`fitted_names`.
+    method : Reference or ExactPenalty, optional
+        By default the reference with the threshold 0, in whose limit the motion depends smoothly on e. K and D are
+        fitted to bodies that nothing drives, and need a penalty solution, which has their initial guess.
+    initial : (4,) sequence, optional
+        The start ξ₁, ξ₁′, ξ₂, ξ₂′ of bodies that nothing drives, from which they are followed; by default rest.
     cancelled : callable, optional
         Polled many times a second; when it returns true the fit is cancelled.
 
@@ -117,17 +134,27 @@ def fit(
     >>> print(f"{found.values['restitution']:.2f}")
     0.45
     """
-    names = fitted_names(system) if names is None else tuple(names)
-    known = all(isinstance(name, str) and name in UPPER for name in names)
+    names = fitted_names(system, measurement) if names is None else tuple(names)
+    known = all(isinstance(name, str) and name in FITTED for name in names)
     if not names or not known or len(set(names)) < len(names):
         raise ValueError(
-            f"cannot fit {shown(names) if names else 'nothing'}: give some of {', '.join(UPPER)}, each once"
+            f"cannot fit {shown(names) if names else 'nothing'}: give some of {', '.join(FITTED)}, each once"
         )
     if idle := [name for name in names if system.wall and name in BODY_2]:
         raise ValueError(f"cannot fit {', '.join(idle)}: a wall has no such number, leave it out")
+    contact = [name for name in names if name in CONTACT]
+    if contact and (system.excitation.drives or not isinstance(method, ExactPenalty)):
+        raise ValueError(
+            f"cannot fit {', '.join(contact)}: K and D are fitted to a drop, a throw or a decay, which nothing drives, "
+            "with a penalty solution"
+        )
+    if "D" in contact and method.damping is None:
+        raise ValueError("cannot fit D, which follows from the restitution: give D, or leave it out")
+    if idle := [name for name in names if name in ZEROS and name not in fitted_names(system, measurement)]:
+        raise ValueError(f"cannot fit {', '.join(idle)}: no sensor shows the mean of this displacement, leave it out")
     eta, measurement = check_eta(eta), measurement.of(system)
-    noise = recurrence(measurement, eta).noise
-    problem = FitProblem(system, eta, measurement, names, method or Reference(threshold=0.0), cancelled)
+    noise = (recurrence if system.excitation.drives else free_record)(measurement, eta).noise
+    problem = FitProblem(system, eta, measurement, names, method or Reference(threshold=0.0), cancelled, initial)
     minima = [minimum for guess in problem.guesses() if (minimum := problem.minimum(guess)) is not None]
     if not minima:
         where = equation("eta", eta)
@@ -136,19 +163,31 @@ def fit(
         )
     best = min(minima, key=lambda minimum: minimum.cost)
     agreeing = sum(bool(minimum.cost <= best.cost * (1 + SAME_MINIMUM)) for minimum in minima)
-    return _result(problem, best.x, noise, agreeing, len(minima))
+    found = _result(problem, best.x, noise, agreeing, len(minima))
+    left = [name for name in fitted_names(system, measurement) if name in ZEROS and name not in names]
+    if left and found.deviation > NOISIER * noise:
+        other = fit(
+            system, eta, measurement, names=(*names, *left), method=method, initial=initial, cancelled=cancelled
+        )
+        if other.deviation < EXPLAINS * found.deviation:
+            words = "fitted with the zeros of the sensors, too, the residual is {}: fit {} as well"
+            remark = stated(words, Amount(other.deviation, "displacement", 3), ", ".join(left))
+            found = replace(found, remarks=(*found.remarks, remark))
+    return found
 
 
-def fitted_names(system: System) -> tuple[str, ...]:
-    """The constants that a system has and that can be fitted.
+def fitted_names(system: System, measurement: Measurement | None = None) -> tuple[str, ...]:
+    """What can be fitted: the constants that a system has, and the zeros of the sensors that a measurement has.
 
     Examples
     --------
     >>> from vibroscope.engine import System, fitted_names
     >>> fitted_names(System(wall=True))
-    ('restitution', 'd1')
+    ('restitution', 'd1', 'zero1')
     """
-    return tuple(name for name in FITTED if not (system.wall and name in BODY_2))
+    bodies = 1 if system.wall or (measurement is not None and len(measurement.displacement) == 1) else 2
+    zeros = ZEROS[:bodies] if measurement is None or measurement.mean_known else ()
+    return (*(name for name in UPPER if not (system.wall and name in BODY_2)), *zeros)
 
 
 def _result(problem: FitProblem, best: np.ndarray, noise: float, agreeing: int, starts: int) -> Fit:
@@ -167,28 +206,31 @@ def _result(problem: FitProblem, best: np.ndarray, noise: float, agreeing: int, 
     fitted = visible[:-1].sum()
     correlation = (covariance / np.outer(scale, scale))[:fitted, :fitted]
     determined = [name for name, shown in zip(names, visible, strict=False) if shown]
-    system = replace(problem.system, **{name: float(best[names.index(name)]) for name in determined})
+    cycle = problem.cycle(best)
+    found = {name: float(best[names.index(name)]) for name in determined}
+    system = replace(problem.system, **{name: value for name, value in found.items() if name in UPPER})
     return Fit(
         system=system,
-        values={name: constant(system, name) for name in names},
+        values={name: found[name] if name in found else constant(system, name, problem.method) for name in names},
         errors=dict(zip(names, errors.tolist(), strict=False)),
         correlation=correlation,
-        phase=float(np.mod(best[-1], problem.cycle(best).length)),
+        phase=float(cycle.within(best[-1]) if cycle.repeats else best[-1]),
         deviation=deviation,
         noise=noise,
         agreeing=agreeing,
         starts=starts,
-        remarks=tuple(_remarks(names, best, determined, correlation, problem.by_body(residuals), deviation, noise)),
+        remarks=tuple(_remarks(problem, best, determined, correlation, residuals, deviation, noise)),
     )
 
 
-def _remarks(names, best, determined, correlation, rows, deviation, noise) -> Iterator[str | Statement]:
+def _remarks(problem, best, determined, correlation, residuals, deviation, noise) -> Iterator[str | Statement]:
     """Yield reservations about a fit, in words."""
+    names, rows = problem.names, problem.by_body(residuals)
     for name in names:
         if name not in determined:
             yield f"{name} does not change this motion and was left as it is"
-    for name, value in zip(names, best, strict=False):
-        if name in determined and not AT_BOUND < value < UPPER[name] - AT_BOUND:
+    for name, value, lower, upper in zip(names, best, problem.lower, problem.upper, strict=False):
+        if name in determined and not lower + AT_BOUND < value < upper - AT_BOUND:
             yield f"{name} ended at the edge of its range, where the standard errors do not hold"
     for i, one in enumerate(determined):
         for j in range(i):
@@ -197,9 +239,10 @@ def _remarks(names, best, determined, correlation, rows, deviation, noise) -> It
     neighbours = np.sum(rows[:, 1:] * rows[:, :-1]) / max(np.sum(rows**2), 1e-300)
     if deviation > NOISIER * noise:
         yield stated(
-            "the residual ({}) is larger than the measurement's own noise ({}): the reference moves otherwise, and the "
+            "the residual ({}) is larger than the measurement's own noise ({}): the {} moves otherwise, and the "
             "standard errors do not hold",
             *(Amount(value, "displacement", 3) for value in (deviation, noise)),
+            "reference" if problem.method.rigid else "penalty solution",
         )
     if neighbours > DEPENDENT:
         yield f"neighbouring residuals depend on each other ({neighbours:.2f}): the standard errors are too small"

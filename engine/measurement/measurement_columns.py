@@ -3,6 +3,7 @@
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass
+from itertools import zip_longest
 
 from ..arguments import shown
 from ..units import Units
@@ -20,6 +21,7 @@ _NEWTONS = {"N": 1.0, "kN": 1e3, "mN": 1e-3, "lbf": 4.4482216152605}
 _ACCELERATION = {"m/s²": 1e3, "m/s2": 1e3, "m/s^2": 1e3, "mm/s²": 1.0, "mm/s2": 1.0, "mm/s^2": 1.0, "g": 9806.65}
 _UNITS = {"time": _SECONDS, "contact": {}, SERIES: {}, "force": _NEWTONS} | dict.fromkeys(ACCELERATIONS, _ACCELERATION)
 _DIMENSIONLESS = ("", "-", "1")
+MOST_LISTED = 20  # columns that an error names
 _HEADER = re.compile(r"\s*(.*?)\s*(?:\[\s*([^\[\]]*?)\s*\]|\(\s*([^()]*?)\s*\)|/\s*([^\s/]+))?\s*")
 
 
@@ -53,11 +55,28 @@ def name_and_unit(cell: str) -> tuple[str, str]:
     return name, next((unit for unit in units if unit), "")
 
 
-def is_unit(text: str) -> bool:
-    """Whether a cell holds the name of a unit, in brackets or not, as those below a header may."""
-    name, unit = name_and_unit(text)
+def names_time(cell: str) -> bool:
+    """Whether a cell of a header names the time."""
+    return _NAMES.get(name_and_unit(cell)[0].lower()) == "time"
+
+
+def is_units_row(cells: list[str]) -> bool:
+    """Whether all cells are names of units, as those below a header may be: known ones, or any in brackets."""
+    return len(cells) > 1 and all(_unit(cell) is not None for cell in cells)
+
+
+def with_units(header: list[str], units: list[str]) -> list[str]:
+    """The header with the units of another row, which may hold fewer cells; a name that has its unit keeps it."""
+    found = [_unit(cell) or cell.strip() for cell in units[: len(header)]]
+    pairs = zip_longest(map(str.strip, header), found, fillvalue="")
+    return [f"{name} [{unit}]" if unit and not name_and_unit(name)[1] else name for name, unit in pairs]
+
+
+def _unit(cell: str) -> str | None:
+    """The unit that a cell holds, in brackets or not; None if it holds something else."""
     known = {*_DIMENSIONLESS, *_SECONDS, *_MILLIMETRES, *_NEWTONS, *_ACCELERATION}
-    return unit in known if unit and not name else name in known and not unit
+    name, unit = name_and_unit(cell)
+    return cell.strip() if cell.strip() in known else unit if unit and not name else None
 
 
 def find_columns(header: list[str], where: str, units: Units, chosen: Mapping[str, str] | None) -> list[Column]:
@@ -87,10 +106,9 @@ def find_columns(header: list[str], where: str, units: Units, chosen: Mapping[st
     wanted = displaced or [pair for pair in (ACCELERATIONS,) if pair[0] in names]
     others = {name for pair in PAIRS.values() for name in pair} & names
     if "time" not in names or len(wanted) != 1 or not others <= set(wanted[0]):
-        found = ", ".join(shown(cell.strip()) for cell in header)
         raise UnknownColumns(
-            f"{where}: columns {found}; give time and either x1, x2 (absolute) or xi1, xi2 (relative to the base), "
-            "of one body x1 or xi1 alone, as in x1 [mm], or accelerations a1, a2, or say which column is which",
+            f"{where}: columns {_listed(header)}; give time and either x1, x2 (absolute) or xi1, xi2 (relative to the "
+            "base), of one body x1 or xi1 alone, as in x1 [mm], or accelerations a1, a2, or say which column is which",
             tuple(header),
         )
     unused = set(ACCELERATIONS) if displaced else set()  # beside displacements they are not needed
@@ -98,6 +116,12 @@ def find_columns(header: list[str], where: str, units: Units, chosen: Mapping[st
     if len({column.physical for column in columns} - {None}) > 1:
         raise ValueError(f"{where}: mixes columns with and without a unit; give all as [s], [mm] or all as [-]")
     return columns
+
+
+def _listed(header: list[str]) -> str:
+    """The cells of a header, of which a long one is cut."""
+    more = ["…"] if len(header) > MOST_LISTED else []
+    return ", ".join([*(shown(cell.strip()) for cell in header[:MOST_LISTED]), *more])
 
 
 def _known_places(header: list[str], where: str) -> dict[str, tuple[int, str]]:
@@ -126,10 +150,8 @@ def _chosen_places(header: list[str], chosen: Mapping[str, str]) -> dict[str, tu
             text, own = name_and_unit(text)
             place = _place(text, texts)
         if place is None:
-            known = ", ".join(shown(cell) for cell in texts)
-            raise ValueError(
-                f"no column {shown(text)} for {name}: give its number, 1 to {len(texts)}, or one of {known}"
-            )
+            known = f"1 to {len(texts)}, or one of {_listed(texts)}"
+            raise ValueError(f"no column {shown(text)} for {name}: give its number, {known}")
         places[name] = place, own or name_and_unit(texts[place])[1]
     return places
 

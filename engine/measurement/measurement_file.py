@@ -1,4 +1,4 @@
-"""Measurements as CSV files: displacements of the bodies over time, and perhaps a contact sensor or a contact force.
+"""Measurements as files of columns: displacements of the bodies over time, perhaps a contact sensor or a contact force.
 
     # any comment
     time [s], x1 [mm], x2 [mm], contact
@@ -10,20 +10,17 @@ alone is enough. ``a1`` and ``a2`` are accelerations of fixed axes, in place of 
 m, cm, mm, µm, in; m/s², mm/s², g. Or all are without dimension (``[-]``, or no unit): time in units of 1/ω₁,
 displacements in base amplitudes. ``contact`` is 1 while the sensor's circuit is closed, else 0; of a ``force`` the
 contact is where it exceeds a share of its largest value. Other columns are left out. Columns are separated by commas,
-semicolons, tabs or spaces; with semicolons and tabs, numbers may have decimal commas. In a file of the page, of several
-curves with the time in excitation periods, the measured curve is read, or else the first.
+semicolons, tabs or spaces; with semicolons, tabs and spaces, numbers may have decimal commas. In a file of the page, of
+several curves with the time in excitation periods, the measured curve is read, or else the first.
 
 A file is either read completely or refused with an error that names line and column, since a measurement that is
-misread silently looks like a discovery.
+misread silently looks like a discovery. Words before and after the table are left out, which is said.
 """
 
-import csv
 import math
-import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 
@@ -32,32 +29,13 @@ from ..files import read_file
 from ..units import Units
 from .acceleration import integrated
 from .measurement import Measurement
-from .measurement_columns import (
-    ACCELERATIONS,
-    PAIRS,
-    SERIES,
-    Column,
-    UnknownColumns,
-    find_columns,
-    is_unit,
-    name_and_unit,
-)
+from .measurement_columns import ACCELERATIONS, PAIRS, SERIES, Column, UnknownColumns, find_columns
+from .measurement_lines import MEASUREMENT_SIZE_LIMIT, lines_of
+from .measurement_table import Table, is_number, number_in, table_of
 from .outliers import first_outlier
 from .tolerances import CONTACT_FORCE, WRONG_UNIT
 
-MEASUREMENT_SIZE_LIMIT = 16 * 2**20  # bytes; some 400,000 samples
 FEWEST_SAMPLES = 16
-
-_SEPARATOR = re.compile(r"sep=(.)\s*", re.IGNORECASE)  # first line that spreadsheets write and read
-
-
-class _Table(NamedTuple):
-    """A file in cells: the header and where it stands, the rows of data with the numbers of their lines."""
-
-    header: list[str]
-    where: str
-    rows: Iterator[tuple[int, list[str]]]
-    delimiter: str
 
 
 def read_measurement(
@@ -105,14 +83,14 @@ def parse_measurement(
     units: Units | None = None,
     columns: Mapping[str, str] | None = None,
     eta: float | None = None,
+    largest: int = MEASUREMENT_SIZE_LIMIT,
 ) -> Measurement:
-    """Parse the bytes of a CSV file; raises as :func:`read_measurement`, without the name of the file."""
-    if len(content) > MEASUREMENT_SIZE_LIMIT:
-        raise ValueError(
-            f"larger than {MEASUREMENT_SIZE_LIMIT // 2**20} MiB: give fewer periods, or fewer samples of each"
-        )
-    lines = _lines(content)
-    table = _table(lines)
+    """Parse the bytes of a file; raises as :func:`read_measurement`, without its name.
+
+    ``largest``: bytes that it may have, also once it is unpacked.
+    """
+    lines = lines_of(content, largest)
+    table = table_of(lines)
     chosen = find_columns(table.header, table.where, _in_millimetres(units or Units()), columns)
     series, found = _data(table, chosen)
     read = {column.place for column in chosen}
@@ -145,7 +123,7 @@ def parse_measurement(
         frame=frame,
         mean_known=measured != ACCELERATIONS,
         eta=eta if needs_eta else None,
-        left_out=(*left_out, *(f"other curves than {one}" for one in series)),
+        left_out=(*left_out, *(f"other curves than {one}" for one in series), *table.left_out),
     )
 
 
@@ -164,81 +142,12 @@ def measurement_text(measurement: Measurement, units: Units, comment: str) -> st
     return "\n".join(lines) + "\n"
 
 
-def _lines(content: bytes) -> list[str]:
-    """Split into lines; comments become empty lines, so that the others keep their numbers."""
-    try:
-        text = content.decode("utf-8-sig")
-    except UnicodeDecodeError as problem:
-        line = content[: problem.start].count(b"\n") + 1
-        raise ValueError(f"line {line}: not UTF-8 text; save the file as CSV in UTF-8") from None
-    lines = text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
-    return ["" if line.lstrip().startswith("#") else line for line in lines]
-
-
 def _in_millimetres(units: Units) -> Units:
     """The same units with lengths in mm, as the columns of a file have them."""
     return replace(units, system="mm-t-s")
 
 
-def _table(lines: list[str]) -> _Table:
-    """Find the header, what separates the columns, and the units below the header."""
-    start = next((i for i, line in enumerate(lines) if line.strip()), None)
-    named = _SEPARATOR.fullmatch(lines[start]) if start is not None else None
-    if named:
-        start = next((i for i in range(start + 1, len(lines)) if lines[i].strip()), None)
-    if start is None:
-        raise ValueError("line 1: the file has no header; begin it with: time [s], x1 [mm], x2 [mm]")
-    delimiter = named[1] if named else _delimiter(lines[start])
-    rows = _rows(lines, start, delimiter)
-    number, header = next(rows, (start + 1, []))
-    where = f"line {number}"
-    if not header:
-        raise ValueError(f"{where}: the header names no column; begin the file with: time [s], x1 [mm], x2 [mm]")
-    if _is_number(header[0], delimiter):
-        return _Table(header, f"{where} (no header)", _rows(lines, start, delimiter), delimiter)
-    first = next(rows, None)
-    if first is None:
-        return _Table(header, where, rows, delimiter)
-    if (
-        len(first[1]) == len(header)
-        and all(is_unit(cell) for cell in first[1])
-        and not any(name_and_unit(cell)[1] for cell in header)
-    ):
-        units = ("".join(name_and_unit(cell)) for cell in first[1])
-        header = [f"{name.strip()} [{unit}]" for name, unit in zip(header, units, strict=True)]
-        return _Table(header, where, rows, delimiter)
-    return _Table(header, where, _chained(first, rows), delimiter)
-
-
-def _chained(first, rows):
-    yield first
-    yield from rows
-
-
-def _delimiter(line: str) -> str:
-    """What separates the columns in the first line: semicolons or tabs, else commas, else spaces between numbers."""
-    if found := next((character for character in ";\t" if character in line), ""):
-        return found
-    cells = line.split()
-    return " " if "," not in line and len(cells) > 1 and all(_is_number(cell, " ") for cell in cells) else ","
-
-
-def _rows(lines: list[str], start: int, delimiter: str) -> Iterator[tuple[int, list[str]]]:
-    """Yield the number and the cells of every line from ``start`` that is not empty, without empty last cells."""
-    reader = csv.reader(
-        (line.strip(" ") for line in lines[start:]), delimiter=delimiter, skipinitialspace=True, strict=True
-    )
-    try:
-        for cells in reader:
-            while cells and not cells[-1].strip():
-                cells.pop()
-            if cells:
-                yield start + reader.line_num, cells
-    except csv.Error as problem:
-        raise ValueError(f"line {start + reader.line_num}: not CSV: {problem}") from None
-
-
-def _data(table: _Table, columns: list[Column]) -> tuple[list[str], list[tuple[int, list[float]]]]:
+def _data(table: Table, columns: list[Column]) -> tuple[list[str], list[tuple[int, list[float]]]]:
     """Read the samples, with the numbers of their lines; in a file of the page those of one curve, and its name."""
     place = next((column.place for column in columns if column.name == SERIES), None)
     data: list[tuple[int, list[float]]] = []
@@ -257,7 +166,7 @@ def _data(table: _Table, columns: list[Column]) -> tuple[list[str], list[tuple[i
 
 
 def _append(
-    data: list[tuple[int, list[float]]], cells: list[str], columns: list[Column], number: int, table: _Table
+    data: list[tuple[int, list[float]]], cells: list[str], columns: list[Column], number: int, table: Table
 ) -> None:
     """Append a sample, after a check of its numbers; times must increase."""
     if len(cells) != len(table.header) and (len(cells) > len(table.header) or _ends_early(cells, columns)):
@@ -265,7 +174,7 @@ def _append(
     row = []
     for place, column in enumerate(columns):
         cell = cells[column.place]
-        value = _number(cell, table.delimiter) * column.factor
+        value = number_in(cell, table.delimiter) * column.factor
         fault = _fault(value, column.name, data[-1][1][place] if data else -math.inf)
         if fault:
             where = f"line {number}, column {column.place + 1} ({column.name})"
@@ -278,9 +187,9 @@ def _ends_early(cells: list[str], columns: list[Column]) -> bool:
     return len(cells) <= max(column.place for column in columns)
 
 
-def _miscount(cells: list[str], table: _Table) -> str:
+def _miscount(cells: list[str], table: Table) -> str:
     """Why a row has not as many columns as the header, and what to do."""
-    numbers = sum(_is_number(cell, table.delimiter) for cell in cells)
+    numbers = sum(is_number(cell, table.delimiter) for cell in cells)
     if numbers < len(cells):
         return f"{table.delimiter.join(cells)[:40]!r} is no row of {len(table.header)} numbers; delete such lines"
     advice = ""
@@ -325,19 +234,3 @@ def _fault(value: float, name: str, previous: float) -> str:
     if name == "time" and value < previous:
         return "comes before the time of the sample before it; sort by time"
     return ""
-
-
-def _is_number(cell: str, delimiter: str) -> bool:
-    return not math.isnan(_number(cell, delimiter))
-
-
-def _number(cell: str, delimiter: str) -> float:
-    """Return the number in a cell; nan if there is none, or none that is finite."""
-    text = cell.strip()
-    if delimiter != "," and text.count(",") == 1 and "." not in text:
-        text = text.replace(",", ".")
-    try:
-        value = math.nan if "_" in text else float(text)  # Python alone reads 1_000 as a number
-    except ValueError:
-        return math.nan
-    return value if math.isfinite(value) else math.nan

@@ -18,7 +18,18 @@ import numpy as np
 
 from ..facts import OMEGA1, equation, stated
 from .measurement import Measurement
-from .tolerances import BETTER, CERTAIN_SIGMAS, HIDDEN, INTEGRATED, NYQUIST, OVERLAP, RIDGE, UNEXPLAINED, UNOBSERVED
+from .tolerances import (
+    BETTER,
+    CERTAIN_SIGMAS,
+    HIDDEN,
+    INTEGRATED,
+    NORMAL_MEDIAN,
+    NYQUIST,
+    OVERLAP,
+    RIDGE,
+    UNEXPLAINED,
+    UNOBSERVED,
+)
 
 HARMONIC_SAMPLES = 2000  # samples are enough for the harmonics
 LONGEST = 4  # periods after which a measurement may repeat itself
@@ -55,7 +66,8 @@ class Recurrence:
         Excitation periods until it repeats itself, the smallest number that the samples allow; 0 if it is not in phase
         with the excitation.
     possible : tuple of int
-        Periods that the samples cannot tell apart, ``period`` among them; empty if that is 0.
+        Periods that the samples cannot tell apart, ``period`` among them; empty if that is 0, but of a motion from its
+        start (0,).
     noise : float
         Standard deviation about the harmonics, in base amplitudes: noise, and the harmonics beyond those fitted.
     eta : float
@@ -111,6 +123,32 @@ def recurrence(measurement: Measurement, eta: float) -> Recurrence:
         eta_error=error,
         strongest=_strongest_frequency(measurement),
         sensor=None if contact is None else summarise_sensor(measurement.time, contact, eta),
+    )
+
+
+def free_record(measurement: Measurement, eta: float) -> Recurrence:
+    """The properties of a measurement of a motion from its start, which has no period.
+
+    Its noise is the median size of third differences, which a smooth motion does not have; impacts are rare.
+
+    Raises
+    ------
+    ValueError
+        If it holds accelerations, of which only a steady motion shows the displacements.
+    """
+    if not measurement.mean_known:
+        raise ValueError("accelerations do not show where a motion that nothing drives starts: give displacements")
+    rows = measurement.displacement
+    third = np.abs(np.diff(rows, 3, axis=1)) / np.sqrt(20.0)  # 1, 3, 3, 1: of noise of size 1 their size is √20
+    size = np.median(third, axis=1) / NORMAL_MEDIAN
+    return Recurrence(
+        period=0,
+        possible=(0,),
+        noise=float(np.sqrt(np.mean(size**2))),
+        eta=float("nan"),
+        eta_error=float("nan"),
+        strongest=_strongest_frequency(measurement),
+        sensor=None if measurement.contact is None else summarise_sensor(measurement.time, measurement.contact, eta),
     )
 
 

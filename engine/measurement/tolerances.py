@@ -17,6 +17,7 @@ OVERLAP = 1.5  # cycles that a record must cover to show that it repeats after o
 BETTER = 1.5  # a longer cycle must leave so many times less of the squares
 HIDDEN = 0.5  # share of a subharmonic's squares: if a shorter cycle leaves less, it reproduces it at the samples
 INTEGRATED = 0.01  # of the size: what integrated noise of accelerations is taken for; it grows with the time
+NORMAL_MEDIAN = 0.6745  # median size of a normal number of standard deviation 1
 # Of the Gram matrix's diagonal, added to it: rounding, so that nearly dependent harmonics can be solved for
 RIDGE = 1e-12
 NYQUIST = 0.98  # of half the mean sampling rate: harmonics up to there tell frequencies apart
@@ -25,15 +26,20 @@ UNEXPLAINED = 0.2  # of the measurement's size: if more remains, it is not in ph
 # How well a solution agrees with it
 
 PHASE_DRIFT = 0.3  # radians over the whole record: with a larger one, the given η is not that of the measurement
+EARLY = 0.25  # of a record of a motion from its start: it begins at most so long before that …
+LATE = 0.25  # … or so long after it
 INSTANT = 1e-9  # of a cycle, between an impact and each of its two knots
 WITHIN_NOISE = 1.1  # times the noise: a smaller difference is noise alone
 HARDLY_VISIBLE = 0.05  # of the measured size: smaller differences are hardly visible
-OTHER_FRAME = 0.5  # times the difference: if less remains in the other frame, the columns may be named wrongly
+EXPLAINS = 0.2  # times the difference: if less remains with another zero, unit, sign or order, that explains it
+SAME_SIZE = 1.25  # ratio of displacements to those of the reference; with a larger one they have another unit
+HARDLY_MORE = 1.5  # times what the best reading of the columns leaves: readings that leave less are as good
 SENSOR = 0.2  # of the closings per period: a solution with so many more or fewer differs from what the sensor counts
 
 # Fitting
 
 FIT_DIFFERENCE = 1e-5  # of the central differences; the reference's cycle is accurate to some 1e-8
+CONTACT_DIFFERENCE = 1e-3  # of K and D, for theirs: between its samples a contact is a polynomial
 SAME_MINIMUM = 1e-6  # relative: sums of squares that differ by less belong to the same minimum
 INVISIBLE = 1e-6  # of the largest column of J: a parameter with a smaller one cannot be determined
 AT_BOUND = 1e-6  # distance from a bound: a parameter that lies closer is held by it

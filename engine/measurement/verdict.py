@@ -1,14 +1,14 @@
 """The comparison with a measurement in a few sentences, made from its numbers."""
 
-import math
 from collections.abc import Iterator
+
+import numpy as np
 
 from ..facts import ETA, OMEGA1, Statement, equation, joined, stated
 from ..result import Status
 from ..wording import every, percent
-from .alignment import Alignment
 from .comparison import MeasuredComparison, Solved
-from .tolerances import HARDLY_VISIBLE, OTHER_FRAME, SENSOR, WITHIN_NOISE
+from .tolerances import HARDLY_VISIBLE, SENSOR
 
 
 def measured_verdict(compared: MeasuredComparison) -> Statement:
@@ -18,14 +18,13 @@ def measured_verdict(compared: MeasuredComparison) -> Statement:
 
 def _sentences(compared: MeasuredComparison) -> Iterator[str | Statement]:
     own, eta = compared.recurrence, compared.reference.response.eta
-    if not compared.reference.response.system.excitation.drives:
+    if compared.is_free and not np.any(compared.reference.response.trajectory.velocity):
         yield (
-            "Nothing drives the bodies. A measurement is compared with the motion that a run settles to, which is rest "
-            "here; the decay of a free vibration is not compared. Give what drives the bodies, or compare the two "
-            "solutions from their start without a measurement."
+            "Nothing drives the bodies, and they start at rest, so that nothing moves. Give the start that was "
+            "measured: initial, displacement and velocity of body 1 and of body 2."
         )
         return
-    if own.period == 0:
+    if not own.possible:
         yield stated(
             "The measurement is not in step with an excitation at {}; its strongest frequency is {}. Check {}, the "
             "unit of time and {}; if they are right, the motion is not periodic, or noise hides it, and only "
@@ -53,10 +52,8 @@ def _sentences(compared: MeasuredComparison) -> Iterator[str | Statement]:
     yield _solution_sentence("penalty solution", compared.penalty, compared)
     if nearer := _nearer_sentence(compared):
         yield nearer
-    aligned = compared.reference.alignment
-    if aligned is not None and aligned.rms > HARDLY_VISIBLE and compared.other_frame < OTHER_FRAME * aligned.rms:
-        names = "xi1, xi2 (relative to the base)" if compared.measurement.frame == "absolute" else "x1, x2 (absolute)"
-        yield f"If the columns are {names}, the reference is {percent(compared.other_frame)} off: name them so."
+    if compared.reading is not None:
+        yield compared.reading.sentence
 
 
 def _solution_sentence(name: str, solved: Solved, compared: MeasuredComparison) -> str:
@@ -69,7 +66,7 @@ def _solution_sentence(name: str, solved: Solved, compared: MeasuredComparison) 
     if solved.period not in own.possible:
         measured = " or ".join(every(period) for period in own.possible)
         return f"The {name} repeats {every(solved.period)}, the measurement {measured}: another motion."
-    if _is_within_noise(aligned, compared):
+    if aligned.is_within(compared.recurrence.noise):
         sentence = f"The {name} agrees within the noise of the measurement ({percent(aligned.rms)})"
     elif aligned.rms <= HARDLY_VISIBLE:
         sentence = f"The {name} follows the measurement to {percent(aligned.rms)}, more than its noise explains"
@@ -103,13 +100,9 @@ def _nearer_sentence(compared: MeasuredComparison) -> str:
     }
     if len(off) < len(solutions):
         return ""
-    if all(_is_within_noise(aligned, compared) for aligned in off.values()):
+    if all(aligned.is_within(compared.recurrence.noise) for aligned in off.values()):
         return "Its noise hides which of the two is nearer."
     (near, least), (_, other) = sorted(((name, aligned.rms) for name, aligned in off.items()), key=lambda one: one[1])
     if percent(least) == percent(other):
         return "Both are equally near."
     return f"The {near} is nearer: {percent(least)} off against {percent(other)}."
-
-
-def _is_within_noise(aligned: Alignment, compared: MeasuredComparison) -> bool:
-    return math.sqrt(float((aligned.channels**2).mean())) <= WITHIN_NOISE * compared.recurrence.noise

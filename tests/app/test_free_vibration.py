@@ -1,5 +1,7 @@
 """Where nothing drives the bodies, each view says in one sentence what it cannot show, why, and what to do."""
 
+import math
+
 import pytest
 from vibroscope.app.commands.cli import main
 from vibroscope.app.explorer.parameters import START_FIELDS
@@ -62,14 +64,48 @@ def test_a_diagram_over_another_number_needs_an_own_start():
     assert tab.obstacle(Setting()) == ""
 
 
-def test_a_measurement_is_said_to_be_compared_with_rest(capsys):
-    driven = System()
-    measured = synthetic_measurement(driven, 2.76, periods=4)
+def test_a_measurement_without_its_start_asks_for_it():
+    measured = synthetic_measurement(System(), 2.76, periods=4)
     found = compare_measured(FREE.system, FREE.eta, measured, FREE.penalty, periods=60)
-    words = measured_verdict(found)
-    assert words.startswith("Nothing drives the bodies. A measurement is compared with the motion that a run")
+    assert measured_verdict(found).startswith(
+        "Nothing drives the bodies, and they start at rest, so that nothing moves."
+    )
     with pytest.raises(ValueError, match="nothing drives the bodies, so that they come to rest: give what drives them"):
         synthetic_measurement(FREE.system, FREE.eta)
+
+
+def test_the_command_fits_the_restitution_to_a_drop(capsys, tmp_path):
+    """A mass falls 1 m on a floor; its rebounds follow from the restitution 0.7."""
+    (tmp_path / "drop.toml").write_text(
+        "[physical]\nmass1_kg = 1.0\nstiffness1_N_per_m = 1e-4\nwall = true\nclearance_mm = 1000.0\n"
+        "length_mm = 1000.0\nconstant1_N = 9.81\nfrequency_Hz = 1.0\nrestitution = 0.5\n"
+    )
+    (tmp_path / "drop.csv").write_text(
+        "\n".join(["time [s],xi1 [m]", *(f"{t},{fallen(t)}" for t in range_of(0.01, 2))])
+    )
+    options = ["--K", "1e5 N/m", "--D", "0", "--steps", "3000", "--initial", "0,0,0,0", "--fit", "restitution"]
+    files = ["--system", str(tmp_path / "drop.toml"), "--measured", str(tmp_path / "drop.csv")]
+    assert main(["compare", *options, *files]) == 0
+    said = capsys.readouterr().out
+    assert "from the start, since nothing drives the bodies" in said
+    assert float(said.partition("restitution")[2].split()[0]) == pytest.approx(0.7, abs=1e-5)
+    assert "The reference follows the measurement to 0.0" in said
+
+
+def range_of(step, end):
+    return [round(step * i, 6) for i in range(round(end / step) + 1)]
+
+
+def fallen(time, height=1.0, gravity=9.81, restitution=0.7):
+    """The way down of a mass that is let go, in closed form."""
+    touch, speed = math.sqrt(2 * height / gravity), restitution * math.sqrt(2 * height * gravity)
+    if time < touch:
+        return gravity * time**2 / 2
+    time -= touch
+    while time > 2 * speed / gravity:
+        time -= 2 * speed / gravity
+        speed *= restitution
+    return height - speed * time + gravity * time**2 / 2
 
 
 def test_the_command_refuses_an_example_of_a_motion_that_nothing_drives(capsys, tmp_path):

@@ -1,5 +1,6 @@
 """A measurement on the page: its upload, its errors, its verdict and fit, and where its points lie."""
 
+import gzip
 import re
 
 import numpy as np
@@ -122,7 +123,7 @@ def test_a_wall_is_offered_what_it_has_and_one_body_is_drawn(overlay):
     overlay.follow(setting)
     units = Units(setting.omega1, setting.m1, setting.amplitude)
     content = upload(overlay, measurement_text(synthetic_measurement(setting.system, 0.8), units, "synthetic"))
-    assert content["names"] == ["restitution", "d1"]
+    assert content["names"] == ["restitution", "d1", "zero1"]
     assert "displacement of body 1" in content["headline"]
     points = overlay.placed(setting, present(compute_runs(setting))["displacements"])
     assert np.isfinite(points.displacements["x1"]).all()
@@ -135,6 +136,13 @@ def test_the_csv_file_of_the_page_can_be_dropped_on_it(overlay):
     content = upload(overlay, text)
     assert content["headline"].endswith("relative displacements; left out: 'other curves than reference'")
     assert content["words"].startswith("The reference agrees within the noise of the measurement")
+
+
+def test_a_packed_file_is_read_and_refused_if_it_holds_too_much(overlay):
+    packed = gzip.compress(EXAMPLE.read_bytes()).decode("latin-1")  # the browser sends a character for each byte
+    assert "481 samples" in upload(overlay, packed)["headline"]
+    packed = gzip.compress(b"0" * (LARGEST_FILE + 1)).decode("latin-1")
+    assert upload(overlay, packed)["error"].startswith("Larger than 2 MiB")
 
 
 def test_a_file_that_is_too_large_is_refused_before_it_is_sent(overlay):

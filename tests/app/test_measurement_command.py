@@ -62,7 +62,9 @@ def test_units_come_from_the_system_file(capsys, tmp_path):
 def test_names_that_cannot_be_fitted_are_refused():
     assert fit_names("d1, d2") == ("d1", "d2")
     for text in ("kappa", "d1,d1", ""):
-        with pytest.raises(argparse.ArgumentTypeError, match="give some of restitution,d1,d2,d3, each once"):
+        with pytest.raises(
+            argparse.ArgumentTypeError, match="give some of restitution,d1,d2,d3,K,D,zero1,zero2, each once"
+        ):
             fit_names(text)
 
 
@@ -80,7 +82,7 @@ def test_columns_of_other_names_are_asked_for_and_read(capsys, tmp_path):
     file.write_text(EXAMPLE.read_text(encoding="utf-8").replace("time [s], x1 [mm], x2 [mm]", "Zeit [s], Weg, w2"))
     setting = ["compare", "--eta", "2.76", "--K", "12000", "--D", "18", "--steps", "400", "--measured", str(file)]
     assert main(setting) == 2
-    assert '--columns "time=1 [s], xi1=2 [mm]"' in capsys.readouterr().err
+    assert '--columns "time=1 [s], xi1=2 [mm], xi2=3 [mm]"' in capsys.readouterr().err
     text = compare(capsys, "--measured", str(file), "--columns", "time=Zeit, x1=2 [mm], x2=w2 [mm]")
     assert "The reference agrees within the noise of the measurement" in text
 

@@ -1,10 +1,11 @@
 """Fit of restitution and damping: it recovers the true values, and its standard errors are right."""
 
 import sys
+from dataclasses import replace
 
 import numpy as np
 import pytest
-from vibroscope.engine import Measurement, Reference, System, fit, synthetic_measurement
+from vibroscope.engine import Measurement, Reference, System, fit, fitted_names, synthetic_measurement
 from vibroscope.engine.measurement import least_squares
 from vibroscope.engine.measurement.least_squares import FitProblem
 
@@ -14,10 +15,12 @@ TRUE = System(restitution=0.43, d1=0.006, d2=0.018, d3=0.045)
 def test_all_constants_are_recovered_within_their_errors():
     made = synthetic_measurement(TRUE, 1.08, noise=0.02, phase=2.3, seed=7)
     found = fit(System(), 1.08, made)
+    zeros = {"zero1": 0.0, "zero2": 0.0}
     for name, value in found.values.items():
         assert 0 < found.errors[name] < 0.02
-        assert abs(value - getattr(TRUE, name)) < 3 * found.errors[name]
-    assert found.system.as_dict() == System().as_dict() | found.values
+        assert abs(value - (TRUE.as_dict() | zeros)[name]) < 3 * found.errors[name]
+    constants = {name: value for name, value in found.values.items() if name not in zeros}
+    assert found.system.as_dict() == System().as_dict() | constants
     assert found.phase == pytest.approx(2.3, abs=0.01)
     assert found.deviation == pytest.approx(0.02, rel=0.05)
     assert found.remarks == ()
@@ -43,6 +46,45 @@ def test_the_standard_errors_are_those_of_repeated_measurements():
     # the sum of the squares of 8 normal numbers lies in this range in 99.8 % of all cases
     assert ((np.sum(pulls**2, axis=0) > 0.85) & (np.sum(pulls**2, axis=0) < 26.2)).all()
     assert np.abs(pulls.mean(axis=0)).max() < 3 / np.sqrt(8)
+
+
+@pytest.mark.usefixtures("one_guess")
+def test_the_standard_errors_of_one_sensor_with_another_zero_are_those_of_repeated_measurements():
+    true = System(wall=True, d1=0.05, clearance=0.5, restitution=0.6)
+    pulls = []
+    for seed in range(8):
+        made = synthetic_measurement(true, 0.8, periods=4, per_period=100, noise=0.05, seed=seed)
+        off = replace(made, displacement=made.displacement + 3.0)
+        found = fit(true, 0.8, off)
+        truth = {"restitution": 0.6, "d1": 0.05, "zero1": 3.0}
+        assert list(found.values) == list(truth)
+        pulls.append([(found.values[name] - value) / found.errors[name] for name, value in truth.items()])
+        assert found.corrected(off).displacement == pytest.approx(off.displacement - found.values["zero1"])
+    # the sum of the squares of 8 normal numbers lies in this range in 99.8 % of all cases
+    assert ((np.sum(np.square(pulls), axis=0) > 0.85) & (np.sum(np.square(pulls), axis=0) < 26.2)).all()
+
+
+@pytest.mark.usefixtures("one_guess")
+def test_a_sensor_with_another_zero_is_named_and_its_zero_fitted():
+    made = synthetic_measurement(TRUE, 2.76, noise=0.02, seed=1)
+    off = replace(made, displacement=made.displacement - [[0.5], [0.0]])
+    guess = replace(TRUE, restitution=0.5, d2=0.012)
+    without = fit(guess, 2.76, off, names=("restitution", "d2"))
+    assert abs(without.values["restitution"] - TRUE.restitution) > 5 * without.errors["restitution"]
+    assert "fitted with the zeros of the sensors, too, the residual is 0.0199" in without.remarks[-1]
+    assert without.remarks[-1].endswith("fit zero1, zero2 as well")
+    found = fit(guess, 2.76, off, names=("restitution", "d2", "zero1"))
+    assert found.values["zero1"] == pytest.approx(-0.5, abs=3 * found.errors["zero1"])
+    assert abs(found.values["restitution"] - TRUE.restitution) < 3 * found.errors["restitution"]
+
+
+@pytest.mark.parametrize(("bodies", "known", "names"), [(1, True, "zero2"), (2, False, "zero1, zero2")])
+def test_a_zero_that_no_sensor_shows_is_refused(bodies, known, names):
+    made = synthetic_measurement(System(), 2.76)
+    made = replace(made, displacement=made.displacement[:bodies], mean_known=known)
+    with pytest.raises(ValueError, match=f"cannot fit {names}: no sensor shows the mean of this displacement"):
+        fit(System(), 2.76, made, names=("d1", *names.split(", ")))
+    assert not set(names.split(", ")) & set(fitted_names(System(), made))
 
 
 @pytest.mark.usefixtures("one_guess")
@@ -108,7 +150,7 @@ def test_dependent_residuals_are_remarked_on():
 
 @pytest.mark.parametrize("names", [(), ("kappa",), ("d1", "d1")])
 def test_unknown_repeated_or_missing_names_are_refused(names):
-    with pytest.raises(ValueError, match="give some of restitution, d1, d2, d3, each once"):
+    with pytest.raises(ValueError, match="give some of restitution, d1, d2, d3, K, D, zero1, zero2, each once"):
         fit(System(), 2.76, synthetic_measurement(System(), 2.76), names=names)
 
 

@@ -1,6 +1,7 @@
 """Measured motion: aligned with a cycle, analysed without one, and compared with both solutions."""
 
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -179,6 +180,43 @@ def test_columns_in_the_wrong_frame_are_recognised():
     made = synthetic_measurement(System(), 1.08, noise=0.01)
     misread = Measurement(made.time, made.displacement, made.contact, "relative")
     assert "If the columns are x1, x2 (absolute), the reference is 0.5 % off: name them so." in verdict(1.08, misread)
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (lambda x: x - [[0.4], [0]], "If the sensor of x1 shows -0.4.* at rest, the reference is .*: fit zero1."),
+        (
+            lambda x: x - [[0.4], [0.5]],
+            "If the sensor of x1 shows -0.4 at rest and the sensor of x2 shows -0.5.* at rest",
+        ),
+        (lambda x: 1000 * x, r"If x1 and x2 are 0.001 times as large \(mm in place of m\), the reference is 0"),
+        (lambda x: x * [[1], [2.4]], "If x2 is 0.416 times as large, the reference is 0"),
+        (lambda x: -x, "If x1 and x2 have the opposite sign, the reference is 0"),
+        (lambda x: x * [[1], [-1]], "If x2 has the opposite sign, the reference is 0.*: correct the columns."),
+        (lambda x: x[::-1], "If the columns of body 1 and body 2 are exchanged, the reference is 0"),
+        (
+            lambda x: x[::-1] / 25.4,
+            r"exchanged and x1 and x2 are 25.4 times as large \(in in place of mm\), the reference",
+        ),
+    ],
+)
+def test_what_of_the_sensors_explains_the_difference_is_proposed(change, words):
+    made = synthetic_measurement(System(), 2.76, noise=0.01, phase=0.4)
+    assert re.search(words, verdict(2.76, replace(made, displacement=change(made.displacement))))
+
+
+@pytest.mark.parametrize("true", [System(restitution=0.7), System(d2=0.02), System(kappa=2.5)])
+def test_no_other_reading_of_the_columns_is_proposed_for_another_system(true):
+    assert "If " not in verdict(2.76, synthetic_measurement(true, 2.76, noise=0.01))
+
+
+def test_the_unit_and_the_sign_of_one_sensor_at_a_wall_are_proposed():
+    wall = System(wall=True, d1=0.05, clearance=0.5, restitution=0.6)
+    made = synthetic_measurement(wall, 0.8, noise=0.01)
+    wrong = replace(made, displacement=-1e-3 * made.displacement)
+    words = verdict(0.8, wrong, Newmark(500, 2, 2000), wall)
+    assert "If x1 has the opposite sign and x1 is 1000 times as large (m in place of mm), the reference is" in words
 
 
 def test_a_measurement_of_less_than_a_period_is_refused():

@@ -1,5 +1,7 @@
 """Measurement files: read completely, or refused with line and column."""
 
+import gzip
+
 import hypothesis.strategies as st
 import numpy as np
 import pytest
@@ -14,7 +16,8 @@ from vibroscope.engine import (
     simulate,
     synthetic_measurement,
 )
-from vibroscope.engine.measurement.measurement_file import FEWEST_SAMPLES, MEASUREMENT_SIZE_LIMIT, parse_measurement
+from vibroscope.engine.measurement.measurement_file import FEWEST_SAMPLES, parse_measurement
+from vibroscope.engine.measurement.measurement_lines import MEASUREMENT_SIZE_LIMIT
 from vibroscope.engine.measurement.outliers import first_outlier
 
 UNITS = Units(omega1=5.0, m1=2.0, base_amplitude=0.5)
@@ -24,6 +27,36 @@ HEADER = "time [s],x1 [mm],x2 [mm]"
 
 def text(header=HEADER, rows=ROWS, end="\n"):
     return end.join([header, *rows]).encode()
+
+
+def _semicolons(scale=1):
+    """The rows with decimal commas and another unit of time."""
+    return [f"{0.1 * scale * i:.3f};{i};{-i}".replace(".", ",") for i in range(FEWEST_SAMPLES)]
+
+
+LABVIEW = "\n".join(
+    [
+        "LabVIEW Measurement\t",
+        "Separator\tTab",
+        "Decimal_Separator\t,",
+        "***End_of_Header***\t",
+        "\t",
+        "Channels\t2\t\t",
+        "Samples\t16\t16\t",
+        "Y_Unit_Label\tVolts\tVolts\t",
+        "X0\t0,0000E+0\t0,0000E+0\t",
+        "Delta_X\t0,1\t0,1\t",
+        "***End_of_Header***\t\t\t",
+        "X_Value\tUntitled\tUntitled 1\tComment",
+        *(row.replace(";", "\t") for row in _semicolons()),
+    ]
+)
+CALCULIX = "".join(
+    f"\n displacements (vx,vy,vz) for set N1 and time  {0.1 * i:.7E}\n\n         2  {i:.6E}  0.0E+00  0.0E+00\n"
+    f"         3  0.0E+00  {-i:.6E}  0.0E+00\n"
+    f"\n total force (fx,fy,fz) for set N1 and time  {0.1 * i:.7E}\n\n        1.0E+00  2.0E+00  3.0E+00\n"
+    for i in range(FEWEST_SAMPLES)
+)
 
 
 def with_line(line, row):
@@ -58,6 +91,16 @@ def test_a_written_file_is_read_back(tmp_path):
         text('"time [s]","x1 [mm]","x2 [mm]"'),
         text("x2 [mm],time [s],x1 [mm]", [",".join(np.roll(row.split(","), 1)) for row in ROWS]),
         text("time,x1,x2 [-]", [f"{0.5 * i},{2 * i},{-2 * i}" for i in range(FEWEST_SAMPLES)]),
+        gzip.compress(text()),
+        text("time [ms], x1 [µm], x2 [m]", [f"{100 * i},{1000 * i},{-i / 1000}" for i in range(FEWEST_SAMPLES)])
+        .decode()
+        .encode("utf-16"),
+        text("time [ms], x1 [µm], x2 [m]", [f"{100 * i},{1000 * i},{-i / 1000}" for i in range(FEWEST_SAMPLES)])
+        .decode()
+        .encode("latin-1"),
+        text("time [s]  x1 [mm]  x2 [mm]", [row.replace(",", "   ") for row in ROWS]),
+        text("time [s], x1 [mm], x2 [mm]", [row.replace(",", " ") for row in ROWS]),
+        b"# of an oscilloscope\n# time [s] x1 [mm] x2 [mm]\n" + text("", [row.replace(",", " ") for row in ROWS]),
     ],
 )
 def test_every_format_of_the_same_measurement_is_read_alike(content):
@@ -81,6 +124,13 @@ def test_every_format_of_the_same_measurement_is_read_alike(content):
             b"\n".join(row.replace(",", "   ").encode() + b" " for row in ROWS),
             {"time": "1 [s]", "x1": "2 [mm]", "x2": "3 [mm]"},
         ),
+        (  # PicoScope
+            text("Time;Channel A;Channel B", ["(ms);(mV);(V)", "", *_semicolons(scale=1000)]),
+            {"time": "Time", "x1": "Channel A [mm]", "x2": "Channel B [mm]"},
+        ),
+        (LABVIEW.replace("Volts", "mm").encode(), {"time": "time", "x1": "Untitled", "x2": "Untitled 1"}),
+        (LABVIEW.encode(), {"time": "1", "x1": "2 [mm]", "x2": "3 [mm]"}),
+        (CALCULIX.encode(), {"time": "time [s]", "x1": "vx 2 [mm]", "x2": "vy 3 [mm]"}),
     ],
 )
 def test_what_instruments_write_is_read(content, columns):
@@ -94,6 +144,27 @@ def test_one_body_is_enough_and_other_columns_are_named_as_left_out():
     found = parse_measurement(text("time [s],xi1 [mm],Temp [C]"), UNITS)
     assert found.displacement.shape == (1, FEWEST_SAMPLES)
     assert found.left_out == ("Temp [C]",)
+
+
+def test_titles_above_the_header_and_words_below_the_data_are_left_out_by_line():
+    found = parse_measurement(b"Test 12\nof a bearing\n\n" + text() + b"\n\nEnd of measurement\n", UNITS)
+    assert len(found) == FEWEST_SAMPLES
+    assert found.left_out == ("Test 12 … (lines 1 to 2)", "End of measurement (line 22)")
+
+
+@pytest.mark.parametrize(
+    ("content", "words"),
+    [
+        (gzip.compress(b" " * (MEASUREMENT_SIZE_LIMIT + 1)), "larger than 16 MiB"),
+        (gzip.compress(text())[:40], "line 1: the gzip file is damaged"),
+        (b"PK\x03\x04\n\0\0", "line 2: a byte 0, so that this is no text; save the file as CSV"),
+        (text(rows=["(furlong),(mm),(mm)", *ROWS]).replace(b" [mm]", b"").replace(b" [s]", b""), "unit 'furlong'"),
+        (text(rows=["Uhr,links,rechts", *ROWS]), r"line 2, column 1 \(time\): 'Uhr' is no finite number"),
+    ],
+)
+def test_what_cannot_be_read_of_an_instrument_is_refused(content, words):
+    with pytest.raises(ValueError, match=words):
+        parse_measurement(content, UNITS)
 
 
 def test_the_bodies_are_in_contact_while_the_force_is_a_share_of_its_largest():
@@ -200,7 +271,7 @@ def test_column_names_mark_relative_displacements_and_the_contact_sensor():
         (b"# a\n\n" + text(rows=with_line(4, "x,1,1")), r"line 6, column 1 \(time\)"),
         (text("time;x1;x2", ["0;1.000,5;1"]), r"line 2, column 2 \(x1\): '1.000,5' is no"),
         (text(rows=ROWS[:-1]), f"the file ends after {FEWEST_SAMPLES - 1} samples"),
-        (text(rows=with_line(3, "0.1,\xff,1")).decode().encode("latin-1"), "line 3: not UTF-8"),
+        (text(rows=with_line(3, "0.1,\xff,1")).decode().encode("latin-1"), r"line 3, column 2 \(x1\): 'ÿ' is no"),
         (b"#" * (MEASUREMENT_SIZE_LIMIT + 1), "larger than 16 MiB"),
     ],
 )

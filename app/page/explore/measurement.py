@@ -44,7 +44,10 @@ _IDLE = {"phase": "idle"}
 
 
 class MeasurementButton(Component):
-    """Chooses a file, or takes one that is dropped on the page, and sends it in parts: see `Overlay._receive`."""
+    """Chooses a file, or takes one that is dropped on the page, and sends it in parts, a character for each byte.
+
+    See `Overlay._receive`.
+    """
 
     largest = param.Integer(default=LARGEST_FILE, constant=True, doc="Bytes; of a larger file the name alone is sent")
 
@@ -187,7 +190,7 @@ class Overlay:
 
     def _take(self, _: object) -> None:
         """The file is complete; it is parsed in a worker thread."""
-        content, self._upload = "".join(self._upload).encode(errors="replace"), []
+        content, self._upload = "".join(self._upload).encode("latin-1", errors="replace"), []
         self._file = MeasuredFile(self._name, content)
         if self._setting is not None:
             self._compare()
@@ -274,7 +277,7 @@ class Overlay:
             headline=shown_text(headline(comparison), scale),
             words=shown_text(measured_verdict(comparison), scale),
             rows=[[shown_text(cell, scale) for cell in row] for row in comparison_rows(comparison, scale)],
-            names=list(fitted_names(self._setting.system)),
+            names=list(fitted_names(self._setting.system, comparison.measurement)),
             eta=(eta := own_eta(comparison)),
             offer=words_of_change({"eta": eta}, self._setting) if eta else "",
             fit=self._fit | (fit_content(self._fitted, scale) if self._fitted is not None else {}),
@@ -291,11 +294,11 @@ class Overlay:
 
 def _fit_key(setting: Setting) -> object:
     """Everything that a fit depends on."""
-    return setting.system, setting.eta, setting.omega1, setting.amplitude
+    return setting.system, setting.eta, setting.omega1, setting.amplitude, setting.initial
 
 
 def _reference_key(setting: Setting) -> object:
-    return *_fit_key(setting), setting.reference, setting.initial
+    return *_fit_key(setting), setting.reference
 
 
 def _key(setting: Setting) -> object:

@@ -2,13 +2,13 @@
 
 import { button, choose, element, emit, listen } from "../shared/dom.js";
 
-const PARTS = /[^]{1,1900}/gu; // the server accepts no longer texts; `u`: no surrogate pair is cut
-const PER_MESSAGE = 32; // parts; the server accepts no longer messages
+const PARTS = /[^]{1,1900}/g; // the server accepts no longer texts
+const PER_MESSAGE = 20; // parts; the server accepts no longer messages
 
 export function render({ model }) {
   const root = element("div", "choose");
   const field = element("input");
-  Object.assign(field, { type: "file", accept: ".csv,.txt,text/csv", hidden: true });
+  Object.assign(field, { type: "file", hidden: true });
   field.dataset.measurement = "";
   field.addEventListener("change", () => {
     const [file] = field.files;
@@ -30,7 +30,8 @@ export function render({ model }) {
 async function send(model, file) {
   model.send_msg({ file: { name: file.name, size: file.size } });
   if (file.size > model.largest) return; // the server says so
-  const parts = (await file.text()).match(PARTS) ?? [];
+  const bytes = new Uint8Array(await file.arrayBuffer()); // a character each: the server knows encodings and gzip
+  const parts = Array.from(bytes, (byte) => String.fromCharCode(byte)).join("").match(PARTS) ?? [];
   for (let i = 0; i < parts.length; i += PER_MESSAGE) {
     model.send_msg({ part: Object.fromEntries(parts.slice(i, i + PER_MESSAGE).map((part, k) => [String(k), part])) });
   }

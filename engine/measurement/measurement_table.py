@@ -1,0 +1,201 @@
+"""The table in the lines of a measurement file: its header, its rows, and what stands before and after them.
+
+Programs write titles above the header, units below it and words below the data. The first row of numbers shows what
+separates the columns. The header is the last row of words above it that names the time, or else the last one. Titles
+above the header are left out, and so are words below the data. A CalculiX file has a small table for each instant,
+which becomes a row with a column for each component and node.
+"""
+
+import csv
+import math
+import re
+from collections.abc import Iterator
+from typing import NamedTuple
+
+from .measurement_columns import is_units_row, name_and_unit, names_time, with_units
+
+MOST_TITLE_LINES = 200  # among which the first row of numbers is looked for
+_SEPARATOR = re.compile(r"sep=([;,\t |:])\s*", re.IGNORECASE)  # first line that spreadsheets write and read
+_DELIMITERS = (";", "\t", ",", " ")  # tried in this order: between the first two, a comma may be that of a decimal
+_BETWEEN_WORDS = re.compile(r"\s*[,;\t]\s*|\s+(?![\s\[(])")  # of a header above blanks: "x1 [mm]" is one
+_CALCULIX = re.compile(r"\s*[\w ]+\(([\w,]+)\) for set (\S+) and time\s+(\S+)\s*")
+_LABVIEW_TIME, _LABVIEW_UNITS = "X_Value", "Y_Unit_Label"
+
+
+class Table(NamedTuple):
+    """A file in cells.
+
+    Attributes
+    ----------
+    header : list of str
+        The names of the columns, or the first row of numbers where there are none.
+    where : str
+        The place of the header, such as "line 1".
+    rows : iterator of (int, list of str)
+        The rows of data, with the numbers of their lines.
+    delimiter : str
+        What separates the columns.
+    left_out : tuple of str
+        The lines before and after the table.
+    """
+
+    header: list[str]
+    where: str
+    rows: Iterator[tuple[int, list[str]]]
+    delimiter: str
+    left_out: tuple[str, ...] = ()
+
+
+def table_of(lines: list[str]) -> Table:
+    """Find the table in the lines of a file.
+
+    Raises
+    ------
+    ValueError
+        If there is no header, or, once the rows are read, one of them is not CSV.
+    """
+    if any(map(_CALCULIX.fullmatch, lines[:MOST_TITLE_LINES])):
+        return _calculix_table(lines)
+    # comments become empty lines, so that the others keep their numbers
+    texts = ["" if line.lstrip().startswith("#") else line.strip(" ") for line in lines]
+    start = next((i for i, text in enumerate(texts) if text), None)
+    named = _SEPARATOR.fullmatch(texts[start]) if start is not None else None
+    if named:
+        start = next((i for i in range(start + 1, len(texts)) if texts[i]), None)
+    if start is None:
+        raise ValueError("line 1: the file has no header; begin it with: time [s], x1 [mm], x2 [mm]")
+    data, delimiter = _first_numbers(texts, start, named[1] if named else "")
+    at = _header_line(texts, start, data, delimiter)
+    if at is None:
+        at, begin, where = data, data, f"line {data + 1} (no header)"
+        header = _commented_header(lines[:data], texts[data], delimiter) or cells_of(texts[data], delimiter)
+    else:
+        where = f"line {at + 1}"
+        header, begin = _with_units(texts, start, at, delimiter)
+    if not any(map(str.strip, header)):
+        raise ValueError(f"{where}: the header names no column; begin the file with: time [s], x1 [mm], x2 [mm]")
+    end = next((i for i in range(len(texts), begin, -1) if _has_number(texts[i - 1], delimiter)), len(texts))
+    left_out = (*_named_lines(texts, start, at), *_named_lines(texts, end, len(texts)))
+    return Table(header, where, _rows(texts[begin:end], begin, delimiter), delimiter, left_out)
+
+
+def number_in(cell: str, delimiter: str) -> float:
+    """Return the number in a cell; nan if there is none, or none that is finite."""
+    text = cell.strip()
+    if delimiter != "," and text.count(",") == 1 and "." not in text:
+        text = text.replace(",", ".")
+    try:
+        value = math.nan if "_" in text else float(text)  # Python alone reads 1_000 as a number
+    except ValueError:
+        return math.nan
+    return value if math.isfinite(value) else math.nan
+
+
+def is_number(cell: str, delimiter: str) -> bool:
+    """Whether a cell holds a finite number."""
+    return not math.isnan(number_in(cell, delimiter))
+
+
+def cells_of(text: str, delimiter: str) -> list[str]:
+    """The cells of one line, without empty last ones; in a line of words between blanks, a unit belongs to its name."""
+    if delimiter == " " and not _is_row_of_numbers(text.split(), delimiter):
+        return _BETWEEN_WORDS.split(text)
+    try:
+        return _without_empty_ends(next(csv.reader([text], delimiter=delimiter, skipinitialspace=True), []))
+    except csv.Error:
+        return [text]
+
+
+def _without_empty_ends(cells: list[str]) -> list[str]:
+    while cells and not cells[-1].strip():
+        cells.pop()
+    return cells
+
+
+def _has_number(text: str, delimiter: str) -> bool:
+    return any(is_number(cell, delimiter) for cell in cells_of(text, delimiter))
+
+
+def _is_row_of_numbers(cells: list[str], delimiter: str) -> bool:
+    """Whether each of two cells or more is a number or empty."""
+    filled = [cell for cell in cells if cell.strip()]
+    return len(filled) > 1 and all(is_number(cell, delimiter) for cell in filled)
+
+
+def _first_numbers(texts: list[str], start: int, named: str) -> tuple[int, str]:
+    """Where the first row of numbers is and what separates them; where there is none, the first line's separator."""
+    for i in range(start, min(start + MOST_TITLE_LINES, len(texts))):
+        for delimiter in named or _DELIMITERS:
+            cells = texts[i].split() if delimiter == " " else cells_of(texts[i], delimiter)
+            if _is_row_of_numbers(cells, delimiter):
+                return i, delimiter
+    return start, named or next((each for each in _DELIMITERS[:3] if each in texts[start]), ",")
+
+
+def _header_line(texts: list[str], start: int, data: int, delimiter: str) -> int | None:
+    """The line of the header; None if the data begin without one."""
+    if data == start:  # a row of numbers, or there is none in the file
+        return None if is_number(texts[start].split(delimiter)[0], delimiter) else start
+    words = [i for i in range(start, data) if texts[i] and not _has_number(texts[i], delimiter)]
+    named = [i for i in words if any(map(names_time, cells_of(texts[i], delimiter)))]
+    others = [i for i in words if not is_units_row(cells_of(texts[i], delimiter))]
+    found = (named or others or [start])[-1]
+    return None if is_number(cells_of(texts[found], delimiter)[0], delimiter) else found
+
+
+def _commented_header(lines: list[str], first: str, delimiter: str) -> list[str] | None:
+    """The header in the last comment before the data that names the time and has as many columns as they."""
+    for line in reversed(lines):
+        header = cells_of(line.strip(" #"), delimiter)
+        if len(header) == len(cells_of(first, delimiter)) and any(map(names_time, header)):
+            return header
+    return None
+
+
+def _with_units(texts: list[str], start: int, at: int, delimiter: str) -> tuple[list[str], int]:
+    """The header with the units of the row below it, and the line at which the data begin."""
+    header = cells_of(texts[at], delimiter)
+    if _LABVIEW_TIME in header:
+        header[header.index(_LABVIEW_TIME)] = "time [s]"
+        titles = [cells_of(text, delimiter) for text in texts[start:at]]
+        units = next((cells[1:] for cells in titles if cells and cells[0] == _LABVIEW_UNITS), [])
+        return header[:1] + with_units(header[1:], units), at + 1
+    below = next((i for i in range(at + 1, len(texts)) if texts[i]), None)
+    units = cells_of(texts[below], delimiter) if below is not None else []
+    if not is_units_row(units) or len(units) > len(header) or any(name_and_unit(cell)[1] for cell in header):
+        return header, at + 1
+    return with_units(header, units), below + 1
+
+
+def _named_lines(texts: list[str], begin: int, end: int) -> list[str]:
+    """What stands in these lines: the first of them, and their numbers; nothing if all are empty."""
+    filled = [i for i in range(begin, end) if texts[i]]
+    if len(filled) > 1:
+        return [f"{texts[filled[0]][:40]} … (lines {filled[0] + 1} to {filled[-1] + 1})"]
+    return [f"{texts[i][:40]} (line {i + 1})" for i in filled]
+
+
+def _rows(texts: list[str], begin: int, delimiter: str) -> Iterator[tuple[int, list[str]]]:
+    """Yield the number and the cells of every line that is not empty, without empty last cells."""
+    reader = csv.reader(texts, delimiter=delimiter, skipinitialspace=True, strict=True)
+    try:
+        for cells in reader:
+            if _without_empty_ends(cells):
+                yield begin + reader.line_num, cells
+    except csv.Error as problem:
+        raise ValueError(f"line {begin + reader.line_num}: not CSV: {problem}") from None
+
+
+def _calculix_table(lines: list[str]) -> Table:
+    """A column "vx 3" for each component and node, and a row for each instant."""
+    rows: dict[str, tuple[int, dict[str, str]]] = {}
+    components, row = [], {}
+    for number, line in enumerate(lines, 1):
+        if block := _CALCULIX.fullmatch(line):
+            components, time = block[1].split(","), block[3]
+            _, row = rows.setdefault(time, (number, {"time": time}))
+        elif len(cells := line.split()) == len(components) + 1:
+            row |= {f"{component} {cells[0]}": cell for component, cell in zip(components, cells[1:], strict=True)}
+    header = list(dict.fromkeys(name for _, row in rows.values() for name in row))
+    found = ((number, [row.get(name, "") for name in header]) for number, row in rows.values())
+    return Table(header, f"line {next(iter(rows.values()))[0]}", found, ",")
