@@ -75,8 +75,8 @@ class OneImpact(StudyView):
             "limits": [],
             "numbers": numbers,
             "hint": "Two bodies meet once, and no other force acts. K, D, the step, integrator, contact status and law "
-            "are those that are set; e under System is what was asked for. A click in the right figure sets the step. "
-            "Choose units under System to type kg and m/s.",
+            "are those that are set; e under System is what was asked for. A click in the right figure sets the step, "
+            "a row of the table the integrator and status. Choose units under System to type kg and m/s.",
         }
 
     def obstacle(self, setting: Setting) -> str:
@@ -275,7 +275,8 @@ def _scheme_table(result: PartialImpact) -> dict:
         }
         faults = ", ".join(f"{words} {percent(share)}" for words, share in shares.items() if share > 0)
         status = _STATUSES[one.method.status]
-        texts = name_of_integrator(one.method.integrator.name), status, _span(found.restitution), faults
+        e = _span(found.restitution).partition(",")[0]
+        texts = name_of_integrator(one.method.integrator.name), status, e, faults
         cells = [{"text": text} for text in texts]
         cells[0] |= {"open": name, "title": "Set this integrator and contact status"}
         rows.append({"mark": _mark(one, result.impact), "kind": status, "cells": cells})
