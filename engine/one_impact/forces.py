@@ -9,8 +9,8 @@ from ..drivers.alone import force_alone, parameters_alone
 from .forward import WithStep, impact, touches_of
 from .question import Impact
 
-LONGEST = 2.0  # contact times, after which a contact that has not ended is not followed further
-MOST = 1000  # steps that are given; of more, each second, third, …
+CONTACT_TIMES = 2.0  # after so many a contact that has not ended is not followed further
+MOST_GIVEN = 1000  # steps that are given; of more, each second, third, …
 
 
 class ForceCourse(NamedTuple):
@@ -57,14 +57,14 @@ def force_courses(
     """
     found = found or impact(question)
     wanted = question.without_step.restitution if asked is None else asked
-    u, until = question.units, LONGEST * question.contact_time
+    u, until = question.units, CONTACT_TIMES * question.contact_time
     known = np.isfinite(found.restitutions)
     off, touches, courses = np.abs(found.restitutions[known] - wanted), touches_of(question), {}
     for name, choose in (("best", np.argmin), ("worst", np.argmax)) if known.any() else ():
         k = choose(off)
         instant, e = float(found.instant[known][k]), float(found.restitutions[known][k])
         steps = math.ceil(until / question.time_step) + 1
-        every = math.ceil(steps / MOST)
+        every = math.ceil(steps / MOST_GIVEN)
         force = touches.force(instant, steps, every)
         time = (every * np.arange(len(force)) - instant) * question.time_step
         courses[name] = ForceCourse(instant, e, time, force * u.force)
