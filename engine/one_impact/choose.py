@@ -122,13 +122,13 @@ def largest_step(
         ends = found.ends(found.restitution)
         return not (found.code == BLOWN_UP).any() and all(abs(e - wanted) <= tolerance for e in ends)
 
-    fewest, seen = _last_that_holds(keeps, np.geomspace(*reversed(STEPS_RANGE), 1 + PER_DECADE * 3)), 0.0
+    fewest = _last_that_holds(keeps, np.geomspace(*reversed(STEPS_RANGE), 1 + PER_DECADE * 3))
     while fewest is not None:  # steps that fail recur with each step more in a contact: looked for more closely above
         near = np.arange(LOOK_ABOVE * fewest, fewest, -1.0 / PER_STEP)
-        closer = _last_that_holds(keeps, np.append(near[(seen < near) & (near < STEPS_RANGE[1])], fewest))
+        closer = _last_that_holds(keeps, np.append(near[near < STEPS_RANGE[1]], fewest))
         if closer == fewest:
             break
-        fewest, seen = closer, LOOK_ABOVE * fewest
+        fewest = closer
     if fewest is None:
         return None
     chosen = question.with_steps_per_contact(fewest)

@@ -55,7 +55,8 @@ def test_a_click_in_the_band_sets_the_step(visit):
 def test_a_click_anywhere_in_a_row_sets_its_integrator_and_contact_status(visit):
     explorer = complete(visit("?view=impact&eta=2.76&K=2500&D=8&steps=500"))
     rows = explorer.page.locator("section.branches-list tr").locator("visible=true")
-    rows.filter(has_text="Bathe").filter(has_text="end, iterated").locator("td").nth(2).click(force=True)  # the button of the row lies over it
+    cell = rows.filter(has_text="Bathe").filter(has_text="end, iterated").locator("td").nth(2)
+    cell.click(force=True)  # the button of the row lies over it
     explorer.wait_for_address(integrator="bathe", status="end", view="impact")
     complete(explorer)
     assert "Bathe; contact status iterated" in said(explorer)
