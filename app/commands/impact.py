@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from vibroscope.engine import Impact, WithStep
 
 SI = SystemFile(units=Units(omega1=1.0, m1=1.0, base_amplitude=1e3), has_units=True)  # in which numbers are counted
-OVER = {"steps-per-contact": (0.5, 100.0), "speed": (0.1, 10.0)}  # from where to where; of the speed: times this
+OVER = {"steps-per-contact": (0.5, 100.0), "speed": (0.1, 10.0), "time": ()}  # from where to where; speed: times this
 VALUES = 100  # of a band
 BAND = "restitution_least restitution_mean restitution_greatest penetration_m force_N without_solution two_solutions"
 BAND = (*BAND.split(), "blown_up", "stuck")
@@ -34,6 +34,7 @@ examples:
   vibroscope impact --mass '20 g' --permitted-penetration '0.1 mm' --restitution 0.7 --steps-per-contact 20 --bounds
   vibroscope impact --materials steel,pla --radius '10 mm' --law hunt-crossley --restitution 0.7
   vibroscope impact --K 1e6 --restitution 0.5 --integrator hht --over steps-per-contact=0.5:100 > band.csv
+  vibroscope impact --K 1e6 --restitution 0.5 --steps-per-contact 5 --over time > force.csv
 """
 
 
@@ -72,8 +73,9 @@ def add(command: OneLineParser) -> None:
     add("--schemes", action="store_true", help=words)
     words = "also from where to where around K and D the step is stable, gains no energy and has a solution"
     add("--bounds", action="store_true", help=words)
-    words = "print a band as CSV instead: steps-per-contact=A:B or speed=A:B, in 100 values"
-    add("--over", type=_over, metavar="NAME=A:B", help=words)
+    words = "print a band as CSV instead: steps-per-contact=A:B or speed=A:B, in 100 values; or time: the force over "
+    words += "time of the touches whose restitution is nearest to and farthest from what was asked, and without a step"
+    add("--over", type=_over, metavar="NAME[=A:B]", help=words)
     command.set_defaults(system=SI, steps=NO_STEPS, located=False)
 
 
@@ -83,6 +85,8 @@ def _over(text: str) -> tuple[str, float, float] | tuple[str]:
         raise argparse.ArgumentTypeError(f"{name[:40]!r} is neither of {', '.join(OVER)}: give {next(iter(OVER))}=A:B")
     if not given:
         return (name,)
+    if not OVER[name]:
+        raise argparse.ArgumentTypeError(f"{text[:60]!r}: {name} has no range, give {name} alone")
     low, mark, high = span.partition(":")
     ends = [number(end) for end in (low, high)] if mark else []
     if not ends or not 0 < ends[0] < ends[1] < float("inf"):
@@ -150,7 +154,7 @@ def run(options: argparse.Namespace) -> Report:
     if options.over:
         if options.json:
             raise ValueError("--over prints CSV: leave --json out")
-        return Report(_band(question, options))
+        return Report((_band if OVER[options.over[0]] else _forces)(question, options))
     return _report(question, options)
 
 
@@ -318,8 +322,8 @@ def _band(question: Impact, options: argparse.Namespace) -> Iterator[str]:
     name, *ends = options.over
     of_speed = name == "speed"
     low, high = ends or [end * (question.speed if of_speed else 1.0) for end in OVER[name]]
-    if of_speed and not question.time_step:
-        raise ValueError("--over speed needs a step: give --time-step or --steps-per-contact")
+    if of_speed:
+        _check_step(question, name)
     if not question.time_step:
         question = replace(question, method=_stepped(question, options), time_step=question.contact_time)
     values = np.geomspace(low, high, VALUES)
@@ -330,6 +334,25 @@ def _band(question: Impact, options: argparse.Namespace) -> Iterator[str]:
         row = value, *found.restitution, found.penetration, found.force, *shares
         out.writerow([f"{each:.9g}" for each in row])
     return iter(())
+
+
+def _forces(question: Impact, options: argparse.Namespace) -> Iterator[str]:
+    """The lines of the CSV: the force over time of the best and the worst touch, and of the contact without a step."""
+    from vibroscope.engine import force_courses
+
+    _check_step(question, "time")
+    out = csv.writer(sys.stdout, lineterminator="\n")
+    out.writerow(["touch", "instant", "restitution", "time_s", "force_N"])
+    for name, course in force_courses(question, options.restitution).items():
+        instant = "" if math.isnan(course.instant) else f"{course.instant:.9g}"
+        for row in zip(course.time, course.force, strict=True):
+            out.writerow([name, instant, *(f"{each:.9g}" for each in (course.restitution, *row))])
+    return iter(())
+
+
+def _check_step(question: Impact, name: str) -> None:
+    if not question.time_step:
+        raise ValueError(f"--over {name} needs a step: give --time-step or --steps-per-contact")
 
 
 def _stepped(question: Impact, options: argparse.Namespace):

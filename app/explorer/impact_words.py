@@ -15,7 +15,7 @@ def answer(question: Impact, asked: float, found: WithStep) -> str:
     return f"You asked for {restitution_text(asked)}; {given} {got}{shares_text(found)}."
 
 
-def advice(largest: LargestStep | None, tolerance: float, step: str = "") -> str:
+def advice(largest: LargestStep | None, tolerance: float, step: str | None = None) -> str:
     """From how many steps on the restitution is close; ``step`` is the largest in words, by default in seconds."""
     if largest is None:
         return f"No step down to 500 in a contact keeps it within {written(tolerance)}."

@@ -107,6 +107,8 @@ _MODEL_COLUMNS = {
     **{f"v{k}": ("velocity", f"velocity{k}") for k in (1, 2)},
     **{name: ("displacement", name) for name in ("spread", "scatter")},
     "longest_contact": ("time", "longest_contact"),
+    "tau": ("time", "time"),
+    "force": ("force", "force"),
 }
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -13,22 +13,24 @@ from vibroscope.app.explorer.compute import run_length
 from vibroscope.app.explorer.impact_words import schemes
 from vibroscope.app.runtime.cache import Cache
 from vibroscope.engine import (
+    ForceCourse,
     Impact,
     LargestStep,
     Reference,
     System,
     TimeStepping,
     WithStep,
+    force_courses,
     impact,
     largest_step,
-    over_steps,
     simulate,
 )
 from vibroscope.engine.one_impact.choose import CLOSE_TO_ASKED
+from vibroscope.engine.one_impact.instants import OUTLINE
 
 STEPS = np.geomspace(0.5, 100.0, 64)  # in a contact, of the band
 _AT_ONCE = 8  # of these, and of the rows of the table, between two pictures
-_FOUND, _SEARCHED, _BAND = 0.05, 0.3, 0.7  # of the work is done then
+_FOUND, _FOLLOWED, _SEARCHED, _BAND = 0.05, 0.1, 0.3, 0.7  # of the work is done then
 _CLOSING = Cache(32)  # speeds of the reference
 
 
@@ -77,6 +79,8 @@ class PartialImpact:
         D with which the contact gives what is asked for, without a step; nan where none does.
     found : WithStep
         With the step that is set.
+    forces : dict of str to ForceCourse
+        Of the best touch, the worst and the contact without a step.
     searched : bool
         Whether `largest` is known: None then says that no step is small enough.
     band : tuple of (float, WithStep)
@@ -91,6 +95,7 @@ class PartialImpact:
     impacts: int
     damping: float
     found: WithStep
+    forces: dict[str, ForceCourse] = field(default_factory=dict)
     largest: LargestStep | None = None
     searched: bool = False
     band: tuple[tuple[float, WithStep], ...] = ()
@@ -114,6 +119,10 @@ class PartialImpact:
         names = {"integrator": [each.integrator.name for each in methods], "status": [each.status for each in methods]}
         return {n: np.array(column) for n, column in names.items()} | columns_of([found for _, found in self.schemes])
 
+    def over_time(self) -> dict[str, dict[str, np.ndarray]]:
+        """The force over time of each of `forces`."""
+        return {name: {"tau": each.time, "force": each.force} for name, each in self.forces.items()}
+
     def data(self) -> dict[str, object]:
         """The numbers so far, without dimension."""
         one, largest = self.impact, self.largest
@@ -127,6 +136,7 @@ class PartialImpact:
             "restitution": self.found.restitution._asdict(),
             "largest_step": np.nan if largest is None else largest.step,
             "over_instants": self.instants(),
+            "force_over_time": self.over_time(),
             "over_steps": self.over_steps(),
             "schemes": self.of_schemes(),
         }
@@ -144,20 +154,25 @@ def columns_of(found: list[WithStep] | tuple[WithStep, ...]) -> dict[str, np.nda
 def grow_impact(
     question: ImpactQuestion, last: PartialImpact | None, cancelled: Callable[[], bool]
 ) -> Iterator[PartialImpact]:
-    """The answer, the largest step, the band, the table. Raises `Cancelled`, and ValueError as `ImpactQuestion.at`."""
+    """The answer, the forces, the largest step, the band, the table; raises as `_answer`, and ends if cancelled."""
     result = last or _answer(question, cancelled)
     yield result
+    if not result.forces:
+        forces = force_courses(result.impact, question.restitution, result.found)
+        result = replace(result, forces=forces, share=_FOLLOWED)
+        yield result
     if not result.searched:
-        largest = largest_step(result.impact, CLOSE_TO_ASKED, question.restitution)
+        largest = largest_step(result.impact, CLOSE_TO_ASKED, question.restitution, cancelled)
         result = replace(result, largest=largest, searched=True, share=_SEARCHED)
         yield result
-    while (known := len(result.band)) < len(STEPS):
+    for steps in STEPS[len(result.band) :]:
         if cancelled():
             return
-        more = over_steps(result.impact, STEPS[known : known + _AT_ONCE])
-        share = _SEARCHED + (_BAND - _SEARCHED) * known / len(STEPS)
-        result = replace(result, band=(*result.band, *more), share=share)
-        yield result
+        more = float(steps), impact(result.impact.with_steps_per_contact(steps), OUTLINE)
+        result = replace(result, band=(*result.band, more))
+        if (known := len(result.band)) % _AT_ONCE == 0:
+            result = replace(result, share=_SEARCHED + (_BAND - _SEARCHED) * known / len(STEPS))
+            yield result
     if result.share < 1:
         rows = []
         for row in schemes(result.impact):
@@ -165,7 +180,7 @@ def grow_impact(
             if cancelled():
                 return
             if len(rows) % _AT_ONCE == 0:
-                yield replace(result, schemes=tuple(rows), share=_BAND)
+                yield replace(result, schemes=tuple(rows))
         yield replace(result, schemes=tuple(rows), share=1.0)
 
 

@@ -32,6 +32,7 @@ from .time_stepping import linear_scheme
 MOST_STEPS = 10_000  # of high order, in a contact
 LOOKS = 8  # at depth and force within a step of high order, to find the largest
 SHARES = np.linspace(0.0, 1.0, LOOKS + 1)
+DRAWN = 200  # instants of a contact that is drawn
 NEARINGS = 32  # of a largest value: more would compare its rounding
 MOST_SOLVES = 1_000_000  # of a located contact
 MOST_CYCLES, FEWEST_STEPS = 5, 200  # of a contact with a step: cycles of its spring, and steps, after which it stays
@@ -84,15 +85,7 @@ def restitution_alone(p: Parameters, closing: float = 1.0) -> float:
 
 def course_alone(p: Parameters) -> Course:
     """Follow a contact alone that begins with a closing speed of one."""
-    gain, steps = uncompiled(gain_at)(p, 1.0), list(_steps_alone(p, 1.0))
-    begins = np.cumsum([0.0] + [step[2] for step in steps])
-
-    def depth_and_force(t):
-        k = min(int(np.searchsorted(begins, t, "right")), len(steps)) - 1
-        system, a, *_ = steps[k]
-        _, _, gap, rate = law_integrate.law_motion(system, a, (0.0,) * 6, t - begins[k])
-        return -gap, law_force(p.law, p.stiffness, gain, p.exponent, p.penetration, p.stiffening, -gap, -rate)
-
+    begins, opens, after, depth_and_force = _motion_alone(p)
     times = np.unique(np.concatenate([begins[:-1] + share * np.diff(begins) for share in SHARES]))
     seen = np.array([depth_and_force(t) for t in times])
     largest = []
@@ -100,8 +93,32 @@ def course_alone(p: Parameters) -> Course:
         ends = times[max(best - 1, 0)], times[min(best + 1, len(times) - 1)]
         found = _largest_between(lambda t, which=which: depth_and_force(t)[which], *ends)
         largest.append(max(0.0, float(seen[best, which]), found))
-    *_, after, opens = steps[-1]
     return Course(after.rate if opens else 0.0, *largest, float(begins[-1]) if opens else math.inf)
+
+
+def force_alone(p: Parameters, until: float) -> tuple[np.ndarray, np.ndarray]:
+    """Instants after touch and the force then, (n,) each, of the same contact until it opens, or until a time."""
+    begins, opens, _, depth_and_force = _motion_alone(p)
+    until = min(until, begins[-1])
+    times = np.linspace(0.0, until, DRAWN)
+    force = np.array([depth_and_force(t)[1] for t in times])
+    ends = [until] if opens and until == begins[-1] else []  # it jumps there, and at touch, where a damper acts
+    return np.concatenate([[0.0], times, ends]), np.concatenate([[0.0], force, np.zeros(len(ends))])
+
+
+def _motion_alone(p: Parameters) -> tuple[np.ndarray, bool, HybridState, Callable[[float], tuple[float, float]]]:
+    """Where steps of high order begin and the last ends; whether and how the gap opens; depth and force over time."""
+    gain, steps = uncompiled(gain_at)(p, 1.0), list(_steps_alone(p, 1.0))
+    begins = np.cumsum([0.0] + [step[2] for step in steps])
+
+    def depth_and_force(t: float) -> tuple[float, float]:
+        k = min(int(np.searchsorted(begins, t, "right")), len(steps)) - 1
+        system, a, *_ = steps[k]
+        _, _, gap, rate = law_integrate.law_motion(system, a, (0.0,) * 6, t - begins[k])
+        return -gap, law_force(p.law, p.stiffness, gain, p.exponent, p.penetration, p.stiffening, -gap, -rate)
+
+    *_, after, opens = steps[-1]
+    return begins, opens, after, depth_and_force
 
 
 def _steps_alone(p: Parameters, closing: float) -> Iterator[tuple[LawSystem, HybridState, float, HybridState, bool]]:
@@ -178,8 +195,7 @@ class Touches:
 
         ``instants``: (n,), of touch, in steps after one, from 0 to 1.
         """
-        t = instants * self.step
-        starts = np.column_stack([t + 0.5 * self.flight * t * t, -(1.0 + self.flight * t)])
+        starts = self._starts(instants)
         found = np.zeros((len(starts), FOUND))
         if self._located is None:
             run_touches(self._scheme, ONE, starts, self.flight, self._most, self._work, self._nothing, found)
@@ -188,8 +204,42 @@ class Touches:
                 self._run_located(start, row)
         return found
 
+    def force(self, instant: float, most: int, every: int = 1) -> np.ndarray:
+        """The force after each step, or each so many, until the bodies part, from that before touch on, (n,).
+
+        ``most``: steps that are followed. The forces are those of whose greatest `run` tells.
+        """
+        start = self._starts(np.array([instant]))[0]
+        if self._located is not None:
+            return self._follow_located(start)[1][: most + 1 : every, 4]
+        y = np.zeros(linear_step.STATE_ROWS)
+        y[1], y[3], y[5] = self._scheme.system.touch + start[0], start[1], self.flight
+        progress = linear_step.StepProgress(0, False, 0, 0, 0, uncompiled(no_contact)())
+        state = linear_step.STATE.pack(linear_step.LinearState(y, progress))
+        window, forces = np.ones(3, np.int64), [0.0]
+        for stop in range(every, min(most, self._most) + 1, every):
+            code = linear_step.integrate_linear(self._scheme, ONE, state, self._work, stop, window, self._nothing)
+            y, at = linear_step.STATE.read(state)
+            forces.append(float(y[linear_step.FORCE]))
+            if code != OK or (at.step > 1 and at.status == 0 and not at.pressed and y[3] > y[2]):
+                break
+        return np.array(forces)
+
+    def _starts(self, instants: np.ndarray) -> np.ndarray:
+        """Gap and its rate at the last step before each touch, (n, 2)."""
+        t = instants * self.step
+        return np.column_stack([t + 0.5 * self.flight * t * t, -(1.0 + self.flight * t)])
+
     def _run_located(self, start: np.ndarray, row: np.ndarray) -> None:
         """One contact whose steps are cut where it changes: over when the gap opens."""
+        now, samples, over, code = self._follow_located(start)
+        row[SPEED], row[GAP], row[STEPS] = now.u, now.g, now.step
+        row[DEPTH] = max(0.0, np.max(samples[:, 0] - samples[:, 2]))
+        row[PUSH], row[touches.PULL] = max(0.0, samples[:, 4].max()), min(0.0, samples[:, 4].min())
+        row[CODE] = PARTED if over else BLOWN_UP if code == DIVERGED else STUCK
+
+    def _follow_located(self, start: np.ndarray) -> tuple[located.LocatedState, np.ndarray, bool, int]:
+        """The state after the contact, a sample of each step, (n, 5), whether it is over, and how the run ended."""
         state = located.STATE.pack(
             located.LocatedState(
                 x=0.0,
@@ -213,8 +263,4 @@ class Touches:
             self._located, self._forces, state, self._most, MOST_SOLVES, window, buffers.flat, buffers.sizes
         )
         now, samples, over = located.STATE.read(state), buffers.views.samples, buffers.views.used[1] > 0
-        samples = samples[: now.step + 1]
-        row[SPEED], row[GAP], row[STEPS] = now.u, now.g, now.step
-        row[DEPTH] = max(0.0, np.max(samples[:, 0] - samples[:, 2]))
-        row[PUSH], row[touches.PULL] = max(0.0, samples[:, 4].max()), min(0.0, samples[:, 4].min())
-        row[CODE] = PARTED if over else BLOWN_UP if code == DIVERGED else STUCK
+        return now, samples[: now.step + 1], over, code

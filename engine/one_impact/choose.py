@@ -11,7 +11,9 @@ from ..checks import require
 from ..drivers.alone import BLOWN_UP, parameters_alone
 from ..drivers.step_maps import bodies_of, is_stable
 from ..methods import DAMPING_RANGE, STIFFNESS_RANGE
-from .forward import GAINED, WithStep, impact, outline
+from ..result import Cancelled
+from .forward import GAINED, WithStep, impact, outline, touches_of
+from .instants import ROUGH, over_instants
 from .question import Impact
 
 STEPS_RANGE = (0.25, 500.0)  # steps per contact among which the fewest are sought
@@ -21,6 +23,7 @@ LOOK = 1e3  # times a value, and that part of it, within which its bounds are so
 SEEK = 10.0  # times K, from one bracket of a permitted penetration or force to the next
 CLOSE_TO_ASKED = 0.05  # of the restitution
 HALVED_TO = 1e-4  # relative, of what is found by halving
+SURE = 2e-3  # of the restitution: closer to a bound than this, a rough look over the instants does not decide
 
 
 def over_steps(question: Impact, steps: Sequence[float] | np.ndarray) -> Iterator[tuple[float, WithStep]]:
@@ -61,7 +64,12 @@ class LargestStep(NamedTuple):
     verified: WithStep  # with this step
 
 
-def largest_step(question: Impact, tolerance: float = CLOSE_TO_ASKED, asked: float | None = None) -> LargestStep | None:
+def largest_step(
+    question: Impact,
+    tolerance: float = CLOSE_TO_ASKED,
+    asked: float | None = None,
+    cancelled: Callable[[], bool] | None = None,
+) -> LargestStep | None:
     """The largest step for which e stays within a tolerance of what was asked, whatever the instant of touch.
 
     All smaller steps down to 500 in a contact keep to it as well, as far as those tried show.
@@ -75,6 +83,8 @@ def largest_step(question: Impact, tolerance: float = CLOSE_TO_ASKED, asked: flo
         Of the restitution, above 0.
     asked : float, optional
         The restitution that was asked for; by default what the contact gives without a step.
+    cancelled : callable, optional
+        Polled for each step that is tried; when it returns true the search is cancelled.
 
     Returns
     -------
@@ -85,6 +95,8 @@ def largest_step(question: Impact, tolerance: float = CLOSE_TO_ASKED, asked: flo
     ------
     ValueError
         If the tolerance is not positive.
+    Cancelled
+        If ``cancelled`` returned true.
 
     Examples
     --------
@@ -97,7 +109,16 @@ def largest_step(question: Impact, tolerance: float = CLOSE_TO_ASKED, asked: flo
     wanted = question.without_step.restitution if asked is None else asked
 
     def keeps(steps: float) -> bool:
-        found = outline(question.with_steps_per_contact(steps))
+        if cancelled is not None and cancelled():
+            raise Cancelled
+        tried = question.with_steps_per_contact(steps)
+        rough = over_instants(touches_of(tried), ROUGH)
+        off = np.nanmax(np.abs(rough.restitution - wanted), initial=0.0)
+        if off > tolerance or (rough.code == BLOWN_UP).any():
+            return False
+        if off < tolerance - SURE:
+            return np.isfinite(rough.restitution).any()
+        found = outline(tried)
         ends = found.ends(found.restitution)
         return not (found.code == BLOWN_UP).any() and all(abs(e - wanted) <= tolerance for e in ends)
 

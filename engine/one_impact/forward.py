@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..drivers.alone import BLOWN_UP, STUCK, UNSOLVED, Touches, parameters_alone
-from .instants import OUTLINE, Instants, over_instants
+from .instants import FULL, OUTLINE, Fineness, Instants, over_instants
 from .question import Impact
 
 GAINED = 1e-9  # restitution beyond one that is not rounding
@@ -60,13 +60,15 @@ class WithStep:
     restitutions: np.ndarray
 
 
-def impact(question: Impact) -> WithStep:
+def impact(question: Impact, fineness: Fineness = FULL) -> WithStep:
     """Solve a contact with its step, over all instants of touch.
 
     Parameters
     ----------
     question : Impact
         Of a method with a time step; without one: :attr:`Impact.without_step`.
+    fineness : Fineness
+        `OUTLINE` for a curve of many of them, whose restitutions and shares alone are used.
 
     Raises
     ------
@@ -83,7 +85,7 @@ def impact(question: Impact) -> WithStep:
     """
     if not question.time_step:
         raise ValueError("the question has no time step: give one, or ask for what the contact gives without_step")
-    found, u = over_instants(touches_of(question)), question.units
+    found, u = over_instants(touches_of(question), fineness), question.units
     e = found.restitution
     known = np.isfinite(e)
     depth, force, steps = (np.where(known, each, np.nan) for each in (found.depth, found.force, found.steps))

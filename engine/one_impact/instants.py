@@ -28,6 +28,7 @@ class Fineness(NamedTuple):
 
 FULL = Fineness((SPEED, DEPTH, PUSH), 1e-6, EDGE)
 OUTLINE = Fineness((SPEED,), 1e-4, 1e-7)  # for a search, which asks for the restitution alone
+ROUGH = Fineness((SPEED,), 1e-4, 1e-3)  # … and where that is far from a bound
 MANY, SHORT = 200, 1e-6  # pieces sought at once, beyond which those so short are left: rounding decides there
 MOST = 1000  # … beyond which all are: contacts so long that each instant has another course
 SAME = [STEPS, NONE, TWO, CODE]  # along a piece

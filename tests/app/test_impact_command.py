@@ -4,6 +4,7 @@ import csv
 import io
 import json
 
+import numpy as np
 import pytest
 
 from .command_line import run_command
@@ -69,6 +70,20 @@ def test_bands_are_csv(capsys):
     assert float(rows[-1]["force_N"]) == pytest.approx(100 * float(rows[0]["force_N"]), rel=1e-6)
 
 
+def test_forces_over_time_are_csv(capsys):
+    words = (*KV, "--restitution", "0.5", "--steps-per-contact", "5", "--over", "time")
+    rows = list(csv.DictReader(io.StringIO(run_command(capsys, "impact", *words)[1])))
+    courses = {name: [row for row in rows if row["touch"] == name] for name in ("best", "worst", "exact")}
+    assert float(courses["worst"][0]["restitution"]) == pytest.approx(0.234, abs=1e-3)
+    assert courses["exact"][0]["instant"] == ""
+    assert max(float(row["force_N"]) for row in courses["exact"]) == pytest.approx(816.4, abs=0.1)
+    for name, course in courses.items():
+        times, forces = ([float(row[key]) for row in course] for key in ("time_s", "force_N"))
+        e = float(course[0]["restitution"])
+        wanted = pytest.approx(1 + e, rel=1e-6 if name != "exact" else 1e-3)  # 1 kg at 1 m/s
+        assert np.trapezoid(forces, times) == wanted
+
+
 def test_k_follows_from_what_is_permitted(capsys):
     words = ("--mass", "20 g", "--restitution", "0.7", "--steps-per-contact", "30")
     found = answered(capsys, *words, "--permitted-penetration", "0.1 mm")
@@ -118,6 +133,8 @@ def test_bounds_stand_around_k_and_the_damper(capsys):
         (("--K", "1e6", "--D", "3", "--over", "mass=1:2"), "neither of steps-per-contact, speed"),
         (("--K", "1e6", "--D", "3", "--over", "speed=2:1"), "0 < A < B"),
         (("--K", "1e6", "--D", "3", "--over", "speed"), "needs a step"),
+        (("--K", "1e6", "--D", "3", "--over", "time"), "--over time needs a step"),
+        (("--K", "1e6", "--D", "3", "--over", "time=0:1"), "time has no range, give time alone"),
         (("--K", "1e6", "--D", "3", "--over", "steps-per-contact", "--json"), "leave --json out"),
         (("--K", "1e6", "--D", "3", "--speed", "0"), "closing_speed = 0"),
     ],

@@ -9,11 +9,12 @@ import pytest
 from bokeh.events import Tap
 from vibroscope.app.commands.cli import main
 from vibroscope.app.explorer.state import Setting
+from vibroscope.app.export.tables import table_in_units
 from vibroscope.app.page.impact.tab import OneImpact, offers_of
 from vibroscope.app.page.tab import Move
 from vibroscope.app.studies.one_impact import STEPS, grow_impact
 from vibroscope.app.studies.study_job import RESULTS
-from vibroscope.engine import impact, simulate, written
+from vibroscope.engine import Cancelled, impact, simulate, written
 from vibroscope.engine.one_impact.choose import CLOSE_TO_ASKED
 
 from .fakes import FakeHost, send
@@ -34,17 +35,26 @@ def grown(setting=SETTING, **chosen):
     return list(grow_impact(question(setting, **chosen), None, lambda: False))
 
 
-def test_the_answer_comes_first_then_the_largest_step_the_band_and_the_table():
+def test_the_answer_comes_first_then_the_forces_the_largest_step_the_band_and_the_table():
     results = grown()
-    first, second, last = results[0], results[1], results[-1]
-    assert (first.searched, len(first.band), len(first.schemes)) == (False, 0, 0)
-    assert second.searched
+    first, second, third, last = *results[:3], results[-1]
+    assert (first.searched, len(first.forces), len(first.band), len(first.schemes)) == (False, 0, 0, 0)
+    assert (second.searched, [*second.forces]) == (False, ["best", "worst", "exact"])
+    assert (third.searched, len(third.band)) == (True, 0)
     assert [result.share for result in results] == sorted(result.share for result in results)
     assert (last.share, len(last.band)) == (1, len(STEPS))
     assert {one.method.status for one, _ in last.schemes} == {"start", "end", "located"}
     assert list(grow_impact(last.question, last, lambda: False)) == [last]
-    part = results[3]
-    assert len(list(grow_impact(part.question, part, lambda: False))) == len(results) - 3  # it goes on from there
+    part = results[4]
+    assert len(list(grow_impact(part.question, part, lambda: False))) == len(results) - 4  # it goes on from there
+
+
+def test_the_next_move_ends_what_the_answer_has_left_to_search_for():
+    asked, polls = question(SETTING), []
+    growing = grow_impact(asked, None, lambda: len(polls) > 3 or polls.append(1))
+    assert [result.searched for result in (next(growing), next(growing))] == [False, False]
+    with pytest.raises(Cancelled):
+        next(growing)
 
 
 def test_by_default_bodies_meet_as_those_of_the_reference():
@@ -148,8 +158,49 @@ def test_the_figures_and_the_table_are_those_of_the_result(shown):
     assert [cell["text"] for cell in mine["cells"][:2]] == ["Newmark", "start of the step"]
     assert len(rows) == len(tab.result.schemes)
     for figure in tab.figures():
-        (series,) = tab.table(figure.name)
-        assert len({len(column) for column in series.columns.values()}) == 1
+        for series in tab.table(figure.name):
+            assert len({len(column) for column in series.columns.values()}) == 1
+
+
+@pytest.mark.parametrize("units", ["none", "si"])
+def test_the_forces_of_the_best_and_the_worst_touch_and_without_a_step_are_drawn_and_named(shown, units):
+    setting = SETTING._replace(units=units, omega1=100.0, m1=2.0, amplitude=1.0)
+    tab, _ = shown(setting)
+    e, plot = tab.result.found.restitution, tab.view.figures[2]
+    said = {item.label.value for item in plot.legend[0].items}
+    worst = max(e.least, e.greatest, key=lambda each: abs(each - 0.5))
+    assert any(text.startswith("best touch: t/Δτ ") for text in said)
+    assert any(text.startswith("worst touch: t/Δτ ") and text.endswith(f"e {worst:.2f}") for text in said)
+    assert f"without a step: e {tab.result.impact.without_step.restitution:.2f}" in said
+    force, time = (1.0, 1.0) if units == "none" else (2.0 * 100.0**2 * 1e-3, 0.01)
+    drawn = tab.view.forces["exact"].data
+    assert drawn["force"].max() == pytest.approx(force * tab.result.impact.without_step.force, rel=1e-3)
+    assert drawn["time"][-1] == pytest.approx(time * tab.result.impact.without_step.time, rel=1e-5)
+    assert plot.yaxis[0].axis_label.endswith("/ N" if units == "si" else "/ (k₁A)")
+    tables = table_in_units(tab.table("impact_force"), setting.scale)
+    assert [series.label for series in tables] == ["best touch", "worst touch", "without a step"]
+    assert [*tables[0].columns] == (["time [s]", "force [N]"] if units == "si" else ["tau", "force"])
+
+
+def test_a_row_of_the_table_sets_its_integrator_and_contact_status(shown):
+    tab, host = shown()
+    rows = {row["cells"][0]["open"]: row["cells"] for row in tab.list.points["rows"]}
+    assert [cell["text"] for cell in rows["bathe located"][:2]] == ["Bathe", "step cut at contact"]
+    for name in ("bathe end", "bathe located", "nothing"):
+        send(tab.list, {"open": name})
+    assert host.settings == [
+        {"integrator": "bathe", "status": "end", "located": "no"},
+        {"integrator": "bathe", "status": "start", "located": "yes"},
+    ]
+    for texts, status in zip(host.settings, ("end", "located"), strict=True):
+        method = question(SETTING._replace(**texts)).method
+        assert (method.integrator.name, method.status) == ("bathe", status)
+
+
+def test_a_k_and_d_that_give_something_else_whatever_the_step_are_named():
+    setting = SETTING._replace(D=100.0)
+    said = {head: str(text) for head, text in OneImpact(FakeHost()).describe(setting, grown(setting)[0])}
+    assert "No step makes up for K and D, which give 0.00 without one: take another D over." in said["Answer"]
 
 
 def test_fields_and_sentences_are_in_the_units_that_are_shown(shown):

@@ -18,6 +18,7 @@ from vibroscope.engine import (
     SemiImplicitEuler,
     TimeStepping,
     damping_bounds,
+    force_courses,
     hertz_stiffness,
     impact,
     largest_step,
@@ -216,6 +217,34 @@ def test_shares_of_touches_that_end_otherwise():
     assert 0.01 < jumps.without_solution < 0.2
     assert 0.01 < jumps.two_solutions < 0.2
     assert impact(question(e=1.0, steps=8.0)).gained > 0.2  # contact is felt late: energy is gained
+
+
+@pytest.mark.parametrize(
+    "choices",
+    [{}, {"status": "end"}, {"status": "located"}, {"integrator": CentralDifference()}, {"law": "hunt-crossley"}],
+)
+def test_the_forces_over_time_change_the_momentum_by_what_the_bodies_part_with(choices):
+    asked = question(steps=7.0, **choices)
+    found, courses = impact(asked), force_courses(asked)
+    assert [*courses] == ["best", "worst", "exact"]
+    off = {name: abs(course.restitution - 0.5) for name, course in courses.items()}
+    assert off["worst"] == pytest.approx(np.nanmax(abs(found.restitutions - 0.5)))
+    assert off["best"] == pytest.approx(np.nanmin(abs(found.restitutions - 0.5)))
+    for name, course in courses.items():
+        if name == "exact" or choices.get("status") != "located":  # that has forces between its samples
+            impulse = np.trapezoid(course.force, course.time)
+            assert impulse == pytest.approx(M * V * (1 + course.restitution), rel=1e-9 if name != "exact" else 2e-4)
+        assert course.force.max() <= max(found.force, asked.without_step.force) * (1 + 1e-9)
+    assert courses["worst"].time[0] == -courses["worst"].instant * asked.time_step
+    assert courses["exact"].time[-1] == pytest.approx(asked.without_step.time)
+
+
+def test_forces_of_contacts_that_blow_up_stay_or_have_many_steps():
+    assert [*force_courses(question(steps=0.4))] == ["exact"]
+    sticky = question().with_contact(damping=3 * math.sqrt(K * M)).with_steps_per_contact(20.0)
+    for course in force_courses(sticky).values():
+        assert course.time[-1] <= 2.1 * sticky.contact_time
+    assert all(len(course.time) <= 1002 for course in force_courses(question(steps=5000.0)).values())
 
 
 # --- backwards --------------------------------------------------------------------------------------------------------

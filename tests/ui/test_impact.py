@@ -26,6 +26,7 @@ def test_one_sentence_answers_for_another_speed_too_and_the_step_is_taken_over(v
     assert "You asked for 0.50; with 9.69 steps in a contact you get" in said(explorer)
     assert "impacts of the reference" in said(explorer)
     assert len(explorer.source("impact_over_steps")["steps"]) == 64
+    assert max(explorer.source("impact_force_worst")["force"]) > max(explorer.source("impact_force_exact")["force"])
     explorer.page.evaluate(AXE)
     assert serious(explorer.page) == []
     speed = explorer.page.locator(".study input[name=speed]")
@@ -49,3 +50,34 @@ def test_a_click_in_the_band_sets_the_step(visit):
     explorer = complete(visit("?view=impact&eta=2.76&K=2500&D=8&steps=500"))
     explorer.page.mouse.click(*place(explorer, "impact_band", 50, 0.8))
     wait_until(lambda: 2400 < int(explorer.address()["steps"]) < 2800, what="fifty steps in a contact")
+
+
+def test_a_click_anywhere_in_a_row_sets_its_integrator_and_contact_status(visit):
+    explorer = complete(visit("?view=impact&eta=2.76&K=2500&D=8&steps=500"))
+    rows = explorer.page.locator("section.branches-list tr").locator("visible=true")
+    cell = rows.filter(has_text="Bathe").filter(has_text="end, iterated").locator("td").nth(2)
+    cell.click(force=True)  # the button of the row lies over it
+    explorer.wait_for_address(integrator="bathe", status="end", view="impact")
+    complete(explorer)
+    assert "Bathe; contact status iterated" in said(explorer)
+    chosen = rows.filter(has=explorer.page.locator(".mark:text('◆')"))
+    assert "end, iterated" in chosen.inner_text()
+
+
+def test_nobody_needs_a_system_to_get_the_step_of_a_contact_in_seconds(visit):
+    explorer = visit("")
+    explorer.open_tab("One impact")
+    explorer.unfold("System")
+    explorer.page.get_by_role("radio", name="SI", exact=True).check()
+    explorer.wait_for_address(units="si")
+    for name, text in (("mass", "1 kg"), ("speed", "1 m/s")):
+        field = explorer.page.locator(f".study input[name={name}]")
+        field.fill(text)
+        field.press("Enter")
+    explorer.type("K", "1e6 N/m")
+    explorer.type("D", "430.9 N s/m")
+    wait_until(lambda: "Restitution 0.5;" in said(explorer), what="the damper of 0.5")
+    complete(explorer)
+    assert "Reduced mass 1 kg, closing speed 1 m/s" in said(explorer)
+    assert "From 18 steps on it stays within 0.05: a step of at most T/" in said(explorer)
+    assert " = 178.9 µs." in said(explorer)

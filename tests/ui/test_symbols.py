@@ -41,7 +41,7 @@ OPEN = """() => {
 SYMBOL = re.compile(r"[ηκξτεωμσζλΩΔ]|(?<![\w.])(?:2?[KDTA]|[efxtd][₁₂₃]?)(?![\w.])")
 NAME = re.compile(r"[A-Za-z]{4,}")
 NAMES = {"mm-t-s", "K and D"}  # a system of units, and a part of the difference
-OF_FIGURES = {"bifurcation": 2, "plane": 2, "basin": 2, "step": 4, "code": 2, "speed": 1, "impact": 2, "peaks": 2}
+OF_FIGURES = {"bifurcation": 2, "plane": 2, "basin": 2, "step": 4, "code": 2, "speed": 1, "impact": 3, "peaks": 2}
 STARTED = "direction:own;start_v2:0.0467"  # 5 mm/s in Aω₁
 FIELDS = {  # a part of each name: unit in mm-t-s, and what a number without dimension is a multiple of
     "penalty stiffness": ("N/mm", "k₁"),

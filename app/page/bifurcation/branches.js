@@ -86,7 +86,7 @@ function line({ mark, kind, cells }, heads, open) {
       const made = button(text, "", () => open(name));
       made.title = title ?? "Open this motion in Explore";
       made.dataset.open = name;
-      made.setAttribute("aria-label", `${cells.map((each) => each.text).filter(Boolean).join(", ")}: open in Explore`);
+      made.setAttribute("aria-label", [...cells.map((each) => each.text).filter(Boolean), made.title].join(", "));
       cell.append(made);
     } else cell.append(text);
     return cell;

@@ -16,13 +16,14 @@ from vibroscope.app.explorer.state import Setting
 from vibroscope.app.export.formats import Figure, Series
 from vibroscope.app.export.scripts import impact_command, impact_python
 from vibroscope.app.page.bifurcation.branches import BranchPanel
-from vibroscope.app.page.impact.figure import LEGENDS, ImpactView
+from vibroscope.app.page.impact.figure import AXES, LEGENDS, ImpactView
 from vibroscope.app.page.study.tab import StudyView
 from vibroscope.app.runtime.number_text import print_number
 from vibroscope.app.studies.one_impact import ImpactQuestion, PartialImpact, Run, grow_impact
 from vibroscope.engine import Impact, counted, percent, written
 from vibroscope.engine.facts import Amount, Statement, message_of, sentence, stated
 from vibroscope.engine.one_impact.choose import CLOSE_TO_ASKED
+from vibroscope.engine.units import time_text
 
 _TYPED = {  # symbol, meaning, quantity, what one of it is without units
     "mass": ("m*", "reduced mass; 0: of the bodies", "mass", "m₁"),
@@ -42,22 +43,21 @@ class OneImpact(StudyView):
     starts = True
     grow = staticmethod(grow_impact)
     chosen = {"mass": 0.0, "speed": 0.0}  # noqa: RUF012 - read only
-    axes = {"instant": LINEAR, "steps": LOGARITHMIC, "restitution": LINEAR}  # noqa: RUF012 - read only
+    axes = {name: LOGARITHMIC if name == "steps" else LINEAR for name in AXES}  # noqa: RUF012 - read only
     legends = {name: tuple(entries) for name, entries in LEGENDS.items()}  # noqa: RUF012 - read only
     pictures = (
         Figure("impact_instant", "Restitution over the instant", "Restitution over the instant of touch in a step."),
         Figure("impact_band", "Restitution over the steps", "Least to greatest restitution over steps in a contact."),
+        Figure("impact_force", "Contact force over time", "Force of the best and the worst touch, and without a step."),
         Figure("impact_schemes", "Integrators", "The same contact with each integrator and status.", drawn=False),
     )
 
     def build(self) -> pn.viewable.Viewable:
-        """Two figures, the panel, and two tables below."""
+        """Three figures, the panel, and two tables in the fourth quarter."""
         self.view = ImpactView(self._set_steps)
-        page = self.lay_out(*(self.stretch(plot) for plot in self.view.figures))
-        for cell in self.cells:
-            cell.css_classes = [*cell.css_classes, "tall"]
+        page = self.lay_out(*(self.stretch(plot) for plot in self.view.figures), classes=("halves", "impact"))
         self.list = BranchPanel(label="What to take over, and other integrators", visible=False)
-        self.list.css_classes = ["cell", "wide"]
+        self.list.css_classes = ["cell", "rows"]
         self.list.on_msg(lambda event: self._receive(event.data))
         page.append(self.list)
         return page
@@ -75,8 +75,8 @@ class OneImpact(StudyView):
             "limits": [],
             "numbers": numbers,
             "hint": "Two bodies meet once, and no other force acts. K, D, the step, integrator, contact status and law "
-            "are those that are set; e under System is what was asked for. A click in the right figure sets the step. "
-            "Choose units under System to type kg and m/s.",
+            "are those that are set; e under System is what was asked for. A click in the right figure sets the step, "
+            "a row of the table the integrator and status. Choose units under System to type kg and m/s.",
         }
 
     def obstacle(self, setting: Setting) -> str:
@@ -100,17 +100,19 @@ class OneImpact(StudyView):
     def draw(self, setting: Setting, result: PartialImpact | None) -> None:
         """Figures and tables."""
         self.panel.show_fields({name: beside_field(setting, *field) for name, field in _TYPED.items()})
-        self.view.update(result)
+        self.view.update(setting, result)
         known = result is not None
         near, points = (_offer_table(result, setting), _scheme_table(result)) if known else ({}, {})
         self.list.param.update(near=near, points=points, visible=known)
-        self.give_room(self.list)
 
     def _receive(self, message: object) -> None:
-        offers = {} if self.result is None else offers_of(self.result, self._result_setting)
         named = message.get("open") if isinstance(message, dict) else None
-        if isinstance(named, str) and (texts := offers.get(named)):
+        if self.result is None or not isinstance(named, str):
+            return
+        if texts := offers_of(self.result, self._result_setting).get(named):
             self.host.visit("explore", self._move.setting.with_contact(texts))
+        elif texts := schemes_of(self.result).get(named):
+            self.host.set(texts)
 
     def _set_steps(self, steps_per_contact: float) -> None:
         """Set the step of which so many are in a contact."""
@@ -122,9 +124,12 @@ class OneImpact(StudyView):
         """The answer, the contact, and what it gives without the step and with it."""
         one, found, alone = result.impact, result.found, result.impact.without_step
         said = answer(one, one.restitution, found)
-        if result.searched:
-            step = result.largest and f"T/{_steps_of(result.largest.step, setting)}"
-            said += f" {advice(result.largest, CLOSE_TO_ASKED, step or '')}"
+        if abs(alone.restitution - one.restitution) > CLOSE_TO_ASKED:
+            said += (
+                f" No step makes up for K and D, which give {alone.restitution:.2f} without one: take another D over."
+            )
+        elif result.searched:
+            said += f" {advice(result.largest, CLOSE_TO_ASKED, result.largest and _step_text(result, setting))}"
         of = f", the median of {counted(result.impacts, 'impact')} of the reference" if result.impacts else ""
         measures = "Restitution {}; penetration {}, force {}"
         fewest, most = found.steps
@@ -167,12 +172,14 @@ class OneImpact(StudyView):
 
     def figures(self) -> list[Figure]:
         """Those of which something is known."""
-        known = {"impact_band": "band", "impact_schemes": "schemes"}
+        known = {"impact_band": "band", "impact_force": "forces", "impact_schemes": "schemes"}
         return [each for each in super().figures() if getattr(self.result, known.get(each.name, "found"))]
 
     def table(self, name: str) -> list[Series]:
-        """The restitution over instants, over steps, or of each integrator and contact status."""
+        """The restitution over instants, steps, or integrators and contact statuses; the forces over time."""
         result = self.result
+        if name == "impact_force":
+            return [Series(LEGENDS[name][each], columns) for each, columns in result.over_time().items()]
         if name == "impact_instant":
             return [Series("with this step", result.instants())]
         if name == "impact_band":
@@ -191,6 +198,12 @@ class OneImpact(StudyView):
 def _steps_of(time_step: float, setting: Setting) -> int:
     """The fewest steps per period that are not longer."""
     return math.ceil(2.0 * math.pi / (setting.eta * time_step) * (1.0 - 1e-9))
+
+
+def _step_text(result: PartialImpact, setting: Setting) -> str:
+    """The largest step as the step is set, with units also as a time."""
+    text = f"T/{_steps_of(result.largest.step, setting)}"
+    return f"{text} = {time_text(setting.scale.factor('time') * result.largest.step)}" if setting.scale else text
 
 
 def offers_of(result: PartialImpact, setting: Setting) -> dict[str, dict[str, str]]:
@@ -216,6 +229,16 @@ def offers_of(result: PartialImpact, setting: Setting) -> dict[str, dict[str, st
     }
 
 
+def schemes_of(result: PartialImpact) -> dict[str, dict[str, str]]:
+    """Texts that set each integrator and contact status of the table, by both."""
+    found = {}
+    for one, _ in result.schemes:
+        name, status = one.method.integrator.name, one.method.status
+        located = {"status": "start", "located": "yes"} if status == "located" else {"status": status, "located": "no"}
+        found[f"{name} {status}"] = {"integrator": name, **located}
+    return found
+
+
 def _digits(value: float) -> str:
     return print_number(float(f"{value:.4g}"))
 
@@ -234,7 +257,7 @@ def _offer_table(result: PartialImpact, setting: Setting) -> dict:
         fields = {each: shown_field(each, setting) for each in texts}
         words = [f"{_SHORT[each]} {field.words(float(texts[each]))}" for each, field in fields.items()]
         if name == "steps":
-            words = [f"time step {symbol} = T/{texts[name]}"]
+            words = [f"time step {symbol} = {_step_text(result, setting)}"]
         button = {"text": _OFFERS[name], "open": name, "title": "Set it, and see it in Explore"}
         cells = [button, {"text": ", ".join(words)}, {"text": why[name]}]
         rows.append({"mark": "", "kind": "offer", "cells": cells})
@@ -244,7 +267,7 @@ def _offer_table(result: PartialImpact, setting: Setting) -> dict:
 def _scheme_table(result: PartialImpact) -> dict:
     """The same contact with each integrator and contact status."""
     rows = []
-    for one, found in result.schemes:
+    for (one, found), name in zip(result.schemes, schemes_of(result), strict=True):
         shares = {
             "no solution": found.without_solution,
             "two solutions": found.two_solutions,
@@ -252,8 +275,11 @@ def _scheme_table(result: PartialImpact) -> dict:
         }
         faults = ", ".join(f"{words} {percent(share)}" for words, share in shares.items() if share > 0)
         status = _STATUSES[one.method.status]
-        texts = name_of_integrator(one.method.integrator.name), status, _span(found.restitution), faults
-        rows.append({"mark": _mark(one, result.impact), "kind": status, "cells": [{"text": text} for text in texts]})
+        e = _span(found.restitution).partition(",")[0]
+        texts = name_of_integrator(one.method.integrator.name), status, e, faults
+        cells = [{"text": text} for text in texts]
+        cells[0] |= {"open": name, "title": "Set this integrator and contact status"}
+        rows.append({"mark": _mark(one, result.impact), "kind": status, "cells": cells})
     heads = ["integrator", "contact status", "restitution", "touches with"]
     return {"title": "The same numbers with each integrator and contact status", "heads": heads, "rows": rows}
 
