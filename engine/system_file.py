@@ -46,6 +46,10 @@ _NO_RESTITUTION = (
     "[physical] gives no restitution, and {:g} is taken, that of the paper: give it, since it decides how fast the "
     "bodies part"
 )
+_NO_SPRING = (
+    "[physical] gives neither stiffness1_N_per_m nor frequency1_Hz, and body 1 is taken to be without a spring; "
+    "time is counted in {:.4g} s"
+)
 _PAPERS_JOINT = (
     "[system] describes bodies other than the paper's and gives no d3; {:g} is taken, which was measured there: give "
     'yours, or d3 = "derived" where the joined bodies were never measured, here {:.4g}'
@@ -193,8 +197,9 @@ def physical_text(system: System, units: Units, eta: float | None = None, forms:
     """
     lines = ["# The system in physical units", "", "[physical]"]
     entry = physical_entry(system, units, eta, forms)
-    if system.excitation.base and "length_mm" in entry and _follows(entry, units):
-        del entry["length_mm"]
+    for name in ("length_mm", "time_s"):
+        if name in entry and (system.excitation.base or name == "time_s") and _follows(name, entry, units):
+            del entry[name]
     for name, value in entry.items():
         meaning = "body 2 is a wall" if name == WALL else KEYS[name].meaning
         text = _toml(value if isinstance(value, bool) else float(f"{value:.15g}"))
@@ -202,13 +207,14 @@ def physical_text(system: System, units: Units, eta: float | None = None, forms:
     return "\n".join(lines) + "\n"
 
 
-def _follows(entry: dict, units: Units) -> bool:
-    """Whether the unit of length is what the rest of an entry gives without it."""
+def _follows(unit: str, entry: dict, units: Units) -> bool:
+    """Whether the unit of length, or of time, is what the rest of an entry gives without it."""
     try:
-        found = system_of_physical({name: value for name, value in entry.items() if name != "length_mm"})
+        found = system_of_physical({name: value for name, value in entry.items() if name != unit}).units
     except ValueError:
         return False
-    return math.isclose(found.units.base_amplitude, units.base_amplitude, rel_tol=1e-12)
+    pairs = (found.base_amplitude, units.base_amplitude), (found.omega1, units.omega1)
+    return all(math.isclose(*pair, rel_tol=1e-12) for pair in pairs)
 
 
 def _toml(value: float | bool | str) -> str:
@@ -267,6 +273,8 @@ def system_of_tables(tables: dict) -> SystemFile:
         entry = _values(tables, "physical", flags=(WALL,))
         found = system_of_physical(entry)
         assumed = () if "restitution" in entry else (_NO_RESTITUTION.format(found.system.restitution),)
+        if not found.system.k1 and "stiffness1_N_per_m" not in entry:
+            assumed += (_NO_SPRING.format(1 / found.units.omega1),)
         return SystemFile(found.system, found.units, found.eta, assumed, found.forms, has_units=True)
     constants = _values(tables, "system", flags=(WALL,), words={"d3": (NOT_MEASURED,)})
     driven, units = _values(tables, "excitation", words={"held": HELD}), Units(**_values(tables, "units"))
