@@ -3,7 +3,7 @@
 The default is the paper's (section 2 and Table 1): two neighbouring pendulums that touch at rest, on a shaken base.
 Everything is non-dimensional: τ = ω₁t, ξ′ = dξ/dτ, excitation period T = 2π/η; lengths are counted in base amplitudes
 where the base moves, otherwise in a length that the user names, and forces in m₁ω₁² times that length, which is k₁.
-Of a body without a spring ω₁ is no frequency but a unit that the user names, and `System.k1` = 0.
+Of a body without a spring ω₁ is no frequency but a unit that the user names, and `System.spring1` = 0.
 """
 
 import math
@@ -64,7 +64,7 @@ class System:
     excitation : Excitation
     mu : float or None
         μ = m₂/m₁ where it is given, as it must be for equal frequencies (κ = 1); None if it follows from κ₃.
-    k1 : float
+    spring1 : float
         Stiffness of the spring of body 1 in units of m₁ω₁², 0 ≤ k₁ ≤ 1: 1 where ω₁ is its natural frequency. Beside a
         wall it may be less: then ω₁ is a unit of time alone, and d₁ the damper in units of 2m₁ω₁; 0 without a spring.
 
@@ -82,7 +82,7 @@ class System:
     >>> driven_by_a_force = System(mu=0.5, d3=None, excitation=Excitation(base=0, force1=1.5))
     >>> beside_a_wall.observed_body, driven_by_a_force.mass_ratio
     (1, 0.5)
-    >>> ball = System(wall=True, k1=0.0, excitation=Excitation(constant1=0.7))  # its weight presses it to the table
+    >>> ball = System(wall=True, spring1=0.0, excitation=Excitation(constant1=0.7))  # its weight presses it to the table
     >>> ball.rest
     (0.0, 0.0, 0.0, 0.0)
     """
@@ -114,7 +114,7 @@ class System:
         **_BODY_2,
         optional=True,
     )
-    k1: float = described(
+    spring1: float = described(
         *(1.0, "stiffness of spring 1 in m1 omega1^2; 0: no spring, and omega1 is a unit of time", "-", Range(0, 1)),
         "give 1 where omega1 is the natural frequency of body 1, 0 where it has no spring",
         words="1; beside a wall 0 to 1",
@@ -128,9 +128,9 @@ class System:
             self._forget_body_2()
         check_numbers(self, without=("kappa3",))
         object.__setattr__(self, "kappa3", self._checked_kappa3())
-        if not self.wall and self.k1 != 1.0:
+        if not self.wall and self.spring1 != 1.0:
             raise ValueError(
-                f"k1 = {self.k1:g} without wall = true: only a body beside a wall may be without a spring; "
+                f"spring1 = {self.spring1:g} without wall = true: only a body beside a wall may be without a spring; "
                 "of two bodies give each its own"
             )
 
@@ -194,7 +194,7 @@ class System:
     @cached_property
     def stiffness_share(self) -> float:
         """k₂/(k₁ + k₂) = μκ²/(1 + μκ²), stiffness of both springs in series in units of k₁; k₁ for a wall."""
-        return self.k1 if self.wall else self.mass_share * (self.kappa / self.kappa3) ** 2
+        return self.spring1 if self.wall else self.mass_share * (self.kappa / self.kappa3) ** 2
 
     @cached_property
     def derived_joint_damping(self) -> float:
@@ -230,7 +230,9 @@ class System:
         Of a body without a spring that a constant force pulls ξ₁ is infinite; without one it may rest anywhere: 0.
         """
         e = self.excitation
-        x1 = e.constant1 / self.k1 if self.k1 else math.copysign(math.inf, e.constant1) if e.constant1 else 0.0
+        x1 = (
+            e.constant1 / self.spring1 if self.spring1 else math.copysign(math.inf, e.constant1) if e.constant1 else 0.0
+        )
         return x1, 0.0 if self.wall else e.constant2 / (self.mass_ratio * self.kappa**2)
 
     @cached_property
@@ -242,7 +244,7 @@ class System:
     @property
     def rests_afar(self) -> bool:
         """Whether solvers count from touch beside a wall, the separate rest being far away, or not unique."""
-        return self.wall and (self.k1 == 0.0 or abs(self.static_gap) > FAR)
+        return self.wall and (self.spring1 == 0.0 or abs(self.static_gap) > FAR)
 
     @cached_property
     def rest(self) -> tuple[float, float, float, float]:

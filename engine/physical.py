@@ -74,7 +74,7 @@ KEYS = {
     "mass1_kg": PhysicalNumber("mass of body 1", "kg", Range(*M1_RANGE), NEEDED),
     "mass2_kg": PhysicalNumber("mass of body 2", "kg", _ABOVE_ZERO, f"{NEEDED}, unless {WALL} = true"),
     "stiffness1_N_per_m": PhysicalNumber(
-        "spring between body 1 and the base; beside a wall 0: none", "N/m", _FROM_ZERO, f"{NEEDED}; beside a wall 0"
+        "spring between body 1 and the base", "N/m", _FROM_ZERO, f"{NEEDED}; 0 where {WALL} = true"
     ),
     "stiffness2_N_per_m": PhysicalNumber(
         "spring between body 2 and the base", "N/m", _ABOVE_ZERO, f"{NEEDED}, unless {WALL} = true"
@@ -194,11 +194,14 @@ def system_of_physical(entry: Mapping[str, float | bool]) -> PhysicalSystem:
     length = _length(given, k1, omega1)
     units = Units(omega1, m1, 1e3 * length)
     if is_free and given.get("damping1_ratio"):
-        raise ValueError("gives damping1_ratio of a body without a spring: give its damper, damping1_Ns_per_m")
+        raise ValueError(
+            "gives damping1_ratio of a body without a spring: give stiffness1_N_per_m or frequency1_Hz, or its damper, "
+            "damping1_Ns_per_m"
+        )
     swings = beside if is_free else "so that the body can swing"
     own = {"d1": _damping_ratio(given, 1, m1, k1, swings), "wall": wall, "restitution": _number(given, "restitution")}
     if is_free:
-        own["k1"] = 0.0
+        own["spring1"] = 0.0
     if not wall:
         m2 = _checked("mass2_kg", given["mass2_kg"], _scaled(MASS_RATIO_RANGE, m1), f"beside mass1_kg = {m1:g}")
         k2 = _stiffness(given, 2, m2, tuple(end * omega1 for end in RATIO_RANGE), beside)
@@ -233,9 +236,9 @@ def physical_entry(
     """
     m1, omega1, length = units.m1, units.omega1, 1e-3 * units.base_amplitude
     k1, drive = m1 * omega1**2, system.excitation
-    entry: dict[str, float | bool] = {"mass1_kg": m1, "stiffness1_N_per_m": system.k1 * k1}
-    if system.k1:
-        entry["damping1_ratio"] = system.d1 / math.sqrt(system.k1)
+    entry: dict[str, float | bool] = {"mass1_kg": m1, "stiffness1_N_per_m": system.spring1 * k1}
+    if system.spring1:
+        entry["damping1_ratio"] = system.d1 / math.sqrt(system.spring1)
     else:
         forms = [name for name in forms if name not in ("frequency1_Hz", "damping1_Ns_per_m")]
         entry |= {"damping1_Ns_per_m": 2 * system.d1 * m1 * omega1, "time_s": 1 / omega1}

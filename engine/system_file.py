@@ -124,7 +124,9 @@ def system_text(system: System | None = None, units: Units | None = None) -> str
     speed, usual = units.base_amplitude * units.omega1, Reference().threshold
     lines = ["# The system: two bodies that may touch, on a moving base (defaults: the paper's pendulums, Table 1)."]
     lines += ["", "[system]", *_system_lines(system)]
-    lines += ["", "# What drives it; lengths are counted in the unit of length below, forces in k1 times that length."]
+    stiffness = "k1" if system.spring1 == 1.0 else "k1 = m1 omega1^2"
+    counted = f"lengths are counted in the unit of length below, forces in {stiffness} times that length"
+    lines += ["", f"# What drives it; {counted}."]
     lines += ["# A velocity that is held is counted in length omega1, an acceleration in length omega1^2."]
     lines += ["[excitation]", *_excitation_lines(system)]
     lines += [
@@ -132,6 +134,7 @@ def system_text(system: System | None = None, units: Units | None = None) -> str
         "# What the numbers are counted in. They only convert results; the motion does not depend on them.",
         "[units]",
         *_constant_lines(vars(units), described_keys("units")),
+        *([] if system.spring1 == 1.0 else ["# omega1 is no frequency of body 1 here, but 1 over the unit of time."]),
         f"# Speeds are counted in base_amplitude omega1 = {speed:.4g} mm/s, and so is the threshold of the reference",
         f"# (--threshold), which scales with the system: its default, {usual:g}, is {usual * speed:.3g} mm/s here.",
     ]
@@ -169,6 +172,7 @@ def _system_lines(system: System) -> list[str]:
         known = {name: key for name, key in keys.items() if name not in (*BODY_2, MASS_RATIO)}
         return [f"{'wall = true':24}# body 2 is a wall that is fixed to the base", *_constant_lines(values, known)]
     ratio = keys.pop(MASS_RATIO)
+    del keys["spring1"]  # 1 of two bodies
     if system.mu is not None:
         keys = {(MASS_RATIO if name == "kappa3" else name): key for name, key in keys.items()} | {MASS_RATIO: ratio}
     if system.d3 is None:
@@ -273,7 +277,7 @@ def system_of_tables(tables: dict) -> SystemFile:
         entry = _values(tables, "physical", flags=(WALL,))
         found = system_of_physical(entry)
         assumed = () if "restitution" in entry else (_NO_RESTITUTION.format(found.system.restitution),)
-        if not found.system.k1 and "stiffness1_N_per_m" not in entry:
+        if not found.system.spring1 and "stiffness1_N_per_m" not in entry:
             assumed += (_NO_SPRING.format(1 / found.units.omega1),)
         return SystemFile(found.system, found.units, found.eta, assumed, found.forms, has_units=True)
     constants = _values(tables, "system", flags=(WALL,), words={"d3": (NOT_MEASURED,)})

@@ -117,7 +117,7 @@ class Units:
     """
 
     omega1: float = described(
-        *(1.0, "angular frequency of body 1; without a spring 1 over the unit of time", "1/s", Range(*OMEGA1_RANGE)),
+        *(1.0, "angular frequency of body 1", "1/s", Range(*OMEGA1_RANGE)),
         "give the angular frequency ω₁ in 1/s",
     )
     m1: float = described(1.0, "mass of body 1", "kg", Range(*M1_RANGE), "give the mass m₁ in kg")
@@ -220,7 +220,7 @@ class Units:
         return {
             "m1": self.physical("mass", 1.0),
             "m2": self.physical("mass", mu),
-            "k1": self.physical("stiffness", system.k1),
+            "k1": self.physical("stiffness", system.spring1),
             "k2": self.physical("stiffness", mu * kappa**2),
             "c1": self.physical("damping", system.d1),
             "c2": self.physical("damping", mu * system.d2 * kappa),

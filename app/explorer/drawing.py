@@ -40,7 +40,7 @@ def drawing_in_words(setting: Setting) -> str:
     size = _length(abs(clearance), setting)
     apart = f"{size} apart" if clearance > 0 else f"pressed together by {size}" if clearance < 0 else "touching at rest"
     if system.wall:
-        return f"A body {'on' if system.k1 else 'without'} a spring and a wall, {apart}."
+        return f"A body {'on' if system.spring1 else 'without'} a spring and a wall, {apart}."
     what = "Two pendulums" if setting.bodies == "pendulums" else "Two bodies on springs"
     return f"{what}, {apart}; the second has {written(system.mass_ratio, 3)} times the mass of the first."
 

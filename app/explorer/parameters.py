@@ -313,7 +313,7 @@ _SYSTEM = (
         "reference",
     ),
     Field(
-        *("k1", "k₁", "spring of body 1 in m₁ω₁²; 0: none, and ω₁ is a unit of time", _PAPER.k1, (0.0, 1.0)),
+        *("spring1", "k₁", "spring of body 1 in m₁ω₁²; 0: none, and ω₁ is a unit of time", _PAPER.spring1, (0.0, 1.0)),
         bodies=("wall",),
     ),
     *_of_two(Field("kappa", "κ", "frequency ratio ω₂/ω₁ of body 2", _PAPER.kappa, RATIO_RANGE, also="Hz")),
@@ -414,7 +414,7 @@ _DRAWING = (
     Field(
         "omega1",
         "ω₁",
-        "angular frequency of body 1, or unit of time",
+        "angular frequency of body 1; without a spring 1 over the unit of time",
         _UNITS.omega1,
         OMEGA1_RANGE,
         defines="angular_frequency",

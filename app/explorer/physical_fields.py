@@ -99,7 +99,7 @@ def values_of_system(
     if units is not None:
         values |= {"omega1": units.omega1, "m1": units.m1, "amplitude": units.base_amplitude}
         values |= {name: FIELDS[name].default for name in FORM_FIELDS}
-    for name in forms if system.k1 else _OF_FREE_BODY:
+    for name in forms if system.spring1 else _OF_FREE_BODY:
         values |= FORMS[name]
     return values if eta is None else values | {"eta": eta}
 
@@ -255,7 +255,7 @@ def _of_physical(typed: Mapping[str, object], setting: Setting) -> dict[str, flo
     changed = {each: value for each, value in after.values.items() if value != before.values.get(each)}
     for each in typed:
         changed |= {field: form for field, form in FORMS.get(each, {}).items() if getattr(setting, field) != form}
-    if not after.system.k1:
+    if not after.system.spring1:
         changed |= {field: form for name in _OF_FREE_BODY for field, form in FORMS[name].items()}
     return changed | (_carried(setting, before.units, after) if before.units != after.units else {})
 
@@ -263,7 +263,7 @@ def _of_physical(typed: Mapping[str, object], setting: Setting) -> dict[str, flo
 def _changed(entry: dict[str, float | bool], setting: Setting, numbers: Mapping[str, float]) -> dict[str, float | bool]:
     """The entry with what was typed; a body that loses its spring keeps its damper and the unit of time."""
     if numbers.get("stiffness1_N_per_m") == 0:
-        entry |= physical_entry(replace(setting.system, k1=0.0), setting.own_units)
+        entry |= physical_entry(replace(setting.system, spring1=0.0), setting.own_units)
         entry.pop("damping1_ratio", None)
     elif numbers.keys() & {"stiffness1_N_per_m", "frequency1_Hz"}:
         entry.pop("time_s", None)

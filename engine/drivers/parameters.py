@@ -30,10 +30,10 @@ def parameters_of(system: System, eta: float, method: Method) -> Parameters:
     gain, relative = (0.0, False) if rigid else damper_of(system, method)
     position, gap, pull = 0.0 if wall else system.separate_rest[0], system.static_gap, 0.0
     if system.rests_afar:
-        position, gap, pull = -1.0, 0.0, system.k1 * system.clearance - system.excitation.constant1
+        position, gap, pull = -1.0, 0.0, system.spring1 * system.clearance - system.excitation.constant1
     return Parameters(
         eta=float(eta),
-        kappa=math.sqrt(system.k1) if wall else system.kappa,
+        kappa=math.sqrt(system.spring1) if wall else system.kappa,
         d1=system.d1,
         damper2=system.d1 if wall else system.d2 * system.kappa,
         steps=float(method.steps),

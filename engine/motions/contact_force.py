@@ -40,7 +40,7 @@ def impulse_per_period(response: Response) -> float:
     if sampled is None:
         return np.nan
     time, x, v = sampled.time, sampled.displacement[0], sampled.velocity[0]
-    total = v[0] - v[-1] + 2 * c.d1 * (x[0] - x[-1]) - np.trapezoid(c.k1 * x - c.excitation.constant1, time)
+    total = v[0] - v[-1] + 2 * c.d1 * (x[0] - x[-1]) - np.trapezoid(c.spring1 * x - c.excitation.constant1, time)
     if response.method.rigid:
         excess = 2 * c.kappa3 * (c.joint_damping(response.method.joint_damping) - c.derived_joint_damping)
         total -= excess * np.diff(np.interp(response.contacts, time, x), axis=1).sum()

@@ -41,7 +41,7 @@ def ball(*, height=0.0, weight=WEIGHT, base=0.0, **more):
     """A ball above a table, in a unit of time of its own."""
     return System(
         wall=True,
-        **{"k1": 0.0, "d1": 0.0, "clearance": height} | more,
+        **{"spring1": 0.0, "d1": 0.0, "clearance": height} | more,
         excitation=Excitation(base=base, constant1=weight),
     )
 
@@ -78,7 +78,7 @@ def test_a_damper_alone(c):
 
 @pytest.mark.parametrize("k1", [1.0, 1e-3, 1e-8, 1e-14])
 def test_a_weak_spring_and_a_weight_lose_no_digits(k1):
-    run = simulate(ball(height=3.0, weight=50.0, k1=k1), 1.0, Reference(), periods=1, keep=1, initial=(0, 0, 0, 0))
+    run = simulate(ball(height=3.0, weight=50.0, spring1=k1), 1.0, Reference(), periods=1, keep=1, initial=(0, 0, 0, 0))
     with mp.workdps(40):
         rate = mp.sqrt(k1)
         touch = mp.acos(1 - 3 * rate**2 / 50) / rate
@@ -201,7 +201,7 @@ def test_the_unit_of_time_changes_no_motion(name):
         return replace(method, stiffness=method.stiffness / 4, damping=method.damping / 2)
 
     own = System(wall=True, d1=0.07, clearance=0.5, excitation=Excitation(base=1.0, constant1=0.3))
-    other = replace(own, k1=0.25, d1=0.035, excitation=Excitation(base=1.0, constant1=0.075))
+    other = replace(own, spring1=0.25, d1=0.035, excitation=Excitation(base=1.0, constant1=0.075))
     method = METHODS[name][0]
     first, second = (
         simulate(system, eta, solver, periods=4, keep=4)
@@ -218,9 +218,9 @@ def test_where_a_ball_rests():
 
 def test_of_two_bodies_none_is_without_a_spring():
     with pytest.raises(
-        ValueError, match="k1 = 0 without wall = true: only a body beside a wall may be without a spring"
+        ValueError, match="spring1 = 0 without wall = true: only a body beside a wall may be without a spring"
     ):
-        System(k1=0.0)
+        System(spring1=0.0)
 
 
 # -- in physical units -------------------------------------------------------------------------------------------------
@@ -229,7 +229,7 @@ def test_of_two_bodies_none_is_without_a_spring():
 @pytest.mark.parametrize("spring", [{}, {"stiffness1_N_per_m": 0.0}])
 def test_without_a_spring_time_is_counted_by_the_excitation(spring):
     system, units, eta, _ = system_of_physical(TABLE | spring)
-    assert (system.k1, eta, units.omega1) == (0.0, 1.0, pytest.approx(120 * math.pi))
+    assert (system.spring1, eta, units.omega1) == (0.0, 1.0, pytest.approx(120 * math.pi))
     assert system.excitation.constant1 == pytest.approx(9.81 / (1e-4 * units.omega1**2))
 
 
@@ -254,7 +254,10 @@ def test_an_entry_without_a_spring_comes_back(more):
 @pytest.mark.parametrize(
     ("more", "words"),
     [
-        ({"damping1_ratio": 0.1}, "damping1_ratio of a body without a spring: give its damper, damping1_Ns_per_m"),
+        (
+            {"damping1_ratio": 0.1},
+            "damping1_ratio of a body without a spring: give stiffness1_N_per_m or frequency1_Hz, or its damper",
+        ),
         ({"damping1_Ns_per_m": 1.0}, r"damping1_Ns_per_m must be from 0 to below 0.753982 N·s/m beside a unit of time"),
         ({"stiffness1_N_per_m": 5.0, "time_s": 0.1}, "time_s beside a spring"),
     ],

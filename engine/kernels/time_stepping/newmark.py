@@ -189,7 +189,8 @@ def contact_force(m, x1, v1, x2, v2):
 def step(m, p1, q1, p2, q2, pressed, cosine1, cosine2):
     """A₁, A₂ and the contact force λ at the end of a step, Eqs. (10) and (11); ``cosine1``: cos(ητ + ψ₁) there."""
     a1 = m.load1 * cosine1 - m.damping1 * q1 - m.stiffness1 * p1  # Eq. (10)
-    a2 = m.load2 * cosine2 - m.damping2 * q2 - m.stiffness2 * p2 + m.coupling * p1
+    # the coupling is multiplied by p₁, which is 1 where there is one
+    a2 = m.load2 * cosine2 + m.coupling - m.damping2 * q2 - m.stiffness2 * p2
     if not pressed:
         return a1, a2, 0.0
     push = m.contact_p * (p1 - p2) + (m.contact_q * (q1 - q2) + m.contact_gap) + m.contact_a * (a1 - a2)  # Eq. (11)
