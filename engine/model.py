@@ -82,8 +82,8 @@ class System:
     >>> driven_by_a_force = System(mu=0.5, d3=None, excitation=Excitation(base=0, force1=1.5))
     >>> beside_a_wall.observed_body, driven_by_a_force.mass_ratio
     (1, 0.5)
-    >>> ball = System(wall=True, spring1=0.0, excitation=Excitation(constant1=0.7))  # its weight presses it to the table
-    >>> ball.rest
+    >>> ball = System(wall=True, spring1=0.0, excitation=Excitation(constant1=0.7))
+    >>> ball.rest  # its weight presses it to the table
     (0.0, 0.0, 0.0, 0.0)
     """
 

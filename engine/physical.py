@@ -195,8 +195,8 @@ def system_of_physical(entry: Mapping[str, float | bool]) -> PhysicalSystem:
     units = Units(omega1, m1, 1e3 * length)
     if is_free and given.get("damping1_ratio"):
         raise ValueError(
-            "gives damping1_ratio of a body without a spring: give stiffness1_N_per_m or frequency1_Hz, or its damper, "
-            "damping1_Ns_per_m"
+            "gives damping1_ratio of a body without a spring: give stiffness1_N_per_m or frequency1_Hz, or its "
+            "damper, damping1_Ns_per_m"
         )
     swings = beside if is_free else "so that the body can swing"
     own = {"d1": _damping_ratio(given, 1, m1, k1, swings), "wall": wall, "restitution": _number(given, "restitution")}

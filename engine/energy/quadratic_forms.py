@@ -15,8 +15,6 @@ from typing import NamedTuple
 import numpy as np
 
 from ..drivers.parameters import equilibria, generators, parameters_of
-from ..kernels.compile.options import uncompiled
-from ..kernels.equations.motion import from_touch
 from ..result import Response
 
 _TERMS = 16  # of the series in A s with |A| s ≤ 1/4
@@ -55,7 +53,7 @@ def energy_forms(response: Response) -> EnergyForms:
     load1, push = (row[4] * _COSINE + row[5] * _SINE for row in (phases[0][1], phases[0][3]))
     work = _product(load1, _V1) + mu * _product(load1 + push, v2)
     dampers = 2 * p.d1 * _product(_V1) + 2 * mu * p.damper2 * _product(v2)
-    if uncompiled(from_touch)(p):
+    if c.rests_afar:
         springs = 0.5 * p.kappa**2 * _product(_GAP) - p.pull * _product(_X1, _GAP)
     else:
         springs = 0.5 * (_product(_X1) + mu * p.kappa**2 * _product(x2))

@@ -256,7 +256,7 @@ def test_an_entry_without_a_spring_comes_back(more):
     [
         (
             {"damping1_ratio": 0.1},
-            "damping1_ratio of a body without a spring: give stiffness1_N_per_m or frequency1_Hz, or its damper",
+            "damping1_ratio of a body without a spring: give stiffness1_N_per_m or frequency1_Hz",
         ),
         ({"damping1_Ns_per_m": 1.0}, r"damping1_Ns_per_m must be from 0 to below 0.753982 N·s/m beside a unit of time"),
         ({"stiffness1_N_per_m": 5.0, "time_s": 0.1}, "time_s beside a spring"),
