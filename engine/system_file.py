@@ -47,8 +47,8 @@ _NO_RESTITUTION = (
     "bodies part"
 )
 _NO_SPRING = (
-    "[physical] gives neither stiffness1_N_per_m nor frequency1_Hz, and body 1 is taken to be without a spring; "
-    "time is counted in {:.4g} s"
+    "[physical] gives body 1 no spring, by stiffness1_N_per_m or frequency1_Hz: it is free, and time is counted in "
+    "{:.4g} s, {}"
 )
 _PAPERS_JOINT = (
     "[system] describes bodies other than the paper's and gives no d3; {:g} is taken, which was measured there: give "
@@ -277,8 +277,10 @@ def system_of_tables(tables: dict) -> SystemFile:
         entry = _values(tables, "physical", flags=(WALL,))
         found = system_of_physical(entry)
         assumed = () if "restitution" in entry else (_NO_RESTITUTION.format(found.system.restitution),)
-        if not found.system.spring1 and "stiffness1_N_per_m" not in entry:
-            assumed += (_NO_SPRING.format(1 / found.units.omega1),)
+        if not found.system.spring1:
+            forms = ("time_s", "time_s"), ("frequency_Hz", "1/(2 pi frequency_Hz)")
+            unit = next((words for key, words in forms if key in entry), "sqrt(length/acceleration)")
+            assumed += (_NO_SPRING.format(1 / found.units.omega1, unit),)
         return SystemFile(found.system, found.units, found.eta, assumed, found.forms, has_units=True)
     constants = _values(tables, "system", flags=(WALL,), words={"d3": (NOT_MEASURED,)})
     driven, units = _values(tables, "excitation", words={"held": HELD}), Units(**_values(tables, "units"))

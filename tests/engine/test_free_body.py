@@ -270,4 +270,4 @@ def test_what_goes_with_no_spring(more, words):
 def test_a_file_that_names_no_spring_is_told_what_is_taken(tmp_path):
     file = tmp_path / "ball.toml"
     file.write_text("[physical]\n" + "\n".join(f"{name} = {str(value).lower()}" for name, value in TABLE.items()))
-    assert "taken to be without a spring; time is counted in 0.002653 s" in read_system(file).assumed[0]
+    assert "it is free, and time is counted in 0.002653 s, 1/(2 pi frequency_Hz)" in read_system(file).assumed[0]
