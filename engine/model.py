@@ -22,7 +22,9 @@ ETA_RANGE = (1e-3, 1e3)
 CLEARANCE_RANGE = (-1e6, 1e6)
 MASS_RATIO_RANGE = (1e-9, 1e9)
 RATIO_RANGE = (1e-3, 1e3)  # of frequencies
-FAR = 32.0  # units of length from touch to the static equilibrium, from which counting would cost digits near touch
+# Units of length from touch to the static equilibrium, beyond which counting from there would cost digits near touch:
+# of a body that is pressed to the wall, and of one that may swing about an equilibrium without ever meeting it.
+FAR, FAR_OPEN = 32.0, 1e4
 
 _DRIVE = tuple(each.name for each in fields(Excitation))
 COORDINATES = ("xi1", "v1", "xi2", "v2")  # ξ₁, ξ₁′, ξ₂, ξ₂′: the columns of a section
@@ -244,7 +246,7 @@ class System:
     @property
     def rests_afar(self) -> bool:
         """Whether solvers count from touch beside a wall, the separate rest being far away, or not unique."""
-        return self.wall and (self.spring1 == 0.0 or abs(self.static_gap) > FAR)
+        return self.wall and (self.spring1 == 0.0 or not -FAR <= self.static_gap <= FAR_OPEN)
 
     @cached_property
     def rest(self) -> tuple[float, float, float, float]:
