@@ -2,7 +2,8 @@
 
 The default is the paper's (section 2 and Table 1): two neighbouring pendulums that touch at rest, on a shaken base.
 Everything is non-dimensional: τ = ω₁t, ξ′ = dξ/dτ, excitation period T = 2π/η; lengths are counted in base amplitudes
-where the base moves, otherwise in a length that the user names, and forces in k₁ times that length.
+where the base moves, otherwise in a length that the user names, and forces in m₁ω₁² times that length, which is k₁.
+Of a body without a spring ω₁ is no frequency but a unit that the user names, and `System.spring1` = 0.
 """
 
 import math
@@ -21,6 +22,9 @@ ETA_RANGE = (1e-3, 1e3)
 CLEARANCE_RANGE = (-1e6, 1e6)
 MASS_RATIO_RANGE = (1e-9, 1e9)
 RATIO_RANGE = (1e-3, 1e3)  # of frequencies
+# Units of length from touch to the static equilibrium, beyond which counting from there would cost digits near touch:
+# of a body that is pressed to the wall, and of one that may swing about an equilibrium without ever meeting it.
+FAR, FAR_OPEN = 32.0, 1e4
 
 _DRIVE = tuple(each.name for each in fields(Excitation))
 COORDINATES = ("xi1", "v1", "xi2", "v2")  # ξ₁, ξ₁′, ξ₂, ξ₂′: the columns of a section
@@ -62,6 +66,9 @@ class System:
     excitation : Excitation
     mu : float or None
         μ = m₂/m₁ where it is given, as it must be for equal frequencies (κ = 1); None if it follows from κ₃.
+    spring1 : float
+        Stiffness of the spring of body 1 in units of m₁ω₁², 0 ≤ k₁ ≤ 1: 1 where ω₁ is its natural frequency. Beside a
+        wall it may be less: then ω₁ is a unit of time alone, and d₁ the damper in units of 2m₁ω₁; 0 without a spring.
 
     Raises
     ------
@@ -77,6 +84,9 @@ class System:
     >>> driven_by_a_force = System(mu=0.5, d3=None, excitation=Excitation(base=0, force1=1.5))
     >>> beside_a_wall.observed_body, driven_by_a_force.mass_ratio
     (1, 0.5)
+    >>> ball = System(wall=True, spring1=0.0, excitation=Excitation(constant1=0.7))
+    >>> ball.rest  # its weight presses it to the table
+    (0.0, 0.0, 0.0, 0.0)
     """
 
     kappa: float = described(
@@ -106,6 +116,11 @@ class System:
         **_BODY_2,
         optional=True,
     )
+    spring1: float = described(
+        *(1.0, "stiffness of spring 1 in m1 omega1^2; 0: no spring, and omega1 is a unit of time", "-", Range(0, 1)),
+        "give 1 where omega1 is the natural frequency of body 1, 0 where it has no spring",
+        words="1; beside a wall 0 to 1",
+    )
 
     def __post_init__(self):
         object.__setattr__(self, "wall", flag("wall", self.wall))
@@ -115,6 +130,11 @@ class System:
             self._forget_body_2()
         check_numbers(self, without=("kappa3",))
         object.__setattr__(self, "kappa3", self._checked_kappa3())
+        if not self.wall and self.spring1 != 1.0:
+            raise ValueError(
+                f"spring1 = {self.spring1:g} without wall = true: only a body beside a wall may be without a spring; "
+                "of two bodies give each its own"
+            )
 
     def _forget_body_2(self) -> None:
         for each in fields(self):
@@ -175,8 +195,8 @@ class System:
 
     @cached_property
     def stiffness_share(self) -> float:
-        """k₂/(k₁ + k₂) = μκ²/(1 + μκ²), stiffness of both springs in series in units of k₁; 1 for a wall."""
-        return 1.0 if self.wall else self.mass_share * (self.kappa / self.kappa3) ** 2
+        """k₂/(k₁ + k₂) = μκ²/(1 + μκ²), stiffness of both springs in series in units of k₁; k₁ for a wall."""
+        return self.spring1 if self.wall else self.mass_share * (self.kappa / self.kappa3) ** 2
 
     @cached_property
     def derived_joint_damping(self) -> float:
@@ -197,7 +217,7 @@ class System:
 
     @property
     def frequencies(self) -> tuple[float, ...]:
-        """Natural frequencies of the separate bodies in units of ω₁: 1 and κ; 1 for a body and a wall."""
+        """Natural frequencies of the separate bodies, or the unit of time, in units of ω₁: 1 and κ; 1 beside a wall."""
         return (1.0,) if self.wall else (1.0, self.kappa)
 
     @property
@@ -207,9 +227,15 @@ class System:
 
     @cached_property
     def separate_rest(self) -> tuple[float, float]:
-        """ξ₁ and ξ₂ of the static equilibrium that the bodies have without contact, even if they overlap there."""
+        """ξ₁ and ξ₂ of the static equilibrium that the bodies have without contact, even if they overlap there.
+
+        Of a body without a spring that a constant force pulls ξ₁ is infinite; without one it may rest anywhere: 0.
+        """
         e = self.excitation
-        return e.constant1, 0.0 if self.wall else e.constant2 / (self.mass_ratio * self.kappa**2)
+        x1 = (
+            e.constant1 / self.spring1 if self.spring1 else math.copysign(math.inf, e.constant1) if e.constant1 else 0.0
+        )
+        return x1, 0.0 if self.wall else e.constant2 / (self.mass_ratio * self.kappa**2)
 
     @cached_property
     def static_gap(self) -> float:
@@ -217,10 +243,20 @@ class System:
         x1, x2 = self.separate_rest
         return self.clearance + (x2 - x1)
 
+    @property
+    def rests_afar(self) -> bool:
+        """Whether solvers count from touch beside a wall, the separate rest being far away, or not unique."""
+        return self.wall and (self.spring1 == 0.0 or not -FAR <= self.static_gap <= FAR_OPEN)
+
     @cached_property
     def rest(self) -> tuple[float, float, float, float]:
-        """ξ₁, ξ₁′, ξ₂, ξ₂′ of the static equilibrium, contact being rigid: where runs begin unless a start is given."""
+        """ξ₁, ξ₁′, ξ₂, ξ₂′ of the static equilibrium, contact being rigid: where runs begin unless a start is given.
+
+        A body without a spring that a constant force pulls off a wall has none: then ξ₁ = 0.
+        """
         x1, x2 = self.separate_rest
+        if x1 == -math.inf:
+            x1 = min(0.0, self.clearance)
         if self.static_gap < 0:
             x1 = self.clearance if self.wall else x1 + self.stiffness_share * self.static_gap
             x2 = 0.0 if self.wall else x1 - self.clearance

@@ -59,7 +59,7 @@ def absolute_accelerations(response: Response) -> np.ndarray:
     drive = c.excitation
     base = -(eta**2) * drive.base_motion(eta, sampled.time)[0]
     load1, load2 = (_harmonic(response, f"force{body}") for body in (1, 2))
-    found = np.array([load1 + drive.constant1 - 2 * c.d1 * v1 - x1 - force, base])
+    found = np.array([load1 + drive.constant1 - 2 * c.d1 * v1 - c.spring1 * x1 - force, base])
     if not c.wall:
         found[1] = (load2 + drive.constant2 + force) / c.mass_ratio - 2 * c.d2 * c.kappa * v2 - c.kappa**2 * x2
     if response.method.rigid:

@@ -10,10 +10,14 @@
     frequency_Hz = 10.0                 # of the excitation
 
 The unit is part of each name, so that no number can be meant in another one. ω₁ = √(k₁/m₁) gives the unit of time, m₁
-that of mass. What is given of the base is held where the frequency changes (:class:`.excitation.Excitation`). Lengths
-are counted in base amplitudes where ``base_amplitude_mm`` is given, otherwise in ``length_mm``; where that is not given
-either, in the amplitude that the base has at ``frequency_Hz``, or would have at ω₁; where it does not move, in the
-largest static displacement F/k₁ of the forces on body 1, or else in the clearance.
+that of mass. Beside a wall body 1 may be without a spring, of which the entry then says nothing, or that it is 0. The
+unit of time ``time_s`` = 1/ω₁ may be given, or follows from the problem: ω₁ is 2π ``frequency_Hz``; where that is not
+given, √(a/L) of the acceleration a that the forces on body 1, or the base, give it, and of the length L that
+displacements are counted in. What is given of the base is held where the frequency changes
+(:class:`.excitation.Excitation`). Lengths are counted in base amplitudes where ``base_amplitude_mm`` is given,
+otherwise in ``length_mm``; where that is not given either, in the amplitude that the base has at ``frequency_Hz``, or
+would have at ω₁; where it does not move, in the largest static displacement F/k₁ of the forces on body 1, or else in
+the clearance.
 """
 
 import math
@@ -70,7 +74,9 @@ _BELOW_ONE, _PHASE, _LENGTH = Range(0, 1, open_high=True), Range(*PHASE_RANGE), 
 KEYS = {
     "mass1_kg": PhysicalNumber("mass of body 1", "kg", Range(*M1_RANGE), NEEDED),
     "mass2_kg": PhysicalNumber("mass of body 2", "kg", _ABOVE_ZERO, f"{NEEDED}, unless {WALL} = true"),
-    "stiffness1_N_per_m": PhysicalNumber("spring between body 1 and the base", "N/m", _ABOVE_ZERO, NEEDED),
+    "stiffness1_N_per_m": PhysicalNumber(
+        "spring between body 1 and the base", "N/m", _FROM_ZERO, f"{NEEDED}; 0 where {WALL} = true"
+    ),
     "stiffness2_N_per_m": PhysicalNumber(
         "spring between body 2 and the base", "N/m", _ABOVE_ZERO, f"{NEEDED}, unless {WALL} = true"
     ),
@@ -120,6 +126,12 @@ KEYS = {
         _LENGTH,
         "of the base, forces or clearance",
     ),
+    "time_s": PhysicalNumber(
+        "the time that is counted in, where body 1 has no spring",
+        "s",
+        Range(1 / OMEGA1_RANGE[1], 1 / OMEGA1_RANGE[0]),
+        "of the excitation, or of forces and length",
+    ),
 }
 _BODY_2 = ("mass2_kg", "stiffness2_N_per_m", "frequency2_Hz", "damping2_ratio", "damping2_Ns_per_m")
 NOT_AT_A_WALL = (*_BODY_2, "joint_damping_ratio", "force2_N", "force2_phase_rad", "constant2_N")
@@ -166,19 +178,35 @@ def system_of_physical(entry: Mapping[str, float | bool]) -> PhysicalSystem:
     for name, value in given.items():
         given[name] = _checked(name, value, KEYS[name].allowed)
     m1 = given["mass1_kg"]
-    k1 = _stiffness(given, 1, m1, OMEGA1_RANGE, f"beside mass1_kg = {m1:g}")
-    omega1 = math.sqrt(k1 / m1)
-    beside = f"beside body 1 at {omega1 / (2 * math.pi):.6g} Hz"
+    is_free = wall and not (given.get("stiffness1_N_per_m") or "frequency1_Hz" in given)
+    if is_free:
+        omega1 = _unit_of_time(given, m1)
+        k1 = m1 * omega1**2
+        beside = f"beside a unit of time of {1 / omega1:.6g} s"
+    else:
+        if "time_s" in given:
+            raise ValueError("gives time_s beside a spring: time is counted in sqrt(m1/k1), leave it out")
+        k1 = _stiffness(given, 1, m1, OMEGA1_RANGE, f"beside mass1_kg = {m1:g}")
+        omega1 = math.sqrt(k1 / m1)
+        beside = f"beside body 1 at {omega1 / (2 * math.pi):.6g} Hz"
     eta = _eta(given, omega1, beside)
     form, base = _base(given)
     held = OF_BASE[form][0]
     length = _length(given, k1, omega1)
     units = Units(omega1, m1, 1e3 * length)
-    own = {"d1": _damping_ratio(given, 1, m1, k1), "wall": wall, "restitution": _number(given, "restitution")}
+    if is_free and given.get("damping1_ratio"):
+        raise ValueError(
+            "gives damping1_ratio of a body without a spring: give stiffness1_N_per_m or frequency1_Hz, or its "
+            "damper, damping1_Ns_per_m"
+        )
+    swings = beside if is_free else "so that the body can swing"
+    own = {"d1": _damping_ratio(given, 1, m1, k1, swings), "wall": wall, "restitution": _number(given, "restitution")}
+    if is_free:
+        own["spring1"] = 0.0
     if not wall:
         m2 = _checked("mass2_kg", given["mass2_kg"], _scaled(MASS_RATIO_RANGE, m1), f"beside mass1_kg = {m1:g}")
         k2 = _stiffness(given, 2, m2, tuple(end * omega1 for end in RATIO_RANGE), beside)
-        own |= {"kappa": math.sqrt(k2 / m2) / omega1, "mu": m2 / m1, "d2": _damping_ratio(given, 2, m2, k2)}
+        own |= {"kappa": math.sqrt(k2 / m2) / omega1, "mu": m2 / m1, "d2": _damping_ratio(given, 2, m2, k2, swings)}
         own["d3"] = given.get("joint_damping_ratio")
     in_lengths = f"where lengths are counted in {1e3 * length:.6g} mm"
     force = 1.0 / (k1 * length)
@@ -209,7 +237,12 @@ def physical_entry(
     """
     m1, omega1, length = units.m1, units.omega1, 1e-3 * units.base_amplitude
     k1, drive = m1 * omega1**2, system.excitation
-    entry: dict[str, float | bool] = {"mass1_kg": m1, "stiffness1_N_per_m": k1, "damping1_ratio": system.d1}
+    entry: dict[str, float | bool] = {"mass1_kg": m1, "stiffness1_N_per_m": system.spring1 * k1}
+    if system.spring1:
+        entry["damping1_ratio"] = system.d1 / math.sqrt(system.spring1)
+    else:
+        forms = [name for name in forms if name not in ("frequency1_Hz", "damping1_Ns_per_m")]
+        entry |= {"damping1_Ns_per_m": 2 * system.d1 * m1 * omega1, "time_s": 1 / omega1}
     if system.wall:
         entry[WALL] = True
     else:
@@ -306,8 +339,7 @@ def _check_form(given: dict, wall: bool) -> None:
         refuse_body_2(NOT_AT_A_WALL, given)
     elif "mass2_kg" not in given:
         raise ValueError("gives neither mass2_kg nor wall = true: say what body 1 may touch")
-    needed = ["mass1_kg", ("stiffness1_N_per_m", "frequency1_Hz")]
-    needed += [] if wall else [("stiffness2_N_per_m", "frequency2_Hz")]
+    needed = ["mass1_kg", *([] if wall else _SPRINGS)]
     for names in needed:
         names = (names,) if isinstance(names, str) else names
         if not any(name in given for name in names):
@@ -348,6 +380,26 @@ def _scaled(ends: tuple[float, float], unit: float) -> Range:
     return Range(ends[0] * unit, ends[1] * unit)
 
 
+def _unit_of_time(given: dict, mass: float) -> float:
+    """ω₁ in 1/s where body 1 has no spring: of the excitation, or √(a/L)."""
+    if "time_s" in given:
+        return 1 / given["time_s"]
+    if "frequency_Hz" in given:
+        return 2 * math.pi * _checked("frequency_Hz", given["frequency_Hz"], _scaled(OMEGA1_RANGE, 0.5 / math.pi))
+    form, base = _base(given)
+    force = max(abs(given.get(name, 0.0)) for name in ("force1_N", "constant1_N"))
+    acceleration = force / mass or (base if HELD.index(OF_BASE[form][0]) == 2 else 0.0)
+    lengths = (given.get(name, 0.0) for name in ("length_mm", "base_amplitude_mm", "clearance_mm"))
+    length = 1e-3 * next((abs(each) for each in lengths if each), 0.0)
+    omega1 = math.sqrt(acceleration / length) if length else 0.0
+    if not Range(*OMEGA1_RANGE).holds(omega1):
+        raise ValueError(
+            "frequency_Hz is missing: of a body without a spring time is counted in it, or in the root of a length "
+            f"over an acceleration; here that gives {f'{1 / omega1:.3g} s' if omega1 else 'nothing'}"
+        )
+    return omega1
+
+
 def _stiffness(given: dict, body: int, mass: float, ends: tuple[float, float], beside: str) -> float:
     """kᵢ in N/m of a body whose ωᵢ lies between these ends in 1/s, given by its spring or its frequency."""
     spring, frequency = f"stiffness{body}_N_per_m", f"frequency{body}_Hz"
@@ -363,11 +415,11 @@ def _eta(given: dict, omega1: float, beside: str) -> float | None:
     return 2 * math.pi * given["frequency_Hz"] / omega1
 
 
-def _damping_ratio(given: dict, body: int, mass: float, stiffness: float) -> float:
+def _damping_ratio(given: dict, body: int, mass: float, stiffness: float, why: str) -> float:
     name, critical = f"damping{body}_Ns_per_m", 2 * critical_damping(stiffness, mass)
     if name not in given:
         return _number(given, f"damping{body}_ratio")
-    return _checked(name, given[name], Range(0, critical, open_high=True), "so that the body can swing") / critical
+    return _checked(name, given[name], Range(0, critical, open_high=True), why) / critical
 
 
 def _base(given: dict) -> tuple[str, float]:

@@ -46,6 +46,10 @@ _NO_RESTITUTION = (
     "[physical] gives no restitution, and {:g} is taken, that of the paper: give it, since it decides how fast the "
     "bodies part"
 )
+_NO_SPRING = (
+    "[physical] gives body 1 no spring, by stiffness1_N_per_m or frequency1_Hz: it is free, and time is counted in "
+    "{:.4g} s, {}"
+)
 _PAPERS_JOINT = (
     "[system] describes bodies other than the paper's and gives no d3; {:g} is taken, which was measured there: give "
     'yours, or d3 = "derived" where the joined bodies were never measured, here {:.4g}'
@@ -120,7 +124,9 @@ def system_text(system: System | None = None, units: Units | None = None) -> str
     speed, usual = units.base_amplitude * units.omega1, Reference().threshold
     lines = ["# The system: two bodies that may touch, on a moving base (defaults: the paper's pendulums, Table 1)."]
     lines += ["", "[system]", *_system_lines(system)]
-    lines += ["", "# What drives it; lengths are counted in the unit of length below, forces in k1 times that length."]
+    stiffness = "k1" if system.spring1 == 1.0 else "k1 = m1 omega1^2"
+    counted = f"lengths are counted in the unit of length below, forces in {stiffness} times that length"
+    lines += ["", f"# What drives it; {counted}."]
     lines += ["# A velocity that is held is counted in length omega1, an acceleration in length omega1^2."]
     lines += ["[excitation]", *_excitation_lines(system)]
     lines += [
@@ -128,6 +134,7 @@ def system_text(system: System | None = None, units: Units | None = None) -> str
         "# What the numbers are counted in. They only convert results; the motion does not depend on them.",
         "[units]",
         *_constant_lines(vars(units), described_keys("units")),
+        *([] if system.spring1 == 1.0 else ["# omega1 is no frequency of body 1 here, but 1 over the unit of time."]),
         f"# Speeds are counted in base_amplitude omega1 = {speed:.4g} mm/s, and so is the threshold of the reference",
         f"# (--threshold), which scales with the system: its default, {usual:g}, is {usual * speed:.3g} mm/s here.",
     ]
@@ -165,6 +172,7 @@ def _system_lines(system: System) -> list[str]:
         known = {name: key for name, key in keys.items() if name not in (*BODY_2, MASS_RATIO)}
         return [f"{'wall = true':24}# body 2 is a wall that is fixed to the base", *_constant_lines(values, known)]
     ratio = keys.pop(MASS_RATIO)
+    del keys["spring1"]  # 1 of two bodies
     if system.mu is not None:
         keys = {(MASS_RATIO if name == "kappa3" else name): key for name, key in keys.items()} | {MASS_RATIO: ratio}
     if system.d3 is None:
@@ -193,8 +201,9 @@ def physical_text(system: System, units: Units, eta: float | None = None, forms:
     """
     lines = ["# The system in physical units", "", "[physical]"]
     entry = physical_entry(system, units, eta, forms)
-    if system.excitation.base and "length_mm" in entry and _follows(entry, units):
-        del entry["length_mm"]
+    for name in ("length_mm", "time_s"):
+        if name in entry and (system.excitation.base or name == "time_s") and _follows(name, entry, units):
+            del entry[name]
     for name, value in entry.items():
         meaning = "body 2 is a wall" if name == WALL else KEYS[name].meaning
         text = _toml(value if isinstance(value, bool) else float(f"{value:.15g}"))
@@ -202,13 +211,14 @@ def physical_text(system: System, units: Units, eta: float | None = None, forms:
     return "\n".join(lines) + "\n"
 
 
-def _follows(entry: dict, units: Units) -> bool:
-    """Whether the unit of length is what the rest of an entry gives without it."""
+def _follows(unit: str, entry: dict, units: Units) -> bool:
+    """Whether the unit of length, or of time, is what the rest of an entry gives without it."""
     try:
-        found = system_of_physical({name: value for name, value in entry.items() if name != "length_mm"})
+        found = system_of_physical({name: value for name, value in entry.items() if name != unit}).units
     except ValueError:
         return False
-    return math.isclose(found.units.base_amplitude, units.base_amplitude, rel_tol=1e-12)
+    pairs = (found.base_amplitude, units.base_amplitude), (found.omega1, units.omega1)
+    return all(math.isclose(*pair, rel_tol=1e-12) for pair in pairs)
 
 
 def _toml(value: float | bool | str) -> str:
@@ -267,6 +277,10 @@ def system_of_tables(tables: dict) -> SystemFile:
         entry = _values(tables, "physical", flags=(WALL,))
         found = system_of_physical(entry)
         assumed = () if "restitution" in entry else (_NO_RESTITUTION.format(found.system.restitution),)
+        if not found.system.spring1:
+            forms = ("time_s", "time_s"), ("frequency_Hz", "1/(2 pi frequency_Hz)")
+            unit = next((words for key, words in forms if key in entry), "sqrt(length/acceleration)")
+            assumed += (_NO_SPRING.format(1 / found.units.omega1, unit),)
         return SystemFile(found.system, found.units, found.eta, assumed, found.forms, has_units=True)
     constants = _values(tables, "system", flags=(WALL,), words={"d3": (NOT_MEASURED,)})
     driven, units = _values(tables, "excitation", words={"held": HELD}), Units(**_values(tables, "units"))

@@ -87,7 +87,7 @@ class Units:
     Attributes
     ----------
     omega1 : float
-        ω₁ in 1/s, angular frequency of pendulum 1 without its damper.
+        ω₁ in 1/s, angular frequency of pendulum 1 without its damper; without its spring 1 over the unit of time.
     m1 : float
         m₁ in kg, (modal) mass of pendulum 1.
     base_amplitude : float
@@ -117,7 +117,8 @@ class Units:
     """
 
     omega1: float = described(
-        *(1.0, "angular frequency of body 1", "1/s", Range(*OMEGA1_RANGE)), "give the angular frequency ω₁ in 1/s"
+        *(1.0, "angular frequency of body 1", "1/s", Range(*OMEGA1_RANGE)),
+        "give the angular frequency ω₁ in 1/s",
     )
     m1: float = described(1.0, "mass of body 1", "kg", Range(*M1_RANGE), "give the mass m₁ in kg")
     base_amplitude: float = described(
@@ -219,7 +220,7 @@ class Units:
         return {
             "m1": self.physical("mass", 1.0),
             "m2": self.physical("mass", mu),
-            "k1": self.physical("stiffness", 1.0),
+            "k1": self.physical("stiffness", system.spring1),
             "k2": self.physical("stiffness", mu * kappa**2),
             "c1": self.physical("damping", system.d1),
             "c2": self.physical("damping", mu * system.d2 * kappa),

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 from vibroscope.app.explorer.state import Setting
 from vibroscope.engine import written
 
@@ -19,11 +21,12 @@ def drawing(setting: Setting) -> dict:
         spring takes up. ``mass``: m₂/m₁. ``base``, ``phase``: of the base motion base · cos(ητ + phase).
     """
     system = setting.system
+    apart = system.separate_rest
     return {
         "kind": setting.bodies,
         "head": HEADS[setting.bodies],
         "clearance": system.clearance,
-        "separate": list(system.separate_rest),
+        "separate": list(apart if math.isfinite(apart[0]) else system.rest[::2]),
         "share": system.stiffness_share,
         "mass": 1.0 if system.wall else system.mass_ratio,
         "base": system.excitation.base_amplitude(setting.eta),
@@ -37,7 +40,7 @@ def drawing_in_words(setting: Setting) -> str:
     size = _length(abs(clearance), setting)
     apart = f"{size} apart" if clearance > 0 else f"pressed together by {size}" if clearance < 0 else "touching at rest"
     if system.wall:
-        return f"A body on a spring and a wall, {apart}."
+        return f"A body {'on' if system.spring1 else 'without'} a spring and a wall, {apart}."
     what = "Two pendulums" if setting.bodies == "pendulums" else "Two bodies on springs"
     return f"{what}, {apart}; the second has {written(system.mass_ratio, 3)} times the mass of the first."
 

@@ -312,6 +312,10 @@ _SYSTEM = (
         f"reference: coefficient of restitution (default: the system's; the paper's is {_PAPER.restitution:g})",
         "reference",
     ),
+    Field(
+        *("spring1", "k₁", "spring of body 1 in m₁ω₁²; 0: none, and ω₁ is a unit of time", _PAPER.spring1, (0.0, 1.0)),
+        bodies=("wall",),
+    ),
     *_of_two(Field("kappa", "κ", "frequency ratio ω₂/ω₁ of body 2", _PAPER.kappa, RATIO_RANGE, also="Hz")),
     Field("d1", "d₁", "damping ratio of body 1", _PAPER.d1, _BELOW_ONE, also="%"),
     *_of_two(Field("d2", "d₂", "damping ratio of body 2", _PAPER.d2, _BELOW_ONE, also="%")),
@@ -407,7 +411,14 @@ _DRAWING = (
         {"none": "non-dimensional", "si": "SI", "mm-t-s": "mm-t-s"},
     ),
     *_FORMS,
-    Field("omega1", "ω₁", "angular frequency of body 1", _UNITS.omega1, OMEGA1_RANGE, defines="angular_frequency"),
+    Field(
+        "omega1",
+        "ω₁",
+        "angular frequency of body 1; without a spring 1 over the unit of time",
+        _UNITS.omega1,
+        OMEGA1_RANGE,
+        defines="angular_frequency",
+    ),
     Field("m1", "m₁", "mass of body 1", _UNITS.m1, M1_RANGE, defines="mass"),
     Field(
         "amplitude",

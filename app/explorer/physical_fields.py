@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import NamedTuple
 
 from vibroscope.app.explorer.errors import Refused
@@ -67,6 +68,7 @@ FORMS: dict[str, dict[str, str]] = {
 }
 for _field, _forms in zip(FORM_FIELDS[:-1], EITHER[:-1], strict=True):  # of springs and dampers
     FORMS |= {name: {_field: choice} for name, choice in zip(_forms, FIELDS[_field].choices, strict=True)}
+_OF_FREE_BODY = ("stiffness1_N_per_m", "damping1_Ns_per_m")  # the forms of the numbers of a body without a spring
 _BASE = tuple(OF_BASE)
 CONTACT_OF_SYSTEM = {"stiffness": "system", "damper": "restitution"}  # of a system that comes without K and D
 _OF_BODY_2 = {"joint_damping_ratio", *(name for name in PHYSICAL_FIELDS if "2" in name.partition("_")[0])}
@@ -98,7 +100,7 @@ def values_of_system(
     if units is not None:
         values |= {"omega1": units.omega1, "m1": units.m1, "amplitude": units.base_amplitude}
         values |= {name: FIELDS[name].default for name in FORM_FIELDS}
-    for name in forms:
+    for name in forms if system.spring1 else _OF_FREE_BODY:
         values |= FORMS[name]
     return values if eta is None else values | {"eta": eta}
 
@@ -132,7 +134,8 @@ def physical_numbers(setting: Setting) -> dict[str, float]:
     for body in ("1", "2") if setting.bodies != "wall" else ("1",):
         mass, stiffness = entry[f"mass{body}_kg"], entry[f"stiffness{body}_N_per_m"]
         found[f"frequency{body}_Hz"] = math.sqrt(stiffness / mass) / (2 * math.pi)
-        found[f"damping{body}_Ns_per_m"] = 2 * entry[f"damping{body}_ratio"] * critical_damping(stiffness, mass)
+        if stiffness:  # else the entry has the damper itself
+            found[f"damping{body}_Ns_per_m"] = 2 * entry[f"damping{body}_ratio"] * critical_damping(stiffness, mass)
     omega, amplitude = 2 * math.pi * entry["frequency_Hz"], setting.system.excitation.base_amplitude(setting.eta)
     for name, (held, unit) in OF_BASE.items():
         found[name] = 1e-3 * abs(amplitude) * setting.amplitude * omega ** HELD.index(held) / unit
@@ -253,11 +256,18 @@ def _of_physical(typed: Mapping[str, object], setting: Setting) -> dict[str, flo
     changed = {each: value for each, value in after.values.items() if value != before.values.get(each)}
     for each in typed:
         changed |= {field: form for field, form in FORMS.get(each, {}).items() if getattr(setting, field) != form}
+    if not after.system.spring1:
+        changed |= {field: form for name in _OF_FREE_BODY for field, form in FORMS[name].items()}
     return changed | (_carried(setting, before.units, after) if before.units != after.units else {})
 
 
 def _changed(entry: dict[str, float | bool], setting: Setting, numbers: Mapping[str, float]) -> dict[str, float | bool]:
-    """The entry with what was typed."""
+    """The entry with what was typed; a body that loses its spring keeps its damper and the unit of time."""
+    if numbers.get("stiffness1_N_per_m") == 0:
+        entry |= physical_entry(replace(setting.system, spring1=0.0), setting.own_units)
+        entry.pop("damping1_ratio", None)
+    elif numbers.keys() & {"stiffness1_N_per_m", "frequency1_Hz"}:
+        entry.pop("time_s", None)
     for name, value in numbers.items():
         for other in next((forms for forms in EITHER if name in forms), ()):
             entry.pop(other, None)

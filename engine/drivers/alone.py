@@ -1,6 +1,6 @@
 """A contact alone: two bodies of a reduced mass meet, and no force acts but that of the contact and a constant one.
 
-To the kernels it is the contact of a body without spring and damper with a wall, κ = d₂ = 0, and the constant force a
+To the kernels it is the contact of a body without spring and damper with a wall, κ = d₂κ = 0, and the constant force a
 load of so long a period that its cosine is one.
 """
 
@@ -60,7 +60,7 @@ def parameters_alone(method: Method, e: float = 1.0, step: float = 1.0, push: fl
         The constant force, positive where it presses the bodies together.
     """
     p = parameters_of(System(wall=True, restitution=e, clearance=0.0), 1.0, method)
-    free = {"kappa": 0.0, "d1": 0.0, "d2": 0.0, "stiffness_share": 0.0, "free_gap": 0.0}
+    free = {"kappa": 0.0, "d1": 0.0, "damper2": 0.0, "stiffness_share": 0.0, "free_gap": 0.0}
     loads = {"base_cosine": 0.0, "base_sine": 0.0, "force1_cosine": push, "force1_sine": 0.0}
     return p._replace(eta=2.0 * math.pi / step / ALWAYS, steps=ALWAYS, **free, **loads)
 

@@ -1,5 +1,6 @@
 """A system, an η and a method as the parameters from which compiled code sets up a solver."""
 
+import math
 from collections.abc import Mapping
 
 import numpy as np
@@ -27,11 +28,14 @@ def parameters_of(system: System, eta: float, method: Method) -> Parameters:
     base, force1, force2 = (system.excitation.harmonic(name, eta) for name in ("base", "force1", "force2"))
     mu = 1.0 if wall else system.mass_ratio
     gain, relative = (0.0, False) if rigid else damper_of(system, method)
+    position, gap, pull = 0.0 if wall else system.separate_rest[0], system.static_gap, 0.0
+    if system.rests_afar:
+        position, gap, pull = -1.0, 0.0, system.spring1 * system.clearance - system.excitation.constant1
     return Parameters(
         eta=float(eta),
-        kappa=1.0 if wall else system.kappa,
+        kappa=math.sqrt(system.spring1) if wall else system.kappa,
         d1=system.d1,
-        d2=system.d1 if wall else system.d2,
+        damper2=system.d1 if wall else system.d2 * system.kappa,
         steps=float(method.steps),
         wall=float(wall),
         base_cosine=base[0],
@@ -40,8 +44,9 @@ def parameters_of(system: System, eta: float, method: Method) -> Parameters:
         force1_sine=force1[1],
         push_cosine=force2[0] / mu - force1[0],
         push_sine=force2[1] / mu - force1[1],
-        free_position=0.0 if wall else system.separate_rest[0],
-        free_gap=system.static_gap,
+        free_position=position,
+        free_gap=gap,
+        pull=pull,
         clearance=system.clearance,
         kappa3=1.0 if wall else system.kappa3,
         d3=system.joint_damping(method.joint_damping) if rigid else 0.0,

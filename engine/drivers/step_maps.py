@@ -50,7 +50,9 @@ def bodies_of(p: Parameters) -> Bodies:
     loads = np.array([c.load1, np.add(c.load1, c.push)]) * scale[:, None]
     reaction, contact = np.array([-c.react1, 1.0]), (p.stiffness, p.damping)
     diagonals = (np.diag(scale * pair) for pair in ([1.0, 1.0], [c.c1, c.c2], [c.k1, c.k2]))
-    return Bodies(*diagonals, loads, reaction, contact, p.free_gap, p.eta)
+    mass, damping, stiffness = diagonals
+    stiffness[1, 0] = -c.mu * c.coupling
+    return Bodies(mass, damping, stiffness, loads, reaction, contact, p.free_gap, p.eta)
 
 
 def stage_end(

@@ -99,7 +99,7 @@ def _balance_of_law(response: Response, rows: np.ndarray) -> EnergyBalance:
         each = (law_powers(system, response.eta, method.limit, row, range(1)) for row in rows[:-1])
         powers = np.concatenate(list(each))
     forms, y = energy_forms(response), contact_state(system, rows)
-    z = y - np.array([0.0 if system.wall else system.separate_rest[0], 0.0, forms.free_gap, 0.0])
+    z = y - np.array([forms.free_position, 0.0, forms.free_gap, 0.0])
     spring = spring_energy(method, y[:, 2])
     stored = np.einsum("ki,ij,kj->k", z, forms.stored[:4, :4], z) + spring
     return EnergyBalance(

@@ -101,7 +101,6 @@ class _Walk:
 
     def __init__(self, response: Response, forms: EnergyForms, rows: np.ndarray):
         self.response, self.forms, self.rows = response, forms, rows
-        self.position = 0.0 if response.system.wall else response.system.separate_rest[0]
         self.sums = np.zeros((len(rows) - 1, 4))  # of each period: work, dampers, contact damper, impacts
         self.largest_stored = 0.0
         self.row, self.elapsed, self.z = -1, 0.0, np.zeros(6)
@@ -113,7 +112,7 @@ class _Walk:
     def relative(self, state: Sequence[float]) -> np.ndarray:
         """Return the first four numbers of z, relative to the equilibrium of the flight."""
         y = contact_state(self.response.system, state)
-        return y - np.array([self.position, 0.0, self.forms.free_gap, 0.0])
+        return y - np.array([self.forms.free_position, 0.0, self.forms.free_gap, 0.0])
 
     def stored(self, z: np.ndarray) -> float:
         """Return the mechanical energy E."""

@@ -33,7 +33,8 @@ class EnergyForms(NamedTuple):
     powers: tuple[np.ndarray, ...]  # (3, 6, 6) of each phase: excitation, dampers, contact damper
     equilibria: tuple[np.ndarray, ...]  # (6,) of each phase, relative to that of the flight
     stored: np.ndarray  # (6, 6) E without the contact spring, of z relative to the equilibrium of the flight
-    free_gap: float  # the gap there
+    free_position: float  # ξ₁ and gap there
+    free_gap: float
     stiffness: float  # of the contact spring
     mass_share: float
     ends: tuple[
@@ -51,7 +52,11 @@ def energy_forms(response: Response) -> EnergyForms:
     phases = generators(c, eta, method)
     load1, push = (row[4] * _COSINE + row[5] * _SINE for row in (phases[0][1], phases[0][3]))
     work = _product(load1, _V1) + mu * _product(load1 + push, v2)
-    dampers = 2 * p.d1 * _product(_V1) + 2 * mu * p.d2 * p.kappa * _product(v2)
+    dampers = 2 * p.d1 * _product(_V1) + 2 * mu * p.damper2 * _product(v2)
+    if c.rests_afar:
+        springs = 0.5 * p.kappa**2 * _product(_GAP) - p.pull * _product(_X1, _GAP)
+    else:
+        springs = 0.5 * (_product(_X1) + mu * p.kappa**2 * _product(x2))
     zero = np.zeros((6, 6))
     rigid = method.rigid
     if rigid:
@@ -65,7 +70,8 @@ def energy_forms(response: Response) -> EnergyForms:
         generators=phases,
         powers=(np.array([work, dampers, zero]), np.array([work, *dissipated]), np.array([work, dampers, zero])),
         equilibria=equilibria(c, eta, method),
-        stored=0.5 * (_product(_V1) + _product(_X1) + mu * (_product(v2) + p.kappa**2 * _product(x2))),
+        stored=0.5 * (_product(_V1) + mu * _product(v2)) + springs,
+        free_position=p.free_position,
         free_gap=p.free_gap,
         stiffness=0.0 if rigid else method.stiffness,
         mass_share=c.mass_share,

@@ -33,13 +33,14 @@ def balance_of_steps(response: Response) -> EnergyBalance:
         raise ValueError("the energy of steps is balanced one by one: record every step of the sampled periods")
     mu, kappa = (0.0 if c.wall else c.mass_ratio), c.kappa
     x, v, force = sampled.displacement, sampled.velocity, sampled.force
-    rest, gap, change = c.separate_rest, c.gap(x[0], x[1]), np.diff(x)
+    rest, gap, change = (c.clearance, 0.0) if c.rests_afar else c.separate_rest, c.gap(x[0], x[1]), np.diff(x)
+    constant = c.excitation.constant1 - c.spring1 * rest[0] if c.rests_afar else 0.0  # what holds the first there
     phase = np.arange(len(sampled.time)) % method.steps * (2 * np.pi / method.steps)
     cosine, sine = np.cos(phase), np.sin(phase)
     one, two = (load[0] * cosine + load[1] * sine for load in loads(c, response.eta))
     # the contact dissipates the work of λ on the bodies, less the energy that its spring stores
     spring = spring_energy(method, gap)
-    springs = (x[0] - rest[0]) ** 2 + mu * (kappa * (x[1] - rest[1])) ** 2
+    springs = c.spring1 * (x[0] - rest[0]) ** 2 - 2 * constant * (x[0] - rest[0]) + mu * (kappa * (x[1] - rest[1])) ** 2
     stored = 0.5 * (v[0] ** 2 + mu * v[1] ** 2 + springs) + spring
 
     def per_period(of_steps: np.ndarray) -> np.ndarray:

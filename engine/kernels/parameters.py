@@ -12,16 +12,22 @@ class Parameters(NamedTuple):
     """The numbers of one run, in the order in which tables depend on them: flight, contact, laws.
 
     **A wall.** The kernels see one body and a wall as two bodies of which the first never moves: the wall takes the
-    place of body 1, at rest, and the body, seen from the wall, that of body 2. κ = κ₃ = μ = 1 and d₂ = d₁ belong to
-    this view. Neither a load nor the contact force acts on body 1, nor is it coupled to body 2: the coefficients that
-    would move it are zero (:mod:`.equations.motion`). So the first two numbers of the state (ξ₁, ξ₁′, g, g′) stay zero
-    to the last digit, and no kernel asks whether there is a wall.
+    place of body 1, at rest, and the body, seen from the wall, that of body 2. κ = √k₁, κ₃ = μ = 1 and d₂κ = d₁ belong
+    to this view. Neither a load nor the contact force acts on body 1, nor is it coupled to body 2: the coefficients
+    that would move it are zero (:mod:`.equations.motion`). So the first two numbers of the state (ξ₁, ξ₁′, g, g′) stay
+    zero to the last digit, and no kernel asks whether there is a wall.
+
+    **No rest, or one far away.** Motions are counted from the static equilibrium. A body without a spring has none; a
+    weak spring and a weight have one so far away that the motion near the wall would lose digits. Beside a wall such a
+    motion is counted from touch instead, ``free_gap`` = 0, and the constant force becomes the acceleration ``pull`` of
+    the gap. For that the place of the wall, ξ₁ = 0, is counted from ``free_position`` = −1: the first number of z stays
+    one to the last digit, and pull is its factor in g″.
     """
 
     eta: float
     kappa: float
     d1: float
-    d2: float
+    damper2: float  # d₂κ
     steps: float  # n; 0 for the solvers in closed form
     wall: float  # 1 or 0
     base_cosine: float  # factors of cos ητ and sin ητ in the motion of the base
@@ -32,6 +38,7 @@ class Parameters(NamedTuple):
     push_sine: float
     free_position: float  # static equilibrium of the separated bodies: ξ₁ and gap
     free_gap: float
+    pull: float  # constant acceleration of the gap, where motions are counted from touch; else 0
     clearance: float
     kappa3: float
     d3: float

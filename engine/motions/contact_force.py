@@ -29,10 +29,10 @@ def peak_force(response: Response) -> float:
 
 
 def impulse_per_period(response: Response) -> float:
-    """∫λ dτ per sampled period, from the equation of motion ξ₁″ + 2d₁ξ₁′ + x₁ = l₁(τ) − λ of body 1.
+    """∫λ dτ per sampled period, from the equation of motion ξ₁″ + 2d₁ξ₁′ + k₁x₁ = l₁(τ) − λ of body 1.
 
-    x₁ is ξ₁ less its static equilibrium. The excitation integrates to zero over whole periods, so that
-    ∫λ dτ = −Δξ₁′ − 2d₁Δξ₁ − ∫x₁ dτ. Where the reference is in permanent contact, its joint damping exceeds the two
+    k₁x₁ is k₁ξ₁ less the constant force. The excitation integrates to zero over whole periods, so that
+    ∫λ dτ = −Δξ₁′ − 2d₁Δξ₁ − ∫k₁x₁ dτ. Where the reference is in permanent contact, its joint damping exceeds the two
     dampers, and 2κ₃(d₃ − derived d₃)Δξ₁ is subtracted. An impact with which the run begins lies before the first
     sample, and its impulse is added.
     """
@@ -40,7 +40,7 @@ def impulse_per_period(response: Response) -> float:
     if sampled is None:
         return np.nan
     time, x, v = sampled.time, sampled.displacement[0], sampled.velocity[0]
-    total = v[0] - v[-1] + 2 * c.d1 * (x[0] - x[-1]) - np.trapezoid(x - c.separate_rest[0], time)
+    total = v[0] - v[-1] + 2 * c.d1 * (x[0] - x[-1]) - np.trapezoid(c.spring1 * x - c.excitation.constant1, time)
     if response.method.rigid:
         excess = 2 * c.kappa3 * (c.joint_damping(response.method.joint_damping) - c.derived_joint_damping)
         total -= excess * np.diff(np.interp(response.contacts, time, x), axis=1).sum()

@@ -25,7 +25,7 @@ def unresolved(system: System) -> str | Statement:
     Displacements are computed from the equilibrium of the separate bodies. Where a large constant force acts on a weak
     spring, this lies so far beyond the contact that the motion near the contact has few digits left.
     """
-    if -system.static_gap <= LARGEST_PRESSING:
+    if system.rests_afar or -system.static_gap <= LARGEST_PRESSING:
         return ""
     return stated(
         "without contact the bodies would overlap at rest by {}{}, more than {}, and rounding hides periodic motions: "

@@ -83,7 +83,7 @@ def trapping_regions(
         If ``cancelled`` returned true.
     """
     poincare = PoincareMap(system, eta, method, cancelled)
-    if not system.excitation.drives and all(d > 0 for d in _dampers(system, method)):
+    if not system.excitation.drives and system.spring1 and all(d > 0 for d in _dampers(system, method)):
         return [Region(poincare.displacements(poincare.coordinates(found.state)), np.zeros((4, 4)))]
     state, regions = poincare.coordinates(found.state), []
     to_map = _linear_part(system)

@@ -173,3 +173,21 @@ def test_the_values_of_a_system_describe_it_whole(setting):
     file = parse_system(physical_text(setting.system, Units(20.0, 3.0, 2.5), setting.eta).encode())
     values = values_of_system(setting.system, file.units, file.eta)
     assert Setting()._replace(**values).system == setting.system
+
+
+def test_a_body_that_loses_its_spring_keeps_all_else_and_takes_one_again():
+    before = enter(WALL, mass1_kg="25", frequency1_Hz="10", damping1_ratio="7 %", clearance_mm="0.5", eta="1.2")
+    free = enter(before, stiffness1_N_per_m="0")
+    assert (free.spring1, free.system.spring1, free.damper1_form) == (0.0, 0.0, "damper")
+    for name, value in physical_numbers(before).items():
+        if name not in ("stiffness1_N_per_m", "frequency1_Hz", "damping1_ratio"):
+            assert physical_numbers(free)[name] == pytest.approx(value, rel=1e-13), name
+    assert (free.K, free.D, free.eta, free.omega1) == (before.K, before.D, before.eta, before.omega1)
+    ball = enter(free._replace(eta=1.7), constant1_N="245", damping1_Ns_per_m="30")
+    numbers = physical_numbers(ball)
+    assert (numbers["constant1_N"], numbers["damping1_Ns_per_m"]) == pytest.approx((245, 30), rel=1e-12)
+    assert (ball.omega1, ball.eta) == (before.omega1, 1.7)
+    with pytest.raises(Refused, match="or its damper, c₁"):
+        enter(ball, damping1_ratio="0.1")
+    again = enter(ball, stiffness1_N_per_m="98696")
+    assert (again.spring1, again.system.d1) == (1.0, pytest.approx(30 / (2 * 25 * again.omega1), rel=1e-12))

@@ -28,7 +28,7 @@ def test_a_setting_has_the_fields_and_their_defaults():
 
 def test_every_number_has_finite_bounds():
     bounds = [end for field in FIELDS.values() if not field.choices for end in field.bounds]
-    assert len(bounds) == 72
+    assert len(bounds) == 74
     assert all(map(math.isfinite, bounds))
 
 
@@ -37,6 +37,8 @@ def engine_takes(name, value):
     setting = Setting(**{name: value})
     if name == "mass_ratio":
         setting = setting._replace(bodies="two")
+    if name == "spring1":
+        setting = setting._replace(bodies="wall")
     if name == "kappa":
         setting = setting._replace(kappa3=(1 + value) / 2)
     if name in ("alpha", "rho"):

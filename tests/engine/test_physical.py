@@ -110,7 +110,8 @@ def test_a_number_is_written_as_it_was_given():
         ({"mass1_kg": "two"}, "mass1_kg must be .* 'two' was given"),
         ({"stiffness1_N_per_m": 5e-324}, "stiffness1_N_per_m must be .* beside mass1_kg = 25; "),
         ({"frequency_Hz": 1e-200}, "frequency_Hz must be .* beside body 1 at 10 Hz; 1e-200 was"),
-        ({"stiffness1_N_per_m": 0.0}, "stiffness1_N_per_m must be above 0, at most 1e15 N/m; 0 was"),
+        ({"stiffness1_N_per_m": 0.0}, "damping1_ratio of a body without a spring: give stiffness1_N_per_m or"),
+        ({"stiffness1_N_per_m": -1.0}, "stiffness1_N_per_m must be from 0 to 1e15 N/m; -1 was"),
         (
             {"stiffness1_N_per_m": 1e-14},
             "stiffness1_N_per_m must be from 2.5e-11 to 2.5e19 N/m beside mass1_kg = 25; 1e-14",
@@ -128,7 +129,11 @@ def test_a_number_is_written_as_it_was_given():
             {"damping1_ratio": None, "damping1_Ns_per_m": 1e5},
             "damping1_Ns_per_m must be from 0 to below 3141.59 N·s/m so",
         ),
-        ({"stiffness1_N_per_m": None}, "stiffness1_N_per_m or frequency1_Hz is missing"),
+        ({"stiffness1_N_per_m": None}, "damping1_ratio of a body without a spring: give stiffness1_N_per_m or"),
+        (
+            {"stiffness1_N_per_m": None, "wall": None, "mass2_kg": 1.0, "stiffness2_N_per_m": 1.0},
+            "stiffness1_N_per_m or frequency1_Hz is missing",
+        ),
         (
             {"frequency1_Hz": 10.0},
             "mass1_kg, stiffness1_N_per_m and frequency1_Hz: one follows from the two others, leave one out",

@@ -29,6 +29,8 @@ def test_every_constant_is_explained_with_its_true_range():
     text = system_text()
     system, excitation, units = map(described_keys, ("system", "excitation", "units"))
     assert (system.pop("mass_ratio").default, system.pop("wall").default) == ("of kappa and kappa3", False)
+    of_a_wall = system.pop("spring1")
+    assert f"{of_a_wall.meaning} [-]; {of_a_wall.allowed}" in system_text(System(wall=True))
     for name, (meaning, unit, allowed, _) in (system | excitation | units).items():
         line = next(line for line in text.splitlines() if line.startswith(f"{name} ="))
         assert meaning in line

@@ -155,7 +155,8 @@ class DeckProblem:
     @cached_property
     def bodies(self) -> tuple[Body, ...]:
         """Both bodies, or one beside a wall."""
-        parts = self.scale.pendulums(replace(self.system, wall=False) if self.system.wall else self.system)
+        parts = self.scale.pendulums(replace(self.system, wall=False, spring1=1.0) if self.system.wall else self.system)
+        parts["k1"] *= self.system.spring1 if self.system.wall else 1.0
         count = 1 if self.system.wall else 2
         return tuple(self._body(i, *(parts[f"{letter}{i}"] for letter in "mkc")) for i in range(1, count + 1))
 

@@ -26,7 +26,7 @@ _BASE = ("base_amplitude_mm", "base_velocity_mm_per_s", "base_acceleration_m_per
 _FORCES = ("force1_N", "force1", "force2_N", "force2", "constant1_N", "constant1", "constant2_N", "constant2")
 _PHASES = ("base_phase_rad", "base_phase", "force1_phase_rad", "force1_phase", "force2_phase_rad", "force2_phase")
 GROUPS = {
-    "Body 1": (*_BODY_1, "d1"),
+    "Body 1": (*_BODY_1, "spring1", "d1"),
     "Body 2": (*_BODY_2, "mass_ratio", "kappa", "d2", "kappa3"),
     "Contact": ("clearance_mm", "clearance", "restitution", "joint_damping_ratio", "d3"),
     "What drives it": (*_BASE, *_FORCES),

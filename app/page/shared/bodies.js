@@ -119,13 +119,14 @@ class Bodies {
     this.flash = svgElement("circle", { class: "flash" });
   }
 
-  set({ kind, mass }) {
+  set({ kind, mass, share }) {
     this.kind = kind;
     const count = kind === "wall" ? 1 : 2;
     const hung = kind === "pendulums";
     this.sides = [mass < 1 ? 1 : 1 / mass, mass < 1 ? mass : 1].map((each) => clamp(SIDES[1] * Math.cbrt(each), ...SIDES));
     const make = (tag, name) => Array.from({ length: count }, () => svgElement(tag, { class: name }));
     this.rods = make(hung ? "line" : "path", hung ? "rod" : "rod spring");
+    this.rods[0].style.display = share ? "" : "none"; // a body without a spring
     this.bobs = make(hung ? "circle" : "rect", "bob");
     for (const bob of this.bobs) if (hung) put(bob, { r: BOB });
     this.names = make("text", "name");

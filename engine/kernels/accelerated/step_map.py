@@ -101,7 +101,7 @@ def step_map(m, eta, contact):
     sine1, sine2 = phased(m, sine, -cosine)
     a1, a2 = accelerations[0], accelerations[1]
     a1[0], a1[1] = -m.stiffness1, -m.damping1
-    a2[0] = a2[2] = -m.stiffness2
+    a2[0], a2[2] = m.coupling - m.stiffness2, -m.stiffness2
     a2[1] = a2[3] = -m.damping2
     a1[4], a1[5] = m.load1 * cosine1, -m.load1 * sine1
     a2[4], a2[5] = m.load2 * cosine2, -m.load2 * sine2

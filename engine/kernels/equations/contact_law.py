@@ -37,7 +37,8 @@ the free motion would have, μ̂ the reduced mass, so that release is smooth by 
     λ = μ̂ [(κ² − 1)(ξ − ξ₁ₛ) + 2(d₂κ − d₁) ξ′ − κ² gₛ − f(τ)]                                       (8)
 
 with the static equilibrium ξ₁ₛ, gₛ of the separated bodies and the force f(τ) that drives the gap; in the paper's
-system these three are zero. At a wall, where κ = 1 and d₂ = d₁, only the last two terms are left.
+system these three are zero. At a wall only the last two terms are left; where motions are counted from touch, κ²gₛ is
+the pull (:mod:`..parameters`).
 
 It amounts to sharing the extra joint damping between the bodies by mass. Shared otherwise, bodies would part into each
 other.
@@ -217,13 +218,13 @@ def law_slopes(law, stiffness, gain, exponent, penetration, depth, speed):
 @jit
 def joint_force(p):
     """Factors of ξ and ξ′ in Eq. (8), as μ/(1 + μ)·(κ² − 1) = κ₃² − 1."""
-    return (p.kappa3 - 1.0) * (p.kappa3 + 1.0), p.mass_share * 2.0 * (p.d2 * p.kappa - p.d1)
+    return (p.kappa3 - 1.0) * (p.kappa3 + 1.0), p.mass_share * 2.0 * (p.damper2 - p.d1)
 
 
 @jit
 def joint_force_constant(p):
     """What Eq. (8) has without ξ, ξ′ and f."""
-    return -(joint_force(p)[0] * p.free_position + p.mass_share * p.kappa * p.kappa * p.free_gap)
+    return -(joint_force(p)[0] * p.free_position + p.mass_share * p.kappa * p.kappa * p.free_gap + p.pull)
 
 
 @jit

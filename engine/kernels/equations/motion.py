@@ -16,7 +16,8 @@ the clearance g₀; the base cancels, being common to both:
     g″ = f − (k₂ − k₁)(ξ₁ − ξ₁ₛ) − (c₂ − c₁) ξ₁′ − k₂(g − gₛ) − c₂g′ + (1 + 1/μ) λ        (3)
 
 with f = f₂/μ − f₁. ξ₁ₛ = p₁/k₁ and gₛ = g₀ + p₂/(μk₂) − p₁/k₁ are the static equilibrium of the separated bodies:
-constant forces and the clearance have no other effect than to shift it.
+constant forces and the clearance have no other effect than to shift it. (Where there is none, or one far away, beside
+a wall: :mod:`..parameters`.)
 
 Solvers in closed form work in y = (ξ₁, ξ₁′, g, g′): where the bodies nearly touch, g₀ + ξ₂ − ξ₁ would lose the digits
 that g keeps. Joined bodies move as one oscillator,
@@ -52,7 +53,8 @@ class Coefficients(NamedTuple):
     k1: float
     c2: float
     k2: float
-    stiffening: float  # k₂ − k₁ as (κ − 1)(κ + 1), to all digits where κ is close to 1
+    stiffening: float  # k₂ − k₁ as (κ − 1)(κ + 1), to all digits where κ is close to 1; less the pull
+    coupling: float  # what the place of a wall adds to Eq. (2) where it stands for the pull
     mu: float  # μ = m₂/m₁
     react1: float  # acceleration of body 1 by a unit of contact force: 1, 0 of a wall
     inverse_mass: float  # the inverse of the reduced mass: 1 + 1/μ, 1 at a wall
@@ -67,8 +69,17 @@ def coefficients(p):
     push, react1 = (p.push_cosine, p.push_sine), 1.0
     if p.wall > 0.0:
         load1, push, react1 = (0.0, 0.0), (-load1[0], -load1[1]), 0.0
-    c2, k2, inverse_mass = 2.0 * p.d2 * kappa, kappa * kappa, react1 + 1.0 / p.mu
-    return Coefficients(load1, push, 2.0 * p.d1, 1.0, c2, k2, stiffening, p.mu, react1, inverse_mass)
+    k1, k2, coupling = 1.0, kappa * kappa, 0.0
+    if from_touch(p):
+        k1, stiffening, coupling = 0.0, -p.pull, k2 + p.pull
+    c2, inverse_mass = 2.0 * p.damper2, react1 + 1.0 / p.mu
+    return Coefficients(load1, push, 2.0 * p.d1, k1, c2, k2, stiffening, coupling, p.mu, react1, inverse_mass)
+
+
+@jit
+def from_touch(p):
+    """Whether motions are counted from touch, :class:`..parameters.Parameters`."""
+    return p.wall > 0.0 and p.free_position != 0.0
 
 
 @jit_uncontracted
@@ -77,7 +88,7 @@ def accelerations(c, x1, v1, x2, v2, contact_force, cosine, sine):
     load1 = c.load1[0] * cosine + c.load1[1] * sine
     load2 = (c.load1[0] + c.push[0]) * cosine + (c.load1[1] + c.push[1]) * sine
     a1 = load1 - c.c1 * v1 - c.k1 * x1 - c.react1 * contact_force  # Eq. (1)
-    a2 = load2 - c.c2 * v2 - c.k2 * x2 + contact_force / c.mu  # Eq. (2)
+    a2 = load2 - c.c2 * v2 - c.k2 * x2 + c.coupling * x1 + contact_force / c.mu  # Eq. (2)
     return a1, a2
 
 
@@ -96,12 +107,16 @@ def free_equilibrium(p):
 @jit
 def joined_equilibrium(p):
     """ξ₁ and gap of the static equilibrium of the joined bodies."""
+    if from_touch(p):
+        return 0.0, 0.0
     return p.free_position + coefficients(p).react1 * (p.stiffness_share * p.free_gap), 0.0
 
 
 @jit
 def pressed_equilibrium(p):
     """ξ₁ and gap of the static equilibrium of the bodies pressed together by a spring."""
+    if from_touch(p):
+        return 0.0, p.pull / (p.stiffness_share + p.stiffness)
     gap = p.free_gap * p.stiffness_share / (p.stiffness_share + p.stiffness)
     return p.free_position + coefficients(p).react1 * (p.stiffness * gap), gap
 
@@ -121,6 +136,8 @@ def separated_generator(p):
 def pressed_generator(p):
     """Generator in penalty contact, whose force is linear in g and g′, Eq. (5)."""
     c, a = coefficients(p), separated_generator(p)
+    if c.k1 == 0.0:  # the equilibrium holds the pull; the place of the wall is any oscillator at rest
+        a[1, 0], a[3, 0] = -1.0, 0.0
     by_gap, by_rate = force(p.stiffness, p.damping, 1.0, 0.0), force(p.stiffness, p.damping, 0.0, 1.0)
     a[1, 2] -= c.react1 * by_gap
     a[1, 3] -= c.react1 * by_rate

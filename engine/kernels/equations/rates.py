@@ -7,7 +7,8 @@ from .contact_law import contact_rate
 @jit
 def free_rate(p):
     """Largest |ν| of the separated bodies and the excitation."""
-    return max(1.0, p.kappa, p.eta)
+    damper = 2.0 * p.damper2 if p.kappa < 1.0 and p.wall > 0.0 else 0.0  # no spring need be stronger than it
+    return max(1.0, p.kappa, p.eta, damper)
 
 
 @jit

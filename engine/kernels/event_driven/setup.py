@@ -92,7 +92,7 @@ def contact_equilibrium(p, rigid):
     """ξ₁, gap and the watched quantity of the bodies at rest in contact."""
     if rigid:
         position, gap = joined_equilibrium(p)
-        return position, gap, -p.stiffness_share * p.free_gap
+        return position, gap, -p.stiffness_share * p.free_gap - p.pull
     position, gap = pressed_equilibrium(p)
     return position, gap, -gap
 
