@@ -18,7 +18,7 @@ from ..contact import (
     restitution_of_units,
     spring_duration,
 )
-from ..drivers.alone import Course, course_alone, parameters_alone
+from ..drivers.alone import Course, Touches, course_alone, parameters_alone
 from ..law_table import critical_damping, powers_of
 from ..methods import ExactPenalty, TimeStepping
 
@@ -126,10 +126,26 @@ class Impact:
         return Course(found.restitution, found.penetration * u.length, found.force * u.force, found.time * u.time)
 
     @property
+    def touches(self) -> Touches:
+        """Its contacts with the step, in its units."""
+        u, step = self.units, self.time_step / self.units.time
+        p = parameters_alone(self.unit_method, self.restitution, step, self.force / u.force)
+        return Touches(p, self.unit_method, step)
+
+    @property
+    def depends_on_speed(self) -> bool:
+        """Whether the restitution does; else it is the same at each, and penetration and force grow with the speed."""
+        return bool(self.force) or not self._constant or self.method.penetration is not None
+
+    @property
+    def _constant(self) -> bool:
+        """Whether spring and damper are constants."""
+        return powers_of(self.method.law, self.method.exponent) == (1.0, 0.0)
+
+    @property
     def ratio(self) -> float:
         """ζ = D/√(Km); nan of a law whose spring or damper is none that is constant, or without a D."""
-        constant = powers_of(self.method.law, self.method.exponent) == (1.0, 0.0)
-        if self.method.damping is None or not constant:
+        if self.method.damping is None or not self._constant:
             return math.nan
         return self.method.damping / critical_damping(self.method.stiffness, self.mass)
 
