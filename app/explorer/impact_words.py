@@ -4,7 +4,20 @@ import math
 from collections.abc import Iterator
 from dataclasses import replace
 
-from vibroscope.engine import CONTACT_STATUSES, INTEGRATORS, Impact, LargestStep, WithStep, impact, percent, written
+from vibroscope.engine import (
+    CONTACT_STATUSES,
+    INTEGRATORS,
+    Impact,
+    LargestStep,
+    OverMotion,
+    Statement,
+    WithStep,
+    counted,
+    impact,
+    percent,
+    written,
+)
+from vibroscope.engine.facts import Amount, stated
 from vibroscope.engine.units import time_text
 
 
@@ -25,6 +38,25 @@ def advice(largest: LargestStep | None, tolerance: float, step: str = "") -> str
     steps = written(largest.steps_per_contact, 3)
     step = step or time_text(largest.step)
     return f"From {steps} steps on it stays within {written(tolerance)}: a step of at most {step}."
+
+
+def over_speeds_of_motion(found: OverMotion) -> Statement:
+    """What the contact gives at all closing speeds of a motion."""
+    e = found.restitution
+    given = f"{_e(e.least)} to {_e(e.greatest)}, mean {_e(e.mean)}" if e.mean == e.mean else "none"
+    fewest, most = (written(each, 3) for each in (found.steps.least, found.steps.greatest))
+    return stated(
+        "{} with closing speeds from {} to {}: restitution {}; penetration up to {}, force up to {}, "
+        "in {} to {} steps.",
+        counted(int(found.count.sum()), "impact"),
+        Amount(found.speeds.least, "velocity"),
+        Amount(found.speeds.greatest, "velocity"),
+        given,
+        Amount(found.penetration.greatest, "displacement"),
+        Amount(found.force.greatest, "force"),
+        fewest,
+        most,
+    )
 
 
 def _e(value: float) -> str:
