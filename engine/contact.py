@@ -453,7 +453,11 @@ def _given(method: ExactPenalty, gain: float, mass: float, closing: float) -> fl
         return law.restitution(0.5 * gain / critical_damping(method.stiffness, mass), method.spring_exponent)
     if law.relative:
         return _ratio_law(gain * closing)
-    return restitution_alone(parameters_alone(method)._replace(gain=gain, mu=mass), closing)
+    if gain == 0.0:  # no damper, no loss
+        return 1.0
+    return min(
+        restitution_alone(parameters_alone(method)._replace(gain=gain, mu=mass), closing), 1.0
+    )  # but for rounding
 
 
 def _ratio_law(x: float) -> float:

@@ -23,7 +23,6 @@ from vibroscope.engine import (
     impact,
     simulate,
 )
-from vibroscope.engine.one_impact.forward import touches_of
 from vibroscope.engine.sweeps.digest import solver_digest
 
 from tools import drops, mujoco_code
@@ -202,7 +201,7 @@ def touched(integrator, status, step, start=0.5, damping=80.0):
     """The same touch by the engine: restitution, deepest penetration and largest force."""
     method = TimeStepping(1e5, damping / 2, 4, integrator, status, law="cut")
     question = Impact(method, speed=1.0, mass=1.0, time_step=step)
-    rate, _, depth, force, *_ = touches_of(question).run(np.array([start]))[0]
+    rate, _, depth, force, *_ = question.touches.run(np.array([start]))[0]
     return rate, depth * question.units.length, force * question.units.force
 
 
@@ -228,7 +227,7 @@ def test_mujoco_asked_for_three_quarters_gives_up_to_0_82():
     assert found.greatest == pytest.approx(0.82, abs=0.005)
     for start in (0.02, 0.3, 0.7):
         _, drop = dropped("mujoco", question.time_step, words, start=start)
-        assert drop.restitution == pytest.approx(touches_of(question).run(np.array([start]))[0, 0], abs=1e-3)
+        assert drop.restitution == pytest.approx(question.touches.run(np.array([start]))[0, 0], abs=1e-3)
         assert found.least - 1e-3 < drop.restitution < found.greatest + 1e-3
 
 

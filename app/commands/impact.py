@@ -11,7 +11,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from vibroscope.app.commands.numbers import measured, number
-from vibroscope.app.commands.options import LAW_OPTIONS, STEPPING_OPTIONS, add_fields, law_of, stepping_of
+from vibroscope.app.commands.options import LAW_OPTIONS, STEPPING_OPTIONS, add_fields, law_of, stepping_of, system_file
 from vibroscope.app.commands.parser import Command, OneLineParser
 from vibroscope.app.commands.report import Report, Row
 from vibroscope.engine import SystemFile, Units, finite_or_none, percent, written
@@ -20,11 +20,13 @@ from vibroscope.engine.one_impact.choose import CLOSE_TO_ASKED
 from vibroscope.engine.one_impact.question import NO_STEPS
 
 if TYPE_CHECKING:
-    from vibroscope.engine import Impact, WithStep
+    import numpy as np
+    from vibroscope.engine import Impact, OverMotion, WithStep
 
 SI = SystemFile(units=Units(omega1=1.0, m1=1.0, base_amplitude=1e3), has_units=True)  # in which numbers are counted
 OVER = {"steps-per-contact": (0.5, 100.0), "speed": (0.1, 10.0), "time": ()}  # from where to where; speed: times this
 VALUES = 100  # of a band
+MOREAU_JEAN = "moreau-jean"  # beside the names of integrators
 BAND = "restitution_least restitution_mean restitution_greatest penetration_m force_N without_solution two_solutions"
 BAND = (*BAND.split(), "blown_up", "stuck")
 _EXAMPLES = """\
@@ -33,6 +35,8 @@ examples:
   vibroscope impact --mass '0.2 kg' --speed '2 m/s' --K '5e5 N/m' --D '40 N s/m' --time-step '0.1 ms' --status end
   vibroscope impact --mass '20 g' --permitted-penetration '0.1 mm' --restitution 0.7 --steps-per-contact 20 --bounds
   vibroscope impact --materials steel,pla --radius '10 mm' --law hunt-crossley --restitution 0.7
+  vibroscope impact --system my.toml --eta 1.2 --K '1e5 N/m' --restitution 0.6 --time-step '1 ms'
+  vibroscope impact --moreau-jean 0.5 --restitution 0.5 --time-step '1 ms' --speed '2 m/s'
   vibroscope impact --K 1e6 --restitution 0.5 --integrator hht --over steps-per-contact=0.5:100 > band.csv
   vibroscope impact --K 1e6 --restitution 0.5 --steps-per-contact 5 --over time > force.csv
 """
@@ -41,8 +45,14 @@ examples:
 def add(command: OneLineParser) -> None:
     """Add the options."""
     add = command.add_argument
-    add("--mass", type=measured("mass"), default=1.0, metavar="F", help="reduced mass, as '2 kg' (default 1 kg)")
-    add("--speed", type=measured("velocity"), default=1.0, metavar="F", help="closing speed (default 1 m/s)")
+    add(
+        "--mass", type=measured("mass"), metavar="F", help="reduced mass, as '2 kg' (default 1 kg, or that of --system)"
+    )
+    met = command.add_mutually_exclusive_group()
+    met.add_argument("--speed", type=measured("velocity"), metavar="F", help="closing speed (default 1 m/s)")
+    words = "in place of the speed: those of all impacts in the reference of a system in physical units"
+    met.add_argument("--system", dest="moving", type=system_file, metavar="FILE.toml", help=words)
+    add("--eta", type=number, metavar="F", help="with --system: at this eta, in place of the frequency of the file")
     spring = command.add_mutually_exclusive_group(required=True)
     help_k = "contact stiffness, as '1e6 N/m'; all numbers without a unit are in SI units"
     spring.add_argument("--K", type=measured("contact_stiffness"), metavar="F", help=help_k)
@@ -55,6 +65,10 @@ def add(command: OneLineParser) -> None:
     words = "of the surface of the first material, as '10 mm'; of the second in --radius2 (default: it is plane)"
     add("--radius", type=measured("displacement"), metavar="F", help=words)
     add("--radius2", type=measured("displacement"), default=math.inf, metavar="F", help="see --radius")
+    words = (
+        "in place of K: no spring, but Newton's impact law in the steps of Moreau and Jean with this theta, 0.5 to 1"
+    )
+    spring.add_argument("--moreau-jean", type=number, metavar="THETA", help=words)
     damper = command.add_mutually_exclusive_group(required=True)
     help_d = "contact damper, as '40 N s/m'; without a unit its half, as everywhere: the force is 2D times the speed"
     damper.add_argument("--D", type=measured("contact_damping"), metavar="F", help=help_d)
@@ -115,6 +129,31 @@ def question_of(options: argparse.Namespace) -> Impact:
     return replace(question, method=method, time_step=question.contact_time / options.steps_per_contact)
 
 
+def _closing_speeds(options: argparse.Namespace) -> np.ndarray | None:
+    """Those of the system's reference in m/s, (n,), the median of which the options then hold; None without one."""
+    file = options.moving
+    if file is None:
+        if options.eta is not None:
+            raise ValueError("--eta says when the bodies of a system meet: give --system, or --speed")
+        options.mass, options.speed = (1.0 if each is None else each for each in (options.mass, options.speed))
+        return None
+    import numpy as np
+    from vibroscope.app.studies.one_impact import Run
+    from vibroscope.engine import Reference
+
+    if not file.has_units:
+        raise ValueError("--system has no units: give it a table [physical] or [units], or give --speed")
+    eta, units = file.eta if options.eta is None else options.eta, replace(file.units, system="si")
+    if eta is None:
+        raise ValueError("--eta is missing: give it, or a system file with a table [physical] and frequency_Hz")
+    speeds = units.physical("velocity", Run(file.system, eta, Reference(), None).closing_speeds())
+    if not len(speeds):
+        raise ValueError(f"in the reference at eta = {eta:g} no bodies collide: give --speed in place of --system")
+    options.mass = units.physical("mass", file.system.mass_share) if options.mass is None else options.mass
+    options.speed = float(np.median(speeds))
+    return speeds
+
+
 def _stiffness(options: argparse.Namespace) -> float:
     """K; where it is to follow from what is permitted, one to begin with."""
     mass, speed = options.mass, options.speed
@@ -150,17 +189,49 @@ def _permitted(question: Impact, options: argparse.Namespace) -> Impact:
 
 def run(options: argparse.Namespace) -> Report:
     """Solve the contact."""
+    speeds = _closing_speeds(options)
+    if options.moreau_jean is not None:
+        return _nonsmooth(options)
     question = question_of(options)
     if options.over:
         if options.json:
             raise ValueError("--over prints CSV: leave --json out")
         return Report((_band if OVER[options.over[0]] else _forces)(question, options))
-    return _report(question, options)
+    return _report(question, options, speeds)
 
 
-def _report(question: Impact, options: argparse.Namespace) -> Report:
-    from vibroscope.app.explorer.impact_words import advice, answer
-    from vibroscope.engine import damping_bounds, impact, largest_step, stiffness_bounds
+def _nonsmooth(options: argparse.Namespace) -> Report:
+    """What Newton's impact law gives in steps."""
+    from vibroscope.engine import MoreauJean, impact
+
+    options.K = None
+    given = [name for name in (*LAW_OPTIONS, *STEPPING_OPTIONS) if getattr(options, name, None) is not None]
+    given += [name for name in ("schemes", "bounds", "over", "steps_per_contact", "D") if getattr(options, name)]
+    if given:
+        raise ValueError(f"--{given[0].replace('_', '-')} goes with a contact spring: leave it out with --moreau-jean")
+    if options.time_step is None:
+        raise ValueError("--moreau-jean needs a step: give --time-step, as '0.1 ms'")
+    numbers = {name: getattr(options, name) for name in ("restitution", "time_step", "speed", "mass", "force")}
+    question = MoreauJean(**numbers, theta=options.moreau_jean)
+    found = impact(question)
+    impulse, moved = found.force * question.time_step, question.speed * question.time_step
+    asked = {"mass_kg": question.mass, "speed_m_per_s": question.speed, "force_N": question.force}
+    asked |= {"restitution": question.restitution, "time_step_s": question.time_step}
+    asked |= {"integrator": MOREAU_JEAN, "theta": question.theta}
+    met = f"{written(question.mass)} kg at {written(question.speed)} m/s"
+    pressed = f", pressed by {written(question.force)} N" if question.force else ""
+    overlap = f"{written(1e3 * found.penetration)} mm, {written(found.penetration / moved, 3)} of a step of flight"
+    lines = [
+        Row("contact", f"impact law, theta = {question.theta:g}; {met}{pressed}; step {_time(question.time_step)}"),
+        Row("with this step", f"restitution {_span(found.restitution)}; impulse {written(impulse)} N s"),
+        Row("", f"penetration {overlap}"),
+    ]
+    return Report(lines, {"asked": asked, "with_step": _with_step(found) | {"impulse_N_s": impulse}})
+
+
+def _report(question: Impact, options: argparse.Namespace, speeds: np.ndarray | None) -> Report:
+    from vibroscope.app.explorer.impact_words import advice, answer, over_speeds_of_motion
+    from vibroscope.engine import damping_bounds, impact, largest_step, over_motion, stiffness_bounds
 
     alone = question.without_step
     asked = alone.restitution if options.restitution is None else options.restitution
@@ -172,6 +243,7 @@ def _report(question: Impact, options: argparse.Namespace) -> Report:
         Row("contact", _contact_text(question)),
         Row("without a step", f"restitution {written(alone.restitution)}, {_measures(alone)}, {_time(alone.time)}"),
     ]
+    units = SI.units.of_contact(question.method)
     if not question.time_step:
         return Report(lines, data | {"with_step": None, "largest_step": None})
     found, largest = impact(question), largest_step(question, options.tolerance, asked)
@@ -188,6 +260,10 @@ def _report(question: Impact, options: argparse.Namespace) -> Report:
     lines += [Row("with this step", f"restitution {_span(e)}; share of the energy lost {_span(lost)}")]
     lines += [Row("", f"{_measures(found)}, force in {found.steps[0]} to {found.steps[1]} steps")]
     lines += [Row("answer", answer(question, asked, found), 110), Row("", advice(largest, options.tolerance), 110)]
+    if speeds is not None:
+        of_motion = over_motion(question, speeds)
+        data["motion"] = _of_motion(of_motion)
+        lines += [Row("motion", over_speeds_of_motion(of_motion), 110)]
     if options.bounds:
         data["bounds"] = {"stiffness": stiffness_bounds(question)._asdict()}
         if question.method.damping:
@@ -198,13 +274,13 @@ def _report(question: Impact, options: argparse.Namespace) -> Report:
         table = _schemes(question, asked, options.tolerance)
         data["schemes"] = table
         lines += ["", *_table(table)]
-    return Report(lines, data)
+    return Report(lines, data, units)
 
 
 def _schemes(question: Impact, asked: float, tolerance: float) -> list[dict[str, object]]:
     """What each integrator and contact status gives, and the steps in a contact from which on it is close."""
     from vibroscope.app.explorer.impact_words import schemes
-    from vibroscope.engine import largest_step
+    from vibroscope.engine import MoreauJean, impact, largest_step
 
     rows = []
     for one, found in schemes(question):
@@ -219,7 +295,10 @@ def _schemes(question: Impact, asked: float, tolerance: float) -> list[dict[str,
                 "steps_per_contact": largest and largest.steps_per_contact,
             }
         )
-    return rows
+    nonsmooth = impact(MoreauJean(asked, question.time_step, question.speed, question.mass, question.force))
+    restitution = {"restitution": _finite(nonsmooth.restitution._asdict())}
+    without = {"status": None, "steps_per_contact": None, "without_solution": 0.0, "blown_up": 0.0}
+    return [*rows, {"integrator": MOREAU_JEAN} | restitution | without]
 
 
 def _table(rows: list[dict[str, object]]) -> Iterator[str]:
@@ -232,7 +311,8 @@ def _table(rows: list[dict[str, object]]) -> Iterator[str]:
         )
         none = percent(row["without_solution"]) if row["without_solution"] else "-"
         needs = written(row["steps_per_contact"], 3) if row["steps_per_contact"] else "over 500"
-        yield f"{row['integrator']:<28}{row['status']:<10}{numbers}{none:>13}{needs:>13}"
+        status, needs = (row["status"], needs) if row["status"] else ("-", "-")  # it has no contact spring
+        yield f"{row['integrator']:<28}{status:<10}{numbers}{none:>13}{needs:>13}"
 
 
 def _bounds_rows(bounds: dict[str, dict], question: Impact) -> Iterator[Row]:
@@ -271,6 +351,18 @@ def _with_step(found: WithStep) -> dict[str, object]:
         | _finite({"penetration_m": found.penetration, "force_N": found.force})
         | {name: {"least": least, "greatest": greatest} for name, (least, greatest) in pairs.items()}
         | {name: getattr(found, name) for name in shares}
+    )
+
+
+def _of_motion(found: OverMotion) -> dict[str, object]:
+    """The closing speeds as a histogram, and what the contact gives at them."""
+    histogram = zip(found.speed.tolist(), found.count.tolist(), strict=True)
+    spans = {"restitution": found.restitution, "penetration_m": found.penetration, "force_N": found.force}
+    spans |= {"speed_m_per_s": found.speeds, "steps": found.steps}
+    return (
+        {"speeds": [{"speed_m_per_s": speed, "count": count} for speed, count in histogram]}
+        | {name: _finite(span._asdict()) for name, span in spans.items()}
+        | {name: getattr(found, name) for name in ("without_solution", "blown_up", "stuck")}
     )
 
 

@@ -1,9 +1,22 @@
 """One impact in words: what was asked for, what the step gives, and from how many steps on it is close."""
 
+import math
 from collections.abc import Iterator
 from dataclasses import replace
 
-from vibroscope.engine import CONTACT_STATUSES, INTEGRATORS, Impact, LargestStep, WithStep, impact, written
+from vibroscope.engine import (
+    CONTACT_STATUSES,
+    INTEGRATORS,
+    Impact,
+    LargestStep,
+    OverMotion,
+    Statement,
+    WithStep,
+    counted,
+    impact,
+    written,
+)
+from vibroscope.engine.facts import Amount, stated
 from vibroscope.engine.one_impact.words import restitution_text, shares_text, span_text, steps_text
 from vibroscope.engine.units import time_text
 
@@ -22,6 +35,25 @@ def advice(largest: LargestStep | None, tolerance: float, step: str | None = Non
     steps = steps_text(largest.steps_per_contact)
     step = step or time_text(largest.step)
     return f"From {steps} steps on it stays within {written(tolerance)}: a step of at most {step}."
+
+
+def over_speeds_of_motion(found: OverMotion) -> Statement:
+    """What the contact gives at all closing speeds of a motion."""
+    least, mean, greatest = map(restitution_text, found.restitution)
+    given = "none" if math.isnan(found.restitution.mean) else f"{least} to {greatest}, mean {mean}"
+    fewest, most = (steps_text(each) for each in (found.steps.least, found.steps.greatest))
+    return stated(
+        "{} with closing speeds from {} to {}: restitution {}; penetration up to {}, force up to {}, "
+        "in {} to {} steps.",
+        counted(int(found.count.sum()), "impact"),
+        Amount(found.speeds.least, "velocity"),
+        Amount(found.speeds.greatest, "velocity"),
+        given,
+        Amount(found.penetration.greatest, "displacement"),
+        Amount(found.force.greatest, "force"),
+        fewest,
+        most,
+    )
 
 
 def schemes(question: Impact) -> Iterator[tuple[Impact, WithStep]]:

@@ -12,7 +12,7 @@ from ..drivers.alone import BLOWN_UP, parameters_alone
 from ..drivers.step_maps import bodies_of, is_stable
 from ..methods import DAMPING_RANGE, STIFFNESS_RANGE
 from ..result import Cancelled
-from .forward import GAINED, WithStep, impact, outline, touches_of
+from .forward import GAINED, WithStep, impact, outline
 from .instants import ROUGH, over_instants
 from .question import Impact
 
@@ -112,7 +112,7 @@ def largest_step(
         if cancelled is not None and cancelled():
             raise Cancelled
         tried = question.with_steps_per_contact(steps)
-        rough = over_instants(touches_of(tried), ROUGH)
+        rough = over_instants(tried.touches, ROUGH)
         off = np.nanmax(np.abs(rough.restitution - wanted), initial=0.0)
         if off > tolerance or (rough.code == BLOWN_UP).any():
             return False

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..drivers.alone import force_alone, parameters_alone
-from .forward import WithStep, impact, touches_of
+from .forward import WithStep, impact
 from .question import Impact
 
 CONTACT_TIMES = 2.0  # after so many a contact that has not ended is not followed further
@@ -59,7 +59,7 @@ def force_courses(
     wanted = question.without_step.restitution if asked is None else asked
     u, until = question.units, CONTACT_TIMES * question.contact_time
     known = np.isfinite(found.restitutions)
-    off, touches, courses = np.abs(found.restitutions[known] - wanted), touches_of(question), {}
+    off, touches, courses = np.abs(found.restitutions[known] - wanted), question.touches, {}
     for name, choose in (("best", np.argmin), ("worst", np.argmax)) if known.any() else ():
         k = choose(off)
         instant, e = float(found.instant[known][k]), float(found.restitutions[known][k])

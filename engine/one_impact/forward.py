@@ -5,8 +5,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..drivers.alone import BLOWN_UP, STUCK, UNSOLVED, Touches, parameters_alone
+from ..drivers.alone import BLOWN_UP, STUCK
 from .instants import FULL, OUTLINE, Fineness, Instants, over_instants
+from .moreau_jean import MoreauJean
 from .question import Impact
 
 GAINED = 1e-9  # restitution beyond one that is not rounding
@@ -28,7 +29,7 @@ class WithStep:
     ----------
     restitution : Span
         Of the contacts that have a result: neither blown up nor ended by a step without a solution. 0 of those that
-        stick.
+        stick: they rest, or go on meeting with ever smaller speeds.
     energy_lost : Span
         1 − e², as a share of the energy with which the bodies meet; negative where it is gained.
     penetration, force : float
@@ -60,12 +61,12 @@ class WithStep:
     restitutions: np.ndarray
 
 
-def impact(question: Impact, fineness: Fineness = FULL) -> WithStep:
+def impact(question: Impact | MoreauJean, fineness: Fineness = FULL) -> WithStep:
     """Solve a contact with its step, over all instants of touch.
 
     Parameters
     ----------
-    question : Impact
+    question : Impact or MoreauJean
         Of a method with a time step; without one: :attr:`Impact.without_step`.
     fineness : Fineness
         `OUTLINE` for a curve of many of them, whose restitutions and shares alone are used.
@@ -83,22 +84,18 @@ def impact(question: Impact, fineness: Fineness = FULL) -> WithStep:
     >>> [round(e, 2) for e in found]
     [0.23, 0.49, 0.58]
     """
-    if not question.time_step:
-        raise ValueError("the question has no time step: give one, or ask for what the contact gives without_step")
-    found, u = over_instants(touches_of(question), fineness), question.units
-    e = found.restitution
-    known = np.isfinite(e)
-    depth, force, steps = (np.where(known, each, np.nan) for each in (found.depth, found.force, found.steps))
-    fewest, most = map(int, found.ends(steps)) if known.any() else (0, 0)
+    found = instants_of(question, fineness)
+    e, known = found.restitution, np.isfinite(found.restitution).any()
+    fewest, most = map(int, found.ends(found.steps)) if known else (0, 0)
     least, greatest = found.ends(e)
     return WithStep(
         Span(least, found.mean(e), greatest),
         Span(1.0 - greatest**2, found.mean(1.0 - e**2), 1.0 - least**2),
-        found.ends(depth)[1] * u.length,
-        found.ends(force)[1] * u.force,
+        found.ends(found.depth)[1],
+        found.ends(found.force)[1],
         (fewest, most),
         (fewest * question.time_step, most * question.time_step),
-        found.share((found.code == UNSOLVED) | (found.none > 0)),
+        found.share(found.unsolved),
         found.share(found.two > 0),
         found.share(found.code == BLOWN_UP),
         found.share(found.code == STUCK),
@@ -108,13 +105,22 @@ def impact(question: Impact, fineness: Fineness = FULL) -> WithStep:
     )
 
 
+def instants_of(question: Impact | MoreauJean, fineness: Fineness = FULL) -> Instants:
+    """The contact over the instants of touch, in the units of the question; nan of contacts without a result.
+
+    Raises
+    ------
+    ValueError
+        If there is no time step.
+    """
+    if not question.time_step:
+        raise ValueError("the question has no time step: give one, or ask for what the contact gives without_step")
+    found, u = over_instants(question.touches, fineness), question.units
+    known = np.isfinite(found.restitution)
+    depth, force, steps = (np.where(known, each, np.nan) for each in (found.depth, found.force, found.steps))
+    return found._replace(depth=depth * u.length, force=force * u.force, steps=steps)
+
+
 def outline(question: Impact) -> Instants:
     """The restitution over the instants of touch, close enough for a search."""
-    return over_instants(touches_of(question), OUTLINE)
-
-
-def touches_of(question: Impact) -> Touches:
-    """The contacts of a question, in its units."""
-    u, step = question.units, question.time_step / question.units.time
-    p = parameters_alone(question.unit_method, question.restitution, step, question.force / u.force)
-    return Touches(p, question.unit_method, step)
+    return over_instants(question.touches, OUTLINE)

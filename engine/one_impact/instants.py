@@ -10,12 +10,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..drivers.alone import CODE, DEPTH, GAP, NONE, PARTED, PUSH, SPEED, STEPS, STUCK, TWO, Touches
+from ..drivers.alone import CODE, DEPTH, GAP, NONE, PARTED, PUSH, SPEED, STEPS, STUCK, TWO, UNSOLVED, Touches
 
 EDGE = 1e-12  # from a step, at which touch and step coincide, and the length of a piece that is none
 FIRST = 12  # pieces to begin with
 SHARES = np.array([0.0, 0.25, 0.5, 0.75, 1.0])  # of a piece, looked at
 AT_QUARTERS = np.array([[3.0, 6.0, -1.0], [-1.0, 6.0, 3.0]]) / 8.0  # of a parabola through the others
+WEIGHTS = np.array([1.0, 4.0, 2.0, 4.0, 1.0]) / 12.0  # of Simpson's rule
+VERTEX = 1.0 / 64.0  # of its second difference, what a parabola adds between two instants at most: more off, it is none
 
 
 class Fineness(NamedTuple):
@@ -29,6 +31,7 @@ class Fineness(NamedTuple):
 FULL = Fineness((SPEED, DEPTH, PUSH), 1e-6, EDGE)
 OUTLINE = Fineness((SPEED,), 1e-4, 1e-7)  # for a search, which asks for the restitution alone
 ROUGH = Fineness((SPEED,), 1e-4, 1e-3)  # … and where that is far from a bound
+AT_REST = 1e-9  # speed, as a share of the closing speed, at which bodies do not part: rounding decides of less
 MANY, SHORT = 200, 1e-6  # pieces sought at once, beyond which those so short are left: rounding decides there
 MOST = 1000  # … beyond which all are: contacts so long that each instant has another course
 SAME = [STEPS, NONE, TWO, CODE]  # along a piece
@@ -51,9 +54,19 @@ class Instants(NamedTuple):
         """Of each piece, (n,), as a share of a step."""
         return self.instant[:, -1] - self.instant[:, 0]
 
+    @property
+    def unsolved(self) -> np.ndarray:
+        """Whether a contact has a step without a solution, (n, 5)."""
+        return (self.code == UNSOLVED) | (self.none > 0)
+
+    @property
+    def weight(self) -> np.ndarray:
+        """Of each instant in an integral over them, (n, 5), by Simpson's rule in each piece."""
+        return self.length[:, None] * WEIGHTS / self.length.sum()
+
     def share(self, of: np.ndarray) -> float:
-        """The share of touches in pieces of which this is true, (n, 5)."""
-        return float(self.length @ of[:, 2] / self.length.sum())
+        """The share of touches of which this is true, (n, 5)."""
+        return float((self.weight * of).sum())
 
     def share_above(self, values: np.ndarray, level: float) -> float:
         """The share of touches with values, (n, 5), above a level; between two instants looked at along a line."""
@@ -64,22 +77,24 @@ class Instants(NamedTuple):
         return float(self.length @ np.nan_to_num(np.clip(above, 0.0, 1.0)).mean(axis=1) / self.length.sum())
 
     def mean(self, values: np.ndarray) -> float:
-        """The mean of values, (n, 5), of contacts with a result, by Simpson's rule in each piece; nan without any."""
-        known = np.isfinite(values).all(axis=1)
-        of_piece = (values[:, 0] + 4.0 * values[:, 2] + values[:, 4]) / 6.0
-        total = self.length[known].sum()
-        return float(self.length[known] @ of_piece[known] / total) if total else np.nan
+        """The mean of values, (n, 5), of contacts with a result; nan without any."""
+        known = np.isfinite(values)
+        total = self.weight[known].sum()
+        return float(self.weight[known] @ values[known] / total) if total else np.nan
 
     def ends(self, values: np.ndarray) -> tuple[float, float]:
         """The least and the greatest of values, (n, 5), of the contacts with a result; nan without any."""
-        known = np.isfinite(values).all(axis=1)
+        known = np.isfinite(values)
         if not known.any():
             return np.nan, np.nan
-        first, _, middle, _, last = values[known & (self.length > SHORT)].T
+        pieces = values[known.all(axis=1) & (self.length > SHORT)]
+        first, _, middle, _, last = pieces.T
         slope, bend = last - first, 2.0 * (first + last - 2.0 * middle)
         turn = 0.5 - 0.5 * np.divide(slope, bend, out=np.ones_like(bend), where=bend != 0.0)
-        turns = (first + slope * turn - bend * turn * (1.0 - turn))[(turn > 0.0) & (turn < 1.0)]
-        every = np.concatenate([values[known].ravel(), turns])
+        turns = first + slope * turn - bend * turn * (1.0 - turn)
+        off = np.abs(pieces[:, 1::2] - pieces[:, ::2] @ AT_QUARTERS.T).max(axis=1, initial=0.0)
+        counts = (turn > 0.0) & (turn < 1.0) & (off < VERTEX * np.abs(bend))
+        every = np.concatenate([values[known], turns[counts]])
         return float(every.min()), float(every.max())
 
 
@@ -89,7 +104,7 @@ def over_instants(touches: Touches, fineness: Fineness = FULL) -> Instants:
     begin, end, done = edges[:-1], edges[1:], []
     while len(begin):
         instants = begin[:, None] + (end - begin)[:, None] * SHARES
-        found = touches.run(instants.ravel()).reshape(len(begin), len(SHARES), -1)
+        found = _run(touches, instants.ravel()).reshape(len(begin), len(SHARES), -1)
         values = found[:, :, fineness.watched]
         fit = np.einsum("ij,njk->nik", AT_QUARTERS, values[:, ::2])
         fits = np.abs(values[:, 1::2] - fit).max(axis=(1, 2)) <= fineness.fits
@@ -103,8 +118,16 @@ def over_instants(touches: Touches, fineness: Fineness = FULL) -> Instants:
         begin, end = np.concatenate([begin, middle]), np.concatenate([middle, end])
     done.sort(key=lambda piece: piece[0][0])
     instant, found = (np.array(part) for part in zip(*done, strict=True))
-    speed, code = found[:, :, SPEED], found[:, :, CODE]
-    # back at touch, from where the contact was seen to be over
-    restitution = np.sqrt(np.maximum(0.0, speed**2 - 2.0 * touches.flight * found[:, :, GAP]))
-    restitution = np.where(code == PARTED, restitution, np.where(code == STUCK, 0.0, np.nan))
+    code = found[:, :, CODE]
+    restitution = np.where(code == PARTED, found[:, :, SPEED], np.where(code == STUCK, 0.0, np.nan))
     return Instants(instant, restitution, *(found[:, :, k] for k in (DEPTH, PUSH, STEPS, CODE, NONE, TWO)))
+
+
+def _run(touches: Touches, instants: np.ndarray) -> np.ndarray:
+    """What the touches find, with the speed back at touch, from where a contact was seen to be over; 0 of others."""
+    found = touches.run(instants)
+    speed, code = found[:, SPEED], found[:, CODE]
+    back = np.sqrt(np.maximum(0.0, speed**2 - 2.0 * touches.flight * found[:, GAP]))
+    found[:, SPEED] = np.where(code == PARTED, back, 0.0)
+    found[(code == PARTED) & (back < AT_REST), CODE] = STUCK
+    return found

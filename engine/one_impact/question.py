@@ -19,7 +19,8 @@ from ..contact import (
     ratio_of_method,
     restitution_of_units,
 )
-from ..drivers.alone import Course, course_alone, parameters_alone
+from ..drivers.alone import Course, Touches, course_alone, parameters_alone
+from ..law_table import powers_of
 from ..methods import ExactPenalty, TimeStepping
 
 STEP_RANGE = (0.0, 1e12)
@@ -124,6 +125,23 @@ class Impact:
         if not self.force:
             found = found._replace(restitution=restitution_of_units(method, self.restitution))
         return Course(found.restitution, found.penetration * u.length, found.force * u.force, found.time * u.time)
+
+    @property
+    def touches(self) -> Touches:
+        """Its contacts with the step, in its units."""
+        u, step = self.units, self.time_step / self.units.time
+        p = parameters_alone(self.unit_method, self.restitution, step, self.force / u.force)
+        return Touches(p, self.unit_method, step)
+
+    @property
+    def depends_on_speed(self) -> bool:
+        """Whether the restitution does; else it is the same at each, and penetration and force grow with the speed."""
+        return bool(self.force) or not self._constant or self.method.penetration is not None
+
+    @property
+    def _constant(self) -> bool:
+        """Whether spring and damper are constants."""
+        return powers_of(self.method.law, self.method.exponent) == (1.0, 0.0)
 
     @property
     def ratio(self) -> float:

@@ -54,6 +54,7 @@ def test_all_integrators_and_statuses_stand_in_a_table(capsys):
     rows = answered(capsys, *words)["schemes"]
     named = {(row["integrator"], row["status"]): row for row in rows}
     assert len(named) == len(rows) > 20
+    assert list(named["moreau-jean", None]["restitution"].values()) == pytest.approx([0.5] * 3)
     assert ("central-difference", "end") not in named
     assert named["newmark", "located"]["steps_per_contact"] < named["newmark", "start"]["steps_per_contact"]
 
@@ -114,10 +115,63 @@ def test_bounds_stand_around_k_and_the_damper(capsys):
     assert "gains no energy from " in text
 
 
+PART = """[physical]
+mass1_kg = 25.0
+stiffness1_N_per_m = 98696.0
+damping1_ratio = 0.07
+mass2_kg = 12.0
+stiffness2_N_per_m = 198696.0
+damping2_ratio = 0.05
+clearance_mm = 0.0
+restitution = 0.5
+base_acceleration_m_per_s2 = 1.0
+frequency_Hz = 8.0
+"""
+
+
+@pytest.fixture
+def part(tmp_path):
+    """A system in physical units whose bodies meet with many speeds."""
+    file = tmp_path / "part.toml"
+    file.write_text(PART)
+    return str(file)
+
+
+def test_it_answers_for_all_closing_speeds_of_a_motion(capsys, part):
+    words = ("--system", part, "--K", "1e6 N/m^1.5", "--law", "hunt-crossley", "--restitution", "0.6")
+    found = answered(capsys, *words, "--time-step", "1 ms")
+    motion = found["motion"]
+    counts = [each["count"] for each in motion["speeds"]]
+    assert sum(counts) > 100
+    assert len(counts) > 3
+    assert found["asked"]["mass_kg"] == pytest.approx(25 * 12 / 37)
+    speeds = motion["speed_m_per_s"]
+    assert speeds["least"] < found["asked"]["speed_m_per_s"] < speeds["greatest"]
+    e = motion["restitution"]
+    assert e["least"] < 0.58 < found["with_step"]["restitution"]["mean"] < 0.62 < e["greatest"]
+    text = run_command(capsys, "impact", *words, "--time-step", "1 ms")[1]
+    assert f"motion            {sum(counts)} impacts with closing speeds from " in text
+    assert "restitution 0." in text.partition("closing speeds")[2]
+
+
+def test_an_impact_law_gives_its_restitution_with_any_step(capsys):
+    words = ("--moreau-jean", "0.5", "--restitution", "0.5", "--time-step", "1 ms", "--speed", "2 m/s")
+    text = run_command(capsys, "impact", *words)[1]
+    assert "impact law, theta = 0.5; 1 kg at 2 m/s; step 1 ms" in text
+    assert "impulse 3 N s" in text
+    assert "penetration 1.5 mm, 0.75 of a step of flight" in text
+    found = answered(capsys, *words)
+    assert found["with_step"]["impulse_N_s"] == pytest.approx(3.0)
+    assert found["with_step"]["restitution"]["least"] == pytest.approx(0.5)
+
+
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        (("--restitution", "0.5"), "one of the arguments --K --permitted-penetration --permitted-force --materials"),
+        (
+            ("--restitution", "0.5"),
+            "one of the arguments --K --permitted-penetration --permitted-force --materials --moreau-jean",
+        ),
         (("--permitted-force", "1 kN", "--D", "3"), "give --restitution in place of --D"),
         (
             ("--materials", "steel,wood", "--radius", "1", "--law", "flores", "--D", "1"),
@@ -137,6 +191,11 @@ def test_bounds_stand_around_k_and_the_damper(capsys):
         (("--K", "1e6", "--D", "3", "--over", "time=0:1"), "time has no range, give time alone"),
         (("--K", "1e6", "--D", "3", "--over", "steps-per-contact", "--json"), "leave --json out"),
         (("--K", "1e6", "--D", "3", "--speed", "0"), "closing_speed = 0"),
+        (("--K", "1e6", "--D", "3", "--eta", "2"), "give --system, or --speed"),
+        (("--moreau-jean", "0.3", "--restitution", "0.5", "--time-step", "1"), "theta = 0.3 is outside [0.5, 1]"),
+        (("--moreau-jean", "0.5", "--restitution", "0.5"), "--moreau-jean needs a step"),
+        (("--moreau-jean", "0.5", "--restitution", "0.5", "--law", "cut"), "--law goes with a contact spring"),
+        (("--moreau-jean", "0.5", "--D", "3", "--time-step", "1"), "--D goes with a contact spring"),
     ],
 )
 def test_bad_input_is_one_line_that_names_it(capsys, words, message):

@@ -14,7 +14,9 @@ from vibroscope.engine.hardcases.judgement import outcome
 
 from tests.few_seeds import few_seeds
 
-REFERENCE = (Path(__file__).parents[2] / "docs/reference/files.md").read_text()
+DOCS = Path(__file__).parents[2] / "docs"
+REFERENCE = (DOCS / "reference/files.md").read_text()
+PART = ["--system", str(DOCS / "my.toml")]
 MET = ["--eta", "2.76", "--K", "12000", "--D", "18", "--steps", "2000"]
 RANGE = ["--solver", "reference", "--from", "2.74", "--to", "2.76", "--most-orbits", "20", "--max-period", "1"]
 CALLS = {
@@ -24,7 +26,7 @@ CALLS = {
     "recommend": ["--eta", "3.25", "--tolerance", "0.5", "--steps-max", "64"],
     "validate": ["B5"],
     "codes": ["calculix"],
-    "impact": ["--K", "1e6", "--D", "20", "--steps-per-contact", "8", "--schemes", "--bounds"],
+    "impact": [*PART, "--K", "1e6", "--D", "20", "--steps-per-contact", "8", "--schemes", "--bounds"],
     "codes translate": ["--from", "gazebo", "--to", "bullet"],
     "rules": ["ansys-mode", *MET],
     "branch": RANGE,

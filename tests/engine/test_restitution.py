@@ -139,3 +139,10 @@ def test_stiffness_that_follows_the_step():
 def test_bad_numbers_are_named(call, text):
     with pytest.raises(ValueError, match=text):
         call()
+
+
+@pytest.mark.parametrize("law", CONTACT_LAWS)
+def test_no_damper_loses_nothing_and_none_gains(law):
+    assert restitution_of_damping(law, 0.0, K, mass=MASS, **EXTRA[law]) == 1.0
+    for damping in (1e-300, 1e-15, 1e-12, 1e-9):
+        assert restitution_of_damping(law, damping, K, mass=MASS, **EXTRA[law]) <= 1.0

@@ -17,7 +17,8 @@ gap of the first step, too. Two steps are enough in most cases: the motion at th
 through those at the end of the step and at the last two instants, to rounding. A gap that changes sides
 twice within a step is on the same side at both ends. It shows in the motion between them, which is Newmark's own:
 constant acceleration (b₀ + b₁)/2, a parabola. Where the vertex of the parabola lies beyond the surface, the step that
-ends at the vertex decides.
+ends at the vertex decides. Of other integrators the parabola is that through the gaps at both ends, with the rate at
+the beginning.
 """
 
 from typing import NamedTuple

@@ -202,7 +202,10 @@ def asked_at(m, gain, piece, which, z, end, length):
         return length
     if has_no_kinks(m, piece):
         sign = 1.0 if piece == FREE else -1.0
-        return vertex_within(value, sign * z[4], 0.5 * sign * (z[5] + end[5]), length)
+        rate, curvature = sign * z[4], 0.5 * sign * (z[5] + end[5])
+        if m.stages.count > 0 and length > 0.0:
+            curvature = 2.0 * ((last - value) / length - rate) / length
+        return vertex_within(value, rate, curvature, length)
     rates = margin_rate(m, gain, piece, which, z), margin_rate(m, gain, piece, which, end)
     return lowest(value, rates[0], last, rates[1], length)
 
