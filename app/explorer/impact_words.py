@@ -40,20 +40,22 @@ def advice(largest: LargestStep | None, tolerance: float, step: str | None = Non
 def over_speeds_of_motion(found: OverMotion) -> Statement:
     """What the contact gives at all closing speeds of a motion."""
     least, mean, greatest = map(restitution_text, found.restitution)
-    given = "none" if math.isnan(found.restitution.mean) else f"{least} to {greatest}, mean {mean}"
-    fewest, most = (steps_text(each) for each in (found.steps.least, found.steps.greatest))
+    given = f"{_span(least, greatest)}, mean {mean}"
+    slow, fast = Amount(found.speeds.least, "velocity"), Amount(found.speeds.greatest, "velocity")
+    same = written(slow.value, 3) == written(fast.value, 3)
     return stated(
-        "{} with closing speeds from {} to {}: restitution {}; penetration up to {}, force up to {}, "
-        "in {} to {} steps.",
+        "{} with closing speeds {}: restitution {}; penetration up to {}, force up to {}, in {} steps.",
         counted(int(found.count.sum()), "impact"),
-        Amount(found.speeds.least, "velocity"),
-        Amount(found.speeds.greatest, "velocity"),
-        given,
+        stated("of {}", fast) if same else stated("from {} to {}", slow, fast),
+        "none" if math.isnan(found.restitution.mean) else given,
         Amount(found.penetration.greatest, "displacement"),
         Amount(found.force.greatest, "force"),
-        fewest,
-        most,
+        _span(*map(steps_text, (found.steps.least, found.steps.greatest))),
     )
+
+
+def _span(*ends: str) -> str:
+    return " to ".join(dict.fromkeys(ends))
 
 
 def schemes(question: Impact) -> Iterator[tuple[Impact, WithStep]]:

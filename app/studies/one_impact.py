@@ -16,6 +16,7 @@ from vibroscope.engine import (
     ForceCourse,
     Impact,
     LargestStep,
+    OverMotion,
     Reference,
     System,
     TimeStepping,
@@ -23,6 +24,7 @@ from vibroscope.engine import (
     force_courses,
     impact,
     largest_step,
+    over_motion,
     simulate,
 )
 from vibroscope.engine.one_impact.choose import CLOSE_TO_ASKED
@@ -81,6 +83,8 @@ class PartialImpact:
         With the step that is set.
     forces : dict of str to ForceCourse
         Of the best touch, the worst and the contact without a step.
+    motion : OverMotion or None
+        With the closing speeds of all impacts of the reference; None without any.
     searched : bool
         Whether `largest` is known: None then says that no step is small enough.
     band : tuple of (float, WithStep)
@@ -96,6 +100,7 @@ class PartialImpact:
     damping: float
     found: WithStep
     forces: dict[str, ForceCourse] = field(default_factory=dict)
+    motion: OverMotion | None = None
     largest: LargestStep | None = None
     searched: bool = False
     band: tuple[tuple[float, WithStep], ...] = ()
@@ -154,12 +159,15 @@ def columns_of(found: list[WithStep] | tuple[WithStep, ...]) -> dict[str, np.nda
 def grow_impact(
     question: ImpactQuestion, last: PartialImpact | None, cancelled: Callable[[], bool]
 ) -> Iterator[PartialImpact]:
-    """The answer, the forces, the largest step, the band, the table; raises as `_answer`, and ends if cancelled."""
+    """The answer, the forces and all closing speeds, the largest step, the band, the table; ends if cancelled.
+
+    Raises as `_answer`.
+    """
     result = last or _answer(question, cancelled)
     yield result
     if not result.forces:
         forces = force_courses(result.impact, question.restitution, result.found)
-        result = replace(result, forces=forces, share=_FOLLOWED)
+        result = replace(result, forces=forces, motion=_over_motion(result, cancelled), share=_FOLLOWED)
         yield result
     if not result.searched:
         largest = largest_step(result.impact, CLOSE_TO_ASKED, question.restitution, cancelled)
@@ -195,3 +203,11 @@ def _answer(question: ImpactQuestion, cancelled: Callable[[], bool]) -> PartialI
     with suppress(ValueError):  # no damper of this law gives what is asked for
         damping = one.with_restitution(one.restitution).method.damping
     return PartialImpact(question, one, count, damping, impact(one))
+
+
+def _over_motion(result: PartialImpact, cancelled: Callable[[], bool]) -> OverMotion | None:
+    if not result.impacts:
+        return None
+    with suppress(ValueError):  # at one of the speeds the constant force or the law leaves no contact
+        return over_motion(result.impact, result.question.speed.closing_speeds(cancelled))
+    return None

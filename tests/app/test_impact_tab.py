@@ -86,6 +86,10 @@ def test_the_sentence_states_what_the_engine_finds(located):
     assert said["Answer"].startswith("You asked for 0.50")
     assert "steps on it stays within 0.05: a step of at most T/" in said["Answer"]
     assert "impacts of the reference" in said["Contact"]
+    speeds = simulate(setting.system, setting.eta, setting.reference).impacts.closing_speed
+    of_all = said["All closing speeds"]
+    assert of_all.startswith(f"{len(speeds)} impacts with closing speeds of {speeds.max():.4g}: ")  # all one
+    assert f"restitution {least:.2f} to {greatest:.2f}, mean" in of_all  # of a linear law the same at each
 
 
 def test_what_is_taken_over_keeps_what_was_asked_for():

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import panel as pn
 from vibroscope.app.explorer.field_units import beside_field, shown_field
-from vibroscope.app.explorer.impact_words import advice, answer
+from vibroscope.app.explorer.impact_words import advice, answer, over_speeds_of_motion
 from vibroscope.app.explorer.link import LINEAR, LOGARITHMIC
 from vibroscope.app.explorer.method_words import name_of_integrator, words_of_scheme
 from vibroscope.app.explorer.parameters import FIELDS
@@ -168,6 +168,7 @@ class OneImpact(StudyView):
                     lost,
                 ),
             ],
+            *([["All closing speeds", over_speeds_of_motion(result.motion)]] if result.motion else []),
         ]
 
     def figures(self) -> list[Figure]:
