@@ -5,7 +5,7 @@ gap, and the impulse P of the contact over a step,
 
     m(v₁ − v₀) = P − hF,        g₁ = g₀ + h(θv₁ + (1 − θ)v₀),
 
-    0 ≤ v₁ + ev₀  ⟂  P ≥ 0  where  g₀ + hv₀/2 ≤ 0,        else P = 0:
+    v₁ + ev₀ ≥ 0,  P ≥ 0,  (v₁ + ev₀) P = 0  where  g₀ + hv₀/2 ≤ 0,  else P = 0:
 
 one contact has v₁ = max(v₀ − hF/m, −ev₀) there. The gap itself bounds nothing: without F bodies of closing speed v
 overlap by up to hv times the larger of ½ and 1½ − θ(1 + e), and with e = 0 they stay so. The contact creates no energy

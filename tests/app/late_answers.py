@@ -105,7 +105,7 @@ class World(Document):
         put(compute, "own_time", lambda: self.now)
         for part in DRAWN:
             put(explore, part, MagicMock())
-        put(compute.compilation, "when_done", lambda act, *, opening=False: act())
+        put(compute.compilation, "when_done", lambda act, needs=None: act())
         put(compute, "give_way", lambda: None)
         put(explore, "JobQueue", lambda deliver: Queue(deliver, solve=self._solve_runs, pool=self))
         put(explore, "prepare", lambda runs: Result(runs.setting, MagicMock(), description_of(runs.setting)))
