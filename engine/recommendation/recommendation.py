@@ -1,7 +1,7 @@
 """What a search recommends."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from ..methods import TimeStepping
 from ..one_impact.of_system import ContactAlone
@@ -87,7 +87,7 @@ class Recommendation:
     served: tuple[Served, ...] = ()
     left_out: tuple[float, ...] = ()
     joint_damping: float = math.nan
-    alone: ContactAlone | None = None
+    alone: ContactAlone | None = field(default=None, compare=False)  # follows from the others
     limit: str = ""
     reason: str = ""
     kind: str = ""

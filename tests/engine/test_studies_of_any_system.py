@@ -129,7 +129,7 @@ def test_a_plane_of_a_system_at_rest_has_no_error_to_divide():
 def test_a_fit_takes_the_constants_that_the_system_has():
     measured = synthetic_measurement(WALL, 1.3, periods=2, noise=0.0)
     found = fit(WALL, 1.3, measured)
-    assert list(found.values) == ["restitution", "d1"]
+    assert list(found.values) == ["restitution", "d1", "zero1"]
     assert found.values["restitution"] == pytest.approx(0.7, abs=1e-4)
     with pytest.raises(ValueError, match="cannot fit d2: a wall has no such number"):
         fit(WALL, 1.3, measured, names=["d2"])
