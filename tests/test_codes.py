@@ -7,9 +7,6 @@ from importlib.metadata import version
 
 import numpy as np
 import pytest
-from vibroscope.app.codes.catalogue import codes
-from vibroscope.app.codes.contact_words import Around
-from vibroscope.app.codes.translation import PHYSICAL, translate
 from vibroscope.app.commands.cli import main
 from vibroscope.app.export.decks import DeckProblem, deck
 from vibroscope.engine import (
@@ -185,38 +182,23 @@ def test_our_steps_with_a_law_of_hertz_are_those_of_the_engine():
     assert state[[0, 2, 1, 3]] == pytest.approx(run.section[-1], abs=1e-10)
 
 
-WORDS = {"K": "1e5 N/m", "c": "80 N s/m"}
-
-
-def dropped(code, step, words=WORDS, way=0, start=0.5):
+def dropped(code, step, words=drops.WORDS, way=0, start=0.5):
     """A drop of 1 kg at 1 m/s in a code that runs here, with its words for a contact."""
     if not drops.runs_here(code):
         pytest.skip(f"{drops.CODES[code].module} cannot be imported")
-    target = codes()[code]
-    made = translate(PHYSICAL, words, target, Around(mass=1.0, speed=1.0, step=step)).written[way]
+    made = drops.translated(code, way, words, step)
     return made, drops.drop(code, made.words, mass=1.0, speed=1.0, step=step, start=start)
 
 
-def touched(integrator, status, step, start=0.5, damping=80.0):
-    """The same touch by the engine: restitution, deepest penetration and largest force."""
-    method = TimeStepping(1e5, damping / 2, 4, integrator, status, law="cut")
-    question = Impact(method, speed=1.0, mass=1.0, time_step=step)
-    rate, _, depth, force, *_ = question.touches.run(np.array([start]))[0]
-    return rate, depth * question.units.length, force * question.units.force
-
-
-@pytest.mark.parametrize("step", [1e-3, 1e-4])
+@pytest.mark.parametrize("step", drops.STEPS)
 @pytest.mark.parametrize(
-    ("code", "way", "scheme", "error"),
-    [
-        ("mujoco", 0, (SemiImplicitEuler(), "start"), 1e-3),  # of its impedance, which is less than 1
-        ("gazebo", 1, (BackwardEuler(), "start"), 1e-5),  # of six digits
-        ("drake", 1, (BackwardEuler(), "start"), 1e-9),
-    ],
+    ("code", "error"),
+    [("mujoco", 1e-3), ("gazebo", 1e-5), ("drake", 1e-9)],  # its impedance is less than 1; six digits; rounding
 )
-def test_a_drop_is_a_touch_of_one_impact(code, way, scheme, error, step):
+def test_a_drop_is_a_touch_of_one_impact(code, error, step):
+    way, integrator = drops.SCHEMES[code]
     _, found = dropped(code, step, way=way)
-    assert found == pytest.approx(touched(*scheme, step), rel=error)
+    assert found == pytest.approx(drops.touch(integrator, step), rel=error)
 
 
 def test_mujoco_asked_for_three_quarters_gives_up_to_0_82():
@@ -233,8 +215,9 @@ def test_mujoco_asked_for_three_quarters_gives_up_to_0_82():
 
 def test_numbers_of_the_documentation_on_drops():
     text = (ROOT / "docs/choosing.md").read_text()
-    schemes = (BackwardEuler(), "start"), (SemiImplicitEuler(), "start")
-    ours = [touched(*scheme, step)[0] for scheme in schemes for step in (1e-3, 1e-4)]
+    ours = [
+        drops.touch(each, step).restitution for each in (BackwardEuler(), SemiImplicitEuler()) for step in drops.STEPS
+    ]
     assert [round(e, 2) for e in ours] == [0.48, 0.66, 0.69, 0.69]
     assert (
         "rebounds with 0.48 if the contact has ten steps, and with 0.66 if it has a hundred; MuJoCo with 0.69" in text
@@ -244,7 +227,7 @@ def test_numbers_of_the_documentation_on_drops():
 @pytest.mark.parametrize("way", [0, 1])
 def test_bullet_acts_in_the_step_in_which_the_bodies_would_touch(way):
     made, found = dropped("bullet", 1e-4, way=way)
-    assert found.restitution == pytest.approx(touched(BackwardEuler(), "start", 1e-4)[0], rel=0.01)
+    assert found.restitution == pytest.approx(drops.touch(BackwardEuler(), 1e-4).restitution, rel=0.01)
     assert found.restitution < made.restitution
 
 

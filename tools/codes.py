@@ -18,6 +18,7 @@ from pathlib import Path
 from vibroscope.app.export.decks import DeckProblem
 from vibroscope.engine.sweeps.digest import solver_digest
 
+from tools import drops
 from tools.hertz_codes import compare_law, is_offered, law_cells, law_problems
 from tools.mujoco_code import CASES, IMPEDANCE, PERIODS, compare_mujoco, mujoco_version
 from tools.mujoco_code import STEPS as MUJOCO_STEPS
@@ -63,6 +64,13 @@ contact, from rest. Displacements are in base amplitudes.
 ## MuJoCo
 
 {mujoco}
+
+## One drop
+
+A body of 1 kg meets the ground at 1 m/s, with K = {stiffness:g} N/m and c = {damping:g} N·s/m in each code's own words
+(`vibroscope codes translate`), and leaves it; it touches in the middle of a step. Ours is the same touch of One impact.
+
+{drops}
 
 ## Not run
 
@@ -165,6 +173,9 @@ def main() -> None:
             hertz=hertz_text(Path(folder)) if versions["OpenSeesPy"] else "Not run here.",
             calculix=calculix_text(Path(folder)) if versions["CalculiX"] else "There is no command ccx here.",
             mujoco=mujoco_text() if versions["MuJoCo"] else "Cannot be imported here.",
+            stiffness=drops.STIFFNESS,
+            damping=drops.DAMPING,
+            drops=drops_text(),
         )
     print(text, end="")
     if options.write:
@@ -258,6 +269,20 @@ def mujoco_text() -> str:
         table=table(("η", "K", "D", "step", "steps", "MuJoCo beside ours"), cells),
         own=f"{max(run.own for _, _, run in found):.0e}",
     )
+
+
+def drops_text() -> str:
+    """The part of the page on drops: of the codes that can be imported."""
+    head = "code", "its words", "step", "integrator of ours", "restitution, penetration and force beside ours"
+    cells = []
+    for code, (way, integrator) in drops.SCHEMES.items():
+        for step in drops.STEPS if drops.runs_here(code) else ():
+            words = drops.translated(code, way, step=step)
+            found = drops.drop(code, words.words, mass=1.0, speed=1.0, step=step)
+            off = max(abs(one / other - 1.0) for one, other in zip(found, drops.touch(integrator, step), strict=True))
+            result = f"e = {found.restitution:.3f}; all three agree to {off:.0e}"
+            cells.append([drops.CODES[code].module, f"`{words.line}`", f"{1e3 * step:g} ms", integrator.name, result])
+    return table(head, cells) if cells else "None can be imported here."
 
 
 def table(head, rows) -> str:

@@ -11,7 +11,20 @@ from collections.abc import Callable, Iterator, Mapping
 from importlib.util import find_spec
 from typing import NamedTuple
 
+import numpy as np
+from vibroscope.app.codes.catalogue import codes
+from vibroscope.app.codes.contact_words import Around
+from vibroscope.app.codes.translation import PHYSICAL, Written, translate
+from vibroscope.engine import BackwardEuler, Impact, SemiImplicitEuler, TimeStepping
+from vibroscope.engine.integrators import Integrator
+
 from tools.mujoco_code import IMPEDANCE
+
+STIFFNESS, DAMPING = 1e5, 80.0  # N/m and N·s/m, of 1 kg at 1 m/s
+STEPS = 1e-3, 1e-4  # s: ten and a hundred in a contact
+WORDS = {"K": f"{STIFFNESS:g} N/m", "c": f"{DAMPING:g} N s/m"}
+# Codes whose touch is one of ours: which of their ways to say a contact is taken, and the integrator.
+SCHEMES = {"mujoco": (0, SemiImplicitEuler()), "gazebo": (1, BackwardEuler()), "drake": (1, BackwardEuler())}
 
 _LONGEST = 10_000_000  # steps
 _RADIUS = 1.0  # m, of a sphere
@@ -63,6 +76,19 @@ def drop(code: str, words: Mapping[str, str], *, mass: float, speed: float, step
         if (gap > 0.0 and rate > 0.0) or done > _LONGEST:
             break
     return Drop(before / speed, deepest, largest)
+
+
+def translated(code: str, way: int, words: Mapping[str, str] = WORDS, step: float = STEPS[0]) -> Written:
+    """The contact of 1 kg at 1 m/s in one of the ways in which a code says it."""
+    return translate(PHYSICAL, words, codes()[code], Around(mass=1.0, speed=1.0, step=step)).written[way]
+
+
+def touch(integrator: Integrator, step: float, start: float = 0.5) -> Drop:
+    """The same by the engine: one touch, with the contact status from the start of the step."""
+    method = TimeStepping(STIFFNESS, DAMPING / 2, 4, integrator, "start", law="cut")
+    question = Impact(method, speed=1.0, mass=1.0, time_step=step)
+    rate, _, depth, force, *_ = question.touches.run(np.array([start]))[0]
+    return Drop(rate, depth * question.units.length, force * question.units.force)
 
 
 def runs_here(code: str) -> bool:

@@ -89,7 +89,7 @@ class ImpactView:
 
     def _over_steps(self) -> figure:
         axes = {"x_range": self.ranges["steps"].range, "y_range": self.ranges["restitution"].range}
-        words = "steps in a contact", "restitution e, whenever the bodies touch"
+        words = "steps in a contact, t_c/Δτ", "restitution e, whenever the bodies touch"
         plot = make_figure("", *words, name="impact_band", x_axis_type="log", **axes)
         area = {"left": "left", "right": "right", "bottom": "least", "top": "greatest"}
         band = add_glyph(plot, Quad(**area, fill_color=VERMILLION, fill_alpha=0.3, line_color=None), self.band)
