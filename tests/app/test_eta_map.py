@@ -5,6 +5,7 @@ from functools import partial
 import bokeh.document
 import numpy as np
 import pytest
+from bokeh.io.doc import patch_curdoc
 from bokeh.models import Label
 from vibroscope.app.explorer.compute import compute_runs
 from vibroscope.app.explorer.diagrams import load_diagram
@@ -169,3 +170,12 @@ def test_no_map_is_computed_while_the_system_moves_or_the_tab_is_hidden(explore,
     assert [job.cancelled for job in jobs] == [True, False]
     tab.hide()
     assert [job.cancelled for job in jobs] == [True, True]
+
+
+def test_the_picture_is_made_without_the_document_that_another_session_has_left_behind():
+    """Bokeh has one current document for all threads: in that of a view it may be one of a session that has ended."""
+    phase, ended = PhaseView(), Document()
+    del ended._theme  # as Panel destroys a document
+    with patch_curdoc(ended):
+        view = EtaMapView(phase.sections)
+    assert not view.picture.data["image"][0].any()

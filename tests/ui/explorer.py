@@ -146,7 +146,9 @@ class Explorer:
         return self.page.locator(f".line.{name} > p").text_content()
 
     def source(self, name):
-        """Columns of one data source as lists; not a number becomes None."""
+        """Columns of one data source as lists, once the page has it; not a number becomes None."""
+        exists = "name => !!Bokeh.documents[0].get_model_by_name(name)"
+        wait_until(lambda: self.page.evaluate(exists, name), what=f"the source {name}")
         return self.page.evaluate(SOURCE, name)
 
     def figure(self, name):

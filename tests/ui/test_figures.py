@@ -98,7 +98,7 @@ def test_a_pin_keeps_the_result_and_the_link_brings_it_back(visit):
     explorer = visit(PAPER)
     first = explorer.sources()
     explorer.moved(lambda: explorer.page.get_by_role("button", name="Keep this result").click())
-    assert explorer.source("pinned1_phase_penalty") == first["phase_penalty"]
+    wait_until(lambda: explorer.source("pinned1_phase_penalty") == first["phase_penalty"], what="the curves of the pin")
     explorer.moved(lambda: explorer.type("K", "9000"))
     assert explorer.source("pinned1_phase_penalty") == first["phase_penalty"] != explorer.source("phase_penalty")
     explorer.wait_for_address(K="9000", pin="eta=1.08&K=2500&D=8&steps=2000")

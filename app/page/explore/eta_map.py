@@ -229,8 +229,6 @@ def _picture_figure():
 
 
 def _rendered():
-    hv.renderer("bokeh").webgl = False
-    hv.renderer("bokeh").theme = THEME
     axes = [hv.Dimension("eta", label="excitation frequency η = Ω/ω₁"), hv.Dimension("xi", label="ξ")]
     image = hv.Image(np.zeros((2, 2), np.uint8), bounds=(_ETA[0], -10, _ETA[1], 10), kdims=axes, vdims="shade").opts(
         cmap=_SHADES,
@@ -242,4 +240,8 @@ def _rendered():
         tools=["pan", "box_zoom", "wheel_zoom", "reset", "save"],
         active_tools=["box_zoom"],
     )
-    return hv.render(image, backend="bokeh")
+    # As in a notebook the figure gets a document of its own. Else HoloViews would give its theme to Bokeh's current one,
+    # which in a thread is that of whichever session the loop serves meanwhile, or of one that has ended.
+    renderer = hv.renderer("bokeh").instance(theme=THEME, webgl=False)
+    renderer.notebook_context = True
+    return renderer.get_plot(image).state

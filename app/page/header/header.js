@@ -152,8 +152,8 @@ function question(model, views) {
 const COMPILING = {
   false: "First start: the solvers are being compiled for this machine. Until then the page shows what was shipped with it; "
     + "the figures follow your moves as soon as those of this page are ready.",
-  true: "First start: Explore follows your moves now. The solvers of the other tabs, and what is set under System and Solver, "
-    + "are still being compiled for this machine.",
+  true: "First start: Explore follows your moves now. Its verdicts, the other tabs, and what is set under System and Solver, "
+    + "may wait: the rest is being compiled.",
 };
 
 function compilationLine(model) {
@@ -164,10 +164,10 @@ function compilationLine(model) {
   text.setAttribute("role", "status");
   line.append(text, bar, element("span", "what"));
   const draw = () => {
-    const { share, what, opens } = model.compiling;
+    const { share, what, compiled } = model.compiling;
     line.hidden = share === undefined;
     if (line.hidden) return;
-    setText(text, COMPILING[opens]);
+    setText(text, COMPILING[compiled > 0]);
     bar.value = share;
     line.lastChild.textContent = what;
   };
