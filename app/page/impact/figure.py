@@ -125,6 +125,7 @@ class ImpactView:
         names = LEGENDS["impact_force"]
         self._courses = {name: LegendItem(label=names[name], renderers=drawn[name]) for name in names}
         legend_above(plot, [*self._courses.values()])
+        plot.legend.ncols = 1  # its labels change: how many fit beside each other would be that of older ones
         plot.add_tools(
             hover_tool([each[0] for each in drawn.values()], {"time since touch": "@time", "force": "@force"})
         )
