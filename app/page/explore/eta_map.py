@@ -240,7 +240,7 @@ def _rendered():
         tools=["pan", "box_zoom", "wheel_zoom", "reset", "save"],
         active_tools=["box_zoom"],
     )
-    # As in a notebook the figure gets a document of its own. Else HoloViews would give its theme to Bokeh's current one,
+    # As in a notebook the figure gets its own document. Else HoloViews gives its theme to the current one of Bokeh,
     # which in a thread is that of whichever session the loop serves meanwhile, or of one that has ended.
     renderer = hv.renderer("bokeh").instance(theme=THEME, webgl=False)
     renderer.notebook_context = True
