@@ -7,6 +7,7 @@ import numpy as np
 
 from ..drivers.alone import force_alone, parameters_alone
 from .forward import WithStep, impact
+from .instants import SHORT
 from .question import Impact
 
 CONTACT_TIMES = 2.0  # after so many a contact that has not ended is not followed further
@@ -59,6 +60,8 @@ def force_courses(
     wanted = question.without_step.restitution if asked is None else asked
     u, until = question.units, CONTACT_TIMES * question.contact_time
     known = np.isfinite(found.restitutions)
+    lasting = found.instant[:, -1:] - found.instant[:, :1] > SHORT  # else rounding decides what a touch there gives
+    known &= lasting | ~(known & lasting).any()
     off, touches, courses = np.abs(found.restitutions[known] - wanted), question.touches, {}
     for name, choose in (("best", np.argmin), ("worst", np.argmax)) if known.any() else ():
         k = choose(off)
