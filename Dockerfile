@@ -28,11 +28,12 @@ RUN .venv/bin/python -m pip install --no-deps --no-build-isolation --editable . 
  && .venv/bin/python -m pip uninstall --yes --quiet setuptools pip \
  && tools/trim-image .venv
 
-# Bytecode is left of what these runs import, which is what the server imports.
+# Bytecode is left of what these runs import, which is what the server imports, at its start and for its first picture.
 ENV VIBROSCOPE_CACHE_DIR=/opt/vibroscope/cache
 RUN tools/container-entry .venv/bin/vibroscope warm \
  && NUMBA_CPU_NAME=generic tools/container-entry .venv/bin/vibroscope warm \
  && .venv/bin/python -c "import vibroscope.app.server.server" \
+ && .venv/bin/python -c "from matplotlib.backends import backend_agg, backend_pdf, backend_svg" \
  && .venv/bin/python -m compileall -q app assets engine
 
 

@@ -32,7 +32,7 @@ help:
 	@echo "make lock       renew requirements/ from pyproject.toml"
 	@echo "make image      build and run the container image without a container engine (Debian, root)"
 	@echo "make proxy      try the reverse proxy of compose.yaml on this machine (needs nginx, curl; openssl)"
-	@echo "make release    image, proxy and the wheel of dist/ where they can be tried, fuzz, faults, load, soak: an hour and a half"
+	@echo "make release    image, proxy and the wheel of dist/ where they can be tried, all examples, fuzz, faults, load, soak: two hours"
 	@echo "make clean      remove .venv and the files of tools"
 
 run: $(VENV)/run
@@ -48,12 +48,12 @@ in-process: $(VENV)/test
 	$(BIN)/vibroscope warm
 	OPENBLAS_NUM_THREADS=1 $(BIN)/pytest --in-process --numprocesses 2 --dist worksteal --ignore tests/ui $(ARGS)
 
-# In two processes, file by file in the order of their names, so that the tests with a browser come last in each: the
+# Likewise, file by file in the order of their names, so that the tests with a browser come last in each: the
 # browser's driver leaves an event loop running.
 test: $(VENV)/test
 	@browser=$$($(BIN)/python tools/browser.py) && echo "browser: $$browser"
 	$(BIN)/vibroscope warm # compiles the kernels, so that no test waits for the compiler
-	$(BIN)/pytest --numprocesses 2 --dist loadfile --no-loadscope-reorder $(ARGS)
+	OPENBLAS_NUM_THREADS=1 $(BIN)/pytest --numprocesses 2 --dist loadfile --no-loadscope-reorder $(ARGS)
 
 bench: $(VENV)/test
 	@for script in benchmarks/[!_]*.py; do echo "== $$script"; $(BIN)/python $$script || exit 1; done
@@ -91,7 +91,7 @@ lint: $(VENV)/test
 	$(BIN)/hadolint Dockerfile
 
 snapshots: $(VENV)/test
-	$(BIN)/pytest tests/ui/test_snapshots.py --renew-snapshots $(ARGS)
+	$(BIN)/pytest tests/ui/test_snapshots.py --renew-snapshots --all-examples $(ARGS)
 
 diagram: $(VENV)/run
 	$(BIN)/vibroscope diagram --write
@@ -112,7 +112,9 @@ release: $(VENV)/test
 	  echo "NOT TRIED: the proxy, which needs nginx and curl (Debian: apt install nginx-light curl)"; fi; \
 	if [ -n "$$(ls dist/*.whl 2>/dev/null)" ]; then tools/try-dist.sh; else \
 	  echo "NOT TRIED: the wheel, which make dist builds"; fi; \
-	$(BIN)/pytest -m release -s -o faulthandler_timeout=1800 tests/release tests/ui/test_walk.py $(ARGS); \
+	$(BIN)/pytest --all-examples --numprocesses 2 --dist worksteal --ignore tests/ui $(ARGS); \
+	$(BIN)/pytest --all-examples tests/ui/test_snapshots.py $(ARGS); \
+	$(BIN)/pytest -m release -s -o faulthandler_timeout=1800 tests/release tests/engine tests/test_docs.py tests/ui/test_walk.py $(ARGS); \
 	} 2>&1 | tee build/release.log; code=$$?; \
 	echo; grep -E 'NOT (TRIED|PINNED)' build/release.log || echo "release: nothing was left out"; exit $$code
 

@@ -111,7 +111,7 @@ def collected(doc: Document) -> Iterator[Unsent]:
         unsent.others.extend(event for event in events if not isinstance(event, DocumentPatchedEvent))
         monkeypatch_events(changes)
         if changes and doc.session_context is not None:
-            for connection in doc.session_context.session._subscribed_connections:
+            for connection in list(doc.session_context.session._subscribed_connections):  # a copy: they come and go
                 unsent.messages.append((connection, connection.protocol.create("PATCH-DOC", changes)))
 
 

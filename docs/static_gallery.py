@@ -21,14 +21,13 @@ from entries import histories, phases  # noqa: E402
 from gallery import comparison, settings  # noqa: E402
 from vibroscope.app.explorer.scenes import scenes  # noqa: E402
 from vibroscope.app.explorer.shelf import shelf  # noqa: E402
-from vibroscope.app.export.formats import Figure  # noqa: E402
 from vibroscope.app.export.report import STYLE, Findings, as_report  # noqa: E402
 from vibroscope.app.export.scripts import as_command, as_python  # noqa: E402
 from vibroscope.engine import percent, verdict  # noqa: E402
 
 PLANE = "Velocity over displacement, at most twelve periods"
 TIME = "Displacements and contact force over time; the reference has impulses in place of a force"
-FIGURES = {Figure("phases", "Phase plots", PLANE): phases, Figure("histories", "Over time", TIME): histories}
+FIGURES = {PLANE: phases, TIME: histories}
 
 
 def drawn(figure) -> str:
@@ -36,7 +35,7 @@ def drawn(figure) -> str:
     text = io.StringIO()
     figure.savefig(text, format="svg", bbox_inches="tight")
     plt.close(figure)
-    return text.getvalue()[text.getvalue().index("<svg") :]
+    return text.getvalue()
 
 
 def page(key: str) -> str:
@@ -48,13 +47,8 @@ def page(key: str) -> str:
     words = {"What it shows": entry.caption, "Verdict": " ".join((said.headline, *said.details))}
     words |= {"Parts of the difference": "; ".join(f"{name} {text}" for name, text in parts.items())} if parts else {}
     source = {"program": f"Vibroscope {version('vibroscope')}", "made": f"{datetime.now(UTC):%d %B %Y}", "address": ""}
-    text = as_report(
-        entry.title, Findings(words), setting, list(FIGURES), [as_command(setting), as_python(setting)], source
-    )
-    for figure, draw in FIGURES.items():
-        place = f'<div data-figure="{figure.name}"></div>'
-        text = text.replace(place, f"<div>{drawn(draw(setting))}</div>")
-    return text
+    figures = [(drawn(draw(setting)), caption) for caption, draw in FIGURES.items()]
+    return as_report(entry.title, Findings(words), setting, figures, [as_command(setting), as_python(setting)], source)
 
 
 def index(keys: list[str]) -> str:

@@ -9,9 +9,9 @@ What is wrong with an argument is a ValueError in one line, its kind included (:
 from importlib import import_module
 from inspect import isfunction
 
-from .arguments import checked
-from .excitation import Excitation
-from .integrators import (
+from vibroscope.engine.arguments import checked
+from vibroscope.engine.excitation import Excitation
+from vibroscope.engine.integrators import (
     HHT,
     INTEGRATORS,
     TRBDF2,
@@ -25,7 +25,8 @@ from .integrators import (
     NewmarkBeta,
     SemiImplicitEuler,
 )
-from .methods import (
+from vibroscope.engine.load import Load
+from vibroscope.engine.methods import (
     CONTACT_LAWS,
     CONTACT_STATUSES,
     INITIAL_ACCELERATIONS,
@@ -38,11 +39,21 @@ from .methods import (
     Reference,
     TimeStepping,
 )
-from .model import System
-from .result import STATUSES, Cancelled, Checkpoint, Cost, Impacts, Record, Response, Status, Trajectory
+from vibroscope.engine.model import System
+from vibroscope.engine.result import (
+    STATUSES,
+    Cancelled,
+    Checkpoint,
+    Cost,
+    Impacts,
+    Record,
+    Response,
+    Status,
+    Trajectory,
+)
 
 # The module has the name of the function: imported later, it would take the function's place here.
-from .simulate import simulate as _simulate
+from vibroscope.engine.simulate import simulate as _simulate
 
 simulate = checked(_simulate)
 
@@ -146,6 +157,10 @@ _LATER = {
         "system_text",
         "toml_tables",
     ),
+    "transients.difference": ("TransientDifference", "transient_difference"),
+    "transients.record_file": ("parse_record", "read_record"),
+    "transients.response_spectrum": ("ShockResponse", "shock_response"),
+    "transients.run": ("Transient", "transient"),
     "units": ("QUANTITIES", "UNIT_SYSTEMS", "Units", "written"),
     "wording": ("counted", "end_text", "finite_or_none", "many", "percent", "rounded"),
 }
@@ -180,6 +195,7 @@ __all__ = [
     "Impacts",
     "Integrator",
     "LargestStep",
+    "Load",
     "Material",
     "Method",
     "NewmarkBeta",

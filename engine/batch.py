@@ -6,17 +6,13 @@ A sweep needs the Poincaré section of each run and what kind of motion it is, n
 from collections.abc import Callable, Sequence
 
 import numpy as np
-
-from .cells import STATUSES, CellResults, Cells
-from .checks import require, whole
-from .drivers import batch as driver
-from .drivers.section import describe_section, name_numbers
-from .drivers.threads import GRAIN, share_out, thread_count
-from .methods import Method
-from .model import System
-from .motions.lyapunov import Lyapunov, Motions, follow_all
-from .result import Cancelled, Response
-from .simulate import KEEP_LIMIT, PERIODS_LIMIT, STEPS_LIMIT, simulate
+from vibroscope.engine.cells import STATUSES, CellResults, Cells
+from vibroscope.engine.checks import require, whole
+from vibroscope.engine.drivers import batch as driver
+from vibroscope.engine.drivers.section import describe_section, name_numbers
+from vibroscope.engine.drivers.threads import GRAIN, share_out, thread_count
+from vibroscope.engine.result import Cancelled, Response
+from vibroscope.engine.simulate import KEEP_LIMIT, PERIODS_LIMIT, STEPS_LIMIT, simulate
 
 FEW_CELLS = 8  # cells or chains for each thread: so few may take long, and threads take them one by one
 
@@ -92,50 +88,9 @@ def run_cells(
         run_cell = _single_runs(cells, task, results, solutions)
         worker = driver.make_worker(cells.method, cells.parameters(), start, order, chained, task, results, run_cell)
         ends = np.append(np.flatnonzero(~chained)[1:], len(order))
-        share_out(ends, threads, worker, progress, cancelled, grain=1 if len(ends) <= FEW_CELLS * threads else GRAIN)
+        grain = 1 if len(ends) <= FEW_CELLS * threads else GRAIN
+        share_out(ends, worker, threads=threads, progress=progress, cancelled=cancelled, grain=grain)
     return cell_results(cells, results, solutions)
-
-
-def follow_cells(
-    cells: Cells,
-    places: np.ndarray,
-    starts: np.ndarray,
-    periods: int,
-    judge: Callable[[int, Lyapunov], None],
-    *,
-    threads: int | None = None,
-    cancelled: Callable[[], bool] | None = None,
-) -> None:
-    """Compute the largest Lyapunov exponent of some cells of a method without a time step, each from its own start.
-
-    Parameters
-    ----------
-    cells : Cells
-    places : (m,) ndarray of int
-        The cells, by their index.
-    starts : (m, 4) ndarray
-        ξ₁, ξ₁′, ξ₂, ξ₂′ of each at τ ≡ 0 mod T.
-    periods : int
-        As of :func:`engine.lyapunov`.
-    judge : callable
-        ``judge(i, followed)`` takes the outcome of cell i as soon as it is known, in any thread and order.
-    threads, cancelled
-        As of :func:`run_cells`.
-
-    Raises
-    ------
-    Cancelled
-        If ``cancelled`` returned true.
-    """
-
-    def problem(k: int) -> tuple[System, float, Method]:
-        return cells.system_of(places[k]), cells.eta[places[k]], cells.method_of(places[k])
-
-    def judge_cell(k: int, followed: Lyapunov) -> None:
-        judge(int(places[k]), followed)
-
-    motions = Motions(cells.method, cells.parameters()[places], starts, problem)
-    follow_all(motions, periods, judge_cell, threads=thread_count(threads), cancelled=cancelled)
 
 
 def _in_chains(cells: Cells) -> tuple[np.ndarray, np.ndarray]:
@@ -194,7 +149,7 @@ def write_response(response: Response, task: driver.Task, results, i: int) -> No
     results.section[i] = response.section[:, list(task.coordinates)]
     results.end[i] = response.section[-1]
     if response.method.rigid:  # a run that starts from there must not penetrate, not even by rounding
-        results.end[i, 2] = max(results.end[i, 0], results.end[i, 2])
+        results.end[i] = response.system.without_penetration(response.section[-1])
 
 
 def cell_results(cells: Cells, results, solutions: np.ndarray) -> CellResults:

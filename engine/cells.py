@@ -5,14 +5,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-
-from .arguments import shown
-from .checks import require
-from .drivers.event_driven import overlap_message
-from .drivers.parameters import at_eta, parameter_rows, parameters_of
-from .methods import METHOD_NUMBERS, Method
-from .model import System, check_eta
-from .result import STATUSES, Status
+from vibroscope.engine.arguments import shown
+from vibroscope.engine.checks import require
+from vibroscope.engine.drivers.event_driven import overlap_message
+from vibroscope.engine.drivers.parameters import at_eta, parameter_rows, parameters_of_stops
+from vibroscope.engine.methods import METHOD_NUMBERS, Method
+from vibroscope.engine.model import System, check_eta
+from vibroscope.engine.result import STATUSES, Status
 
 
 @dataclass(frozen=True)
@@ -133,12 +132,12 @@ class Cells:
         return np.array([system.rest for system in self.system]).reshape(len(self), 4)
 
     def parameters(self) -> np.ndarray:
-        """A row of :class:`engine.kernels.parameters.Parameters` for each cell."""
+        """A row of :class:`engine.kernels.parameters.Parameters` for each cell, as seen from the first stop."""
         if isinstance(self.system, System):
-            rows = np.tile(parameters_of(self.system, 1.0, self.method), (len(self), 1))
+            rows = np.tile(parameters_of_stops(self.system, 1.0, self.method)[0], (len(self), 1))
             power = self.system.excitation.power
         else:
-            rows = np.array([parameters_of(system, 1.0, self.method) for system in self.system])
+            rows = np.array([parameters_of_stops(system, 1.0, self.method)[0] for system in self.system])
             power = np.array([system.excitation.power for system in self.system])
         return parameter_rows(at_eta(rows, self.eta, power), self._own())
 

@@ -2,7 +2,7 @@
 
 import math
 
-from .arguments import shown
+from vibroscope.engine.arguments import shown
 
 
 def require(name: str, value: float, low: float, high: float, advice: str, *, open_low=False, open_high=False) -> float:

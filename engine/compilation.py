@@ -20,28 +20,30 @@ from enum import IntEnum
 from typing import NamedTuple
 
 import numpy as np
-
-from .batch import run_cells
-from .cells import Cells
-from .compile_helpers import Claims, Helpers, end_with_input, report
-from .divergence.compare import ComparisonQuestion, compare
-from .divergence.verdict import verdict
-from .drivers import settle
-from .drivers.code_cache import CompileListener, compilable_functions, complete_mark, is_cache_private
-from .drivers.event_driven import hybrid_state
-from .drivers.orbit import OrbitEquations, event, numbers_of, steps
-from .integrators import HHT
-from .methods import ExactPenalty, Method, Newmark, Reference, TimeStepping, with_located_steps
-from .model import System
-from .motions.lyapunov import lyapunov
-from .motions.motion import motion
-from .motions.section import settled_period
-from .motions.steady import steady
-from .one_impact.forward import impact
-from .one_impact.question import Impact
-from .result import Record
-from .simulate import simulate
-from .sweeps.plane_study import PlaneStudy
+from vibroscope.engine.batch import run_cells
+from vibroscope.engine.cells import Cells
+from vibroscope.engine.compile_helpers import Claims, Helpers, end_with_input, report
+from vibroscope.engine.divergence.compare import ComparisonQuestion, compare
+from vibroscope.engine.divergence.verdict import verdict
+from vibroscope.engine.drivers import settle
+from vibroscope.engine.drivers.code_cache import CompileListener, compilable_functions, complete_mark, is_cache_private
+from vibroscope.engine.drivers.event_driven import hybrid_state
+from vibroscope.engine.drivers.orbit import OrbitEquations, event, numbers_of, steps
+from vibroscope.engine.energy.balance import energy_balance
+from vibroscope.engine.integrators import HHT
+from vibroscope.engine.load import Load
+from vibroscope.engine.methods import ExactPenalty, Method, Newmark, Reference, TimeStepping, with_located_steps
+from vibroscope.engine.model import System
+from vibroscope.engine.motions.lyapunov import lyapunov
+from vibroscope.engine.motions.motion import motion
+from vibroscope.engine.motions.section import settled_period
+from vibroscope.engine.motions.steady import steady
+from vibroscope.engine.one_impact.forward import impact
+from vibroscope.engine.one_impact.question import Impact
+from vibroscope.engine.result import Record
+from vibroscope.engine.simulate import simulate
+from vibroscope.engine.sweeps.plane_study import PlaneStudy
+from vibroscope.engine.transients.run import transient
 
 
 class Compiled(IntEnum):
@@ -164,7 +166,7 @@ def _settle(cells: Cells) -> None:
 
 def _step(system: System) -> None:
     """Take a step of Newton's method to an orbit, and find what a branch needs at one."""
-    problem, cycle, start, ones = (system, 1.08, Reference()), ((), False, 1), np.zeros(4), np.ones(5)
+    problem, cycle, start, ones = (system, 1.08, Reference()), ((), 0, 1), np.zeros(4), np.ones(5)
     equations = OrbitEquations(*problem)
     hybrid_state(*problem, start)
     found = equations(cycle, start)
@@ -179,16 +181,27 @@ def _step(system: System) -> None:
     steps.doubling_indicator(found.jacobian)
     steps.neimark_sacker_indicator(found.jacobian)
     steps.interpolated(np.zeros(1), np.array([x]), np.array([ones]), ones, 0.1)
-    steps.least_of_margins(found.facts, start[4:], 0.0, np.zeros((2, 1), dtype=np.int64))
-    steps.margin_values(found.facts, start[4:], 0.0, np.zeros((2, 1), dtype=np.int64))
+    conditions = np.zeros((2, 1), dtype=np.int64)
+    steps.least_of_margins(found.facts, start[4:], 0.0, conditions)
+    steps.margin_values(found.facts, start[4:], 0.0, conditions)
+    steps.monodromy_of(found.jacobian)
     steps.impact_that_may_stick(numbers_of((event.PART,)), found.facts, found.facts, 0.0, 0)
     steps.null_vector(np.eye(4, 5))
+
+
+def _balance_and_load(system: System) -> None:
+    """Balance the energy of a law whose contact is open in the end, and run under a pulse."""
+    pressed = replace(system, clearance=-10.0)
+    energy_balance(simulate(pressed, 1.08, _RUNS["other contact laws"], periods=4, keep=2))
+    transient(system, Load.half_sine(1.0, 1.0), Reference())
 
 
 def _meet() -> None:
     """Let two bodies meet, with a step and without."""
     for status in ("start", "located"):
-        impact(Impact(TimeStepping(1.0, 0.1, 4, status=status), 1.0, time_step=0.5))
+        question = Impact(TimeStepping(1.0, 0.1, 4, status=status), 1.0, time_step=0.5)
+        impact(question)
+        question.touches.force(0.5, 4)
     _ = Impact(ExactPenalty(1.0, 0.1), 1.0).without_step  # which is computed when it is asked for
 
 
@@ -223,10 +236,12 @@ def stages() -> list[list[Call]]:
             "branches": lambda: _step(system),
             "Lyapunov exponents": lambda: settled_period(lyapunov(system, 1.08, Reference(), periods=256).section),
             **studies,
-            "errors of studies": lambda: PlaneStudy(
-                system, _NEWMARK, 2.76, transient=1, sample=2, K=[2500.0], D=[8.0]
-            ).compute(),
+            "errors of studies": lambda: [
+                PlaneStudy(system, method, 2.76, transient=1, sample=2, K=[2500.0], D=[8.0]).compute()
+                for method in (_NEWMARK, replace(_NEWMARK, law="cut"))  # in batches, and one by one
+            ],
             **{name: run[name] for name in later},
+            "energy of other contact laws, and loads": lambda: _balance_and_load(system),
             "one impact": _meet,
         },
     ]

@@ -43,11 +43,10 @@ from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
-
-from .arguments import shown
-from .checks import require, whole
-from .drivers.alone import parameters_alone, restitution_alone
-from .law_table import (
+from vibroscope.engine.arguments import shown
+from vibroscope.engine.checks import require, whole
+from vibroscope.engine.drivers.alone import parameters_alone, restitution_alone
+from vibroscope.engine.law_table import (
     HERTZ,
     LAWS,
     critical_damping,
@@ -57,8 +56,8 @@ from .law_table import (
     powers_of,
     ratio_of_restitution,
 )
-from .methods import STEPS_RANGE, STIFFNESS_RANGE, ExactPenalty, Method, TimeStepping
-from .model import System, check_eta
+from vibroscope.engine.methods import STEPS_RANGE, STIFFNESS_RANGE, ExactPenalty, Method, TimeStepping
+from vibroscope.engine.model import System, check_eta
 
 SPEED_RANGE = (0.0, 1e9)
 STEP_SCALE_RANGE = (0.0, 1e6)  # of s in K = s m/Δτ², 0 excluded

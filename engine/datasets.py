@@ -2,13 +2,12 @@
 
 from typing import TYPE_CHECKING
 
-from .model import COORDINATES
+from vibroscope.engine.model import COORDINATES
 
 if TYPE_CHECKING:
     import xarray as xr
-
-    from .divergence.compare import Comparison
-    from .result import Response
+    from vibroscope.engine.divergence.compare import Comparison
+    from vibroscope.engine.result import Response
 
 BODIES = (1, 2)
 LENGTH, SPEED, TIME = "unit of length", "unit of length times omega1", "1/omega1"

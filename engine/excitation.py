@@ -1,19 +1,20 @@
 """The excitation of the bodies: motion of the base, harmonic and constant forces."""
 
 import math
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from functools import cached_property
 
 import numpy as np
-
-from .checks import one_of
-from .fields import Range, check_numbers, described
+from vibroscope.engine.checks import one_of
+from vibroscope.engine.fields import Range, check_numbers, described
+from vibroscope.engine.load import Load
 
 AMPLITUDE_RANGE = (-1e6, 1e6)  # of displacements and forces
 PHASE_RANGE = (-1e3, 1e3)
 _AMPLITUDE = Range(*AMPLITUDE_RANGE), "give an amplitude in units of length, or of k₁ times that"
 _BODY_2 = {"of_body_2": True}
 _PHASE = "rad", Range(*PHASE_RANGE), "give a phase in rad"
+_SIGNED = "base", "force1", "force2", "constant1", "constant2"
 HELD = ("displacement", "velocity", "acceleration")  # of the base; its place is the power of η in the amplitude
 
 
@@ -37,6 +38,8 @@ class Excitation:
         Constant forces, such as weights.
     held : {"displacement", "velocity", "acceleration"}
         What of the base keeps its amplitude over η.
+    load : Load or None
+        A pulse or a record in place of the harmonic motion and forces, which :func:`engine.transient` gives.
 
     Raises
     ------
@@ -55,18 +58,24 @@ class Excitation:
     held: str = described(
         HELD[0], "what of the base keeps its amplitude over eta", "text", None, words=" or ".join(HELD)
     )
+    load: Load | None = None
 
     def __post_init__(self):
         one_of("held", self.held, HELD)
         check_numbers(self)
 
     def as_dict(self) -> dict[str, float | str]:
-        """The numbers by name, and ``held``."""
-        return {each.name: getattr(self, each.name) for each in fields(self)}
+        """The numbers by name, and ``held``; a load is no number."""
+        return {each.name: getattr(self, each.name) for each in fields(self) if each.name != "load"}
 
     def numbers(self) -> dict[str, float]:
         """The numbers by name."""
         return {name: value for name, value in self.as_dict().items() if name != "held"}
+
+    @property
+    def reversed(self) -> "Excitation":
+        """The excitation with the other sign."""
+        return replace(self, **{name: -getattr(self, name) for name in _SIGNED})
 
     @property
     def power(self) -> int:
@@ -80,15 +89,28 @@ class Excitation:
     @property
     def drives(self) -> bool:
         """Whether anything that changes with time acts on the bodies."""
-        return any((self.base, self.force1, self.force2))
+        return self.load is not None or any((self.base, self.force1, self.force2))
 
     def base_motion(self, eta: float, time):
         """Displacement and velocity of the base at the instants τ, a number or an array."""
         (c, s), angle = self.harmonic("base", eta), eta * time
         return c * np.cos(angle) + s * np.sin(angle), eta * (s * np.cos(angle) - c * np.sin(angle))
 
+    def load_at(self, name: str, eta: float, time: np.ndarray) -> np.ndarray:
+        """The acceleration b″ of the base ("base") or a force ("force1", "force2") at instants τ, without constants."""
+        if self.load is not None:
+            return self.load.after(time) if name == self.load.on else np.zeros(len(time))
+        (cosine, sine), angle = self.harmonic(name, eta), eta * time
+        size = -(eta**2) if name == "base" else 1.0
+        return size * (cosine * np.cos(angle) + sine * np.sin(angle))
+
     def harmonic(self, name: str, eta: float) -> tuple[float, float]:
-        """Factors of cos ητ and sin ητ in the base motion or in a force, ``name``: "base", "force1" or "force2"."""
+        """Factors of cos ητ and sin ητ in the base motion or in a force, ``name``: "base", "force1" or "force2".
+
+        With a :attr:`load` they are those of the load and its slope: so much motion of the base has its acceleration.
+        """
+        if self.load is not None:
+            return (-1.0 / eta**2 if name == "base" else 1.0) * (name == self.load.on), 0.0
         cosine, sine = self._harmonics[name]
         size = eta**self.power if name == "base" else 1.0
         return cosine / size, sine / size

@@ -12,8 +12,8 @@ import math
 from collections.abc import Callable, Iterable, Mapping
 from typing import NamedTuple
 
-from .units import Units, time_text, written
-from .wording import NOT_KNOWN, rounded_to
+from vibroscope.engine.units import Units, time_text, written
+from vibroscope.engine.wording import NOT_KNOWN, rounded_to
 
 # Symbols that are others where numbers have a dimension.
 _IN_UNITS = {"D": "2D", "eta": "f", "η": "f", "ξ₁": "x₁", "ξ₂": "x₂", "Δτ": "Δt"}

@@ -8,8 +8,8 @@ from dataclasses import field, fields
 from functools import cache
 from typing import Any, NamedTuple
 
-from .checks import require
-from .wording import end_text
+from vibroscope.engine.checks import require
+from vibroscope.engine.wording import end_text
 
 
 class Range(NamedTuple):

@@ -26,8 +26,7 @@ from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
-
-from .model import System
+from vibroscope.engine.model import System
 
 HERTZ = 1.5
 LAW_NUMBERS = "exponent", "penetration", "stiffening"  # beside K and D, by their names in `ExactPenalty`

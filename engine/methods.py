@@ -26,10 +26,10 @@ with a step ``integrator`` and ``status``. Those with a step are one class: :fun
 from dataclasses import dataclass, field, fields, replace
 from typing import ClassVar
 
-from .arguments import shown
-from .checks import flag, one_of, require, whole
-from .integrators import Integrator, NewmarkBeta
-from .law_table import (
+from vibroscope.engine.arguments import shown
+from vibroscope.engine.checks import flag, one_of, require, whole
+from vibroscope.engine.integrators import Integrator, NewmarkBeta
+from vibroscope.engine.law_table import (
     CONTACT_LAWS,
     HERTZ,
     LAW_NUMBERS,

@@ -3,36 +3,40 @@
 The default is the paper's (section 2 and Table 1): two neighbouring pendulums that touch at rest, on a shaken base.
 Everything is non-dimensional: τ = ω₁t, ξ′ = dξ/dτ, excitation period T = 2π/η; lengths are counted in base amplitudes
 where the base moves, otherwise in a length that the user names, and forces in m₁ω₁² times that length, which is k₁.
-Of a body without a spring ω₁ is no frequency but a unit that the user names, and `System.spring1` = 0.
+Of a body 1 without a spring ω₁ is no frequency but a unit that the user names, and `System.spring1` = 0.
 """
 
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
+from typing import ClassVar
 
 import numpy as np
-
-from .arguments import shown
-from .checks import flag, require
-from .excitation import Excitation
-from .fields import Range, check_numbers, described, described_fields
+from vibroscope.engine.arguments import shown
+from vibroscope.engine.checks import flag, require
+from vibroscope.engine.excitation import Excitation
+from vibroscope.engine.fields import Range, check_numbers, described, described_fields
 
 ETA_RANGE = (1e-3, 1e3)
 CLEARANCE_RANGE = (-1e6, 1e6)
 MASS_RATIO_RANGE = (1e-9, 1e9)
 RATIO_RANGE = (1e-3, 1e3)  # of frequencies
+KAPPA_RANGE = (0.0, RATIO_RANGE[1])  # with 0, of a body without a spring
+FACTOR_RANGE = (1e-6, 1e6)  # of K and D of a second stop
 # Units of length from touch to the static equilibrium, beyond which counting from there would cost digits near touch:
 # of a body that is pressed to the wall, and of one that may swing about an equilibrium without ever meeting it.
 FAR, FAR_OPEN = 32.0, 1e4
 
 _DRIVE = tuple(each.name for each in fields(Excitation))
-COORDINATES = ("xi1", "v1", "xi2", "v2")  # ξ₁, ξ₁′, ξ₂, ξ₂′: the columns of a section
+COORDINATES = ("xi1", "v1", "xi2", "v2")  # ξ₁, ξ₁′, ξ₂, ξ₂′: the columns of a section …
+DISPLACEMENTS = slice(0, None, 2)  # … and those of ξ₁ and ξ₂ among them
 _RATIO, _MASS_RATIO = Range(*RATIO_RANGE), Range(*MASS_RATIO_RANGE)
 _DAMPING = (
     *("-", Range(0, 1, open_high=True)),
     "the bodies must be underdamped, give a ratio of at least 0 and below 1",
 )
+_FACTOR = "-", Range(*FACTOR_RANGE), "give what the number of the method is multiplied by"
 _BODY_2 = {"of_body_2": True}
 _UNLESS_KNOWN = _BODY_2 | {"optional": True}
 
@@ -47,15 +51,16 @@ class System:
     Attributes
     ----------
     kappa : float
-        κ = ω₂/ω₁, frequency ratio of body 2.
+        κ = ω₂/ω₁, frequency ratio of body 2; 0 where it has no spring.
     d1, d2 : float
-        Damping ratios of the separate bodies, 0 ≤ d < 1.
+        Damping ratios of the separate bodies, 0 ≤ d < 1; of one without a spring its damper in units of 2mω₁.
     kappa3 : float
         κ₃ = ω₃/ω₁, frequency ratio of the joined bodies; strictly between 1 and κ. The mass ratio follows from it,
         unless ``mu`` is given: then κ₃ follows from that, whatever is given here.
     d3 : float or None
         Measured damping ratio of the joined bodies, 0 ≤ d₃ < 1; None if it was never measured: then it is what the two
-        dampers give. The default is the paper's measurement: of other bodies give your own, or None.
+        dampers give. The default is the paper's measurement: of other bodies give your own, or None. Always None of
+        two bodies without springs, which have no such ratio.
     restitution : float
         Coefficient of restitution e, 0 ≤ e ≤ 1.
     clearance : float
@@ -67,8 +72,16 @@ class System:
     mu : float or None
         μ = m₂/m₁ where it is given, as it must be for equal frequencies (κ = 1); None if it follows from κ₃.
     spring1 : float
-        Stiffness of the spring of body 1 in units of m₁ω₁², 0 ≤ k₁ ≤ 1: 1 where ω₁ is its natural frequency. Beside a
-        wall it may be less: then ω₁ is a unit of time alone, and d₁ the damper in units of 2m₁ω₁; 0 without a spring.
+        Stiffness of the spring of body 1 in units of m₁ω₁², 0 ≤ k₁ ≤ 1: 1 where ω₁ is its natural frequency. Where it
+        is less, ω₁ is a unit of time alone, and d₁ the damper in units of 2m₁ω₁; 0 without a spring. Of two bodies
+        either of these two; a body without a spring, body 2 with κ = 0, then bears no constant force.
+    clearance2 : float or None
+        Clearance of a second stop, on the other side: its gap is clearance2 − ξ₂ + ξ₁. Both clearances together are the
+        play, which must be positive. None: there is no second stop. The contact force is negative there.
+    restitution2 : float or None
+        Coefficient of restitution of the second stop; None: that of the first.
+    stiffness_factor2, damping_factor2 : float
+        K and D of the second stop, as multiples of those of the method.
 
     Raises
     ------
@@ -87,10 +100,16 @@ class System:
     >>> ball = System(wall=True, spring1=0.0, excitation=Excitation(constant1=0.7))
     >>> ball.rest  # its weight presses it to the table
     (0.0, 0.0, 0.0, 0.0)
+    >>> pair = System(wall=True, spring1=0.0, d1=0.0, clearance=5.0, clearance2=5.0)  # free between two walls
+    >>> pair.play
+    10.0
     """
 
     kappa: float = described(
-        *(2.41, "frequency ratio of body 2, omega2/omega1", "-", _RATIO, "give the frequency ratio ω₂/ω₁"), **_BODY_2
+        *(2.41, "frequency ratio of body 2, omega2/omega1; 0: no spring", "-", Range(*KAPPA_RANGE)),
+        "give the frequency ratio ω₂/ω₁, 0 where body 2 has no spring",
+        words="0, or 0.001 to 1000",
+        **_BODY_2,
     )
     d1: float = described(0.0033, "damping ratio of body 1", *_DAMPING)
     d2: float = described(0.0120, "damping ratio of body 2", *_DAMPING, **_BODY_2)
@@ -119,8 +138,21 @@ class System:
     spring1: float = described(
         *(1.0, "stiffness of spring 1 in m1 omega1^2; 0: no spring, and omega1 is a unit of time", "-", Range(0, 1)),
         "give 1 where omega1 is the natural frequency of body 1, 0 where it has no spring",
-        words="1; beside a wall 0 to 1",
+        words="1 or 0; beside a wall 0 to 1",
     )
+    clearance2: float | None = described(
+        *(None, "clearance of a second stop, on the other side", "length", Range(*CLEARANCE_RANGE)),
+        "give the gap of the second stop at rest in units of length; leave it out where there is none",
+        optional=True,
+    )
+    restitution2: float | None = described(
+        *(None, "restitution of the second stop, where it is another one", "-", Range(0, 1)),
+        "give a coefficient of restitution",
+        optional=True,
+    )
+    stiffness_factor2: float = described(1.0, "K of the second stop over that of the first", *_FACTOR)
+    damping_factor2: float = described(1.0, "D of the second stop over that of the first", *_FACTOR)
+    sign: ClassVar[float] = 1.0  # of displacements, as in kernels.equations.coordinates
 
     def __post_init__(self):
         object.__setattr__(self, "wall", flag("wall", self.wall))
@@ -129,25 +161,57 @@ class System:
         if self.wall:
             self._forget_body_2()
         check_numbers(self, without=("kappa3",))
+        self._check_springs()
         object.__setattr__(self, "kappa3", self._checked_kappa3())
-        if not self.wall and self.spring1 != 1.0:
+        if self.kappa3 == 0.0:
+            object.__setattr__(self, "d3", None)
+        if self.two_stops and not self.play > 0.0:
             raise ValueError(
-                f"spring1 = {self.spring1:g} without wall = true: only a body beside a wall may be without a spring; "
-                "of two bodies give each its own"
+                f"clearance + clearance2 = {self.play:g} leaves no play between the two stops: give clearances whose "
+                "sum is above 0"
             )
+        if not self.two_stops:
+            usual = {each.name: each.default for each in fields(self)}
+            for name in (name for name in SECOND_STOP if getattr(self, name) != usual[name]):
+                raise ValueError(f"{name} without clearance2: there is no second stop; give its clearance, too")
 
     def _forget_body_2(self) -> None:
         for each in fields(self):
             if each.name in BODY_2:
                 object.__setattr__(self, each.name, each.default)
         idle = {each.name: each.default for each in fields(Excitation) if each.name in FORCES_ON_BODY_2}
-        object.__setattr__(self, "excitation", Excitation(**{**self.excitation.as_dict(), **idle}))
+        object.__setattr__(self, "excitation", replace(self.excitation, **idle))
+
+    def _check_springs(self) -> None:
+        """Raise a ValueError if one of two bodies has a spring that it cannot have, or none and a constant force."""
+        if self.wall:
+            return
+        if self.spring1 not in (0.0, 1.0):
+            raise ValueError(
+                f"spring1 = {self.spring1:g} without wall = true: of two bodies give 1, and time in units of 1/ω₁, or 0"
+            )
+        if self.kappa:
+            require("kappa", self.kappa, *RATIO_RANGE, "give the frequency ratio ω₂/ω₁, 0 where body 2 has no spring")
+        if self.spring1 == 0.0 and self.mu is None:
+            raise ValueError(
+                "spring1 = 0 leaves the mass ratio open, which kappa3 does not give: give mass_ratio, m₂/m₁"
+            )
+        for name, spring in (("constant1", self.spring1), ("constant2", self.kappa)):
+            force = getattr(self.excitation, name)
+            if force and not spring:
+                raise ValueError(
+                    f"{name} = {force:g} on a body without a spring, of two: beside a harmonic load the states of two "
+                    "bodies have no place for its parabola; give that body a spring, or the force as a load that lasts "
+                    f"in its place (`transient`, Load.trapezoid({force:g}, T, 0, on='force{name[-1]}')), or, where no "
+                    "body has a spring or a damper, let a wall take the place of one and m1 m2/(m1 + m2) be the mass "
+                    "of the other"
+                )
 
     def _checked_kappa3(self) -> float:
         """κ₃, which follows from μ where that is given."""
         kappa, mu = self.kappa, self.mu
         if mu is not None:
-            return math.sqrt((1 + mu * kappa**2) / (1 + mu))
+            return math.sqrt((self.spring1 + mu * kappa**2) / (1 + mu))
         kappa3 = described_fields(System)["kappa3"].check("kappa3", self.kappa3)
         if kappa == 1.0:
             raise ValueError(
@@ -179,9 +243,46 @@ class System:
         return (k3 - 1) * (k3 + 1) / ((k - k3) * (k + k3))
 
     @property
+    def two_stops(self) -> bool:
+        """Whether there is a second stop."""
+        return self.clearance2 is not None
+
+    @property
+    def play(self) -> float:
+        """The distance between two stops; inf where there is one."""
+        return self.clearance + self.clearance2 if self.two_stops else math.inf
+
+    @property
+    def second_restitution(self) -> float:
+        """Coefficient of restitution of the second stop."""
+        return self.restitution if self.restitution2 is None else self.restitution2
+
+    @cached_property
+    def mirrored(self) -> "System":
+        """The system of two stops as seen from the second one: its displacements are the negative of these."""
+        own = {name: 1.0 / getattr(self, name) for name in ("stiffness_factor2", "damping_factor2")}
+        own |= {"clearance": self.clearance2, "clearance2": self.clearance}
+        own |= {"restitution": self.second_restitution, "restitution2": self.restitution}
+        return replace(self, excitation=self.excitation.reversed, **own)
+
+    @property
+    def with_first_stop(self) -> "System":
+        """The system without its second stop."""
+        usual = {each.name: each.default for each in fields(self) if each.name in ("clearance2", *SECOND_STOP)}
+        return replace(self, **usual) if self.two_stops else self
+
+    @property
+    def is_symmetric(self) -> bool:
+        """Whether both stops are alike and no constant force acts: then −ξ half a period later is a motion, too."""
+        e = self.excitation
+        first = self.clearance, self.restitution, 1.0, 1.0
+        second = self.clearance2, self.second_restitution, self.stiffness_factor2, self.damping_factor2
+        return first == second and e.constant1 == e.constant2 == 0.0
+
+    @property
     def stiffer_spring(self) -> float:
-        """The stiffer one of both bodies' springs, in units of k₁."""
-        return 1.0 if self.wall else max(1.0, self.mass_ratio * self.kappa**2)
+        """The stiffer one of both bodies' springs, in units of m₁ω₁²; 1 where none has one."""
+        return 1.0 if self.wall else max(self.spring1, self.mass_ratio * self.kappa**2) or 1.0
 
     @cached_property
     def mass_share(self) -> float:
@@ -195,21 +296,37 @@ class System:
 
     @cached_property
     def stiffness_share(self) -> float:
-        """k₂/(k₁ + k₂) = μκ²/(1 + μκ²), stiffness of both springs in series in units of k₁; k₁ for a wall."""
-        return self.spring1 if self.wall else self.mass_share * (self.kappa / self.kappa3) ** 2
+        """k₂/(k₁ + k₂) = μκ²/(1 + μκ²), stiffness of both springs in series in units of k₁; k₁ for a wall.
+
+        Of two bodies of which one has no spring 1 or 0, the share of the gap by which body 1 gives way.
+        """
+        if self.wall or self.kappa3 == 0.0:
+            return self.spring1
+        return self.mass_share * (self.kappa / self.kappa3) ** 2
 
     @cached_property
     def derived_joint_damping(self) -> float:
-        """d₃ if the joint held the two dampers and nothing else; 0 for a wall.
+        """d₃ if the joint held the two dampers and nothing else; 0 for a wall, and of two bodies without springs.
 
         It is
 
             d₃ = (d₁ + μd₂κ)/((1 + μ)κ₃)                                                    (34)
         """
-        if self.wall:
+        if self.wall or self.kappa3 == 0.0:
             return 0.0
         mu = self.mass_ratio
-        return (self.d1 + mu * self.d2 * self.kappa) / ((1 + mu) * self.kappa3)
+        return (self.d1 + mu * self.damper2) / ((1 + mu) * self.kappa3)
+
+    @property
+    def damper2(self) -> float:
+        """d₂κ, half the damper of body 2 in units of m₂ω₁; d₂ where it has no spring."""
+        return self.d2 * (self.kappa or 1.0)
+
+    def joint_damper(self, kind: str) -> float:
+        """d₃κ₃, half the damper of the joined bodies in units of (m₁ + m₂)ω₁."""
+        if self.kappa3 == 0.0:
+            return (self.d1 + self.mass_ratio * self.damper2) / (1 + self.mass_ratio)
+        return self.joint_damping(kind) * self.kappa3
 
     def joint_damping(self, kind: str) -> float:
         """d₃ as measured (``"table"``), where it was, or as it follows from the dampers (``"derived"``)."""
@@ -218,7 +335,7 @@ class System:
     @property
     def frequencies(self) -> tuple[float, ...]:
         """Natural frequencies of the separate bodies, or the unit of time, in units of ω₁: 1 and κ; 1 beside a wall."""
-        return (1.0,) if self.wall else (1.0, self.kappa)
+        return (1.0,) if self.wall else (1.0, self.kappa or 1.0)
 
     @property
     def observed_body(self) -> int:
@@ -229,19 +346,27 @@ class System:
     def separate_rest(self) -> tuple[float, float]:
         """ξ₁ and ξ₂ of the static equilibrium that the bodies have without contact, even if they overlap there.
 
-        Of a body without a spring that a constant force pulls ξ₁ is infinite; without one it may rest anywhere: 0.
+        Of a body without a spring that a constant force pulls ξ₁ is infinite; without one it may rest anywhere: at 0,
+        or, of two bodies, where it touches the other one if that is nearer.
         """
         e = self.excitation
         x1 = (
             e.constant1 / self.spring1 if self.spring1 else math.copysign(math.inf, e.constant1) if e.constant1 else 0.0
         )
-        return x1, 0.0 if self.wall else e.constant2 / (self.mass_ratio * self.kappa**2)
+        x2 = 0.0 if self.wall or not self.kappa else e.constant2 / (self.mass_ratio * self.kappa**2)
+        overlap = max(0.0, -self.gap(x1, x2)) if self.has_free_body else 0.0
+        return (x1, x2 + overlap) if self.spring1 else (x1 - overlap, x2)
 
     @cached_property
     def static_gap(self) -> float:
         """The gap of :attr:`separate_rest`: negative if the bodies press against each other at rest."""
         x1, x2 = self.separate_rest
         return self.clearance + (x2 - x1)
+
+    @property
+    def has_free_body(self) -> bool:
+        """Whether one of two bodies, or both, have no spring."""
+        return not self.wall and not (self.spring1 and self.kappa)
 
     @property
     def rests_afar(self) -> bool:
@@ -254,6 +379,8 @@ class System:
 
         A body without a spring that a constant force pulls off a wall has none: then ξ₁ = 0.
         """
+        if self.static_gap > self.play:  # pressed to the second stop
+            return tuple(0.0 - value for value in self.mirrored.rest)
         x1, x2 = self.separate_rest
         if x1 == -math.inf:
             x1 = min(0.0, self.clearance)
@@ -269,6 +396,11 @@ class System:
         """g = clearance + ξ₂ − ξ₁, of numbers or arrays."""
         return self.clearance + (x2 - x1)
 
+    def nearest_gap(self, x1, x2):
+        """The smaller of the gaps of all stops, of numbers or arrays."""
+        gap = self.gap(x1, x2)
+        return np.minimum(gap, self.play - gap)
+
     def overlap_of(self, state: Sequence[float]) -> float:
         """How far the bodies overlap in a state ξ₁, ξ₁′, ξ₂, ξ₂′ by more than rounding; 0 if they do not."""
         return float(self.overlaps_of(np.array([state], dtype=float))[0])
@@ -276,9 +408,21 @@ class System:
     def overlaps_of(self, states: np.ndarray) -> np.ndarray:
         """How far the bodies overlap in each of many states, (n, 4), by more than rounding."""
         x1, x2 = states[:, 0], states[:, 2]
-        gap = self.gap(x1, x2)
-        rounding = 4 * 2.0**-52 * (abs(self.clearance) + np.abs(x1) + np.abs(x2)) if self.clearance else 0.0
-        return np.where(gap < -rounding, -gap, 0.0)
+        found = _overlaps(self.clearance, self.gap(x1, x2), x1, x2)
+        if not self.two_stops:
+            return found
+        return np.maximum(found, _overlaps(self.clearance2, self.clearance2 - (x2 - x1), x1, x2))
+
+    def without_penetration(self, state: Sequence[float]) -> tuple[float, float, float, float]:
+        """Return the state ξ₁, ξ₁′, ξ₂, ξ₂′ with a negative gap closed: the reference cannot start with g < 0.
+
+        Body 2 is moved; body 1, if body 2 is a wall.
+        """
+        x1, v1, x2, v2 = (float(value) for value in state)
+        farthest = math.inf if self.clearance2 is None else self.clearance2  # of body 2, or the wall, from body 1
+        if self.wall:
+            return max(-farthest, min(x1, self.clearance)), v1, x2, v2
+        return x1, v1, min(x1 + farthest, max(x1 - self.clearance, x2)), v2
 
     def as_dict(self) -> dict[str, float | bool | None]:
         """The constants by name, in one level: those of the paper's system, and whatever else is not the default.
@@ -307,10 +451,16 @@ class System:
         return cls().changed(constants)
 
 
+def _overlaps(clearance: float, gap: np.ndarray, x1: np.ndarray, x2: np.ndarray) -> np.ndarray:
+    rounding = 4 * 2.0**-52 * (abs(clearance) + np.abs(x1) + np.abs(x2)) if clearance else 0.0
+    return np.where(gap < -rounding, -gap, 0.0)
+
+
 # What a wall has no use for: attributes of System and of Excitation that belong to body 2 alone.
 BODY_2, FORCES_ON_BODY_2 = (
     tuple(name for name, each in described_fields(kind).items() if each.of_body_2) for kind in (System, Excitation)
 )
+SECOND_STOP = "restitution2", "stiffness_factor2", "damping_factor2"  # what needs a clearance2
 PAPERS = ("kappa", "d1", "d2", "kappa3", "d3", "restitution")  # the constants of the paper's system, Table 1
 
 

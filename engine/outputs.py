@@ -3,9 +3,8 @@
 from typing import NamedTuple
 
 import numpy as np
-
-from .motions.contact_force import peak_force
-from .result import Response
+from vibroscope.engine.motions.contact_force import peak_force
+from vibroscope.engine.result import Response
 
 # The numbers of `peaks`, each with its quantity (`units.QUANTITIES`), in the order of tables.
 PEAKS = {
@@ -57,11 +56,10 @@ def absolute_accelerations(response: Response) -> np.ndarray:
     sampled, c, eta = _sampled(response), response.system, response.eta
     (x1, x2), (v1, v2), force = sampled.displacement, sampled.velocity, sampled.force
     drive = c.excitation
-    base = -(eta**2) * drive.base_motion(eta, sampled.time)[0]
-    load1, load2 = (_harmonic(response, f"force{body}") for body in (1, 2))
+    base, load1, load2 = (drive.load_at(name, eta, sampled.time) for name in ("base", "force1", "force2"))
     found = np.array([load1 + drive.constant1 - 2 * c.d1 * v1 - c.spring1 * x1 - force, base])
     if not c.wall:
-        found[1] = (load2 + drive.constant2 + force) / c.mass_ratio - 2 * c.d2 * c.kappa * v2 - c.kappa**2 * x2
+        found[1] = (load2 + drive.constant2 + force) / c.mass_ratio - 2 * c.damper2 * v2 - c.kappa**2 * x2
     if response.method.rigid:
         joined = _within(sampled.time, response.contacts)
         if c.wall:
@@ -69,8 +67,10 @@ def absolute_accelerations(response: Response) -> np.ndarray:
         else:
             ratio = 1 + c.mass_ratio
             push = (load1 + load2 + drive.constant1 + drive.constant2) / ratio
-            rest = c.stiffness_share * c.clearance  # of both springs, from where that of body 1 is relaxed
-            damper = 2 * c.joint_damping(response.method.joint_damping) * c.kappa3 * v1
+            second = c.two_stops & (sampled.force < 0)  # of the stop at which they are joined
+            clearance = np.where(second, -c.clearance2 if c.two_stops else 0.0, c.clearance)
+            rest = c.stiffness_share * clearance  # of both springs, from where that of body 1 is relaxed
+            damper = 2 * c.joint_damper(response.method.joint_damping) * v1
             found[:, joined] = (push - damper - c.kappa3**2 * (x1 - rest))[joined]
     return found
 
@@ -106,9 +106,9 @@ def peaks(response: Response) -> dict[str, float]:
         *np.abs(sampled.displacement).max(axis=1),
         *np.abs(sampled.velocity).max(axis=1),
         *acceleration,
-        max(0.0, -c.gap(*sampled.displacement).min()),
+        max(0.0, -c.nearest_gap(*sampled.displacement).min()),
         force,
-        impacts.impulse[met].max(initial=0.0),
+        np.abs(impacts.impulse[met]).max(initial=0.0),
         impacts.closing_speed[met].max(initial=0.0),
         np.diff(contacts, axis=1).max(initial=0.0),
     )
@@ -175,12 +175,6 @@ def _sampled(response: Response):
     if response.trajectory is None:
         raise ValueError("the run has no samples: ask for them with record=Record(…)")
     return response.trajectory
-
-
-def _harmonic(response: Response, name: str) -> np.ndarray:
-    cosine, sine = response.system.excitation.harmonic(name, response.eta)
-    angle = response.eta * response.trajectory.time
-    return cosine * np.cos(angle) + sine * np.sin(angle)
 
 
 def _within(time: np.ndarray, spans: np.ndarray) -> np.ndarray:

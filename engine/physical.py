@@ -10,14 +10,14 @@
     frequency_Hz = 10.0                 # of the excitation
 
 The unit is part of each name, so that no number can be meant in another one. ω₁ = √(k₁/m₁) gives the unit of time, m₁
-that of mass. Beside a wall body 1 may be without a spring, of which the entry then says nothing, or that it is 0. The
-unit of time ``time_s`` = 1/ω₁ may be given, or follows from the problem: ω₁ is 2π ``frequency_Hz``; where that is not
-given, √(a/L) of the acceleration a that the forces on body 1, or the base, give it, and of the length L that
-displacements are counted in. What is given of the base is held where the frequency changes
-(:class:`.excitation.Excitation`). Lengths are counted in base amplitudes where ``base_amplitude_mm`` is given,
-otherwise in ``length_mm``; where that is not given either, in the amplitude that the base has at ``frequency_Hz``, or
-would have at ω₁; where it does not move, in the largest static displacement F/k₁ of the forces on body 1, or else in
-the clearance.
+that of mass. A body may be without a spring, k = 0; beside a wall the entry may then say nothing of it. Of a body 1
+without one the unit of time ``time_s`` = 1/ω₁ may be given, or follows from the problem: ω₁ is 2π ``frequency_Hz``;
+where that is not given, the natural frequency of body 2, if it has a spring; or else √(a/L) of the acceleration a that
+the forces on body 1, or the base, give it, and of the length L that displacements are counted in. What is given of the
+base is held where the frequency changes (:class:`.excitation.Excitation`). Lengths are counted in base amplitudes where
+``base_amplitude_mm`` is given, otherwise in ``length_mm``; where that is not given either, in the amplitude that the
+base has at ``frequency_Hz``, or would have at ω₁; where it does not move, in the largest static displacement F/k₁ of
+the forces on body 1, or else in the clearance.
 """
 
 import math
@@ -25,20 +25,22 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
-from .arguments import shown
-from .checks import flag
-from .excitation import AMPLITUDE_RANGE, HELD, PHASE_RANGE, Excitation
-from .fields import Range
-from .law_table import critical_damping
-from .model import (
+from vibroscope.engine.arguments import shown
+from vibroscope.engine.checks import flag
+from vibroscope.engine.excitation import AMPLITUDE_RANGE, HELD, PHASE_RANGE, Excitation
+from vibroscope.engine.fields import Range
+from vibroscope.engine.law_table import critical_damping
+from vibroscope.engine.model import (
     CLEARANCE_RANGE,
     ETA_RANGE,
+    FACTOR_RANGE,
     MASS_RATIO_RANGE,
     RATIO_RANGE,
+    SECOND_STOP,
     System,
 )
-from .units import BASE_AMPLITUDE_RANGE, M1_RANGE, OMEGA1_RANGE, Units, written
-from .wording import end_text
+from vibroscope.engine.units import BASE_AMPLITUDE_RANGE, M1_RANGE, OMEGA1_RANGE, Units, written
+from vibroscope.engine.wording import end_text
 
 _LARGE = 1e15
 
@@ -75,10 +77,10 @@ KEYS = {
     "mass1_kg": PhysicalNumber("mass of body 1", "kg", Range(*M1_RANGE), NEEDED),
     "mass2_kg": PhysicalNumber("mass of body 2", "kg", _ABOVE_ZERO, f"{NEEDED}, unless {WALL} = true"),
     "stiffness1_N_per_m": PhysicalNumber(
-        "spring between body 1 and the base", "N/m", _FROM_ZERO, f"{NEEDED}; 0 where {WALL} = true"
+        "spring between body 1 and the base; 0: none", "N/m", _FROM_ZERO, f"{NEEDED}; 0 where {WALL} = true"
     ),
     "stiffness2_N_per_m": PhysicalNumber(
-        "spring between body 2 and the base", "N/m", _ABOVE_ZERO, f"{NEEDED}, unless {WALL} = true"
+        "spring between body 2 and the base; 0: none", "N/m", _FROM_ZERO, f"{NEEDED}, unless {WALL} = true"
     ),
     "frequency1_Hz": PhysicalNumber(
         "natural frequency of body 1, in place of its spring", "Hz", _ABOVE_ZERO, "of the spring"
@@ -99,6 +101,12 @@ KEYS = {
     ),
     "restitution": PhysicalNumber("coefficient of restitution", "", Range(0, 1), System.restitution),
     "clearance_mm": PhysicalNumber("gap at rest with relaxed springs; negative: preload", "mm", _ANY),
+    "clearance2_mm": PhysicalNumber(
+        "gap at rest of a second stop on the other side, with relaxed springs", "mm", _ANY, "no second stop"
+    ),
+    "restitution2": PhysicalNumber("restitution of the second stop", "", Range(0, 1), "of the first stop"),
+    "stiffness_factor2": PhysicalNumber("K of the second stop over that of the first", "", Range(*FACTOR_RANGE), "1"),
+    "damping_factor2": PhysicalNumber("D of the second stop over that of the first", "", Range(*FACTOR_RANGE), "1"),
     "base_amplitude_mm": PhysicalNumber("amplitude of the base's displacement, held over the frequency", "mm", _LENGTH),
     "base_velocity_mm_per_s": PhysicalNumber(
         "amplitude of the base's velocity, held over the frequency", "mm/s", _FROM_ZERO, "of the amplitude"
@@ -147,6 +155,7 @@ G = 9.80665  # m/s²
 # Of each form of the base's amplitude: what is held, and the unit in SI units.
 OF_BASE = dict(zip(_OF_BASE, [(HELD[0], 1e-3), (HELD[1], 1e-3), (HELD[2], 1.0), (HELD[2], G)], strict=True))
 _BY_DAMPER = ("damping1_ratio", "damping2_ratio")
+_SWINGS = "so that the body can swing"
 
 
 def system_of_physical(entry: Mapping[str, float | bool]) -> PhysicalSystem:
@@ -178,7 +187,7 @@ def system_of_physical(entry: Mapping[str, float | bool]) -> PhysicalSystem:
     for name, value in given.items():
         given[name] = _checked(name, value, KEYS[name].allowed)
     m1 = given["mass1_kg"]
-    is_free = wall and not (given.get("stiffness1_N_per_m") or "frequency1_Hz" in given)
+    is_free = not (given.get("stiffness1_N_per_m") or "frequency1_Hz" in given)
     if is_free:
         omega1 = _unit_of_time(given, m1)
         k1 = m1 * omega1**2
@@ -194,26 +203,29 @@ def system_of_physical(entry: Mapping[str, float | bool]) -> PhysicalSystem:
     held = OF_BASE[form][0]
     length = _length(given, k1, omega1)
     units = Units(omega1, m1, 1e3 * length)
-    if is_free and given.get("damping1_ratio"):
-        raise ValueError(
-            "gives damping1_ratio of a body without a spring: give stiffness1_N_per_m or frequency1_Hz, or its "
-            "damper, damping1_Ns_per_m"
-        )
-    swings = beside if is_free else "so that the body can swing"
-    own = {"d1": _damping_ratio(given, 1, m1, k1, swings), "wall": wall, "restitution": _number(given, "restitution")}
+    own = {"d1": _damping_ratio(given, 1, m1, k1, beside if is_free else _SWINGS), "wall": wall}
+    own["restitution"] = _number(given, "restitution")
     if is_free:
         own["spring1"] = 0.0
     if not wall:
         m2 = _checked("mass2_kg", given["mass2_kg"], _scaled(MASS_RATIO_RANGE, m1), f"beside mass1_kg = {m1:g}")
-        k2 = _stiffness(given, 2, m2, tuple(end * omega1 for end in RATIO_RANGE), beside)
-        own |= {"kappa": math.sqrt(k2 / m2) / omega1, "mu": m2 / m1, "d2": _damping_ratio(given, 2, m2, k2, swings)}
+        own |= {"kappa": 0.0, "mu": m2 / m1}
+        k2, why = m2 * omega1**2, f"beside a unit of time of {1 / omega1:.6g} s"
+        if given.get("stiffness2_N_per_m") != 0:
+            k2, why = _stiffness(given, 2, m2, tuple(end * omega1 for end in RATIO_RANGE), beside), _SWINGS
+            own["kappa"] = math.sqrt(k2 / m2) / omega1
+        own["d2"] = _damping_ratio(given, 2, m2, k2, why)
         own["d3"] = given.get("joint_damping_ratio")
     in_lengths = f"where lengths are counted in {1e3 * length:.6g} mm"
     force = 1.0 / (k1 * length)
     drive = {name: force * _number(given, f"{name}_N") for name in ("force1", "force2", "constant1", "constant2")}
     for name in drive:
         _check_given(given, f"{name}_N", _scaled(AMPLITUDE_RANGE, k1 * length), in_lengths)
-    _check_given(given, "clearance_mm", _scaled(CLEARANCE_RANGE, 1e3 * length), in_lengths)
+    for name in ("clearance_mm", "clearance2_mm"):
+        _check_given(given, name, _scaled(CLEARANCE_RANGE, 1e3 * length), in_lengths)
+    if "clearance2_mm" in given:
+        own["clearance2"] = 1e-3 * given["clearance2_mm"] / length
+    own |= {name: given[name] for name in SECOND_STOP if name in given}
     phases = {name: _number(given, f"{name}_rad") for name in ("base_phase", "force1_phase", "force2_phase")}
     unit = length * omega1 ** HELD.index(held)
     _check_given(given, form, _scaled((0.0, AMPLITUDE_RANGE[1]), unit / OF_BASE[form][1]), in_lengths)
@@ -248,10 +260,18 @@ def physical_entry(
     else:
         m2 = m1 * system.mass_ratio
         entry |= {"mass2_kg": m2, "stiffness2_N_per_m": m2 * (system.kappa * omega1) ** 2}
-        entry["damping2_ratio"] = system.d2
+        if system.kappa:
+            entry["damping2_ratio"] = system.d2
+        else:
+            forms = [name for name in forms if name not in ("frequency2_Hz", "damping2_Ns_per_m")]
+            entry["damping2_Ns_per_m"] = 2 * system.d2 * m2 * omega1
         if system.d3 is not None:
             entry["joint_damping_ratio"] = system.d3
     entry |= {"restitution": system.restitution, "clearance_mm": system.clearance * units.base_amplitude}
+    if system.two_stops:
+        entry["clearance2_mm"] = system.clearance2 * units.base_amplitude
+        usual = {"restitution2": None, "stiffness_factor2": 1.0, "damping_factor2": 1.0}
+        entry |= {name: getattr(system, name) for name in SECOND_STOP if getattr(system, name) != usual[name]}
     if drive.base:
         form = _form_of_base(drive, forms)
         entry[form] = abs(drive.base) * length * omega1**drive.power / OF_BASE[form][1]
@@ -264,7 +284,8 @@ def physical_entry(
         entry[f"{name}_rad"] = getattr(drive, name)
     if eta is not None:
         entry["frequency_Hz"] = eta * omega1 / (2 * math.pi)
-    needed = ("mass1_kg", "stiffness1_N_per_m", "damping1_ratio", "damping2_ratio", "restitution", "clearance_mm")
+    needed = ("mass1_kg", "stiffness1_N_per_m", "stiffness2_N_per_m", "damping1_ratio", "damping2_ratio")
+    needed += ("restitution", "clearance_mm", "clearance2_mm", "restitution2")
     return {
         _in_form(name, forms): _converted(name, entry, forms)
         for name, value in entry.items()
@@ -343,7 +364,8 @@ def _check_form(given: dict, wall: bool) -> None:
     for names in needed:
         names = (names,) if isinstance(names, str) else names
         if not any(name in given for name in names):
-            raise ValueError(f"{' or '.join(names)} is missing: a physical entry needs it")
+            none = ", 0 where the body has no spring" if len(names) > 1 else ""
+            raise ValueError(f"{' or '.join(names)} is missing: a physical entry needs it{none}")
     if "length_mm" in given and given.get("base_amplitude_mm"):
         raise ValueError("gives length_mm although the base moves: lengths are counted in its amplitude, leave it out")
 
@@ -386,6 +408,12 @@ def _unit_of_time(given: dict, mass: float) -> float:
         return 1 / given["time_s"]
     if "frequency_Hz" in given:
         return 2 * math.pi * _checked("frequency_Hz", given["frequency_Hz"], _scaled(OMEGA1_RANGE, 0.5 / math.pi))
+    mass2 = given.get("mass2_kg", 0.0)
+    omega2 = 2 * math.pi * given.get("frequency2_Hz", 0.0) or (
+        math.sqrt(given.get("stiffness2_N_per_m", 0.0) / mass2) if mass2 else 0.0
+    )
+    if Range(*OMEGA1_RANGE).holds(omega2):
+        return omega2
     form, base = _base(given)
     force = max(abs(given.get(name, 0.0)) for name in ("force1_N", "constant1_N"))
     acceleration = force / mass or (base if HELD.index(OF_BASE[form][0]) == 2 else 0.0)
@@ -416,6 +444,12 @@ def _eta(given: dict, omega1: float, beside: str) -> float | None:
 
 
 def _damping_ratio(given: dict, body: int, mass: float, stiffness: float, why: str) -> float:
+    """dᵢ; of a body without a spring ``stiffness`` is m ω₁²."""
+    if given.get(f"damping{body}_ratio") and why != _SWINGS:
+        raise ValueError(
+            f"gives damping{body}_ratio of a body without a spring: give stiffness{body}_N_per_m or "
+            f"frequency{body}_Hz, or its damper, damping{body}_Ns_per_m"
+        )
     name, critical = f"damping{body}_Ns_per_m", 2 * critical_damping(stiffness, mass)
     if name not in given:
         return _number(given, f"damping{body}_ratio")

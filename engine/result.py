@@ -3,10 +3,9 @@
 from dataclasses import dataclass
 
 import numpy as np
-
-from .kernels.status import STATUSES, Status
-from .methods import Method
-from .model import System
+from vibroscope.engine.kernels.status import STATUSES, Status
+from vibroscope.engine.methods import Method
+from vibroscope.engine.model import System
 
 __all__ = [
     "STATUSES",
@@ -34,10 +33,12 @@ class Impacts:
     time : (n,) ndarray
         τ since the start of the run.
     position : (n,) ndarray
-        ξ₁; ξ₂ is less by the clearance (:meth:`position2`), but for what penalty solutions that locate no contact
-        leave of the gap.
+        ξ₁; ξ₂ is less by the clearance, at a second stop more (:meth:`position2`), but for what penalty solutions that
+        locate no contact leave of the gap.
     velocity_before, velocity_after : (n, 2) ndarray
-        ξ₁′ and ξ₂′; for penalty solutions at the beginning and the end of the contact.
+        ξ₁′ and ξ₂′; for penalty solutions at the beginning and the end of the contact. With constant steps that is the
+        first step which ends with an open gap, and what a method that averages over a step feels of the last force in
+        the step after it is added.
     impulse : (n,) ndarray
         Impulse between the bodies; for penalty solutions the time integral of the contact force over the contact.
     closing_speed : (n,) ndarray
@@ -59,8 +60,9 @@ class Impacts:
         return f"Impacts({len(self)}{speeds})"
 
     def position2(self, system: System) -> np.ndarray:
-        """ξ₂ where the bodies touch, (n,)."""
-        return self.position - system.clearance
+        """ξ₂ where the bodies touch, (n,); at a second stop the impulse is negative."""
+        first = self.position - system.clearance
+        return np.where(self.impulse < 0, self.position + system.clearance2, first) if system.two_stops else first
 
 
 @dataclass(frozen=True)
@@ -192,7 +194,7 @@ class Response:
 
     def to_xarray(self):
         """The arrays as an `xarray.Dataset`: see :func:`.datasets.response_dataset`."""
-        from .datasets import response_dataset
+        from vibroscope.engine.datasets import response_dataset
 
         return response_dataset(self)
 

@@ -1,18 +1,20 @@
 """One run of one solver: validate, call its driver, return a Response."""
 
+import math
 from collections.abc import Callable, Sequence
 
-from .arguments import shown
-from .checks import require, whole
-from .drivers.base import Driver
-from .drivers.event_driven import EventDriver
-from .drivers.law_driven import LawDriver, needs_law
-from .drivers.located import LocatedDriver
-from .drivers.newmark import NewmarkDriver, takes_own_loop
-from .drivers.time_stepping import TimeSteppingDriver
-from .methods import Method
-from .model import System, check_eta
-from .result import Checkpoint, Record, Response, Status, Trajectory
+from vibroscope.engine.arguments import shown
+from vibroscope.engine.checks import require, whole
+from vibroscope.engine.drivers.base import Driver
+from vibroscope.engine.drivers.event_driven import EventDriver
+from vibroscope.engine.drivers.law_driven import LawDriver, needs_law
+from vibroscope.engine.drivers.located import LocatedDriver
+from vibroscope.engine.drivers.newmark import NewmarkDriver, takes_own_loop
+from vibroscope.engine.drivers.time_stepping import TimeSteppingDriver
+from vibroscope.engine.load import refuse_period
+from vibroscope.engine.methods import Method
+from vibroscope.engine.model import System, check_eta
+from vibroscope.engine.result import Checkpoint, Record, Response, Status, Trajectory
 
 FARTHEST = 1e6  # units of length, base amplitudes in the paper's: no run can start farther away
 PERIODS_LIMIT = 100_000_000
@@ -75,6 +77,8 @@ def simulate(
     >>> further = simulate(System(), 2.76, method, periods=50, initial=run.checkpoint)  # goes on where it ended
     """
     eta = check_eta(eta)
+    if system.excitation.load is not None:
+        refuse_period()
     periods, keep = check_lengths(periods, keep)
     steps = periods * method.steps
     require("periods × steps", steps, 0, STEPS_LIMIT, "run fewer periods or fewer steps per period")
@@ -98,6 +102,26 @@ def simulate(
         checkpoint=checkpoint,
         **driver.results(),
     )
+
+
+def simulate_load(
+    system: System,
+    method: Method,
+    *,
+    record: Record,
+    initial: Sequence[float] | None = None,
+    cancelled: Callable[[], bool] | None = None,
+) -> Response:
+    """Run one solver under a load that is no harmonic: one period, as long as the load says, with samples of all of it.
+
+    ``method.steps`` are those of the whole run.
+    """
+    eta = 2 * math.pi / system.excitation.load.length
+    start = starting_checkpoint(initial, system, eta, method)
+    driver = _driver(method)(system, eta, method, start, 1, 0, record)
+    checkpoint = driver.checkpoint()
+    status, message = driver.advance(1, cancelled, record=True)
+    return Response(system, eta, method, 1, 1, status, message, checkpoint=checkpoint, **driver.results())
 
 
 def check_lengths(periods: float, keep: float) -> tuple[int, int]:

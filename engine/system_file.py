@@ -24,13 +24,13 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import NamedTuple
 
-from .excitation import HELD, Excitation
-from .fields import described_fields
-from .files import read_file
-from .methods import Reference
-from .model import BODY_2, FORCES_ON_BODY_2, System
-from .physical import KEYS, NOT_AT_A_WALL, WALL, physical_entry, refuse_body_2, system_of_physical
-from .units import Units
+from vibroscope.engine.excitation import HELD, Excitation
+from vibroscope.engine.fields import described_fields
+from vibroscope.engine.files import read_file
+from vibroscope.engine.methods import Reference
+from vibroscope.engine.model import BODY_2, FORCES_ON_BODY_2, SECOND_STOP, System
+from vibroscope.engine.physical import KEYS, NOT_AT_A_WALL, WALL, physical_entry, refuse_body_2, system_of_physical
+from vibroscope.engine.units import Units
 
 SYSTEM_SIZE_LIMIT = 65_536  # bytes; a hundred times the size of a commented file
 _MOST_DOTS = 200  # in a line: tomllib reads a.a.a … in quadratic time, seconds for a file of SYSTEM_SIZE_LIMIT
@@ -108,8 +108,9 @@ def described_keys(table: str) -> dict[str, DescribedKey]:
         return keys | wall
     kind = _KINDS[table]
     usual = kind()
+    taken = vars(usual) | {"clearance2": "no second stop", "restitution2": "restitution"}
     keys = {
-        name: DescribedKey(each.meaning, each.unit, each.allowed_words, getattr(usual, name))
+        name: DescribedKey(each.meaning, each.unit, each.allowed_words, taken[name])
         for name, each in described_fields(kind).items()
     }
     if table != "system":
@@ -167,12 +168,15 @@ def brief_system_text(system: System) -> str:
 
 def _system_lines(system: System) -> list[str]:
     values, keys = vars(system) | {MASS_RATIO: system.mu}, described_keys("system")
-    del keys[WALL]
+    without = [name for name in ("clearance2", *SECOND_STOP) if not system.two_stops or values[name] is None]
+    for name in (WALL, *without):
+        del keys[name]
     if system.wall:
         known = {name: key for name, key in keys.items() if name not in (*BODY_2, MASS_RATIO)}
         return [f"{'wall = true':24}# body 2 is a wall that is fixed to the base", *_constant_lines(values, known)]
     ratio = keys.pop(MASS_RATIO)
-    del keys["spring1"]  # 1 of two bodies
+    if system.spring1 == 1.0:
+        del keys["spring1"]
     if system.mu is not None:
         keys = {(MASS_RATIO if name == "kappa3" else name): key for name, key in keys.items()} | {MASS_RATIO: ratio}
     if system.d3 is None:
@@ -184,6 +188,8 @@ def _system_lines(system: System) -> list[str]:
             f"{system.mass_ratio:.6g}. Instead of kappa3",
             f"# the file may give it as {MASS_RATIO}. With wall = true, body 2 is a wall and has no constants.",
         ]
+    if system.kappa3 == 0.0:
+        return lines
     derived = system.derived_joint_damping
     return [*lines, f"# The two dampers alone would give d3 = {derived:.4g} (--joint-damping derived)."]
 
@@ -279,7 +285,8 @@ def system_of_tables(tables: dict) -> SystemFile:
         assumed = () if "restitution" in entry else (_NO_RESTITUTION.format(found.system.restitution),)
         if not found.system.spring1:
             forms = ("time_s", "time_s"), ("frequency_Hz", "1/(2 pi frequency_Hz)")
-            unit = next((words for key, words in forms if key in entry), "sqrt(length/acceleration)")
+            other = "sqrt(m2/k2)" if found.system.kappa == 1.0 else "sqrt(length/acceleration)"
+            unit = next((words for key, words in forms if key in entry), other)
             assumed += (_NO_SPRING.format(1 / found.units.omega1, unit),)
         return SystemFile(found.system, found.units, found.eta, assumed, found.forms, has_units=True)
     constants = _values(tables, "system", flags=(WALL,), words={"d3": (NOT_MEASURED,)})
@@ -310,7 +317,7 @@ def _assumed_of_bodies(system: System, given: dict) -> Iterator[str]:
         return
     if "kappa" in given and not given.keys() & {"kappa3", "mu"}:
         yield _PAPERS_RATIO.format(system.kappa3, system.mass_ratio)
-    if "d3" not in given:
+    if "d3" not in given and system.d3 is not None:
         yield _PAPERS_JOINT.format(system.d3, system.derived_joint_damping)
 
 

@@ -28,13 +28,12 @@ from decimal import Decimal
 from typing import NamedTuple, TypeVar
 
 import numpy as np
-
-from .checks import one_of
-from .fields import Range, check_numbers, described
-from .law_table import CONTACT_LAWS, HERTZ, powers_of
-from .methods import Method
-from .model import System, check_eta
-from .result import Impacts, Trajectory
+from vibroscope.engine.checks import one_of
+from vibroscope.engine.fields import Range, check_numbers, described
+from vibroscope.engine.law_table import CONTACT_LAWS, HERTZ, powers_of
+from vibroscope.engine.methods import Method
+from vibroscope.engine.model import System, check_eta
+from vibroscope.engine.result import Impacts, Trajectory
 
 Numbers = TypeVar("Numbers", float, np.ndarray)
 
@@ -223,7 +222,7 @@ class Units:
             "k1": self.physical("stiffness", system.spring1),
             "k2": self.physical("stiffness", mu * kappa**2),
             "c1": self.physical("damping", system.d1),
-            "c2": self.physical("damping", mu * system.d2 * kappa),
+            "c2": self.physical("damping", mu * system.damper2),
         }
 
     def settings(self, eta: float, method: Method) -> dict[str, float]:

@@ -111,9 +111,10 @@ class Client:
 
     async def send(self, kind, content):
         header = {"msgid": str(next(_IDS)), "msgtype": kind}
-        for part in (header, {}, content):
-            written = self.socket.write_message(part if isinstance(part, str) else json.dumps(part))
-            await asyncio.shield(written)  # Tornado logs a traceback for a write that is cancelled
+        parts = [part if isinstance(part, str) else json.dumps(part) for part in (header, {}, content)]
+        # At once: with a pause between them, two that send would mix their parts. Tornado logs a traceback for a write
+        # that is cancelled.
+        await asyncio.shield(asyncio.gather(*map(self.socket.write_message, parts)))
         return header["msgid"]
 
     async def patch(self, *events):

@@ -45,8 +45,9 @@ def drive(system, eta):
 
 def matrices_of(system):
     """Masses, dampers and springs without contact, (2, 2) each; a wall has the mass 1, and its row is struck out."""
-    mu, kappa = 1.0 if system.wall else system.mass_ratio, system.kappa
-    return np.diag([1.0, mu]), np.diag([2 * system.d1, mu * 2 * system.d2 * kappa]), np.diag([1.0, mu * kappa**2])
+    mu, kappa, damper1 = 1.0 if system.wall else system.mass_ratio, system.kappa, 2 * system.d1
+    damper2 = 2 * mu * system.d2 * (kappa if kappa else 1.0)
+    return np.diag([1.0, mu]), np.diag([damper1, damper2]), np.diag([system.spring1, mu * kappa**2])
 
 
 def scan(f, begin, end, first=1e-7, coarse=1e-3):

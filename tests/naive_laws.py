@@ -64,28 +64,44 @@ def gain_of(method, e, m, closing):
 
 
 class Motion:
-    """A motion that begins apart, from touch to touch: ξ₁, ξ₁′, ξ₂, ξ₂′; beside a wall the last two stay zero."""
+    """A motion from touch to touch: ξ₁, ξ₁′, ξ₂, ξ₂′; beside a wall the last two stay zero.
 
-    def __init__(self, system, eta, method):
+    Under a harmonic load it begins apart. Under another one, :class:`engine.Load`, ``eta`` is not read, and it begins
+    anew where the load bends.
+    """
+
+    def __init__(self, system, eta, method, load=None):
         self.system, self.eta, self.method = system, eta, method
         self.mu = 1.0 if system.wall else system.mass_ratio
         self.m = 1.0 if system.wall else self.mu / (1 + self.mu)
         self.driven = drive(system, eta)
         self.contacts, self.impulses = [], []
+        self.load, self.corner = load, 0
+
+    def driving(self, t):
+        """What drives each body at τ, per mass."""
+        (one, p1), (two, p2) = self.driven
+        if self.load is None:
+            cosine, sine = math.cos(self.eta * t), math.sin(self.eta * t)
+            return one[0] * cosine + one[1] * sine + p1, two[0] * cosine + two[1] * sine + p2
+        begin, value, slope = self.load.segments[self.corner]
+        angle, t = self.load.frequency * (t - begin), t - begin
+        now = value * math.cos(angle) - slope * math.sin(angle) if self.load.frequency else value + slope * t
+        shares = {"base": (-1.0, -1.0), "force1": (1.0, 0.0), "force2": (0.0, 1.0 / self.mu)}[self.load.on]
+        return p1 + shares[0] * now, p2 + shares[1] * now
 
     def rates(self, t, y, gain, sides):
         c = self.system
         x1, v1, x2, v2, _ = y
-        (one, p1), (two, p2) = self.driven
-        cosine, sine = math.cos(self.eta * t), math.sin(self.eta * t)
+        driven1, driven2 = self.driving(t)
         push = 0.0 if gain is None else force(self.method, gain, x1 - x2 - c.clearance, v1 - v2, sides)
-        a1 = one[0] * cosine + one[1] * sine + p1 - 2 * c.d1 * v1 - x1 - push
-        a2 = two[0] * cosine + two[1] * sine + p2 - 2 * c.d2 * c.kappa * v2 - c.kappa**2 * x2 + push / self.mu
+        a1 = driven1 - 2 * c.d1 * v1 - x1 - push
+        a2 = driven2 - 2 * c.d2 * c.kappa * v2 - c.kappa**2 * x2 + push / self.mu
         return [v1, a1, 0.0, 0.0, push] if c.wall else [v1, a1, v2, a2, push]
 
     def run(self, start, end):
         """The state at τ = ``end``; contacts and their impulses are noted."""
-        t, y, gain, sides = 0.0, np.array([*start, 0.0]), None, [-1.0, -1.0]
+        t, begun, y, gain, sides = 0.0, 0.0, np.array([*start, 0.0]), None, [-1.0, -1.0]
         law = self.method.law
 
         def gap(t, y, gain, sides):
@@ -108,18 +124,25 @@ class Motion:
         kinks = (full, cut) if law == "impact" else (parting,) if law == "jankowski" else ()
         for each in (gap, *kinks):
             each.terminal = True
+        corners = [] if self.load is None else self.load.segments[1:, 0].tolist()
+        if self.load is not None and gap(0.0, y, None, sides) <= 0:
+            gain = gain_of(self.method, self.system.restitution, self.m, 0.0)
         while True:
+            until = min([end, *corners[self.corner :][:1]])
             gap.direction = -1.0 if gain is None else 1.0
             for kink, side in zip(kinks, sides, strict=False):
                 kink.direction = -side
             # short where a force sets in: all stages of a long step may lie beyond the end of a contact
-            first = min(1e-6, 0.5 * (end - t)) if gain is not None else None
+            first = min(1e-6, 0.5 * (until - t)) if gain is not None else None
             options = {"events": (gap, *kinks), "args": (gain, sides), "first_step": first}
-            found = solve_ivp(self.rates, (t, end), y, **options, **TIGHT)
+            found = solve_ivp(self.rates, (t, until), y, **options, **TIGHT)
             assert found.status >= 0, found.message  # a failure of the solver is no end of a contact
             t, y = found.t[-1], found.y[:, -1]
             if found.status == 0:
-                return y[:4]
+                if until == end:
+                    return y[:4]
+                self.corner += 1
+                continue
             if not found.t_events[0].size:  # a kink: on from there, with steps that do not reach over it
                 sides = [-side if times.size else side for side, times in zip(sides, found.t_events[1:], strict=False)]
                 continue

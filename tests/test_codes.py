@@ -107,11 +107,27 @@ def test_a_deck_of_a_system_in_millimetres_runs_and_comes_back(tmp_path, capsys)
     assert '"frame": "relative"' in capsys.readouterr().out
 
 
+@pytest.mark.usefixtures("opensees")
+def test_opensees_meets_both_stops_as_our_steps_do(tmp_path):
+    system = System(clearance=0.2, mu=0.8, clearance2=0.1, stiffness_factor2=2.0, damping_factor2=0.5)
+    method = TimeStepping(1200.0, 1.0, 400, NewmarkBeta(), "end")
+    (tmp_path / "deck.py").write_text(deck("opensees", DeckProblem(system, 1.7, method, periods=1, keep=1)))
+    subprocess.run([sys.executable, tmp_path / "deck.py"], check=True, capture_output=True)
+    ours = simulate(system, 1.7, method, periods=1, keep=1)
+    assert len(set(np.sign(ours.impacts.impulse))) == 2
+    rows = np.loadtxt(tmp_path / "deck.csv", delimiter=",", skiprows=1)
+    assert rows[-1, 1:] == pytest.approx(ours.section[0, [0, 2]], abs=1e-9)
+
+
 @pytest.mark.usefixtures("calculix")
+@pytest.mark.parametrize("stops", [{}, {"clearance2": 0.1, "stiffness_factor2": 2.0, "damping_factor2": 0.5}])
 @pytest.mark.parametrize("damping", [0.0, 18.0])
-def test_calculix_gives_our_displacements(damping, tmp_path):
+def test_calculix_gives_our_displacements(damping, stops, tmp_path):
     method = TimeStepping(1200.0, damping, 400, NewmarkBeta(), "end")
-    problem = DeckProblem(System(clearance=0.2, mu=0.8), 1.7, method, Units(30.0, 5.0, 2.0), periods=1, keep=1)
+    system = System(clearance=0.2, mu=0.8, **stops)
+    run = simulate(system, 1.7, method, periods=1, keep=1)
+    assert len(set(np.sign(run.impacts.impulse))) == 1 + bool(stops)
+    problem = DeckProblem(system, 1.7, method, Units(30.0, 5.0, 2.0), periods=1, keep=1)
     periods, difference = compare_calculix(problem, tmp_path)
     assert periods == 1
     assert difference < 1e-6  # of its seven digits

@@ -28,7 +28,7 @@ from vibroscope.engine.kernels.equations.motion import (
     separated_generator,
 )
 from vibroscope.engine.kernels.time_stepping import newmark
-from vibroscope.engine.law_table import formula_damper, restitution_without_pull
+from vibroscope.engine.law_table import CONTACT_LAWS, formula_damper, restitution_without_pull
 
 from tests.displayed import COMPARED, ROOT, compares, of_docstrings, of_pages, parts, sides, value
 
@@ -106,7 +106,7 @@ LAWS |= {20: "constant-restitution", 21: "impact", 60: "bilinear"}
 @pytest.mark.parametrize("number", LAWS)
 @compares(*LAWS)
 def test_contact_laws(number):
-    law = contact_law.LAWS.index(LAWS[number])
+    law = CONTACT_LAWS.index(LAWS[number])
     n = 1.5 if number == 19 else 1.7
     for point in POINTS:
         K, c, d, r, depth, v = 50.0, 3.0, 0.8, 4.0, abs(point["ξ₁"]), point["ξ₂"]

@@ -10,6 +10,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from vibroscope.engine import (
+    CONTACT_LAWS,
     HHT,
     BackwardEuler,
     ComparisonQuestion,
@@ -38,7 +39,7 @@ from vibroscope.engine.energy.quadratic_forms import energy_forms, phase_integra
 from vibroscope.engine.hardcases.condition import EPSILON, SimulationSetup, accumulated_rounding, sensitivity
 from vibroscope.engine.hardcases.condition import attainable_error as attainable
 from vibroscope.engine.kernels.compile.options import uncompiled
-from vibroscope.engine.kernels.equations.contact_law import LAWS, contact_rate, law_force
+from vibroscope.engine.kernels.equations.contact_law import contact_rate, law_force
 from vibroscope.engine.kernels.equations.motion import accelerations, coefficients, separated_generator
 from vibroscope.engine.kernels.time_stepping import contact_location, law_step, located, newmark
 
@@ -127,7 +128,7 @@ def test_a_stage_of_an_integrator(integrator, status):
             assert left == pytest.approx(right, rel=1e-10, abs=1e-10)
 
 
-@pytest.mark.parametrize("law", [law for law in LAWS if law not in ("kelvin-voigt", "cut")])
+@pytest.mark.parametrize("law", [law for law in CONTACT_LAWS if law not in ("kelvin-voigt", "cut")])
 @compares(27)
 def test_the_force_of_a_step(law):
     numbers = law_numbers(law, 1.7 if law == "impact" else None)

@@ -59,7 +59,7 @@ def test_every_tolerance_is_used():
 def taken_from(module, package):
     """Names that a module takes from the tolerances of a package, its own or another one."""
     for node in ast.walk(module):
-        if isinstance(node, ast.ImportFrom) and re.fullmatch(rf"({package}\.)?tolerances", node.module or ""):
+        if isinstance(node, ast.ImportFrom) and re.fullmatch(rf".*\.{package}\.tolerances", node.module or ""):
             yield from (alias.name for alias in node.names)
 
 

@@ -4,7 +4,7 @@ import json
 from pathlib import Path
 
 import numpy as np
-from vibroscope.engine import ExactPenalty, Excitation, Reference, System
+from vibroscope.engine import ExactPenalty, Excitation, Record, Reference, System, simulate
 
 _FILE = Path(__file__).parents[1] / "assets" / "truth" / "systems.json"
 CASES = {entry["name"]: entry for entry in json.loads(_FILE.read_text())["cases"]}
@@ -27,9 +27,12 @@ def states(case):
     return np.array(CASES[case]["state"], dtype=float)
 
 
-def samples_per_period(case):
-    """Of states and forces."""
-    return len(CASES[case]["tau"]) // CASES[case]["periods"]
+def run(case):
+    """The response to a case, sampled at its instants."""
+    entry, (system, eta, method) = CASES[case], arguments(case)
+    periods = entry["periods"]
+    options = {"periods": periods, "keep": periods, "record": Record(periods, len(entry["state"]) // periods)}
+    return simulate(system, eta, method, initial=tuple(entry["start"]), **options)
 
 
 def forces(case):

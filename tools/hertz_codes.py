@@ -8,7 +8,8 @@ from typing import NamedTuple
 import numpy as np
 from vibroscope.app.export.decks import DeckProblem, deck
 from vibroscope.engine import CONTACT_LAWS, System, TimeStepping, simulate
-from vibroscope.engine.drivers.time_stepping import linear_scheme, parameters_of_steps
+from vibroscope.engine.drivers.parameters import parameters_of
+from vibroscope.engine.drivers.time_stepping import as_steps_see, linear_scheme
 from vibroscope.engine.kernels.time_stepping.linear_step import FORCE, STATE_ROWS, WORK, LinearScheme, take_step
 
 from tools.other_codes import AGREE, CASES, PERIODS, STEPS, distance, run_opensees
@@ -57,7 +58,8 @@ def growth(problem: DeckProblem, states: np.ndarray) -> Growth:
 
 def scheme_of(problem: DeckProblem) -> LinearScheme:
     """What our steps are made of."""
-    return linear_scheme(parameters_of_steps(problem.system, problem.eta, problem.method), problem.method)
+    parameters = as_steps_see(parameters_of(problem.system, problem.eta, problem.method))
+    return linear_scheme(parameters, problem.method)
 
 
 def step_of(scheme: LinearScheme, steps: int, state: np.ndarray, k: int) -> np.ndarray:

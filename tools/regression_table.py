@@ -23,15 +23,18 @@ import numpy as np
 try:
     from vibroscope import engine
     from vibroscope.engine.hardcases.cases import hard_cases
+    from vibroscope.engine.law_table import numbers_of
 except ImportError:  # before the package had a name of its own
     import engine
     from engine.hardcases.cases import hard_cases
+    from engine.law_table import numbers_of
 
 ROOT = Path(__file__).resolve().parents[1]
 PERIODS = 12
 RANDOM_SYSTEMS = 300
 SEED = 20261122
 SWEPT = 1.08, 1.35, 1.70, 2.3, 2.76, 3.25, 3.5  # η of planes, of steps and of steps without a solution
+LAW_NUMBERS = {"penetration": 1e-3, "stiffening": 4.0}  # of the laws that take them
 SAME = 1e-13  # relative to the largest number of an array: a sum in another order
 
 
@@ -87,7 +90,7 @@ def laws():
     """Every law by every integrator and contact status, with few steps, at two motions; the ends of runs that stop."""
     for eta, stiffness, damping in ((1.08, 2500.0, 8.0), (2.76, 12000.0, 18.0)):
         for law in engine.CONTACT_LAWS:
-            more = {"penetration": 1e-3} if law == "impact" else {}
+            more = {name: LAW_NUMBERS[name] for name in LAW_NUMBERS if name in numbers_of(law)}
             exact = engine.ExactPenalty(stiffness, damping, law, **more)
             yield f"{eta}|{law}|exact", run(engine.System(), eta, exact)
             for name, kind in engine.INTEGRATORS.items():

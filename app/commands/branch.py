@@ -4,7 +4,6 @@ import argparse
 from itertools import chain
 
 from vibroscope.app.commands.basin_seeds import read_basin
-from vibroscope.app.commands.interrupt import watch_interrupt
 from vibroscope.app.commands.kept_branches import KeptBranches
 from vibroscope.app.commands.numbers import count, end_of_range
 from vibroscope.app.commands.options import (
@@ -18,7 +17,7 @@ from vibroscope.app.commands.options import (
     note_held,
     problem_of,
 )
-from vibroscope.app.commands.output import note, progress_line
+from vibroscope.app.commands.output import note, progress_line, watch_interrupt
 from vibroscope.app.commands.parser import Command, OneLineParser
 from vibroscope.app.commands.report import Report
 from vibroscope.engine import (
@@ -215,6 +214,7 @@ def _plain(branch: Branch) -> dict:
         "points": [
             {
                 "kind": point.kind,
+                "stop": point.stop,
                 "value": point.value,
                 "multipliers": [[finite_or_none(m.real), finite_or_none(m.imag)] for m in point.multipliers.tolist()],
                 "state": point.state.tolist(),
@@ -233,7 +233,8 @@ def _lines(branch: Branch) -> list[str]:
         f"  ends: {branch.ends[0]}; {branch.ends[1]}",
     ]
     return lines + [
-        _SHOWN.format(p.kind, f"{p.value:.12g}", f"period {p.period}", _multiplier(p)) for p in branch.points
+        _SHOWN.format(p.kind if p.stop == 1 else p.words, f"{p.value:.12g}", f"period {p.period}", _multiplier(p))
+        for p in branch.points
     ]
 
 
@@ -248,8 +249,8 @@ COMMAND = Command(
     "follow periodic motions, stable and unstable, over a number, and locate their bifurcations",
     "Follow every branch of periodic motions of the reference or the exact penalty solution through a range of one "
     "number, from all motions that coexist at some of its values, and locate folds, period doublings, Neimark-Sacker "
-    "points, branch points, grazing, and where sticking begins or ends, to 1e-10 of the range. Methods with a time "
-    "step have no branches: the exact penalty solution is what they tend to with smaller steps.",
+    "points, branch points, losses of symmetry, grazing, and where sticking begins or ends, to 1e-10 of the range. "
+    "Methods with a time step have no branches: the exact penalty solution is what they tend to with smaller steps.",
     "Ctrl-C ends the search; what was found is printed. With --out each branch is kept once it is followed: after a "
     "stop or a kill the same command reads what is kept, and goes on from there.",
     add,

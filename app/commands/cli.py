@@ -22,6 +22,7 @@ COMMANDS = (
     "motion",
     "compare",
     "peaks",
+    "transient",
     "impact",
     "recommend",
     "codes",

@@ -9,9 +9,8 @@ from textwrap import wrap
 from vibroscope.app.commands.alone_table import alone_lines
 from vibroscope.app.commands.compare_measured import add_measured_options, measured_report
 from vibroscope.app.commands.options import (
-    LAW_OPTIONS,
     PENALTY_OPTIONS,
-    STEPPING_OPTIONS,
+    SCHEME_OPTIONS,
     add_fields,
     add_initial_option,
     add_run_length,
@@ -67,7 +66,7 @@ def add(command: OneLineParser) -> None:
     """Add the options."""
     add = command.add_argument
     add_fields(command, "eta", *PENALTY_OPTIONS, required=("K", "steps"))
-    add_fields(command, *LAW_OPTIONS, *STEPPING_OPTIONS)
+    add_fields(command, *SCHEME_OPTIONS)
     usual = f"default {default_of(ComparisonQuestion, 'periods')}; where nothing drives the bodies {FREE_PERIODS}"
     add_run_length(command, usual, _KEEP, "compare")
     add_fields(command, "joint_damping", "threshold")

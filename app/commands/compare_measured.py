@@ -47,7 +47,7 @@ def add_measured_options(command: argparse.ArgumentParser) -> None:
         type=fit_names,
         metavar="NAMES",
         help=f"with --measured: fit these to it first, of {','.join(FITTED)} (default: all that the system has but K "
-        "and D, which are fitted to a drop, a throw or a decay)",
+        "and D, of the penalty solution, and the scale of the sensors)",
     )
 
 

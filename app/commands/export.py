@@ -4,9 +4,8 @@ import argparse
 from pathlib import Path
 
 from vibroscope.app.commands.options import (
-    LAW_OPTIONS,
     PENALTY_OPTIONS,
-    STEPPING_OPTIONS,
+    SCHEME_OPTIONS,
     add_fields,
     add_initial_option,
     add_run_length,
@@ -28,7 +27,7 @@ def add(command: OneLineParser) -> None:
     """Add the options."""
     add = command.add_argument
     add("--to", required=True, choices=tuple(DECKS), metavar="CODE", help=f"one of {', '.join(DECKS)}")
-    add_fields(command, "eta", *PENALTY_OPTIONS, *LAW_OPTIONS, *STEPPING_OPTIONS)
+    add_fields(command, "eta", *PENALTY_OPTIONS, *SCHEME_OPTIONS)
     add_run_length(command, f"default {PERIODS}, calculix: as many as its table of loads has room for", KEEP, "write")
     add_initial_option(command)
     add_system_option(command)

@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import argparse
-import csv
 import math
-import sys
 from collections.abc import Iterator
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 from vibroscope.app.commands.numbers import measured, number
-from vibroscope.app.commands.options import LAW_OPTIONS, STEPPING_OPTIONS, add_fields, law_of, stepping_of, system_file
+from vibroscope.app.commands.options import SCHEME_OPTIONS, add_fields, law_of, stepping_of, system_file
 from vibroscope.app.commands.parser import Command, OneLineParser
 from vibroscope.app.commands.report import Report, Row
 from vibroscope.engine import SystemFile, Units, finite_or_none, percent, written
@@ -21,14 +19,15 @@ from vibroscope.engine.one_impact.question import NO_STEPS
 
 if TYPE_CHECKING:
     import numpy as np
-    from vibroscope.engine import Impact, OverMotion, WithStep
+    from vibroscope.engine import Impact, MoreauJean, WithStep
 
 SI = SystemFile(units=Units(omega1=1.0, m1=1.0, base_amplitude=1e3), has_units=True)  # in which numbers are counted
 OVER = {"steps-per-contact": (0.5, 100.0), "speed": (0.1, 10.0), "time": ()}  # from where to where; speed: times this
 VALUES = 100  # of a band
-MOREAU_JEAN = "moreau-jean"  # beside the names of integrators
-BAND = "restitution_least restitution_mean restitution_greatest penetration_m force_N without_solution two_solutions"
-BAND = (*BAND.split(), "blown_up", "stuck")
+_UNITS = {"penetration": "_m", "force": "_N", "time": "_s", "time_step": "_s", "mass": "_kg", "speed": "_m_per_s"}
+SHARES = ("without_solution", "two_solutions", "blown_up", "stuck")
+_SPANS = ("restitution", "penetration", "force", "steps")
+BAND = ("restitution_least", "restitution_mean", "restitution_greatest", "penetration_m", "force_N", *SHARES)
 _EXAMPLES = """\
 examples:
   vibroscope impact --mass '1 kg' --speed '1 m/s' --K '1e6 N/m' --restitution 0.5 --steps-per-contact 5
@@ -80,7 +79,7 @@ def add(command: OneLineParser) -> None:
     step.add_argument("--steps-per-contact", type=number, metavar="F", help=words)
     words = "constant force that presses the bodies together, such as a weight (default 0 N)"
     add("--force", type=measured("force"), default=0.0, metavar="F", help=words)
-    add_fields(command, *LAW_OPTIONS, *STEPPING_OPTIONS)
+    add_fields(command, *SCHEME_OPTIONS)
     words = "how far the restitution may be off for the largest step (default %(default)s)"
     add("--tolerance", type=number, default=CLOSE_TO_ASKED, metavar="F", help=words)
     words = "also each integrator and contact status with the same numbers, and the steps that it needs (some seconds)"
@@ -110,7 +109,7 @@ def _over(text: str) -> tuple[str, float, float] | tuple[str]:
 
 def question_of(options: argparse.Namespace) -> Impact:
     """The question that the options describe; of a method without a step where none is given."""
-    from vibroscope.engine import Impact
+    from vibroscope.engine import Impact, stiffness_for
 
     by_restitution = options.restitution is not None
     options.K = _stiffness(options)
@@ -118,7 +117,8 @@ def question_of(options: argparse.Namespace) -> Impact:
     numbers = {"speed": options.speed, "mass": options.mass, "force": options.force}
     question = Impact(method.limit, **numbers)
     if by_restitution:
-        question = _permitted(question.with_restitution(options.restitution), options)
+        question = question.with_restitution(options.restitution)
+        question = stiffness_for(question, **permitted) if (permitted := _permitted(options)) else question
         method = replace(method, stiffness=question.method.stiffness, damping=question.method.damping)
     if options.time_step is not None:
         return replace(question, method=method, time_step=options.time_step)
@@ -156,14 +156,10 @@ def _closing_speeds(options: argparse.Namespace) -> np.ndarray | None:
 
 def _stiffness(options: argparse.Namespace) -> float:
     """K; where it is to follow from what is permitted, one to begin with."""
-    mass, speed = options.mass, options.speed
-    permitted = options.permitted_penetration, options.permitted_force
-    if permitted != (None, None) and options.restitution is None:
-        raise ValueError("what is permitted gives K for a restitution: give --restitution in place of --D")
-    if options.permitted_penetration is not None:
-        return mass * (speed / options.permitted_penetration) ** 2 if options.permitted_penetration > 0 else 1.0
-    if options.permitted_force is not None:
-        return (options.permitted_force / speed) ** 2 / mass if options.permitted_force > 0 else 1.0
+    if _permitted(options):
+        if options.restitution is None:
+            raise ValueError("what is permitted gives K for a restitution: give --restitution in place of --D")
+        return 1.0
     if options.materials is None:
         return options.K
     from vibroscope.app.codes.materials import material
@@ -179,12 +175,10 @@ def _stiffness(options: argparse.Namespace) -> float:
     return hertz_stiffness(*map(material, names), options.radius, options.radius2)
 
 
-def _permitted(question: Impact, options: argparse.Namespace) -> Impact:
-    from vibroscope.engine import stiffness_for
-
+def _permitted(options: argparse.Namespace) -> dict[str, float]:
+    """The penetration or the force from which K is to follow."""
     given = {"penetration": options.permitted_penetration, "force": options.permitted_force}
-    given = {name: value for name, value in given.items() if value is not None}
-    return stiffness_for(question, **given) if given else question
+    return {name: value for name, value in given.items() if value is not None}
 
 
 def run(options: argparse.Namespace) -> Report:
@@ -205,28 +199,28 @@ def _nonsmooth(options: argparse.Namespace) -> Report:
     from vibroscope.engine import MoreauJean, impact
 
     options.K = None
-    given = [name for name in (*LAW_OPTIONS, *STEPPING_OPTIONS) if getattr(options, name, None) is not None]
+    given = [name for name in SCHEME_OPTIONS if getattr(options, name, None) is not None]
     given += [name for name in ("schemes", "bounds", "over", "steps_per_contact", "D") if getattr(options, name)]
     if given:
         raise ValueError(f"--{given[0].replace('_', '-')} goes with a contact spring: leave it out with --moreau-jean")
     if options.time_step is None:
         raise ValueError("--moreau-jean needs a step: give --time-step, as '0.1 ms'")
-    numbers = {name: getattr(options, name) for name in ("restitution", "time_step", "speed", "mass", "force")}
+    numbers = {name: getattr(options, name) for name in ("mass", "speed", "force", "restitution", "time_step")}
     question = MoreauJean(**numbers, theta=options.moreau_jean)
     found = impact(question)
     impulse, moved = found.force * question.time_step, question.speed * question.time_step
-    asked = {"mass_kg": question.mass, "speed_m_per_s": question.speed, "force_N": question.force}
-    asked |= {"restitution": question.restitution, "time_step_s": question.time_step}
-    asked |= {"integrator": MOREAU_JEAN, "theta": question.theta}
-    met = f"{written(question.mass)} kg at {written(question.speed)} m/s"
-    pressed = f", pressed by {written(question.force)} N" if question.force else ""
+    asked = _data(question, *numbers) | {"integrator": question.scheme[0], "theta": question.theta}
     overlap = f"{written(1e3 * found.penetration)} mm, {written(found.penetration / moved, 3)} of a step of flight"
     lines = [
-        Row("contact", f"impact law, theta = {question.theta:g}; {met}{pressed}; step {_time(question.time_step)}"),
+        Row("contact", f"impact law, theta = {question.theta:g}; {_met(question)}; step {_time(question.time_step)}"),
         Row("with this step", f"restitution {_span(found.restitution)}; impulse {written(impulse)} N s"),
         Row("", f"penetration {overlap}"),
     ]
     return Report(lines, {"asked": asked, "with_step": _with_step(found) | {"impulse_N_s": impulse}})
+
+
+def _with_step(found: WithStep) -> dict[str, object]:
+    return _data(found, "restitution", "energy_lost", "penetration", "force", "steps", "time", *SHARES, "gained")
 
 
 def _report(question: Impact, options: argparse.Namespace, speeds: np.ndarray | None) -> Report:
@@ -235,10 +229,12 @@ def _report(question: Impact, options: argparse.Namespace, speeds: np.ndarray | 
 
     alone = question.without_step
     asked = alone.restitution if options.restitution is None else options.restitution
-    asked_for = {"mass_kg": question.mass, "speed_m_per_s": question.speed, "force_N": question.force}
-    asked_for |= {"stiffness": question.method.stiffness, "damping": 2.0 * question.method.damping}
+    asked_for = _data(question, "mass", "speed", "force") | {
+        "stiffness": question.method.stiffness,
+        "damping": 2.0 * question.method.damping,
+    }
     asked_for |= {"damping_ratio": finite_or_none(question.ratio), "restitution": asked, "law": question.method.law}
-    data = {"asked": asked_for, "without_step": _named(alone._asdict())}
+    data = {"asked": asked_for, "without_step": _data(alone, *alone._fields)}
     lines = [
         Row("contact", _contact_text(question)),
         Row("without a step", f"restitution {written(alone.restitution)}, {_measures(alone)}, {_time(alone.time)}"),
@@ -247,22 +243,22 @@ def _report(question: Impact, options: argparse.Namespace, speeds: np.ndarray | 
     if not question.time_step:
         return Report(lines, data | {"with_step": None, "largest_step": None})
     found, largest = impact(question), largest_step(question, options.tolerance, asked)
-    asked_for |= {"time_step_s": question.time_step, "steps_per_contact": question.steps_per_contact}
+    asked_for |= _data(question, "time_step", "steps_per_contact")
     asked_for |= {"integrator": question.method.integrator.name, "status": question.method.status}
     data |= {"with_step": _with_step(found), "largest_step": None}
     if largest is not None:
-        data["largest_step"] = {
-            "time_step_s": largest.step,
-            "steps_per_contact": largest.steps_per_contact,
-            "tolerance": options.tolerance,
-        }
+        data["largest_step"] = {"time_step_s": largest.step, "steps_per_contact": largest.steps_per_contact}
+        data["largest_step"] |= {"tolerance": options.tolerance}
     e, lost = found.restitution, found.energy_lost
     lines += [Row("with this step", f"restitution {_span(e)}; share of the energy lost {_span(lost)}")]
     lines += [Row("", f"{_measures(found)}, force in {found.steps[0]} to {found.steps[1]} steps")]
     lines += [Row("answer", answer(question, asked, found), 110), Row("", advice(largest, options.tolerance), 110)]
     if speeds is not None:
         of_motion = over_motion(question, speeds)
-        data["motion"] = _of_motion(of_motion)
+        histogram = zip(of_motion.speed.tolist(), of_motion.count.tolist(), strict=True)
+        data["motion"] = {"speeds": [{"speed_m_per_s": speed, "count": count} for speed, count in histogram]}
+        data["motion"] |= {"speed_m_per_s": _plain(of_motion.speeds)}
+        data["motion"] |= _data(of_motion, *_SPANS, "without_solution", "blown_up", "stuck")
         lines += [Row("motion", over_speeds_of_motion(of_motion), 110)]
     if options.bounds:
         data["bounds"] = {"stiffness": stiffness_bounds(question)._asdict()}
@@ -280,25 +276,21 @@ def _report(question: Impact, options: argparse.Namespace, speeds: np.ndarray | 
 def _schemes(question: Impact, asked: float, tolerance: float) -> list[dict[str, object]]:
     """What each integrator and contact status gives, and the steps in a contact from which on it is close."""
     from vibroscope.app.explorer.impact_words import schemes
-    from vibroscope.engine import MoreauJean, impact, largest_step
+    from vibroscope.engine import largest_step
 
     rows = []
-    for one, found in schemes(question):
-        largest = largest_step(one, tolerance, asked)
+    for one, found in schemes(question, asked):
+        name, status = one.scheme
+        largest = largest_step(one, tolerance, asked) if status else None
         rows.append(
             {
-                "integrator": one.method.integrator.name,
-                "status": one.method.status,
-                "restitution": _finite(found.restitution._asdict()),
-                "without_solution": found.without_solution,
-                "blown_up": found.blown_up,
+                "integrator": name,
+                "status": status or None,
+                **_data(found, "restitution", "without_solution", "blown_up"),
                 "steps_per_contact": largest and largest.steps_per_contact,
             }
         )
-    nonsmooth = impact(MoreauJean(asked, question.time_step, question.speed, question.mass, question.force))
-    restitution = {"restitution": _finite(nonsmooth.restitution._asdict())}
-    without = {"status": None, "steps_per_contact": None, "without_solution": 0.0, "blown_up": 0.0}
-    return [*rows, {"integrator": MOREAU_JEAN} | restitution | without]
+    return rows
 
 
 def _table(rows: list[dict[str, object]]) -> Iterator[str]:
@@ -342,37 +334,15 @@ def _ends(bounds: dict[str, tuple[float, float] | None], of: str) -> dict[str, d
     }
 
 
-def _with_step(found: WithStep) -> dict[str, object]:
-    spans = {name: _finite(getattr(found, name)._asdict()) for name in ("restitution", "energy_lost")}
-    pairs = {"steps": found.steps, "time_s": found.time}
-    shares = ("without_solution", "two_solutions", "blown_up", "stuck", "gained")
-    return (
-        spans
-        | _finite({"penetration_m": found.penetration, "force_N": found.force})
-        | {name: {"least": least, "greatest": greatest} for name, (least, greatest) in pairs.items()}
-        | {name: getattr(found, name) for name in shares}
-    )
+def _data(found: NamedTuple | WithStep, *names: str) -> dict[str, object]:
+    """Numbers of what was found as JSON, with their units in the keys; of two without names the least and greatest."""
+    return {f"{name}{_UNITS.get(name, '')}": _plain(getattr(found, name)) for name in names}
 
 
-def _of_motion(found: OverMotion) -> dict[str, object]:
-    """The closing speeds as a histogram, and what the contact gives at them."""
-    histogram = zip(found.speed.tolist(), found.count.tolist(), strict=True)
-    spans = {"restitution": found.restitution, "penetration_m": found.penetration, "force_N": found.force}
-    spans |= {"speed_m_per_s": found.speeds, "steps": found.steps}
-    return (
-        {"speeds": [{"speed_m_per_s": speed, "count": count} for speed, count in histogram]}
-        | {name: _finite(span._asdict()) for name, span in spans.items()}
-        | {name: getattr(found, name) for name in ("without_solution", "blown_up", "stuck")}
-    )
-
-
-def _finite(values: dict[str, float]) -> dict[str, float | None]:
-    return {name: finite_or_none(value) for name, value in values.items()}
-
-
-def _named(values: dict[str, float]) -> dict[str, float | None]:
-    units = {"penetration": "penetration_m", "force": "force_N", "time": "time_s"}
-    return _finite({units.get(name, name): value for name, value in values.items()})
+def _plain(value: float | tuple) -> object:
+    if not isinstance(value, tuple):
+        return finite_or_none(value)
+    return dict(zip(getattr(value, "_fields", ("least", "greatest")), map(_plain, value), strict=True))
 
 
 def _contact_text(question: Impact) -> str:
@@ -382,14 +352,16 @@ def _contact_text(question: Impact) -> str:
         ratio = "" if math.isnan(question.ratio) else f", damping ratio {written(question.ratio, 3)}"
         texts.append(f"{units.text('contact_damping', method.damping)}{ratio}")
     numbers = f"K = {texts[0]}" + (f", c = {texts[1]}" if texts[1:] else "")
-    met = f"{written(question.mass)} kg at {written(question.speed)} m/s"
-    if question.force:
-        met += f", pressed by {written(question.force)} N"
-    text = f"{numbers}; {met}"
+    text = f"{numbers}; {_met(question)}"
     if not question.time_step:
         return text.replace("·", " ")
     step = f"step {_time(question.time_step)}, {written(question.steps_per_contact, 3)} in a contact"
     return f"{text}; {step}".replace("·", " ")
+
+
+def _met(question: Impact | MoreauJean) -> str:
+    pressed = f", pressed by {written(question.force)} N" if question.force else ""
+    return f"{written(question.mass)} kg at {written(question.speed)} m/s{pressed}"
 
 
 def _measures(found) -> str:
@@ -418,14 +390,11 @@ def _band(question: Impact, options: argparse.Namespace) -> Iterator[str]:
         _check_step(question, name)
     if not question.time_step:
         question = replace(question, method=_stepped(question, options), time_step=question.contact_time)
-    values = np.geomspace(low, high, VALUES)
-    out = csv.writer(sys.stdout, lineterminator="\n")
-    out.writerow([name.replace("-", "_") + ("_m_per_s" if of_speed else ""), *BAND])
-    for value, found in (over_speeds if of_speed else over_steps)(question, values):
-        shares = found.without_solution, found.two_solutions, found.blown_up, found.stuck
-        row = value, *found.restitution, found.penetration, found.force, *shares
-        out.writerow([f"{each:.9g}" for each in row])
-    return iter(())
+    found = (over_speeds if of_speed else over_steps)(question, np.geomspace(low, high, VALUES))
+    yield ",".join([name.replace("-", "_") + ("_m_per_s" if of_speed else ""), *BAND])
+    for value, one in found:
+        shares = (getattr(one, share) for share in SHARES)
+        yield _line(value, *one.restitution, one.penetration, one.force, *shares)
 
 
 def _forces(question: Impact, options: argparse.Namespace) -> Iterator[str]:
@@ -433,13 +402,15 @@ def _forces(question: Impact, options: argparse.Namespace) -> Iterator[str]:
     from vibroscope.engine import force_courses
 
     _check_step(question, "time")
-    out = csv.writer(sys.stdout, lineterminator="\n")
-    out.writerow(["touch", "instant", "restitution", "time_s", "force_N"])
+    yield "touch,instant,restitution,time_s,force_N"
     for name, course in force_courses(question, options.restitution).items():
-        instant = "" if math.isnan(course.instant) else f"{course.instant:.9g}"
+        instant = "" if math.isnan(course.instant) else _line(course.instant)
         for row in zip(course.time, course.force, strict=True):
-            out.writerow([name, instant, *(f"{each:.9g}" for each in (course.restitution, *row))])
-    return iter(())
+            yield f"{name},{instant},{_line(course.restitution, *row)}"
+
+
+def _line(*numbers: float) -> str:
+    return ",".join(f"{each:.9g}" for each in numbers)
 
 
 def _check_step(question: Impact, name: str) -> None:

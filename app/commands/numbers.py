@@ -6,7 +6,7 @@ unit, as ``--K "1e6 N/m"``, stays a `Measured` until `resolve_units`, when all o
 
 import argparse
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
@@ -91,16 +91,17 @@ def _read_measured(text: str, quantity: str) -> Read:
 
 def state_numbers(text: str) -> tuple[Read, ...]:
     """The numbers of a state, comma-separated, each with a unit or without."""
-    return _list_of(text, "x1,v1,x2,v2", *STATE.values())
+    return list_of(text, "x1,v1,x2,v2", STATE.values())
 
 
 def step_numbers(text: str) -> tuple[Read, ...]:
     """Numbers of steps, comma-separated, or time steps."""
-    return _list_of(text, "2000,4000,8000", *[STEPS] * (text.count(",") + 1))
+    return list_of(text, "2000,4000,8000", [STEPS] * (text.count(",") + 1))
 
 
-def _list_of(text: str, example: str, *quantities: str) -> tuple[Read, ...]:
-    parts = text.split(",")
+def list_of(text: str, example: str, quantities: Iterable[str]) -> tuple[Read, ...]:
+    """Numbers of these quantities, comma-separated, each with a unit or without."""
+    parts, quantities = text.split(","), tuple(quantities)
     quantities += ("",) * (len(parts) - len(quantities))  # the engine says if there are more or fewer
     try:
         return tuple(_read_measured(part, quantity) for part, quantity in zip(parts, quantities, strict=False))

@@ -37,6 +37,7 @@ INTEGRATOR_NUMBERS = tuple(name for name in STEPPING_OPTIONS if not FIELDS[name]
 REFERENCE_OPTIONS = "joint_damping", "restitution", "threshold"
 SOLVERS = "reference", "exact", "newmark"
 STEP_SCALE = "stiffness_of_step"  # the option of the field "step_scale"
+SCHEME_OPTIONS = (*LAW_OPTIONS, *STEPPING_OPTIONS)
 PENALTY_OPTIONS = "K", STEP_SCALE, "D", "steps", "located"
 CONDITIONS = "reference:", "integrator ", "law ", "status "  # which begin the words of an option that says who has it
 # The options of each solver. Restitution belongs to the system, but only the reference has an impact law.
@@ -157,7 +158,7 @@ def add_solver_options(command: argparse.ArgumentParser) -> None:
     add_fields(command, *PENALTY_OPTIONS, solvers=SOLVERS)
     add = command.add_argument
     add("--every-step", action="store_true", help="newmark: take every step, as an FE code must (slower)")
-    add_fields(command, *REFERENCE_OPTIONS, *LAW_OPTIONS, *STEPPING_OPTIONS, solvers=SOLVERS)
+    add_fields(command, *REFERENCE_OPTIONS, *SCHEME_OPTIONS, solvers=SOLVERS)
     add_initial_option(command)
     add_system_option(command)
 

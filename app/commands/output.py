@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import codecs
+import contextlib
 import os
+import signal
 import sys
 import unicodedata
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:  # each command imports this module, and importing the compilation imports every kernel
@@ -50,6 +52,7 @@ _ASCII |= {
     "⊠": "[x]",
     "⊞": "[+]",
     "⊗": "(x)",
+    "⬢": "(.)",
     "━": "-",
     "╌": "-",
     "✚": "+",
@@ -91,6 +94,14 @@ def ascii_name(character: str) -> str:
     return plain or "?"
 
 
+def write_csv(path: str, heads: Sequence[str], rows: Iterable[Iterable[object]]) -> None:
+    """Write a table."""
+    import csv  # few commands write a file
+
+    with open(path, "w", newline="", encoding="utf-8") as file:
+        csv.writer(file).writerows([heads, *rows])
+
+
 def note(text: str) -> None:
     """Print a remark on stderr, so that it is no part of the output."""
     print(f"vibroscope: {text}", file=sys.stderr)
@@ -121,3 +132,19 @@ def compilation_text(progress: CompileProgress) -> str:
     """How far the compilation is, short enough for a terminal."""
     done = round(_BAR * progress.share)
     return f"Compiling, once: [{'#' * done}{'.' * (_BAR - done)}] {100 * progress.share:3.0f} % {progress.what}"
+
+
+@contextlib.contextmanager
+def watch_interrupt() -> Iterator[Callable[[], bool]]:
+    """Gives whether Ctrl-C was pressed: the first one ends the computation, the second ends the process as usual."""
+    pressed = []
+
+    def note(*_) -> None:
+        pressed.append(True)
+        signal.signal(signal.SIGINT, before)
+
+    before = signal.signal(signal.SIGINT, note)
+    try:
+        yield lambda: bool(pressed)
+    finally:
+        signal.signal(signal.SIGINT, before)

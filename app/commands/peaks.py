@@ -1,14 +1,12 @@
 """``vibroscope peaks``: what an analyst reads off both solutions, their spectra, and the transmissibility over η."""
 
 import argparse
-import csv
 from collections.abc import Iterator, Sequence
 
 import numpy as np
 from vibroscope.app.commands.options import (
-    LAW_OPTIONS,
     PENALTY_OPTIONS,
-    STEPPING_OPTIONS,
+    SCHEME_OPTIONS,
     add_fields,
     add_initial_option,
     add_system_option,
@@ -17,6 +15,7 @@ from vibroscope.app.commands.options import (
     stepping_of,
     system_of,
 )
+from vibroscope.app.commands.output import write_csv
 from vibroscope.app.commands.parser import Command, OneLineParser
 from vibroscope.app.commands.physical_units import add_units_option, physical_part, wanted_units
 from vibroscope.app.commands.recommend import eta_range, etas_of
@@ -42,7 +41,7 @@ LABEL, COLUMN = 16, 16  # characters
 def add(command: OneLineParser) -> None:
     """Add the options."""
     add_fields(command, "eta", *PENALTY_OPTIONS, required=("K", "steps"))
-    add_fields(command, *LAW_OPTIONS, *STEPPING_OPTIONS, "joint_damping", "threshold")
+    add_fields(command, *SCHEME_OPTIONS, "joint_damping", "threshold")
     add_initial_option(command)
     add_system_option(command)
     add = command.add_argument
@@ -71,34 +70,45 @@ def run(options: argparse.Namespace) -> Report:
         _write_spectra(options.spectrum, {name: spectrum(response) for name, response in runs.items()})
     if options.transmissibility:
         _write_transmissibility(options.transmissibility, system, methods, etas_of(*options.eta_range))
-    data = {"eta": eta} | {name: {"status": str(runs[name].status)} | _json(values) for name, values in found.items()}
+    data = {"eta": eta} | {
+        name: {"status": str(runs[name].status)} | peaks_json(values) for name, values in found.items()
+    }
     if units:
-        physical = {name: _json(_in_units(values, units)) for name, values in found.items()}
+        physical = {name: peaks_json(peaks_in_units(values, units)) for name, values in found.items()}
         data |= physical_part(units, eta, methods["penalty"], **physical)
-    shown = [name for name in PEAKS if not (system.wall and name.endswith("2"))]
-    return Report(_lines(found, shown, units, ended, system), data)
+    return Report(_lines(found, units, ended, system), data)
 
 
-def _in_units(values: dict[str, float], units: Units) -> dict[str, float]:
+def peaks_in_units(values: dict[str, float], units: Units) -> dict[str, float]:
+    """Peaks in physical units."""
     return {name: units.physical(PEAKS[name], value) for name, value in values.items()}
 
 
-def _json(values: dict[str, float]) -> dict[str, float | None]:
+def peaks_json(values: dict[str, float]) -> dict[str, float | None]:
+    """Peaks as JSON: None where one is not known."""
     return {name: finite_or_none(value) for name, value in values.items()}
 
 
-def _lines(
-    found: dict[str, dict[str, float]], names: Sequence[str], units: Units | None, ended: Sequence[str], system: System
-) -> Iterator[Line]:
-    """A table: each peak of these names of both solutions, and how far the penalty solution is off; which run ended."""
-    yield f"{'largest':{LABEL}}" + "".join(f"{name:>{COLUMN}}" for name in (*found, "difference"))
-    columns = [_in_units(values, units) if units else values for values in found.values()]
-    for name in names:
-        first, second = (values[name] for values in columns)
+def table_of_peaks(found: dict[str, dict[str, float]], units: Units | None, system: System) -> Iterator[Line]:
+    """A table: each peak of one solution or both, and how far the second, the penalty solution, is off."""
+    both = ("difference",) if len(found) > 1 else ()
+    yield f"{'largest':{LABEL}}" + "".join(f"{name:>{COLUMN}}" for name in (*found, *both))
+    columns = [peaks_in_units(values, units) if units else values for values in found.values()]
+    for name in PEAKS:
+        if system.wall and name.endswith("2"):
+            continue
+        values = [column[name] for column in columns]
         label = name.replace("_", " ").replace("1", " 1").replace("2", " 2")
-        cells = "".join(f"{written(value) if np.isfinite(value) else '-':>{COLUMN}}" for value in (first, second))
-        off = off_text(first, second) or "-"
-        yield f"{label:{LABEL}}{cells}{off:>{COLUMN}}" + (f"  {units.unit(PEAKS[name])}" if units else "")
+        cells = "".join(f"{written(value) if np.isfinite(value) else '-':>{COLUMN}}" for value in values)
+        off = f"{off_text(*values) or '-':>{COLUMN}}" if both else ""
+        yield f"{label:{LABEL}}{cells}{off}" + (f"  {units.unit(PEAKS[name])}" if units else "")
+
+
+def _lines(
+    found: dict[str, dict[str, float]], units: Units | None, ended: Sequence[str], system: System
+) -> Iterator[Line]:
+    """The table, over what it is, and which run ended."""
+    yield from table_of_peaks(found, units, system)
     over = f"the last {PERIODS}" if system.excitation.drives else f"the first {FREE_PERIODS}"
     yield f"Over {over} periods; displacements and velocities relative to the base, accelerations absolute. An impact"
     yield "of the reference has no duration: its acceleration and force are not finite."
@@ -110,20 +120,17 @@ def _write_spectra(path: str, found: dict[str, Spectrum]) -> None:
     columns = [next(iter(found.values())).order]
     for each in found.values():
         columns += [*each.displacement, *each.acceleration, each.force]
-    _write(path, ["order", *(f"{name}_{head}" for name in found for head in heads)], np.transpose(columns))
+    write_csv(path, ["order", *(f"{name}_{head}" for name in found for head in heads)], np.transpose(columns).tolist())
 
 
 def _write_transmissibility(path: str, system: System, methods: dict[str, Method], etas: Sequence[float]) -> None:
     rows = []
     for eta in etas:
         runs = [sampled(system, eta, method, samples=FEW) for method in methods.values()]
-        rows.append([eta, *np.concatenate([transmissibility(run) if run.ok else [np.nan] * 2 for run in runs])])
-    _write(path, ["eta", *(f"{name}_body{body}" for name in methods for body in (1, 2))], rows)
-
-
-def _write(path: str, heads: Sequence[str], rows: Sequence[Sequence[float]]) -> None:
-    with open(path, "w", newline="", encoding="utf-8") as file:
-        csv.writer(file).writerows([heads, *(list(map(float, row)) for row in rows)])
+        rows.append(
+            [eta, *(ratio for run in runs for ratio in (transmissibility(run).tolist() if run.ok else [np.nan] * 2))]
+        )
+    write_csv(path, ["eta", *(f"{name}_body{body}" for name in methods for body in (1, 2))], rows)
 
 
 COMMAND = Command(

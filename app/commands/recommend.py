@@ -8,8 +8,7 @@ from itertools import chain
 
 from vibroscope.app.commands.numbers import count, measured, number, of_field, span
 from vibroscope.app.commands.options import (
-    LAW_OPTIONS,
-    STEPPING_OPTIONS,
+    SCHEME_OPTIONS,
     add_fields,
     add_system_option,
     eta_of,
@@ -64,7 +63,7 @@ def add(command: OneLineParser) -> None:
         add(f"--{name}-tolerance", type=switchable, default=usual, metavar=f"F|{OFF}", help=words)
     add("--located", action="store_true", help="steps cut at contact changes only; the least solves per period")
     searched = {name: {"choices": (*FIELDS[name].choices, ALL)} for name in ("law", "integrator")}
-    add_fields(command, *LAW_OPTIONS, *STEPPING_OPTIONS, **searched)
+    add_fields(command, *SCHEME_OPTIONS, **searched)
     add(
         "--code",
         metavar="NAME",

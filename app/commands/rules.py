@@ -7,9 +7,8 @@ from vibroscope.app.codes.rules import RuleOutcome, RuleQuestion, judge, rules
 from vibroscope.app.commands.codes import code_alone
 from vibroscope.app.commands.numbers import count, measured
 from vibroscope.app.commands.options import (
-    LAW_OPTIONS,
     PENALTY_OPTIONS,
-    STEPPING_OPTIONS,
+    SCHEME_OPTIONS,
     add_fields,
     add_system_option,
     default_of,
@@ -34,7 +33,7 @@ _HOLDS = {True: "holds", False: "fails", None: "-"}
 def add(command: OneLineParser) -> None:
     """Add the options."""
     command.add_argument("rules", nargs="*", metavar="RULE", help="only these, such as ansys-contact lsdyna-noise")
-    add_fields(command, "eta", *PENALTY_OPTIONS, *LAW_OPTIONS, *STEPPING_OPTIONS)
+    add_fields(command, "eta", *PENALTY_OPTIONS, *SCHEME_OPTIONS)
     command.add_argument("--code", metavar="CODE", help="a code of `vibroscope codes`: its integrator, status and law")
     command.add_argument(
         "--element-stiffness",

@@ -9,16 +9,14 @@ from dataclasses import replace
 from functools import partial
 
 from vibroscope.app.commands import basins
-from vibroscope.app.commands.interrupt import watch_interrupt
 from vibroscope.app.commands.numbers import STATE, count, end_of_range, number, span, step_numbers
 from vibroscope.app.commands.options import (
-    LAW_OPTIONS,
     NEEDED,
     PENALTY_OPTIONS,
     REFERENCE_OPTIONS,
+    SCHEME_OPTIONS,
     SOLVERS,
     STEP_SCALE,
-    STEPPING_OPTIONS,
     add_fields,
     add_initial_option,
     add_solver,
@@ -31,7 +29,7 @@ from vibroscope.app.commands.options import (
     stepping_of,
     system_of,
 )
-from vibroscope.app.commands.output import note
+from vibroscope.app.commands.output import note, watch_interrupt
 from vibroscope.app.commands.parser import Command, OneLineParser
 from vibroscope.app.commands.report import Report
 from vibroscope.app.explorer.parameters import FIELDS
@@ -98,7 +96,7 @@ def _study(
 def _add_solver(command: OneLineParser, *penalty: str) -> None:
     """The solver and its numbers; ``penalty``: those of K, D and the step."""
     add_solver(command, help="as in `vibroscope simulate`")
-    add_fields(command, *penalty, *LAW_OPTIONS, *STEPPING_OPTIONS, *REFERENCE_OPTIONS, solvers=SOLVERS)
+    add_fields(command, *penalty, *SCHEME_OPTIONS, *REFERENCE_OPTIONS, solvers=SOLVERS)
 
 
 def _add_eta(command: OneLineParser) -> None:
@@ -129,7 +127,7 @@ def _add_plane(command: OneLineParser) -> None:
     add_fields(command, "K", "D", required=("K", "D"), K=_range_of("K"), D=_range_of("D"))
     words = "with or without a time step (default %(default)s)"
     add_solver(command, required=False, choices=("newmark", "exact"), default="newmark", help=words)
-    add_fields(command, "steps", "located", *LAW_OPTIONS, *STEPPING_OPTIONS, solvers=SOLVERS)
+    add_fields(command, "steps", "located", *SCHEME_OPTIONS, solvers=SOLVERS)
     words = "without error, its parts and the exact penalty model beside: faster"
     command.add_argument("--no-error", action="store_true", help=words)
 
@@ -138,13 +136,13 @@ def _add_step(command: OneLineParser) -> None:
     steps = {"type": step_numbers, "metavar": "2000,4000,...", "help": "steps per period, ascending"}
     add_fields(command, "eta", "K", STEP_SCALE, "D", "steps", required=("K", "steps"), steps=steps)
     add_initial_option(command)
-    add_fields(command, *LAW_OPTIONS, *STEPPING_OPTIONS)
+    add_fields(command, *SCHEME_OPTIONS)
 
 
 def _add_no_solution(command: OneLineParser) -> None:
     ranges = {name: _range_of(name) for name in ("K", "steps")}
     add_fields(command, "eta", "K", "D", "steps", required=("K", "D", "steps"), **ranges)
-    add_fields(command, *LAW_OPTIONS, *STEPPING_OPTIONS)
+    add_fields(command, *SCHEME_OPTIONS)
 
 
 def _add_basin(command: OneLineParser) -> None:

@@ -5,7 +5,6 @@ The kernels release the GIL, so plain threads serve many sessions. No panel impo
 
 from __future__ import annotations
 
-import contextlib
 import logging
 import threading
 from collections.abc import Callable
@@ -19,7 +18,7 @@ from vibroscope.app.explorer.state import Setting, is_driven
 from vibroscope.app.runtime import logs, metrics
 from vibroscope.app.runtime.cache import Cache
 from vibroscope.app.runtime.compilation import compilation
-from vibroscope.app.runtime.workers import Workers, ahead_of_jobs, give_way, own_time, stand_aside, workers
+from vibroscope.app.runtime.workers import Workers, ahead_of_jobs, give_way, own_time, workers
 from vibroscope.engine import (
     FREE_PERIODS,
     Cancelled,
@@ -162,9 +161,9 @@ def _tail(trajectory: Trajectory, intervals: int, stride: int) -> Trajectory:
     )
 
 
-def opens_with(setting: Setting) -> bool:
-    """Whether the solvers of a setting are those that the explorer opens with, which are compiled first."""
-    return setting.penalty.has_step and not setting.penalty.has_choices
+def needed(setting: Setting, first: Compiled) -> Compiled:
+    """What must be compiled: ``first`` suffices for the solvers that the explorer opens with, which come first."""
+    return first if setting.penalty.has_step and not setting.penalty.has_choices else Compiled.ALL
 
 
 def warm() -> None:
@@ -177,10 +176,10 @@ def warm() -> None:
 
 
 class JobQueue:
-    """The computations of one session: at most one runs and at most one waits, the newest.
+    """The figures of one session: at most one computation runs and at most one waits, that of the newest move.
 
-    A job that is overtaken by a newer one is still delivered if it ends within ``grace`` seconds, or a long drag would
-    show nothing until it stops. After that time it is cancelled. After each job its thread is free for other sessions.
+    One that is overtaken by a newer one is still delivered if it ends within ``grace`` seconds, or a long drag would
+    show nothing until it stops. After that time it is cancelled. After each its thread is free for other sessions.
 
     Parameters
     ----------
@@ -190,9 +189,7 @@ class JobQueue:
     solve : callable
         ``solve(setting, cancelled=...)``.
     pool : Workers or None
-        Threads to use; jobs of theirs rest while figures are on their way. None: those that compute figures.
-    what, measure
-        Name in the log, metric of the duration.
+        Threads to use. None: those that compute figures.
     """
 
     def __init__(
@@ -202,20 +199,15 @@ class JobQueue:
         solve: Callable[..., Any] = compute_runs,
         pool: Workers | None = None,
         grace: float = 0.4,
-        what: str = "computed",
-        measure: metrics.Durations = metrics.SOLVED,
     ) -> None:
         self._deliver = deliver
         self._solve = solve
         self._pool = pool or workers()
-        self._for_figures = pool is None
         self._grace = grace
-        self._what, self._measure = what, measure
         self._lock = threading.Lock()
         self._waiting: tuple[int, Setting] | None = None
         self._busy = False
         self._closed = False
-        self._cancelled = 0  # times that all was cancelled
         self._session = logs.session.get()
 
     def submit(self, move: int, setting: Setting) -> None:
@@ -225,20 +217,8 @@ class JobQueue:
             if self._busy or self._closed:
                 return
             self._busy = True
-        first = Compiled.MOTIONS if self._for_figures else Compiled.VERDICTS
         act = partial(self._pool.submit, self._work, session=self._session)
-        compilation.when_done(act, first if opens_with(setting) else Compiled.ALL)
-
-    def drop_waiting(self) -> None:
-        """Drop the job that waits; one that runs goes on."""
-        with self._lock:
-            self._waiting = None
-
-    def cancel(self) -> None:
-        """Drop the job that waits, and cancel the one that runs."""
-        with self._lock:
-            self._waiting = None
-            self._cancelled += 1
+        compilation.when_done(act, needed(setting, Compiled.MOTIONS))
 
     def close(self) -> None:
         """The session has ended: cancel the running job and deliver nothing more."""
@@ -251,7 +231,7 @@ class JobQueue:
         with self._lock:
             job, self._waiting = self._waiting, None
         if job is not None:
-            with logs.in_session(self._session), ahead_of_jobs() if self._for_figures else contextlib.nullcontext():
+            with logs.in_session(self._session), ahead_of_jobs():
                 self._run(*job)
         with self._lock:
             self._busy = again = self._waiting is not None
@@ -259,13 +239,11 @@ class JobQueue:
             self._pool.submit(self._work, session=self._session)
 
     def _run(self, move: int, setting: Setting) -> None:
-        begin, of_cancelled = own_time(), self._cancelled
+        begin = own_time()
 
         def cancelled() -> bool:
-            if not self._for_figures:
-                stand_aside()
             give_way()
-            return self._cancelled != of_cancelled or self._is_overtaken(begin + self._grace)
+            return self._is_overtaken(begin + self._grace)
 
         try:
             result = self._solve(setting, cancelled=cancelled)
@@ -273,11 +251,11 @@ class JobQueue:
             return
         except Exception as error:  # the page shows it; it must not end the worker thread
             result = error
-            logs.event(f"not {self._what}", logging.ERROR, error=error, move=move)
+            logs.event("not computed", logging.ERROR, error=error, move=move)
         else:
             seconds = own_time() - begin
-            self._measure.add(seconds)
-            logs.event(self._what, move=move, seconds=seconds)
+            metrics.SOLVED.add(seconds)
+            logs.event("computed", move=move, seconds=seconds)
         if self._closed:
             return
         try:

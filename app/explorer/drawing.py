@@ -16,7 +16,8 @@ def drawing(setting: Setting) -> dict:
     Returns
     -------
     dict
-        ``kind``: one of the choices of `Explorer.bodies`. ``head``: a title. ``clearance``: gap with relaxed springs.
+        ``kind``: one of the choices of `Explorer.bodies`. ``head``: a title. ``clearance``: gap with relaxed springs;
+        ``clearance2``: that of the second stop, None if there is none.
         ``separate``: ξ₁ and ξ₂ of the static equilibrium without contact. ``share``: how much of an overlap the first
         spring takes up. ``mass``: m₂/m₁. ``base``, ``phase``: of the base motion base · cos(ητ + phase).
     """
@@ -26,6 +27,7 @@ def drawing(setting: Setting) -> dict:
         "kind": setting.bodies,
         "head": HEADS[setting.bodies],
         "clearance": system.clearance,
+        "clearance2": system.clearance2,
         "separate": list(apart if math.isfinite(apart[0]) else system.rest[::2]),
         "share": system.stiffness_share,
         "mass": 1.0 if system.wall else system.mass_ratio,
@@ -39,10 +41,14 @@ def drawing_in_words(setting: Setting) -> str:
     system, clearance = setting.system, setting.clearance
     size = _length(abs(clearance), setting)
     apart = f"{size} apart" if clearance > 0 else f"pressed together by {size}" if clearance < 0 else "touching at rest"
+    stop = "a second wall" if system.wall else "a second stop"
+    second = f"; {stop} on the other side leaves {_length(system.play, setting)} of play" if system.two_stops else ""
     if system.wall:
-        return f"A body {'on' if system.spring1 else 'without'} a spring and a wall, {apart}."
-    what = "Two pendulums" if setting.bodies == "pendulums" else "Two bodies on springs"
-    return f"{what}, {apart}; the second has {written(system.mass_ratio, 3)} times the mass of the first."
+        return f"A body {'on' if system.spring1 else 'without'} a spring and a wall, {apart}{second}."
+    free = " and ".join(("the first", "the second")[i] for i, k in enumerate((system.spring1, system.kappa)) if not k)
+    two = f"Two bodies, {free} without a spring" if free else "Two bodies on springs"
+    what = "Two pendulums" if setting.bodies == "pendulums" else two
+    return f"{what}, {apart}{second}; the second has {written(system.mass_ratio, 3)} times the mass of the first."
 
 
 def _length(value: float, setting: Setting) -> str:

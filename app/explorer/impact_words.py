@@ -9,6 +9,7 @@ from vibroscope.engine import (
     INTEGRATORS,
     Impact,
     LargestStep,
+    MoreauJean,
     OverMotion,
     Statement,
     WithStep,
@@ -58,8 +59,8 @@ def _span(*ends: str) -> str:
     return " to ".join(dict.fromkeys(ends))
 
 
-def schemes(question: Impact) -> Iterator[tuple[Impact, WithStep]]:
-    """The same contact with each integrator and contact status that go together."""
+def schemes(question: Impact, asked: float) -> Iterator[tuple[Impact | MoreauJean, WithStep]]:
+    """The same contact with each integrator and contact status that go together, and last with an impact law."""
     for kind in INTEGRATORS.values():
         integrator = question.method.integrator if question.method.integrator.name == kind.name else kind()
         for status in CONTACT_STATUSES:
@@ -68,3 +69,5 @@ def schemes(question: Impact) -> Iterator[tuple[Impact, WithStep]]:
             method = replace(question.method, integrator=integrator, status=status)
             one = replace(question, method=method)
             yield one, impact(one)
+    nonsmooth = MoreauJean(asked, question.time_step, question.speed, question.mass, question.force)
+    yield nonsmooth, impact(nonsmooth)

@@ -14,7 +14,7 @@ from typing import NamedTuple
 from urllib.parse import parse_qsl, urlencode
 
 from vibroscope.app.explorer.errors import Refused
-from vibroscope.app.explorer.parameters import FIELDS, MAIN_FIELDS
+from vibroscope.app.explorer.parameters import FIELDS, MAIN_FIELDS, SECOND_STOP_FIELDS
 from vibroscope.app.explorer.reading import read_choice, read_number, read_setting
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.runtime.number_text import print_number, quote
@@ -52,15 +52,20 @@ def parse_address(query: str) -> dict[str, str]:
 
 
 def idle_numbers(texts: Mapping[str, str], setting: Setting) -> str:
-    """A sentence on the numbers of a link that the bodies of its setting do not have; empty if there is none.
+    """A sentence on the numbers of a link that the bodies or stops of its setting do not have; empty if there is none.
 
-    They are accepted: the page itself keeps them in its links, for when other bodies are chosen again.
+    They are accepted: the page itself keeps them in its links, for when others are chosen again.
     """
-    idle = [name for name, field in FIELDS.items() if name in texts and setting.bodies not in field.bodies]
-    if not idle:
-        return ""
-    no_effect = "it has no effect" if len(idle) == 1 else "they have no effect"
-    return f"The link gives bodies={setting.bodies} and {', '.join(idle)}: {_WHY_IDLE[setting.bodies]}, {no_effect}."
+    of_bodies = [name for name, field in FIELDS.items() if name in texts and setting.bodies not in field.bodies]
+    of_stop = [name for name in SECOND_STOP_FIELDS if name in texts and setting.stops == "one"]
+    return " ".join(
+        f"The link gives {kind} and {', '.join(idle)}: {why}, {'it has' if len(idle) == 1 else 'they have'} no effect."
+        for kind, idle, why in (
+            (f"bodies={setting.bodies}", of_bodies, _WHY_IDLE[setting.bodies]),
+            ("stops=one", of_stop, "there is no second stop"),
+        )
+        if idle
+    )
 
 
 _WHY_IDLE = {

@@ -6,7 +6,7 @@ The command line prints the same rows and words. No panel import.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -15,7 +15,7 @@ from vibroscope.app.explorer.parameters import FIELDS
 from vibroscope.app.explorer.present import WINDOW, Columns, convert_units
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.explorer.statements import shown_text
-from vibroscope.app.runtime.job import Job
+from vibroscope.app.runtime.job import Answer
 from vibroscope.app.runtime.number_text import print_number
 from vibroscope.app.runtime.workers import background_worker, lower_priority, pool
 from vibroscope.engine import (
@@ -42,6 +42,8 @@ LEAST_ERROR = 1e-7  # that is written with the decimals of its constant
 FITTED_NAMES = {
     name: (FIELDS[name].label, FIELDS[name].hint)
     if name in FIELDS
+    else ("scale", "of all sensors")
+    if name == "scale"
     else (f"zero {name[-1]}", f"of the sensor of body {name[-1]}")
     for name in FITTED
 }
@@ -67,43 +69,30 @@ class MeasuredFile:
         return self._parsed[1]
 
 
-class MeasuredJob(Job):
-    """Compares the file with both solutions of a setting or, where ``names`` are given, fits these constants to it.
+def judge_file(
+    question: tuple[MeasuredFile, Setting, tuple[str, ...]], deliver: Callable[[Answer, object], None]
+) -> Answer:
+    """Compare a file with both solutions of a setting or, where constants are named, fit these to it.
 
-    ``on_result(job, result)`` is called in a worker thread with the comparison, the fit, or an exception.
+    ``deliver(job, comparison, fit or exception)`` is called in a worker thread.
     """
+    threads = pool("fit", 1, lower_priority) if question[2] else background_worker()
+    return Answer(question, _judge, deliver, threads, "measurement")
 
-    def __init__(
-        self,
-        file: MeasuredFile,
-        setting: Setting,
-        on_result: Callable[[MeasuredJob, MeasuredComparison | Fit | Exception], None],
-        names: tuple[str, ...] = (),
-    ) -> None:
-        super().__init__((file, setting, names))
-        self.setting = setting
-        self._on_result = on_result
-        self._begin(pool("fit", 1, lower_priority) if names else background_worker())
 
-    def _answer(self) -> Iterator[None]:
-        try:
-            found = self._solve(*self.question)
-        except ValueError as error:  # the text may quote the file, which belongs into no log
-            found = error
-        if not self.cancelled:
-            self._on_result(self, found)
-        yield
-
-    def _fail(self, error: Exception) -> None:
-        self._on_result(self, error)
-
-    def _solve(self, file: MeasuredFile, setting: Setting, names: tuple[str, ...]) -> MeasuredComparison | Fit:
+def _judge(
+    question: tuple[MeasuredFile, Setting, tuple[str, ...]], cancelled: Callable[[], bool], _: Callable
+) -> MeasuredComparison | Fit | ValueError:
+    file, setting, names = question
+    options = {"cancelled": cancelled, "initial": setting.initial}
+    try:
         measurement = file.measurement(setting)
-        options = {"cancelled": self._poll, "initial": setting.initial}
         if names:
             return fit(setting.system, setting.eta, measurement, names=names, **options)
         options |= {"reference": setting.reference}
         return compare_measured(setting.system, setting.eta, measurement, setting.penalty, **options)
+    except ValueError as error:  # an answer, since its text may quote the file, which belongs into no log
+        return error
 
 
 # ---- in words -------------------------------------------------------------------------------------------------------

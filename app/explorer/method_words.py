@@ -5,12 +5,7 @@ from __future__ import annotations
 from dataclasses import fields
 
 from vibroscope.app.explorer.parameters import FIELDS
-from vibroscope.engine import (
-    INTEGRATORS,
-    Method,
-    TimeStepping,
-    written,
-)
+from vibroscope.engine import INTEGRATORS, Method, TimeStepping, written
 from vibroscope.engine.law_table import numbers_of
 
 CUT = "cut at contact"  # of steps that end where contact changes, as titles and legends have it

@@ -35,7 +35,7 @@ from vibroscope.engine.methods import (
     STIFFNESS_RANGE,
     THRESHOLD_RANGE,
 )
-from vibroscope.engine.model import CLEARANCE_RANGE, ETA_RANGE, MASS_RATIO_RANGE, RATIO_RANGE
+from vibroscope.engine.model import CLEARANCE_RANGE, ETA_RANGE, FACTOR_RANGE, KAPPA_RANGE, MASS_RATIO_RANGE, RATIO_RANGE
 from vibroscope.engine.simulate import FARTHEST
 from vibroscope.engine.units import BASE_AMPLITUDE_RANGE, M1_RANGE, OMEGA1_RANGE
 
@@ -212,7 +212,7 @@ _STEPPING = (
     ).option(
         "contact law (default: a spring and a damper, which may pull). Without --D those from hunt-crossley to "
         "constant-restitution take their damper from the restitution of the system and the closing speed, by the "
-        "formula of their authors",
+        "formula of their authors. None is hysteretic, as ImpactMaterial is: constant-restitution rebounds alike",
         *_PENALTY,
     ),
     Field("exponent", "n", "of the penetration in the law; 1.5: Hertz", HERTZ, EXPONENT_RANGE).option(
@@ -314,9 +314,11 @@ _SYSTEM = (
     ),
     Field(
         *("spring1", "k₁", "spring of body 1 in m₁ω₁²; 0: none, and ω₁ is a unit of time", _PAPER.spring1, (0.0, 1.0)),
-        bodies=("wall",),
+        bodies=("two", "wall"),
     ),
-    *_of_two(Field("kappa", "κ", "frequency ratio ω₂/ω₁ of body 2", _PAPER.kappa, RATIO_RANGE, also="Hz")),
+    *_of_two(
+        Field("kappa", "κ", "frequency ratio ω₂/ω₁ of body 2; 0: no spring", _PAPER.kappa, KAPPA_RANGE, also="Hz")
+    ),
     Field("d1", "d₁", "damping ratio of body 1", _PAPER.d1, _BELOW_ONE, also="%"),
     *_of_two(Field("d2", "d₂", "damping ratio of body 2", _PAPER.d2, _BELOW_ONE, also="%")),
     Field(
@@ -332,6 +334,15 @@ _SYSTEM = (
         CLEARANCE_RANGE,
         quantity="displacement",
     ),
+)
+_STOPS = _choice("stops", "Stops", "One stop, or a second one on the other side of the same gap", ("one", "two"))
+_SECOND_STOP = (
+    Field("clearance2", "g₂", "clearance of the second stop", 1.0, CLEARANCE_RANGE, quantity="displacement"),
+    Field(
+        "restitution2", "e₂", "coefficient of restitution of the second stop", _PAPER.restitution, (0.0, 1.0), also="%"
+    ),
+    Field("stiffness_factor2", "K₂/K", "stiffness of the second stop over K", _PAPER.stiffness_factor2, FACTOR_RANGE),
+    Field("damping_factor2", "D₂/D", "damping of the second stop over D", _PAPER.damping_factor2, FACTOR_RANGE),
 )
 # What moves the bodies; the phases are those of the amplitudes before them.
 _EXCITATION = (
@@ -429,7 +440,10 @@ _DRAWING = (
         defines="displacement",
     ),
 )
-_ALL = *_MAIN, _LOCATED, *_STEPPING, *_REFERENCE_FIELDS, *_SYSTEM, *_EXCITATION, _ZERO_START, *_START, *_DRAWING
+_ALL = (
+    *(*_MAIN, _LOCATED, *_STEPPING, *_REFERENCE_FIELDS),
+    *(*_SYSTEM, _STOPS, *_SECOND_STOP, *_EXCITATION, _ZERO_START, *_START, *_DRAWING),
+)
 
 
 def _names(fields: Iterable[Field]) -> tuple[str, ...]:
@@ -441,7 +455,8 @@ MAIN_FIELDS = _names(_MAIN)
 EXCITATION_FIELDS = _names(_EXCITATION)
 # What each kind of system is described by, beside what drives it.
 DESCRIBED_BY = {kind: _names(f for f in _SYSTEM[1:] if kind in f.bodies) for kind in FIELDS["bodies"].choices}
-SYSTEM_FIELDS = _names((*_SYSTEM, *_EXCITATION))
+SECOND_STOP_FIELDS = _names(_SECOND_STOP)  # of two stops
+SYSTEM_FIELDS = _names((*_SYSTEM, _STOPS, *_SECOND_STOP, *_EXCITATION))
 START_FIELDS = _names(_START)
 STEPPING_FIELDS = _names(_STEPPING)  # what the penalty solution is computed with, beside K, D and the step
 # A scene of the paper sets them to their defaults.

@@ -10,7 +10,6 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from typing import NamedTuple
 
 from vibroscope.app.explorer.errors import Refused
@@ -20,6 +19,7 @@ from vibroscope.app.explorer.parameters import (
     EXCITATION_FIELDS,
     FIELDS,
     FORM_FIELDS,
+    SECOND_STOP_FIELDS,
     START_FIELDS,
     bounds_of,
 )
@@ -30,7 +30,7 @@ from vibroscope.app.runtime.number_text import plain_unit, print_value
 from vibroscope.engine import QUANTITIES, UNIT_SYSTEMS, System, Units
 from vibroscope.engine.excitation import HELD
 from vibroscope.engine.law_table import critical_damping
-from vibroscope.engine.physical import EITHER, KEYS, OF_BASE, physical_entry, system_of_physical
+from vibroscope.engine.physical import EITHER, KEYS, NOT_AT_A_WALL, OF_BASE, physical_entry, system_of_physical
 
 _NAMED = {  # by the name in `KEYS`: symbol, and the quantity whose units may be typed
     "mass1_kg": ("m₁", "mass"),
@@ -45,6 +45,7 @@ _NAMED = {  # by the name in `KEYS`: symbol, and the quantity whose units may be
     "damping2_Ns_per_m": ("c₂", "damping"),
     "joint_damping_ratio": ("d₃", "share"),
     "clearance_mm": ("g₀", "displacement"),
+    "clearance2_mm": ("g₂", "displacement"),
     "base_amplitude_mm": ("A", "displacement"),
     "base_velocity_mm_per_s": ("AΩ", "velocity"),
     "base_acceleration_m_per_s2": ("AΩ²", "acceleration"),
@@ -68,10 +69,8 @@ FORMS: dict[str, dict[str, str]] = {
 }
 for _field, _forms in zip(FORM_FIELDS[:-1], EITHER[:-1], strict=True):  # of springs and dampers
     FORMS |= {name: {_field: choice} for name, choice in zip(_forms, FIELDS[_field].choices, strict=True)}
-_OF_FREE_BODY = ("stiffness1_N_per_m", "damping1_Ns_per_m")  # the forms of the numbers of a body without a spring
 _BASE = tuple(OF_BASE)
 CONTACT_OF_SYSTEM = {"stiffness": "system", "damper": "restitution"}  # of a system that comes without K and D
-_OF_BODY_2 = {"joint_damping_ratio", *(name for name in PHYSICAL_FIELDS if "2" in name.partition("_")[0])}
 _CARRIED = (*START_FIELDS, "K", "D")  # what keeps its physical value where the units change
 _ROUNDING = 1e-12
 FAR = 10.0  # times the unit of length, or as many times less: a base that moves so far does not go with it
@@ -92,17 +91,27 @@ def values_of_system(
     ``forms``: see `engine.PhysicalSystem`.
     """
     kind = "wall" if system.wall else "pendulums" if system.mu is None else "two"
-    values: dict[str, float | str] = {"bodies": kind}
+    values: dict[str, float | str] = {"bodies": kind, "stops": "two" if system.two_stops else "one"}
     values |= {name: getattr(system, name) for name in DESCRIBED_BY[kind] if getattr(system, name) is not None}
     if kind == "two":  # whose d3 need not be known
         values["joint_damping"] = "derived" if system.d3 is None else "table"
+    if system.two_stops:
+        values |= {name: getattr(system, name) for name in SECOND_STOP_FIELDS}
+        values["restitution2"] = system.second_restitution
     values |= {name: getattr(system.excitation, name) for name in EXCITATION_FIELDS}
     if units is not None:
         values |= {"omega1": units.omega1, "m1": units.m1, "amplitude": units.base_amplitude}
         values |= {name: FIELDS[name].default for name in FORM_FIELDS}
-    for name in forms if system.spring1 else _OF_FREE_BODY:
+    for name in (*forms, *_of_free_bodies(system)):
         values |= FORMS[name]
     return values if eta is None else values | {"eta": eta}
+
+
+def _of_free_bodies(system: System) -> tuple[str, ...]:
+    """The forms of the numbers of bodies without a spring."""
+    springs = {1: system.spring1, 2: 1.0 if system.wall else system.kappa}
+    names = "stiffness{}_N_per_m", "damping{}_Ns_per_m"
+    return tuple(name.format(body) for body, spring in springs.items() if not spring for name in names)
 
 
 # ---- how the fields are shown ----------------------------------------------------------------------------------------
@@ -129,7 +138,9 @@ def physical_bounds(name: str) -> tuple[float, float]:
 def physical_numbers(setting: Setting) -> dict[str, float]:
     """Every number of `PHYSICAL_FIELDS` that applies to the system of the setting."""
     entry = physical_entry(setting.system, setting.own_units, setting.eta)
-    found = dict.fromkeys((n for n in PHYSICAL_FIELDS if setting.bodies != "wall" or n not in _OF_BODY_2), 0.0)
+    without = NOT_AT_A_WALL if setting.bodies == "wall" else ()
+    without += ("clearance2_mm",) if setting.stops == "one" else ()
+    found = dict.fromkeys((name for name in PHYSICAL_FIELDS if name not in without), 0.0)
     found |= {name: value for name, value in entry.items() if name in found}
     for body in ("1", "2") if setting.bodies != "wall" else ("1",):
         mass, stiffness = entry[f"mass{body}_kg"], entry[f"stiffness{body}_N_per_m"]
@@ -188,6 +199,8 @@ def entered(texts: Mapping[str, object], setting: Setting) -> dict[str, object]:
     if rest.get("held") in HELD and "base" not in rest:  # the same motion, whatever is held of it
         change = HELD.index(rest["held"]) - HELD.index(setting.held)
         return {"base": print_value(float(f"{setting.base * setting.eta**change:.15g}"))} | rest
+    if rest.get("stops") == "two" and setting.stops == "one":
+        return _printed(_of_second_stop(setting)) | rest
     if isinstance(texts.get("bodies"), str) and texts["bodies"] != setting.bodies:
         return _printed(_of_other_bodies(texts["bodies"], setting)) | _new_contact(setting) | rest
     return rest
@@ -223,11 +236,18 @@ def _printed(values: Mapping[str, float | str]) -> dict[str, str]:
     return {name: print_value(value) for name, value in values.items()}
 
 
+def _of_second_stop(setting: Setting) -> dict[str, float]:
+    """A second stop like the first one; where that has no clearance, so far off that there is one unit of play."""
+    clearance = setting.clearance if setting.clearance > 0 else 1.0 - setting.clearance
+    factors = {name: FIELDS[name].default for name in SECOND_STOP_FIELDS[2:]}
+    return {"clearance2": clearance, "restitution2": setting.restitution} | factors
+
+
 def _of_other_bodies(kind: str, setting: Setting) -> dict[str, float | str]:
     """The numbers that the other kind of system takes over, where both describe the same quantity."""
     system = setting.system
     if kind == "two":
-        return {"joint_damping": "derived"} | ({} if system.wall else {"mass_ratio": system.mass_ratio})
+        return {"joint_damping": "derived", "spring1": 1.0} | ({} if system.wall else {"mass_ratio": system.mass_ratio})
     if kind == "wall":
         return {}
     usual = Setting()
@@ -256,17 +276,18 @@ def _of_physical(typed: Mapping[str, object], setting: Setting) -> dict[str, flo
     changed = {each: value for each, value in after.values.items() if value != before.values.get(each)}
     for each in typed:
         changed |= {field: form for field, form in FORMS.get(each, {}).items() if getattr(setting, field) != form}
-    if not after.system.spring1:
-        changed |= {field: form for name in _OF_FREE_BODY for field, form in FORMS[name].items()}
+    changed |= {field: form for name in _of_free_bodies(after.system) for field, form in FORMS[name].items()}
     return changed | (_carried(setting, before.units, after) if before.units != after.units else {})
 
 
 def _changed(entry: dict[str, float | bool], setting: Setting, numbers: Mapping[str, float]) -> dict[str, float | bool]:
     """The entry with what was typed; a body that loses its spring keeps its damper and the unit of time."""
-    if numbers.get("stiffness1_N_per_m") == 0:
-        entry |= physical_entry(replace(setting.system, spring1=0.0), setting.own_units)
-        entry.pop("damping1_ratio", None)
-    elif numbers.keys() & {"stiffness1_N_per_m", "frequency1_Hz"}:
+    for body in (1, 2):
+        if numbers.get(f"stiffness{body}_N_per_m") == 0:
+            damper = f"damping{body}_Ns_per_m"
+            entry |= {damper: physical_numbers(setting)[damper]} | ({"time_s": 1 / setting.omega1} if body == 1 else {})
+            entry.pop(f"damping{body}_ratio", None)
+    if numbers.get("stiffness1_N_per_m") or "frequency1_Hz" in numbers:
         entry.pop("time_s", None)
     for name, value in numbers.items():
         for other in next((forms for forms in EITHER if name in forms), ()):
@@ -292,7 +313,7 @@ def _in_another_way(numbers: Mapping[str, float], setting: Setting, name: str) -
     """
     if name == "mass2_kg":
         return _changed(_entry(setting._replace(spring2_form="frequency")), setting, numbers)
-    if name not in _DEFINING:
+    if name not in _DEFINING or numbers.get("stiffness1_N_per_m") == 0:
         raise ValueError(name)
     given = _changed(_entry(setting), setting, numbers)
     mass, length = given["mass1_kg"], given.get("length_mm", setting.amplitude)
@@ -314,6 +335,8 @@ def _convert(entry: Mapping[str, float | bool], setting: Setting, name: str) -> 
         del values[kept]
     values.pop("joint_damping", None)  # typing a number does not change what d₃ is
     if setting.bodies == "pendulums":
+        if system.has_free_body:
+            raise Refused(name, "Pendulums have springs, or gravity in their place: choose two bodies.")
         if system.kappa == 1:
             raise Refused(name, "Equal frequencies leave the mass ratio open, which pendulums have from theirs: "
                           "choose two bodies, or other frequencies.")  # fmt: skip

@@ -32,19 +32,10 @@ _EMPTY = np.empty(0, np.float32)
 
 def present(runs: RunPair) -> dict[str, Columns]:
     """Columns of every source that a move changes, by the name of the source, in the units of the setting."""
-    columns = {
-        "displacements": _displacements(runs),
-        "phase_reference": _orbit(runs.reference, corners=True),
-        "phase_penalty": _orbit(runs.penalty, corners=False),
-        "section_reference": _section(runs.reference),
-        "section_penalty": _section(runs.penalty),
-        "strip_reference": _contact_intervals(runs.reference),
-        "strip_penalty": _contact_intervals(runs.penalty),
-        "force_reference": _force(runs.reference),
-        "force_penalty": _force(runs.penalty),
-        "impulse_reference": _impulses(runs.reference),
-        "impulse_penalty": _impulses(runs.penalty),
-    }
+    parts = {"phase": _orbit, "section": _section, "strip": _contact_intervals, "force": _force, "impulse": _impulses}
+    solvers = {"reference": runs.reference, "penalty": runs.penalty}
+    columns = {"displacements": _displacements(runs)}
+    columns |= {f"{name}_{solver}": part(run) for name, part in parts.items() for solver, run in solvers.items()}
     if runs.setting.bodies == "wall":
         columns = {name: _without_body_2(source) for name, source in columns.items()}
     return {name: convert_units(source, runs.setting) for name, source in columns.items()}
@@ -52,7 +43,7 @@ def present(runs: RunPair) -> dict[str, Columns]:
 
 def orbit_columns(run: SolverRun, setting: Setting) -> Columns:
     """The columns of a phase plot alone, for an orbit that is drawn beside those of a setting."""
-    columns = _orbit(run, corners=run.response.method.rigid)
+    columns = _orbit(run)
     return convert_units(_without_body_2(columns) if setting.bodies == "wall" else columns, setting)
 
 
@@ -118,14 +109,14 @@ def _window_start(run: SolverRun) -> float:
     return (run.response.checkpoint.periods + run.response.keep - WINDOW) * period
 
 
-def _orbit(run: SolverRun, *, corners: bool) -> Columns:
-    """Orbit of both bodies; with ``corners``, also the states before and after each impact."""
+def _orbit(run: SolverRun) -> Columns:
+    """Orbit of both bodies; of the reference also the states before and after each impact."""
     if run.orbit is None:
         return dict.fromkeys(("x1", "v1", "x2", "v2"), _EMPTY)
     chosen = _orbit_indices(run)
     time = run.orbit.time[chosen]
     states = np.vstack([run.orbit.displacement[:, chosen], run.orbit.velocity[:, chosen]])
-    if corners:
+    if run.response.method.rigid:
         time, states = _with_corners(run, time, states)
     x1, x2, v1, v2 = states
     return as_float32({"x1": x1, "v1": v1, "x2": x2, "v2": v2})

@@ -138,8 +138,8 @@ def _check_damper(setting: Setting, given: Mapping[str, object]) -> None:
 
 
 def _refused_system(setting: Setting, error: ValueError) -> Refused:
-    if setting.bodies != "pendulums":
-        name = str(error).partition(" ")[0]
+    name = str(error).partition(" ")[0]
+    if setting.bodies != "pendulums" or name == "clearance":
         return Refused(name if name in FIELDS else "bodies", f"{error}.")
     return Refused(
         "kappa3",
@@ -158,6 +158,11 @@ def _check_gap(setting: Setting, name: str) -> None:
         symbol, number = "x", lambda value: setting.scale.text("displacement", value, 6)
     first, second, clearance = map(number, (setting.start_xi1, setting.start_xi2, setting.clearance))
     may = "the bodies may touch, but not overlap"
+    apart = setting.start_xi1 - setting.start_xi2
+    if setting.stops == "two" and apart < -setting.clearance2:
+        difference = f"{symbol}₁(0)" if setting.bodies == "wall" else f"{symbol}₁(0) − {symbol}₂(0)"
+        least = f"minus the clearance of the second stop, {number(-setting.clearance2)}"
+        raise Refused(name, f"{difference} must be at least {least}, not {number(apart)}: at the start {may}.")
     if setting.bodies == "wall":
         raise Refused(
             name, f"{symbol}₁(0) must be at most the clearance, {clearance}, not {first}: at the start {may}."

@@ -15,6 +15,7 @@ from vibroscope.app.explorer.parameters import (
     DRAWING_FIELDS,
     EXCITATION_FIELDS,
     FIELDS,
+    SECOND_STOP_FIELDS,
     START_FIELDS,
 )
 from vibroscope.app.runtime.number_text import print_value
@@ -46,9 +47,14 @@ class Setting(namedtuple("Setting", FIELDS, defaults=[field.default for field in
     __slots__ = ()
 
     @property
+    def described_by(self) -> tuple[str, ...]:
+        """The fields that describe the system, beside what drives it."""
+        return DESCRIBED_BY[self.bodies] + (SECOND_STOP_FIELDS if self.stops == "two" else ())
+
+    @property
     def system(self) -> System:
         """The bodies and what drives them; raises ValueError where the numbers give none together."""
-        values = {name: getattr(self, name) for name in DESCRIBED_BY[self.bodies]}
+        values = {name: getattr(self, name) for name in self.described_by}
         if self.bodies == "two":
             values["mu"] = values.pop("mass_ratio")
             values["d3"] = self.d3 if self.joint_damping == "table" else None  # None: it was never measured

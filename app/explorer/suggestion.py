@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -18,7 +18,7 @@ from vibroscope.app.explorer.statements import shown_text, words_of_change
 from vibroscope.app.explorer.suggestion_words import contact_words, force_words, range_words, verified_words
 from vibroscope.app.explorer.typed import read_typed_number
 from vibroscope.app.runtime.cache import Cache
-from vibroscope.app.runtime.job import Job
+from vibroscope.app.runtime.job import Answer
 from vibroscope.app.runtime.number_text import print_number
 from vibroscope.app.runtime.settings import current_settings
 from vibroscope.app.runtime.workers import LONG, Workers, lower_priority, pool
@@ -190,45 +190,36 @@ def search_threads() -> Workers:
     return pool("suggestion", _THREADS, lower_priority, margin=LONG)
 
 
-class Search(Job):
-    """One search; a worker thread calls ``on_progress(search, share, so_far)``, then ``on_result(search, result)``."""
+def begin_search(question: Question, deliver: Callable[[Answer, object], None]) -> Answer:
+    """Search; a worker thread calls ``deliver`` with its share and a `SoFar`, again and again, then with the result."""
+    return Answer(question, _recommend, deliver, search_threads(), "suggestion")
 
-    def __init__(
-        self,
-        question: Question,
-        on_progress: Callable[[Search, float, SoFar], None],
-        on_result: Callable[[Search, Recommendation | Exception], None],
-    ) -> None:
-        super().__init__(question)
-        self._on_progress = on_progress
-        self._on_result = on_result
-        self._so_far = SoFar(question.search, [])
-        self._begin(search_threads())
 
-    def _answer(self) -> Iterator[None]:
-        found = CACHE.get(self.question) or self._recommend()
-        CACHE.put(self.question, found)
-        if not self.cancelled:
-            self._on_result(self, found)
-        yield
+def _recommend(
+    question: Question, cancelled: Callable[[], bool], report: Callable[[tuple[float, SoFar]], None]
+) -> Recommendation:
+    found = CACHE.get(question)
+    if found is not None:
+        return found
+    asked, schemes = question
+    so_far = SoFar(asked, [])
 
-    def _fail(self, error: Exception) -> None:
-        self._on_result(self, error)
+    def keep(front: list[Trial], eta: float) -> None:
+        nonlocal so_far
+        so_far = SoFar(asked, front, eta)
 
-    def _recommend(self) -> Recommendation:
-        asked, schemes = self.question
-        how = {
-            "threads": current_settings().threads,
-            "progress": lambda share: self._on_progress(self, share, self._so_far),
-            "cancelled": self._poll,
-        }
-        if schemes:
-            best, *others = recommend_schemes(asked, schemes, **how)
-            return OfSchemes(**vars(best), others=tuple(others))
-        return recommend(asked, **how, partial=self._keep)
-
-    def _keep(self, front: list[Trial], eta: float) -> None:
-        self._so_far = SoFar(self.question.search, front, eta)
+    how = {
+        "threads": current_settings().threads,
+        "progress": lambda share: report((share, so_far)),
+        "cancelled": cancelled,
+    }
+    if schemes:
+        best, *others = recommend_schemes(asked, schemes, **how)
+        found = OfSchemes(**vars(best), others=tuple(others))
+    else:
+        found = recommend(asked, **how, partial=keep)
+    CACHE.put(question, found)
+    return found
 
 
 def trial_texts(trial: Trial, found: Recommendation | SoFar, setting: Setting) -> dict[str, str]:

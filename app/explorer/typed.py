@@ -95,7 +95,7 @@ def _own_start(setting: Setting, plain: Mapping[str, object]) -> dict[str, objec
 
 def _read_field(name: str, text: object, setting: Setting) -> object:
     if name in PHYSICAL_FIELDS:
-        return _read_number(name, text, physical_field(name, setting.units), physical_bounds(name))
+        return read_shown_number(name, text, physical_field(name, setting.units), physical_bounds(name))
     field = FIELDS.get(name)
     if field is None or field.choices:
         return text
@@ -104,13 +104,14 @@ def _read_field(name: str, text: object, setting: Setting) -> object:
             return steps
         text = _part_of_period(text)
     with_unit = setting.scale is None and (field.quantity or field.also == "Hz")
-    advice = " A unit can be typed once Units is SI or mm-t-s." if with_unit else ""
-    return _read_number(name, text, shown_field(name, setting), field.bounds, field.whole, advice)
+    return read_shown_number(name, text, shown_field(name, setting), field.bounds, field.whole, with_unit)
 
 
-def _read_number(
-    name: str, text: object, field: ShownField, bounds: tuple[float, float], whole: bool = False, on_unit: str = ""
+def read_shown_number(
+    name: str, text: object, field: ShownField, bounds: tuple[float, float], whole: bool = False, may: bool = False
 ) -> str:
+    """The typed number of a field, as `read_typed_number`; ``may``: whether it takes a unit once units are set."""
+    on_unit = " A unit can be typed once Units is SI or mm-t-s." if may else ""
     options = {"units": field.typed, "shown": field.unit, "whole": whole}
     try:
         return read_typed_number(field.label, text, bounds, **options)

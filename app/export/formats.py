@@ -39,13 +39,20 @@ class Figure(NamedTuple):
 
 
 class Series(NamedTuple):
-    """Rows of a table that belong together: their label, and their columns, all of one length."""
+    """Rows of a table that belong together.
+
+    Attributes
+    ----------
+    label : str
+        Its name in a file and in a legend.
+    columns : mapping of str to ndarray
+        All of one length.
+    """
 
     label: str
     columns: Mapping[str, np.ndarray]
 
 
-MEASURED = "measured"  # label of the series of a measurement
 _OF_SYSTEM = ("system", "excitation", "physical")  # tables of a system file beside [units]
 _LARGEST_FILE = 65_536  # bytes, as in `take_away.js`
 _UNITS = {"omega1": "omega1", "m1": "m1", "amplitude": "base_amplitude"}  # name of the parameter: name in `Units`

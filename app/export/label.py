@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from vibroscope.app.explorer.field_units import shown_field
-from vibroscope.app.explorer.parameters import DESCRIBED_BY, EXCITATION_FIELDS, FIELDS, START_FIELDS
+from vibroscope.app.explorer.parameters import EXCITATION_FIELDS, FIELDS, SECOND_STOP_FIELDS, START_FIELDS
 from vibroscope.app.explorer.physical_fields import is_shown, physical_field, physical_numbers
 from vibroscope.app.explorer.state import Setting, integrator_numbers, law_numbers
 from vibroscope.app.export.formats import Figure, program
@@ -13,12 +13,12 @@ _ALWAYS = ("damping1_ratio", "damping2_ratio", "clearance_mm")  # said where the
 
 
 def figure_label(tab: str, figure: Figure, setting: Setting | None, address: str) -> dict[str, str]:
-    """The label of a figure's file: ``title``, ``description``, and the query of the page as ``address``."""
+    """The label of a figure's file: its ``title`` and ``description``, with the address of the page."""
     lines = [figure.caption]
     if setting is not None:
         lines.append("Setting: " + ", ".join(f"{name} = {text}" for name, text, _ in setting_rows(setting)) + ".")
-    lines.append(f"Made by {program()}.")
-    return {"title": f"Vibroscope, {tab}: {figure.title}", "description": "\n".join(lines), "address": address}
+    lines += [f"Made by {program()}.", f"The page: {address}"]
+    return {"title": f"Vibroscope, {tab}: {figure.title}", "description": "\n".join(lines)}
 
 
 Rows = list[tuple[str, str, str]]  # symbol or name, value in the units that are shown, and meaning
@@ -33,13 +33,14 @@ def system_rows(setting: Setting) -> Rows:
     """The system as it was entered, without forces, phases and constants that are zero."""
     kind = [_choice("bodies", setting)]
     if setting.scale is None:
-        names = (*DESCRIBED_BY[setting.bodies], *(name for name in EXCITATION_FIELDS if name != "held"))
+        names = (*setting.described_by, *(name for name in EXCITATION_FIELDS if name != "held"))
         names = [name for name in names if getattr(setting, name) or name not in EXCITATION_FIELDS]
         rows = [_row(name, setting) for name in names if name != "d3" or setting.joint_damping == "table"]
     else:
         numbers = {name: value for name, value in physical_numbers(setting).items() if is_shown(name, setting)}
         rows = [_physical_row(name, value, setting) for name, value in numbers.items() if value or name in _ALWAYS]
         rows.append(_row("restitution", setting))
+        rows += [_row(name, setting) for name in SECOND_STOP_FIELDS[1:] if setting.stops == "two"]
     held = (
         [("held", f"{setting.held} of the base", "what keeps its amplitude over the frequency")] if setting.base else []
     )

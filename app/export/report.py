@@ -1,7 +1,6 @@
 """The report of one state of the page: HTML that opens without a server. No panel import.
 
 What a colleague needs: the system as it was entered, the question, the verdict, figures, the suggestion, limits.
-The browser inserts its figures as SVG into the elements with a ``data-figure``, and saves the result as a file.
 """
 
 from __future__ import annotations
@@ -13,7 +12,6 @@ from typing import NamedTuple
 from vibroscope.app.explorer.method_words import name_of_method
 from vibroscope.app.explorer.parameters import FIELDS
 from vibroscope.app.explorer.state import Setting
-from vibroscope.app.export.formats import Figure
 from vibroscope.app.export.label import Rows, contact_rows, system_rows
 
 STYLE = """
@@ -60,11 +58,11 @@ def as_report(
     title: str,
     findings: Findings,
     setting: Setting | None,
-    figures: Sequence[Figure],
+    figures: Sequence[tuple[str, str]],
     scripts: Sequence[str],
     source: Mapping[str, str],
 ) -> str:
-    """The report without its figures, which the browser inserts.
+    """The report.
 
     Parameters
     ----------
@@ -73,17 +71,17 @@ def as_report(
     findings : Findings
     setting : Setting or None
         The setting of the figures, if they depend on one.
-    figures : sequence of Figure
-        In their order.
+    figures : sequence of tuple of str
+        Each as SVG, with its caption.
     scripts : sequence of str
         That reproduce the numbers.
     source : mapping of str to str
-        ``program``, ``made`` (date), ``address`` of the page.
+        ``program``, ``made`` (date), ``address`` of the page, or its query.
     """
     lines = "".join(f"<h3>{escape(head)}</h3><p>{escape(text)}</p>" for head, text in findings.words.items())
     drawn = "".join(
-        f'<figure><div data-figure="{escape(one.name)}"></div><figcaption>{escape(one.caption)}</figcaption></figure>'
-        for one in figures
+        f"<figure>{svg[svg.index('<svg') :]}<figcaption>{escape(caption)}</figcaption></figure>"
+        for svg, caption in figures
     )
     commands = "".join(f"<pre>{escape(script)}</pre>" for script in scripts)
     return f"""<!DOCTYPE html>
@@ -98,9 +96,15 @@ def as_report(
 <h2>Limits</h2>{_list(LIMITS)}
 <h2>How to reproduce these numbers</h2>{commands}
 <p>{escape(source["program"])}, {escape(source["made"])}; the page:
-<a data-page>{escape(source["address"])}</a></p>
+{_link(source["address"])}</p>
 </body></html>
 """
+
+
+def _link(address: str) -> str:
+    """A link to a page; text where it is only the query of one."""
+    shown = escape(address)
+    return f'<a href="{shown}">{shown}</a>' if address.startswith("http") else shown
 
 
 def _question(setting: Setting) -> str:

@@ -15,6 +15,7 @@ from vibroscope.app.explorer.parameters import FIELDS, STEPPING_FIELDS
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.export.formats import units_table
 from vibroscope.app.runtime.number_text import print_number
+from vibroscope.app.studies.load import LoadQuestion, Pulse, RecordFile
 from vibroscope.app.studies.peaks import PER_PERIOD, PERIODS
 from vibroscope.app.studies.speed import SpeedQuestion
 from vibroscope.engine import (
@@ -144,6 +145,43 @@ def impact_command(asked: Impact) -> str:
     options = "".join(f" --{name} {print_number(value)}" for name, value in numbers.items())
     scheme = scheme_options(asked.method).replace(" --located", " --status located")
     return f"vibroscope impact{options}{scheme} --schemes\n"
+
+
+def load_python(asked: LoadQuestion) -> str:
+    """A script that runs both solutions under a load, and splits their difference."""
+    source, r = asked.source, asked.reference
+    if isinstance(source, Pulse):
+        load = f"Load.{source.kind}({', '.join(map(repr, source.numbers))}, on={source.on!r})"
+    else:
+        u = source.units
+        load = f"read_record({source.name!r}, Units({u.omega1!r}, {u.m1!r}, {u.base_amplitude!r}), {source.on!r})"
+    how = f"free={asked.free!r}" + ("" if asked.initial is None else f", initial={asked.initial}")
+    reference = f"Reference({_differing(vars(r), vars(Reference()))})"
+    methods = f"{method_python(asked.penalty)}, {reference}"
+    made = ("Load",) if isinstance(source, Pulse) else ("Units", "read_record")
+    names = sorted({*made, *asked.penalty.made_by, "Reference", "System", "transient_difference"}, key=_isort_key)
+    return f"""from vibroscope.engine import {", ".join(names)}
+
+load = {load}
+found = transient_difference({_system(asked.system)}, load, {methods}, {how})
+print(found.difference)
+for run in (found.reference, found.penalty):
+    print(run.peaks, run.residual)
+"""
+
+
+def load_command(setting: Setting, asked: LoadQuestion) -> str:
+    """``vibroscope transient`` of a setting."""
+    file, options = _file_and_options(setting, bool(setting.scale) or isinstance(asked.source, RecordFile))
+    source, what = asked.source, "base" if asked.source.on == "base" else "force"
+    if isinstance(source, Pulse):
+        numbers = ",".join(print_number(value) for value in source.numbers if value is not None)
+        load = f" --{what}-{source.kind.replace('_', '-')}={numbers}"
+    else:
+        load = f" --{what}-record {quote(source.name)}"
+    load += "" if what == "base" else f" --body {source.on[-1]}"
+    methods = penalty_options(asked.penalty) + penalty_options(asked.reference)
+    return f"{file}vibroscope transient{load} --free {print_number(asked.free)}{methods}{options}\n"
 
 
 def _file_and_options(setting: Setting, with_units: bool) -> tuple[str, str]:

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 from vibroscope.app.explorer.parameters import FIELD_QUANTITIES
 from vibroscope.app.explorer.present import Columns, quantity_of
-from vibroscope.app.export.formats import MEASURED, Figure, Series
+from vibroscope.app.export.formats import Figure, Series
 from vibroscope.engine import Units
 
 FIGURES = {
@@ -31,9 +31,12 @@ DIFFERENCE = Figure("displacement", "Difference in parts", "Penalty less referen
 
 _LONG = {"t": "time", "total": "difference"}  # columns of the difference: their names in a file
 _SOLVERS = ("reference", "penalty")
-# The series of each figure: label, name of the source, and column of the source by its name in a file.
+# The series of each figure: label, name of the source, and its columns by their names in a file.
 _SERIES: dict[str, list[tuple[str, str, dict[str, str]]]] = {
-    "displacement": [(s, "displacements", {"time": "t", "xi1": f"{s}1", "xi2": f"{s}2"}) for s in _SOLVERS],
+    "displacement": [
+        *((s, "displacements", {"time": "t", "xi1": f"{s}1", "xi2": f"{s}2"}) for s in _SOLVERS),
+        ("measured", "measured displacements", {"time": "t", "xi1": "x1", "xi2": "x2"}),
+    ],
     "strip": [(s, f"strip_{s}", {"contact_begin": "left", "contact_end": "right"}) for s in _SOLVERS],
     "force": [
         *((s, f"force_{s}", {"time": "t", "force": "force"}) for s in _SOLVERS),
@@ -41,59 +44,51 @@ _SERIES: dict[str, list[tuple[str, str, dict[str, str]]]] = {
     ],
 } | {
     f"phase{n}": [
-        (f"{s}{kind}", f"{source}_{s}", {f"xi{n}": f"x{n}", f"velocity{n}": f"v{n}"})
-        for source, kind in (("phase", ""), ("section", " section"))
-        for s in _SOLVERS
+        (label, source, {f"xi{n}": f"x{n}", f"velocity{n}": f"v{n}"})
+        for label, source in (
+            *((s, f"phase_{s}") for s in _SOLVERS),
+            *((f"{s} section", f"section_{s}") for s in _SOLVERS),
+            ("measured", "measured phase"),
+        )
     ]
     for n in (1, 2)
 }
 
 
 def figure_table(
-    figure: str, columns: Mapping[str, Columns], scale: Units | None = None, *, located: bool = False
+    figure: str,
+    columns: Mapping[str, Columns],
+    scale: Units | None = None,
+    *,
+    located: bool = False,
+    wall: bool = False,
 ) -> list[Series]:
-    """The data of one figure, a series for each curve.
+    """The data of one figure, a series for each curve, and for the points of a measurement, ``measured``, if any.
 
     Times are counted from the beginning of the last two excitation periods, in periods. With a ``scale``, the columns
     must be in its units already, and the name of each column in the file holds its unit. With ``located`` steps the
-    force of a contact that is too short to sample is its mean, and the column says so.
+    force of a contact that is too short to sample is its mean, and the column says so. A ``wall`` does not move, and
+    has no column.
     """
 
     def title(name: str, column: str, source: str) -> str:
         mean = located and source == "force_penalty" and name == "force"
-        return _column_title("force_or_mean" if mean else name, column, scale)
+        return column_title("force_or_mean" if mean else name, column, scale)
 
-    return [
-        Series(label, {title(name, column, source): columns[source][column] for name, column in chosen.items()})
-        for label, source, chosen in _SERIES[figure]
-    ]
-
-
-def measured_table(figure: str, columns: Mapping[str, Columns], scale: Units | None = None) -> list[Series]:
-    """The points of a measurement in one figure, like `figure_table`; none without a measurement."""
-    placed = columns.get("measured")
-    chosen = {
-        "displacement": ("displacements", {"time": "t", "xi1": "x1", "xi2": "x2"}),
-        "phase1": ("phase", {"xi1": "x1", "velocity1": "v1"}),
-        "phase2": ("phase", {"xi2": "x2", "velocity2": "v2"}),
-    }
-    if placed is None or figure not in chosen:
-        return []
-    source, names = chosen[figure]
-    return [Series(MEASURED, {_column_title(n, c, scale): placed[source][c] for n, c in names.items()})]
-
-
-def without_body_2(table: list[Series]) -> list[Series]:
-    """The table without the columns of a wall, which does not move."""
-    return [
-        Series(each.label, {name: column for name, column in each.columns.items() if not name.startswith("xi2")})
-        for each in table
-    ]
+    known = {**columns, **{f"measured {name}": each for name, each in columns.get("measured", {}).items()}}
+    found = []
+    for label, source, chosen in _SERIES[figure]:
+        moving = {name: column for name, column in chosen.items() if not (wall and name == "xi2")}
+        if source in known:
+            data = {title(name, column, source): known[source][column] for name, column in moving.items()}
+            found.append(Series(label, data))
+    return found
 
 
 def difference_table(columns: Columns, coordinate: str, scale: Units | None = None) -> list[Series]:
     """The data of `DIFFERENCE`, like `figure_table`."""
-    return [Series(coordinate, {_column_title(_LONG.get(n, n), n, scale): column for n, column in columns.items()})]
+    found = {column_title(_LONG.get(n, n), n, scale): column for n, column in columns.items()}
+    return [Series(coordinate, found)]
 
 
 # Columns of studies and fields of the setting: quantity, and name with units.
@@ -114,35 +109,33 @@ _MODEL_COLUMNS = {
 
 def table_in_units(table: list[Series], scale: Units | None) -> list[Series]:
     """A table of numbers of the model with its columns in units, which their names hold."""
-    return [Series(each.label, columns_in_units(each.columns, scale)) for each in table]
+    return [each._replace(columns=columns_in_units(each.columns, scale)) for each in table]
 
 
-def columns_in_units(columns: Columns, scale: Units | None) -> Columns:
+def columns_in_units(columns: Columns, scale: Units | None, quantities: Mapping[str, str] | None = None) -> Columns:
     """Columns of numbers of the model in units, which their names hold; columns with a unit already stay.
 
-    A column may be a table of columns; a column of texts, or of no number, stays as it is.
+    A column may be a table of columns; a column of texts, or of no number, stays as it is. ``quantities`` says what
+    other columns are than those of studies and fields.
     """
     if scale is None:
         return columns
     found = {}
+    known = _MODEL_COLUMNS if quantities is None else {name: (each, name) for name, each in quantities.items()}
     for name, column in columns.items():
-        quantity, title = _MODEL_COLUMNS.get(name, ("", name))
+        quantity, title = known.get(name, ("", name))
         if isinstance(column, Mapping):
-            found[name] = columns_in_units(column, scale)
+            found[name] = columns_in_units(column, scale, quantities)
         elif quantity:
-            found[f"{title} [{scale.unit(quantity)}]"] = _times(scale.factor(quantity), column)
+            numbers = np.asarray(column)
+            shown = scale.factor(quantity) * numbers if numbers.dtype.kind in "fiu" else column
+            found[f"{title} [{scale.unit(quantity)}]"] = shown
         else:
             found[name] = column
     return found
 
 
-def _times(factor: float, column: object) -> object:
-    """A column or a number times a factor; what is no number stays."""
-    numbers = np.asarray(column)
-    return factor * numbers if numbers.dtype.kind in "fiu" else column
-
-
-def _column_title(name: str, column: str, scale: Units | None) -> str:
+def column_title(name: str, column: str, scale: Units | None) -> str:
     """Name of a column of a source in a file, with its unit."""
     quantity = quantity_of(column)
     return f"{name} [{scale.unit(quantity)}]" if scale and quantity else name

@@ -154,15 +154,15 @@ class Session:
         if not texts or self._refused:
             self._show()
 
-    def take(self, what: str) -> None:
-        """Send a file that the user wants to take away."""
+    def take(self, asked: str) -> None:
+        """Send a file that the user wants to take away: its name in `take_away.file_writer`, "?", and its options."""
         view = self.tab_area.view
-        view.prepare(what, partial(self._take, what, view))
+        view.prepare(asked.partition("?")[0], partial(self._take, asked, view))
         self.update_offers()
 
-    def _take(self, what: str, view: TabView) -> None:
+    def _take(self, asked: str, view: TabView) -> None:
         address = f"?{self._address.link(view, view.shown_setting() or self.setting)}"
-        self._take_away.request(what, view, self.setting, address)
+        self._take_away.request(asked, view, self.setting, address)
 
     def load(self, parts: object) -> None:
         """Set the parameters of an uploaded file; the whole file is accepted, or nothing of it."""

@@ -14,8 +14,10 @@ import panel as pn
 from bokeh.document import Document
 from vibroscope.app.explorer.link import Span, View, print_choice, print_mute, print_zoom, read_view
 from vibroscope.app.explorer.state import Setting
+from vibroscope.app.export.drawing import Drawing
 from vibroscope.app.export.formats import Figure, Series
 from vibroscope.app.export.scripts import as_command, as_python
+from vibroscope.app.page.shared.declared import Key, declared
 from vibroscope.app.page.shared.muting import Muting
 from vibroscope.app.page.shared.ranges import OwnedRange
 from vibroscope.app.runtime.job import Job
@@ -29,6 +31,13 @@ class Move(NamedTuple):
     number: int
     setting: Setting
     fresh: bool = False  # a scene was chosen: zoomed axes return to the data
+
+
+class Look(NamedTuple):
+    """How the browser shows the figures: whether the page is dark, and the instant of the bodies in periods."""
+
+    dark: bool = False
+    time: float = 0.0
 
 
 class TabHost(Protocol):
@@ -192,6 +201,15 @@ class TabView(ABC):
     def table(self, name: str) -> list[Series]:
         """The data of one of the `figures`."""
         raise KeyError(name)
+
+    def drawing(self, name: str, look: Look) -> Callable[[], Drawing]:
+        """A function that gives one of the `figures` as it is on the page now; it may be called in another thread."""
+        drawing = declared(self.host.doc.get_model_by_name(name), self.key_of(name), dark=look.dark)
+        return lambda: drawing
+
+    def key_of(self, name: str) -> Key:
+        """The key of the colours of one of the `figures`; without rows where it has none."""
+        return Key()
 
     def data(self) -> dict[str, object]:
         """The data of all figures: numbers, texts, arrays, and dictionaries of those."""

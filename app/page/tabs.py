@@ -13,6 +13,7 @@ from vibroscope.app.page.explore.tab import Explore
 from vibroscope.app.page.files import style
 from vibroscope.app.page.help.tab import Help
 from vibroscope.app.page.impact.tab import OneImpact
+from vibroscope.app.page.load.tab import LoadTab
 from vibroscope.app.page.paper.tab import Paper
 from vibroscope.app.page.peaks.tab import Peaks
 from vibroscope.app.page.plane.tab import Plane
@@ -32,7 +33,7 @@ class Tab(NamedTuple):
 # A new tab is a line here, a new view an entry of its tab.
 TABS = (
     Tab("Explore", (Explore,)),
-    Tab("One impact", (OneImpact,)),
+    Tab("One impact", (OneImpact, LoadTab)),
     Tab("Bifurcation", (Bifurcation, Basins)),
     Tab("K–D plane", (Plane,)),
     Tab("Step and cost", (TimeStep, Speed)),

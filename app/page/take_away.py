@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
+import base64
 import logging
-from collections.abc import Callable
+import re
+from collections.abc import Callable, Mapping
 from concurrent.futures import Future
 from datetime import UTC, datetime
 from functools import partial
+from urllib.parse import parse_qsl
 
+from bokeh.models import Plot
 from vibroscope.app.explorer.errors import error_text
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.export.decks import DECKS, deck, problem_of
+from vibroscope.app.export.drawing import Drawing, Size, plot_script, write_picture
 from vibroscope.app.export.formats import (
     Figure,
     Loaded,
@@ -22,15 +27,15 @@ from vibroscope.app.export.formats import (
     program,
 )
 from vibroscope.app.export.label import figure_label
-from vibroscope.app.export.plots import plot_script
 from vibroscope.app.export.report import Findings, as_report
 from vibroscope.app.export.tables import table_in_units
-from vibroscope.app.page.tab import TabHost, TabView
+from vibroscope.app.page.tab import Look, TabHost, TabView
 from vibroscope.app.runtime import logs
 from vibroscope.app.runtime.workers import lower_priority, pool
+from vibroscope.engine.facts import sentence
 
-File = dict[str, str]  # name, type (of media), text
-# Pictures, which the browser draws; it is sent what they are to say of themselves, and the name of the file.
+File = dict[str, str]  # name, type (of media), and text, or bytes in base64
+_PAGE = re.compile(r"https?://[^\s\"<>]{1,300}")
 _PICTURES = {"png": "image/png", "svg": "image/svg+xml", "pdf": "application/pdf"}
 
 
@@ -43,16 +48,16 @@ class TakeAway:
         self._send = send
         self._writing = self._reading = False
 
-    def request(self, what: str, view: TabView, setting: Setting, address: str) -> None:
-        """Write the file ``what`` of `file_writer` and send it, or report why not."""
-        write = file_writer(view, what, setting, address)
+    def request(self, asked: str, view: TabView, setting: Setting, address: str) -> None:
+        """Write the file ``asked`` of `file_writer` and send it, or report why not."""
+        write = file_writer(view, asked, setting, address)
         if write is None:
             self._host.report_error("There is no such file yet: wait for the figures.")
         elif self._writing:
             self._host.report_error("The last file is still being written: try again in a moment.")
         else:
             self._writing = True
-            _submit(write).add_done_callback(lambda done: self._host.call_later(partial(self._written, what, done)))
+            _submit(write).add_done_callback(lambda done: self._host.call_later(partial(self._written, asked, done)))
 
     def load(self, parts: object, on_read: Callable[[Future], None]) -> None:
         """Read an uploaded file; ``on_read`` is called on the session's loop with a `Loaded`."""
@@ -91,7 +96,7 @@ def offered_figures(view: TabView) -> list[list]:
     return [[figure.name, figure.title, figure.drawn, figure.tabled] for figure in view.figures()]
 
 
-def file_writer(view: TabView, what: str, setting: Setting, address: str) -> Callable[[], File] | None:
+def file_writer(view: TabView, asked: str, setting: Setting, address: str) -> Callable[[], File] | None:
     """A function that writes the requested file; None if there is no such file.
 
     The content of the view is collected now. Writing takes up to a second, and may be done in another thread.
@@ -100,15 +105,19 @@ def file_writer(view: TabView, what: str, setting: Setting, address: str) -> Cal
     ----------
     view : TabView
         The open view.
-    what : str
+    asked : str
         ``"toml"``, ``"python"``, ``"command"``, ``"deck:CODE"``; where there are figures also ``"json"``,
         ``"report"``, and of each figure ``"csv:NAME"``, ``"plot:NAME"`` (a script that draws it), ``"png:NAME"``,
-        ``"svg:NAME"``, ``"pdf:NAME"``.
+        ``"svg:NAME"``, ``"pdf:NAME"``. What is drawn has options, as in ``"png:force?width=85&dpi=600"``: ``width`` and
+        ``height`` in mm, ``dpi``, ``dark`` (1 if the page is), ``time`` of the bodies in periods, and the ``page``
+        without its query.
     setting : Setting
         The present setting, for the parameter file. The other files are of the setting that the view shows, if any.
     address : str
         Address that restores what is shown.
     """
+    what, _, query = asked.partition("?")
+    options = dict(parse_qsl(query))
     if what == "toml":
         return partial(_write, "vibroscope.toml", "application/toml", as_toml, setting)
     setting = view.shown_setting() or setting
@@ -116,37 +125,74 @@ def file_writer(view: TabView, what: str, setting: Setting, address: str) -> Cal
         return partial(_write, "vibroscope_run.py", "text/x-python", str, view.python(setting))
     if what == "command":
         return partial(_write, "vibroscope.sh", "text/x-shellscript", str, view.command(setting))
-    figures = {figure.name: figure for figure in view.figures()}
+    figures = {figure.name: _with_what_is_seen(figure, view) for figure in view.figures()}
     kind, _, name = what.partition(":")
     if kind == "deck" and name in DECKS:
         return partial(_write_deck, name, setting)
     if name in figures:
-        return _figure_writer(view, kind, figures[name], setting, address)
+        return _figure_writer(view, kind, figures[name], setting, (address, options))
     if what == "json" and figures:
         return partial(_write, f"vibroscope-{view.key}.json", "application/json", as_json, _content(view, address))
     if what == "report" and figures:
-        drawn = [figure for figure in figures.values() if figure.drawn]
+        look = _look(options)
+        drawn = [(view.drawing(name, look), figure.caption) for name, figure in figures.items() if figure.drawn]
         scripts = [view.command(setting), view.python(setting)]
-        source = _source(address) | {"made": datetime.now(UTC).strftime("%d %B %Y, %H:%M UTC")}
+        source = _source(_page(options) + address) | {"made": datetime.now(UTC).strftime("%d %B %Y, %H:%M UTC")}
         findings = Findings(view.words(), view.suggestion())
-        report = view.title, findings, view.shown_setting(), drawn, scripts, source
-        return partial(_write, "vibroscope-report.html", "text/html", as_report, *report)
+        write = partial(_report, view.title, findings, view.shown_setting(), drawn, scripts, source)
+        return partial(_write, "vibroscope-report.html", "text/html", write)
     return None
+
+
+def _report(title: str, findings: Findings, setting: Setting | None, drawn: list, scripts: list, source: dict) -> str:
+    figures = [
+        (write_picture(draw(), "svg", Size(), {"title": caption, "description": ""}).decode(), caption)
+        for draw, caption in drawn
+    ]
+    return as_report(title, findings, setting, figures, scripts, source)
+
+
+def _look(options: Mapping[str, str]) -> Look:
+    """How the browser shows the figures; an instant that is none is the first."""
+    time = options.get("time", "")
+    is_time = re.fullmatch(r"[01](\.\d{1,20})?", time) is not None
+    return Look(options.get("dark") == "1", float(time) if is_time else 0.0)
+
+
+def _page(options: Mapping[str, str]) -> str:
+    """The address of the page without its query, which the server does not know; empty if it is none."""
+    page = options.get("page", "")
+    return page if _PAGE.fullmatch(page) else ""
+
+
+def _with_what_is_seen(figure: Figure, view: TabView) -> Figure:
+    """The figure with a caption that says what is seen in it now, as its title on the page does."""
+    plot = view.host.doc.get_model_by_name(figure.name)
+    title = plot.title.text if isinstance(plot, Plot) and plot.title else ""
+    return figure._replace(caption=f"{figure.caption} {sentence(title)}") if title else figure
 
 
 def _figure_writer(
-    view: TabView, kind: str, figure: Figure, setting: Setting, address: str
+    view: TabView, kind: str, figure: Figure, setting: Setting, place: tuple[str, Mapping[str, str]]
 ) -> Callable[[], File] | None:
-    name = f"vibroscope-{figure.name}"
-    label = figure_label(view.title, figure, view.shown_setting(), address)
-    if kind in _PICTURES and figure.drawn:
-        return partial(_write, f"{name}.{kind}", _PICTURES[kind], as_json, label)
-    table = table_in_units(view.table(figure.name), setting.scale) if figure.tabled else []
+    name, (address, options) = f"vibroscope-{figure.name}", place
     if kind == "csv" and figure.tabled:
+        table = table_in_units(view.table(figure.name), setting.scale)
         return partial(_write, f"{name}.csv", "text/csv", as_csv, table)
-    if kind == "plot" and figure.tabled and figure.drawn:
-        return partial(_write, f"{name}.py", "text/x-python", plot_script, name, table, label)
-    return None
+    if not figure.drawn or kind not in {*_PICTURES, "plot"}:
+        return None
+    label = figure_label(view.title, figure, view.shown_setting(), _page(options) + address)
+    draw = view.drawing(figure.name, _look(options))
+    if kind == "plot":
+        return lambda: _write(f"{name}.py", "text/x-python", plot_script, name, draw(), Size.of(options), label)
+    return partial(_picture, f"{name}.{kind}", draw, kind, options, label)
+
+
+def _picture(
+    name: str, draw: Callable[[], Drawing], kind: str, options: Mapping[str, str], label: Mapping[str, str]
+) -> File:
+    content = write_picture(draw(), kind, Size.of(options), label)
+    return {"name": name, "type": _PICTURES[kind], "bytes": base64.b64encode(content).decode()}
 
 
 def _write_deck(code: str, setting: Setting) -> File:

@@ -18,8 +18,8 @@ Answers may come late and in any order. Who numbers a request, and who drops an 
 5. What belongs to figures, their verdict and the kinds of their motions, is asked for when these are written, and again
    if a move has stopped it whose figures then failed. It is shown only if the figures are still those of its setting
    (`Explainer`, `MotionJudge`); until then, that of the setting before is marked as pending (`Findings`).
-6. What answers a question (a study, a search, a measurement) is a `Job`: one that was cancelled delivers nothing, and
-   another question cancels it (`on_loop`, `Suggester`).
+6. What answers another question (a study, a search, an explanation, a pin, a claim) is a `Job`: one that was cancelled
+   delivers nothing, and another question cancels it (`on_loop`, `Asker`).
 
 `tests/app/test_late_answers.py` tries the orders.
 """

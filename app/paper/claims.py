@@ -11,7 +11,25 @@ from dataclasses import dataclass, field
 from vibroscope.app.explorer.scenes import Scene, scenes
 from vibroscope.app.paper.pictures import Picture
 
-# Whether the check that runs is cancelled; those that take many seconds poll it.
+_LEAST = 1e-4  # the smallest share that is printed
+
+
+def cycle_text(periods: int) -> str:
+    """A cycle of so many periods; 0 is no cycle."""
+    return {0: "no cycle", 1: "one period", 2: "two periods"}.get(periods, f"{periods} periods")
+
+
+def count_text(number: float, noun: str) -> str:
+    """A number and its noun, which takes a plural s unless the number is 1."""
+    return f"{number:g} {noun}" + ("" if number == 1 else "s")
+
+
+def percent(share: float) -> str:
+    """Two digits, three from 10 % on; the space before the sign does not break."""
+    return f"{100 * share:.{3 if share >= 0.1 else 2}g}\u00a0%" if share >= _LEAST else "less than 0.01\u00a0%"
+
+
+# Whether the check that runs is cancelled; those that take many seconds poll it, and raise `Cancelled`.
 is_cancelled: ContextVar[Callable[[], bool] | None] = ContextVar("is_cancelled", default=None)
 
 VERDICTS = ("agrees", "differs", "shown by example")

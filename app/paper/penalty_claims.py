@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 from vibroscope.app.explorer.scenes import Scene
-from vibroscope.app.paper.claims import Claim, Finding
+from vibroscope.app.paper.claims import Claim, Finding, count_text, cycle_text, percent
 from vibroscope.app.paper.pictures import PhasePlots, TimeHistory
 from vibroscope.app.paper.runs import (
     SYSTEM,
@@ -18,7 +18,6 @@ from vibroscope.app.paper.runs import (
     run_reference,
     section_size,
 )
-from vibroscope.app.paper.wording import count_text, cycle_text, percent
 from vibroscope.engine import ComparisonQuestion, Newmark, Response, compare, motion
 
 SUDDEN_STEPS = 30  # steps of T/2000: a shorter contact counts as a sudden impact (section 4.2)

@@ -24,7 +24,10 @@ def _(picture: PhasePlots) -> list[Series]:
     tables = []
     for solver, run in picture.runs.items():
         section = dict(zip(_STATE, run.section.reshape(-1, 4).T, strict=True))
-        tables += [Series(solver, _sampled(run)), Series(f"{solver} section", section)]
+        tables += [
+            Series(solver, _sampled(run)),
+            Series(f"{solver} section", section),
+        ]
     return tables
 
 
@@ -32,10 +35,11 @@ def _(picture: PhasePlots) -> list[Series]:
 def _(picture: TimeHistory) -> list[Series]:
     """Samples, impacts and intervals of contact."""
     run = picture.run
+    contacts = dict(zip(("contact_begin", "contact_end"), run.contacts.reshape(-1, 2).T, strict=True))
     return [
         Series("samples", _sampled(run)),
         Series("impacts", {"tau": run.impacts.time, "impulse": run.impacts.impulse}),
-        Series("contacts", dict(zip(("contact_begin", "contact_end"), run.contacts.reshape(-1, 2).T, strict=True))),
+        Series("contacts", contacts),
     ]
 
 
@@ -51,7 +55,8 @@ def _(picture: CellMap) -> list[Series]:
 def _(picture: Diagram) -> list[Series]:
     """One row for each point of the diagram."""
     xi1, xi2 = (row.ravel() for row in picture.displacement)
-    return [Series("reference", {"eta": np.repeat(picture.eta, picture.displacement.shape[2]), "xi1": xi1, "xi2": xi2})]
+    eta = np.repeat(picture.eta, picture.displacement.shape[2])
+    return [Series("reference", {"eta": eta, "xi1": xi1, "xi2": xi2})]
 
 
 def _sampled(run: Response) -> dict[str, np.ndarray]:

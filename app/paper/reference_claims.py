@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 from vibroscope.app.explorer.scenes import Scene, scenes
-from vibroscope.app.paper.claims import Claim, Finding
+from vibroscope.app.paper.claims import Claim, Finding, count_text, cycle_text, percent
 from vibroscope.app.paper.pictures import PhasePlots, TimeHistory
 from vibroscope.app.paper.runs import SYSTEM, TWO_PERIODS, run_reference
-from vibroscope.app.paper.wording import count_text, cycle_text, percent
 from vibroscope.engine import Reference, diagram, motion
 
 _TOLERANCE = 1e-5  # of the largest displacement; the diagram holds single precision

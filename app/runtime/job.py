@@ -1,23 +1,30 @@
-"""Cancellable work at low priority: what studies and searches have in common. No panel import."""
+"""Cancellable work at low priority, for all that a page asks and no slider waits for. No panel import."""
 
 from __future__ import annotations
 
 import logging
 import threading
 from abc import ABC, abstractmethod
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
-from vibroscope.app.runtime import logs
-from vibroscope.app.runtime.compilation import compilation
-from vibroscope.app.runtime.workers import Workers, give_way, stand_aside
+from vibroscope.app.runtime import logs, metrics
+from vibroscope.app.runtime.compilation import Compiled, compilation
+from vibroscope.app.runtime.workers import Workers, give_way, own_time, stand_aside
 from vibroscope.engine import Cancelled
 
 
 class Job(ABC):
-    """One question that a worker thread answers, until it is cancelled. A subclass reports its results itself."""
+    """One question that a worker thread answers, until it is cancelled. A subclass reports its results itself.
 
-    def __init__(self, question: object) -> None:
-        self.question = question
+    Parameters
+    ----------
+    question : object
+    what : str
+        What the log says of it.
+    """
+
+    def __init__(self, question: object, what: str) -> None:
+        self.question, self._what = question, what
         self._cancelled = threading.Event()
         self._session = logs.session.get()
 
@@ -34,6 +41,11 @@ class Job(ABC):
         """Give way to other sessions, and return whether to stop: what a long computation calls all the time."""
         stand_aside()
         give_way()
+        return self._is_over
+
+    @property
+    def _is_over(self) -> bool:
+        """Whether nobody waits for the answer."""
         return self.cancelled
 
     @abstractmethod
@@ -53,13 +65,13 @@ class Job(ABC):
         """End the work, with an answer or without."""
         self._slices.close()
 
-    def _begin(self, threads: Workers) -> None:
+    def _begin(self, threads: Workers, needs: Compiled = Compiled.ALL) -> None:
         self._slices = self._answer()
         self._threads = threads
-        compilation.when_done(lambda: threads.submit(self._work, session=self._session))
+        compilation.when_done(lambda: threads.submit(self._work, session=self._session), needs)
 
     def _work(self) -> None:
-        if self.cancelled or not self._work_on():
+        if self._is_over or not self._work_on():
             self._end()
             return
         self._threads.submit(self._work, session=self._session)
@@ -72,8 +84,59 @@ class Job(ABC):
             except (StopIteration, Cancelled):
                 return False
             except Exception as error:  # the page shows it; the worker thread must survive
-                logs.event("not answered", logging.ERROR, error=error, job=type(self).__name__.lower())
+                logs.event("failed", logging.ERROR, error=error, job=self._what)
                 if not self.cancelled:
                     self._fail(error)
                 return False
         return True
+
+
+class Answer(Job):
+    """A question that one call answers: ``deliver(job, answer or exception)`` is called in a worker thread.
+
+    Parameters
+    ----------
+    question : object
+    solve : callable
+        ``solve(question, cancelled, report)`` returns the answer; ``report(part)`` delivers a part of it before.
+    deliver : callable
+    threads : Workers
+    what : str
+        Its name in the log.
+    measure : metrics.Durations, optional
+        Of the seconds of its own that an answer took.
+    needs : Compiled
+        What must be compiled before.
+    """
+
+    def __init__(
+        self,
+        question: object,
+        solve: Callable[[object, Callable[[], bool], Callable[[object], None]], object],
+        deliver: Callable[[Answer, object], None],
+        threads: Workers,
+        what: str,
+        *,
+        measure: metrics.Durations | None = None,
+        needs: Compiled = Compiled.ALL,
+    ) -> None:
+        super().__init__(question, what)
+        self._solve, self._deliver, self._measure = solve, deliver, measure
+        self._begin(threads, needs)
+
+    def _answer(self) -> Iterator[None]:
+        begin = own_time()
+        answer = self._solve(self.question, self._poll, self._report)
+        seconds = own_time() - begin
+        if self._measure is not None:
+            self._measure.add(seconds)
+        logs.event("done", seconds=seconds, job=self._what)
+        self._report(answer)
+        yield from ()  # all in one slice
+
+    def _report(self, found: object) -> None:
+        if not self.cancelled:
+            self._deliver(self, found)
+
+    def _fail(self, error: Exception) -> None:
+        self._deliver(self, error)

@@ -79,10 +79,6 @@ class Turns:
         self._barred: dict[str, float] = {}  # until when
         self._counted = time.monotonic()
 
-    def waiting(self, owner: str) -> int:
-        """Number of turns that an owner waits for."""
-        return sum(name == owner and not waits.done() for name, waits in self._waiting)
-
     def penalise(self, owner: str) -> None:
         """Let an owner wait before its next turn."""
         now = time.monotonic()

@@ -36,7 +36,6 @@ _BYTES, _BYTES_AT_ONCE = 400_000, 1_000_000  # a second of one connection: large
 _HEADER_BYTES = 2  # that begin each frame, read for themselves
 _LEAVE_SECONDS = 0.5  # for a connection that was ended to close
 PING_SECONDS = 30.0  # of a browser that waits for its session; Bokeh pings those that have one
-_MOST_WAITING = 50  # openings of one address, behind which there may be a class
 _MOST_CONNECTIONS = 3  # per session: a browser may reconnect before the server knows that it had gone
 _FAILED = "This could not be done. The fault is the server's, and it has been noted."
 _budgets: WeakKeyDictionary[ServerSession, TokenBucket] = WeakKeyDictionary()
@@ -119,9 +118,6 @@ class SessionSocket(WSHandler):
         context = self.application_context
         if admission.session(session_id) is None:
             owner = self.request.remote_ip or ""
-            if admission.openings.waiting(owner) >= _MOST_WAITING:
-                self._refuse("Too many pages are being opened from this address. Please try again in a minute.")
-                return None
             with pinging(self.ping):
                 async with admission.openings.turn(owner):
                     if self._stream.closed() or self._closed:

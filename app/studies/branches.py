@@ -139,10 +139,7 @@ class PartialBranches:
 def grow_branches(
     question: BranchesQuestion, last: PartialBranches | None, cancelled: Callable[[], bool]
 ) -> Iterator[PartialBranches]:
-    """The branches so far, after each; those of ``last`` if its search was over. Raises `Cancelled`."""
-    if last is not None and last.share == 1:
-        yield last
-        return
+    """The branches so far, after each. Raises `Cancelled`."""
     kept, found, cut, notes = (last.branches if last else ()), (), "", []
     limit = TimeLimit(SECONDS, cancelled)
     try:

@@ -12,6 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 from vibroscope.app.studies.plane import PartialPlane
+from vibroscope.engine import percent
 from vibroscope.engine.sweeps import CellKind
 
 VEIL = "#F5F5F5"  # stripes over what lies below a limit: the classes there are the dark ones
@@ -103,6 +104,17 @@ def class_image(plane: PartialPlane, side: str, name: str) -> np.ndarray:
     classes = np.where(np.isfinite(values), first + np.digitize(values, quantity.edges), NO_NUMBER)
     classes = np.where(plane.diverged(side), DIVERGED, classes)
     return np.where(np.isfinite(plane.shown(side, "status")), classes, UNKNOWN).astype(np.uint8)
+
+
+def most_frequent(image: np.ndarray, name: str) -> str:
+    """What the colours show, and their class that most of the known cells have."""
+    colouring = COLOURINGS[name]
+    first = _FIRST_PERIOD if colouring.classes is PERIODS else _FIRST_OTHER
+    counts = np.bincount(image[image >= first].ravel() - first, minlength=len(colouring.classes))
+    if not counts.any():
+        return colouring.label
+    share = percent(float(counts.max() / (image != UNKNOWN).sum()))
+    return f"{colouring.label} {colouring.classes[int(counts.argmax())][0]} in {share} of the cells"
 
 
 def class_of(value: float, name: str) -> int:

@@ -79,10 +79,7 @@ class Coexisting:
 def search_coexisting(
     question: CoexistingQuestion, last: Coexisting | None, cancelled: Callable[[], bool]
 ) -> Iterator[Coexisting]:
-    """The motions so far, after each start; those of ``last`` if it is complete. Raises `Cancelled`."""
-    if last is not None and last.share == 1:
-        yield last
-        return
+    """The motions so far, after each start. Raises `Cancelled`."""
     methods, problem = question.methods, (question.system, question.eta)
     searches = (search_attractors(*problem, method, cancelled=cancelled) for method in methods.values())
     for done, found in enumerate(zip(*searches, strict=True), start=1):

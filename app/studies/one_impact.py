@@ -16,6 +16,7 @@ from vibroscope.engine import (
     ForceCourse,
     Impact,
     LargestStep,
+    MoreauJean,
     OverMotion,
     Reference,
     System,
@@ -26,6 +27,7 @@ from vibroscope.engine import (
     largest_step,
     over_motion,
     simulate,
+    stiffness_for,
 )
 from vibroscope.engine.one_impact.choose import CLOSE_TO_ASKED
 from vibroscope.engine.one_impact.instants import OUTLINE
@@ -62,6 +64,7 @@ class ImpactQuestion(NamedTuple):
     mass: float
     restitution: float  # that is asked for
     speed: float | Run  # a run: the median of its impacts
+    permitted: float | None = None  # deepest penetration for which K is sought
 
     def at(self, speed: float) -> Impact:
         """With this closing speed; raises ValueError where there is no such contact."""
@@ -79,6 +82,8 @@ class PartialImpact:
         Of the reference, of which the closing speed is the median; 0 where it is typed, or there are none.
     damping : float
         D with which the contact gives what is asked for, without a step; nan where none does.
+    softer : Impact or None
+        With the K that gives the permitted penetration without a step, and the restitution that is asked for.
     found : WithStep
         With the step that is set.
     forces : dict of str to ForceCourse
@@ -89,8 +94,8 @@ class PartialImpact:
         Whether `largest` is known: None then says that no step is small enough.
     band : tuple of (float, WithStep)
         Over steps in a contact, the first of `STEPS`.
-    schemes : tuple of (Impact, WithStep)
-        Of integrators and contact statuses.
+    schemes : tuple of (Impact or MoreauJean, WithStep)
+        Of integrators and contact statuses, and of an impact law.
     share : float
     """
 
@@ -98,13 +103,14 @@ class PartialImpact:
     impact: Impact
     impacts: int
     damping: float
+    softer: Impact | None
     found: WithStep
     forces: dict[str, ForceCourse] = field(default_factory=dict)
     motion: OverMotion | None = None
     largest: LargestStep | None = None
     searched: bool = False
     band: tuple[tuple[float, WithStep], ...] = ()
-    schemes: tuple[tuple[Impact, WithStep], ...] = ()
+    schemes: tuple[tuple[Impact | MoreauJean, WithStep], ...] = ()
     share: float = _FOUND
 
     def instants(self) -> dict[str, np.ndarray]:
@@ -120,9 +126,8 @@ class PartialImpact:
 
     def of_schemes(self) -> dict[str, np.ndarray]:
         """The same of integrators and contact statuses."""
-        methods = [one.method for one, _ in self.schemes]
-        names = {"integrator": [each.integrator.name for each in methods], "status": [each.status for each in methods]}
-        return {n: np.array(column) for n, column in names.items()} | columns_of([found for _, found in self.schemes])
+        names = np.array([one.scheme for one, _ in self.schemes]).reshape(-1, 2)
+        return {"integrator": names[:, 0], "status": names[:, 1]} | columns_of([found for _, found in self.schemes])
 
     def over_time(self) -> dict[str, dict[str, np.ndarray]]:
         """The force over time of each of `forces`."""
@@ -183,7 +188,7 @@ def grow_impact(
             yield result
     if result.share < 1:
         rows = []
-        for row in schemes(result.impact):
+        for row in schemes(result.impact, question.restitution):
             rows.append(row)
             if cancelled():
                 return
@@ -199,10 +204,13 @@ def _answer(question: ImpactQuestion, cancelled: Callable[[], bool]) -> PartialI
         speed, count = (float(np.median(speeds)), len(speeds)) if len(speeds) else (1.0, 0)
     one = question.at(speed)
     _ = one.without_step  # is kept with the question: the page, which shows it, has no time for it
-    damping = math.nan
-    with suppress(ValueError):  # no damper of this law gives what is asked for
-        damping = one.with_restitution(one.restitution).method.damping
-    return PartialImpact(question, one, count, damping, impact(one))
+    damping, softer = math.nan, None
+    with suppress(ValueError):  # no damper of this law gives what is asked for, or no K what is permitted
+        asked = one.with_restitution(one.restitution)
+        damping = asked.method.damping
+        sought = one if one.method.damping is None else asked
+        softer = question.permitted and stiffness_for(sought, penetration=question.permitted)
+    return PartialImpact(question, one, count, damping, softer, impact(one))
 
 
 def _over_motion(result: PartialImpact, cancelled: Callable[[], bool]) -> OverMotion | None:

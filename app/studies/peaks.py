@@ -109,10 +109,8 @@ def read_off(response: Response) -> Read:
 def grow_peaks(
     question: PeaksQuestion, last: PartialPeaks | None, cancelled: Callable[[], bool]
 ) -> Iterator[PartialPeaks]:
-    """What is known after each run; of a complete result the same again. Raises `Cancelled`."""
+    """What is known after each run. Raises `Cancelled`."""
     result = last or PartialPeaks(question)
-    if result.share == 1:
-        yield result
     for solver in SOLVERS[len(result.found) :]:
         run = sampled(question.system, question.eta, getattr(question, solver), question.initial, cancelled=cancelled)
         result = PartialPeaks(question, result.found | {solver: read_off(run)})

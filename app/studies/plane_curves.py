@@ -97,10 +97,7 @@ class PartialCurves:
 def grow_curves(
     question: CurvesQuestion, last: PartialCurves | None, cancelled: Callable[[], bool]
 ) -> Iterator[PartialCurves]:
-    """The curves so far, after each; those of ``last`` if its search was over. Raises `Cancelled`."""
-    if last is not None and last.share == 1:
-        yield last
-        return
+    """The curves so far, after each. Raises `Cancelled`."""
     kept, found, lost, cut = (last.curves if last else ()), (), 0, ""
     limit = TimeLimit(SECONDS, cancelled)
     try:

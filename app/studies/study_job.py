@@ -35,7 +35,7 @@ class PartialResult(Protocol):
         """The results so far, for a file: numbers, words, arrays, and dictionaries of those."""
 
 
-# From a question, an earlier partial result to go on from, and whether it was cancelled.
+# From a question, an earlier result to go on from, which is a part, and whether it was cancelled.
 Grow = Callable[[object, PartialResult | None, Callable[[], bool]], Iterator[PartialResult]]
 
 
@@ -49,6 +49,9 @@ class StudyJob(Job):
 
     What a cancelled study has found stays in ``results``. A study that another job of the process computes is not
     computed again: this job waits for the other's results, and computes on where the other ends without the last one.
+    The other goes on while anybody waits, even when it is cancelled.
+
+    ``threads`` are by default those of all studies.
 
     Attributes
     ----------
@@ -65,11 +68,13 @@ class StudyJob(Job):
         grow: Grow,
         deliver: Callable[[StudyJob, PartialResult | Exception], None],
         results: Cache = RESULTS,
+        threads: Workers | None = None,
     ) -> None:
-        super().__init__(question)
+        super().__init__(question, "study")
         self._grow = grow
         self.deliver = deliver
         self._results = results
+        self._own_threads = threads
         self.out_of_time = False
         self.waiting: list[StudyJob] = []
         self.begin()
@@ -81,7 +86,11 @@ class StudyJob(Job):
             if computing is not self:
                 computing.waiting.append(self)
                 return
-        self._begin(study_threads())
+        self._begin(self._own_threads or study_threads())
+
+    @property
+    def _is_over(self) -> bool:
+        return self.cancelled and all(job.cancelled for job in self.waiting)
 
     @property
     def _key(self) -> tuple[int, object]:
@@ -107,12 +116,14 @@ class StudyJob(Job):
 
     def _answer(self) -> Iterator[None]:
         used, begin = 0.0, own_time()
-        growing = self._grow(self.question, self._results.get(self.question), self._poll)
+        known = self._results.get(self.question)
+        whole = known is not None and known.share == 1
+        growing = (each for each in (known,)) if whole else self._grow(self.question, known, self._poll)
         with contextlib.closing(growing):
             for partial in growing:
                 used += own_time() - begin
                 self._results.put(self.question, partial)
-                if self.cancelled:
+                if self._is_over:
                     return
                 self.out_of_time = partial.share < 1 and used > SECONDS
                 self._report(partial, last=partial.share == 1)

@@ -140,10 +140,7 @@ class PartialStep:
 
 
 def grow_step(question: StepQuestion, last: PartialStep | None, cancelled: Callable[[], bool]) -> Iterator[PartialStep]:
-    """Partial results of the study, which is kept on disk; of a complete one the same again. Raises `Cancelled`."""
-    if last is not None and last.judged is not None:
-        yield last
-        return
+    """Partial results of the study, which is kept on disk. Raises `Cancelled`."""
     study = question.study()
     options = RunOptions(threads=current_settings().threads, cells_per_chunk=STEPS_AT_ONCE, cancelled=cancelled)
     for values in grow_cached(study, options):

@@ -97,7 +97,7 @@ class Impacts(StudyView):
     @classmethod
     def spec(cls) -> dict:
         """Nothing to choose."""
-        return {"title": "Impacts", "switches": [], "limits": [], "hint": "One dot for each impact of the reference."}
+        return {"hint": "One dot for each impact of the reference."}
 
     def obstacle(self, setting: Setting) -> str:
         """Where nothing drives the bodies nothing moves."""
@@ -116,5 +116,5 @@ class Impacts(StudyView):
         return [["Impacts", f"{counted(len(result.speed), 'impact')} in the periods that are shown."]]
 
     def table(self, name: str) -> list[Series]:
-        """The data of the figure, for its CSV file."""
+        """The data of the figure, for its CSV file, and how the script beside that draws them."""
         return [Series("impacts", {"phase": self.result.phase, "closing_speed": self.result.speed})]

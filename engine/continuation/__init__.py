@@ -6,13 +6,13 @@ it does not. ``point_curve`` follows a point in two numbers; ``points`` has a pr
 the ``tracer``.
 """
 
-from .branch import Branch, Point, branches_dataset
-from .family import PARAMETERS
-from .kinds import POINT_KINDS, PointKind
-from .point_curve import PointCurve, PointCurves, continue_point
-from .points import FOLLOWED_KINDS
-from .question import BranchQuestion
-from .search import continue_branch, find_branches, search_branches
+from vibroscope.engine.continuation.branch import Branch, Point, branches_dataset
+from vibroscope.engine.continuation.family import PARAMETERS
+from vibroscope.engine.continuation.kinds import POINT_KINDS, PointKind
+from vibroscope.engine.continuation.point_curve import PointCurve, PointCurves, continue_point
+from vibroscope.engine.continuation.points import FOLLOWED_KINDS
+from vibroscope.engine.continuation.question import BranchQuestion
+from vibroscope.engine.continuation.search import continue_branch, find_branches, search_branches
 
 __all__ = [
     "FOLLOWED_KINDS",

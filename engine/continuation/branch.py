@@ -5,20 +5,21 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
-
-from ..datasets import LENGTH, SPEED, labelled
-from ..drivers.event_driven import displaced_state
-from ..drivers.orbit import multipliers_of
-from ..model import COORDINATES
-from ..motions.floquet import is_stable
-from ..wording import html_table
-from .curve import Curve, CurvePoint
-from .family import Family
-from .kinds import BIFURCATIONS, POINT_KINDS
-from .tracer import Trace
+from vibroscope.engine.continuation.curve import Curve, CurvePoint
+from vibroscope.engine.continuation.family import Family
+from vibroscope.engine.continuation.kinds import BIFURCATIONS, POINT_KINDS
+from vibroscope.engine.continuation.tracer import Trace
+from vibroscope.engine.datasets import LENGTH, SPEED, labelled
+from vibroscope.engine.drivers.event_driven import displaced_state
+from vibroscope.engine.drivers.orbit import multipliers_of
+from vibroscope.engine.model import COORDINATES
+from vibroscope.engine.motions.floquet import is_stable
+from vibroscope.engine.wording import html_table
 
 if TYPE_CHECKING:
     import xarray as xr
+
+STOPS = {"long_name": "stop at which events change, 1 of a bifurcation"}
 
 
 @dataclass(frozen=True)
@@ -45,6 +46,8 @@ class Point:
         When, in excitation periods.
     index : int
         Of the branch's value after which it lies.
+    stop : int
+        At which events change, 1 or 2; 1 of a bifurcation.
     """
 
     kind: str
@@ -55,6 +58,12 @@ class Point:
     events: tuple[str, ...]
     instants: np.ndarray
     index: int
+    stop: int = 1
+
+    @property
+    def words(self) -> str:
+        """The kind in words, with the stop if it is the second one."""
+        return POINT_KINDS[self.kind].one + (" at the second stop" if self.stop == 2 else "")
 
     @property
     def is_crossing(self) -> bool:
@@ -112,10 +121,10 @@ class Branch:
         """
         edges = np.flatnonzero(np.diff(np.concatenate([[0], self.stable.astype(int), [0]])))
         parts = (
-            sorted((self._edge(first - 1, first), self._edge(last - 1, last - 1)))
+            (self._edge(first - 1, first), self._edge(last - 1, last - 1), *self.values[first:last].tolist())
             for first, last in edges.reshape(-1, 2)
         )
-        return tuple((low, high) for low, high in parts)
+        return tuple((min(part), max(part)) for part in parts)
 
     def _edge(self, index: int, stable: int) -> float:
         """The value at which stability changes between orbit ``index`` and the next; else that of a stable orbit."""
@@ -134,8 +143,8 @@ class Branch:
         return html_table(repr(self), {f"{point.kind}, {self.over}": point.value for point in self.points})
 
 
-def point_on_branch(curve: Curve, kind: str, point: CurvePoint, index: int) -> Point:
-    """The point of a branch at an orbit of its curve."""
+def point_on_branch(curve: Curve, kind: str, point: CurvePoint, index: int, stop: int) -> Point:
+    """The point of a branch at an orbit of its curve, where events change at a stop."""
     system, _, _ = curve.family.at(point.value)
     return Point(
         kind=kind,
@@ -146,6 +155,7 @@ def point_on_branch(curve: Curve, kind: str, point: CurvePoint, index: int) -> P
         events=point.orbit.events,
         instants=point.orbit.instants,
         index=index,
+        stop=stop,
     )
 
 
@@ -207,7 +217,7 @@ def branches_dataset(branches: Sequence[Branch], over: str | None = None) -> "xr
     xarray.Dataset
         Of each ``orbit``: the number that varies, ``branch``, ``period``, ``stable``, ``section`` (cycle, coordinate;
         nan beyond the period), ``multiplier_real`` and ``multiplier_imag`` (multiplier). Of each ``point``: its kind,
-        value, branch and state.
+        value, stop, branch and state.
     """
     import xarray as xr
 
@@ -239,6 +249,7 @@ def branches_dataset(branches: Sequence[Branch], over: str | None = None) -> "xr
             "multiplier_imag": labelled(rows, multipliers.imag, "Floquet multipliers", per_cycle),
             "point_kind": ("point", kinds, flags),
             "point_value": labelled("point", [point.value for _, point in points], "number that varies", "1"),
+            "point_stop": ("point", np.array([point.stop for _, point in points], dtype="i1"), STOPS),
             "point_branch": labelled("point", [k for k, _ in points], "branch of the point", "1"),
             "point_state": labelled(("point", "coordinate"), states, "state at tau = 0 mod T", f"{LENGTH}, {SPEED}"),
         },

@@ -1,12 +1,11 @@
 """Where a branch is back at its first orbit, or ends in a branch of half its period."""
 
 import numpy as np
-
-from ..motions.tolerances import LEAST_SIZE
-from .curve import Curve, CurvePoint
-from .kinds import DOUBLING, bifurcations_ahead, indicators
-from .orbit import Orbit
-from .tolerances import CLOSED_BRANCH, SAME_DOUBLING, SAME_ORBIT
+from vibroscope.engine.continuation.curve import Curve, CurvePoint
+from vibroscope.engine.continuation.kinds import DOUBLING, bifurcations_ahead, indicators
+from vibroscope.engine.continuation.orbit import Orbit
+from vibroscope.engine.continuation.tolerances import CLOSED_BRANCH, SAME_DOUBLING, SAME_ORBIT
+from vibroscope.engine.motions.tolerances import LEAST_SIZE
 
 
 def share_on_chord(point: np.ndarray, here: np.ndarray, there: np.ndarray, aside: float) -> float | None:

@@ -11,14 +11,20 @@ from collections.abc import Callable
 from functools import cached_property
 
 import numpy as np
-
-from ..drivers.orbit import Evaluation, steps
-from ..methods import ExactPenalty, Reference
-from .family import Family, ParameterRange
-from .margins import Margin, least_margin, margins
-from .orbit import KeptEquations, Orbit, within_cycle
-from .roots import Convergence, converges
-from .tolerances import ANOTHER_MOTION, LONG_CORRECTION, ROUGH, SLOPE_DIFFERENCE, STEEP
+from vibroscope.engine.continuation.family import Family, ParameterRange
+from vibroscope.engine.continuation.margins import Margin, least_margin, margins
+from vibroscope.engine.continuation.orbit import KeptEquations, Orbit, within_cycle
+from vibroscope.engine.continuation.roots import Convergence, converges
+from vibroscope.engine.continuation.tolerances import (
+    ANOTHER_MOTION,
+    LONG_CORRECTION,
+    LOST_SYMMETRY,
+    ROUGH,
+    SLOPE_DIFFERENCE,
+    STEEP,
+)
+from vibroscope.engine.drivers.orbit import Evaluation, steps
+from vibroscope.engine.methods import ExactPenalty, Reference
 
 # by a slope that is corrected the ratio of two steps stays
 IN_PLANE = Convergence(
@@ -305,6 +311,24 @@ class Curve:
             return None
         point.around[s] = found
         return found
+
+    def symmetric(self, guess: np.ndarray, near: CurvePoint) -> CurvePoint | None:
+        """The orbit between two stops at the α₁ of a guess of X, as symmetric as that is, or None.
+
+        Where symmetry is lost the equations are singular, and Newton's method leads anywhere along what has lost it. In
+        steps of least squares that direction has no part. ``near``: a point with the same events.
+        """
+        x = guess.copy()
+        scales, n = self.scales(near.orbit), len(x) - 1
+        for _ in range(steps.NEWTON_STEPS):
+            found = self.evaluate(near.orbit.at(x[:-1]), float(x[-1]))
+            if np.abs(found.residual).max() < ROUGH:
+                return CurvePoint(self, near.orbit.at(x[:-1]), float(x[-1]), near.tangent, found)
+            if not np.isfinite(found.jacobian).all():
+                return None
+            step = np.linalg.lstsq(found.jacobian * scales[:n], -found.residual, rcond=LOST_SYMMETRY)[0]
+            x[:-1] += step * scales[:n]
+        return None
 
     def constrained(
         self,

@@ -3,15 +3,15 @@
 import math
 from dataclasses import dataclass, replace
 
-from ..arguments import shown
-from ..checks import require
-from ..methods import CONTACT_LAWS, METHOD_NUMBERS, ExactPenalty, Reference
-from ..model import System, check_eta
-from .tolerances import LOGARITHMIC
+from vibroscope.engine.arguments import shown
+from vibroscope.engine.checks import require
+from vibroscope.engine.continuation.tolerances import LOGARITHMIC
+from vibroscope.engine.methods import CONTACT_LAWS, METHOD_NUMBERS, ExactPenalty, Reference
+from vibroscope.engine.model import System, check_eta
 
 OF_METHOD = {"K": METHOD_NUMBERS["K"], "D": METHOD_NUMBERS["D"], "threshold": "threshold"}
 OF_SYSTEM = (
-    "kappa", "kappa3", "d1", "d2", "d3", "restitution", "clearance",
+    "kappa", "kappa3", "d1", "d2", "d3", "restitution", "clearance", "clearance2",
     "base", "force1", "force2", "constant1", "constant2", "base_phase", "force1_phase", "force2_phase",
 )  # fmt: skip
 LAW = CONTACT_LAWS[0]  # of the exact penalty solution whose orbits have equations
@@ -51,6 +51,8 @@ class Family:
             raise ValueError(f"the {self.method.name} method has no {self.over}: give another number or solver")
         if self.over == "restitution" and not self.method.rigid:
             raise ValueError("the exact method has no impact law and so no restitution: follow the motion over D")
+        if self.over == "clearance2" and not self.system.two_stops:
+            raise ValueError("clearance2: there is no second stop; give its clearance, too")
         check_eta(self.eta)
 
     def at(self, value: float) -> tuple[System, float, Reference | ExactPenalty]:

@@ -11,12 +11,10 @@ from functools import partial
 from operator import attrgetter
 
 import numpy as np
-
-from ..drivers.orbit import event
-from .branch import point_on_branch
-from .closing import halves_meet, is_first, share_of_first, value_of_meeting
-from .curve import Curve, CurvePoint
-from .kinds import (
+from vibroscope.engine.continuation.branch import point_on_branch
+from vibroscope.engine.continuation.closing import halves_meet, is_first, share_of_first, value_of_meeting
+from vibroscope.engine.continuation.curve import Curve, CurvePoint
+from vibroscope.engine.continuation.kinds import (
     BIFURCATIONS,
     CHATTER_COMPLETES,
     FOLD,
@@ -27,12 +25,12 @@ from .kinds import (
     bifurcations_ahead,
     indicators,
 )
-from .known_branches import KnownBranches
-from .margins import LATER_SUM, Margin, impacts_that_may_stick, parts_more_than_pressed
-from .orbit import least_period
-from .roots import zero_ahead
-from .sequences import after_chatter, beyond, where_contact_opens
-from .tolerances import (
+from vibroscope.engine.continuation.known_branches import KnownBranches
+from vibroscope.engine.continuation.margins import LATER_SUM, Margin, impacts_that_may_stick, parts_more_than_pressed
+from vibroscope.engine.continuation.orbit import least_period
+from vibroscope.engine.continuation.roots import zero_ahead
+from vibroscope.engine.continuation.sequences import after_chatter, beyond, where_contact_opens
+from vibroscope.engine.continuation.tolerances import (
     ACCUMULATED,
     INSIDE_SEQUENCE,
     LONGEST_MEETING,
@@ -43,7 +41,9 @@ from .tolerances import (
     VANISHING_MARGIN,
     VANISHING_STEP,
 )
-from .tracer import StepControl, Tracer
+from vibroscope.engine.continuation.tracer import StepControl, Tracer
+from vibroscope.engine.drivers.orbit import event
+from vibroscope.engine.motions.floquet import SYMMETRY_BREAKING
 
 SERIES = 6
 MOST_SHORT = 200  # orbits, from where a new flight is long enough to be an orbit beyond rounding, back to its beginning
@@ -79,7 +79,7 @@ class BranchTracer(Tracer):
         return True
 
     def _why_lost(self, here: CurvePoint) -> str:
-        chatters = event.CHATTER in here.orbit.kinds and np.diff(here.orbit.instants).min() < ROUNDED_IMPACTS
+        chatters = event.CHATTER in here.orbit.at_any_stop and np.diff(here.orbit.instants).min() < ROUNDED_IMPACTS
         why = "the impacts of a chatter lie too close together" if chatters else "no orbit is found ahead"
         return f"the step shrinks to nothing at {self.curve.words(here)}: {why}"
 
@@ -151,14 +151,15 @@ class BranchTracer(Tracer):
         after = indicators(there)
         for kind, point in bifurcations_ahead(self.curve, here, step, self._indicators, after):
             self.mark(kind, point)
-            if kind == FOLD:  # the farthest orbit of its branch
+            turns = kind == SYMMETRY_BREAKING and not here.orbit.is_symmetric
+            if kind == FOLD or turns:  # the farthest orbit of its branch
                 self.points.append(point.within_cycle())
         return after
 
-    def mark(self, kind: str, point: CurvePoint, regular: CurvePoint | None = None) -> None:
+    def mark(self, kind: str, point: CurvePoint, stop: int = 1, regular: CurvePoint | None = None) -> None:
         """Note a point of the branch; ``regular``: an orbit with the same multipliers, where a phase has no length."""
         point = point.within_cycle()
-        noted = point_on_branch(self.curve, kind, point, len(self.points) - 1)
+        noted = point_on_branch(self.curve, kind, point, len(self.points) - 1, stop)
         if regular is not None:
             noted = replace(noted, multipliers=regular.multipliers)
         self.marks.append((noted, point))
@@ -225,17 +226,17 @@ class BranchTracer(Tracer):
         ``last``: the orbit at which the one before ceases to hold; ``inside``: one right before it.
         """
         following, margin, arrival, by_run = beyond(self.curve, last)
-        kind = margin.point_at(last.orbit, self.curve.family.method)
+        kind, stop = margin.point_at(last.orbit, self.curve.family.method), margin.stop(last.orbit)
         where = self.curve.words(last)
         more = 0 if following is None else len(following.orbit.kinds) - len(last.orbit.kinds)
         flight = kind == OPENS and self.curve.family.method.rigid  # begins where more > 0, or vanishes
         if margin.kind != LATER_SUM:
             at = (flight and more < 0 and where_contact_opens(self.curve, following)) or last
-            self.mark(kind, at, (following or inside) if self._is_singular(margin) else None)
+            self.mark(kind, at, stop, (following or inside) if self._is_singular(margin) else None)
         self._grazings = [*self._grazings, last.value] if margin.kind == GRAZING and margin.inside else []
         limit = self._limit_of_grazings()
         if limit is not None:
-            self.mark(CHATTER_COMPLETES, last)
+            self.mark(CHATTER_COMPLETES, last, stop)
             self.marks[-1] = replace(self.marks[-1][0], value=limit), last
             self._grazings = []
             kind, following = CHATTER_COMPLETES, after_chatter(self.curve, last)
@@ -257,7 +258,7 @@ class BranchTracer(Tracer):
             self.reason = f"{kind} at {where}: the orbits that go on from there are those of the branch before"
             return
         if arrival is not None:
-            self.mark(OTHER_END[margin.kind], arrival)
+            self.mark(OTHER_END[margin.kind], arrival, stop)
         if flight and more > 0:
             self._pass_short_flight(following)
         self.points.append(following.within_cycle())

@@ -11,12 +11,11 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 import numpy as np
-
-from ..drivers.code_cache import source_digest
-from .branch import point_on_branch
-from .curve import Curve, CurvePoint
-from .orbit import Orbit
-from .tracer import Trace
+from vibroscope.engine.continuation.branch import point_on_branch
+from vibroscope.engine.continuation.curve import Curve, CurvePoint
+from vibroscope.engine.continuation.orbit import Orbit
+from vibroscope.engine.continuation.tracer import Trace
+from vibroscope.engine.drivers.code_cache import source_digest
 
 QUESTION = "question.json"
 ENGINE = Path(__file__).parents[1]
@@ -57,8 +56,8 @@ class Journal:
         if kept["start"] != _plain(start):
             return None
         points = [_read_point(each, curve) for each in kept["points"]]
-        marked = ((kind, index, _read_point(each, curve)) for kind, index, each in kept["marks"])
-        marks = [(point_on_branch(curve, kind, point, index), point) for kind, index, point in marked]
+        marked = ((kind, index, stop, _read_point(each, curve)) for kind, index, stop, each in kept["marks"])
+        marks = [(point_on_branch(curve, kind, point, index, stop), point) for kind, index, stop, point in marked]
         return Trace(points, marks, kept["reason"], joined=kept["joined"])
 
     def write(self, k: int, trace: Trace) -> None:
@@ -66,7 +65,7 @@ class Journal:
         kept = {
             "start": _plain(trace.points[0]),
             "points": [_plain(point) for point in trace.points],
-            "marks": [(point.kind, point.index, _plain(where)) for point, where in trace.marks],
+            "marks": [(point.kind, point.index, point.stop, _plain(where)) for point, where in trace.marks],
             "reason": trace.reason,
             "joined": trace.joined,
         }
@@ -85,7 +84,7 @@ def _write(file: Path, content: bytes) -> None:
 def _plain(point: CurvePoint) -> list:
     orbit = point.orbit
     numbers: Iterable[np.ndarray] = (point.unknowns, point.tangent)
-    return [orbit.period, [int(kind) for kind in orbit.kinds], bool(orbit.first), *(each.tolist() for each in numbers)]
+    return [orbit.period, [int(kind) for kind in orbit.kinds], int(orbit.first), *(each.tolist() for each in numbers)]
 
 
 def _read_point(kept: list, curve: Curve) -> CurvePoint:

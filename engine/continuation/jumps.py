@@ -10,15 +10,14 @@ from dataclasses import dataclass, replace
 from itertools import chain, pairwise, tee
 
 import numpy as np
-
-from ..drivers.orbit import event
-from .curve import Curve, CurvePoint
-from .kinds import STICKING_BEGINS, STICKING_ENDS
-from .margins import Margin
-from .orbit import Orbit, orbit_of_run, touching_at_start, within_cycle
-from .roots import zero_ahead
-from .tolerances import INSIDE_CURVE, LOCATED_JUMP
-from .tracer import first_ahead, walk
+from vibroscope.engine.continuation.curve import Curve, CurvePoint
+from vibroscope.engine.continuation.kinds import STICKING_BEGINS, STICKING_ENDS
+from vibroscope.engine.continuation.margins import Margin
+from vibroscope.engine.continuation.orbit import Orbit, at_stop_of, orbit_of_run, touching_at_start, within_cycle
+from vibroscope.engine.continuation.roots import zero_ahead
+from vibroscope.engine.continuation.tolerances import INSIDE_CURVE, LOCATED_JUMP
+from vibroscope.engine.continuation.tracer import first_ahead, walk
+from vibroscope.engine.drivers.orbit import event
 
 JUMPS = 10.0 ** np.arange(-7, -3)  # of the range, to where runs show a sequence that follows
 SPLICED = 3  # events of a run, from the first that differs on, with which the last orbit may go on
@@ -59,11 +58,11 @@ def _starts(curve: Curve, last: CurvePoint, onwards: float, complete: bool) -> I
 
     for shown in places:
         guess = orbit_of_run(curve.family.at(shown), last.evaluation.section[0], last.orbit.period)
-        if guess is None or guess.kinds in seen or (complete and event.CHATTER not in guess.kinds):
+        if guess is None or guess.kinds in seen or (complete and event.CHATTER not in guess.at_any_stop):
             continue
         runs.append((shown, guess))
         yield from near(guess, (shown, *places))
-        sticks = [k for k, pair in enumerate(pairwise(guess.kinds)) if pair == (event.STICK, event.RELEASE)]
+        sticks = [k for k, pair in enumerate(pairwise(guess.at_any_stop)) if pair == (event.STICK, event.RELEASE)]
         pairs = zip(guess.kinds, last.orbit.kinds, strict=False)
         differs = next((k for k, (kind, before) in enumerate(pairs) if kind != before), 0)
         for k in sorted({differs, *sticks}):
@@ -90,7 +89,7 @@ def _spliced(last: Orbit, run: Orbit) -> Iterator[Orbit]:
     differs = next((k for k, (kind, before) in pairs if kind != before), len(run.kinds))
     for k in range(differs + 1, min(differs + SPLICED, len(run.kinds)) + 1):
         later = int((last.instants <= run.instants[k - 1]).sum())
-        while last.kinds[later : later + 1] == (event.RELEASE,) and run.kinds[k - 1] not in event.JOINS:
+        while last.at_any_stop[later : later + 1] == (event.RELEASE,) and run.kinds[k - 1] not in event.JOINS:
             later += 1
         kinds = run.kinds[:k] + last.kinds[later:]
         instants = np.concatenate([run.instants[:k], last.instants[later:]])
@@ -110,7 +109,7 @@ def _with_phase_of(curve: Curve, last: CurvePoint, guess: Orbit, k: int) -> Iter
 
 def _parting(orbit: Orbit, k: int) -> Orbit:
     """The orbit whose impact k parts instead of sticking until a release: beyond a jump it may not be pressed."""
-    kinds = (*orbit.kinds[:k], event.IMPACT, *orbit.kinds[k + 2 :])
+    kinds = (*orbit.kinds[:k], *at_stop_of(orbit.kinds[k], (event.IMPACT,)), *orbit.kinds[k + 2 :])
     return replace(orbit, kinds=kinds, unknowns=np.delete(orbit.unknowns, 5 + k))
 
 
@@ -137,7 +136,7 @@ class Sticking:
     @classmethod
     def of(cls, curve: Curve, last: CurvePoint, margin: Margin) -> "Sticking | None":
         """That of the last orbit before the jump; None if its margin is another one."""
-        k, kinds = margin.event, last.orbit.kinds
+        k, kinds = margin.event, last.orbit.at_any_stop
         if margin.kind not in (STICKING_BEGINS, STICKING_ENDS) or kinds[k] == event.CHATTER:
             return None
         parting, force = last.evaluation.facts[k, [event.PARTING, event.FORCE]]
@@ -152,7 +151,7 @@ class Sticking:
         """
         kind = event.STICK if self.sticks else event.IMPACT
         ahead = next(walk(self.curve, start), None)
-        if ahead is None or start.orbit.kinds[self.event : self.event + 1] != (kind,):
+        if ahead is None or start.orbit.at_any_stop[self.event : self.event + 1] != (kind,):
             return None, None
         inwards = start if self._value(ahead) > self._value(start) else start.turned()
         beyond_end = self._value(start) <= 0

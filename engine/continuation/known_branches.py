@@ -5,13 +5,12 @@ from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
-
-from ..motions.tolerances import LEAST_SIZE
-from .curve import Curve, CurvePoint
-from .kinds import STICKING_BEGINS, STICKING_ENDS
-from .orbit import Orbit
-from .tolerances import MARGIN_ROUNDING, SAME_ORBIT
-from .tracer import Trace
+from vibroscope.engine.continuation.curve import Curve, CurvePoint
+from vibroscope.engine.continuation.kinds import STICKING_BEGINS, STICKING_ENDS
+from vibroscope.engine.continuation.orbit import Orbit
+from vibroscope.engine.continuation.tolerances import MARGIN_ROUNDING, SAME_ORBIT
+from vibroscope.engine.continuation.tracer import Trace
+from vibroscope.engine.motions.tolerances import LEAST_SIZE
 
 MOST_WALK = 8  # steps from an orbit to one between it and its neighbour on the branch
 

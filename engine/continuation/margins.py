@@ -9,14 +9,13 @@ from functools import lru_cache
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-
-from ..drivers.orbit import Evaluation, event, numbers_of, steps
-from ..methods import ExactPenalty, Reference
-from .kinds import GRAZING, OPENS, STICKING_BEGINS, STICKING_ENDS
-from .orbit import Orbit, short_phase
+from vibroscope.engine.continuation.kinds import GRAZING, OPENS, STICKING_BEGINS, STICKING_ENDS
+from vibroscope.engine.continuation.orbit import Orbit, at_stop_of, short_phase
+from vibroscope.engine.drivers.orbit import Evaluation, event, numbers_of, steps
+from vibroscope.engine.methods import ExactPenalty, Reference
 
 if TYPE_CHECKING:
-    from .curve import CurvePoint
+    from vibroscope.engine.continuation.curve import CurvePoint
 
 LATER_SUM = "chatter summed later"  # no point of a branch: the orbit is the same
 STAYS_SHUT = "contact no longer opens"  # OPENS from the other side
@@ -34,6 +33,7 @@ class Margin(NamedTuple):
     kind: str
     event: int  # of the sequence; len(kinds) is the end of the cycle
     inside: bool  # whether it concerns the phase that ends with the event, not the event
+    column: int  # of the facts of that event, or what steps adds to them; that of a minimum is followed by its instant
     value: float = np.nan
     more: tuple[int, ...] = ()  # the events that follow each other at its zero
 
@@ -44,8 +44,12 @@ class Margin(NamedTuple):
         the other side where a minimum is zero.
         """
         grazes = self.kind == GRAZING and not self.inside and not method.rigid
-        flight_vanishes = grazes and orbit.kinds[short_phase(orbit, self.event)[0]] == event.PART
+        flight_vanishes = grazes and orbit.at_any_stop[short_phase(orbit, self.event)[0]] == event.PART
         return OPENS if self.kind == STAYS_SHUT or flight_vanishes else self.kind
+
+    def stop(self, orbit: Orbit) -> int:
+        """The stop that it is about, 1 or 2."""
+        return 1 + (self.more[0] if self.inside else orbit.kinds[self.event]) // event.SECOND
 
 
 def margins(orbit: Orbit, evaluation: Evaluation, method: Reference | ExactPenalty) -> list[Margin]:
@@ -87,30 +91,38 @@ def _conditions_of(orbit: Orbit, method: Reference | ExactPenalty) -> tuple[tupl
 
 
 @lru_cache(maxsize=1024)
-def _conditions(
-    kinds: tuple[int, ...], first: bool, rigid: bool, sticks: bool
-) -> tuple[tuple[Margin, ...], np.ndarray]:
+def _conditions(kinds: tuple[int, ...], first: int, rigid: bool, sticks: bool) -> tuple[tuple[Margin, ...], np.ndarray]:
     """The margins of a sequence of events, without their values, and where these stand: events and columns, (2, n)."""
-    found = list(_margins(kinds, first, rigid, sticks))
-    return tuple(margin for margin, _ in found), np.array([[margin.event, column] for margin, column in found]).T
+    found = tuple(_margins(kinds, first, rigid, sticks))
+    return found, np.array([[margin.event for margin in found], [margin.column for margin in found]])
 
 
-def _margins(kinds: tuple[int, ...], first: bool, rigid: bool, sticks: bool) -> Iterator[tuple[Margin, int]]:
-    touching = first
-    for k, kind in enumerate((*kinds, None)):
-        within = OPENS if touching else GRAZING
-        yield Margin(within, k, True, more=_MORE[within, rigid]), event.LOWEST
-        if k and kind is not None and kinds[k - 1] == event.RELEASE:  # its closing speed is of second order
-            yield Margin(STAYS_SHUT, k, False), steps.LENGTH
-        elif kind in (event.IMPACT, event.STICK, event.CHATTER, event.TOUCH):
-            yield Margin(GRAZING, k, False), event.CLOSING
-        if kind == event.IMPACT and sticks:
-            yield Margin(STICKING_BEGINS, k, False), steps.BEGINS
-        if kind == event.STICK:
-            yield Margin(STICKING_ENDS, k, False), steps.ENDS
-        if kind == event.CHATTER:
-            yield Margin(STICKING_ENDS, k, False), event.FORCE
-            yield Margin(LATER_SUM, k, False), event.ROOM
-        if kind == event.PART:
-            yield Margin(GRAZING, k, False), event.PARTING
-        touching = kind in (event.STICK, event.CHATTER, event.TOUCH)
+def _margins(kinds: tuple[int, ...], first: int, rigid: bool, sticks: bool) -> Iterator[Margin]:
+    touching, before = first > 0, kinds[-1] if kinds else event.SECOND * (first == 2)  # that the phase begins with
+    for k, kind in enumerate(kinds):
+        yield from _within(k, touching, before, rigid)
+        what = kind % event.SECOND
+        if k and before == kind - what + event.RELEASE:  # its closing speed is of second order
+            yield Margin(STAYS_SHUT, k, False, steps.LENGTH)
+        elif what in (event.IMPACT, event.STICK, event.CHATTER, event.TOUCH):
+            yield Margin(GRAZING, k, False, event.CLOSING)
+        if what == event.IMPACT and sticks:
+            yield Margin(STICKING_BEGINS, k, False, steps.BEGINS)
+        if what == event.STICK:
+            yield Margin(STICKING_ENDS, k, False, steps.ENDS)
+        if what == event.CHATTER:
+            yield Margin(STICKING_ENDS, k, False, event.FORCE)
+            yield Margin(LATER_SUM, k, False, event.ROOM)
+        if what == event.PART:
+            yield Margin(GRAZING, k, False, event.PARTING)
+        touching, before = kind in event.JOINS, kind
+    yield from _within(len(kinds), touching, before, rigid)
+
+
+def _within(k: int, touching: bool, before: int, rigid: bool) -> Iterator[Margin]:
+    """The margins of a phase that begins with an event ``before``: of what is watched, and of the other stop's gap."""
+    within = OPENS if touching else GRAZING
+    yield Margin(within, k, True, event.LOWEST, more=at_stop_of(before, _MORE[within, rigid]))
+    if not touching:
+        other = (before + event.SECOND) % (2 * event.SECOND)
+        yield Margin(GRAZING, k, True, event.ACROSS, more=at_stop_of(other, _MORE[GRAZING, rigid]))

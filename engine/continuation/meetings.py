@@ -8,15 +8,15 @@ from collections.abc import Callable
 from functools import partial
 
 import numpy as np
-
-from .kinds import BIFURCATIONS, BRANCH_POINT, FOLD, GRAZING, NEIMARK_SACKER, indicator
-from .margins import Margin
-from .points import PointProblem
-from .points.at_event import Grazing, touched_at
-from .points.problem import Place
-from .points.singular import regular, short_pairs
-from .roots import changes_ahead, zero_ahead
-from .tolerances import NEAR_MEETING, ON_CIRCLE
+from vibroscope.engine.continuation.kinds import BIFURCATIONS, BRANCH_POINT, FOLD, GRAZING, NEIMARK_SACKER, indicator
+from vibroscope.engine.continuation.margins import Margin
+from vibroscope.engine.continuation.points import PointProblem
+from vibroscope.engine.continuation.points.at_event import Grazing, touched_at
+from vibroscope.engine.continuation.points.problem import Place
+from vibroscope.engine.continuation.points.singular import regular, short_pairs
+from vibroscope.engine.continuation.roots import changes_ahead, zero_ahead
+from vibroscope.engine.continuation.tolerances import NEAR_MEETING, ON_CIRCLE
+from vibroscope.engine.motions.floquet import SYMMETRY_BREAKING
 
 CUSP = "cusp"
 
@@ -33,7 +33,7 @@ class Meetings:
 
     def tests(self, place: Place) -> dict[Key, float]:
         """Numbers that change their sign where another bifurcation lies on the curve."""
-        keys = [(kind, False) for kind in BIFURCATIONS if kind not in (self._kind, BRANCH_POINT)]
+        keys = [(kind, False) for kind in BIFURCATIONS if kind not in (self._kind, BRANCH_POINT, SYMMETRY_BREAKING)]
         if self._touch is not None:  # a touching impact has no multipliers, and a marker has no determinant
             bare = [(kind, True) for kind, _ in keys]
             keys = [*bare, *(key for key in keys if self._plane.rigid and key[0] != NEIMARK_SACKER)]
@@ -65,7 +65,7 @@ class Meetings:
         return self._both(near, lambda there: self._margin(there, margin))
 
     def _margin(self, place: Place, margin: Margin) -> float:
-        return next((each.value for each in self._problem.margins(place) if each[:3] == margin[:3]), np.nan)
+        return next((each.value for each in self._problem.margins(place) if each[:4] == margin[:4]), np.nan)
 
     def _grazing_too(self, near: Place, margin: Margin) -> Place | None:
         orbit, touch = touched_at(self._plane, near, margin)

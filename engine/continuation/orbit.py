@@ -4,15 +4,15 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
-
-from ..drivers.event_driven import hybrid_state
-from ..drivers.orbit import Evaluation, OrbitEquations, event
-from ..motions.tolerances import LEAST_SIZE
-from ..result import Cancelled, Checkpoint
-from ..simulate import simulate
-from .tolerances import INSTANT_ROUNDING
+from vibroscope.engine.continuation.tolerances import INSTANT_ROUNDING, SAME_HALVES
+from vibroscope.engine.drivers.event_driven import hybrid_state
+from vibroscope.engine.drivers.orbit import Evaluation, OrbitEquations, event
+from vibroscope.engine.motions.tolerances import LEAST_SIZE
+from vibroscope.engine.result import Cancelled, Checkpoint
+from vibroscope.engine.simulate import simulate
 
 NAMES = {getattr(event, name.upper()): name for name in ("impact", "stick", "chatter", "release", "touch", "part")}
+NAMES |= {kind + event.SECOND: f"{name} at the second stop" for kind, name in NAMES.items()}
 KINDS = {name: kind for kind, name in NAMES.items()}
 
 
@@ -25,20 +25,20 @@ class Orbit:
     period : int
         p, excitation periods of the cycle.
     kinds : tuple of int
-        What happens at each event of the cycle, in the order of time.
-    first : bool
-        Whether the bodies touch at τ = 0.
+        What happens at each event of the cycle, in the order of time, and at which stop.
+    first : int
+        The stop at which the bodies touch at τ = 0, 1 or 2; 0 if they do not.
     unknowns : (4 + m,) ndarray
         ξ₁, ξ₁′, g, g′ at τ = 0, then the instants of the events in excitation periods, in [0, p].
     """
 
     period: int
     kinds: tuple[int, ...]
-    first: bool
+    first: int
     unknowns: np.ndarray
 
     @property
-    def cycle(self) -> tuple[tuple[int, ...], bool, int]:
+    def cycle(self) -> tuple[tuple[int, ...], int, int]:
         """The sequence as its equations take it."""
         return self.kinds, self.first, self.period
 
@@ -55,7 +55,23 @@ class Orbit:
     @property
     def sequence(self) -> str:
         """The events in words."""
-        return ", ".join(self.events) or ("lasting contact" if self.first else "no contact")
+        without = "no contact", "lasting contact", "lasting contact at the second stop"
+        return ", ".join(self.events) or without[self.first]
+
+    @property
+    def at_any_stop(self) -> tuple[int, ...]:
+        """What happens at each event, whichever stop it is at."""
+        return tuple(kind % event.SECOND for kind in self.kinds)
+
+    @property
+    def is_symmetric(self) -> bool:
+        """Whether each event is one at the other stop half a cycle later."""
+        half = len(self.kinds) // 2
+        mirrored = tuple((kind + event.SECOND) % (2 * event.SECOND) for kind in self.kinds[half:])
+        if not half or self.period % 2 == 0 or mirrored != self.kinds[:half]:
+            return False
+        off = self.instants[half:] - self.instants[:half] - 0.5 * self.period
+        return bool(np.abs(off).max() < SAME_HALVES)
 
     def has_sequence_of(self, other: "Orbit") -> bool:
         """Whether another orbit has the same events, in this order."""
@@ -74,7 +90,8 @@ class Orbit:
     def without(self, events: set[int]) -> "Orbit":
         """The orbit without some events: a touch alone, or the two that begin and end a phase."""
         kinds = tuple(kind for k, kind in enumerate(self.kinds) if k not in events)
-        touching = (self.kinds[min(events)] in event.JOINS) == (len(events) == 1)  # if no event is left
+        last = self.kinds[min(events)]
+        touching = 1 + last // event.SECOND if (last in event.JOINS) == (len(events) == 1) else 0  # if no event is left
         unknowns = np.delete(self.unknowns, [4 + k for k in events])
         return Orbit(self.period, kinds, touching_at_start(kinds, touching), unknowns)
 
@@ -115,9 +132,16 @@ def least_period(rows: np.ndarray, same: float) -> int:
     return next((p for p in shorter if np.abs(rows - np.roll(rows, -p, axis=0)).max() <= size), len(rows))
 
 
-def touching_at_start(kinds: tuple[int, ...], default: bool) -> bool:
-    """Whether the bodies touch at τ = 0, by the last event of the cycle."""
-    return kinds[-1] in event.JOINS if kinds else default
+def touching_at_start(kinds: tuple[int, ...], default: int) -> int:
+    """The stop at which the bodies touch at τ = 0, 1 or 2, by the last event of the cycle; 0 if they do not."""
+    if not kinds:
+        return default
+    return 1 + kinds[-1] // event.SECOND if kinds[-1] in event.JOINS else 0
+
+
+def at_stop_of(kind: int, kinds: tuple[int, ...]) -> tuple[int, ...]:
+    """Events at the stop of another one, of those at the first."""
+    return tuple(each + kind // event.SECOND * event.SECOND for each in kinds)
 
 
 def within_cycle(orbit: Orbit, evaluation: Evaluation, equations: OrbitEquations) -> tuple[Orbit, int]:
@@ -150,25 +174,35 @@ def orbit_of_run(problem: tuple, y: np.ndarray, period: int) -> Orbit | None:
     run = simulate(system, eta, method, periods=period, keep=period, initial=start)
     if not run.ok:
         return None
-    cycle = run.period
-    events = _impacts_and_contacts(run, cycle, period) if method.rigid else _contacts(run, cycle, period)
-    kinds, first = tuple(kind for _, kind in events), len(run.contacts) > 0
+    cycle, begun = run.period, event.SECOND if y[2] > 0.5 * system.play else 0
+    events = (_impacts_and_contacts if method.rigid else _contacts)(run, cycle, period, begun)
+    kinds, first = tuple(kind for _, kind in events), 1 + begun // event.SECOND if len(run.contacts) else 0
     return Orbit(period, kinds, touching_at_start(kinds, first), np.array([*y, *(time for time, _ in events)]))
 
 
-def _contacts(run, cycle: float, period: int) -> list[tuple[float, int]]:
-    """Beginnings and ends of contacts of the penalty within the cycle; one that is open at its end ends there."""
+def _stops_of(run) -> np.ndarray:
+    """What is added to the events of impacts by their stop, (n,)."""
+    return np.where(run.impacts.impulse < 0, event.SECOND, 0)
+
+
+def _contacts(run, cycle: float, period: int, begun: int) -> list[tuple[float, int]]:
+    """Beginnings and ends of contacts of the penalty within the cycle; one that is open at its end ends there.
+
+    ``begun``: what is added to the events of the stop near which the run begins.
+    """
     events = []
-    for begin, end in run.contacts / cycle:
+    stops = dict(zip(run.impacts.time, _stops_of(run).tolist(), strict=True))
+    for begin, end in run.contacts:
+        stop = stops.get(begin, begun)
         if begin > 0.0:
-            events.append((begin, event.TOUCH))
-        if end < period - INSTANT_ROUNDING:
-            events.append((end, event.PART))
+            events.append((begin / cycle, event.TOUCH + stop))
+        if end / cycle < period - INSTANT_ROUNDING:
+            events.append((end / cycle, event.PART + stop))
     return sorted(events)
 
 
-def _impacts_and_contacts(run, cycle: float, period: int) -> list[tuple[float, int]]:
-    """Impacts and permanent contacts of the reference within the cycle."""
+def _impacts_and_contacts(run, cycle: float, period: int, begun: int) -> list[tuple[float, int]]:
+    """Impacts and permanent contacts of the reference within the cycle; ``begun`` as above."""
     begins, ends = run.contacts.T / cycle if len(run.contacts) else (np.empty(0), np.empty(0))
     times = run.impacts.time / cycle
     kinds = [event.STICK if time in begins else event.IMPACT for time in times]
@@ -176,8 +210,11 @@ def _impacts_and_contacts(run, cycle: float, period: int) -> list[tuple[float, i
         before = np.flatnonzero(times < begin)
         if begin > 0.0 and begin not in times and len(before):
             kinds[before[-1]] = event.CHATTER
-    events = list(zip(times.tolist(), kinds, strict=True))
-    events += [(end, event.RELEASE) for end in ends.tolist() if end < period]
+    stops = _stops_of(run)
+    events = list(zip(times.tolist(), (stops + np.array(kinds, dtype=int)).tolist(), strict=True))
+    for end in ends[ends < period].tolist():
+        met = np.append(begun, stops[times < end])  # the last of them is in contact
+        events.append((end, event.RELEASE + int(met[-1])))
     return sorted(events)
 
 

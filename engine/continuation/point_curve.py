@@ -10,16 +10,15 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
-
-from ..drivers.event_driven import contact_state
-from .branch import Point
-from .family import Family, ParameterRange
-from .orbit import KINDS, Orbit, touching_at_start
-from .point_trace import CLOSES, PointTracer
-from .points import PointProblem
-from .points.problem import Place, Plane
-from .question import BranchQuestion
-from .tolerances import SAME_POINT
+from vibroscope.engine.continuation.branch import Point
+from vibroscope.engine.continuation.family import Family, ParameterRange
+from vibroscope.engine.continuation.orbit import KINDS, Orbit, touching_at_start
+from vibroscope.engine.continuation.point_trace import CLOSES, PointTracer
+from vibroscope.engine.continuation.points import PointProblem
+from vibroscope.engine.continuation.points.problem import Place, Plane
+from vibroscope.engine.continuation.question import BranchQuestion
+from vibroscope.engine.continuation.tolerances import SAME_POINT
+from vibroscope.engine.drivers.event_driven import contact_state
 
 MOST_POINTS = 2000  # of a curve in each direction
 

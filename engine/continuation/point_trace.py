@@ -4,15 +4,14 @@ from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
-
-from .closing import difference_of_halves, share_on_chord
-from .kinds import DOUBLING, FOLD
-from .meetings import Meetings
-from .orbit import within_cycle
-from .points import PointProblem
-from .points.problem import Place, between
-from .tolerances import CLOSED_CURVE, EXTRAPOLATED, MEETS, ROUGH_STEP, SAME_POINT
-from .tracer import StepControl, Tracer
+from vibroscope.engine.continuation.closing import difference_of_halves, share_on_chord
+from vibroscope.engine.continuation.kinds import DOUBLING, FOLD
+from vibroscope.engine.continuation.meetings import Meetings
+from vibroscope.engine.continuation.orbit import within_cycle
+from vibroscope.engine.continuation.points import PointProblem
+from vibroscope.engine.continuation.points.problem import Place, between
+from vibroscope.engine.continuation.tolerances import CLOSED_CURVE, EXTRAPOLATED, MEETS, ROUGH_STEP, SAME_POINT
+from vibroscope.engine.continuation.tracer import StepControl, Tracer
 
 PARTS = (
     0.85,

@@ -5,14 +5,13 @@ from dataclasses import KW_ONLY, asdict, dataclass
 from functools import cached_property
 
 import numpy as np
-
-from ..arguments import shown
-from ..checks import flag, whole
-from ..methods import ExactPenalty, Reference
-from ..model import System, check_eta
-from ..motions.poincare_map import unresolved
-from ..motions.steady import MAX_PERIOD_LIMIT
-from .family import Family, ParameterRange
+from vibroscope.engine.arguments import shown
+from vibroscope.engine.checks import flag, whole
+from vibroscope.engine.continuation.family import Family, ParameterRange
+from vibroscope.engine.methods import ExactPenalty, Reference
+from vibroscope.engine.model import System, check_eta
+from vibroscope.engine.motions.poincare_map import unresolved
+from vibroscope.engine.motions.steady import MAX_PERIOD_LIMIT
 
 
 @dataclass(frozen=True)
@@ -74,7 +73,7 @@ class BranchQuestion:
             raise ValueError(f"system = {shown(self.system)} is not a System")
         if initial is not None and not np.iterable(initial):
             raise ValueError(f"initial = {shown(initial)} is not a sequence or None")
-        if reason := unresolved(self.system):
+        if reason := unresolved(self.system) or _unheld(self.system):
             raise ValueError(reason)
         object.__setattr__(self, "eta", check_eta(self.eta))
         span = ParameterRange.of(self.family, self.low, self.high)
@@ -105,3 +104,13 @@ class BranchQuestion:
         """All that an answer depends on, as JSON takes it."""
         initial = None if self.initial is None else [float(number) for number in self.initial]
         return asdict(self) | {"method": {"name": self.method.name} | asdict(self.method), "initial": initial}
+
+
+def _unheld(system: System) -> str:
+    """Why no orbit of a system stands alone; empty if there may be one."""
+    if not system.has_free_body:
+        return ""
+    return (
+        "one of the bodies has no spring: nothing holds it, so that its periodic motions repeat at any place, and no "
+        "branch of single orbits can be followed; give it a spring, or ask for a diagram"
+    )

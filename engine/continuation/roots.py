@@ -10,7 +10,7 @@ from collections.abc import Callable
 from functools import partial
 from typing import NamedTuple, TypeVar
 
-from .tolerances import ROOT_TOLERANCE
+from vibroscope.engine.continuation.tolerances import ROOT_TOLERANCE
 
 P = TypeVar("P")
 

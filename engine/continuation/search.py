@@ -11,25 +11,24 @@ from itertools import chain
 from pathlib import Path
 
 import numpy as np
-
-from ..arguments import checked
-from ..drivers.event_driven import check_apart
-from ..facts import message_of, stated
-from ..motions.floquet import may_be_stable
-from ..result import Cancelled
-from ..simulate import starting_checkpoint
-from .branch import Branch, branch_of_traces
-from .curve import Curve, CurvePoint
-from .follow import BranchTracer
-from .journal import Journal
-from .kinds import BRANCH_POINT, DOUBLING
-from .known_branches import KnownBranches
-from .orbit import Orbit, check_cancelled
-from .question import BranchQuestion
-from .seeds import OrbitFinder
-from .sequences import on_its_sequence
-from .tolerances import SAME_JOIN
-from .tracer import Trace
+from vibroscope.engine.arguments import checked
+from vibroscope.engine.continuation.branch import Branch, branch_of_traces
+from vibroscope.engine.continuation.curve import Curve, CurvePoint
+from vibroscope.engine.continuation.follow import BranchTracer
+from vibroscope.engine.continuation.journal import Journal
+from vibroscope.engine.continuation.kinds import BRANCH_POINT, DOUBLING, across, ways_at_loss
+from vibroscope.engine.continuation.known_branches import KnownBranches
+from vibroscope.engine.continuation.orbit import Orbit, check_cancelled
+from vibroscope.engine.continuation.question import BranchQuestion
+from vibroscope.engine.continuation.seeds import OrbitFinder
+from vibroscope.engine.continuation.sequences import on_its_sequence
+from vibroscope.engine.continuation.tolerances import SAME_JOIN
+from vibroscope.engine.continuation.tracer import Trace
+from vibroscope.engine.drivers.event_driven import check_apart
+from vibroscope.engine.facts import message_of, stated
+from vibroscope.engine.motions.floquet import SYMMETRY_BREAKING, may_be_stable
+from vibroscope.engine.result import Cancelled
+from vibroscope.engine.simulate import starting_checkpoint
 
 SEEDS = 40  # values of the number at which motions are looked for
 STARTS_AT_EACH = 6  # at each, the first of them rest
@@ -125,9 +124,9 @@ class BranchSearch:
             kind, point = self._pending.pop(0)
             if any(abs(point.value - value) < SAME_JOIN * self.span.width for value in self._joined):
                 continue
-            start = other_branch(self.curve, kind, point)
-            if start is not None and not self._known.have(start):
-                yield from self._stoppable(branch_of_traces(self.family, self._traced(start), None, kind))
+            for start in other_branches(self.curve, kind, point):
+                if not self._known.have(start):
+                    yield from self._stoppable(branch_of_traces(self.family, self._traced(start), None, kind))
 
     def follow(self, orbit: Orbit, value: float) -> Branch:
         """Follow an orbit both ways."""
@@ -152,7 +151,7 @@ class BranchSearch:
         for point, orbit in trace.marks:
             doubles = point.kind == DOUBLING and 2 * point.period <= self.question.max_period
             followed = self.question.unstable or may_be_stable(point.multipliers)
-            if (doubles or point.kind == BRANCH_POINT) and followed:
+            if (doubles or point.kind in (BRANCH_POINT, SYMMETRY_BREAKING)) and followed:
                 self._pending.append((point.kind, orbit))
         return trace
 
@@ -179,18 +178,30 @@ class BranchSearch:
         return tracer
 
 
-def other_branch(curve: Curve, kind: str, point: CurvePoint) -> CurvePoint | None:
-    """The first orbit of the branch that begins at a point of this kind; None if it is not found."""
+def other_branches(curve: Curve, kind: str, point: CurvePoint) -> Iterator[CurvePoint]:
+    """The first orbits of the branches that begin at a point of this kind, as far as they are found.
+
+    Where symmetry is lost they are the mirror images of each other, and the symmetric ones on either side.
+    """
     times = 2 if kind == DOUBLING else 1
     orbit = point.orbit.repeated(times)
     here = CurvePoint(curve, orbit, point.value)
     scales = curve.scales(orbit)
     tangent = np.concatenate([point.tangent[:4], np.tile(point.tangent[4:-1], times), point.tangent[-1:]])
     if not np.isfinite(here.extended).all():
-        return None
-    away = _across(
-        tangent / np.linalg.norm(tangent), *np.linalg.svd(here.extended * scales)[2][-2:]
-    )  # both null vectors
+        return
+    if kind == SYMMETRY_BREAKING:
+        lost, kept = ways_at_loss(here)
+        ways = lost, -lost, kept, -kept
+    else:
+        ways = (across(tangent / np.linalg.norm(tangent), *np.linalg.svd(here.extended * scales)[2][-2:]),)
+    starts = (_first_along(curve, here, kind, away) for away in ways)
+    yield from (start for start in starts if start is not None)
+
+
+def _first_along(curve: Curve, here: CurvePoint, kind: str, away: np.ndarray) -> CurvePoint | None:
+    """The first orbit that is found in a direction from a point where branches meet; None if there is none."""
+    orbit, scales = here.orbit, here.scales
     for step in AWAY:
         guess = here.unknowns + step * away * scales
         row = away / scales
@@ -204,13 +215,6 @@ def other_branch(curve: Curve, kind: str, point: CurvePoint) -> CurvePoint | Non
         if start.least_margin > 0:
             return start
     return None
-
-
-def _across(tangent: np.ndarray, first: np.ndarray, second: np.ndarray) -> np.ndarray:
-    """The direction orthogonal to the tangent in the plane of two vectors, of length one."""
-    farther = second if abs(tangent @ second) < abs(tangent @ first) else first
-    away = farther - tangent * (tangent @ farther)
-    return away / np.linalg.norm(away)
 
 
 def continue_branch(

@@ -8,21 +8,26 @@ from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
-
-from ..batch import run_cells
-from ..cells import CellResults, Cells
-from ..facts import Symbol, equation, stated
-from ..motions.floquet import may_be_stable
-from ..motions.orbit import fixed_point, near_returns
-from ..motions.poincare_map import PoincareMap
-from ..motions.starts import apart, random_states, reach_of
-from ..motions.steady import steady
-from ..motions.tolerances import LEAST_SIZE
-from ..simulate import starting_checkpoint
-from .curve import Curve, CurvePoint
-from .orbit import Orbit, least_period, orbit_of_run
-from .sequences import on_its_sequence
-from .tolerances import BESIDE_SEQUENCE, NEARLY_RETURNS, RETURNS_CLOSELY, SAME_ORBIT, ZERO_MARGIN
+from vibroscope.engine.batch import run_cells
+from vibroscope.engine.cells import CellResults, Cells
+from vibroscope.engine.continuation.curve import Curve, CurvePoint
+from vibroscope.engine.continuation.orbit import Orbit, least_period, orbit_of_run
+from vibroscope.engine.continuation.sequences import on_its_sequence
+from vibroscope.engine.continuation.tolerances import (
+    BESIDE_SEQUENCE,
+    NEARLY_RETURNS,
+    RETURNS_CLOSELY,
+    SAME_ORBIT,
+    ZERO_MARGIN,
+)
+from vibroscope.engine.facts import Symbol, equation, stated
+from vibroscope.engine.motions.floquet import may_be_stable
+from vibroscope.engine.motions.orbit import fixed_point, near_returns
+from vibroscope.engine.motions.poincare_map import PoincareMap
+from vibroscope.engine.motions.starts import apart, random_states, reach_of
+from vibroscope.engine.motions.steady import steady
+from vibroscope.engine.motions.tolerances import LEAST_SIZE
+from vibroscope.engine.simulate import starting_checkpoint
 
 REACH_OF_SEEDS = 1.5  # of the largest displacement and velocity of the runs from rest, to where starts are drawn
 

@@ -12,16 +12,15 @@ Its own margins say which way the new curve goes.
 from collections.abc import Iterator, Sequence
 
 import numpy as np
-
-from ..drivers.orbit import event
-from .curve import Curve, CurvePoint
-from .jumps import after_jump
-from .kinds import GRAZING, OPENS
-from .margins import LATER_SUM, STAYS_SHUT, Margin
-from .orbit import Orbit, least_period, short_phase
-from .roots import zero_ahead
-from .tolerances import REPEATED, SHORTEST_CONTACT, SHORTEST_FLIGHT, ZERO_MARGIN
-from .tracer import first_ahead
+from vibroscope.engine.continuation.curve import Curve, CurvePoint
+from vibroscope.engine.continuation.jumps import after_jump
+from vibroscope.engine.continuation.kinds import GRAZING, OPENS
+from vibroscope.engine.continuation.margins import LATER_SUM, STAYS_SHUT, Margin
+from vibroscope.engine.continuation.orbit import Orbit, at_stop_of, least_period, short_phase
+from vibroscope.engine.continuation.roots import zero_ahead
+from vibroscope.engine.continuation.tolerances import REPEATED, SHORTEST_CONTACT, SHORTEST_FLIGHT, ZERO_MARGIN
+from vibroscope.engine.continuation.tracer import first_ahead
+from vibroscope.engine.drivers.orbit import event
 
 STEPS = 10.0 ** np.arange(-7, -2.5, 0.5)  # scaled, along the new curve: the first that shows which way it goes
 
@@ -83,14 +82,14 @@ def _neighbours(curve: Curve, last: CurvePoint, margin: Margin) -> Iterator[tupl
     rigid = method.rigid
     if margin.inside:
         length = SHORTEST_FLIGHT if rigid and margin.kind == OPENS else SHORTEST_CONTACT
-        n, where = len(margin.more), last.evaluation.facts[k, event.WHERE]
+        n, where = len(margin.more), last.evaluation.facts[k, margin.column + 1]
         new = orbit.with_events(k, where + length * np.linspace(0.0, 1.0, n), margin.more)
         yield new, (k, k + n - 1) if n > 1 else None
     elif margin.kind == LATER_SUM:
         yield _summed_later(orbit, k, last.evaluation.after[k, -1], curve.family.at(last.value)[0].restitution), None
     elif margin.kind == STAYS_SHUT:
         yield orbit.without({k - 1, k}), None
-    elif margin.kind == GRAZING and orbit.kinds[k] == event.IMPACT:
+    elif margin.kind == GRAZING and orbit.at_any_stop[k] == event.IMPACT:
         yield orbit.without({k}), None
     elif margin.kind == GRAZING and not rigid:
         yield orbit.without({*short_phase(orbit, k)[:2]}), None
@@ -101,7 +100,7 @@ def _summed_later(orbit: Orbit, k: int, end: float, restitution: float) -> Orbit
 
     Its flights last as terms of a geometric series do.
     """
-    new = orbit.with_events(k, orbit.instants[k], (event.IMPACT,))
+    new = orbit.with_events(k, orbit.instants[k], at_stop_of(orbit.kinds[k], (event.IMPACT,)))
     new.unknowns[4 + k + 1] += (1.0 - restitution) * (end - orbit.instants[k])
     return new
 

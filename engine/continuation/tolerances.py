@@ -37,6 +37,9 @@ LOGARITHMIC = 10.0  # a range whose ends differ by a larger factor may be follow
 
 REAL_PAIR = 1e-6  # a pair of multipliers with smaller imaginary parts is real, and no Neimark–Sacker point
 UNLIKE = 1e-3  # of the largest: where a phase has no length rounding decides the sign of the determinants
+SAME_HALVES = 1e-6  # excitation periods: so close to half a cycle apart events of a symmetric orbit are mirror images
+LOST_SYMMETRY = 1e-7  # of the largest singular value: along a direction of a smaller one symmetry is being lost
+NEAR_LOSS = 1e-4  # scaled: as far from where symmetry seems to be lost lie symmetric orbits that are not rounded
 SINGULAR = 1e-5  # of the other singular values: a smaller one makes a branch point
 CLOSED_BRANCH = 0.05  # of a step: so close to its first point a branch has closed
 SAME_DOUBLING = 1e-6  # scaled: a period doubling no farther from where halves seem to meet is where they do

@@ -12,13 +12,12 @@ from itertools import chain, zip_longest
 from typing import TYPE_CHECKING, NamedTuple, TypeVar
 
 import numpy as np
-
-from .orbit import check_cancelled
-from .tolerances import AT_BORDER
+from vibroscope.engine.continuation.orbit import check_cancelled
+from vibroscope.engine.continuation.tolerances import AT_BORDER
 
 if TYPE_CHECKING:
-    from .branch import Point
-    from .curve import Curve, CurvePoint
+    from vibroscope.engine.continuation.branch import Point
+    from vibroscope.engine.continuation.curve import Curve, CurvePoint
 
 P = TypeVar("P")
 

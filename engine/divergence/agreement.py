@@ -1,14 +1,13 @@
 """Whether two solutions agree, in words: displacements, kinds of motion, impacts, and the scatter of the time step."""
 
 import numpy as np
-
-from ..facts import Statement, stated
-from ..motions.description import Motion
-from ..motions.tolerances import UNBROKEN
-from ..motions.words import difference_in_kind
-from ..wording import counted, percent
-from .compare import Comparison
-from .tolerances import CLOSE_CURVE, SAME_COUNT, SAME_CURVE, VISIBLE
+from vibroscope.engine.divergence.compare import Comparison
+from vibroscope.engine.divergence.tolerances import CLOSE_CURVE, SAME_COUNT, SAME_CURVE, VISIBLE
+from vibroscope.engine.facts import Statement, stated
+from vibroscope.engine.motions.description import Motion
+from vibroscope.engine.motions.tolerances import UNBROKEN
+from vibroscope.engine.motions.words import difference_in_kind
+from vibroscope.engine.wording import counted, percent
 
 
 def agreement(comparison: Comparison) -> tuple[str, str | Statement]:

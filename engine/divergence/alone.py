@@ -4,9 +4,8 @@ import math
 from dataclasses import dataclass, field
 
 import numpy as np
-
-from ..methods import METHOD_NUMBERS, ExactPenalty, TimeStepping
-from ..wording import finite_or_none
+from vibroscope.engine.methods import METHOD_NUMBERS, ExactPenalty, TimeStepping
+from vibroscope.engine.wording import finite_or_none
 
 
 @dataclass(frozen=True)

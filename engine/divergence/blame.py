@@ -17,13 +17,13 @@ with D at equal restitution leaves, if that is less than two thirds of it.
 
 from dataclasses import dataclass
 
-from .alone import Alone, Change
-from .compare import Comparison
-from .conditions import conditions
-from .encounters import mean_closing_speed
-from .remaining import Remaining
-from .search import enough_steps, search_together
-from .tolerances import APART, EQUALLY, HALF, NEARLY, REMOVED, SAME_CURVE, TIE
+from vibroscope.engine.divergence.alone import Alone, Change
+from vibroscope.engine.divergence.compare import Comparison
+from vibroscope.engine.divergence.conditions import conditions
+from vibroscope.engine.divergence.encounters import mean_closing_speed
+from vibroscope.engine.divergence.remaining import Remaining
+from vibroscope.engine.divergence.search import enough_steps, search_together
+from vibroscope.engine.divergence.tolerances import APART, EQUALLY, HALF, NEARLY, REMOVED, SAME_CURVE, TIE
 
 OF_STEPS = ("status", "integrator")
 

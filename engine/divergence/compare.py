@@ -6,22 +6,33 @@ from functools import cached_property
 from html import escape
 
 import numpy as np
-
-from ..datasets import comparison_dataset
-from ..drivers.section import period_of
-from ..motions.description import Motion, describe
-from ..motions.motion import motion
-from ..motions.poincare_map import without_penetration
-from ..result import Checkpoint, Record, Response
-from ..simulate import FARTHEST, simulate
-from .encounters import Encounters, match_encounters
-from .error import Target
-from .finer_parts import Regularisation, TimeStepParts, split_regularisation, split_time_step
-from .grid import run_again
-from .parts import PARTS, Difference, DifferenceSeries, PerSolution, difference_series, known
-from .question import ComparisonQuestion
-from .statistics import Statistics, statistics
-from .window import SECTION, change_between, settled_length
+from vibroscope.engine.datasets import comparison_dataset
+from vibroscope.engine.divergence.encounters import Encounters, match_encounters
+from vibroscope.engine.divergence.error import Target
+from vibroscope.engine.divergence.finer_parts import (
+    Regularisation,
+    TimeStepParts,
+    split_regularisation,
+    split_time_step,
+)
+from vibroscope.engine.divergence.grid import run_again
+from vibroscope.engine.divergence.parts import (
+    PARTS,
+    Difference,
+    DifferenceSeries,
+    PerSolution,
+    difference_series,
+    known,
+)
+from vibroscope.engine.divergence.question import ComparisonQuestion
+from vibroscope.engine.divergence.statistics import Statistics, statistics
+from vibroscope.engine.divergence.window import SECTION, change_between, settled_length
+from vibroscope.engine.drivers.section import period_of
+from vibroscope.engine.model import DISPLACEMENTS
+from vibroscope.engine.motions.description import Motion, describe
+from vibroscope.engine.motions.motion import motion
+from vibroscope.engine.result import Checkpoint, Record, Response
+from vibroscope.engine.simulate import FARTHEST, simulate
 
 # What a motion with evidence takes from the kept periods, so that everything that is counted is counted in them.
 COUNTS = ("impacts_per_period", "contacts_per_period", "contact_share", "permanent_per_period", "permanent_share")
@@ -135,7 +146,7 @@ class Comparison:
 
     def _moved(self, run: Response, cancelled) -> float:
         before = run_again(run, periods=run.periods // 2, keep=SECTION, initial=self.start, cancelled=cancelled)
-        return change_between(before.section[:, [0, 2]], run.section[:, [0, 2]])
+        return change_between(before.section[:, DISPLACEMENTS], run.section[:, DISPLACEMENTS])
 
     @property
     def reference_rests(self) -> bool:
@@ -205,7 +216,7 @@ class Comparison:
         """Return the motion that a run has settled to, with evidence; its counts stay those of the kept periods."""
         state, start = run.section[-1], self.start
         if run.periods > self.asked and np.abs(state).max() <= FARTHEST:
-            start = tuple(without_penetration(run.system, state))
+            start = tuple(run.system.without_penetration(state))
         judged = motion(run.system, run.eta, run.method, initial=start, cancelled=cancelled)
         return replace(judged, **{name: getattr(described, name) for name in COUNTS})
 
@@ -363,7 +374,7 @@ def error_from_penalty_state(comparison: Comparison, cancelled: Callable[[], boo
         return np.inf
     # A checkpoint, which may lie anywhere: a motion that grows may not have ended early yet.
     start = Checkpoint(
-        run.system, run.eta, run.method, 0, without_penetration(run.system, comparison.runs.penalty.section[-1])
+        run.system, run.eta, run.method, 0, run.system.without_penetration(comparison.runs.penalty.section[-1])
     )
     there = run_again(run, initial=start, cancelled=cancelled)
     target = Target(there) if there.ok else None

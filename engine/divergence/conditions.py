@@ -9,15 +9,14 @@ import math
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-
-from ..contact import contact_time, effective_restitution, equal_damping
-from ..methods import DAMPING_RANGE, ExactPenalty, TimeStepping
-from ..model import System
-from ..one_impact.of_system import ContactAlone, contact_alone, span_as_dict
-from ..wording import finite_or_none
-from .compare import Comparison
-from .encounters import delivered_restitution, mean_closing_speed
-from .tolerances import RESOLVED, SAME_RESTITUTION, SHORT_CONTACT
+from vibroscope.engine.contact import contact_time, effective_restitution, equal_damping
+from vibroscope.engine.divergence.compare import Comparison
+from vibroscope.engine.divergence.encounters import delivered_restitution, mean_closing_speed
+from vibroscope.engine.divergence.tolerances import RESOLVED, SAME_RESTITUTION, SHORT_CONTACT
+from vibroscope.engine.methods import DAMPING_RANGE, ExactPenalty, TimeStepping
+from vibroscope.engine.model import System
+from vibroscope.engine.one_impact.of_system import ContactAlone, contact_alone, span_as_dict
+from vibroscope.engine.wording import finite_or_none, rounded_to
 
 
 @dataclass(frozen=True)
@@ -106,7 +105,7 @@ def with_equal_damping(system: System, method: TimeStepping, stiffness: float, c
     damping = equal_damping(system, changed, stiffness, closing_speed)
     if not DAMPING_RANGE[0] <= damping <= DAMPING_RANGE[1]:
         return changed
-    return replace(changed, damping=float(f"{damping:.3g}"))
+    return replace(changed, damping=rounded_to(damping, 3))
 
 
 def contact_conditions(comparison: Comparison) -> Conditions:

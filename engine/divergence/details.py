@@ -5,21 +5,20 @@ from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
-
-from ..contact import damping_ratio, equal_damping, equal_stiffness
-from ..drivers.section import NEAR_TOLERANCE
-from ..facts import Amount, Choice, Dimensionless, Statement, equation, joined, stated
-from ..methods import METHOD_NUMBERS
-from ..motions.words import touching
-from ..one_impact.words import steps_text
-from ..wording import percent, rounded
-from .alone import Alone
-from .compare import Comparison
-from .conditions import Conditions
-from .encounters import delivered_restitution, mean_closing_speed
-from .grid import run_again
-from .sentences import SENTENCE_DIGITS, share, value_text
-from .tolerances import AS_ASKED, HALF, SAME_DURATION, SAME_NUMBER
+from vibroscope.engine.contact import damping_ratio, equal_damping, equal_stiffness
+from vibroscope.engine.divergence.alone import Alone
+from vibroscope.engine.divergence.compare import Comparison
+from vibroscope.engine.divergence.conditions import Conditions
+from vibroscope.engine.divergence.encounters import delivered_restitution, mean_closing_speed
+from vibroscope.engine.divergence.grid import run_again
+from vibroscope.engine.divergence.sentences import SENTENCE_DIGITS, share, value_text
+from vibroscope.engine.divergence.tolerances import AS_ASKED, HALF, SAME_DURATION, SAME_NUMBER
+from vibroscope.engine.drivers.section import NEAR_TOLERANCE
+from vibroscope.engine.facts import Amount, Choice, Dimensionless, Statement, equation, joined, stated
+from vibroscope.engine.methods import METHOD_NUMBERS
+from vibroscope.engine.motions.words import touching
+from vibroscope.engine.one_impact.words import steps_text
+from vibroscope.engine.wording import percent, rounded
 
 
 def detail_sentences(

@@ -8,10 +8,9 @@ replaces a whole chatter, and a contact with too little damping bounces more oft
 from dataclasses import dataclass
 
 import numpy as np
-
-from ..contact import spring_duration
-from ..result import Response
-from .tolerances import NEAR_ENCOUNTER, SHORT_CONTACT
+from vibroscope.engine.contact import spring_duration
+from vibroscope.engine.divergence.tolerances import NEAR_ENCOUNTER, SHORT_CONTACT
+from vibroscope.engine.result import Response
 
 
 @dataclass(frozen=True)
@@ -73,10 +72,11 @@ def match_encounters(reference: Response, penalty: Response, period: int, shift:
 def delivered_restitution(penalty: Response) -> float:
     """Return the restitution that the short contacts of a penalty solution deliver, weighted by closing speed.
 
-    nan if there are none.
+    nan if there are none. Where the gap opens but the bodies still approach, the next contact continues this one.
     """
     _, closing, parting = short_contacts(penalty)
-    return float(-parting.sum() / closing.sum()) if len(closing) else np.nan
+    met = closing.sum() - np.minimum(parting, 0.0).sum()
+    return float(-np.maximum(parting, 0.0).sum() / met) if met < 0.0 else np.nan
 
 
 def short_contacts(penalty: Response) -> np.ndarray:

@@ -9,15 +9,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
-
-from ..drivers.section import period_of
-from ..drivers.skipped_samples import SkippedSamples
-from ..methods import ExactPenalty, Reference, TimeStepping
-from ..model import System
-from ..motions.steady import steady
-from ..result import Checkpoint, Record, Response
-from ..simulate import sample_run
-from .grid import (
+from vibroscope.engine.divergence.grid import (
     PER_PERIOD,
     about_rest,
     closest_repetition,
@@ -28,6 +20,13 @@ from .grid import (
     samples_on_grid,
     simulate_samples,
 )
+from vibroscope.engine.drivers.section import period_of
+from vibroscope.engine.drivers.skipped_samples import SkippedSamples
+from vibroscope.engine.methods import ExactPenalty, Reference, TimeStepping
+from vibroscope.engine.model import System
+from vibroscope.engine.motions.steady import steady
+from vibroscope.engine.result import Checkpoint, Record, Response
+from vibroscope.engine.simulate import sample_run
 
 
 class Target:

@@ -33,16 +33,15 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-
-from ..contact import damping_ratio, effective_restitution
-from ..drivers.section import period_of
-from ..law_table import restitution_of, restitution_without_pull
-from ..methods import ExactPenalty, TimeStepping, with_located_steps
-from ..motions.description import describe
-from ..result import Record, Response
-from .encounters import mean_closing_speed
-from .grid import run_again, samples_beside
-from .parts import DifferenceSeries
+from vibroscope.engine.contact import damping_ratio, effective_restitution
+from vibroscope.engine.divergence.encounters import mean_closing_speed
+from vibroscope.engine.divergence.grid import run_again, samples_beside
+from vibroscope.engine.divergence.parts import DifferenceSeries
+from vibroscope.engine.drivers.section import period_of
+from vibroscope.engine.law_table import restitution_of, restitution_without_pull
+from vibroscope.engine.methods import ExactPenalty, TimeStepping, with_located_steps
+from vibroscope.engine.motions.description import describe
+from vibroscope.engine.result import Record, Response
 
 
 @dataclass(frozen=True)

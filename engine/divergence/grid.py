@@ -10,11 +10,10 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-
-from ..model import System
-from ..result import Record, Response
-from ..simulate import simulate
-from .tolerances import EVEN_SAMPLES
+from vibroscope.engine.divergence.tolerances import EVEN_SAMPLES
+from vibroscope.engine.model import System
+from vibroscope.engine.result import Record, Response
+from vibroscope.engine.simulate import simulate
 
 PER_PERIOD = 100  # samples; more change the fourth digit of an rms of displacements (tests/engine/test_error.py)
 

@@ -11,12 +11,11 @@ from collections.abc import Iterable
 from dataclasses import replace
 
 import numpy as np
-
-from ..methods import STEPS_RANGE, TimeStepping
-from ..wording import rounded_to
-from .alone import Change, Curve
-from .remaining import Remaining
-from .tolerances import WORKS
+from vibroscope.engine.divergence.alone import Change, Curve
+from vibroscope.engine.divergence.remaining import Remaining
+from vibroscope.engine.divergence.tolerances import WORKS
+from vibroscope.engine.methods import STEPS_RANGE, TimeStepping
+from vibroscope.engine.wording import rounded_to
 
 FINE = 1.05  # ratio of neighbours on the grid of K and D
 COARSE_PLACES = 8  # of its places from one point of the first search to the next: six in a decade
@@ -154,7 +153,7 @@ class StepSearch:
 
     def __init__(self, method: TimeStepping, remaining: Remaining, resolved: float) -> None:
         self._method, self._remaining, self._resolved = method, remaining, resolved
-        powers = range(-STEP_HALVINGS, (STEP_DOUBLINGS if method.skips_steps else STEP_DOUBLINGS_WHOLE) + 1)
+        powers = range(-STEP_HALVINGS, (STEP_DOUBLINGS if remaining.skips else STEP_DOUBLINGS_WHOLE) + 1)
         numbers = (round(method.steps * 2.0**power) for power in powers)
         self._steps = [steps for steps in numbers if STEPS_RANGE[0] <= steps <= STEPS_RANGE[1]]
         self._left: dict[int, float] = {}

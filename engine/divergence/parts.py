@@ -21,13 +21,12 @@ from functools import cached_property
 from typing import Generic, NamedTuple, TypeVar
 
 import numpy as np
-
-from ..facts import Choice, Statement, stated
-from ..methods import CONTACT_LAWS
-from ..motions.description import Motion
-from ..motions.motion import SAMPLED_PERIODS
-from ..result import Record, Response
-from .grid import about_rest, relative_to, rms, samples_beside, samples_on_grid
+from vibroscope.engine.divergence.grid import about_rest, relative_to, rms, samples_beside, samples_on_grid
+from vibroscope.engine.facts import Choice, Statement, stated
+from vibroscope.engine.methods import CONTACT_LAWS
+from vibroscope.engine.motions.description import Motion
+from vibroscope.engine.motions.motion import SAMPLED_PERIODS
+from vibroscope.engine.result import Record, Response
 
 T = TypeVar("T")
 PART_NAMES = {"time_step": "time step", "regularisation": "K and D", "joint_damping": "joint damping"}

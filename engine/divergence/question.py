@@ -3,12 +3,12 @@
 from collections.abc import Sequence
 from dataclasses import KW_ONLY, dataclass, field
 
-from ..arguments import check_fields
-from ..methods import Reference, TimeStepping
-from ..model import System, check_eta
-from ..motions.steady import REST
-from ..simulate import KEEP, LONG, check_lengths
-from .grid import PER_PERIOD
+from vibroscope.engine.arguments import check_fields
+from vibroscope.engine.divergence.grid import PER_PERIOD
+from vibroscope.engine.methods import Reference, TimeStepping
+from vibroscope.engine.model import System, check_eta
+from vibroscope.engine.motions.steady import REST
+from vibroscope.engine.simulate import KEEP, LONG, check_lengths
 
 
 @dataclass(frozen=True)

@@ -11,16 +11,16 @@ from collections.abc import Callable, Iterable
 from typing import NamedTuple
 
 import numpy as np
-
-from ..drivers.threads import share_out, thread_count
-from ..methods import ExactPenalty, TimeStepping
-from ..result import Checkpoint, Record
-from ..simulate import simulate
-from .compare import Comparison
-from .error import SampledRuns, Target
-from .grid import PER_PERIOD
-from .statistics import SECTION
-from .window import LONGER
+from vibroscope.engine.divergence.compare import Comparison
+from vibroscope.engine.divergence.error import SampledRuns, Target
+from vibroscope.engine.divergence.grid import PER_PERIOD
+from vibroscope.engine.divergence.statistics import SECTION
+from vibroscope.engine.divergence.window import LONGER, skips_steps
+from vibroscope.engine.drivers.threads import share_out, thread_count
+from vibroscope.engine.methods import ExactPenalty, TimeStepping
+from vibroscope.engine.model import DISPLACEMENTS
+from vibroscope.engine.result import Checkpoint, Record
+from vibroscope.engine.simulate import simulate
 
 Penalty = ExactPenalty | TimeStepping
 SEARCHED = 5000  # periods of a run of a search at most …
@@ -55,6 +55,8 @@ class Remaining:
         Of the comparison.
     quick : bool
         Whether a whole run takes milliseconds, so that neighbours of what is proposed have whole runs, too.
+    skips : bool
+        Whether steps are skipped, so that many of them take hardly longer.
     """
 
     def __init__(
@@ -76,7 +78,8 @@ class Remaining:
         most = SEARCHED if period else SEARCHED_SECTIONS
         searched = min(self._settled.periods, max(most, self._keep))
         self._search = self._settled._replace(periods=searched)
-        if not run.method.skips_steps:
+        self.skips = skips_steps(run)
+        if not self.skips:
             self._search = _Plan(tuple(comparison.runs.reference.section[-1].tolist()), SHORT_TRANSIENT + self._keep)
         self._known: dict[tuple[Penalty, _Plan], float] = {}
 
@@ -104,7 +107,7 @@ class Remaining:
 
         if new:
             threads = min(self._threads, len(new))
-            share_out(np.arange(1, len(new) + 1), threads, lambda: run, None, self._cancelled, grain=1)
+            share_out(np.arange(1, len(new) + 1), lambda: run, threads=threads, cancelled=self._cancelled, grain=1)
         self._known |= {(method, plan): value for method, value in zip(new, left.tolist(), strict=True)}
 
     def _left(self, method: Penalty, plan: _Plan) -> float:
@@ -126,6 +129,6 @@ class Remaining:
             start = Checkpoint(self._system, self._eta, method, 0, plan.start)
             options = {"periods": plan.periods, "keep": SECTION, "initial": start, "cancelled": cancelled}
             run = simulate(self._system, self._eta, method, **options)
-            return self._comparison.statistics.total_of(run.section[:, [0, 2]]) if run.ok else np.inf
+            return self._comparison.statistics.total_of(run.section[:, DISPLACEMENTS]) if run.ok else np.inf
         record = Record(self._keep, PER_PERIOD, method.steps or None)
         return self._runs.error(self._target, method, *plan, record, cancelled)[0]

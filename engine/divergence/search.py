@@ -14,26 +14,25 @@ from collections.abc import Callable, Iterator
 from dataclasses import replace
 
 import numpy as np
-
-from ..contact import damping_for, equal_damping, equal_stiffness, ratio_of_method
-from ..integrators import NewmarkBeta
-from ..law_table import LAWS
-from ..methods import (
+from vibroscope.engine.contact import damping_for, equal_damping, equal_stiffness, ratio_of_method
+from vibroscope.engine.divergence.alone import Alone, Change
+from vibroscope.engine.divergence.compare import Comparison
+from vibroscope.engine.divergence.conditions import conditions, with_equal_damping
+from vibroscope.engine.divergence.encounters import mean_closing_speed
+from vibroscope.engine.divergence.number_search import FINE, GridSearch, StepSearch, TogetherSearch
+from vibroscope.engine.divergence.remaining import Remaining
+from vibroscope.engine.divergence.tolerances import AMPLE, LEAST_IN_CONTACT, LESS, RESOLVED
+from vibroscope.engine.integrators import NewmarkBeta
+from vibroscope.engine.law_table import LAWS
+from vibroscope.engine.methods import (
     DAMPING_RANGE,
     STEPS_RANGE,
     STIFFNESS_RANGE,
     TimeStepping,
     with_located_steps,
 )
-from ..model import System
-from ..wording import rounded_up
-from .alone import Alone, Change
-from .compare import Comparison
-from .conditions import conditions, with_equal_damping
-from .encounters import mean_closing_speed
-from .number_search import FINE, GridSearch, StepSearch, TogetherSearch
-from .remaining import Remaining
-from .tolerances import AMPLE, LESS, RESOLVED
+from vibroscope.engine.model import System
+from vibroscope.engine.wording import rounded_up
 
 STIFFNESS_DECADES = 6  # of K above the stiffer of both springs
 DAMPING_DECADES = 3  # of D on each side of equal restitution
@@ -103,10 +102,18 @@ def enough_steps(comparison: Comparison, remaining: Remaining, most_left: float)
 
 
 def stiffness_ends(comparison: Comparison) -> tuple[float, float]:
-    """The range of K that is searched: from the stiffer spring of the bodies on, and about the present one."""
-    system, present = comparison.runs.penalty.system, comparison.runs.penalty.method.stiffness
+    """The range of K that is searched: from the stiffer spring of the bodies on, and about the present one.
+
+    Between two stops no contact is shorter than LEAST_IN_CONTACT steps: one of a step or two gains energy without a
+    bound, since the play never grows, and crosses it at every step.
+    """
+    run, speed = comparison.runs.penalty, mean_closing_speed(comparison.runs.reference)
+    system, present = run.system, run.method.stiffness
     soft = system.stiffer_spring
     ends = min(soft, present / 10.0), max(soft * 10.0**STIFFNESS_DECADES, present * 10.0)
+    if system.two_stops and not run.method.located:
+        steps = conditions(system, run.eta, run.method, speed).steps
+        ends = ends[0], min(ends[1], max(present, _stiffness_with(LEAST_IN_CONTACT, system, run.method, steps)))
     return max(ends[0], STIFFNESS_RANGE[0]), min(ends[1], STIFFNESS_RANGE[1])
 
 
@@ -119,7 +126,7 @@ def _searches(comparison: Comparison, remaining: Remaining) -> dict[str, "GridSe
 
     equal = equal_stiffness(system, method, speed)
     steps = conditions(system, run.eta, method, speed).steps
-    resolved = math.nan if method.located else _resolved_stiffness(system, method, steps)
+    resolved = math.nan if method.located else _stiffness_with(RESOLVED, system, method, steps)
     searches: dict[str, GridSearch | StepSearch] = {
         "K": GridSearch(
             "K", lambda k: replace(method, stiffness=k), remaining, stiffness_ends(comparison), holds, equal, resolved
@@ -137,14 +144,14 @@ def _searches(comparison: Comparison, remaining: Remaining) -> dict[str, "GridSe
     return searches | {"steps": StepSearch(method, remaining, least)}
 
 
-def _resolved_stiffness(system: System, method: TimeStepping, steps: float) -> float:
-    """The K with RESOLVED steps in a contact, where the present one has ``steps``.
+def _stiffness_with(wanted: float, system: System, method: TimeStepping, steps: float) -> float:
+    """The K with as many steps in a contact as are wanted, where the present one has ``steps``.
 
     A contact of the force Kδⁿ lasts as K^(-1/(n + 1)), a damped one of a linear spring as (K - D²/m)^(-1/2).
     """
     ratio = ratio_of_method(system.mass_share, method)
     damped = method.stiffness * ratio**2 if method.spring_exponent == 1.0 and ratio < 1.0 else 0.0
-    return damped + (method.stiffness - damped) * (steps / RESOLVED) ** (method.spring_exponent + 1.0)
+    return damped + (method.stiffness - damped) * (steps / wanted) ** (method.spring_exponent + 1.0)
 
 
 # --- choices ----------------------------------------------------------------------------------------------------------

@@ -2,17 +2,17 @@
 
 import math
 
-from ..drivers.step_maps import damps
-from ..facts import Choice, Statement, equation, joined, sentence, stated
-from ..one_impact.words import span_text, steps_text
-from ..wording import percent, rounded
-from .alone import Alone, Change
-from .blame import OF_STEPS, Blame, contact_fails
-from .compare import Comparison
-from .conditions import Conditions
-from .parts import Difference
-from .search import joint_damping_part
-from .tolerances import CLOSE_CURVE, SAME_CURVE, SAME_RESTITUTION
+from vibroscope.engine.divergence.alone import Alone, Change
+from vibroscope.engine.divergence.blame import OF_STEPS, Blame, contact_fails
+from vibroscope.engine.divergence.compare import Comparison
+from vibroscope.engine.divergence.conditions import Conditions
+from vibroscope.engine.divergence.parts import Difference
+from vibroscope.engine.divergence.search import joint_damping_part
+from vibroscope.engine.divergence.tolerances import CLOSE_CURVE, SAME_CURVE, SAME_RESTITUTION
+from vibroscope.engine.drivers.step_maps import damps
+from vibroscope.engine.facts import Choice, Statement, equation, joined, sentence, stated
+from vibroscope.engine.one_impact.words import span_text, steps_text
+from vibroscope.engine.wording import percent, rounded
 
 SENTENCE_DIGITS = 3  # of K and D
 _NAMES = {"steps": "the time step", "joint damping": "the joint damping", "law": "the damper's jump at touch"}

@@ -16,12 +16,12 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
-
-from ..result import Response
-from .grid import about_rest, rms, run_again
-from .parts import PerSolution
-from .tolerances import CHANCE
-from .window import SECTION, chance_distance, wasserstein_distance
+from vibroscope.engine.divergence.grid import about_rest, rms, run_again
+from vibroscope.engine.divergence.parts import PerSolution
+from vibroscope.engine.divergence.tolerances import CHANCE
+from vibroscope.engine.divergence.window import SECTION, chance_distance, wasserstein_distance
+from vibroscope.engine.model import DISPLACEMENTS
+from vibroscope.engine.result import Response
 
 
 @dataclass(frozen=True)
@@ -85,4 +85,4 @@ def _section(run: Response, cancelled: Callable[[], bool] | None) -> np.ndarray:
     """Return ξ₁ and ξ₂ of the section, (SECTION, 2); nan if the run ends early."""
     if run.ok and run.keep != SECTION:
         run = run_again(run, periods=SECTION, keep=SECTION, initial=run.checkpoint, cancelled=cancelled)
-    return run.section[:, [0, 2]] if run.ok else np.full((SECTION, 2), np.nan)
+    return run.section[:, DISPLACEMENTS] if run.ok else np.full((SECTION, 2), np.nan)

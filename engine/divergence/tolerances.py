@@ -26,6 +26,7 @@ SHORT_CONTACT = 2.0  # durations of a contact alone; in longer ones other forces
 SAME_RESTITUTION = 0.15  # of 1: a restitution that a contact would deliver alone may be off by so much
 AS_ASKED = 0.07  # relative: a restitution that is measured is as asked
 RESOLVED = 10.0  # steps in a contact: with fewer, the restitution depends on where in a step it begins
+LEAST_IN_CONTACT = 4.0  # steps: K with fewer is not tried between two stops, where such a contact gains energy for ever
 # Steps in a contact where K, D and the step are changed together: with so many the step is no cause
 AMPLE = 5 * RESOLVED
 

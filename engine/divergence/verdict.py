@@ -8,26 +8,32 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-
-from ..facts import Amount, Choice, Dimensionless, Statement, Symbol, equation, joined, sentence, stated
-from ..law_table import LAWS
-from ..methods import STEPS_RANGE, WITHOUT_SOLUTION, TimeStepping
-from ..motions.description import Motion
-from ..motions.words import SYMBOLS, repetition, touching
-from ..result import Status
-from ..wording import finite_or_none, percent
-from .agreement import agreement, closeness, is_visible, time_step_scatter
-from .alone import Alone
-from .blame import Blame, find_blame
-from .compare import Comparison, error_from_penalty_state
-from .conditions import Conditions, contact_conditions
-from .details import contact_sentences, detail_sentences
-from .grid import rms, run_again
-from .remaining import Remaining
-from .search import search_alone, without_jump
-from .sentences import SENTENCE_DIGITS, blame_sentence, change_of, chosen, few_steps_text, rebound_text
-from .tolerances import CLOSE_CURVE, SAME_CURVE
-from .window import SECTION
+from vibroscope.engine.divergence.agreement import agreement, closeness, is_visible, time_step_scatter
+from vibroscope.engine.divergence.alone import Alone
+from vibroscope.engine.divergence.blame import Blame, find_blame
+from vibroscope.engine.divergence.compare import Comparison, error_from_penalty_state
+from vibroscope.engine.divergence.conditions import Conditions, contact_conditions
+from vibroscope.engine.divergence.details import contact_sentences, detail_sentences
+from vibroscope.engine.divergence.grid import rms, run_again
+from vibroscope.engine.divergence.remaining import Remaining
+from vibroscope.engine.divergence.search import search_alone, without_jump
+from vibroscope.engine.divergence.sentences import (
+    SENTENCE_DIGITS,
+    blame_sentence,
+    change_of,
+    chosen,
+    few_steps_text,
+    rebound_text,
+)
+from vibroscope.engine.divergence.tolerances import CLOSE_CURVE, SAME_CURVE
+from vibroscope.engine.divergence.window import SECTION
+from vibroscope.engine.facts import Amount, Choice, Dimensionless, Statement, Symbol, equation, joined, sentence, stated
+from vibroscope.engine.law_table import LAWS
+from vibroscope.engine.methods import STEPS_RANGE, WITHOUT_SOLUTION, TimeStepping
+from vibroscope.engine.motions.description import Motion
+from vibroscope.engine.motions.words import SYMBOLS, repetition, touching
+from vibroscope.engine.result import Status
+from vibroscope.engine.wording import finite_or_none, percent, rounded_to
 
 # Relative: shifts of η at which what finishes must do so, too.
 NEARBY = (0.0, -1e-6, 1e-6, -2.5e-6, 2.5e-6, -1e-5, 1e-5, -1e-4, 1e-4)
@@ -345,7 +351,7 @@ def _of_no_solution(comparison: Comparison, cancelled) -> Verdict:
             if each != method.without_solution
         ],
         "steps": _more_steps(method),
-        "damping": [replace(method, damping=float(f"{method.damping / 2**i:.3g}")) for i in halved],
+        "damping": [replace(method, damping=rounded_to(method.damping / 2**i, 3)) for i in halved],
         "law": [smooth] if (smooth := without_jump(method)) is not None else [],
         "status": [replace(method, status="start")],
     }

@@ -13,13 +13,13 @@ from collections.abc import Callable
 from itertools import combinations
 
 import numpy as np
-
-from ..drivers.section import period_of
-from ..law_table import LAWS
-from ..motions.sameness import cycle_points, shifted_distance
-from ..motions.section import band_width
-from ..result import Response
-from .tolerances import BURSTS, DRAWS_NEARER, NARROW, NOTICED, SECTION_DRIFT
+from vibroscope.engine.divergence.tolerances import BURSTS, DRAWS_NEARER, NARROW, NOTICED, SECTION_DRIFT
+from vibroscope.engine.drivers.section import period_of
+from vibroscope.engine.law_table import LAWS
+from vibroscope.engine.model import DISPLACEMENTS
+from vibroscope.engine.motions.sameness import cycle_points, shifted_distance
+from vibroscope.engine.motions.section import band_width
+from vibroscope.engine.result import Response
 
 LONGER = (4, 16)  # times the periods asked for
 AFFORDED = 100_000_000  # steps of the longest run of a penalty solution whose steps are not skipped
@@ -43,7 +43,9 @@ def settled_length(run: Callable[[str, int, int], Response], periods: int, keep:
         return periods, keep
     method, longer = first[1].method, max(periods, SECTION // 2)  # so that all of them have a section to keep
     most = (
-        math.inf if method.skips_steps else min(AFFORDED / method.steps, AFFORDED_PERIODS[LAWS[method.law].closed_form])
+        math.inf
+        if skips_steps(first[1])
+        else min(AFFORDED / method.steps, AFFORDED_PERIODS[LAWS[method.law].closed_form])
     )
     lengths = [periods, *(factor * longer for factor in LONGER if factor * longer <= most)]
     settled, kept = lengths[0], keep
@@ -62,6 +64,11 @@ def settled_length(run: Callable[[str, int, int], Response], periods: int, keep:
         if name == "reference" and found.ok and not repeats(found.section, keep):
             kept = SECTION
     return settled, kept
+
+
+def skips_steps(run: Response) -> bool:
+    """Whether a run skips steps in which contact does not change: between two stops none is skipped."""
+    return run.method.skips_steps and not run.system.two_stops
 
 
 def repeats(section: np.ndarray, keep: int) -> bool:
@@ -85,7 +92,7 @@ def _is_blurred(section: np.ndarray, limit: Response) -> bool:
     period = period_of(limit.section) if limit.ok else 0
     if not 0 < 2 * period <= len(section):
         return False
-    points, others = (cycle_points(rows, period)[:, [0, 2]] for rows in (section, limit.section))
+    points, others = (cycle_points(rows, period)[:, DISPLACEMENTS] for rows in (section, limit.section))
     width, size = band_width(section, period), float(np.abs(others).max())
     return width <= NARROW * size and shifted_distance(points, others) <= BURSTS * width
 

@@ -9,27 +9,28 @@ from collections.abc import Callable, Iterator
 from typing import NamedTuple
 
 import numpy as np
-
-from ..kernels.compile.options import uncompiled
-from ..kernels.compile.record import make_buffers, no_contact
-from ..kernels.equations.contact_law import HUNT_CROSSLEY, gain_at, law_force
-from ..kernels.event_driven import law_integrate
-from ..kernels.event_driven.law_contact import LawSystem
-from ..kernels.event_driven.state import HybridState
-from ..kernels.parameters import Parameters
-from ..kernels.status import DIVERGED, OK, WITHOUT_SOLUTION
-from ..kernels.time_stepping import linear_step, located, touches
-from ..kernels.time_stepping.contact_location import SCHEME
-from ..kernels.time_stepping.touches import FOUND, run_touches
-from ..law_table import deepest_penetration
-from ..methods import Method
-from ..model import System
-from .law_driven import set_up_law
-from .located import scheme_of_run
-from .parameters import parameters_of
-from .time_stepping import linear_scheme
+from vibroscope.engine.drivers.law_driven import set_up_law
+from vibroscope.engine.drivers.located import scheme_of_run
+from vibroscope.engine.drivers.parameters import parameters_of
+from vibroscope.engine.drivers.time_stepping import linear_scheme
+from vibroscope.engine.kernels.compile.options import uncompiled
+from vibroscope.engine.kernels.compile.record import make_buffers, no_contact
+from vibroscope.engine.kernels.equations.contact_law import HUNT_CROSSLEY, gain_at, law_force
+from vibroscope.engine.kernels.event_driven import law_integrate
+from vibroscope.engine.kernels.event_driven.law_contact import LawSystem
+from vibroscope.engine.kernels.event_driven.state import HybridState
+from vibroscope.engine.kernels.parameters import Parameters
+from vibroscope.engine.kernels.status import DIVERGED, OK, WITHOUT_SOLUTION
+from vibroscope.engine.kernels.time_stepping import linear_step, located, touches
+from vibroscope.engine.kernels.time_stepping.contact_location import SCHEME
+from vibroscope.engine.kernels.time_stepping.touches import FOUND, run_touches
+from vibroscope.engine.law_table import deepest_penetration
+from vibroscope.engine.methods import Method
+from vibroscope.engine.model import System
 
 MOST_STEPS = 10_000  # of high order, in a contact
+AT_REST = 1e-9  # speed, as a share of the closing speed, at which bodies do not part: rounding decides of less
+CREPT_BACK = 1e-6  # of the deepest penetration without a damper: a slow contact that is as near to its end stays closed
 LOOKS = 8  # at depth and force within a step of high order, to find the largest
 SHARES = np.linspace(0.0, 1.0, LOOKS + 1)
 DRAWN = 200  # instants of a contact that is drawn
@@ -140,11 +141,12 @@ def _steps_alone(p: Parameters, closing: float) -> Iterator[tuple[LawSystem, Hyb
         contact=opened,
     )
     for _ in range(MOST_STEPS):
-        s, after, ends, _ = law_integrate.follow_smooth(system, a)
+        s, after, ends, _ = law_integrate.follow_smooth(system, a, math.inf)
         if s < 0.0:
             ends = False
         yield system, a, max(s, 0.0), after, ends
-        if ends or s < 0.0:
+        rests = abs(after.rate) < AT_REST * closing and -after.gap < CREPT_BACK * spacing * closing
+        if ends or s < 0.0 or rests:
             return
         a = after
 
@@ -216,7 +218,7 @@ class Touches:
         y[1], y[3], y[5] = self._scheme.system.touch + start[0], start[1], self.flight
         progress = linear_step.StepProgress(0, False, 0, 0, 0, uncompiled(no_contact)())
         state = linear_step.STATE.pack(linear_step.LinearState(y, progress))
-        window, forces = np.ones(3, np.int64), [0.0]
+        window, forces = (1, 1, 1), [0.0]
         for stop in range(every, min(most, self._most) + 1, every):
             code = linear_step.integrate_linear(self._scheme, ONE, state, self._work, stop, window, self._nothing)
             y, at = linear_step.STATE.read(state)

@@ -6,10 +6,9 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable
 
 import numpy as np
-
-from ..facts import Ending
-from ..kernels.compile.record import IMPACT_COLUMNS, Buffers, PackedBuffers, make_buffers
-from ..result import Cancelled, Checkpoint, Cost, Impacts, Status, Trajectory
+from vibroscope.engine.facts import Ending
+from vibroscope.engine.kernels.compile.record import IMPACT_COLUMNS, Buffers, PackedBuffers, make_buffers
+from vibroscope.engine.result import Cancelled, Checkpoint, Cost, Impacts, Status, Trajectory
 
 CAPACITY = 4096  # rows of impacts and contacts in the buffers, which the driver empties when they are full
 

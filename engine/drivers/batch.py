@@ -10,23 +10,22 @@ from itertools import groupby
 from typing import NamedTuple
 
 import numpy as np
-
-from ..kernels import section_statistics
-from ..kernels.accelerated.step_map import SKIPPING as SKIPPING_LAYOUT
-from ..kernels.batch import run as kernel
-from ..kernels.batch.course import EXACT, REFERENCE, SKIPPING
-from ..kernels.batch.recurrence import CYCLE, RECURRENCE
-from ..kernels.compile.record import make_buffers
-from ..kernels.event_driven.state import STATE as EVENT_STATE
-from ..kernels.event_driven.state import SYSTEM
-from ..kernels.parameters import Parameters, no_keys
-from ..kernels.time_stepping.newmark import STATE as STEP_STATE
-from ..methods import Method
-from .base import CAPACITY
-from .event_driven import COMPLETION
-from .newmark import can_skip
-from .slow_subspace import separating_circles
-from .threads import Worker
+from vibroscope.engine.drivers.base import CAPACITY
+from vibroscope.engine.drivers.event_driven import COMPLETION
+from vibroscope.engine.drivers.newmark import can_skip
+from vibroscope.engine.drivers.slow_subspace import separating_circles
+from vibroscope.engine.drivers.threads import Worker
+from vibroscope.engine.kernels import section_statistics
+from vibroscope.engine.kernels.accelerated.step_map import SKIPPING as SKIPPING_LAYOUT
+from vibroscope.engine.kernels.batch import run as kernel
+from vibroscope.engine.kernels.batch.course import EXACT, REFERENCE, SKIPPING
+from vibroscope.engine.kernels.batch.recurrence import CYCLE, RECURRENCE
+from vibroscope.engine.kernels.compile.record import make_buffers
+from vibroscope.engine.kernels.event_driven.state import STATE as EVENT_STATE
+from vibroscope.engine.kernels.event_driven.state import SYSTEM
+from vibroscope.engine.kernels.parameters import Parameters, no_keys
+from vibroscope.engine.kernels.time_stepping.newmark import STATE as STEP_STATE
+from vibroscope.engine.methods import Method
 
 # Transient after which it is first seen whether a cell that the kernel does not run is periodic; how much later again.
 SHORTEST, LATER = 96, (0, 10 * CYCLE, 40 * CYCLE, 80 * CYCLE)
@@ -47,12 +46,15 @@ class Task(NamedTuple):
 
 
 def are_compiled(method: Method, rows: np.ndarray) -> np.ndarray:
-    """Whether the kernel runs each cell, (n,) of bool: not with other laws or steps, nor if all steps are taken."""
-    if not method.has_step:
-        return np.full(len(rows), method.rigid or method.linear)
+    """Whether the kernel runs each cell, (n,) of bool.
+
+    It does not with other laws or steps, nor if all steps are taken, nor between two stops.
+    """
     p = Parameters(*rows.T)
+    if not method.has_step:
+        return np.isinf(p.play) & (method.rigid or method.linear)
     fastest = np.maximum(np.maximum(p.kappa, p.eta), 1.0)
-    return np.broadcast_to(can_skip(p.eta, fastest, p.steps, method), len(rows))
+    return np.isinf(p.play) & can_skip(p.eta, fastest, p.steps, method)
 
 
 def lengths(task: Task) -> list[int]:

@@ -9,9 +9,8 @@ import numba
 from numba.core import event
 from numba.core.dispatcher import Dispatcher
 from numba.core.registry import cpu_target
-
-from .. import kernels
-from ..kernels.compile.options import cache_root, source_digest
+from vibroscope.engine import kernels
+from vibroscope.engine.kernels.compile.options import cache_root, source_digest
 
 __all__ = [
     "CompileListener",

@@ -5,13 +5,12 @@ from itertools import groupby
 from typing import NamedTuple
 
 import numpy as np
-
-from ..kernels.batch import differences as kernel
-from ..kernels.batch.differences import ALONE, BESIDE, DIFFERENCES, OWN_LIMIT, Cycles
-from ..kernels.batch.recurrence import CYCLE
-from ..methods import Method
-from .batch import Task, are_compiled, batch_of, make_work_space
-from .threads import Worker, share_out
+from vibroscope.engine.drivers.batch import Task, are_compiled, batch_of, make_work_space
+from vibroscope.engine.drivers.threads import Worker, share_out
+from vibroscope.engine.kernels.batch import differences as kernel
+from vibroscope.engine.kernels.batch.differences import ALONE, BESIDE, DIFFERENCES, OWN_LIMIT, Cycles
+from vibroscope.engine.kernels.batch.recurrence import CYCLE
+from vibroscope.engine.methods import Method
 
 __all__ = ["ALONE", "BESIDE", "OWN_LIMIT", "Cycles", "Grid", "Motions", "Sampling", "differences", "shortest_cycle"]
 
@@ -65,10 +64,7 @@ def differences(
     limit: Motions,
     parts: np.ndarray,
     sampling: Sampling,
-    *,
-    threads: int,
-    progress: Callable[[int], None] | None = None,
-    cancelled: Callable[[], bool] | None = None,
+    **how,
 ) -> np.ndarray:
     """Root mean square differences of each cell, (n, DIFFERENCES): in all, by the time step, by the regularisation.
 
@@ -79,8 +75,8 @@ def differences(
     parts : (n,) ndarray of int64
         ALONE, OWN_LIMIT or BESIDE.
     sampling : Sampling
-    threads, progress, cancelled
-        As in :func:`.threads.share_out`.
+    **how
+        ``threads``, ``progress`` and ``cancelled`` of :func:`.threads.share_out`.
     """
     found = np.full((len(parts), DIFFERENCES), np.nan)
     compiled = are_compiled(penalty.method, penalty.rows)
@@ -89,9 +85,10 @@ def differences(
     batches = [batch_of(motions.method, motions.rows, motions.initial, task) for motions in (penalty, limit)]
 
     def sides(phases: np.ndarray) -> list[kernel.Sampled]:
+        rooms = np.empty((2, periods, len(phases), 2))
         return [
-            kernel.Sampled(cells, plan, make_work_space(plan.kind, periods, phases), motions.recurs)
-            for (cells, plan), motions in zip(batches, (penalty, limit), strict=True)
+            kernel.Sampled(cells, plan, make_work_space(plan.kind, periods, phases), motions.recurs, room)
+            for (cells, plan), motions, room in zip(batches, (penalty, limit), rooms, strict=True)
         ]
 
     def worker() -> Worker:
@@ -103,7 +100,7 @@ def differences(
                 if by_kernel:
                     if g not in made:
                         made.clear()
-                        made[g] = *sides(phases), np.empty((2, periods, len(phases), 2))
+                        made[g] = sides(phases)
                     cells = chosen[0], chosen[-1] + 1
                     kernel.compare_cells(*made[g], cells, parts, cycles, found, signals, slot)
                     continue
@@ -123,5 +120,5 @@ def differences(
         other = one if other is None else other
         kernel.write_differences((one, len(one)), (other, len(other)), kind, cycles, len(one), found[i])
 
-    share_out(np.arange(1, len(parts) + 1), threads, worker, progress, cancelled)
+    share_out(np.arange(1, len(parts) + 1), worker, **how)
     return found

@@ -4,17 +4,26 @@ from collections.abc import Callable, Sequence
 from typing import ClassVar, NamedTuple
 
 import numpy as np
-
-from ..facts import ETA, Ending, stated
-from ..kernels.compile.options import uncompiled
-from ..kernels.compile.record import Buffers, PackedBuffers, make_buffers
-from ..kernels.equations.coordinates import contact_coordinates, displacements
-from ..kernels.event_driven import integrate as kernel
-from ..kernels.event_driven.disturbance import follow_disturbance
-from ..kernels.event_driven.output import record_open_contact
-from ..kernels.event_driven.saltation import make_variation
-from ..kernels.event_driven.setup import full_pressed_generators, set_up_events, watched_in_contact, write_laws
-from ..kernels.event_driven.state import (
+from vibroscope.engine.drivers.base import Driver, is_first_use
+from vibroscope.engine.drivers.parameters import parameters_of_stops
+from vibroscope.engine.drivers.slow_subspace import separating_circles
+from vibroscope.engine.facts import ETA, Ending, stated
+from vibroscope.engine.kernels.compile.options import uncompiled
+from vibroscope.engine.kernels.compile.packing import aligned_zeros
+from vibroscope.engine.kernels.compile.record import Buffers, PackedBuffers, make_buffers
+from vibroscope.engine.kernels.equations.coordinates import contact_coordinates, displacements
+from vibroscope.engine.kernels.event_driven import integrate as kernel
+from vibroscope.engine.kernels.event_driven.load import FREQUENCY, GIVEN
+from vibroscope.engine.kernels.event_driven.output import record_open_contact
+from vibroscope.engine.kernels.event_driven.saltation import Variation, make_variation
+from vibroscope.engine.kernels.event_driven.setup import (
+    full_pressed_generators,
+    set_up_events,
+    watched_in_contact,
+    write_laws,
+)
+from vibroscope.engine.kernels.event_driven.state import (
+    SEEN_FROM,
     STATE,
     SYSTEM,
     HybridState,
@@ -22,15 +31,14 @@ from ..kernels.event_driven.state import (
     in_contact,
     write_start,
 )
-from ..kernels.linear.tables import INTEGRAL
-from ..kernels.parameters import no_keys
-from ..kernels.status import FULL, OK, PAUSED, STATUSES
-from ..methods import ExactPenalty, Reference
-from ..model import System
-from ..result import Checkpoint, Cost, Record, Status
-from .base import Driver, is_first_use
-from .parameters import parameters_of
-from .slow_subspace import separating_circles
+from vibroscope.engine.kernels.event_driven.two_stops import integrate_between, write_start_between
+from vibroscope.engine.kernels.linear.tables import INTEGRAL
+from vibroscope.engine.kernels.parameters import Parameters, no_keys
+from vibroscope.engine.kernels.status import FULL, OK, PAUSED, STATUSES
+from vibroscope.engine.load import Load
+from vibroscope.engine.methods import ExactPenalty, Reference
+from vibroscope.engine.model import System
+from vibroscope.engine.result import Checkpoint, Cost, Record, Status
 
 PERIODS_PER_CALL = 2000
 NO_BUFFERS = make_buffers(0, np.zeros(1), 0, 0)
@@ -38,10 +46,15 @@ COMPLETION = 1e-5  # the closed form of a chatter's end neglects the square of t
 
 
 class EventDrivenSystem(NamedTuple):
-    """The tables of a run, packed for the kernels and as views of the same array."""
+    """The tables of a run, packed for the kernels and as views of the same array; between two stops those of each."""
 
-    packed: np.ndarray
-    views: HybridSystem
+    packed: np.ndarray  # (n,), or (2, n)
+    views: HybridSystem  # as seen from the first stop
+    second: HybridSystem | None = None
+
+    def seen_from(self, state: np.ndarray) -> HybridSystem:
+        """The views as the packed hybrid state is seen."""
+        return self.second if len(state) > SEEN_FROM and state[SEEN_FROM] else self.views
 
 
 def set_up(
@@ -57,17 +70,45 @@ def set_up(
     ``completion``: how far a chatter must have come to be summed (COMPLETION); ``impulses``: whether those of penalty
     contacts are asked for.
     """
-    parameters, rigid = parameters_of(system, eta, method), method.rigid
-    row = np.array(parameters)
-    circle = np.zeros(2) if rigid else separating_circles(row[None])[0]
-    packed = SYSTEM.zeros()
-    set_up_events(packed, no_keys(), row, rigid, circle, COMPLETION if completion is None else completion)
+    stops, completion = parameters_of_stops(system, eta, method), COMPLETION if completion is None else completion
+    load = system.excitation.load
+    size = SYSTEM.size + (0 if load is None else load.segments.size)
+    packed = [aligned_zeros(size)] if len(stops) == 1 else np.zeros((len(stops), size))
+    views = [_set_up_stop(*each, method.rigid, completion, impulses, load) for each in zip(packed, stops, strict=True)]
+    return EventDrivenSystem(packed if len(stops) > 1 else packed[0], *views)
+
+
+def _set_up_stop(
+    packed: np.ndarray, p: Parameters, rigid: bool, completion: float, impulses: bool, load: Load | None
+) -> HybridSystem:
+    """Write phases, laws and segments of a load as seen from one stop, and return views of them."""
+    row = np.array(p)
+    circle = np.zeros(2) if rigid or load is not None else separating_circles(row[None])[0]
+    set_up_events(packed, no_keys(), row, rigid, circle, completion)
     views = SYSTEM.read(packed)
-    if impulses and not rigid:  # z′ = A z gives ∫z dτ = A⁻¹ Δz
+    if load is not None:
+        packed[SYSTEM.size :] = load.segments.ravel()
+        views.load[[GIVEN, FREQUENCY]] = 1.0, load.frequency
+    if impulses and not rigid:
         generator = full_pressed_generators(row[None])[0]
-        integral = np.linalg.solve(generator.T, watched_in_contact(parameters, rigid))
+        integral = integral_of(generator, watched_in_contact(p, rigid))
         views.contact.rows[:, INTEGRAL] = views.slow_contact.rows[:, INTEGRAL] = integral
-    return EventDrivenSystem(packed, views)
+    return views
+
+
+def integral_of(generator: np.ndarray, watched: np.ndarray) -> np.ndarray:
+    """The row r with ∫w·z dτ = r·Δz for the row w that is ``watched``: z′ = A z gives r = A⁻ᵀw.
+
+    Two bodies without springs have no equilibrium, and A no inverse; what is watched does not depend on where they are.
+    Of a load that is linear in time the last two factors are those of ∫C and ∫S
+    (:func:`..kernels.event_driven.load.load_integral`).
+    """
+    if len(generator) == 6 and not generator[5].any():
+        own = integral_of(generator[:4, :4], watched[:4])
+        return np.append(own, watched[4:] - own @ generator[:4, 4:])
+    if not generator[:, 0].any():
+        return np.linalg.lstsq(generator.T, watched)[0]
+    return np.linalg.solve(generator.T, watched)
 
 
 class EventDriver(Driver):
@@ -111,7 +152,8 @@ class EventDriver(Driver):
     def call(self, stop: int, buffers: PackedBuffers) -> tuple[int, int, int]:
         """Call the event loop."""
         packed, window = self._system.packed, self._window
-        return self.loop(packed, self._state, float(stop), window, buffers.flat, buffers.sizes, None)
+        loop = self.loop if self._system.second is None else integrate_between
+        return loop(packed, self._state, float(stop), window, buffers.flat, buffers.sizes, None)
 
     def periods_per_call(self) -> int:
         return PERIODS_PER_CALL
@@ -120,13 +162,19 @@ class EventDriver(Driver):
     def _now(self) -> HybridState:
         return STATE.read(self._state)
 
+    @property
+    def _place(self) -> float:
+        """The period in which the run stands; of a load that is no harmonic, the thousandth part of its only one."""
+        now = self._now
+        return now.period if self.run[0].excitation.load is None else now.tau // (1e-3 * self.period)
+
     def integrate(self, stop: int, buffers: PackedBuffers) -> tuple[Status, bool]:
         code, events, evaluations = self.call(stop, buffers)
         self._events += events
         self._evaluations += evaluations
         if code == PAUSED:
-            self._pauses = self._pauses + 1 if self._now.period == self._paused_in else 0
-            self._paused_in = self._now.period
+            self._pauses = self._pauses + 1 if self._place == self._paused_in else 0
+            self._paused_in = self._place
             if self._pauses > kernel.MOST_PAUSES:
                 return Status.UNRESOLVED, False
         again = code in (FULL, PAUSED)
@@ -153,7 +201,8 @@ class EventDriver(Driver):
 
     def record_open_contact(self, buffers: Buffers) -> None:
         if uncompiled(in_contact)(self._now) and self.periods > self.kept_from:
-            record_open_contact(self._system.views, self._now, float(self.periods), self._window, buffers)
+            views = self._system.seen_from(self._state)
+            record_open_contact(views, self._now, float(self.periods), self._window, buffers)
 
     def section_rows_done(self) -> int:
         return max(0, self.periods - self.kept_from)
@@ -167,18 +216,27 @@ class EventDriver(Driver):
 
 def start_at(system: EventDrivenSystem, y: Sequence[float]) -> np.ndarray:
     """The packed hybrid state at τ = 0 with y = (ξ₁, ξ₁′, g, g′)."""
-    state = STATE.zeros()
-    write_start(system.packed, state, *map(float, y))
+    return _start_from(np.atleast_2d(system.packed), tuple(map(float, y)))
+
+
+def _start_from(packed: np.ndarray, y: tuple[float, float, float, float]) -> np.ndarray:
+    """The same from the laws of each stop, packed, (1, n) or (2, n)."""
+    if len(packed) == 1:
+        state = STATE.zeros()
+        write_start(packed[0], state, *y)
+        return state
+    state = np.zeros(SEEN_FROM + 1)
+    write_start_between(packed, state, *y)
     return state
 
 
 def hybrid_state(system: System, eta: float, method: Reference | ExactPenalty, y: Sequence[float]) -> np.ndarray:
     """The same without the tables of a run, of which a start needs none; a penetration of the reference is left out."""
-    packed, state, rigid = SYSTEM.zeros(), STATE.zeros(), method.rigid
-    write_laws(packed, parameters_of(system, eta, method), rigid, False, COMPLETION)
-    x1, v1, gap, rate = map(float, y)
-    write_start(packed, state, x1, v1, max(gap, 0.0) if rigid else gap, rate)
-    return state
+    stops, (x1, v1, gap, rate) = parameters_of_stops(system, eta, method), map(float, y)
+    packed = np.zeros((len(stops), SYSTEM.size))
+    for each, p in zip(packed, stops, strict=True):
+        write_laws(each, p, method.rigid, False, COMPLETION)
+    return _start_from(packed, (x1, v1, within(system, gap) if method.rigid else gap, rate))
 
 
 class LinearFlow(NamedTuple):
@@ -196,14 +254,32 @@ class LinearFlow(NamedTuple):
         return integrate_variation(self.system, start, periods)
 
     def follow(self, y: np.ndarray, direction: np.ndarray, growth: np.ndarray, section: np.ndarray) -> None:
-        """The work of :func:`..kernels.event_driven.disturbance.follow_disturbance`."""
-        variation, nothing = uncompiled(make_variation)(1), (NO_BUFFERS.flat, NO_BUFFERS.sizes)
-        packed, _ = self.system
-        follow_disturbance(packed, STATE.zeros(), variation, nothing, y, direction, growth, section)
+        """The work of :func:`..kernels.event_driven.disturbance.follow_disturbance`, period by period."""
+        follow_by_periods(self, y, direction, growth, section)
+
+    def image(self, y: np.ndarray, direction: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
+        """y and a disturbance of it after a period; None if it ends early."""
+        variation = uncompiled(make_variation)(1)
+        variation.state[:, 0] = direction
+        found = integrate_variation(self.system, self.start(y), 1.0, variation)
+        return found and (found[0].copy(), found[1][:, 0].copy())
+
+
+def follow_by_periods(flow, y: np.ndarray, direction: np.ndarray, growth: np.ndarray, section: np.ndarray) -> None:
+    """The work of :meth:`LinearFlow.follow` by the ``image`` of a flow, period by period."""
+    growth[:] = np.nan
+    for n in range(len(growth)):
+        found = flow.image(y, direction)
+        length = np.nan if found is None else float(np.linalg.norm(found[1]))
+        if not (length < np.inf and np.isfinite(found[0]).all()):
+            return
+        y[:] = section[n] = found[0]
+        direction[:] = found[1] / length if length > 0.0 else 0.5
+        growth[n] = np.log(length) if length > 0.0 else -np.inf
 
 
 def integrate_variation(
-    system: EventDrivenSystem, start: np.ndarray, periods: float
+    system: EventDrivenSystem, start: np.ndarray, periods: float, variation: Variation | None = None
 ) -> tuple[np.ndarray, np.ndarray, int] | None:
     """Integrate the motion with its derivative with respect to its start.
 
@@ -213,6 +289,8 @@ def integrate_variation(
     start : ndarray
         Packed hybrid state at τ = 0.
     periods : float
+    variation : Variation, optional
+        Of other changes than those of the start.
 
     Returns
     -------
@@ -220,10 +298,9 @@ def integrate_variation(
         y = (ξ₁, ξ₁′, g, g′) at the end; its Jacobian; a number that differs between different sequences of events.
         None if the integration ends early.
     """
-    variation = uncompiled(make_variation)()
-    status, _, _ = kernel.integrate(
-        system.packed, start, periods, (0.0, 0.0), NO_BUFFERS.flat, NO_BUFFERS.sizes, variation
-    )
+    variation = uncompiled(make_variation)() if variation is None else variation
+    loop = kernel.integrate if system.second is None else integrate_between
+    status, _, _ = loop(system.packed, start, periods, (0.0, 0.0), NO_BUFFERS.flat, NO_BUFFERS.sizes, variation)
     return (variation.end, variation.state, int(variation.course[0])) if status == OK else None
 
 
@@ -241,7 +318,12 @@ def packed_start(system: EventDrivenSystem, start: Checkpoint) -> np.ndarray:
     if rigid:
         check_apart(start)
     x1, v1, gap, rate = uncompiled(contact_coordinates)(start.system, *start.state)  # no arrays: a call takes longer
-    return start_at(system, (x1, v1, max(gap, 0.0) if rigid else gap, rate))
+    return start_at(system, (x1, v1, within(start.system, gap) if rigid else gap, rate))
+
+
+def within(system: System, gap: float) -> float:
+    """The gap without a penetration of a stop."""
+    return min(max(gap, 0.0), system.play)
 
 
 def check_apart(start: Checkpoint) -> None:
@@ -253,6 +335,11 @@ def check_apart(start: Checkpoint) -> None:
 
 def overlap_message(system: System, gap: float) -> str:
     """Why a reference cannot start from a state with a negative gap, and what to do."""
+    if system.two_stops:
+        return (
+            f"a stop is penetrated by {-gap:g} at the start, and the reference knows no penetration: start with "
+            "−clearance2 ≤ ξ₁ − ξ₂ ≤ clearance"
+        )
     start = "ξ₁ ≤ clearance" if system.wall else "ξ₂ ≥ ξ₁" if system.clearance == 0 else "ξ₂ ≥ ξ₁ − clearance"
     name = "clearance − ξ₁" if system.wall else "ξ₂ − ξ₁" if system.clearance == 0 else "clearance + ξ₂ − ξ₁"
     return f"initial gap {name} = {gap:g} is negative: the reference knows no penetration, start with {start}"

@@ -3,13 +3,12 @@
 from collections.abc import Callable
 
 import numpy as np
-
-from ..kernels.batch import follow as kernel
-from ..kernels.compile.options import uncompiled
-from ..kernels.event_driven.saltation import make_variation
-from ..methods import ExactPenalty, Reference
-from .batch import Task, are_compiled, batch_of, make_work_space
-from .threads import Worker, share_out
+from vibroscope.engine.drivers.batch import Task, are_compiled, batch_of, make_work_space
+from vibroscope.engine.drivers.threads import Worker, share_out
+from vibroscope.engine.kernels.batch import follow as kernel
+from vibroscope.engine.kernels.compile.options import uncompiled
+from vibroscope.engine.kernels.event_driven.saltation import make_variation
+from vibroscope.engine.methods import ExactPenalty, Reference
 
 
 def follow(
@@ -20,9 +19,7 @@ def follow(
     settling: int,
     found: Callable[[int, np.ndarray, np.ndarray], None],
     by_itself: Callable[[int, np.ndarray, np.ndarray, np.ndarray], bool],
-    *,
-    threads: int,
-    cancelled: Callable[[], bool] | None = None,
+    **how,
 ) -> None:
     """Follow a disturbance of the motion of each cell.
 
@@ -40,8 +37,8 @@ def follow(
     by_itself : callable
         ``by_itself(i, growth, section, signals)`` follows a cell that the kernel does not run; false if it was
         cancelled.
-    threads, cancelled
-        As in :func:`.threads.share_out`.
+    **how
+        ``threads`` and ``cancelled`` of :func:`.threads.share_out`.
 
     Raises
     ------
@@ -52,14 +49,14 @@ def follow(
     cells, plan = batch_of(method, rows, initial, Task(0, 1, (), recurrence=0.0))
 
     def worker() -> Worker:
-        work, variation = make_work_space(plan.kind, 1), uncompiled(make_variation)(1)
-        ends, growth, section = np.empty((2, 4)), np.empty(periods), np.empty((periods, 4))
+        variation = uncompiled(make_variation)(1)
+        space = kernel.FollowSpace(make_work_space(plan.kind, 1), variation, np.empty((2, 4)))
+        growth, section = np.empty(periods), np.empty((periods, 4))
 
         def run(places: tuple[int, int], signals: np.ndarray, slot: int) -> None:
             for i in range(*places):
                 if compiled[i]:
-                    more = work, variation, settling, ends, growth, section, signals
-                    done = kernel.follow_cell(cells, i, plan, *more)
+                    done = kernel.follow_cell(cells, i, plan, space, settling, growth, section, signals)
                 else:
                     done = by_itself(i, growth, section, signals)
                 if not done:
@@ -69,4 +66,4 @@ def follow(
 
         return run
 
-    share_out(np.arange(1, len(rows) + 1), threads, worker, None, cancelled, grain=1)
+    share_out(np.arange(1, len(rows) + 1), worker, grain=1, **how)

@@ -4,11 +4,12 @@ from collections.abc import Sequence
 from typing import ClassVar, NamedTuple
 
 import numpy as np
-
-from ..facts import Ending
-from ..kernels.compile.options import uncompiled
-from ..kernels.compile.record import Buffers, PackedBuffers
-from ..kernels.equations.contact_law import (
+from vibroscope.engine.drivers.event_driven import NO_BUFFERS, EventDriver, follow_by_periods, integral_of
+from vibroscope.engine.drivers.parameters import parameters_of, parameters_of_stops
+from vibroscope.engine.facts import Ending
+from vibroscope.engine.kernels.compile.options import uncompiled
+from vibroscope.engine.kernels.compile.record import Buffers, PackedBuffers
+from vibroscope.engine.kernels.equations.contact_law import (
     MAIN,
     OTHER,
     count_kinks,
@@ -17,25 +18,34 @@ from ..kernels.equations.contact_law import (
     is_piecewise_linear,
     kink,
 )
-from ..kernels.equations.coordinates import contact_coordinates
-from ..kernels.equations.motion import coefficients, free_equilibrium, pressed_equilibrium, pressed_generator
-from ..kernels.equations.motion import separated_generator as free_generator
-from ..kernels.equations.rates import free_rate, pressed_rate
-from ..kernels.event_driven import law_integrate as kernel
-from ..kernels.event_driven.integrate import MOST_PAUSES
-from ..kernels.event_driven.law_contact import NUMBERS, TABLE, WORK, LawSystem
-from ..kernels.event_driven.law_energy import integrate_powers
-from ..kernels.event_driven.output import append_contact
-from ..kernels.event_driven.state import (
+from vibroscope.engine.kernels.equations.coordinates import contact_coordinates
+from vibroscope.engine.kernels.equations.motion import (
+    coefficients,
+    free_equilibrium,
+    pressed_equilibrium,
+    pressed_generator,
+)
+from vibroscope.engine.kernels.equations.motion import separated_generator as free_generator
+from vibroscope.engine.kernels.equations.rates import free_rate, load_rate, pressed_rate
+from vibroscope.engine.kernels.event_driven import law_integrate as kernel
+from vibroscope.engine.kernels.event_driven.integrate import MOST_PAUSES
+from vibroscope.engine.kernels.event_driven.law_contact import NUMBERS, TABLE, WORK, LawSystem
+from vibroscope.engine.kernels.event_driven.law_energy import integrate_powers
+from vibroscope.engine.kernels.event_driven.load import FREQUENCY, GIVEN
+from vibroscope.engine.kernels.event_driven.load import NUMBERS as NUMBERS_OF_LOAD
+from vibroscope.engine.kernels.event_driven.output import append_contact
+from vibroscope.engine.kernels.event_driven.state import (
     COLLISION,
     FLIGHT,
+    MOST_EFFORT,
+    SEEN_FROM,
     STATE,
     HybridState,
     later_state,
     linear_state,
     start_state,
 )
-from ..kernels.linear.tables import (
+from vibroscope.engine.kernels.linear.tables import (
     DEEPEST,
     INTEGRAL,
     POINTS,
@@ -47,14 +57,13 @@ from ..kernels.linear.tables import (
     full_generator,
     tabulate,
 )
-from ..kernels.parameters import Parameters
-from ..kernels.status import OK, PAUSED
-from ..law_table import LAWS, damper_of
-from ..methods import ExactPenalty
-from ..model import System
-from ..result import Checkpoint, Status
-from .event_driven import NO_BUFFERS, EventDriver
-from .parameters import parameters_of
+from vibroscope.engine.kernels.parameters import Parameters
+from vibroscope.engine.kernels.status import CROSSED, OK, PAUSED
+from vibroscope.engine.law_table import LAWS, damper_of
+from vibroscope.engine.load import Load
+from vibroscope.engine.methods import ExactPenalty
+from vibroscope.engine.model import System
+from vibroscope.engine.result import Checkpoint, Status
 
 GAP, RATE = 2, 3  # columns of z
 PIECES = 4  # with the flight
@@ -103,7 +112,7 @@ def _pieces(p: Parameters) -> dict[int, tuple[tuple[float, float, float], list[_
     return {piece: ((k, 0.5 * c, push), watched[piece]) for piece, (k, c, push) in formulas.items()}
 
 
-def set_up_law(p: Parameters) -> LawSystem:
+def set_up_law(p: Parameters, load: Load | None = None) -> LawSystem:
     """Tables and numbers of a run; those of a law that is not piecewise linear are the flight's alone."""
     c = uncompiled(coefficients)(p)
     tables = {
@@ -121,12 +130,17 @@ def set_up_law(p: Parameters) -> LawSystem:
     flight = _add_piece(tables, p, 0, (0.0, 0.0, 0.0), [_Watched(-1.0, 0.0, 0.0, COLLISION)])
     for piece, (contact, watched) in _pieces(p).items():
         _add_piece(tables, p, piece, contact, watched)
+    now = np.zeros(NUMBERS_OF_LOAD)
+    if load is not None:
+        now[[GIVEN, FREQUENCY]] = 1.0, load.frequency
     return LawSystem(
         period=2 * np.pi / p.eta,
         eta=p.eta,
         rigid=False,
         wall=p.wall,
         clearance=p.clearance,
+        play=p.play,
+        sign=p.sign,
         law=int(p.law),
         stiffness=p.stiffness,
         gain=p.gain,
@@ -138,6 +152,8 @@ def set_up_law(p: Parameters) -> LawSystem:
         inverse_mass=c.inverse_mass,
         generator=free_generator(p),
         flight=flight,
+        load=now,
+        segments=np.zeros(1) if load is None else load.segments.ravel(),
         scratch=Scratch(np.zeros(WIDTH), np.zeros((DEEPEST, TERMS + 2))),
         work=np.zeros((WORK, NUMBERS)),
         **tables,
@@ -154,8 +170,9 @@ def _add_piece(
     generator = pressed_generator(own) if acts else free_generator(p)
     position, gap = pressed_equilibrium(own) if acts else free_equilibrium(p)
     parted = push / (p.stiffness_share + stiffness) if push else 0.0  # by how much the constant moves the equilibrium
-    position, gap = position - uncompiled(coefficients)(p).react1 * p.stiffness_share * parted, gap + parted
-    h = REACH / (pressed_rate(own) if acts else free_rate(p))
+    share = 1.0 if p.spring1 == 0.0 < p.kappa else p.stiffness_share  # … and that of body 1
+    position, gap = position - uncompiled(coefficients)(p).react1 * share * parted, gap + parted
+    h, rate = REACH / (pressed_rate(own) if acts else free_rate(p)), uncompiled(load_rate)(p)
     tables["spacing"][piece], tables["position"][piece], tables["gap"][piece] = h, position, gap
     tables["counts"][piece] = len(watched)
     phases = []
@@ -163,7 +180,7 @@ def _add_piece(
         row = np.zeros(6)
         row[GAP], row[RATE] = -each.by_depth, -each.by_speed
         i, level = 2 * piece + k, float(row[GAP] * gap) + each.constant
-        phases.append(tabulate(generator, p.eta, row, h, (position, gap, level)))
+        phases.append(tabulate(generator, rate, row, h, (position, gap, level)))
         tables["watched"][i], tables["rows"][i], tables["transitions"][piece] = (
             level,
             phases[k].rows,
@@ -173,10 +190,42 @@ def _add_piece(
     if acts:
         acting = np.zeros(6)
         acting[GAP], acting[RATE] = force(stiffness, damping, 1.0, 0.0), force(stiffness, damping, 0.0, 1.0)
-        # z′ = A z gives ∫z dτ = A⁻¹ Δz
-        tables["impulse"][piece, :6] = np.linalg.solve(full_generator(generator, p.eta).T, acting)
+        tables["impulse"][piece, :6] = integral_of(full_generator(generator, rate), acting)
         tables["impulse"][piece, 6] = acting[GAP] * gap + push
     return phases[0]
+
+
+def set_up_stops(system: System, eta: float, method: ExactPenalty) -> list[LawSystem]:
+    """Tables and numbers of a run as seen from each stop."""
+    return [set_up_law(p, system.excitation.load) for p in parameters_of_stops(system, eta, method)]
+
+
+def start_of_law(systems: Sequence[LawSystem], y: Sequence[float]) -> np.ndarray:
+    """The packed hybrid state at y = (ξ₁, ξ₁′, g, g′), and after it the number of the stop from which it is seen."""
+    y, other = tuple(map(float, y)), y[2] > 0.5 * systems[0].play
+    y = turned(y, systems[0].play) if other else y
+    return np.append(STATE.pack(uncompiled(start_state)(systems[int(other)], y)), float(other))
+
+
+def turned(y: Sequence[float], play: float) -> tuple[float, float, float, float]:
+    """A motion y as seen from the other stop."""
+    x1, v1, gap, rate = y
+    return -x1, -v1, play - gap, -rate
+
+
+def integrate_law(
+    systems: Sequence[LawSystem], state: np.ndarray, stop: float, window: tuple[float, float], buffers: PackedBuffers
+) -> tuple[int, int, int]:
+    """Call the event loop, of one stop after the other; returns what it does."""
+    code, events, effort = CROSSED, 0, 0
+    while code == CROSSED:
+        here = int(state[SEEN_FROM])
+        code, more, work = kernel.integrate_law(systems[here], state, stop, window, buffers.flat, buffers.sizes)
+        events, effort = events + more, effort + work
+        if code == CROSSED:
+            state[SEEN_FROM] = 1.0 - here
+            code = PAUSED if effort > MOST_EFFORT else CROSSED
+    return code, events, effort
 
 
 def motion_after(p: LawSystem, a: HybridState, s: float) -> tuple[tuple[float, float, float, float], float]:
@@ -197,15 +246,19 @@ class LawDriver(EventDriver):
     loop: ClassVar = staticmethod(kernel.integrate_law)
 
     def begin(self, start: Checkpoint) -> None:
-        self._system = set_up_law(parameters_of(*self.run))
+        self._systems = set_up_stops(*self.run)
         if len(start.state) > 4:
             self._state = np.array(start.state)
         else:
-            y = uncompiled(contact_coordinates)(start.system, *start.state)
-            self._state = STATE.pack(uncompiled(start_state)(self._system, y))
+            self._state = start_of_law(self._systems, uncompiled(contact_coordinates)(start.system, *start.state))
+
+    @property
+    def _system(self) -> LawSystem:
+        """As the state is seen."""
+        return self._systems[int(self._state[SEEN_FROM])]
 
     def call(self, stop: int, buffers: PackedBuffers) -> tuple[int, int, int]:
-        return self.loop(self._system, self._state, float(stop), self._window, buffers.flat, buffers.sizes)
+        return integrate_law(self._systems, self._state, float(stop), self._window, buffers)
 
     def explain(self, status: Status) -> Ending:
         period = int(self._now.period) + 1
@@ -245,46 +298,45 @@ class LawFlow:
                 f"the damper of the law {method.law!r} depends on the speed with which a contact closed: a state "
                 "in contact does not say how it goes on; give D"
             )
-        self._system = set_up_law(parameters_of(system, eta, method))
+        self._systems = set_up_stops(system, eta, method)
 
     def start(self, y: Sequence[float]) -> np.ndarray:
         """The packed hybrid state at y."""
-        return STATE.pack(uncompiled(start_state)(self._system, tuple(map(float, y))))
+        return start_of_law(self._systems, y)
 
     def end(self, start: np.ndarray, periods: float) -> tuple[np.ndarray, int] | None:
         """Y after so many periods, and the events on the way; None if the run ends early."""
-        p, state, events = self._system, start.copy(), 0
+        state, events = start.copy(), 0
         for _ in range(MOST_PAUSES):
-            status, more, _ = kernel.integrate_law(p, state, float(periods), (0.0, 0.0), *NO_BUFFERS[:2])
+            status, more, _ = integrate_law(self._systems, state, float(periods), (0.0, 0.0), NO_BUFFERS)
             events += more
             if status != PAUSED:
                 break
         if status != OK:
             return None
-        a = STATE.read(state)
+        a, here = STATE.read(state), int(state[SEEN_FROM])
+        p = self._systems[here]
         y, _ = motion_after(p, a, (periods - a.period) * p.period - a.tau)
-        return np.array(y), events
+        return np.array(turned(y, p.play) if here else y), events
 
     def follow(self, y: np.ndarray, direction: np.ndarray, growth: np.ndarray, section: np.ndarray) -> None:
         """Do as :meth:`.event_driven.LinearFlow.follow`, with the derivative by central differences."""
-        growth[:] = np.nan
-        for n in range(len(growth)):
-            start = self.start(y)
-            found = self.end(start, 1.0)
-            change = None if found is None else self._derivative(start, 1.0, direction, found[1])
-            length = np.nan if change is None else float(np.linalg.norm(change))
-            if not (length < np.inf and np.isfinite(found[0]).all()):
-                return
-            y[:] = section[n] = found[0]
-            direction[:] = change / length if length > 0.0 else 0.5
-            growth[n] = np.log(length) if length > 0.0 else -np.inf
+        follow_by_periods(self, y, direction, growth, section)
+
+    def image(self, y: np.ndarray, direction: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
+        """y and a disturbance of it after a period; None if it ends early or has no derivative."""
+        start = self.start(y)
+        found = self.end(start, 1.0)
+        change = None if found is None else self._derivative(start, 1.0, direction, found[1])
+        return None if change is None else (found[0], change)
 
     def _derivative(self, start: np.ndarray, periods: float, direction: np.ndarray, events: int) -> np.ndarray | None:
         """The derivative by a central difference; None if a neighbour has other events. A wall does not move."""
-        a = STATE.read(start)
+        a, other = STATE.read(start), start[SEEN_FROM]
         y = np.array([a.x1, a.v1, a.gap, a.rate])
+        y = np.array(turned(y, self._systems[0].play)) if other else y
         width = DIFFERENCE * max(float(np.abs(y).max()), DIFFERENCE)
-        change = width * direction * ([0.0, 0.0, 1.0, 1.0] if self._system.wall else 1.0)
+        change = width * direction * ([0.0, 0.0, 1.0, 1.0] if self._systems[0].wall else 1.0)
         sides = [self.end(self.start(y + sign * change), periods) for sign in (1.0, -1.0)]
         if None in sides or any(more != events for _, more in sides):
             return None
@@ -295,7 +347,7 @@ class LawFlow:
         found, jacobian = self.end(start, periods), np.zeros((4, 4))
         if found is None:
             return None
-        for i in range(2 if self._system.wall else 0, 4):
+        for i in range(2 if self._systems[0].wall else 0, 4):
             column = self._derivative(start, periods, np.eye(4)[i], found[1])
             if column is None:
                 return None
@@ -308,7 +360,7 @@ def law_powers(system: System, eta: float, method: ExactPenalty, state: Sequence
 
     ``state``: of a run after ``periods.start`` periods, as its checkpoint has it.
     """
-    p = set_up_law(parameters_of(system, eta, method))
+    p = set_up_law(parameters_of(system, eta, method), system.excitation.load)
     packed = np.array(state)
     if len(packed) == 4:
         packed = STATE.pack(uncompiled(start_state)(p, uncompiled(contact_coordinates)(system, *state)))

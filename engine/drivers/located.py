@@ -3,20 +3,26 @@
 from collections.abc import Callable
 
 import numpy as np
-
-from ..facts import Ending
-from ..integrators import Integrator, NewmarkBeta
-from ..kernels.compile.options import uncompiled
-from ..kernels.compile.record import Buffers, PackedBuffers
-from ..kernels.equations.contact_law import KELVIN_VOIGT
-from ..kernels.equations.motion import coefficients
-from ..kernels.parameters import Parameters
-from ..kernels.time_stepping import located as kernel
-from ..kernels.time_stepping.contact_location import SCHEME, STAGE_NUMBERS, LocatedScheme, Stages, forcing_with
-from ..methods import TimeStepping
-from ..result import Checkpoint, Status
-from .stepping import SteppingDriver
-from .time_stepping import parameters_of_steps
+from vibroscope.engine.drivers.parameters import at_start
+from vibroscope.engine.drivers.stepping import SteppingDriver
+from vibroscope.engine.drivers.time_stepping import as_steps_see
+from vibroscope.engine.facts import Ending
+from vibroscope.engine.integrators import Integrator, NewmarkBeta
+from vibroscope.engine.kernels.compile.options import uncompiled
+from vibroscope.engine.kernels.compile.record import Buffers, PackedBuffers
+from vibroscope.engine.kernels.equations.contact_law import KELVIN_VOIGT
+from vibroscope.engine.kernels.equations.motion import coefficients
+from vibroscope.engine.kernels.parameters import Parameters
+from vibroscope.engine.kernels.time_stepping import located as kernel
+from vibroscope.engine.kernels.time_stepping.contact_location import (
+    SCHEME,
+    STAGE_NUMBERS,
+    LocatedScheme,
+    Stages,
+    forcing_with,
+)
+from vibroscope.engine.methods import TimeStepping
+from vibroscope.engine.result import Checkpoint, Status
 
 
 def stages_of(integrator: Integrator, p: Parameters) -> Stages:
@@ -46,18 +52,29 @@ class LocatedDriver(SteppingDriver):
     layout = kernel.STATE
     solves_per_call = 2_000_000
 
-    def begin(self) -> None:
-        self._scheme = scheme_of_run(parameters_of_steps(*self.run), self._method)
-        self._packed, self._forces = SCHEME.pack(self._scheme), self.forces_of_steps()
+    def tables_of(self, p: Parameters) -> dict:
+        p = as_steps_see(p)
+        scheme = scheme_of_run(p, self._method)
+        return {
+            "_parameters": p,
+            "_scheme": scheme,
+            "_packed": SCHEME.pack(scheme),
+            "_forces": self.forces_of_steps(scheme),
+            "_play": p.play,
+        }
+
+    def turned(self, other: dict, begins: bool) -> np.ndarray:
+        s = self._now
+        return self.layout.pack(s._replace(x=-s.x, v=-s.v, a=-s.a, g=self._play - s.g, u=-s.u, b=-s.b))
 
     def start_state(self, start: Checkpoint) -> np.ndarray:
         at_rest = self._method.initial_acceleration == "zero"
-        return self.layout.pack(kernel.start_state(self._scheme, start.state, self.kept_from == 0, at_rest))
+        scheme = scheme_of_run(at_start(self._parameters, self.load[0, 0]), self._method)
+        return self.layout.pack(kernel.start_state(scheme, tuple(start.state), self.kept_from == 0, at_rest))
 
-    def forces_of_steps(self) -> np.ndarray:
+    def forces_of_steps(self, scheme: LocatedScheme) -> np.ndarray:
         """f₁ and f at the beginning of each step of a period, and at the end of the last, (n + 1, 2)."""
-        angle = self.angles_of_steps()
-        return np.column_stack(uncompiled(forcing_with)(self._scheme, np.cos(angle), np.sin(angle)))
+        return np.column_stack(uncompiled(forcing_with)(scheme, *self.load))
 
     @property
     def loop(self) -> Callable:

@@ -3,18 +3,17 @@
 from collections.abc import Callable
 
 import numpy as np
-
-from ..kernels.accelerated import skip
-from ..kernels.accelerated.step_map import FREE, REACHES, SKIPPING, set_up_skipping
-from ..kernels.compile.options import uncompiled
-from ..kernels.compile.record import Buffers, PackedBuffers
-from ..kernels.equations.rates import free_rate
-from ..kernels.parameters import no_keys
-from ..kernels.time_stepping import newmark
-from ..methods import TimeStepping
-from ..result import Checkpoint
-from .parameters import parameters_of
-from .stepping import SteppingDriver
+from vibroscope.engine.drivers.parameters import at_start
+from vibroscope.engine.drivers.stepping import SteppingDriver
+from vibroscope.engine.kernels.accelerated import skip
+from vibroscope.engine.kernels.accelerated.step_map import FREE, REACHES, SKIPPING, set_up_skipping
+from vibroscope.engine.kernels.compile.options import uncompiled
+from vibroscope.engine.kernels.compile.record import Buffers, PackedBuffers
+from vibroscope.engine.kernels.equations.rates import free_rate
+from vibroscope.engine.kernels.parameters import Parameters, no_keys
+from vibroscope.engine.kernels.time_stepping import newmark
+from vibroscope.engine.methods import TimeStepping
+from vibroscope.engine.result import Checkpoint
 
 STEPS_PER_CALL = 5_000_000
 SHORTEST_STRIDE = 2  # steps from entry to entry of a flight's coarser tables; with fewer, skipping is no quicker
@@ -41,30 +40,39 @@ class NewmarkDriver(SteppingDriver):
     layout = newmark.STATE
     solves_per_call = STEPS_PER_CALL
 
-    def begin(self) -> None:
-        system, eta, method = self.run
-        parameters = parameters_of(system, eta, method)
-        self._row = np.array(parameters)
-        self._scheme = newmark.scheme_of(parameters)
-        self._packed = self._cosines = None
-        if can_skip(eta, free_rate(parameters), method.steps, method):
-            self._packed = SKIPPING.zeros()
-            set_up_skipping(self._packed, no_keys(), self._row)
+    def tables_of(self, p: Parameters) -> dict:
+        row, scheme, packed, cosines = np.array(p), newmark.scheme_of(p), None, None
+        harmonic = self.run[0].excitation.load is None
+        if harmonic and np.isinf(p.play) and can_skip(p.eta, free_rate(p), self._method.steps, self._method):
+            packed = SKIPPING.zeros()
+            set_up_skipping(packed, no_keys(), row)
         else:
-            self._cosines = self.cosines_of_steps()
+            cosines = self.cosines_of_steps(scheme)
+        return {"_row": row, "_scheme": scheme, "_packed": packed, "_cosines": cosines, "_play": p.play}
 
     def start_state(self, start: Checkpoint) -> np.ndarray:
         state = self.layout.zeros()
-        newmark.write_start(self._row, state, *map(float, start.state))
+        row = np.array(at_start(Parameters(*self._row), self.load[0, 0]))
+        newmark.write_start(row, state, *map(float, start.state))
         return state
 
-    def cosines_of_steps(self) -> tuple[np.ndarray, np.ndarray]:
-        """cos(ητ + ψ) of both bodies at the beginning of each step of a period, and at the end of the last.
+    def turned(self, other: dict, begins: bool) -> np.ndarray:
+        m, n, s = self._scheme, other["_scheme"], self._now
+        first, second = m.rest1 + n.rest1, m.rest2 + n.rest2
+        gap = self._play - (s.gap - m.touch)
+        p1, q1, p2, q2, a1, a2 = -s.p1 - first, -s.q1, -s.p2 - second, -s.q2, -s.a1, -s.a2
+        contact = s.contact
+        if gap <= 0.0:  # within one step across the play: the speed at its end stands for the mean over the step
+            motion, rate = uncompiled(newmark.motion)(n, p1, q1, a1, p2, q2, a2), q2 - q1 - 0.5 * (a2 - a1)
+            contact = newmark.begin_contact(n, s.step, motion, -rate / n.h if begins else 0.0)
+        return self.layout.pack(newmark.StepState(p1, q1, p2, q2, a1, a2, gap + n.touch, gap <= 0.0, s.step, contact))
+
+    def cosines_of_steps(self, m: newmark.Scheme) -> tuple[np.ndarray, np.ndarray]:
+        """cos(ητ + ψ), or the load, of both bodies at the beginning of each step, and at the end of the last.
 
         Where both are the same, so are the arrays: the loop then reads one of them.
         """
-        angle, m = self.angles_of_steps(), self._scheme
-        first, second = uncompiled(newmark.phased)(m, np.cos(angle), np.sin(angle))
+        first, second = uncompiled(newmark.phased)(m, *self.load)
         return first, first if (m.cosine1, m.sine1) == (m.cosine2, m.sine2) else second
 
     @property
@@ -85,4 +93,4 @@ class NewmarkDriver(SteppingDriver):
             skip.record_open_contact(self._packed, self._state, last, buffers)
         else:
             motion = uncompiled(newmark.motion_of)(self._scheme, now)
-            newmark.end_contact(self._scheme, now.contact, last, motion, buffers)
+            newmark.end_contact(self._scheme, now.contact, last, motion, 0.0, buffers)

@@ -9,19 +9,19 @@ from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
+from vibroscope.engine.drivers.event_driven import COMPLETION
+from vibroscope.engine.drivers.parameters import parameters_of_stops
+from vibroscope.engine.kernels.compile.packing import aligned_zeros
+from vibroscope.engine.kernels.event_driven import orbit as event
+from vibroscope.engine.kernels.event_driven import orbit_steps as steps
+from vibroscope.engine.kernels.event_driven.orbit import evaluate_orbit, orbit_slope, orbit_state_later
+from vibroscope.engine.kernels.event_driven.orbit_newton import solve_orbit
+from vibroscope.engine.kernels.event_driven.state import SYSTEM
+from vibroscope.engine.kernels.parameters import ETA, no_keys
+from vibroscope.engine.methods import ExactPenalty, Reference
+from vibroscope.engine.model import System
 
-from ..kernels.event_driven import orbit as event
-from ..kernels.event_driven import orbit_steps as steps
-from ..kernels.event_driven.orbit import evaluate_orbit, orbit_slope, orbit_state_later
-from ..kernels.event_driven.orbit_newton import solve_orbit
-from ..kernels.event_driven.state import SYSTEM
-from ..kernels.parameters import ETA, no_keys
-from ..methods import ExactPenalty, Reference
-from ..model import System
-from .event_driven import COMPLETION
-from .parameters import parameters_of
-
-Cycle = tuple[tuple[int, ...], bool, int]  # events, whether the bodies touch at its beginning, and its periods
+Cycle = tuple[tuple[int, ...], int, int]  # events, the stop at which the bodies touch at τ = 0, 1 or 2, and its periods
 INFINITE = 1e10  # an element of the Jacobian above that is one of a grazing impact
 
 
@@ -34,7 +34,8 @@ class Evaluation(NamedTuple):
         y(pT) − y₀, then what is zero at each event.
     jacobian : (4 + m, 4 + m) ndarray
     facts : (m + 1, FACTS) ndarray
-        Of each event, and of the end of the cycle: columns CLOSING, PARTING, FORCE, LOWEST, WHERE, ROOM.
+        Of each event, and of the end of the cycle: columns CLOSING, PARTING, FORCE, LOWEST, WHERE, ROOM, ACROSS,
+        WHERE_ACROSS.
     after : (m + 1, 5) ndarray
         State (ξ₁, ξ₁′, g, g′) right after each event and its time in excitation periods; last the end of the cycle.
     section : (p, 4) ndarray
@@ -85,7 +86,7 @@ def numbers_of(kinds: tuple[int, ...]) -> np.ndarray:
     return np.array(kinds, dtype=np.int64)
 
 
-def _of_kernels(kinds: tuple[int, ...], first: bool, period: int) -> tuple[np.ndarray, bool, float]:
+def _of_kernels(kinds: tuple[int, ...], first: int, period: int) -> tuple[np.ndarray, int, float]:
     return numbers_of(kinds), first, float(period)
 
 
@@ -108,29 +109,30 @@ class OrbitEquations:
     ) -> None:
         self._system, self._method = system, method
         if like is None:
-            row = np.array(parameters_of(system, eta, method))
-            self._problem = row, method.rigid, COMPLETION
-            self._tables, self._tables_beside = (SYSTEM.zeros(), no_keys()), (SYSTEM.zeros(), no_keys())
+            rows = np.array(parameters_of_stops(system, eta, method))
+            self._problem = rows, method.rigid, COMPLETION
+            self._tables, self._tables_beside = _no_tables(len(rows)), _no_tables(len(rows))
         else:
-            self._problem = like._row_of(system, eta, method), *like._problem[1:]
+            self._problem = like._rows_of(system, eta, method), *like._problem[1:]
             self._tables, self._tables_beside = like._tables, like._tables_beside
 
-    def _row_of(self, system: System, eta: float, method: Reference | ExactPenalty) -> np.ndarray:
+    def _rows_of(self, system: System, eta: float, method: Reference | ExactPenalty) -> np.ndarray:
         """The parameters of another problem; where only η differs from this one, its own with that η."""
         if self._system is not system or self._method is not method or system.excitation.power:
-            return np.array(parameters_of(system, eta, method))
-        row = self._problem[0].copy()
-        row[ETA] = eta
-        return row
+            return np.array(parameters_of_stops(system, eta, method))
+        rows = self._problem[0].copy()
+        rows[:, ETA] = eta
+        return rows
 
     def __call__(self, cycle: Cycle, unknowns: np.ndarray, out: Evaluation | None = None) -> Evaluation:
         """Evaluate the equations of orbits with a sequence of events.
 
         Parameters
         ----------
-        cycle : (tuple of int, bool, int)
-            What happens at each of the m events: IMPACT, STICK, CHATTER, RELEASE (reference), TOUCH, PART (penalty);
-            whether the bodies touch at τ = 0; and the excitation periods of the cycle.
+        cycle : (tuple of int, int, int)
+            What happens at each of the m events: IMPACT, STICK, CHATTER, RELEASE (reference), TOUCH, PART (penalty),
+            and SECOND more at the second stop; the stop at which the bodies touch at τ = 0, 1 or 2, and 0 if they do
+            not; and the excitation periods of the cycle.
         unknowns : (4 + m,) ndarray
             ξ₁, ξ₁′, g, g′ at τ = 0, then the instants of the events in excitation periods.
         out : Evaluation, optional
@@ -145,7 +147,7 @@ class OrbitEquations:
 
         Parameters
         ----------
-        cycle : (tuple of int, bool, int)
+        cycle : (tuple of int, int, int)
         unknowns : (4 + m,) ndarray
             Of a guess; moved to the orbit in place.
         width : float
@@ -175,7 +177,7 @@ class OrbitEquations:
         residual : (4 + m,) ndarray
             F of this problem.
         """
-        rows = self._row_of(*problem), self._problem
+        rows = self._rows_of(*problem), self._problem
         return orbit_slope(self._tables_beside, *rows, _of_kernels(*cycle), unknowns, residual, float(h))
 
     def state_later(self, kind: int, state: np.ndarray, turn: float, length: float) -> np.ndarray:
@@ -189,4 +191,10 @@ class OrbitEquations:
         turn, length : float
             When it holds, and how much later, in excitation periods.
         """
-        return np.array(orbit_state_later(self._tables, self._problem, kind in event.JOINS, state, turn, length))
+        return np.array(orbit_state_later(self._tables, self._problem, kind, state, turn, length))
+
+
+def _no_tables(stops: int) -> tuple[np.ndarray, np.ndarray]:
+    """Room for the tables of each stop, and their keys."""
+    packed = aligned_zeros(stops * SYSTEM.size).reshape(stops, SYSTEM.size)
+    return packed, np.array([no_keys() for _ in range(stops)])

@@ -2,11 +2,11 @@
 
 import math
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
-
-from ..kernels.equations.contact_law import KELVIN_VOIGT, LAWS
-from ..kernels.equations.motion import (
+from vibroscope.engine.kernels.equations.contact_law import KELVIN_VOIGT
+from vibroscope.engine.kernels.equations.motion import (
     free_equilibrium,
     joined_equilibrium,
     joined_generator,
@@ -14,30 +14,74 @@ from ..kernels.equations.motion import (
     pressed_generator,
     separated_generator,
 )
-from ..kernels.linear.tables import full_generator
-from ..kernels.parameters import Parameters
-from ..law_table import damper_of
-from ..methods import Method
-from ..model import System
+from vibroscope.engine.kernels.equations.rates import load_rate
+from vibroscope.engine.kernels.linear.tables import full_generator
+from vibroscope.engine.kernels.parameters import Parameters
+from vibroscope.engine.law_table import CONTACT_LAWS, damper_of
+from vibroscope.engine.methods import Method
+from vibroscope.engine.model import System
 
 
 def parameters_of(system: System, eta: float, method: Method) -> Parameters:
-    """The parameters of one run; 0 for those that its method does not have."""
+    """The parameters of one run; 0 for those that its method does not have.
+
+    Raises
+    ------
+    ValueError
+        If there is a second stop.
+    """
+    if system.two_stops:
+        raise ValueError(
+            f"clearance2 = {system.clearance2:g}: the parameters of one stop are asked for, and there are two: take "
+            "those of both, or of System.with_first_stop"
+        )
+    return parameters_of_stops(system, eta, method)[0]
+
+
+def parameters_of_stops(system: System, eta: float, method: Method) -> tuple[Parameters, ...]:
+    """The parameters as seen from each stop: one or two."""
+    first, *others = (_as_seen(seen, eta, own) for seen, own in seen_from_stops(system, method))
+    others = [other._replace(sign=-1.0) for other in others]
+    if system.excitation.load is not None:  # the same load, with the other sign
+        others = [at_start(other, -1.0) for other in others]
+    return first, *others
+
+
+def seen_from_stops(system: System, method: Method) -> list[tuple[System, Method]]:
+    """The system and the method as seen from each stop: one or two."""
+    found = [(system, method)]
+    if system.two_stops:
+        if not method.rigid:
+            damping = None if method.damping is None else system.damping_factor2 * method.damping
+            method = replace(method, stiffness=system.stiffness_factor2 * method.stiffness, damping=damping)
+        found.append((system.mirrored, method))
+    return found
+
+
+def _as_seen(system: System, eta: float, method: Method) -> Parameters:
     rigid, wall = method.rigid, system.wall
-    law = LAWS.index(LAWS[KELVIN_VOIGT] if rigid else method.law)
+    law = KELVIN_VOIGT if rigid else CONTACT_LAWS.index(method.law)
     base, force1, force2 = (system.excitation.harmonic(name, eta) for name in ("base", "force1", "force2"))
+    load, pulse = system.excitation.load, -1.0
+    if load is not None:
+        load.check_period(2 * math.pi / eta)
+        pulse = 0.0 if method.has_step else load.frequency
     mu = 1.0 if wall else system.mass_ratio
     gain, relative = (0.0, False) if rigid else damper_of(system, method)
     position, gap, pull = 0.0 if wall else system.separate_rest[0], system.static_gap, 0.0
+    if system.has_free_body:  # it may rest anywhere: where it touches
+        position, gap = position + (0.0 if system.spring1 else gap), 0.0
     if system.rests_afar:
         position, gap, pull = -1.0, 0.0, system.spring1 * system.clearance - system.excitation.constant1
     return Parameters(
         eta=float(eta),
         kappa=math.sqrt(system.spring1) if wall else system.kappa,
         d1=system.d1,
-        damper2=system.d1 if wall else system.d2 * system.kappa,
+        spring1=1.0 if wall else system.spring1,
+        damper2=system.d1 if wall else system.damper2,
         steps=float(method.steps),
         wall=float(wall),
+        pulse=pulse,
         base_cosine=base[0],
         base_sine=base[1],
         force1_cosine=force1[0],
@@ -49,10 +93,10 @@ def parameters_of(system: System, eta: float, method: Method) -> Parameters:
         pull=pull,
         clearance=system.clearance,
         kappa3=1.0 if wall else system.kappa3,
-        d3=system.joint_damping(method.joint_damping) if rigid else 0.0,
+        damper3=system.joint_damper(method.joint_damping) if rigid else 0.0,
         mu=mu,
         mass_share=system.mass_share,
-        stiffness_share=system.stiffness_share,
+        stiffness_share=0.0 if system.has_free_body else system.stiffness_share,
         stiffness=0.0 if rigid else method.stiffness,
         damping=0.0 if rigid else method.damping or 0.0,
         restitution=system.restitution,
@@ -63,7 +107,15 @@ def parameters_of(system: System, eta: float, method: Method) -> Parameters:
         stiffening=(0.0 if rigid else method.stiffening) or 0.0,
         gain=gain,
         relative=float(relative),
+        play=system.play,
+        sign=1.0,
     )
+
+
+def at_start(p: Parameters, load: float) -> Parameters:
+    """The parameters with which a load that is one at τ = 0, as a cosine, is another number."""
+    factors = ("base_cosine", "force1_cosine", "push_cosine")
+    return p if load == 1.0 else p._replace(**{name: load * getattr(p, name) for name in factors})
 
 
 def loads(system: System, eta: float) -> tuple[np.ndarray, np.ndarray]:
@@ -96,9 +148,10 @@ def generators(system: System, eta: float, method: Method) -> tuple[np.ndarray, 
     z is relative to the equilibrium of each (:func:`equilibria`).
     """
     p = parameters_of(system, eta, method)
-    joined = joined_generator(p._replace(d3=system.derived_joint_damping))
+    joined = joined_generator(p._replace(damper3=system.joint_damper("derived")))
     contact = joined_generator(p) if method.rigid else pressed_generator(p)
-    return tuple(full_generator(rows, eta) for rows in (separated_generator(p), contact, joined))
+    rate = load_rate(p)
+    return tuple(full_generator(rows, rate) for rows in (separated_generator(p), contact, joined))
 
 
 def equilibria(system: System, eta: float, method: Method) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

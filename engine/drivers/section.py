@@ -1,12 +1,12 @@
 """Section statistics by the compiled code that also describes the cells of a sweep."""
 
 import numpy as np
-
-from ..kernels import section_statistics as statistics
-from ..kernels.section_statistics import LONGEST_NEAR_PERIOD, NEAR_TOLERANCE, TOLERANCE
-from ..result import Response
+from vibroscope.engine.kernels import section_statistics as statistics
+from vibroscope.engine.kernels.section_statistics import LEAST_SECTION, LONGEST_NEAR_PERIOD, NEAR_TOLERANCE, TOLERANCE
+from vibroscope.engine.result import Response
 
 __all__ = [
+    "LEAST_SECTION",
     "LONGEST_NEAR_PERIOD",
     "NEAR_TOLERANCE",
     "TOLERANCE",
@@ -26,7 +26,7 @@ def period_of(section: np.ndarray, tolerance: float = TOLERANCE) -> int:
     ----------
     section : (n, 4) ndarray
     tolerance : float
-        Relative to the largest coordinate of the section.
+        Relative to the largest coordinate of the section, LEAST_SECTION at least.
     """
     return statistics.period_of(np.ascontiguousarray(section), len(section), tolerance)
 
@@ -77,9 +77,7 @@ def describe_section(response: Response, period: int | None = None) -> np.ndarra
         np.ascontiguousarray(response.section),
         np.ascontiguousarray(response.impacts.time),
         np.ascontiguousarray(response.contacts),
-        response.checkpoint.periods,
-        response.period,
-        float(response.method.grid_steps),
+        (response.checkpoint.periods, response.period, float(response.method.grid_steps)),
         UNKNOWN if period is None else period,
         response.system.observed_body,
         np.zeros((rows, statistics.COLUMNS)),

@@ -1,18 +1,15 @@
 """Driver of many cells that are run until their section enters a trapping region (:mod:`..kernels.batch.settle`)."""
 
-from collections.abc import Callable
-
 import numpy as np
-
-from ..kernels.batch import run as kernel
-from ..kernels.batch.course import EXACT
-from ..kernels.batch.recurrence import CYCLE
-from ..kernels.batch.settle import NO_TRAP, Settled, Traps, settle_cells
-from ..methods import Method
-from .batch import kind_of_events, make_work_space
-from .event_driven import COMPLETION
-from .slow_subspace import separating_circles
-from .threads import Worker, share_out
+from vibroscope.engine.drivers.batch import kind_of_events, make_work_space
+from vibroscope.engine.drivers.event_driven import COMPLETION
+from vibroscope.engine.drivers.slow_subspace import separating_circles
+from vibroscope.engine.drivers.threads import Worker, share_out
+from vibroscope.engine.kernels.batch import run as kernel
+from vibroscope.engine.kernels.batch.course import EXACT
+from vibroscope.engine.kernels.batch.recurrence import CYCLE
+from vibroscope.engine.kernels.batch.settle import NO_TRAP, LateCells, Settled, Traps, settle_cells
+from vibroscope.engine.methods import Method
 
 TOGETHER = 16  # cells that a thread takes at a time
 
@@ -28,9 +25,7 @@ def settle(
     *,
     periods: int,
     stride: int,
-    threads: int,
-    progress: Callable[[int], None] | None = None,
-    cancelled: Callable[[], bool] | None = None,
+    **how,
 ) -> Settled:
     """Run each cell until its section lies in a trapping region, or to the end.
 
@@ -49,8 +44,8 @@ def settle(
         Most periods of a cell.
     stride : int
         Periods between two looks at the section, 1 to CYCLE. It changes no result but the time that it takes.
-    threads, progress, cancelled
-        As in :func:`.threads.share_out`.
+    **how
+        ``threads``, ``progress`` and ``cancelled`` of :func:`.threads.share_out`.
 
     Raises
     ------
@@ -66,16 +61,16 @@ def settle(
         return results
     plan = kernel.BatchPlan(kind, periods, min(stride, CYCLE), 0.0, np.zeros(0, np.int64), COMPLETION)
     circles = separating_circles(rows[:1]).repeat(n, axis=0) if kind == EXACT else np.zeros((n, 2))
-    cells = kernel.BatchCells(np.arange(n), np.zeros(n, bool), rows, initial, circles)
+    cells = LateCells(kernel.BatchCells(np.arange(n), np.zeros(n, bool), rows, initial, circles), taus)
 
     def worker() -> Worker:
         work = make_work_space(kind, 1)
 
         def run(places: tuple[int, int], signals: np.ndarray, slot: int) -> None:
-            settle_cells(cells, taus, places, plan, traps, work, results, signals, slot)
+            settle_cells(cells, places, plan, traps, work, results, signals, slot)
 
         return run
 
     ends = np.append(np.arange(TOGETHER, n, TOGETHER), n)
-    share_out(ends, threads, worker, progress, cancelled)
+    share_out(ends, worker, **how)
     return results

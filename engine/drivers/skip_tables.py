@@ -4,8 +4,9 @@ import math
 from itertools import combinations
 
 import numpy as np
-
-from ..kernels.accelerated.skip_search import (
+from vibroscope.engine.drivers.step_maps import BETWEEN
+from vibroscope.engine.drivers.step_modes import Mode, modes_of
+from vibroscope.engine.kernels.accelerated.skip_search import (
     AT_WORTH,
     CHUNK,
     CHUNKS,
@@ -16,13 +17,11 @@ from ..kernels.accelerated.skip_search import (
     WORTHWHILE,
     SkipTables,
 )
-from ..kernels.accelerated.step_map import ENTRIES, PRESSED, REACHES
-from ..kernels.compile.options import uncompiled
-from ..kernels.equations.rates import free_rate, pressed_rate
-from ..kernels.parameters import Parameters
-from ..kernels.time_stepping.linear_step import COLUMNS, STATE_ROWS, LinearScheme
-from .step_maps import BETWEEN
-from .step_modes import Mode, modes_of
+from vibroscope.engine.kernels.accelerated.step_map import ENTRIES, PRESSED, REACHES
+from vibroscope.engine.kernels.compile.options import uncompiled
+from vibroscope.engine.kernels.equations.rates import free_rate, pressed_rate
+from vibroscope.engine.kernels.parameters import Parameters
+from vibroscope.engine.kernels.time_stepping.linear_step import COLUMNS, STATE_ROWS, LinearScheme
 
 LONGEST = ENTRIES  # stride: every step is then one entry of each level away
 BLOCK = 16  # rows of a product: so small that BLAS does not wake other threads for it, which would take longer

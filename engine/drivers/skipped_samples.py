@@ -9,20 +9,19 @@ Plain twin: :func:`engine.simulate.sample_run` (tests/engine/test_trials.py).
 from collections.abc import Callable
 
 import numpy as np
-
-from ..kernels.accelerated import skip
-from ..kernels.accelerated.step_map import SKIPPING, set_up_skipping
-from ..kernels.compile.record import PackedBuffers, make_buffers
-from ..kernels.equations.rates import free_rate
-from ..kernels.parameters import no_keys
-from ..kernels.status import FULL, OK
-from ..kernels.time_stepping.newmark import STATE, write_start
-from ..methods import Newmark
-from ..model import System
-from ..result import Cancelled, Record
-from .base import CAPACITY
-from .newmark import STEPS_PER_CALL, can_skip
-from .parameters import parameter_rows, parameters_of
+from vibroscope.engine.drivers.base import CAPACITY
+from vibroscope.engine.drivers.newmark import STEPS_PER_CALL, can_skip
+from vibroscope.engine.drivers.parameters import parameter_rows, parameters_of_stops
+from vibroscope.engine.kernels.accelerated import skip
+from vibroscope.engine.kernels.accelerated.step_map import SKIPPING, set_up_skipping
+from vibroscope.engine.kernels.compile.record import PackedBuffers, make_buffers
+from vibroscope.engine.kernels.equations.rates import free_rate
+from vibroscope.engine.kernels.parameters import no_keys
+from vibroscope.engine.kernels.status import FULL, OK
+from vibroscope.engine.kernels.time_stepping.newmark import STATE, write_start
+from vibroscope.engine.methods import Newmark
+from vibroscope.engine.model import System
+from vibroscope.engine.result import Cancelled, Record
 
 
 class SkippedSamples:
@@ -37,7 +36,8 @@ class SkippedSamples:
     def __init__(self, system: System, eta: float):
         self._method = Newmark(1.0, 0.0, 1000)
         self._eta = eta
-        parameters = parameters_of(system, eta, self._method)
+        parameters, *_ = parameters_of_stops(system, eta, self._method)
+        self._has_one_stop = not system.two_stops
         self._rate = free_rate(parameters)
         self._rows = np.array([parameters])
         self._packed, self._keys, self._state = SKIPPING.zeros(), no_keys(), STATE.zeros()
@@ -47,7 +47,7 @@ class SkippedSamples:
 
     def can_run(self, steps: int) -> bool:
         """Whether a run with so many steps is made by skips."""
-        return bool(can_skip(self._eta, self._rate, steps, self._method))
+        return self._has_one_stop and bool(can_skip(self._eta, self._rate, steps, self._method))
 
     def run(
         self,

@@ -1,9 +1,8 @@
 """Contacts with slow and fast modes, whose slow modes can be followed at their own pace."""
 
 import numpy as np
-
-from ..kernels.event_driven import setup
-from ..kernels.linear.slow_subspace import SEPARATION
+from vibroscope.engine.kernels.event_driven import setup
+from vibroscope.engine.kernels.linear.slow_subspace import SEPARATION
 
 
 def separating_circles(rows: np.ndarray) -> np.ndarray:

@@ -7,16 +7,17 @@ of x and of the unknown accelerations, so that Eqs. (14) and (15) of :mod:`..int
 """
 
 import math
+from functools import cache
 from typing import NamedTuple
 
 import numpy as np
-
-from ..integrators import Integrator, Stage
-from ..kernels.compile.options import uncompiled
-from ..kernels.equations.contact_law import force
-from ..kernels.equations.motion import coefficients
-from ..kernels.parameters import Parameters
-from ..kernels.time_stepping.linear_step import BEFORE, CLOSING, COLUMNS, FORCE, OWN, STATE_ROWS
+from vibroscope.engine.integrators import Integrator, Stage
+from vibroscope.engine.kernels.compile.options import uncompiled
+from vibroscope.engine.kernels.equations.contact_law import force
+from vibroscope.engine.kernels.equations.motion import coefficients
+from vibroscope.engine.kernels.equations.rates import load_rate
+from vibroscope.engine.kernels.parameters import Parameters
+from vibroscope.engine.kernels.time_stepping.linear_step import BEFORE, CLOSING, COLUMNS, FORCE, OWN, STATE_ROWS
 
 BETWEEN = np.array([-1.0, 1.0])  # the gap is that of the equilibrium and this times the displacements
 AMPLIFYING = 1 + 1e-5  # spectral radius beyond which steps amplify; rounding gives up to 4e-6 with huge ωΔτ
@@ -32,7 +33,7 @@ class Bodies(NamedTuple):
     reaction: np.ndarray  # what a unit of λ does to each body, (2,)
     contact: tuple[float, float]  # K and D
     gap: float  # at the equilibrium
-    eta: float
+    eta: float  # frequency of the load; 0: it is linear between steps
 
 
 class Kinematics(NamedTuple):
@@ -52,7 +53,7 @@ def bodies_of(p: Parameters) -> Bodies:
     diagonals = (np.diag(scale * pair) for pair in ([1.0, 1.0], [c.c1, c.c2], [c.k1, c.k2]))
     mass, damping, stiffness = diagonals
     stiffness[1, 0] = -c.mu * c.coupling
-    return Bodies(mass, damping, stiffness, loads, reaction, contact, p.free_gap, p.eta)
+    return Bodies(mass, damping, stiffness, loads, reaction, contact, p.free_gap, uncompiled(load_rate)(p))
 
 
 def stage_end(
@@ -93,6 +94,8 @@ def stage_end(
         return (1.0 - share) * end + share * beginning
 
     def load(share):
+        if b.eta == 0.0:
+            return b.loads @ np.array([unit[cosine] + share * h * unit[sine], unit[sine]])
         angle = b.eta * share * h
         c, s = math.cos(angle), math.sin(angle)
         return b.loads @ np.array([c * unit[cosine] - s * unit[sine], s * unit[cosine] + c * unit[sine]])
@@ -112,7 +115,9 @@ def stage_end(
     found = np.linalg.solve(-balance[:, n:], balance[:, :n])
 
     def known(rows):
-        return np.pad(rows[..., :n] + rows[..., n:] @ found, [(0, 0)] * (rows.ndim - 1) + [(0, 2)])
+        filled = np.zeros_like(rows)
+        filled[..., :n] = rows[..., :n] + rows[..., n:] @ found
+        return filled
 
     return Kinematics(known(q), known(v), known(acceleration)), known(spring), known(gap), known(rate)
 
@@ -175,6 +180,16 @@ def damps(integrator: Integrator) -> bool:
     none, unit = np.zeros((2, 2)), np.eye(2)
     oscillator = Bodies(unit, none, unit, none, np.zeros(2), (0.0, 0.0), 0.0, 1.0)
     return spectral_radius(step_maps(oscillator, integrator, 1.0), 0) < 1 / AMPLIFYING
+
+
+@cache
+def felt_late(integrator: Integrator) -> float:
+    """The share of λ at the end of a step, times Δτ, that a free body feels in the steps after it, without contact."""
+    none, unit = np.zeros((2, 2)), np.eye(2)
+    body = Bodies(unit, none, none, none, np.array([0.0, 1.0]), (0.0, 0.0), 0.0, 1.0)
+    maps = step_maps(body, integrator, 1.0)
+    v, a = maps[0 if len(maps) == 2 else 2][[3, 5]]
+    return float(v[5] / (1.0 - a[5]) * (1.0 + a[FORCE]) + v[FORCE])  # v + … stays what it is from step to step
 
 
 def is_stable(b: Bodies, integrator: Integrator, h: float, status: int) -> bool:

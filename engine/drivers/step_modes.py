@@ -6,9 +6,8 @@ All quantities are rows of factors of x before the step (:mod:`.step_maps`).
 from typing import NamedTuple
 
 import numpy as np
-
-from ..kernels.compile.options import uncompiled
-from ..kernels.equations.contact_law import (
+from vibroscope.engine.kernels.compile.options import uncompiled
+from vibroscope.engine.kernels.equations.contact_law import (
     CUT,
     KELVIN_VOIGT,
     MAIN,
@@ -18,10 +17,10 @@ from ..kernels.equations.contact_law import (
     is_piecewise_linear,
     takes_larger,
 )
-from ..kernels.time_stepping import law_pieces
-from ..kernels.time_stepping.law_step import linear_root
-from ..kernels.time_stepping.linear_step import BEFORE, COLUMNS, FORCE, GAP, OWN, RATE, LinearScheme
-from ..kernels.time_stepping.newmark import Scheme
+from vibroscope.engine.kernels.time_stepping import law_pieces
+from vibroscope.engine.kernels.time_stepping.law_step import linear_root
+from vibroscope.engine.kernels.time_stepping.linear_step import BEFORE, COLUMNS, FORCE, GAP, OWN, RATE, LinearScheme
+from vibroscope.engine.kernels.time_stepping.newmark import Scheme
 
 
 class Piece(NamedTuple):

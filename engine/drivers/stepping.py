@@ -2,24 +2,29 @@
 
 from abc import abstractmethod
 from collections.abc import Callable
+from functools import cached_property
 from typing import ClassVar
 
 import numpy as np
-
-from ..facts import Ending
-from ..kernels.compile.packing import Layout
-from ..kernels.compile.record import PackedBuffers
-from ..kernels.status import FULL, PAUSED, STATUSES
-from ..kernels.time_stepping.newmark import LIMIT
-from ..methods import TimeStepping
-from ..model import System
-from ..result import Checkpoint, Cost, Record, Status
-from ..wording import end_text
-from .base import Driver, is_first_use
+from vibroscope.engine.drivers.base import Driver, is_first_use
+from vibroscope.engine.drivers.parameters import parameters_of_stops
+from vibroscope.engine.facts import Ending
+from vibroscope.engine.kernels.compile.packing import Layout
+from vibroscope.engine.kernels.compile.record import PackedBuffers
+from vibroscope.engine.kernels.parameters import Parameters
+from vibroscope.engine.kernels.status import CROSSED, FULL, PAUSED, STATUSES
+from vibroscope.engine.kernels.time_stepping.newmark import LIMIT
+from vibroscope.engine.methods import TimeStepping
+from vibroscope.engine.model import System
+from vibroscope.engine.result import Checkpoint, Cost, Record, Status
+from vibroscope.engine.wording import end_text
 
 
 class SteppingDriver(Driver):
     """One run of a method with a time step.
+
+    Between two stops the state is seen from the one or the other, with the tables of that one; where it passes far
+    enough from one stop the loop ends as CROSSED, and goes on as seen from the other.
 
     Attributes
     ----------
@@ -46,15 +51,31 @@ class SteppingDriver(Driver):
         self.run = system, eta, method
         self._method = method
         self._window = (kept_from * n, self.sampled_from * n, record.stride(n) if record else n)
-        self.begin()
-        own = len(start.state) == self.layout.size
-        self._state = np.array(start.state) if own else self.start_state(start)
+        self._stops = [self.tables_of(p) for p in parameters_of_stops(*self.run)]
+        own = len(start.state) >= self.layout.size
+        self._see_from(self._first_stop(start, own))
+        self._state = np.array(start.state[: self.layout.size]) if own else self.start_state(start)
         self._started = self.steps_taken()
         self._load()
 
     @abstractmethod
-    def begin(self) -> None:
-        """Set up what the loop needs."""
+    def tables_of(self, p: Parameters) -> dict:
+        """The attributes of this driver that the loop needs, as seen from a stop."""
+
+    def _see_from(self, stop: int) -> None:
+        self._stop = stop
+        vars(self).update(self._stops[stop])
+
+    def _first_stop(self, start: Checkpoint, own: bool) -> int:
+        """The number of the stop from which a start is seen."""
+        if own:
+            return int(start.state[self.layout.size]) if len(self._stops) > 1 else 0
+        system = start.system
+        return int(system.gap(start.state[0], start.state[2]) > 0.5 * system.play)
+
+    @abstractmethod
+    def turned(self, other: dict, begins: bool) -> np.ndarray:
+        """The packed state as seen from the stop with the ``other`` tables; ``begins``: whether its impact is kept."""
 
     @abstractmethod
     def start_state(self, start: Checkpoint) -> np.ndarray:
@@ -78,11 +99,17 @@ class SteppingDriver(Driver):
 
     def integrate(self, stop: int, buffers: PackedBuffers) -> tuple[Status, bool]:
         code = self.call(stop * self._method.steps, buffers)
+        if code == CROSSED:
+            other = 1 - self._stop
+            self._state = self.turned(self._stops[other], self._now.step >= self._window[0])
+            self._see_from(other)
+            code = PAUSED
         again = code in (FULL, PAUSED)
         return Status.OK if again else STATUSES[code], again
 
     def checkpoint(self) -> Checkpoint:
-        return Checkpoint(*self.run, self.periods, tuple(self._state.tolist()))
+        seen_from = (float(self._stop),) if len(self._stops) > 1 else ()
+        return Checkpoint(*self.run, self.periods, (*self._state.tolist(), *seen_from))
 
     @property
     def _now(self) -> tuple:
@@ -106,10 +133,18 @@ class SteppingDriver(Driver):
     def cost(self) -> Cost:
         return Cost(self.seconds, steps=self.steps_taken() - self._started)
 
-    def angles_of_steps(self) -> np.ndarray:
-        """ητ at the beginning of each step of a period, and at the end of the last."""
-        n = self._method.steps
-        return 2 * np.pi * np.arange(n + 1) / n
+    @cached_property
+    def load(self) -> np.ndarray:
+        """cos ητ and sin ητ at the beginning of each step of a period, and at the end of the last, (2, n + 1).
+
+        Of a load that is no harmonic its value there and its slope up to the next step: between steps it is linear.
+        """
+        n, load = self._method.steps, self.run[0].excitation.load
+        if load is None:
+            angle = 2 * np.pi * np.arange(n + 1) / n
+            return np.array([np.cos(angle), np.sin(angle)])
+        value = load.at(np.arange(n + 1) * (self.period / n))
+        return np.array([value, np.append(np.diff(value), 0.0) * (n / self.period)])
 
     def explain(self, status: Status) -> Ending:
         return self.explain_divergence(self._now.step)

@@ -9,9 +9,8 @@ from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor, wait
 
 import numpy as np
-
-from ..checks import whole
-from ..result import Cancelled
+from vibroscope.engine.checks import whole
+from vibroscope.engine.result import Cancelled
 
 GRAIN = 4  # cells that a thread takes at a time, at least, unless they are few; chains stay together
 MOST_THREADS = 1024
@@ -27,10 +26,11 @@ def thread_count(threads: int | None) -> int:
 
 def share_out(
     ends: np.ndarray,
-    threads: int,
     worker: Callable[[], Worker],
-    progress: Callable[[int], None] | None,
-    cancelled: Callable[[], bool] | None,
+    *,
+    threads: int,
+    progress: Callable[[int], None] | None = None,
+    cancelled: Callable[[], bool] | None = None,
     grain: int = GRAIN,
 ) -> None:
     """Run the places 0 … ends[−1] of an order.
@@ -39,11 +39,11 @@ def share_out(
     ----------
     ends : (n,) ndarray of int
         After which places the order may be cut.
-    threads : int
     worker : callable
         Called once in each thread, gives the function that runs some places. It is called with the first place and the
         one after the last; an array whose first entry, once it is set, cancels the work; and the index of the entry
         that it is to raise by 1 for each place that it has done.
+    threads : int
     progress, cancelled
         As in :func:`engine.run_cells`. While ``cancelled`` takes its time, the threads end what they have and take no
         more.

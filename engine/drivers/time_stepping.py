@@ -3,40 +3,36 @@
 from collections.abc import Callable
 
 import numpy as np
-
-from ..facts import Choice, Ending, equation, stated
-from ..kernels.accelerated import matrix_skip
-from ..kernels.compile.options import uncompiled
-from ..kernels.compile.record import Buffers, PackedBuffers, make_buffers, no_contact
-from ..kernels.equations.contact_law import CONSTANT, CUT, KELVIN_VOIGT, gain_at, law_force
-from ..kernels.equations.coordinates import contact_coordinates
-from ..kernels.equations.motion import accelerations, coefficients
-from ..kernels.equations.rates import free_rate
-from ..kernels.parameters import Parameters
-from ..kernels.status import FULL
-from ..kernels.time_stepping import linear_step as kernel
-from ..kernels.time_stepping.newmark import end_contact, scheme_of
-from ..methods import WITHOUT_SOLUTION, TimeStepping
-from ..model import System
-from ..result import Checkpoint, Status
-from .base import CAPACITY
-from .newmark import has_strides
-from .parameters import parameters_of
-from .skip_tables import skip_tables
-from .step_maps import bodies_of, is_stable, law_maps, step_maps
-from .stepping import SteppingDriver
+from vibroscope.engine.drivers.base import CAPACITY
+from vibroscope.engine.drivers.newmark import has_strides
+from vibroscope.engine.drivers.skip_tables import skip_tables
+from vibroscope.engine.drivers.step_maps import bodies_of, felt_late, is_stable, law_maps, step_maps
+from vibroscope.engine.drivers.stepping import SteppingDriver
+from vibroscope.engine.facts import Choice, Ending, equation, stated
+from vibroscope.engine.kernels.accelerated import matrix_skip
+from vibroscope.engine.kernels.compile.options import uncompiled
+from vibroscope.engine.kernels.compile.record import Buffers, PackedBuffers, make_buffers, no_contact
+from vibroscope.engine.kernels.equations.contact_law import CONSTANT, CUT, KELVIN_VOIGT, gain_at, law_force
+from vibroscope.engine.kernels.equations.coordinates import contact_coordinates
+from vibroscope.engine.kernels.equations.motion import accelerations, coefficients
+from vibroscope.engine.kernels.equations.rates import free_rate, load_rate
+from vibroscope.engine.kernels.parameters import Parameters
+from vibroscope.engine.kernels.status import FULL
+from vibroscope.engine.kernels.time_stepping import linear_step as kernel
+from vibroscope.engine.kernels.time_stepping.newmark import begin_contact, end_contact, scheme_of
+from vibroscope.engine.methods import WITHOUT_SOLUTION, TimeStepping
+from vibroscope.engine.result import Checkpoint, Status
 
 
-def parameters_of_steps(system: System, eta: float, method: TimeStepping) -> Parameters:
-    """The parameters of a run; Eq. (20) with n = 1 is Eq. (5), with which a step is linear."""
-    p = parameters_of(system, eta, method)
+def as_steps_see(p: Parameters) -> Parameters:
+    """The parameters with the law that steps solve for: Eq. (20) with n = 1 is Eq. (5), with which a step is linear."""
     same = p.law == CONSTANT and p.exponent == 1.0
     return p._replace(law=float(KELVIN_VOIGT), damping=0.5 * p.gain) if same else p
 
 
 def linear_scheme(p: Parameters, method: TimeStepping) -> kernel.LinearScheme:
     """The matrices of a method, and of its parts of steps if it may cut them."""
-    bodies, system = bodies_of(p), uncompiled(scheme_of)(p)
+    bodies, system = bodies_of(p), uncompiled(scheme_of)(p)._replace(late=felt_late(method.integrator))
     levels = range(kernel.HALVINGS + 1 if method.without_solution == "halve" else 1)
     of_step = step_maps if p.law <= CUT else law_maps
     maps = np.array([of_step(bodies, method.integrator, system.h / 2**level) for level in levels])
@@ -46,7 +42,7 @@ def linear_scheme(p: Parameters, method: TimeStepping) -> kernel.LinearScheme:
         (weights[0], float(sum(weights[1:]))),
         method.status == "end" or method.integrator.explicit,
         WITHOUT_SOLUTION.index(method.without_solution),
-        p.eta * system.h,
+        uncompiled(load_rate)(p) * system.h,
         system,
     )
 
@@ -57,15 +53,30 @@ class TimeSteppingDriver(SteppingDriver):
     layout = kernel.STATE
     solves_per_call = 1_000_000
 
-    def begin(self) -> None:
-        method, p = self._method, parameters_of_steps(*self.run)
-        self._parameters, self._bodies, self._scheme = p, bodies_of(p), linear_scheme(p, method)
-        self._linear = p.law <= CUT
-        angle = self.angles_of_steps()[:-1]
-        self._angles = np.array([np.cos(angle), np.sin(angle)])
-        self._work = np.zeros((matrix_skip.WORK_ROWS, kernel.WORK))
-        skips = not method.every_step and has_strides(p.eta, uncompiled(free_rate)(p), method.steps)
-        self._tables = skip_tables(self._scheme, p) if skips else None
+    def tables_of(self, p: Parameters) -> dict:
+        method, p = self._method, as_steps_see(p)
+        scheme = linear_scheme(p, method)
+        skips = np.isinf(p.play) and p.pulse < 0.0 and not method.every_step
+        skips = skips and has_strides(p.eta, uncompiled(free_rate)(p), method.steps)
+        return {
+            "_parameters": p,
+            "_bodies": bodies_of(p),
+            "_scheme": scheme,
+            "_linear": p.law <= CUT,
+            "_angles": np.ascontiguousarray(self.load[:, :-1]),
+            "_work": np.zeros((matrix_skip.WORK_ROWS, kernel.WORK)),
+            "_tables": skip_tables(scheme, p) if skips else None,
+        }
+
+    def turned(self, other: dict, begins: bool) -> np.ndarray:
+        m, n, (y, at) = self._scheme.system, other["_scheme"].system, kernel.STATE.read(self._state)
+        y = -y - np.array([m.rest1 + n.rest1, m.rest2 + n.rest2, 0, 0, 0, 0, 0])
+        pressed, contact = bool(y[1] - y[0] <= n.touch), at.contact
+        if pressed:  # within one step across the play: the speed at its end stands for the mean over the step
+            closing = y[2] - y[3] if begins else 0.0
+            contact = begin_contact(n, at.step, uncompiled(kernel.motion_of)(other["_scheme"], y), closing)
+        at = at._replace(status=int(pressed), pressed=pressed, contact=contact)
+        return kernel.STATE.pack(kernel.LinearState(y, at))
 
     def start_state(self, start: Checkpoint) -> np.ndarray:
         m, p = self._scheme.system, self._parameters
@@ -77,11 +88,13 @@ class TimeSteppingDriver(SteppingDriver):
         push = force if pressed else 0.0
         x1, v2 = x1 - m.rest1, v1 + rate
         x2 = m.touch + gap + x1
-        found = uncompiled(accelerations)(uncompiled(coefficients)(p), x1, v1, x2, v2, push, 1.0, 0.0)
+        found = uncompiled(accelerations)(uncompiled(coefficients)(p), x1, v1, x2, v2, push, *self.load[:, 0])
         if self._method.initial_acceleration == "zero":
             found = 0.0, 0.0
         y = np.array([x1, x2, v1, v2, *found, push])
-        contact = uncompiled(no_contact)()._replace(speed1=closing)  # of which only the difference of speeds is used
+        contact = uncompiled(no_contact)()._replace(
+            speed1=m.sign * closing
+        )  # of which only the difference of speeds is used
         progress = kernel.StepProgress(int(pressed), pressed, 0, 0, 0, contact)
         return kernel.STATE.pack(kernel.LinearState(y, progress))
 
@@ -155,7 +168,7 @@ class TimeSteppingDriver(SteppingDriver):
         y, now = kernel.STATE.read(self._state)
         if now.pressed:
             motion = uncompiled(kernel.motion_of)(self._scheme, y)
-            end_contact(self._scheme.system, now.contact, now.step, motion, spare.views)
+            end_contact(self._scheme.system, now.contact, now.step, motion, 0.0, spare.views)
         self._collect(spare.views)
 
     def results(self) -> dict:

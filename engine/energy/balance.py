@@ -30,15 +30,14 @@ speed that a formula's damper needs.
 from collections.abc import Callable
 
 import numpy as np
-
-from ..contact import spring_energy
-from ..drivers.event_driven import contact_state
-from ..drivers.law_driven import law_powers, needs_law
-from ..result import Response
-from .events import balance_between_events
-from .quadratic_forms import energy_forms
-from .result import EnergyBalance
-from .steps import balance_of_steps
+from vibroscope.engine.contact import spring_energy
+from vibroscope.engine.drivers.event_driven import contact_state
+from vibroscope.engine.drivers.law_driven import law_powers, needs_law
+from vibroscope.engine.energy.events import balance_between_events
+from vibroscope.engine.energy.quadratic_forms import energy_forms
+from vibroscope.engine.energy.result import EnergyBalance
+from vibroscope.engine.energy.steps import balance_of_steps
+from vibroscope.engine.result import Response
 
 
 def energy_balance(
@@ -67,7 +66,8 @@ def energy_balance(
     Raises
     ------
     ValueError
-        If the run ended early, if too few periods are kept, or if not every step of a constant one was recorded.
+        If the run ended early, if too few periods are kept, if not every step of a constant one was recorded, or if
+        there is a second stop, no step, and a law other than Kelvin–Voigt.
     Cancelled
         If ``cancelled`` returned true.
     """
@@ -79,8 +79,20 @@ def energy_balance(
     if len(rows) < 2:
         raise ValueError("the balance of one kept period needs its initial state: keep two periods, or give the start")
     if needs_law(response.method.limit):
+        if not is_balance_known(response):
+            raise ValueError(
+                f"clearance2 = {response.system.clearance2:g}: between two stops the balance of a solution without "
+                "steps knows the law kelvin-voigt alone"
+            )
         return _balance_of_law(response, rows)
     return balance_between_events(response, rows, cancelled)
+
+
+def is_balance_known(response: Response) -> bool:
+    """Whether there is a balance of a response: between two stops of constant steps, or of a spring and a damper."""
+    method = response.method
+    steps = method.has_step and not method.located
+    return not response.system.two_stops or steps or not needs_law(method.limit)
 
 
 def _balance_of_law(response: Response, rows: np.ndarray) -> EnergyBalance:

@@ -10,11 +10,11 @@ from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
-
-from ..drivers.event_driven import contact_state
-from ..result import Cancelled, Response
-from .quadratic_forms import EnergyForms, energy_forms, phase_integrals
-from .result import EnergyBalance
+from vibroscope.engine.drivers.event_driven import contact_state
+from vibroscope.engine.drivers.parameters import seen_from_stops
+from vibroscope.engine.energy.quadratic_forms import EnergyForms, forms_of, phase_integrals
+from vibroscope.engine.energy.result import EnergyBalance
+from vibroscope.engine.result import Cancelled, Response
 
 FLIGHT, CONTACT, CHATTER = range(3)  # phases, in the order of `EnergyForms.generators`
 QUARTERS = np.array([0.0, 0.25, 0.5, 0.75, 1.0])
@@ -26,7 +26,8 @@ def balance_between_events(
     response: Response, rows: np.ndarray, cancelled: Callable[[], bool] | None = None
 ) -> EnergyBalance:
     """Balance the energy between consecutive rows of the section, (n + 1, 4): n periods."""
-    forms, segments = energy_forms(response), _segments(response, len(rows) - 1)
+    forms = [forms_of(seen, response.eta, own) for seen, own in seen_from_stops(response.system, response.method)]
+    segments = _segments(response, rows)
     walk = _Walk(response, forms, rows)
     for first in range(0, len(segments), _SEGMENTS_AT_ONCE):
         if cancelled is not None and cancelled():
@@ -54,19 +55,26 @@ class _Segment(NamedTuple):
     end: float
     impact: int  # index of the impact that it begins with, or −1
     quarter: float  # fraction of the period at which it ends; 0 if an event ends it
+    load: tuple[float, float] | None = None  # cos ητ and sin ητ, or what stands for them, where they begin anew
+    stop: int = 0  # from which it is seen: that of its contact, or of the touch that ends a flight
 
 
-def _segments(response: Response, periods: int) -> list[_Segment]:
-    """Cut the last ``periods`` periods at the events and at their quarters."""
-    rigid = response.method.rigid
+def _segments(response: Response, rows: np.ndarray) -> list[_Segment]:
+    """Cut the periods between rows of the section at the events and at their quarters."""
+    rigid, periods = response.method.rigid, len(rows) - 1
     impacts, contacts = response.impacts.time, response.contacts
     closed = contacts[contacts[:, 1] < response.window[1], 1]
     times = np.unique(np.concatenate([impacts if rigid else [], contacts[:, 0], closed]))
     without_impact = np.setdiff1d(contacts[:, 0], impacts)  # contacts at the end of a chatter
-    last = round(response.window[1] / response.period)
+    last, cuts, loads = round(response.window[1] / response.period), QUARTERS, {}
+    load = response.system.excitation.load
+    if load is not None:
+        within = load.segments[load.segments[:, 0] < load.length]
+        cuts = np.union1d(QUARTERS, within[:, 0] / load.length)
+        loads = dict(zip(within[:, 0] / load.length * response.period, within[:, 1:], strict=True))
     segments, chattering = [], False
     for period in range(last - periods, last):
-        quarters = (period + QUARTERS) * response.period
+        quarters = (period + cuts) * response.period
         events = times[(times > quarters[0] if period > 0 else times >= 0) & (times < quarters[-1])]
         for begin, end in pairwise(np.union1d(quarters, events)):
             contact = np.searchsorted(contacts[:, 0], begin, side="right") - 1
@@ -77,30 +85,44 @@ def _segments(response: Response, periods: int) -> list[_Segment]:
             following = times[min(np.searchsorted(times, begin, side="right"), len(times) - 1)] if len(times) else 0.0
             chattering = rigid and not touching and (struck or chattering) and following in without_impact
             phase = CONTACT if touching else CHATTER if chattering else FLIGHT
-            quarter = 0.0 if end in events else float(QUARTERS[np.searchsorted(quarters, end)])
+            quarter = 0.0 if end in events else float(cuts[np.searchsorted(quarters, end)])
             row = period - (last - periods)
-            segments.append(_Segment(row, phase, begin, end, impact if struck else -1, quarter))
+            stop = _stop_at(response, rows[0], end if phase == FLIGHT else begin)
+            segments.append(_Segment(row, phase, begin, end, impact if struck else -1, quarter, loads.get(begin), stop))
     return segments
 
 
-def _all_integrals(forms: EnergyForms, segments: list[_Segment]) -> tuple[np.ndarray, np.ndarray]:
+def _stop_at(response: Response, first: np.ndarray, time: float) -> int:
+    """The stop that was touched last at a time: of the second one the impulse is negative."""
+    system, impacts = response.system, response.impacts
+    if not system.two_stops:
+        return 0
+    before = int(np.searchsorted(impacts.time, time, side="right")) - 1
+    return int(impacts.impulse[before] < 0 if before >= 0 else system.gap(first[0], first[2]) > 0.5 * system.play)
+
+
+def _all_integrals(forms: Sequence[EnergyForms], segments: list[_Segment]) -> tuple[np.ndarray, np.ndarray]:
     """E − 1, (n, 6, 6), and the integrals of the powers, (n, 3, 6, 6), of n segments."""
     durations = np.array([segment.end - segment.begin for segment in segments])
-    phases = np.array([segment.phase for segment in segments])
+    kinds = np.array([(segment.stop, segment.phase) for segment in segments])
     changes, integrals = np.zeros((len(segments), 6, 6)), np.zeros((len(segments), 3, 6, 6))
-    for phase in np.unique(phases):
-        chosen = phases == phase
+    for stop, phase in np.unique(kinds, axis=0).tolist():
+        chosen, own = (kinds == (stop, phase)).all(axis=1), forms[stop]
         changes[chosen], integrals[chosen] = phase_integrals(
-            forms.generators[phase], forms.powers[phase], durations[chosen]
+            own.generators[phase], own.powers[phase], durations[chosen]
         )
     return changes, integrals
 
 
 class _Walk:
-    """Follows the state through all segments and sums what each of them dissipates."""
+    """Follows the state through all segments and sums what each of them dissipates.
 
-    def __init__(self, response: Response, forms: EnergyForms, rows: np.ndarray):
-        self.response, self.forms, self.rows = response, forms, rows
+    z is relative to the equilibrium of the flight as seen from the first stop; within a segment as from its own.
+    """
+
+    def __init__(self, response: Response, forms: Sequence[EnergyForms], rows: np.ndarray):
+        self.response, self.of_stops, self.rows = response, forms, rows
+        self.forms = forms[0]  # of the segment
         self.sums = np.zeros((len(rows) - 1, 4))  # of each period: work, dampers, contact damper, impacts
         self.largest_stored = 0.0
         self.row, self.elapsed, self.z = -1, 0.0, np.zeros(6)
@@ -111,13 +133,26 @@ class _Walk:
 
     def relative(self, state: Sequence[float]) -> np.ndarray:
         """Return the first four numbers of z, relative to the equilibrium of the flight."""
-        y = contact_state(self.response.system, state)
-        return y - np.array([self.forms.free_position, 0.0, self.forms.free_gap, 0.0])
+        first = self.of_stops[0]
+        return contact_state(self.response.system, state) - np.array([first.free_position, 0.0, first.free_gap, 0.0])
 
     def stored(self, z: np.ndarray) -> float:
-        """Return the mechanical energy E."""
-        gap = z[2] + self.forms.free_gap
-        return z @ self.forms.stored @ z + 0.5 * self.forms.stiffness * min(gap, 0.0) ** 2
+        """Return the mechanical energy E, of z as seen from the first stop."""
+        first = self.of_stops[0]
+        gap, play = z[2] + first.free_gap, self.response.system.play
+        gaps = (gap, play - gap)[: len(self.of_stops)]
+        springs = sum(own.stiffness * min(each, 0.0) ** 2 for own, each in zip(self.of_stops, gaps, strict=True))
+        return z @ first.stored @ z + 0.5 * springs
+
+    def _turn(self, stop: int, other: int) -> None:
+        """Let z be seen from another stop: mirrored, and so a load that has no sign of its own in the forms."""
+        if stop == other:
+            return
+        one, two, play = self.of_stops[stop], self.of_stops[other], self.response.system.play
+        x1, v1, gap, rate, c, s = self.z
+        sign = 1.0 if self.response.system.excitation.load is None else -1.0
+        x1, gap = -(x1 + one.free_position) - two.free_position, play - (gap + one.free_gap) - two.free_gap
+        self.z = np.array([x1, -v1, gap, -rate, sign * c, sign * s])
 
     def follow(self, segment: _Segment, change: np.ndarray, integral: np.ndarray) -> None:
         """Move the state to the end of a segment and add the energies of the segment to the sums.
@@ -131,8 +166,12 @@ class _Walk:
         """
         if segment.row != self.row:
             self.row, self.elapsed, self.z = segment.row, 0.0, self.section_state(self.rows[segment.row])
+        if segment.load is not None:
+            self.z[4:] = segment.load
         if segment.impact >= 0:
             self._apply_impact(segment)
+        self.forms = self.of_stops[segment.stop]
+        self._turn(0, segment.stop)
         generator, duration = self.forms.generators[segment.phase], segment.end - segment.begin
         equilibrium = self.forms.equilibria[segment.phase]
         z = self.z - equilibrium
@@ -143,9 +182,10 @@ class _Walk:
         self.sums[segment.row, :3] += z @ integral @ z + correction * power
         self.z = end + correction * slope + 0.5 * correction**2 * (generator @ slope) + equilibrium
         self.elapsed += duration + correction
-        self.largest_stored = max(self.largest_stored, float(self.stored(self.z)))
         if segment.quarter == 0.0 and self.forms.rigid:
             self.z[2] = -self.forms.free_gap
+        self._turn(segment.stop, 0)
+        self.largest_stored = max(self.largest_stored, float(self.stored(self.z)))
 
     def _duration_correction(self, segment: _Segment, duration: float, end: np.ndarray, generator: np.ndarray) -> float:
         """Return the rounding error of the duration: the quantity that ends a phase vanishes at its exact end."""
@@ -162,7 +202,7 @@ class _Walk:
 
     def _apply_impact(self, segment: _Segment) -> None:
         """Set the state after an impact. If the rest of a chatter follows, it dissipates all relative motion."""
-        impacts, share = self.response.impacts, self.forms.mass_share
+        impacts, share = self.response.impacts, self.of_stops[0].mass_share
         v1, v2 = impacts.velocity_after[segment.impact]
         x1, x2 = impacts.position[segment.impact], impacts.position2(self.response.system)[segment.impact]
         before = np.diff(impacts.velocity_before[segment.impact])[0]
@@ -171,5 +211,6 @@ class _Walk:
             v1 = 0.0 if self.response.system.wall else v1 + share * after
             after, v2 = 0.0, v1
         self.sums[segment.row, 3] += 0.5 * share * (before - after) * (before + after)
+        touch = self.response.system.play if impacts.impulse[segment.impact] < 0 else 0.0
         self.z[:4] = self.relative((x1, v1, x2, v2))
-        self.z[2], self.z[3] = -self.forms.free_gap, after
+        self.z[2], self.z[3] = touch - self.of_stops[0].free_gap, after

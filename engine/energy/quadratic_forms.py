@@ -13,9 +13,10 @@ where E(2s) = E(s)².
 from typing import NamedTuple
 
 import numpy as np
-
-from ..drivers.parameters import equilibria, generators, parameters_of
-from ..result import Response
+from vibroscope.engine.drivers.parameters import equilibria, generators, parameters_of
+from vibroscope.engine.methods import Method
+from vibroscope.engine.model import System
+from vibroscope.engine.result import Response
 
 _TERMS = 16  # of the series in A s with |A| s ≤ 1/4
 _STATE = np.eye(6)
@@ -46,7 +47,12 @@ class EnergyForms(NamedTuple):
 
 def energy_forms(response: Response) -> EnergyForms:
     """Return the quadratic forms of a response of a closed-form solver, or with located steps."""
-    c, eta, method = response.system, response.eta, response.method
+    return forms_of(response.system, response.eta, response.method)
+
+
+def forms_of(system: System, eta: float, method: Method) -> EnergyForms:
+    """The quadratic forms of a system with one stop, or with its first one alone."""
+    c = system.with_first_stop
     p = parameters_of(c, eta, method)  # in which a wall is body 1 that never moves
     mu, x2, v2 = p.mu, _X1 + _GAP, _V1 + _RATE
     phases = generators(c, eta, method)
@@ -56,11 +62,11 @@ def energy_forms(response: Response) -> EnergyForms:
     if c.rests_afar:
         springs = 0.5 * p.kappa**2 * _product(_GAP) - p.pull * _product(_X1, _GAP)
     else:
-        springs = 0.5 * (_product(_X1) + mu * p.kappa**2 * _product(x2))
+        springs = 0.5 * (p.spring1 * _product(_X1) + mu * p.kappa**2 * _product(x2))
     zero = np.zeros((6, 6))
     rigid = method.rigid
     if rigid:
-        dissipated = np.array([2 * (1 + mu) * p.d3 * p.kappa3 * _product(_V1), zero])
+        dissipated = np.array([2 * (1 + mu) * p.damper3 * _product(_V1), zero])
         # the contact force is proportional to g″ of the motion without contact
         ends, levels = (_GAP, phases[0][3]), (p.free_gap, 0.0)
     else:

@@ -15,11 +15,10 @@ smooth motion that is sampled, all that remains is the change of a function of t
 """
 
 import numpy as np
-
-from ..contact import spring_energy
-from ..drivers.parameters import loads
-from ..result import Response
-from .result import EnergyBalance
+from vibroscope.engine.contact import spring_energy
+from vibroscope.engine.drivers.parameters import loads, seen_from_stops
+from vibroscope.engine.energy.result import EnergyBalance
+from vibroscope.engine.result import Response
 
 EVERY_STEP = 1e-3  # relative: samples whose spacing is a step but for so much are those of every step
 
@@ -37,9 +36,13 @@ def balance_of_steps(response: Response) -> EnergyBalance:
     constant = c.excitation.constant1 - c.spring1 * rest[0] if c.rests_afar else 0.0  # what holds the first there
     phase = np.arange(len(sampled.time)) % method.steps * (2 * np.pi / method.steps)
     cosine, sine = np.cos(phase), np.sin(phase)
+    if c.excitation.load is not None:
+        cosine, sine = c.excitation.load.at(sampled.time), 0.0 * sine
     one, two = (load[0] * cosine + load[1] * sine for load in loads(c, response.eta))
     # the contact dissipates the work of λ on the bodies, less the energy that its spring stores
     spring = spring_energy(method, gap)
+    for _, own in seen_from_stops(c, method)[1:]:
+        spring = spring + spring_energy(own, c.play - gap)
     springs = c.spring1 * (x[0] - rest[0]) ** 2 - 2 * constant * (x[0] - rest[0]) + mu * (kappa * (x[1] - rest[1])) ** 2
     stored = 0.5 * (v[0] ** 2 + mu * v[1] ** 2 + springs) + spring
 
@@ -49,7 +52,7 @@ def balance_of_steps(response: Response) -> EnergyBalance:
     return EnergyBalance(
         gain=np.diff(stored[:: method.steps]),
         work=per_period(_mean(one) * change[0] + mu * _mean(two) * change[1]),
-        dampers=per_period(2 * (c.d1 * _mean(v[0]) * change[0] + mu * c.d2 * kappa * _mean(v[1]) * change[1])),
+        dampers=per_period(2 * (c.d1 * _mean(v[0]) * change[0] + mu * c.damper2 * _mean(v[1]) * change[1])),
         contact=per_period(-_mean(force) * (change[1] - change[0]) - np.diff(spring)),
         impacts=np.zeros(len(change[0]) // method.steps),
         stored=float(stored.max()),

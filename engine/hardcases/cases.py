@@ -8,13 +8,12 @@ from functools import cache
 from importlib.resources import files
 
 from vibroscope import assets
-
-from ..contact import contact_frequency
-from ..methods import ExactPenalty, Newmark, Reference
-from ..model import System
-from ..result import Status
-from .condition import EPSILON, SimulationSetup
-from .tolerances import MARGIN, SAME_STATISTICS
+from vibroscope.engine.contact import contact_frequency
+from vibroscope.engine.hardcases.condition import EPSILON, SimulationSetup
+from vibroscope.engine.hardcases.tolerances import MARGIN, SAME_STATISTICS
+from vibroscope.engine.methods import ExactPenalty, Newmark, Reference
+from vibroscope.engine.model import System
+from vibroscope.engine.result import Status
 
 TRUTH = files(assets) / "truth"
 

@@ -17,15 +17,14 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
-
-from ..contact import contact_frequency
-from ..drivers.event_driven import contact_state, displaced_state
-from ..methods import Method
-from ..model import System
-from ..motions.steady import REST
-from ..result import Response
-from ..simulate import simulate
-from .tolerances import MARGIN, PIECE, PROPORTION, ROUNDED_CHANGE
+from vibroscope.engine.contact import contact_frequency
+from vibroscope.engine.drivers.event_driven import contact_state, displaced_state
+from vibroscope.engine.hardcases.tolerances import MARGIN, PIECE, PROPORTION, ROUNDED_CHANGE
+from vibroscope.engine.methods import Method
+from vibroscope.engine.model import System
+from vibroscope.engine.motions.steady import REST
+from vibroscope.engine.result import Response
+from vibroscope.engine.simulate import simulate
 
 EPSILON = float(np.finfo(float).eps)
 RELATIVE_CHANGES = tuple(10.0**-k for k in range(6, 13))

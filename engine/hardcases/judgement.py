@@ -10,14 +10,18 @@ from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
-
-from ..energy.balance import energy_balance
-from ..motions.averages import standard_error
-from ..result import Record, Response, Status
-from ..simulate import simulate
-from .cases import HardCase, hard_cases, setup_of, solutions
-from .condition import EPSILON, accumulated_rounding, attainable_error, attainable_grazing_error
-from .tolerances import MARGIN
+from vibroscope.engine.energy.balance import energy_balance
+from vibroscope.engine.hardcases.cases import HardCase, hard_cases, setup_of, solutions
+from vibroscope.engine.hardcases.condition import (
+    EPSILON,
+    accumulated_rounding,
+    attainable_error,
+    attainable_grazing_error,
+)
+from vibroscope.engine.hardcases.tolerances import MARGIN
+from vibroscope.engine.motions.averages import standard_error
+from vibroscope.engine.result import Record, Response, Status
+from vibroscope.engine.simulate import simulate
 
 RUN_BATCHES = 40  # of a long chaotic run, whose means scatter as independent numbers do
 PENETRATION_SAMPLES = 400  # per period, at which penetration is looked for

@@ -3,9 +3,8 @@
 from typing import NamedTuple
 
 import numpy as np
-
-from .compile.options import jit_no_alloc
-from .compile.packing import Layout
+from vibroscope.engine.kernels.compile.options import jit_no_alloc
+from vibroscope.engine.kernels.compile.packing import Layout
 
 
 class Parameters(NamedTuple):
@@ -17,19 +16,29 @@ class Parameters(NamedTuple):
     that would move it are zero (:mod:`.equations.motion`). So the first two numbers of the state (ξ₁, ξ₁′, g, g′) stay
     zero to the last digit, and no kernel asks whether there is a wall.
 
+    **Two bodies of which one or both have no spring.** k₁ = ``spring1`` = 0, or κ = 0. Without a constant force such a
+    body may rest anywhere; motions are counted from where it touches the other one, ``free_gap`` = 0.
+
     **No rest, or one far away.** Motions are counted from the static equilibrium. A body without a spring has none; a
     weak spring and a weight have one so far away that the motion near the wall would lose digits. Beside a wall such a
     motion is counted from touch instead, ``free_gap`` = 0, and the constant force becomes the acceleration ``pull`` of
     the gap. For that the place of the wall, ξ₁ = 0, is counted from ``free_position`` = −1: the first number of z stays
     one to the last digit, and pull is its factor in g″.
+
+    **Two stops.** The motion between them is linear, so −z obeys the same equations with the loads reversed. Each stop
+    has parameters of its own, those of the system as seen from there: for the second one the system is mirrored
+    (``sign`` = −1), and the gap counted from it is ``play`` less that of the first. So every loop knows one surface,
+    and how far the other one lies: where a flight meets that, the loop ends as CROSSED and another one goes on.
     """
 
     eta: float
     kappa: float
+    spring1: float  # 1, or 0 of two bodies of which the first has no spring
     d1: float
-    damper2: float  # d₂κ
+    damper2: float  # d₂κ, d₂ where body 2 has no spring
     steps: float  # n; 0 for the solvers in closed form
     wall: float  # 1 or 0
+    pulse: float  # −1: the load is cos ητ; else the frequency of a pulse, 0 of a load that is linear in time
     base_cosine: float  # factors of cos ητ and sin ητ in the motion of the base
     base_sine: float
     force1_cosine: float  # … in the force on body 1
@@ -41,20 +50,22 @@ class Parameters(NamedTuple):
     pull: float  # constant acceleration of the gap, where motions are counted from touch; else 0
     clearance: float
     kappa3: float
-    d3: float
+    damper3: float  # d₃κ₃
     mu: float
     mass_share: float  # reduced mass in units of m₁: μ/(1 + μ), 1 at a wall
-    stiffness_share: float  # both springs in series, in units of k₁: μκ²/(1 + μκ²), 1 at a wall
+    stiffness_share: float  # both springs in series, in units of k₁: μκ²/(1 + μκ²), 1 at a wall, 0 with a free body
     stiffness: float
     damping: float
     restitution: float
     threshold: float
-    law: float  # index in equations.contact_law.LAWS
+    law: float  # of equations.contact_law.LAWS
     exponent: float
     penetration: float
     stiffening: float
     gain: float  # c of the law's damper or h of Eq. (18); times the closing speed where ``relative``
     relative: float  # 1 or 0
+    play: float  # distance between two stops, inf of one
+    sign: float  # 1; −1 as seen from the second stop
 
 
 ETA = Parameters._fields.index("eta")

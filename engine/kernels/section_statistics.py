@@ -9,7 +9,7 @@ section belongs to the period that ends there.
 
 import math
 
-from .compile.options import jit_no_alloc
+from vibroscope.engine.kernels.compile.options import jit_no_alloc
 
 # Columns of a log: ξ₁, ξ₁′, ξ₂, ξ₂′ at the end of the period; impacts and contacts that begin in it; its share in
 # contact; the longest contact in it, as long as it has lasted by its end; its first impact, nan if there is none
@@ -33,7 +33,10 @@ TOLERANCE = 1e-5  # of the section's size: points that differ by less count as t
 # share of its size (root mean square) nearly repeats. Only short cycles are worth the name.
 NEAR_TOLERANCE = 0.03
 LONGEST_NEAR_PERIOD = 4
-TINY = 1e-12  # size of a section at rest
+# Units of length, each the base amplitude, or else what the forces displace, or else the clearance: a smaller section,
+# of a motion that has died out or of bodies that move as one, counts as one of this size. Points that differ by less
+# than 1e-10 of a unit are the same: what rounding leaves after thousands of periods.
+LEAST_SECTION = 1e-5
 
 
 @jit_no_alloc
@@ -53,21 +56,20 @@ def share_of(time, period, steps):
 
 
 @jit_no_alloc
-def add_events(log, rows, origin, period, steps, impacts, contacts):
-    """Add events to a log whose first row is period ``origin``.
+def add_events(log, rows, grid, impacts, contacts):
+    """Add events to a log.
 
     Parameters
     ----------
     log : (rows, COLUMNS) float64
-    period : float
-        T.
-    steps : float
-        Steps per period to which instants are rounded; 0 for none.
+    grid : (int, float, float)
+        Periods before the first row; T; steps per period to which instants are rounded, 0 for none.
     impacts : (n,) float64
         Their instants.
     contacts : (m, 2) float64
         Their beginnings and ends.
     """
+    origin, period, steps = grid
     for i in range(impacts.shape[0]):
         share = share_of(impacts[i], period, steps)
         j = min(max(math.ceil(share) - 1 - origin, 0), rows - 1)
@@ -116,8 +118,8 @@ def write_section(log, rows, section):
 
 @jit_no_alloc
 def size_of(section, rows):
-    """Largest coordinate of the section."""
-    most = 0.0
+    """Largest coordinate of the section, or else `LEAST_SECTION`."""
+    most = LEAST_SECTION
     for j in range(rows):
         for c in range(4):
             most = max(most, abs(section[j, c]))
@@ -137,7 +139,7 @@ def repeats(section, rows, p, allowed):
 @jit_no_alloc
 def period_of(section, rows, tolerance):
     """Smallest p, at most half the rows, after which the section repeats itself; 0 if there is none."""
-    allowed = tolerance * max(size_of(section, rows), TINY)
+    allowed = tolerance * size_of(section, rows)
     for p in range(1, rows // 2 + 1):
         if repeats(section, rows, p, allowed):
             return p
@@ -235,14 +237,13 @@ def write_settled_periods(sections, tolerance, dying, out):
 
 
 @jit_no_alloc
-def describe_run(section, impacts, contacts, origin, period, steps, known_period, body, log, out):
+def describe_run(section, impacts, contacts, grid, known_period, body, log, out):
     """Describe a run from its section, (n, 4), and its events, as :func:`add_events` takes them.
 
-    ``origin``: periods before the section; ``period``: T; ``known_period``, ``body``: see :func:`describe`; ``log``,
-    (n, COLUMNS): work space.
+    ``known_period``, ``body``: see :func:`describe`; ``log``, (n, COLUMNS): work space.
     """
     rows = section.shape[0]
     clear(log, rows)
-    add_events(log, rows, origin, period, steps, impacts, contacts)
+    add_events(log, rows, grid, impacts, contacts)
     write_section(log, rows, section)
     describe(log, rows, known_period, body, out)

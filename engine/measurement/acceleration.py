@@ -7,10 +7,9 @@ displacement with it, which an accelerometer does not show.
 """
 
 import numpy as np
-
-from .measurement import Measurement
-from .recurrence import HARMONIC_SAMPLES, LONGEST, coefficients, harmonics
-from .tolerances import OVERLAP
+from vibroscope.engine.measurement.measurement import Measurement
+from vibroscope.engine.measurement.recurrence import HARMONIC_SAMPLES, LONGEST, coefficients, harmonics
+from vibroscope.engine.measurement.tolerances import OVERLAP
 
 
 def integrated(time: np.ndarray, acceleration: np.ndarray, eta: float) -> np.ndarray:

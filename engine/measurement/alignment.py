@@ -12,12 +12,11 @@ independent of the sensor's clock, and the difference of the two τ₀ is the la
 from dataclasses import dataclass
 
 import numpy as np
-
-from ..divergence.grid import rms
-from .cycle import Cycle
-from .measurement import Measurement
-from .recurrence import Sensor, summarise_sensor
-from .tolerances import WITHIN_NOISE
+from vibroscope.engine.divergence.grid import rms
+from vibroscope.engine.measurement.cycle import Cycle
+from vibroscope.engine.measurement.measurement import Measurement
+from vibroscope.engine.measurement.recurrence import Sensor, summarise_sensor
+from vibroscope.engine.measurement.tolerances import WITHIN_NOISE
 
 
 @dataclass(frozen=True)

@@ -3,18 +3,18 @@
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from ..methods import Reference, TimeStepping
-from ..model import System, check_eta
-from ..motions.description import describe
-from ..motions.steady import REST
-from ..result import Response
-from ..simulate import LONG
-from .alignment import Alignment, align
-from .cycle import SettledRun, free_motion, penalty_cycle, reference_cycle
-from .measurement import Measurement
-from .reading import Reading, explaining_reading
-from .recurrence import Recurrence, free_record, recurrence
-from .tolerances import CERTAIN_SIGMAS, PHASE_DRIFT
+from vibroscope.engine.measurement.alignment import Alignment, align
+from vibroscope.engine.measurement.cycle import SettledRun, free_motion, penalty_cycle, reference_cycle
+from vibroscope.engine.measurement.measurement import Measurement
+from vibroscope.engine.measurement.reading import Reading, explaining_reading
+from vibroscope.engine.measurement.recurrence import Recurrence, free_record, recurrence
+from vibroscope.engine.measurement.tolerances import CERTAIN_SIGMAS, PHASE_DRIFT
+from vibroscope.engine.methods import Reference, TimeStepping
+from vibroscope.engine.model import System, check_eta
+from vibroscope.engine.motions.description import describe
+from vibroscope.engine.motions.steady import REST
+from vibroscope.engine.result import Response
+from vibroscope.engine.simulate import LONG
 
 
 @dataclass(frozen=True)

@@ -13,15 +13,14 @@ from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
-
-from ..drivers.section import LONGEST_NEAR_PERIOD, near_period_of
-from ..methods import Method, Reference, TimeStepping
-from ..model import System
-from ..motions.motion import SAMPLES_PER_PERIOD
-from ..motions.steady import REST, steady
-from ..result import Record, Response
-from ..simulate import KEEP, LONG, simulate
-from .tolerances import EARLY, INSTANT, LATE
+from vibroscope.engine.drivers.section import LONGEST_NEAR_PERIOD, near_period_of
+from vibroscope.engine.measurement.tolerances import EARLY, INSTANT, LATE
+from vibroscope.engine.methods import ExactPenalty, Method, Reference, TimeStepping
+from vibroscope.engine.model import System
+from vibroscope.engine.motions.motion import SAMPLES_PER_PERIOD
+from vibroscope.engine.motions.steady import REST, steady
+from vibroscope.engine.result import Record, Response
+from vibroscope.engine.simulate import KEEP, LONG, simulate
 
 SHIFTS = 256  # instants per period at which a measurement may have begun, to be refined
 FREE_SAMPLES = 400_000  # of a motion from its start, at most
@@ -118,12 +117,12 @@ class SettledRun(NamedTuple):
 def reference_cycle(
     system: System,
     eta: float,
-    method: Reference,
+    method: Reference | ExactPenalty,
     *,
     initial: Sequence[float] | None = REST,
     cancelled: Callable[[], bool] | None = None,
 ) -> SettledRun:
-    """Find the steady motion of the reference; arguments and errors are those of :func:`..motions.steady.steady`."""
+    """Find a steady motion without a time step; arguments and errors are those of :func:`..motions.steady.steady`."""
     found = steady(system, eta, method, initial=initial, record=Record(8, SAMPLES_PER_PERIOD), cancelled=cancelled)
     return SettledRun(found.response, _last_cycle(found.response, found.period) if found.periodic else None)
 

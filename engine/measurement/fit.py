@@ -11,7 +11,8 @@ square roots of its diagonal. They hold if the model is right: if the residuals 
 noise, or depend on each other, a remark says so.
 
 The zero of a sensor is what it shows where the displacement is 0. It is fitted like a constant, since an unknown zero
-is taken for another mean of the motion, which e and the damping change.
+is taken for another mean of the motion, which e and the damping change. A scale that all sensors have in common is
+fitted where it is asked for.
 
 Not every constant can be determined from every motion. One that does not change the motion (d₃ where no contact is
 permanent) has a column of zeros: it keeps its value, and its error is infinite. Two that change the motion alike are
@@ -26,17 +27,24 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from vibroscope.engine.arguments import shown
+from vibroscope.engine.facts import Amount, Statement, equation, stated
+from vibroscope.engine.measurement.least_squares import CONTACT, SCALE, UPPER, ZEROS, FitProblem, constant
+from vibroscope.engine.measurement.measurement import Measurement
+from vibroscope.engine.measurement.recurrence import free_record, recurrence
+from vibroscope.engine.measurement.tolerances import (
+    AT_BOUND,
+    CORRELATED,
+    DEPENDENT,
+    EXPLAINS,
+    INVISIBLE,
+    NOISIER,
+    SAME_MINIMUM,
+)
+from vibroscope.engine.methods import ExactPenalty, Reference, TimeStepping
+from vibroscope.engine.model import BODY_2, System, check_eta
 
-from ..arguments import shown
-from ..facts import Amount, Statement, equation, stated
-from ..methods import ExactPenalty, Reference, TimeStepping
-from ..model import BODY_2, System, check_eta
-from .least_squares import CONTACT, UPPER, ZEROS, FitProblem, constant
-from .measurement import Measurement
-from .recurrence import free_record, recurrence
-from .tolerances import AT_BOUND, CORRELATED, DEPENDENT, EXPLAINS, INVISIBLE, NOISIER, SAME_MINIMUM
-
-FITTED = (*UPPER, *CONTACT, *ZEROS)
+FITTED = (*UPPER, *CONTACT, *ZEROS, SCALE)
 
 
 @dataclass(frozen=True)
@@ -80,9 +88,10 @@ class Fit:
         return replace(method, **{CONTACT[name]: value for name, value in self.values.items() if name in CONTACT})
 
     def corrected(self, measurement: Measurement) -> Measurement:
-        """The measurement less the fitted zeros of its sensors."""
+        """The measurement less the fitted zeros of its sensors, over their fitted scale."""
         zeros = np.array([[self.values.get(name, 0.0)] for name in ZEROS])
-        return replace(measurement, displacement=measurement.displacement - zeros[: len(measurement.displacement)])
+        shown = measurement.displacement - zeros[: len(measurement.displacement)]
+        return replace(measurement, displacement=shown / self.values.get(SCALE, 1.0))
 
 
 def fit(
@@ -104,11 +113,12 @@ def fit(
     eta : float
         Excitation frequency η = Ω/ω₁ of the measurement.
     measurement : Measurement
-    names : sequence of {"restitution", "d1", "d2", "d3", "K", "D", "zero1", "zero2"}, optional
-        What to fit, by default everything in :func:`fitted_names`.
+    names : sequence of {"restitution", "d1", "d2", "d3", "K", "D", "zero1", "zero2", "scale"}, optional
+        What to fit, by default everything in :func:`fitted_names`. The scale is that of all sensors, beside which the
+        amplitude of the excitation must be known.
     method : Reference or ExactPenalty, optional
-        By default the reference with the threshold 0, in whose limit the motion depends smoothly on e. K and D are
-        fitted to bodies that nothing drives, and need a penalty solution, which has their initial guess.
+        By default the reference with the threshold 0, in whose limit the motion depends smoothly on e. K and D need a
+        penalty solution, which has their initial guess.
     initial : (4,) sequence, optional
         The start ξ₁, ξ₁′, ξ₂, ξ₂′ of bodies that nothing drives, from which they are followed; by default rest.
     cancelled : callable, optional
@@ -143,11 +153,8 @@ def fit(
     if idle := [name for name in names if system.wall and name in BODY_2]:
         raise ValueError(f"cannot fit {', '.join(idle)}: a wall has no such number, leave it out")
     contact = [name for name in names if name in CONTACT]
-    if contact and (system.excitation.drives or not isinstance(method, ExactPenalty)):
-        raise ValueError(
-            f"cannot fit {', '.join(contact)}: K and D are fitted to a drop, a throw or a decay, which nothing drives, "
-            "with a penalty solution"
-        )
+    if contact and not isinstance(method, ExactPenalty):
+        raise ValueError(f"cannot fit {', '.join(contact)}, which the reference does not have: give a penalty solution")
     if "D" in contact and method.damping is None:
         raise ValueError("cannot fit D, which follows from the restitution: give D, or leave it out")
     if idle := [name for name in names if name in ZEROS and name not in fitted_names(system, measurement)]:

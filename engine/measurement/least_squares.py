@@ -5,18 +5,17 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
-
-from ..methods import ExactPenalty, Reference
-from ..model import System
-from ..motions.poincare_map import without_penetration
-from ..motions.steady import REST
-from .alignment import align
-from .cycle import Cycle, free_motion, reference_cycle
-from .measurement import Measurement
-from .tolerances import CONTACT_DIFFERENCE, FIT_DIFFERENCE
+from vibroscope.engine.measurement.alignment import align
+from vibroscope.engine.measurement.cycle import Cycle, free_motion, reference_cycle
+from vibroscope.engine.measurement.measurement import Measurement
+from vibroscope.engine.measurement.tolerances import CONTACT_DIFFERENCE, FIT_DIFFERENCE
+from vibroscope.engine.methods import ExactPenalty, Reference
+from vibroscope.engine.model import System
+from vibroscope.engine.motions.steady import REST
 
 CONTACT = {"K": "stiffness", "D": "damping"}  # of a penalty solution
 ZEROS = ("zero1", "zero2")  # what the sensor of each body shows where its displacement is 0
+SCALE = "scale"  # what the sensors show of a displacement of one
 UPPER = {"restitution": 1.0, "d1": 0.5, "d2": 0.5, "d3": 0.5}
 # Initial guesses, as changes of the given system: a restitution, or a factor of the dampings
 GUESSES = ({}, {"restitution": 0.2}, {"restitution": 0.8}, {"damping": 0.5}, {"damping": 2.0})
@@ -41,8 +40,8 @@ class FitProblem:
     eta : float
     measurement : Measurement
     names : tuple of str
-        The constants to fit, out of `UPPER`, those of a penalty solution, out of `CONTACT`, and zeros of sensors, out
-        of `ZEROS`.
+        The constants to fit, out of `UPPER`, those of a penalty solution, out of `CONTACT`, zeros of sensors, out of
+        `ZEROS`, and `SCALE`.
     method : Reference or ExactPenalty
     cancelled : callable or None
     initial : (4,) sequence or None
@@ -75,6 +74,8 @@ class FitProblem:
                 if name == "restitution"
                 else 0.0
                 if name in ZEROS
+                else 1.0
+                if name == SCALE
                 else factor * constant(self.system, name, self.method)
                 for name in self.names
             ]
@@ -106,17 +107,17 @@ class FitProblem:
         return replace(self.system, **{name: value for name, value in fitted if name in UPPER})
 
     def cycle(self, parameters: np.ndarray) -> Cycle | None:
-        """Find the reference's cycle, from the last one found: it is close, and the same one if several exist."""
+        """Find the solution's cycle, from the last one found: it is close, and the same one if several exist."""
         system, cancelled = self.system_of(parameters), self.cancelled
+        fitted = zip(self.names, parameters[: len(self.names)].tolist(), strict=True)
+        method = replace(self.method, **{CONTACT[name]: value for name, value in fitted if name in CONTACT})
         if not system.excitation.drives:
-            fitted = zip(self.names, parameters[: len(self.names)].tolist(), strict=True)
-            method = replace(self.method, **{CONTACT[name]: value for name, value in fitted if name in CONTACT})
             span = self.measurement.span
             return free_motion(system, self.eta, method, span, initial=self.initial, cancelled=cancelled).cycle
-        found = reference_cycle(system, self.eta, self.method, initial=self.last_state, cancelled=cancelled)
+        found = reference_cycle(system, self.eta, method, initial=self.last_state, cancelled=cancelled)
         if found.cycle is not None:
             # rounding may leave pendulums that touch in each other
-            self.last_state = without_penetration(system, found.response.section[-1])
+            self.last_state = system.without_penetration(found.response.section[-1])
         return found.cycle
 
     def minimum(self, guess: np.ndarray):
@@ -146,13 +147,17 @@ class FitProblem:
         return 0.1 if name == "restitution" else 0.01
 
     def residuals(self, parameters: np.ndarray) -> np.ndarray:
-        """Return reference + zeros − measured, (2n,) or (n,); where the motion is not periodic, 0 − measured."""
+        """Return scale · solution + zeros − measured, (2n,) or (n,); 0 − measured where the motion is not periodic."""
         measured = self.measurement
         cycle = self.cycle(parameters)
         if cycle is None:
             return -measured.displacement.ravel()
         moved = cycle.displacement(measured.time + parameters[-1], measured.frame)
-        return -measured.residual(moved + self._zeros(parameters)).ravel()
+        return -measured.residual(self._of_sensors(parameters) * moved + self._zeros(parameters)).ravel()
+
+    def _of_sensors(self, parameters: np.ndarray) -> float:
+        """The scale of the sensors."""
+        return parameters[self.names.index(SCALE)] if SCALE in self.names else 1.0
 
     def _zeros(self, parameters: np.ndarray) -> np.ndarray:
         """What the sensors show at rest, (2, 1); 0 of those that are not fitted."""
@@ -184,7 +189,7 @@ class FitProblem:
             velocity = 0 * measured.displacement
         else:
             moving = cycle.velocity(measured.time + parameters[-1], measured.frame)
-            velocity = moving[: len(measured.displacement)]
+            velocity = self._of_sensors(parameters) * moving[: len(measured.displacement)]
         return np.stack([*columns, velocity.ravel()], axis=1)
 
 

@@ -3,10 +3,9 @@
 from dataclasses import dataclass, replace
 
 import numpy as np
-
-from ..arguments import shown
-from ..checks import one_of
-from ..model import System
+from vibroscope.engine.arguments import shown
+from vibroscope.engine.checks import one_of
+from vibroscope.engine.model import System
 
 FRAMES = ("absolute", "relative")
 

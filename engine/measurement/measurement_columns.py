@@ -5,8 +5,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import zip_longest
 
-from ..arguments import shown
-from ..units import Units
+from vibroscope.engine.arguments import shown
+from vibroscope.engine.units import Units
 
 ACCELERATIONS = ("a1", "a2")  # of fixed axes, in place of displacements
 PAIRS = {"absolute": ("x1", "x2"), "relative": ("xi1", "xi2")}
@@ -77,6 +77,12 @@ def _unit(cell: str) -> str | None:
     known = {*_DIMENSIONLESS, *_SECONDS, *_MILLIMETRES, *_NEWTONS, *_ACCELERATION}
     name, unit = name_and_unit(cell)
     return cell.strip() if cell.strip() in known else unit if unit and not name else None
+
+
+def unit_factor(unit: str, quantity: str) -> float | None:
+    """One of a unit of "time", "acceleration" or "force" in s, mm/s² or N; 0 without dimension, None if unknown."""
+    sizes = {"time": _SECONDS, "acceleration": _ACCELERATION, "force": _NEWTONS}[quantity]
+    return 0.0 if unit in _DIMENSIONLESS else sizes.get(unit)
 
 
 def find_columns(header: list[str], where: str, units: Units, chosen: Mapping[str, str] | None) -> list[Column]:

@@ -23,17 +23,23 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-
-from ..facts import ETA, stated
-from ..files import read_file
-from ..units import Units
-from .acceleration import integrated
-from .measurement import Measurement
-from .measurement_columns import ACCELERATIONS, PAIRS, SERIES, Column, UnknownColumns, find_columns
-from .measurement_lines import MEASUREMENT_SIZE_LIMIT, lines_of
-from .measurement_table import Table, is_number, number_in, table_of
-from .outliers import first_outlier
-from .tolerances import CONTACT_FORCE, WRONG_UNIT
+from vibroscope.engine.facts import ETA, stated
+from vibroscope.engine.files import read_file
+from vibroscope.engine.measurement.acceleration import integrated
+from vibroscope.engine.measurement.measurement import Measurement
+from vibroscope.engine.measurement.measurement_columns import (
+    ACCELERATIONS,
+    PAIRS,
+    SERIES,
+    Column,
+    UnknownColumns,
+    find_columns,
+)
+from vibroscope.engine.measurement.measurement_lines import MEASUREMENT_SIZE_LIMIT, lines_of
+from vibroscope.engine.measurement.measurement_table import Table, is_number, number_in, table_of
+from vibroscope.engine.measurement.outliers import first_outlier
+from vibroscope.engine.measurement.tolerances import CONTACT_FORCE, WRONG_UNIT
+from vibroscope.engine.units import Units
 
 FEWEST_SAMPLES = 16
 

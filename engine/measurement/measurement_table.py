@@ -12,7 +12,7 @@ import re
 from collections.abc import Iterator
 from typing import NamedTuple
 
-from .measurement_columns import is_units_row, name_and_unit, names_time, with_units
+from vibroscope.engine.measurement.measurement_columns import is_units_row, name_and_unit, names_time, with_units
 
 MOST_TITLE_LINES = 200  # among which the first row of numbers is looked for
 _SEPARATOR = re.compile(r"sep=([;,\t |:])\s*", re.IGNORECASE)  # first line that spreadsheets write and read

@@ -1,8 +1,7 @@
 """Outliers of a record: samples that no body can have been at, such as a sensor's dropout or an overflow."""
 
 import numpy as np
-
-from .tolerances import COMMON, FAR_OUT, JUMP, TOO_FAST
+from vibroscope.engine.measurement.tolerances import COMMON, FAR_OUT, JUMP, TOO_FAST
 
 
 def first_outlier(time: np.ndarray, values: np.ndarray) -> tuple[int, float] | None:

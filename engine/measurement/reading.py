@@ -11,17 +11,16 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
-
-from ..divergence.grid import rms
-from ..facts import Amount, Statement, joined, stated
-from ..result import Cancelled
-from ..units import written
-from ..wording import percent
-from .alignment import best_phase
-from .cycle import Cycle
-from .measurement import FRAMES, Measurement
-from .measurement_columns import PAIRS
-from .tolerances import EXPLAINS, HARDLY_MORE, SAME_SIZE, WITHIN_NOISE
+from vibroscope.engine.divergence.grid import rms
+from vibroscope.engine.facts import Amount, Statement, joined, stated
+from vibroscope.engine.measurement.alignment import best_phase
+from vibroscope.engine.measurement.cycle import Cycle
+from vibroscope.engine.measurement.measurement import FRAMES, Measurement
+from vibroscope.engine.measurement.measurement_columns import PAIRS
+from vibroscope.engine.measurement.tolerances import EXPLAINS, HARDLY_MORE, SAME_SIZE, WITHIN_NOISE
+from vibroscope.engine.result import Cancelled
+from vibroscope.engine.units import written
+from vibroscope.engine.wording import percent
 
 _SAMPLES = 1000  # are enough to tell readings apart
 _UNITS = {

@@ -15,10 +15,9 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-
-from ..facts import OMEGA1, equation, stated
-from .measurement import Measurement
-from .tolerances import (
+from vibroscope.engine.facts import OMEGA1, equation, stated
+from vibroscope.engine.measurement.measurement import Measurement
+from vibroscope.engine.measurement.tolerances import (
     BETTER,
     CERTAIN_SIGMAS,
     HIDDEN,

@@ -1,12 +1,11 @@
 """A synthetic measurement, to try the tools on and to test them: the reference's steady motion plus noise."""
 
 import numpy as np
-
-from ..checks import require, whole
-from ..methods import Reference
-from ..model import System
-from .cycle import reference_cycle
-from .measurement import Measurement
+from vibroscope.engine.checks import require, whole
+from vibroscope.engine.measurement.cycle import reference_cycle
+from vibroscope.engine.measurement.measurement import Measurement
+from vibroscope.engine.methods import Reference
+from vibroscope.engine.model import System
 
 PER_PERIOD_RANGE = (8, 100_000)
 

@@ -3,12 +3,11 @@
 from collections.abc import Iterator
 
 import numpy as np
-
-from ..facts import ETA, OMEGA1, Statement, equation, joined, stated
-from ..result import Status
-from ..wording import every, percent
-from .comparison import MeasuredComparison, Solved
-from .tolerances import HARDLY_VISIBLE, SENSOR
+from vibroscope.engine.facts import ETA, OMEGA1, Statement, equation, joined, stated
+from vibroscope.engine.measurement.comparison import MeasuredComparison, Solved
+from vibroscope.engine.measurement.tolerances import HARDLY_VISIBLE, SENSOR
+from vibroscope.engine.result import Status
+from vibroscope.engine.wording import every, percent
 
 
 def measured_verdict(compared: MeasuredComparison) -> Statement:

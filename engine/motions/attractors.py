@@ -11,18 +11,16 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
-
-from ..checks import whole
-from ..methods import Method
-from ..model import System
-from ..result import Response
-from ..simulate import LONG, simulate
-from .description import Kind, Motion
-from .motion import Runs, motion
-from .sameness import same_cycle, same_motion
-from .starts import apart, random_states, reach_of
-from .steady import steady
-from .tolerances import THIN
+from vibroscope.engine.checks import whole
+from vibroscope.engine.methods import Method
+from vibroscope.engine.model import System
+from vibroscope.engine.motions.description import Kind, Motion
+from vibroscope.engine.motions.motion import Runs, motion
+from vibroscope.engine.motions.sameness import least_size, same_cycle, same_motion
+from vibroscope.engine.motions.starts import apart, random_states, reach_of
+from vibroscope.engine.motions.steady import steady
+from vibroscope.engine.result import Response
+from vibroscope.engine.simulate import LONG, simulate
 
 REACH_OF_STARTS = 2.0  # of the starts, in amplitudes of the motion from rest
 STARTS = 64
@@ -119,8 +117,7 @@ def search_attractors(
     starts = whole("starts", starts, 1, 100_000, "give the number of starts")
     groups: list[_Group] = []
     states = _starts(system, eta, method, starts, seed, cancelled)
-    # what is left of a free vibration has no size of its own
-    least = 0.0 if system.excitation.drives else float(np.abs(states).max())
+    least = least_size(system, states)
     for done, start in enumerate(states, start=1):
         run = _long_term_response(system, eta, method, start, cancelled)
         group = next((group for group in groups if group.includes(run, least)), None)
@@ -188,6 +185,4 @@ class _Group:
         """Whether a run ends in the same motion; ``least``: size below which a motion counts as rest."""
         if not (run.ok and self.run.ok):
             return run.status is self.run.status
-        # a step may scatter one cycle from one start, and lock the scatter from another
-        thin = THIN if self.motion.step_noise > 0 else 0.0
-        return same_motion(self.run.section, run.section, self.motion.period, thin, least)
+        return same_motion(self.run.section, run.section, self.motion.period, self.motion.step_noise > 0, least)

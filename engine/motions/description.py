@@ -4,12 +4,11 @@ from dataclasses import dataclass, field
 from enum import IntEnum, StrEnum
 
 import numpy as np
-
-from ..drivers.section import describe_section, name_numbers
-from ..result import Response, Status
-from ..wording import html_table
-from .contact_force import impulse_per_period, peak_force
-from .tolerances import SUDDEN
+from vibroscope.engine.drivers.section import describe_section, name_numbers
+from vibroscope.engine.motions.contact_force import impulse_per_period, peak_force
+from vibroscope.engine.motions.tolerances import ALIKE_PHASE, ALIKE_SPEED, SUDDEN
+from vibroscope.engine.result import Response, Status
+from vibroscope.engine.wording import html_table
 
 
 class Kind(StrEnum):
@@ -105,6 +104,9 @@ class Motion:
         Newmark: numbers of steps per period, and the scatter of the same displacement with each.
     own_period : float
         τ after which a free vibration repeats itself, whatever η; nan of any other motion.
+    symmetric : bool or None
+        Between two stops that are alike, whether the cycle is its own mirror image half its length later; None
+        elsewhere, and of what does not repeat itself.
     body : int
         The body whose displacement ``spread`` and ``scatter`` are of (:attr:`System.observed_body`).
     """
@@ -137,6 +139,7 @@ class Motion:
     step_noise: float = 0.0
     bands: tuple[tuple[int, float], ...] = ()
     own_period: float = np.nan
+    symmetric: bool | None = None
     body: int = 2
     periods: int = 0
     sampled: int = 0
@@ -209,6 +212,7 @@ def describe(response: Response, period: int | None = None) -> Motion:
         section=section,
         impact_phases=response.impacts.time[last] / response.period % (period or 1),
         closing_speeds=response.impacts.closing_speed[last],
+        symmetric=_is_symmetric(response, period, last),
         body=response.system.observed_body,
         periods=cycles,
         sampled=sampled_periods(response),
@@ -238,6 +242,24 @@ def _early_end(response: Response) -> Motion:
         **dict.fromkeys(("contact_share", "permanent_share", "spread", "scatter"), np.nan),
         **dict.fromkeys(("approach", "peak_force", "impulse"), np.nan),
     )
+
+
+def _is_symmetric(response: Response, period: int, last: np.ndarray) -> bool | None:
+    """Whether the impacts of the last cycle at the second stop are those at the first, half a cycle later."""
+    if not (response.system.is_symmetric and period):
+        return None
+    impacts = response.impacts
+    turn, speed = np.exp(2j * np.pi * impacts.time[last] / response.period / period), impacts.closing_speed[last]
+    first = impacts.impulse[last] > 0
+    if period % 2 == 0 or first.sum() != (~first).sum():
+        return False
+    step = 1 / response.method.grid_steps if response.method.grid_steps else 0.0
+    allowed = 2 * np.pi * (ALIKE_PHASE + 2 * step) / period
+    for phase, closing in zip(turn[first], speed[first], strict=True):
+        near = np.abs(turn[~first] + phase) <= allowed
+        if not (near & (np.abs(speed[~first] - closing) <= ALIKE_SPEED * speed.max())).any():
+            return False
+    return True
 
 
 def _reason(period: int, rows: int) -> str:

@@ -1,16 +1,16 @@
 """Floquet multipliers of a periodic motion, and the bifurcation that they show to be near."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
-
-from ..methods import Method
-from ..model import System
-from ..simulate import simulate
-from .poincare_map import PoincareMap
-from .tolerances import LEAST_SIZE, NEUTRAL, REAL_MULTIPLIER, STATE_DIFFERENCE, SURELY_STABLE
+from vibroscope.engine.methods import Method
+from vibroscope.engine.model import System
+from vibroscope.engine.motions.poincare_map import PoincareMap
+from vibroscope.engine.motions.tolerances import LEAST_SIZE, NEUTRAL, REAL_MULTIPLIER, STATE_DIFFERENCE, SURELY_STABLE
+from vibroscope.engine.simulate import simulate
 
 DOUBLING, FOLD, NEIMARK_SACKER, GRAZING = "period doubling", "fold", "Neimark-Sacker", "grazing"
+SYMMETRY_BREAKING = "symmetry breaking"
 
 
 def multipliers(
@@ -18,7 +18,7 @@ def multipliers(
     eta: float,
     method: Method,
     state: np.ndarray,
-    period: int,
+    period: float,
     cancelled: Callable[[], bool] | None = None,
 ) -> np.ndarray:
     """Return the Floquet multipliers of the motion that returns to ``state`` after ``period`` periods.
@@ -33,7 +33,8 @@ def multipliers(
     ----------
     state : (4,) ndarray
         ξ₁, ξ₁′, ξ₂, ξ₂′ at τ ≡ 0 mod T.
-    period : int
+    period : float
+        In excitation periods, whole ones with a time step.
 
     Returns
     -------
@@ -57,6 +58,34 @@ def multipliers(
     jacobian = np.zeros((4, 4))
     jacobian[:, : len(columns)] = np.transpose(columns)
     return eigenvalues_by_modulus(jacobian)
+
+
+def half_cycle_multipliers(
+    system: System,
+    eta: float,
+    method: Method,
+    state: np.ndarray,
+    period: int,
+    cancelled: Callable[[], bool] | None = None,
+) -> np.ndarray:
+    """Return the multipliers of a symmetric motion between two stops from a state to its mirror image, half its length.
+
+    Their squares are its Floquet multipliers (Swift and Wiesenfeld 1984). Of a method with a time step they are those
+    of its limit.
+
+    Parameters
+    ----------
+    state : (4,) ndarray
+        ξ₁, ξ₁′, ξ₂, ξ₂′ at τ ≡ 0 mod T.
+    period : int
+        Of the whole motion, odd.
+
+    Returns
+    -------
+    (4,) complex ndarray
+        Largest first; empty if the map has no derivative there.
+    """
+    return -multipliers(system, eta, method.limit, state, period / 2, cancelled)  # the mirror turns a disturbance
 
 
 def eigenvalues_by_modulus(jacobian: np.ndarray) -> np.ndarray:
@@ -88,11 +117,15 @@ def lyapunov_exponent(values: np.ndarray, period: int) -> float:
         return float(np.log(np.abs(values).max()) / period) if len(values) else np.nan
 
 
-def nearest_bifurcation(values: np.ndarray, closing_speeds: np.ndarray, approach: float) -> tuple[str, float]:
+def nearest_bifurcation(
+    values: np.ndarray, closing_speeds: np.ndarray, approach: float, halves: Sequence[complex] = ()
+) -> tuple[str, float]:
     """Return the name of the bifurcation that a periodic motion is nearest to, and the distance from it.
 
     A multiplier m can leave the unit circle at −1 (period doubling), at +1 (fold), or as one of a complex pair
-    (Neimark–Sacker). Its distance is |1 − |m||, and its argument decides which of the three it is. At a grazing
+    (Neimark–Sacker). Its distance is |1 − |m||, and its argument decides which of the three it is. Where a symmetric
+    motion has m = +1, it loses its symmetry if the multiplier over half a cycle is −1, and is at a fold if it is +1.
+    The two motions that begin there are said to be near a fold: m alone does not show more of them. At a grazing
     bifurcation an impact disappears, or a new one appears, with zero closing speed. The distance from it is the
     smallest closing speed relative to the largest, where a chatter counts with its first impact only.
 
@@ -103,13 +136,15 @@ def nearest_bifurcation(values: np.ndarray, closing_speeds: np.ndarray, approach
     closing_speeds : (m,) ndarray
     approach : float
         The smallest closing speed that counts, nan if there is none (:class:`.description.Motion`).
+    halves : sequence of complex
+        Of a symmetric motion, its :func:`half_cycle_multipliers`; else none.
 
     Returns
     -------
     (str, float)
         ``("", nan)`` if nothing is known.
     """
-    candidates = [(abs(1 - abs(value)), _bifurcation_of(value)) for value in values]
+    candidates = [(abs(1 - abs(value)), bifurcation_of(value, halves)) for value in values]
     if np.isfinite(approach):
         candidates.append((approach / closing_speeds.max(initial=approach), GRAZING))
     if not candidates:
@@ -118,8 +153,11 @@ def nearest_bifurcation(values: np.ndarray, closing_speeds: np.ndarray, approach
     return name, float(distance)
 
 
-def _bifurcation_of(value: complex) -> str:
-    """Name the bifurcation at which a multiplier of this argument leaves the unit circle."""
+def bifurcation_of(value: complex, halves: Sequence[complex]) -> str:
+    """Name the bifurcation at which a multiplier of this argument leaves the unit circle; ``halves``: as above."""
     if abs(value.imag) > REAL_MULTIPLIER * abs(value):
         return NEIMARK_SACKER
-    return DOUBLING if value.real < 0 else FOLD
+    if value.real < 0:
+        return DOUBLING
+    half = min(halves, key=lambda each: abs(each**2 - value), default=1.0)
+    return SYMMETRY_BREAKING if half.real < 0 else FOLD

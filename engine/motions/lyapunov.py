@@ -21,19 +21,20 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-
-from ..checks import whole
-from ..drivers.follow import follow
-from ..drivers.parameters import parameters_of
-from ..methods import ExactPenalty, Reference
-from ..model import System, check_eta
-from ..result import Cancelled
-from ..simulate import starting_checkpoint
-from .averages import batch_means, smooth_weights, standard_error
-from .poincare_map import PoincareMap
-from .regularity import irregularity
-from .steady import REST
-from .tolerances import EXPONENT_DRIFT, REGULAR
+from vibroscope.engine.cells import Cells
+from vibroscope.engine.checks import whole
+from vibroscope.engine.drivers.follow import follow
+from vibroscope.engine.drivers.parameters import parameters_of_stops
+from vibroscope.engine.drivers.threads import thread_count
+from vibroscope.engine.methods import ExactPenalty, Method, Reference
+from vibroscope.engine.model import System, check_eta
+from vibroscope.engine.motions.averages import batch_means, smooth_weights, standard_error
+from vibroscope.engine.motions.poincare_map import PoincareMap
+from vibroscope.engine.motions.regularity import irregularity
+from vibroscope.engine.motions.steady import REST
+from vibroscope.engine.motions.tolerances import EXPONENT_DRIFT, REGULAR
+from vibroscope.engine.result import Cancelled
+from vibroscope.engine.simulate import starting_checkpoint
 
 EXPONENT_BATCHES = 32
 SETTLING = 64  # periods in which a disturbance turns into the direction of fastest growth
@@ -130,7 +131,7 @@ def lyapunov(
         raise ValueError(f"{method} has a time step: an exponent needs a closed form, Reference or ExactPenalty")
     eta = check_eta(eta)
     periods = whole("periods", periods, *PERIODS_RANGE, "give the excitation periods to average over")
-    start, row = starting_checkpoint(initial, system, eta, method).state, parameters_of(system, eta, method)
+    start, row = starting_checkpoint(initial, system, eta, method).state, parameters_of_stops(system, eta, method)[0]
     alone, found = Motions(method, np.array([row]), np.array([start]), lambda _: (system, eta, method)), []
     follow_all(alone, periods, lambda _, followed: found.append(followed), threads=1, cancelled=cancelled)
     return found[0]
@@ -199,6 +200,48 @@ def follow_all(
 
     how = {"threads": threads, "cancelled": cancelled}
     follow(motions.method, motions.rows, motions.starts, periods, SETTLING, found, by_itself, **how)
+
+
+def follow_cells(
+    cells: Cells,
+    places: np.ndarray,
+    starts: np.ndarray,
+    periods: int,
+    judge: Callable[[int, Lyapunov], None],
+    *,
+    threads: int | None = None,
+    cancelled: Callable[[], bool] | None = None,
+) -> None:
+    """Compute the largest Lyapunov exponent of some cells of a method without a time step, each from its own start.
+
+    Parameters
+    ----------
+    cells : Cells
+    places : (m,) ndarray of int
+        The cells, by their index.
+    starts : (m, 4) ndarray
+        ξ₁, ξ₁′, ξ₂, ξ₂′ of each at τ ≡ 0 mod T.
+    periods : int
+        As of :func:`engine.lyapunov`.
+    judge : callable
+        ``judge(i, followed)`` takes the outcome of cell i as soon as it is known, in any thread and order.
+    threads, cancelled
+        As of :func:`run_cells`.
+
+    Raises
+    ------
+    Cancelled
+        If ``cancelled`` returned true.
+    """
+
+    def problem(k: int) -> tuple[System, float, Method]:
+        return cells.system_of(places[k]), cells.eta[places[k]], cells.method_of(places[k])
+
+    def judge_cell(k: int, followed: Lyapunov) -> None:
+        judge(int(places[k]), followed)
+
+    motions = Motions(cells.method, cells.parameters()[places], starts, problem)
+    follow_all(motions, periods, judge_cell, threads=thread_count(threads), cancelled=cancelled)
 
 
 def outcome_of(growth: np.ndarray, section: np.ndarray) -> Lyapunov:

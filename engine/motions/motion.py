@@ -20,27 +20,32 @@ from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
+from vibroscope.engine.cells import Cells
+from vibroscope.engine.drivers.law_driven import remembers
+from vibroscope.engine.energy.balance import energy_balance, is_balance_known
+from vibroscope.engine.methods import Method
+from vibroscope.engine.model import System
+from vibroscope.engine.motions.contact_force import impulse_per_period, peak_force
+from vibroscope.engine.motions.description import CellKind, Kind, Motion, describe, sampled_periods
+from vibroscope.engine.motions.floquet import (
+    fate_of_disturbances,
+    half_cycle_multipliers,
+    lyapunov_exponent,
+    multipliers,
+    nearest_bifurcation,
+)
+from vibroscope.engine.motions.judge import LONGEST_SEEN, SETTLED_PERIODS, Evidence, classify, judge
+from vibroscope.engine.motions.lyapunov import lyapunov
+from vibroscope.engine.motions.poincare_map import unresolved
+from vibroscope.engine.motions.regularity import rotation_number
+from vibroscope.engine.motions.steady import REST, Steady, schedule_of, steady
+from vibroscope.engine.motions.time_step_scatter import SCATTER_TRANSIENT, section_judgement
+from vibroscope.engine.motions.tolerances import REPEATED_IMPACTS, REPEATED_IMPACTS_BY_STEPS, UNBALANCED
+from vibroscope.engine.result import Checkpoint, Record, Response
+from vibroscope.engine.simulate import FARTHEST, LONG, simulate
+from vibroscope.engine.wording import counted, end_text
 
-from ..drivers.law_driven import remembers
-from ..drivers.section import period_of
-from ..energy.balance import energy_balance
-from ..methods import Method
-from ..model import System
-from ..result import Checkpoint, Record, Response
-from ..simulate import FARTHEST, LONG, simulate
-from ..wording import counted, end_text
-from .contact_force import impulse_per_period, peak_force
-from .description import Kind, Motion, describe, sampled_periods
-from .floquet import fate_of_disturbances, lyapunov_exponent, multipliers, nearest_bifurcation
-from .lyapunov import Lyapunov, lyapunov
-from .poincare_map import unresolved
-from .regularity import rotation_number
-from .steady import REST, Steady, schedule_of, steady
-from .time_step_scatter import judge_newmark_section, later_run
-from .tolerances import REPEATED_IMPACTS, REPEATED_IMPACTS_BY_STEPS, UNBALANCED
-
-LONGEST_SEEN = 512  # periods of a cycle that the section shows
-DESCRIBED_PERIODS = 256  # described periods of a motion that does not repeat itself
+DESCRIBED_PERIODS = SETTLED_PERIODS  # described periods of a motion that does not repeat itself
 SAMPLES_PER_PERIOD, SAMPLED_PERIODS = 2000, 50  # samples per period; sampled periods
 MOST_SAMPLES = 100_000
 MOST_IMPACTS = 8  # of a cycle of a free vibration
@@ -126,29 +131,27 @@ class Runs(NamedTuple):
         how = {"max_period": schedule_of(self.method).longest, "cancelled": self.cancelled}
         return steady(self.system, self.eta, self.method, initial=initial, **how)
 
+    def judged(self, run: Response) -> tuple[dict[str, np.ndarray], Evidence]:
+        """What the judge of many cells says of a run that keeps its last DESCRIBED_PERIODS, and by what."""
+        evidence, cells = Evidence(), Cells(self.system, [self.eta], self.method)
+        found = judge(cells, run.section[None], evidence=evidence, threads=1, cancelled=self.cancelled)
+        return {name: array[0] for name, array in found.items()}, evidence
+
     def multipliers(self, state: np.ndarray, period: int) -> np.ndarray:
         """The Floquet multipliers of a cycle through a state."""
         return multipliers(self.system, self.eta, self.method, state, period, self.cancelled)
 
-
-def classify(followed: Lyapunov) -> tuple[Kind, str]:
-    """Return the type of a motion that is not known to be periodic, and the reason in words."""
-    rate = f"largest Lyapunov exponent {followed.exponent:+.3g} ± {followed.error:.2g} per period"
-    over = f"over {len(followed.section)} periods"
-    if followed.is_quasi_periodic:
-        return Kind.QUASI_PERIODIC, (
-            f"{rate} {over}, zero within its uncertainty, and averages over the section converge as only those of "
-            f"regular motion do (to {followed.irregularity:.1g}); the other frequency is "
-            f"{rotation_number(followed.section):.6f} of the first"
+    def with_multipliers(self, described: Motion, values: np.ndarray, limit: Motion | None = None) -> Motion:
+        """Add the Floquet multipliers of a cycle, or of the limit of one that its steps scatter, and what follows."""
+        cycle, halves = limit or described, ()
+        if cycle.symmetric:
+            state = cycle.section[-cycle.period]
+            halves = half_cycle_multipliers(self.system, self.eta, self.method, state, cycle.period, self.cancelled)
+        name, margin = nearest_bifurcation(values, described.closing_speeds, described.approach, halves)
+        rate = lyapunov_exponent(values, described.period)
+        return replace(
+            described, multipliers=values, lyapunov=rate, lyapunov_error=0.0, bifurcation=name, margin=margin
         )
-    if followed.is_chaotic:
-        return Kind.CHAOTIC, f"{rate} {over}"
-    if followed.sign == -1:
-        return Kind.UNDECIDED, f"{rate}: it contracts, but has not come to a cycle {over}"
-    return (
-        Kind.UNDECIDED,
-        f"{rate} {over}: not distinguishable from zero, or changing on the way; it may be a long transient",
-    )
 
 
 # ------------------------------------------------------------------------------------------------- closed-form solvers
@@ -169,20 +172,28 @@ def _closed_form_motion(runs: Runs, initial) -> Motion:
     state = run.section[-1]
     if np.abs(state).max() > FARTHEST:
         return _unbounded_motion(run)
+    if not system.excitation.drives and (run.section == state).all() and not (state[[1, 3]].any() or len(run.impacts)):
+        return _periodic_motion(runs.run(2, state, keep=1), 1, runs.multipliers(state, 1), cancelled)  # nothing moves
     if not system.excitation.drives and (own := own_period(run)) == own:
         return _free_motion(runs.run(DESCRIBED_PERIODS, state), own, cancelled)
-    for periods in schedule.followed:
-        followed = lyapunov(system, eta, method, initial=state, periods=periods, cancelled=cancelled)
-        if len(followed.section) < periods:
-            reason = f"after {len(followed.section)} periods more it has no derivative: an impact grazes"
-            return replace(describe(run, 0), reason=reason)
-        state = followed.section[-1]
-        cycle = _late_cycle(runs, followed.section)
-        if cycle is not None:
-            return replace(cycle, reason=cycle.reason + f"; a run of {schedule.long} periods did not find it")
-        kind, reason = classify(followed)
-        if kind is not Kind.UNDECIDED:
-            break
+    run = runs.run(schedule.long, initial)
+    kind, evidence = runs.judged(run)
+    followed = evidence.followed
+    if kind["kind"] == CellKind.PERIODIC:
+        cycle = _late_cycle(runs, evidence.section, int(kind["kind_period"]))
+        return replace(cycle, reason=cycle.reason + f"; a run of {schedule.long} periods did not find it")
+    if kind["lyapunov"] == -np.inf:
+        run = runs.run(DESCRIBED_PERIODS, evidence.section[-1])
+        none = f"no cycle of up to {LONGEST_SEEN} periods is found"
+        reason = f"contacts that stick leave nothing of a disturbance, and {none}"
+        return replace(describe(run, 0), reason=reason, lyapunov=-np.inf, lyapunov_error=0.0)
+    if np.isnan(kind["lyapunov"]):
+        reason = f"after {len(followed.section)} periods more it has no derivative: an impact grazes"
+        return replace(describe(run, 0), reason=reason)
+    if kind["kind"] != CellKind.UNDECIDED:  # the exponent over more periods, where they show the same kind
+        longer = lyapunov(system, eta, method, initial=state, periods=schedule.followed, cancelled=cancelled)
+        followed = longer if classify(longer)[0] is classify(followed)[0] else followed
+    (kind, reason), state = classify(followed), followed.section[-1]
     record = Record(SAMPLED_PERIODS, SAMPLES_PER_PERIOD)
     run = runs.run(DESCRIBED_PERIODS, state, record=record)
     return replace(
@@ -201,15 +212,12 @@ def _remembering_motion(runs: Runs, initial) -> Motion:
     return _with_samples(describe(run), run, runs.cancelled) if run.ok else describe(run)
 
 
-def _late_cycle(runs: Runs, section: np.ndarray) -> Motion | None:
-    """Return the cycle that the motion settled to while it was followed: its transient was long, or the cycle is."""
+def _late_cycle(runs: Runs, section: np.ndarray, period: int) -> Motion:
+    """Return the cycle that the motion settled to while it was judged: its transient was long, or the cycle is."""
     state = section[-1]
     found = runs.steady(state)
     if found.periodic:
         return _periodic_motion(found.response, found.period, found.multipliers, runs.cancelled)
-    period = period_of(section[-2 * LONGEST_SEEN :])
-    if not period:
-        return None
     values = runs.multipliers(state, period)
     return _periodic_motion(runs.run(2 * period, state, keep=period), period, values, runs.cancelled)
 
@@ -237,7 +245,8 @@ def _periodic_motion(once: Response, period: int, values: np.ndarray, cancelled)
     reason = f"a cycle of {counted(period, 'period')} closes, and disturbances of it {fate}"
     if not once.system.excitation.drives:
         reason = f"nothing drives the bodies: their free vibration has come to rest, and disturbances {fate}"
-    return _with_multipliers(replace(described, reason=reason, section=run.section[-period:]), values)
+    described = replace(described, reason=reason, section=run.section[-period:])
+    return Runs(once.system, once.eta, once.method, cancelled).with_multipliers(described, values)
 
 
 def _free_motion(run: Response, own: float, cancelled) -> Motion:
@@ -257,15 +266,9 @@ def _samples_per_period(run: Response) -> int:
     )
 
 
-def _with_multipliers(described: Motion, values: np.ndarray) -> Motion:
-    name, margin = nearest_bifurcation(values, described.closing_speeds, described.approach)
-    rate = lyapunov_exponent(values, described.period)
-    return replace(described, multipliers=values, lyapunov=rate, lyapunov_error=0.0, bifurcation=name, margin=margin)
-
-
 def _with_energy(described: Motion, run: Response, cancelled) -> Motion:
     """Add the energy lost per period, averaged over whole cycles or all periods, and what the time step creates."""
-    if run.trajectory is None:
+    if run.trajectory is None or not is_balance_known(run):
         return described
     balance = energy_balance(run, cancelled=cancelled)
     # the balance follows located steps in closed form; coarse steps deviate from it, and the balance does not close
@@ -309,10 +312,12 @@ def _stepped_motion(runs: Runs, initial) -> Motion:
         return _unbounded_motion(run)
     if not runs.system.excitation.drives and (own := own_period(run)) == own:
         return _free_motion(run, own, cancelled)
+    _, evidence = runs.judged(run)
+    if evidence.starts:  # the band at first was the rest of a transient
+        run = runs.run(SCATTER_TRANSIENT + DESCRIBED_PERIODS, evidence.starts[-1])
+        state = run.section[-1]
     limit = _closed_form_motion(runs._replace(method=runs.method.limit), state)
-    judged = judge_newmark_section(run, limit, cancelled)
-    while judged.bands and limit.period and (later := later_run(run, limit, cancelled)) is not None:
-        run, state, judged = later, later.section[-1], judge_newmark_section(later, limit, cancelled)
+    judged = section_judgement(run, limit, evidence.judged, evidence.own_period, evidence.finer)
     scattered = judged.step_noise > 0
     described = describe(run, 0 if scattered else judged.period)
     described = replace(
@@ -329,9 +334,9 @@ def _stepped_motion(runs: Runs, initial) -> Motion:
     if judged.type is not Kind.PERIODIC:
         return replace(described, lyapunov=limit.lyapunov, lyapunov_error=limit.lyapunov_error, rotation=limit.rotation)
     if scattered:
-        return _with_multipliers(described, limit.multipliers)
+        return runs.with_multipliers(described, limit.multipliers, limit) if limit.period else described
     values = runs.multipliers(state, judged.period)
-    return _with_multipliers(replace(described, section=described.section[-judged.period :]), values)
+    return runs.with_multipliers(replace(described, section=described.section[-judged.period :]), values)
 
 
 def own_period(response: Response) -> float:

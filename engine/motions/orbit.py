@@ -16,10 +16,9 @@ basin of attraction smaller than that would be accepted wrongly.)
 from typing import NamedTuple
 
 import numpy as np
-
-from .floquet import eigenvalues_by_modulus, fate_of_disturbances, is_stable
-from .poincare_map import PoincareMap, Return
-from .tolerances import (
+from vibroscope.engine.motions.floquet import eigenvalues_by_modulus, fate_of_disturbances, is_stable
+from vibroscope.engine.motions.poincare_map import PoincareMap, Return
+from vibroscope.engine.motions.tolerances import (
     APPROACHED,
     LONGEST_NEWTON_STEP,
     NEAR_RETURN,

@@ -9,14 +9,13 @@ from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
-
-from ..drivers.event_driven import LinearFlow, contact_state, displaced_state, set_up
-from ..drivers.law_driven import LawFlow, needs_law
-from ..facts import Amount, Dimensionless, Statement, stated
-from ..methods import ExactPenalty, Reference
-from ..model import System
-from ..result import Cancelled
-from .tolerances import LARGEST_PRESSING
+from vibroscope.engine.drivers.event_driven import LinearFlow, contact_state, displaced_state, set_up, within
+from vibroscope.engine.drivers.law_driven import LawFlow, needs_law
+from vibroscope.engine.facts import Amount, Dimensionless, Statement, stated
+from vibroscope.engine.methods import ExactPenalty, Reference
+from vibroscope.engine.model import System
+from vibroscope.engine.motions.tolerances import LARGEST_PRESSING
+from vibroscope.engine.result import Cancelled
 
 
 def unresolved(system: System) -> str | Statement:
@@ -34,17 +33,6 @@ def unresolved(system: System) -> str | Statement:
         Dimensionless(" units of length"),
         Amount(LARGEST_PRESSING, "displacement"),
     )
-
-
-def without_penetration(system: System, state: Sequence[float]) -> tuple[float, float, float, float]:
-    """Return the state ξ₁, ξ₁′, ξ₂, ξ₂′ with the gap closed if it is negative: the reference cannot start with g < 0.
-
-    Body 2 is moved; body 1, if body 2 is a wall.
-    """
-    x1, v1, x2, v2 = (float(value) for value in state)
-    if system.wall:
-        return min(x1, system.clearance), v1, x2, v2
-    return x1, v1, max(x1 - system.clearance, x2), v2
 
 
 class Return(NamedTuple):
@@ -86,7 +74,7 @@ class PoincareMap:
     def start(self, y: Sequence[float]) -> np.ndarray:
         """Return the packed hybrid state at y; for the reference a penetration is set to zero."""
         x1, v1, gap, rate = map(float, y)
-        gap = max(gap, 0.0) if self.rigid else gap
+        gap = within(self.mechanics, gap) if self.rigid else gap
         return self.flow.start((x1, v1, gap, rate))
 
     def coordinates(self, states: np.ndarray) -> np.ndarray:
@@ -130,14 +118,14 @@ class PoincareMap:
         found = self._run(self.flow.end, y, count)
         return np.inf if found is None else float(np.abs(found[0] - y).max())
 
-    def _run(self, flow: Callable, y: np.ndarray, count: int, *more: np.ndarray):
+    def _run(self, flow: Callable, y: np.ndarray, count: float, *more: np.ndarray):
         if self.cancelled is not None and self.cancelled():
             raise Cancelled
         found = flow(self.start(y), float(count), *more)
         self.periods += count
         return None if found is None or not all(np.isfinite(array).all() for array in found[:-1]) else found
 
-    def __call__(self, y: np.ndarray, count: int = 1) -> Return | None:
+    def __call__(self, y: np.ndarray, count: float = 1) -> Return | None:
         """Map y over ``count`` periods; None if the integration ends early or the map has no derivative at y."""
         found = self._run(self.flow.with_jacobian, y, count)
         if found is None:

@@ -1,9 +1,8 @@
 """Whether a Poincaré section is regular (periodic or quasi-periodic) or not, and its rotation number."""
 
 import numpy as np
-
-from ..drivers.section import TOLERANCE
-from .averages import smooth_weights
+from vibroscope.engine.drivers.section import TOLERANCE
+from vibroscope.engine.motions.averages import smooth_weights
 
 MOST_TUBES = 4  # of a torus, which the motion visits in turn
 

@@ -11,26 +11,26 @@ equal period; `tests/engine/test_sameness.py` measures both on the paper's syste
 """
 
 import numpy as np
-
-from ..drivers.section import TOLERANCE, period_of
-from .averages import batch_means, standard_error
-from .section import band_width
-from .tolerances import BETWEEN_SOLVERS, NOISY, SAME_AVERAGES, SAME_CYCLE
+from vibroscope.engine.drivers.section import TOLERANCE, period_of
+from vibroscope.engine.model import System
+from vibroscope.engine.motions.averages import batch_means, standard_error
+from vibroscope.engine.motions.section import band_width
+from vibroscope.engine.motions.tolerances import BETWEEN_SOLVERS, NOISY, SAME_AVERAGES, SAME_CYCLE, THIN
 
 SECTION_BATCHES = 16
 
 
-def same_motion(known: np.ndarray, section: np.ndarray, period: int, thin: float = 0.0, least: float = 0.0) -> bool:
+def same_motion(known: np.ndarray, section: np.ndarray, period: int, blurred: bool = False, least: float = 0.0) -> bool:
     """Whether a section is that of a known motion of the same solver; arguments as of :func:`same_cycle`.
 
     ``period`` 0: the known motion does not repeat itself.
     """
     if period:
-        return same_cycle(known, section, period, thin, least)
+        return same_cycle(known, section, period, blurred, least)
     return not period_of(section) and same_averages(known, section)
 
 
-def same_cycle(known: np.ndarray, section: np.ndarray, period: int, thin: float = 0.0, least: float = 0.0) -> bool:
+def same_cycle(known: np.ndarray, section: np.ndarray, period: int, blurred: bool = False, least: float = 0.0) -> bool:
     """Whether two sections of one solver are the same cycle of points but for time-step scatter, wherever they begin.
 
     Parameters
@@ -39,19 +39,28 @@ def same_cycle(known: np.ndarray, section: np.ndarray, period: int, thin: float 
         Of one cycle, or of at least two.
     period : int
         Of the known one.
-    thin : float
-        Share of the size below which the widths of bands may differ by any factor.
+    blurred : bool
+        Whether a time step scatters the known one: from another start it may lock the scatter, so that the widths of
+        thin bands may differ by any factor.
     least : float
-        Size below which a motion counts as rest.
+        Size below which a motion counts as rest (:func:`least_size`).
     """
     if len(section) != period and len(section) < 2 * period:
         return False
     points, others = cycle_points(known, period), cycle_points(section, period)
     widths = band_width(known, period), band_width(section, period)
     size = max(np.abs(known).max(), least)
-    if max(widths) > max(NOISY * min(widths) + TOLERANCE * size, thin * size):
+    if max(widths) > max(NOISY * min(widths) + TOLERANCE * size, THIN * size if blurred else 0.0):
         return False
     return shifted_distance(points, others) <= SAME_CYCLE * size + NOISY * max(widths)
+
+
+def least_size(system: System, starts: np.ndarray) -> float:
+    """Size below which a motion from one of these starts, (n, 4), counts as rest.
+
+    What is left of a free vibration has no size of its own; a driven motion has.
+    """
+    return 0.0 if system.excitation.drives else float(np.abs(starts).max())
 
 
 def cycle_points(section: np.ndarray, period: int) -> np.ndarray:

@@ -3,9 +3,9 @@
 from collections.abc import Callable
 
 import numpy as np
-
-from ..drivers.section import periods_of
-from .tolerances import DYING
+from vibroscope.engine.drivers.section import periods_of
+from vibroscope.engine.model import DISPLACEMENTS
+from vibroscope.engine.motions.tolerances import DYING
 
 
 def settled_periods(sections: np.ndarray) -> np.ndarray:
@@ -23,7 +23,7 @@ def settled_period(section: np.ndarray) -> int:
     return int(settled_periods(section[None])[0])
 
 
-def band_widths(sections: np.ndarray, periods: np.ndarray) -> np.ndarray:
+def band_widths(sections: np.ndarray, periods: np.ndarray, columns: slice = DISPLACEMENTS) -> np.ndarray:
     """Standard deviation of ξ₁ and ξ₂ together about the points of a cycle, in base amplitudes.
 
     Parameters
@@ -31,36 +31,37 @@ def band_widths(sections: np.ndarray, periods: np.ndarray) -> np.ndarray:
     sections : (n, rows, 4) ndarray
     periods : (n,) ndarray of int
         Points of each cycle.
+    columns : slice, optional
+        Of the coordinates that count.
 
     Returns
     -------
     (n,) ndarray
     """
-    return _by_period(sections, periods, lambda points: np.var(points, axis=1).sum(axis=-1).mean(axis=-1))
+    return _by_period(sections[..., columns], periods, lambda points: np.var(points, axis=1).sum(axis=-1).mean(axis=-1))
 
 
 def cycle_spreads(sections: np.ndarray, periods: np.ndarray) -> np.ndarray:
     """Standard deviation of ξ₁ and ξ₂ together among the points of a cycle; arguments as of :func:`band_widths`."""
-    return _by_period(sections, periods, lambda points: np.var(points.mean(axis=1), axis=1).sum(axis=-1))
+    shown = sections[..., DISPLACEMENTS]
+    return _by_period(shown, periods, lambda points: np.var(points.mean(axis=1), axis=1).sum(axis=-1))
 
 
-def band_width(section: np.ndarray, period: int = 1) -> float:
+def band_width(section: np.ndarray, period: int = 1, columns: slice = DISPLACEMENTS) -> float:
     """The result of :func:`band_widths` for one section."""
-    return float(band_widths(section[None], np.array([period]))[0])
+    return float(band_widths(section[None], np.array([period]), columns)[0])
 
 
 def _by_period(sections: np.ndarray, periods: np.ndarray, variance: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
-    """Roots of the variances of sections, taken together where they have as many points: (m, cycles, period, 2)."""
+    """Roots of the variances of sections, taken together where they have as many points: (m, cycles, period, k)."""
     found, rows = np.empty(len(sections)), sections.shape[1]
     for period in np.unique(periods).tolist():
         chosen, cycles = np.flatnonzero(periods == period), rows // period
-        points = sections[chosen, rows - cycles * period :, ::2]  # ξ₁ and ξ₂
-        found[chosen] = np.sqrt(variance(points.reshape(len(chosen), cycles, period, 2)))
+        points = sections[chosen, rows - cycles * period :]
+        found[chosen] = np.sqrt(variance(points.reshape(len(chosen), cycles, period, points.shape[-1])))
     return found
 
 
 def scatter(section: np.ndarray, period: int, body: int) -> float:
     """Standard deviation of a body's displacement about the ``period`` points of a cycle, in units of length."""
-    cycles = len(section) // period
-    points = section[len(section) - cycles * period :, 2 * body - 2].reshape(cycles, period)
-    return float(np.sqrt(np.mean(np.var(points, axis=0))))
+    return band_width(section, period, slice(2 * body - 2, 2 * body - 1))

@@ -1,8 +1,7 @@
 """Random starts of searches for motions that coexist: a box of states, with the bodies apart."""
 
 import numpy as np
-
-from ..model import System
+from vibroscope.engine.model import System
 
 
 def reach_of(rows: np.ndarray) -> np.ndarray:
@@ -16,8 +15,15 @@ def random_states(random: np.random.Generator, count: int, reach: np.ndarray) ->
 
 
 def apart(system: System, states: np.ndarray) -> np.ndarray:
-    """States, (…, 4), with bodies that overlap in exchanged places; at a wall, reflected from it."""
+    """States, (…, 4), with bodies that overlap in exchanged places; at a wall, reflected from it.
+
+    Between two stops the gap is reflected from both until it lies within the play.
+    """
     x1, v1, x2, v2 = np.moveaxis(states, -1, 0)
+    if system.two_stops:
+        x2 = np.zeros_like(x2) if system.wall else x2
+        gap = system.play - np.abs(np.mod(system.gap(x1, x2), 2 * system.play) - system.play)
+        return np.stack([system.clearance + x2 - gap, v1, x2, np.zeros_like(v2) if system.wall else v2], axis=-1)
     if system.wall:
         none = np.zeros_like(x1)
         return np.stack([np.minimum(x1, 2 * system.clearance - x1), v1, none, none], axis=-1)

@@ -16,18 +16,17 @@ from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
-
-from ..checks import whole
-from ..drivers.event_driven import EventDriver
-from ..drivers.law_driven import LawDriver, by_steps, needs_law
-from ..drivers.section import period_of
-from ..methods import ExactPenalty, Reference
-from ..model import System, check_eta
-from ..result import Checkpoint, Record, Response, Status
-from ..simulate import KEEP, LONG, simulate, starting_checkpoint
-from .floquet import eigenvalues_by_modulus, is_stable
-from .orbit import FixedPoint, approached_orbit
-from .poincare_map import PoincareMap
+from vibroscope.engine.checks import whole
+from vibroscope.engine.drivers.event_driven import EventDriver
+from vibroscope.engine.drivers.law_driven import LawDriver, by_steps, needs_law
+from vibroscope.engine.drivers.section import period_of
+from vibroscope.engine.methods import ExactPenalty, Reference
+from vibroscope.engine.model import System, check_eta
+from vibroscope.engine.motions.floquet import eigenvalues_by_modulus, is_stable
+from vibroscope.engine.motions.orbit import FixedPoint, approached_orbit
+from vibroscope.engine.motions.poincare_map import PoincareMap
+from vibroscope.engine.result import Checkpoint, Record, Response, Status
+from vibroscope.engine.simulate import KEEP, LONG, simulate, starting_checkpoint
 
 REST = None  # as a start: the static equilibrium of the system
 MAX_PERIOD_LIMIT = 64
@@ -44,18 +43,22 @@ class Schedule(NamedTuple):
         Periods of the last run, after which it is tried once more.
     longest : int
         Periods of a cycle that the search for the kind of a motion looks for.
-    followed : tuple of int
-        Periods with a derivative for a Lyapunov exponent; the second number only if the first does not decide.
+    followed : int
+        Periods over which the Lyapunov exponent of a single motion is averaged, and after which a motion that does not
+        repeat itself is judged: a chaotic transient may last thousands.
+    judged : tuple of int
+        Periods with a derivative that decide its kind; each number only if those before do not.
     """
 
     attempts: tuple[int, ...]
     long: int
     longest: int
-    followed: tuple[int, ...]
+    followed: int
+    judged: tuple[int, ...]
 
 
-CLOSED_FORM = Schedule((8, 32, 128, 512), LONG, 64, (8192, 4 * 8192))
-BY_STEPS = Schedule((8, 32, 128), 512, 16, (2048,))  # contact without a closed form
+CLOSED_FORM = Schedule((8, 32, 128, 512), LONG, 64, 8192, (512, 4096, 8192, 4 * 8192))
+BY_STEPS = Schedule((8, 32, 128), 512, 16, 2048, (512, 2048))  # contact without a closed form
 
 
 def schedule_of(method: Reference | ExactPenalty) -> Schedule:

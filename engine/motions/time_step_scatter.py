@@ -9,33 +9,31 @@ of the map is positive at η = 2.76, where the motion is periodic, and negative 
 limit Δτ → 0 decides instead:
 
 - The exact penalty motion with the same K and D is that limit. It is started where the Newmark run ended.
-- The band is measured again with 4, 16 and 64 times as many steps, from the same state, until it has clearly shrunk.
+- The band is measured again with 4, 16 and 64 times as many steps, from the same state, until it has clearly shrunk:
+  beside a limit that does not repeat itself with 4 times as many only, and not at all beside one that nothing decided.
 
 A band that shrinks towards the points of the limit is an artefact of the time step. A band that keeps its width beside
 a chaotic limit is motion. A band that narrows with the same step too, as time goes on, is the rest of a transient, and
-is judged later (:func:`later_run`). A band about other points than those of the limit is another motion, and smaller
+is judged later (:mod:`.judge`). A band about other points than those of the limit is another motion, and smaller
 steps say nothing of it (:func:`_is_about_cycle`).
 
-:func:`judge_bands` judges the sections of many motions together; a single run (:func:`judge_newmark_section`) is one of
-them, with longer runs and a sentence.
+:func:`judge_bands` judges the sections of many motions together; :func:`section_judgement` says in words what it found
+of one of them.
 """
 
 from collections.abc import Callable, Iterable
-from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
-
-from ..drivers.section import TOLERANCE, period_of, periods_of
-from ..facts import Amount, Statement, Symbol, joined, stated
-from ..methods import STEPS_RANGE
-from ..result import Response
-from ..simulate import simulate
-from ..wording import counted, every
-from .description import CellKind, Kind, Motion
-from .section import band_width, band_widths, cycle_spreads, scatter
-from .tolerances import CLEAR_SPREAD, REPEATED_BAND, SHOWN_SPREAD, SHRUNK
-from .words import SYMBOLS
+from vibroscope.engine.drivers.section import LEAST_SECTION, TOLERANCE, periods_of
+from vibroscope.engine.facts import Amount, Statement, Symbol, joined, stated
+from vibroscope.engine.methods import STEPS_RANGE
+from vibroscope.engine.motions.description import CellKind, Kind, Motion
+from vibroscope.engine.motions.section import band_widths, cycle_spreads, scatter
+from vibroscope.engine.motions.tolerances import CLEAR_SPREAD, REPEATED_BAND, SHOWN_SPREAD, SHRUNK
+from vibroscope.engine.motions.words import SYMBOLS
+from vibroscope.engine.result import Response
+from vibroscope.engine.wording import counted, every
 
 FINER = (4, 16, 64)  # times as many steps per period
 FINER_LOCATED = (4,)  # located steps converge quadratically, and all of them are taken
@@ -94,8 +92,6 @@ def judge_bands(
     steps: np.ndarray,
     finer: Callable[[np.ndarray, int], tuple[np.ndarray, np.ndarray]],
     factors: tuple[int, ...],
-    *,
-    all_bands: bool = False,
 ) -> Judgements:
     """Judge motions with a time step by their limits, and by what smaller steps leave of the bands of their sections.
 
@@ -112,18 +108,15 @@ def judge_bands(
         (m, rows, 4), and whether they reached their ends, (m,).
     factors : tuple of int
         How many times as many steps are tried, one after the other, until a band is narrow.
-    all_bands : bool
-        Try them all beside a limit that does not repeat itself, too, and beside one whose kind is not decided. By
-        default one suffices for the former and none is tried for the latter.
     """
     periodic = limits.kinds == CellKind.PERIODIC
     about = _points_of_bands(limits.periods, sections.shape[1])
     widths = band_widths(sections, about)
-    is_band = widths > TOLERANCE * np.abs(sections).max(axis=(1, 2))
+    is_band = widths > TOLERANCE * np.abs(sections).max(axis=(1, 2), initial=LEAST_SECTION)
     shown = _periods_shown(own_periods, limits.periods, is_band)
     is_about_cycle = _is_about_cycle(sections, about, widths, limits.spreads)
     shrinks, left = np.zeros(len(sections), bool), (shown == 0) & is_about_cycle
-    left = np.flatnonzero(left if all_bands else left & (limits.kinds != CellKind.UNDECIDED))
+    left = np.flatnonzero(left & (limits.kinds != CellKind.UNDECIDED))
     for factor in factors:
         left = left[factor * steps[left] <= STEPS_RANGE[1]]
         if not len(left):
@@ -131,7 +124,7 @@ def judge_bands(
         found, ok = finer(left, factor)
         narrower = band_widths(found, about[left])
         shrinks[left] = np.where(ok, narrower < SHRUNK * widths[left], shrinks[left])
-        left = left[ok & ~(narrower < SHRUNK**2 * widths[left]) & (all_bands | periodic[left])]
+        left = left[ok & ~(narrower < SHRUNK**2 * widths[left]) & periodic[left]]
     moves = np.isin(limits.kinds, (CellKind.CHAOTIC, CellKind.QUASI_PERIODIC))
     alone = (shown > 0, periodic & shrinks, own_periods > 0, moves & ~shrinks)
     kinds = np.select(
@@ -186,44 +179,31 @@ def widths_text(bands: Iterable[tuple[int, float]]) -> Statement:
     return joined(", ", (stated("±{} at T/{}", Amount(width, "displacement", 2), str(steps)) for steps, width in bands))
 
 
-def judge_newmark_section(
-    run: Response, limit: Motion, cancelled: Callable[[], bool] | None = None
+def section_judgement(
+    run: Response, limit: Motion, judged: Judgements, own_period: int, finer: Iterable[tuple[int, np.ndarray]]
 ) -> SectionJudgement:
-    """Decide what the section of a Newmark run shows.
+    """Say what the section of a run shows.
 
     Parameters
     ----------
     run : Response
-        Of Newmark, or of another method with a time step.
+        Of a method with a time step.
     limit : Motion
-        The exact penalty motion that begins where the run ends, with its evidence.
+        The motion without one that begins where the run ends, with its evidence.
+    judged : Judgements
+        Of this section alone.
+    own_period : int
+        After which it happens to repeat itself; 0 if it does not.
+    finer : iterable of (int, ndarray)
+        Steps per period, and the section with them.
     """
-    own_period, body, bands = period_of(run.section), run.system.observed_body, []
-    kind, limit_period = np.array([CellKind[Kind(limit.type).name]]), np.array([limit.period])
-    about = _points_of_bands(limit_period, len(run.section))
-    period = int(about[0])
-
-    def finer(_: np.ndarray, factor: int) -> tuple[np.ndarray, np.ndarray]:
-        found = _run_with_steps(run, factor * run.method.steps, cancelled)
-        if found.ok:
-            bands.append(Band(found.method.steps, scatter(found.section, period, body)))
-        return (found.section if found.ok else run.section)[None], np.array([found.ok])
-
-    judged = judge_bands(
-        run.section[None],
-        np.array([own_period]),
-        Limits(kind, limit_period, cycle_spreads(limit.section[None], about)),
-        np.array([run.method.steps]),
-        finer,
-        FINER_LOCATED if run.method.located else FINER,
-        all_bands=True,
-    )
+    period, body = int(judged.about[0]), run.system.observed_body
     if judged.is_shown[0]:
         shown = int(judged.periods[0])
         reason = f"the section repeats itself after {counted(shown, 'period')}"
         return SectionJudgement(Kind.PERIODIC, shown, reason, 0.0, ())
-    own = Band(run.method.steps, scatter(run.section, period, body))
-    bands.insert(0, own)
+    tried = [(run.method.steps, run.section), *finer]
+    bands = [Band(steps, scatter(section, period, body)) for steps, section in tried]
     decided, artefact = Kind[CellKind(judged.kinds[0]).name], judged.kinds[0] == CellKind.ARTEFACT
     symbol, over = Symbol(SYMBOLS[run.system.observed_body]), f"over {len(run.section)} periods"
     listed = stated("{} in {}, {}", widths_text(bands), symbol, over)
@@ -232,7 +212,7 @@ def judge_newmark_section(
             "the section is a band, but an artefact of the time step: its width shrinks with it ({}), and without a "
             "time step the motion repeats itself {}",
             listed,
-            every(limit.period),
+            every(int(judged.periods[0])),
         )
     elif own_period:
         after = counted(own_period, "period")
@@ -261,45 +241,10 @@ def judge_newmark_section(
             limit.reason,
             listed,
         )
-    noise, decided = (own.scatter, Kind.PERIODIC) if artefact else (0.0, decided)
+    noise, decided = (bands[0].scatter, Kind.PERIODIC) if artefact else (0.0, decided)
     return SectionJudgement(decided, int(judged.periods[0]), reason, noise, tuple(map(tuple, bands)))
 
 
 def can_narrow(sections: np.ndarray) -> np.ndarray:
     """Whether bands of sections, (n, rows, 4), may be the rest of a transient: not where the scatter repeats itself."""
     return periods_of(sections, REPEATED_BAND) == 0
-
-
-def later_run(run: Response, limit: Motion, cancelled: Callable[[], bool] | None = None) -> Response | None:
-    """Go on with a Newmark run whose section is a band beside a limit that repeats itself, with the same step.
-
-    Returns
-    -------
-    Response or None
-        None if the band keeps its width: then it is no rest of a transient.
-    """
-    if not can_narrow(run.section[None])[0]:
-        return None
-    how = {
-        "periods": SCATTER_TRANSIENT + 2 * run.keep,
-        "keep": run.keep,
-        "initial": run.checkpoint,
-        "cancelled": cancelled,
-    }
-    later = simulate(run.system, run.eta, run.method, **how)
-    period = int(_points_of_bands(np.array([limit.period]), len(run.section))[0])
-    narrowed = later.ok and band_width(later.section, period) < SHRUNK * band_width(run.section, period)
-    return later if narrowed else None
-
-
-def _run_with_steps(run: Response, steps: int, cancelled) -> Response:
-    """A run with so many steps per period that goes on from where another one ended."""
-    skipping = {"every_step": False} if run.method.has_step else {}
-    method = replace(run.method, steps=steps, **skipping)
-    options = {
-        "periods": SCATTER_TRANSIENT + SCATTER_KEEP,
-        "keep": SCATTER_KEEP,
-        "initial": run.section[-1],
-        "cancelled": cancelled,
-    }
-    return simulate(run.system, run.eta, method, **options)

@@ -4,10 +4,16 @@
 
 LEAST_SIZE = 1e-9  # units of length: a smaller motion counts as one of this size, so that shares of it mean something
 DYING = 0.9  # of two halves of a section: a difference between its points that falls by more is the rest of a transient
+# Of its size: a motion without a time step that returns so closely after a cycle, twice, has settled. What is left of
+# its transient lies far below the tolerance of a period.
+SETTLES = 1e-9
 # Excitation periods: the paper takes a contact of fewer than 30 steps of T/2000 as an impact (Figures 10 to 12)
 SUDDEN = 30 / 2000
 REPEATED_IMPACTS = 1e-6  # of the size: impacts of a free vibration in closed form that differ by less repeat themselves
 REPEATED_IMPACTS_BY_STEPS = 0.01  # of the size: the same with a time step, which scatters them
+# Of a period, beside two steps: an impact at one stop and one half a cycle later at the other are alike …
+ALIKE_PHASE = 1e-4
+ALIKE_SPEED = 0.01  # … if their closing speeds differ by no more of the largest: less than a coarse step scatters them
 UNBROKEN = 1e-12  # share of the time that rounding may take from a contact without an end
 UNBALANCED = 0.01  # of the energy: a balance with a larger residual says nothing about the losses
 

@@ -23,14 +23,13 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
-
-from ..drivers.event_driven import contact_state
-from ..methods import ExactPenalty, Reference
-from ..model import System
-from .orbit import Contraction, FixedPoint, contraction
-from .poincare_map import PoincareMap
-from .steady import Steady
-from .tolerances import FALLEN, JOINED
+from vibroscope.engine.drivers.event_driven import contact_state
+from vibroscope.engine.methods import ExactPenalty, Reference
+from vibroscope.engine.model import System
+from vibroscope.engine.motions.orbit import Contraction, FixedPoint, contraction
+from vibroscope.engine.motions.poincare_map import PoincareMap
+from vibroscope.engine.motions.steady import Steady
+from vibroscope.engine.motions.tolerances import FALLEN, JOINED
 
 DIRECTIONS = 128
 DISTANCES = (1.0, 0.5)  # of the radius that is examined
@@ -83,7 +82,12 @@ def trapping_regions(
         If ``cancelled`` returned true.
     """
     poincare = PoincareMap(system, eta, method, cancelled)
-    if not system.excitation.drives and system.spring1 and all(d > 0 for d in _dampers(system, method)):
+    if (
+        not system.excitation.drives
+        and system.spring1
+        and not system.has_free_body
+        and all(d > 0 for d in _dampers(system, method))
+    ):
         return [Region(poincare.displacements(poincare.coordinates(found.state)), np.zeros((4, 4)))]
     state, regions = poincare.coordinates(found.state), []
     to_map = _linear_part(system)

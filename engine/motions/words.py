@@ -2,10 +2,10 @@
 
 import math
 
-from ..facts import Amount, Statement, Symbol, stated
-from ..wording import every
-from .description import Kind, Motion
-from .tolerances import UNBROKEN
+from vibroscope.engine.facts import Amount, Statement, Symbol, stated
+from vibroscope.engine.motions.description import Kind, Motion
+from vibroscope.engine.motions.tolerances import UNBROKEN
+from vibroscope.engine.wording import every
 
 _TYPES = {
     Kind.CHAOTIC: "is chaotic and never repeats",
@@ -14,6 +14,7 @@ _TYPES = {
 }
 
 
+_SYMMETRY = {True: "symmetric between the stops", False: "not symmetric: its mirror image is a motion, too"}
 SYMBOLS = {1: "ξ₁", 2: "ξ₂"}  # of a body's displacement
 
 
@@ -31,7 +32,8 @@ def repetition(found: Motion) -> str:
     """
     if math.isfinite(found.own_period):
         return "repeats with a period of its own"
-    return repetition_of(found.type, found.period, found.near_period, found.scatter, found.step_noise > 0, found.body)
+    words = repetition_of(found.type, found.period, found.near_period, found.scatter, found.step_noise > 0, found.body)
+    return words if found.symmetric is None else stated("{}, {}", words, _SYMMETRY[found.symmetric])
 
 
 def repetition_of(kind: Kind, period: int, near_period: int, scatter: float, blurred: bool, body: int = 2) -> str:

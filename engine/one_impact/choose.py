@@ -3,18 +3,18 @@
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
+from functools import cache
 from typing import NamedTuple
 
 import numpy as np
-
-from ..checks import require
-from ..drivers.alone import BLOWN_UP, parameters_alone
-from ..drivers.step_maps import bodies_of, is_stable
-from ..methods import DAMPING_RANGE, STIFFNESS_RANGE
-from ..result import Cancelled
-from .forward import GAINED, WithStep, impact, outline
-from .instants import ROUGH, over_instants
-from .question import Impact
+from vibroscope.engine.checks import require
+from vibroscope.engine.drivers.alone import BLOWN_UP, parameters_alone
+from vibroscope.engine.drivers.step_maps import bodies_of, is_stable
+from vibroscope.engine.methods import DAMPING_RANGE, STIFFNESS_RANGE
+from vibroscope.engine.one_impact.forward import GAINED, WithStep, impact, outline
+from vibroscope.engine.one_impact.instants import EDGE, ROUGH, SAME, Instants, over_instants
+from vibroscope.engine.one_impact.question import Impact
+from vibroscope.engine.result import Cancelled
 
 STEPS_RANGE = (0.25, 500.0)  # steps per contact among which the fewest are sought
 PER_DECADE = 16  # tried before halving, of these and of K and D
@@ -22,7 +22,7 @@ LOOK_ABOVE, PER_STEP = 1.5, 10  # from what is found so far to so many times tha
 LOOK = 1e3  # times a value, and that part of it, within which its bounds are sought
 SEEK = 10.0  # times K, from one bracket of a permitted penetration or force to the next
 CLOSE_TO_ASKED = 0.05  # of the restitution
-HALVED_TO = 1e-4  # relative, of what is found by halving
+HALVED_TO = 1e-4  # relative, of what is found by halving, and how close to a change of contacts steps are tried
 SURE = 2e-3  # of the restitution: closer to a bound than this, a rough look over the instants does not decide
 
 
@@ -72,7 +72,12 @@ def largest_step(
 ) -> LargestStep | None:
     """The largest step for which e stays within a tolerance of what was asked, whatever the instant of touch.
 
-    All smaller steps down to 500 in a contact keep to it as well, as far as those tried show.
+    Smaller steps, down to 500 in a contact, keep to it as well. Certain of one stage: up to 1.5 times the steps in a
+    contact that are found, each change of the course of a contact that begins at the end of a step is sought, and with
+    the status of the end each that halving finds at any instant; both of its sides are tried, where a restitution
+    appears or ends. Between these changes, where the restitution is smooth, ten numbers of steps in each unit are
+    sampled, and beyond 16 in a decade. Of two stages changes within a step show in part, and what is narrower than a
+    tenth of a step can be missed.
     Touches that a step without a solution ends have no restitution: `verified` says how many they are.
 
     Parameters
@@ -108,24 +113,39 @@ def largest_step(
     tolerance = require("tolerance", tolerance, 0.0, 1.0, "give how far the restitution may be off", open_low=True)
     wanted = question.without_step.restitution if asked is None else asked
 
-    def keeps(steps: float) -> bool:
+    def at(steps: float) -> Impact:
         if cancelled is not None and cancelled():
             raise Cancelled
-        tried = question.with_steps_per_contact(steps)
-        rough = over_instants(tried.touches, ROUGH)
-        off = np.nanmax(np.abs(rough.restitution - wanted), initial=0.0)
-        if off > tolerance or (rough.code == BLOWN_UP).any():
+        return question.with_steps_per_contact(steps)
+
+    @cache
+    def rough(steps: float) -> Instants:
+        return over_instants(at(steps).touches, ROUGH)
+
+    def keeps(steps: float) -> bool:
+        found = rough(steps)
+        off = np.nanmax(np.abs(found.restitution - wanted), initial=0.0)
+        if off > tolerance or (found.code == BLOWN_UP).any():
             return False
         if off < tolerance - SURE:
-            return np.isfinite(rough.restitution).any()
-        found = outline(tried)
+            return np.isfinite(found.restitution).any()
+        found = outline(at(steps))
         ends = found.ends(found.restitution)
         return not (found.code == BLOWN_UP).any() and all(abs(e - wanted) <= tolerance for e in ends)
+
+    ends = np.array([0.0, *(stage.end for stage in question.method.integrator.stages)])
+    edges = np.unique(np.clip(np.concatenate([ends - EDGE, ends + EDGE]), EDGE, 1.0 - EDGE))
+
+    def courses(steps: float) -> list[list[float]]:
+        """Of contacts that begin at the ends of a step or stage; with the status of the end, of all in their order."""
+        looked = at(steps).touches.run(edges)[:, SAME]
+        inside = rough(steps).courses if question.method.status == "end" else looked[:0]
+        return [*looked.tolist(), *inside.tolist()]
 
     fewest = _last_that_holds(keeps, np.geomspace(*reversed(STEPS_RANGE), 1 + PER_DECADE * 3))
     while fewest is not None:  # steps that fail recur with each step more in a contact: looked for more closely above
         near = np.arange(LOOK_ABOVE * fewest, fewest, -1.0 / PER_STEP)
-        closer = _last_that_holds(keeps, np.append(near[near < STEPS_RANGE[1]], fewest))
+        closer = _last_that_holds(keeps, _with_changes(courses, np.append(near[near < STEPS_RANGE[1]], fewest)))
         if closer == fewest:
             break
         fewest = closer
@@ -133,6 +153,28 @@ def largest_step(
         return None
     chosen = question.with_steps_per_contact(fewest)
     return LargestStep(chosen.time_step, fewest, impact(chosen))
+
+
+def _with_changes(courses: Callable[[float], list], steps: np.ndarray) -> np.ndarray:
+    """Steps per contact, falling, and between them both sides of each change of the courses that contacts take.
+
+    There a piece of the instants of touch appears or ends, and with it a restitution.
+    """
+
+    def between(high: float, low: float, at_high: list, at_low: list) -> Iterator[float]:
+        if at_high == at_low:
+            return
+        if high / low - 1.0 < HALVED_TO:
+            yield from (high, low)
+            return
+        middle = 0.5 * (high + low)
+        at_middle = courses(middle)
+        yield from between(high, middle, at_high, at_middle)
+        yield from between(middle, low, at_middle, at_low)
+
+    known = list(map(courses, steps))
+    found = [n for pair in zip(steps[:-1], steps[1:], known[:-1], known[1:], strict=True) for n in between(*pair)]
+    return np.unique(np.concatenate([steps, found]))[::-1]
 
 
 class Bounds(NamedTuple):

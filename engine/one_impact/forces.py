@@ -4,11 +4,10 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-
-from ..drivers.alone import force_alone, parameters_alone
-from .forward import WithStep, impact
-from .instants import SHORT
-from .question import Impact
+from vibroscope.engine.drivers.alone import force_alone, parameters_alone
+from vibroscope.engine.one_impact.forward import WithStep, impact
+from vibroscope.engine.one_impact.instants import SHORT
+from vibroscope.engine.one_impact.question import Impact
 
 CONTACT_TIMES = 2.0  # after so many a contact that has not ended is not followed further
 MOST_GIVEN = 1000  # steps that are given; of more, each second, third, …

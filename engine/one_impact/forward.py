@@ -4,11 +4,10 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-
-from ..drivers.alone import BLOWN_UP, STUCK
-from .instants import FULL, OUTLINE, Fineness, Instants, over_instants
-from .moreau_jean import MoreauJean
-from .question import Impact
+from vibroscope.engine.drivers.alone import BLOWN_UP, STUCK
+from vibroscope.engine.one_impact.instants import FULL, OUTLINE, Fineness, Instants, over_instants
+from vibroscope.engine.one_impact.moreau_jean import MoreauJean
+from vibroscope.engine.one_impact.question import Impact
 
 GAINED = 1e-9  # restitution beyond one that is not rounding
 

@@ -10,7 +10,7 @@ The force is Kδ^1.5 with
 import math
 from typing import NamedTuple
 
-from ..checks import require
+from vibroscope.engine.checks import require
 
 MODULUS_RANGE = (0.0, 1e15)
 POISSON_RANGE = (-1.0, 0.5)

@@ -9,8 +9,21 @@ status of one, halving goes on until an end is known to the last digits.
 from typing import NamedTuple
 
 import numpy as np
-
-from ..drivers.alone import CODE, DEPTH, GAP, NONE, PARTED, PUSH, SPEED, STEPS, STUCK, TWO, UNSOLVED, Touches
+from vibroscope.engine.drivers.alone import (
+    AT_REST,
+    CODE,
+    DEPTH,
+    GAP,
+    NONE,
+    PARTED,
+    PUSH,
+    SPEED,
+    STEPS,
+    STUCK,
+    TWO,
+    UNSOLVED,
+    Touches,
+)
 
 EDGE = 1e-12  # from a step, at which touch and step coincide, and the length of a piece that is none
 FIRST = 12  # pieces to begin with
@@ -31,7 +44,6 @@ class Fineness(NamedTuple):
 FULL = Fineness((SPEED, DEPTH, PUSH), 1e-6, EDGE)
 OUTLINE = Fineness((SPEED,), 1e-4, 1e-7)  # for a search, which asks for the restitution alone
 ROUGH = Fineness((SPEED,), 1e-4, 1e-3)  # … and where that is far from a bound
-AT_REST = 1e-9  # speed, as a share of the closing speed, at which bodies do not part: rounding decides of less
 MANY, SHORT = 200, 1e-6  # pieces sought at once, beyond which those so short are left: rounding decides there
 MOST = 1000  # … beyond which all are: contacts so long that each instant has another course
 SAME = [STEPS, NONE, TWO, CODE]  # along a piece
@@ -53,6 +65,12 @@ class Instants(NamedTuple):
     def length(self) -> np.ndarray:
         """Of each piece, (n,), as a share of a step."""
         return self.instant[:, -1] - self.instant[:, 0]
+
+    @property
+    def courses(self) -> np.ndarray:
+        """Steps, of these without a solution and with two, and code, as they follow each other, (n, 4)."""
+        every = np.stack([self.steps, self.none, self.two, self.code], axis=-1).reshape(-1, len(SAME))
+        return every[np.append(True, (every[1:] != every[:-1]).any(axis=1))]
 
     @property
     def unsolved(self) -> np.ndarray:

@@ -19,11 +19,10 @@ Systems (2008); energy: Acary, ZAMM 96 (2016) 585–603. The MoreauJeanOSI of Si
 from dataclasses import dataclass
 
 import numpy as np
-
-from ..checks import require
-from ..contact import ContactUnits, check_mass, check_speed
-from ..drivers.alone import CODE, DEPTH, FOUND, GAP, PARTED, PUSH, SPEED, STEPS, STUCK
-from .question import FORCE_RANGE, STEP_RANGE
+from vibroscope.engine.checks import require
+from vibroscope.engine.contact import ContactUnits
+from vibroscope.engine.drivers.alone import CODE, DEPTH, FOUND, GAP, PARTED, PUSH, SPEED, STEPS, STUCK
+from vibroscope.engine.one_impact.question import set_checked
 
 THETA_RANGE = (0.5, 1.0)
 MOST_STEPS = 10_000  # of a contact with a force, after which it stays
@@ -68,20 +67,14 @@ class MoreauJean:
     theta: float = 0.5
 
     def __post_init__(self):
-        advice = "give Newton's coefficient of restitution"
-        checked = {"restitution": require("restitution", self.restitution, 0.0, 1.0, advice)}
-        checked["time_step"] = require("time_step", self.time_step, *STEP_RANGE, "give the time step", open_low=True)
-        checked |= {"speed": check_speed(self.speed), "mass": check_mass(self.mass)}
-        advice = "give a constant force that presses the bodies together, or 0"
-        checked["force"] = require("force", self.force, *FORCE_RANGE, advice)
-        checked["theta"] = require("theta", self.theta, *THETA_RANGE, "1/2 conserves energy in flight, 1 is Euler's")
-        for name, value in checked.items():
-            object.__setattr__(self, name, value)
-        if self.force * self.time_step >= self.mass * self.speed:
-            longest = self.mass * self.speed / self.force
-            raise ValueError(
-                f"time_step = {self.time_step:g}: within it the force makes the speed; take less than {longest:g}"
-            )
+        set_checked(self, has_step=True)
+        theta = require("theta", self.theta, *THETA_RANGE, "1/2 conserves energy in flight, 1 is Euler's")
+        object.__setattr__(self, "theta", theta)
+
+    @property
+    def scheme(self) -> tuple[str, str]:
+        """Its name, as that of an integrator; it has no contact status."""
+        return "moreau-jean", ""
 
     @property
     def units(self) -> ContactUnits:

@@ -3,13 +3,13 @@
 import math
 from typing import NamedTuple
 
-from ..contact import restitution_of_units
-from ..methods import TimeStepping
-from ..model import System
-from ..wording import finite_or_none
-from .forward import Span, WithStep, impact
-from .question import Impact
-from .words import restitution_text, shares_text, span_text, steps_text
+from vibroscope.engine.contact import restitution_of_units
+from vibroscope.engine.methods import TimeStepping
+from vibroscope.engine.model import System
+from vibroscope.engine.one_impact.forward import Span, WithStep, impact
+from vibroscope.engine.one_impact.question import Impact
+from vibroscope.engine.one_impact.words import restitution_text, shares_text, span_text, steps_text
+from vibroscope.engine.wording import finite_or_none
 
 MOST_FOLLOWED = 2000.0  # steps in a contact; what more of them change shows in no digit, and takes a second to find
 
@@ -32,7 +32,7 @@ class ContactAlone(NamedTuple):
 
     @property
     def sentence(self) -> str:
-        """The same as a sentence. Methods that average over a step feel the force in one more after the contact."""
+        """The same as a sentence."""
         return f"Once its force is over, a contact alone has a restitution of {self.words}."
 
     def is_off(self, tolerance: float, asked: float) -> bool:

@@ -9,8 +9,8 @@ import math
 from dataclasses import dataclass, replace
 from functools import cached_property
 
-from ..checks import require
-from ..contact import (
+from vibroscope.engine.checks import require
+from vibroscope.engine.contact import (
     ContactUnits,
     check_mass,
     check_speed,
@@ -19,14 +19,40 @@ from ..contact import (
     ratio_of_method,
     restitution_of_units,
 )
-from ..drivers.alone import Course, Touches, course_alone, parameters_alone
-from ..law_table import powers_of
-from ..methods import ExactPenalty, TimeStepping
+from vibroscope.engine.drivers.alone import Course, Touches, course_alone, parameters_alone
+from vibroscope.engine.law_table import powers_of
+from vibroscope.engine.methods import ExactPenalty, TimeStepping
 
 STEP_RANGE = (0.0, 1e12)
 FORCE_RANGE = (0.0, 1e12)
 NO_STEPS = 4  # of a method in a question, whose number of steps has no meaning
 MOST_STEPS_PER_CONTACT = 1e5
+STEP_ADVICE = "give the time step in the unit of time of the other numbers"
+
+
+def set_checked(question: object, *, has_step: bool = False) -> None:
+    """Set the numbers that all questions have to floats within their ranges.
+
+    ``has_step``: whether a step of 0, as a method without one has it, is out of range.
+
+    Raises
+    ------
+    ValueError
+        If a number is out of range; if the step is so long that the force makes the speed.
+    """
+    one = question
+    checked = {"speed": check_speed(one.speed), "mass": check_mass(one.mass)}
+    checked["time_step"] = require("time_step", one.time_step, *STEP_RANGE, STEP_ADVICE, open_low=has_step)
+    advice = "give a constant force that presses the bodies together, or 0"
+    checked["force"] = require("force", one.force, *FORCE_RANGE, advice)
+    checked["restitution"] = require("restitution", one.restitution, 0.0, 1.0, "give the restitution asked for")
+    for name, value in checked.items():
+        object.__setattr__(one, name, value)
+    if one.force * one.time_step >= one.mass * one.speed:
+        longest = one.mass * one.speed / one.force
+        raise ValueError(
+            f"time_step = {one.time_step:g}: within it the force makes the speed; take less than {longest:g}"
+        )
 
 
 @dataclass(frozen=True)
@@ -73,22 +99,10 @@ class Impact:
     def __post_init__(self):
         if self.method.rigid:
             raise ValueError("the method has no contact spring: give ExactPenalty, Newmark or TimeStepping")
-        checked = {"speed": check_speed(self.speed), "mass": check_mass(self.mass)}
-        advice = "give the time step in the unit of time of the other numbers"
-        checked["time_step"] = require("time_step", self.time_step, *STEP_RANGE, advice)
+        set_checked(self)
         if self.method.has_step != (self.time_step > 0.0):
             raise ValueError(
-                f"time_step = {self.time_step:g} with a method that {self._has} one: {advice}, or leave both"
-            )
-        advice = "give a constant force that presses the bodies together, or 0"
-        checked["force"] = require("force", self.force, *FORCE_RANGE, advice)
-        checked["restitution"] = require("restitution", self.restitution, 0.0, 1.0, "give the restitution asked for")
-        for name, value in checked.items():
-            object.__setattr__(self, name, value)
-        if self.force * self.time_step >= self.mass * self.speed:
-            longest = self.mass * self.speed / self.force
-            raise ValueError(
-                f"time_step = {self.time_step:g}: within it the force makes the speed; take less than {longest:g}"
+                f"time_step = {self.time_step:g} with a method that {self._has} one: {STEP_ADVICE}, or leave both"
             )
         if self.time_step and self.steps_per_contact > MOST_STEPS_PER_CONTACT:
             shortest = self.contact_time / MOST_STEPS_PER_CONTACT
@@ -152,6 +166,11 @@ class Impact:
     def contact_time(self) -> float:
         """How long a contact lasts, as steps in it are counted: :func:`..contact.contact_time`."""
         return contact_time(self.mass, self.method, self.speed)
+
+    @property
+    def scheme(self) -> tuple[str, str]:
+        """Integrator and contact status of the steps."""
+        return self.method.integrator.name, self.method.status
 
     @property
     def steps_per_contact(self) -> float:

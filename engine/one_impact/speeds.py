@@ -5,12 +5,11 @@ from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
-
-from ..contact import check_speed
-from ..drivers.alone import BLOWN_UP, STUCK
-from .forward import Span, instants_of
-from .instants import Instants
-from .question import Impact
+from vibroscope.engine.contact import check_speed
+from vibroscope.engine.drivers.alone import BLOWN_UP, STUCK
+from vibroscope.engine.one_impact.forward import Span, instants_of
+from vibroscope.engine.one_impact.instants import Instants
+from vibroscope.engine.one_impact.question import Impact
 
 CLASSES = 12  # of speeds, of equal width, each solved at its mean
 

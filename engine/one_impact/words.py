@@ -2,9 +2,9 @@
 
 import math
 
-from ..units import written
-from ..wording import percent
-from .forward import WithStep
+from vibroscope.engine.one_impact.forward import WithStep
+from vibroscope.engine.units import written
+from vibroscope.engine.wording import percent
 
 _SHOWN = 5e-4  # share of the touches from which on it is said
 

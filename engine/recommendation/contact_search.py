@@ -16,16 +16,15 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
-
-from ..contact import damping_for, damping_ratio, equal_damping, stiffness_for
-from ..law_table import RATIO_LAWS, ratio_of_restitution
-from ..methods import STIFFNESS_RANGE
-from ..model import System
-from ..wording import rounded_to
-from .limits import Limits
-from .range_trials import RangeTrials
-from .tolerances import WELL
-from .trials import NEIGHBOURS, NewmarkSetting, Trial
+from vibroscope.engine.contact import damping_for, damping_ratio, equal_damping, stiffness_for
+from vibroscope.engine.law_table import RATIO_LAWS, ratio_of_restitution
+from vibroscope.engine.methods import STIFFNESS_RANGE
+from vibroscope.engine.model import System
+from vibroscope.engine.recommendation.limits import Limits
+from vibroscope.engine.recommendation.range_trials import RangeTrials
+from vibroscope.engine.recommendation.tolerances import WELL
+from vibroscope.engine.recommendation.trials import NEIGHBOURS, NewmarkSetting, Trial
+from vibroscope.engine.wording import rounded_to
 
 CONTACT_STEPS = (1.5, 100.0)  # steps in a contact that are worth a trial
 FORCE_STEPS = 0.8  # the least of them for a tolerance of the peak force, times that: a strong damper makes up for few

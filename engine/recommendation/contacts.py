@@ -13,14 +13,13 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-
-from ..checks import require
-from ..contact import effective_restitution
-from ..divergence.encounters import delivered_restitution, mean_closing_speed, short_contacts
-from ..divergence.error import Target
-from ..divergence.grid import simulate_samples
-from ..motions.contact_force import peak_force
-from ..result import Record, Response
+from vibroscope.engine.checks import require
+from vibroscope.engine.contact import effective_restitution
+from vibroscope.engine.divergence.encounters import delivered_restitution, mean_closing_speed, short_contacts
+from vibroscope.engine.divergence.error import Target
+from vibroscope.engine.divergence.grid import simulate_samples
+from vibroscope.engine.motions.contact_force import peak_force
+from vibroscope.engine.result import Record, Response
 
 DISPLACEMENT_RANGE = (1e-6, 1.0)
 RESTITUTION_RANGE, FORCE_RANGE = (1e-3, 1.0), (1e-3, 10.0)

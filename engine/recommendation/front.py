@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable
 
-from .trials import Trial
+from vibroscope.engine.recommendation.trials import Trial
 
 
 def pareto_front(trials: Iterable[Trial]) -> list[Trial]:

@@ -2,9 +2,10 @@
 
 from dataclasses import dataclass, replace
 
-from ..checks import require, whole
-from ..methods import DAMPING_RANGE, STIFFNESS_RANGE
-from ..model import System
+from vibroscope.engine.checks import require, whole
+from vibroscope.engine.methods import DAMPING_RANGE, STIFFNESS_RANGE
+from vibroscope.engine.model import System
+from vibroscope.engine.wording import rounded_to
 
 STIFFNESS_MAX_RANGE = (1.0, 1e11)
 STEPS_MAX_RANGE = (4, 1_000_000)
@@ -13,7 +14,7 @@ STIFFEST = 1e6  # times the stiffer spring: the largest K that is tried unless a
 
 def largest_stiffness(system: System) -> float:
     """Return the largest K that a search tries unless another is given, of two digits."""
-    return min(float(f"{STIFFEST * system.stiffer_spring:.2g}"), STIFFNESS_MAX_RANGE[1])
+    return min(rounded_to(STIFFEST * system.stiffer_spring, 2), STIFFNESS_MAX_RANGE[1])
 
 
 @dataclass(frozen=True)

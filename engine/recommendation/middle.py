@@ -10,12 +10,11 @@ import math
 from collections.abc import Callable, Iterator
 
 import numpy as np
-
-from ..methods import DAMPING_RANGE, STIFFNESS_RANGE
-from ..wording import rounded_up
-from .limits import Limits
-from .range_trials import RangeTrials
-from .trials import NewmarkSetting, Trial
+from vibroscope.engine.methods import DAMPING_RANGE, STIFFNESS_RANGE
+from vibroscope.engine.recommendation.limits import Limits
+from vibroscope.engine.recommendation.range_trials import RangeTrials
+from vibroscope.engine.recommendation.trials import NewmarkSetting, Trial
+from vibroscope.engine.wording import rounded_up
 
 RANGE_STRIDE = 1.05  # from point to point of a range, a factor
 CONFIRMED_PER_STRIDE, RANGE_MISS_IN = 6, 20  # points to a stride that confirm a range; one in so many of them may miss

@@ -4,13 +4,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, fields, is_dataclass, replace
 
 import numpy as np
-
-from ..arguments import check_fields, shown
-from ..methods import Newmark, Reference, TimeStepping
-from ..model import System, check_eta
-from .contacts import Tolerances
-from .limits import Limits
-from .trials import NewmarkSetting, with_setting
+from vibroscope.engine.arguments import check_fields, shown
+from vibroscope.engine.methods import Newmark, Reference, TimeStepping
+from vibroscope.engine.model import System, check_eta
+from vibroscope.engine.recommendation.contacts import Tolerances
+from vibroscope.engine.recommendation.limits import Limits
+from vibroscope.engine.recommendation.trials import NewmarkSetting, with_setting
 
 MOST_ETAS = 50
 DIGITS = 10  # of a question: what depends on further ones is rounding, and a search must not answer it differently

@@ -9,11 +9,11 @@ import math
 from collections.abc import Iterable, Sequence
 from concurrent.futures import Executor
 
-from ..checks import require
-from ..methods import STEPS_RANGE, TimeStepping
-from ..model import check_eta
-from .tolerances import WHOLE_STEPS
-from .trials import NewmarkSetting, Trial, Trials
+from vibroscope.engine.checks import require
+from vibroscope.engine.methods import STEPS_RANGE, TimeStepping
+from vibroscope.engine.model import check_eta
+from vibroscope.engine.recommendation.tolerances import WHOLE_STEPS
+from vibroscope.engine.recommendation.trials import NewmarkSetting, Trial, Trials
 
 
 class RangeTrials:

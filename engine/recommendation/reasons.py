@@ -4,20 +4,20 @@ import math
 from collections.abc import Callable
 from dataclasses import replace
 
-from ..contact import equal_damping, equal_restitution_damping
-from ..divergence.error import Target
-from ..divergence.grid import PER_PERIOD
-from ..facts import ETA, Amount, Reason, Statement, equation, joined, stated
-from ..methods import Reference, TimeStepping
-from ..motions.description import describe
-from ..motions.steady import Steady, steady
-from ..motions.words import touching
-from ..result import Record
-from ..simulate import KEEP, LONG, simulate
-from ..wording import percent, rounded
-from .contacts import Tolerances
-from .question import SettingQuestion
-from .trials import MISSES, VERIFIED, Trial, Trials
+from vibroscope.engine.contact import equal_damping, equal_restitution_damping
+from vibroscope.engine.divergence.error import Target
+from vibroscope.engine.divergence.grid import PER_PERIOD
+from vibroscope.engine.facts import ETA, Amount, Reason, Statement, equation, joined, stated
+from vibroscope.engine.methods import Reference, TimeStepping
+from vibroscope.engine.motions.description import describe
+from vibroscope.engine.motions.steady import Steady, steady
+from vibroscope.engine.motions.words import touching
+from vibroscope.engine.recommendation.contacts import Tolerances
+from vibroscope.engine.recommendation.question import SettingQuestion
+from vibroscope.engine.recommendation.trials import MISSES, VERIFIED, Trial, Trials
+from vibroscope.engine.result import Record
+from vibroscope.engine.simulate import KEEP, LONG, simulate
+from vibroscope.engine.wording import percent, rounded
 
 
 def aperiodic_reference_reason(found: Steady) -> Reason:

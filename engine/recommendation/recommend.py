@@ -16,12 +16,12 @@ from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
-from ..drivers.threads import thread_count
-from ..methods import TimeStepping
-from .question import SettingQuestion
-from .recommendation import Recommendation
-from .search import Search
-from .trials import Trial
+from vibroscope.engine.drivers.threads import thread_count
+from vibroscope.engine.methods import TimeStepping
+from vibroscope.engine.recommendation.question import SettingQuestion
+from vibroscope.engine.recommendation.recommendation import Recommendation
+from vibroscope.engine.recommendation.search import Search
+from vibroscope.engine.recommendation.trials import Trial
 
 
 def recommend(

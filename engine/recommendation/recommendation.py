@@ -3,13 +3,13 @@
 import math
 from dataclasses import dataclass, field
 
-from ..methods import TimeStepping
-from ..one_impact.of_system import ContactAlone
-from ..wording import html_table, rounded_up
-from .contacts import Contacts, Tolerances
-from .question import SettingQuestion
-from .range_trials import steps_at
-from .trials import NewmarkSetting, Trial, with_setting
+from vibroscope.engine.methods import TimeStepping
+from vibroscope.engine.one_impact.of_system import ContactAlone
+from vibroscope.engine.recommendation.contacts import Contacts, Tolerances
+from vibroscope.engine.recommendation.question import SettingQuestion
+from vibroscope.engine.recommendation.range_trials import steps_at
+from vibroscope.engine.recommendation.trials import NewmarkSetting, Trial, with_setting
+from vibroscope.engine.wording import html_table, rounded_up
 
 
 @dataclass(frozen=True)

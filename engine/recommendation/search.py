@@ -12,34 +12,34 @@ from dataclasses import replace
 from itertools import islice, pairwise
 from typing import NamedTuple
 
-from ..divergence.compare import ComparisonQuestion, compare
-from ..divergence.parts import PART_NAMES
-from ..facts import ETA, Statement, equation, joined, stated
-from ..methods import TimeStepping
-from ..motions.description import describe
-from ..motions.motion import motion
-from ..motions.steady import Steady, steady
-from ..motions.words import difference_in_kind
-from ..one_impact.of_system import ContactAlone, contact_alone
-from ..simulate import simulate
-from ..wording import percent
-from .contact_search import ContactSearch
-from .front import monotone_front
-from .limits import STEPS_MAX_RANGE
-from .middle import MiddleSearch
-from .question import SettingQuestion, round_numbers
-from .range_trials import RangeTrials, steps_at
-from .reasons import (
+from vibroscope.engine.divergence.compare import ComparisonQuestion, compare
+from vibroscope.engine.divergence.parts import PART_NAMES
+from vibroscope.engine.facts import ETA, Statement, equation, joined, stated
+from vibroscope.engine.methods import TimeStepping
+from vibroscope.engine.motions.description import describe
+from vibroscope.engine.motions.motion import motion
+from vibroscope.engine.motions.steady import Steady, steady
+from vibroscope.engine.motions.words import difference_in_kind
+from vibroscope.engine.one_impact.of_system import ContactAlone, contact_alone
+from vibroscope.engine.recommendation.contact_search import ContactSearch
+from vibroscope.engine.recommendation.front import monotone_front
+from vibroscope.engine.recommendation.limits import STEPS_MAX_RANGE
+from vibroscope.engine.recommendation.middle import MiddleSearch
+from vibroscope.engine.recommendation.question import SettingQuestion, round_numbers
+from vibroscope.engine.recommendation.range_trials import RangeTrials, steps_at
+from vibroscope.engine.recommendation.reasons import (
     aperiodic_reference_reason,
     error_without_time_step,
     idle_reason,
     joint_damping_error,
     unmet_tolerance_reason,
 )
-from .recommendation import Recommendation, Served
-from .step_search import StepSearch
-from .tolerances import ENOUGH, OTHERWISE
-from .trials import NewmarkSetting, Trial, Trials, verification, with_setting
+from vibroscope.engine.recommendation.recommendation import Recommendation, Served
+from vibroscope.engine.recommendation.step_search import StepSearch
+from vibroscope.engine.recommendation.tolerances import ENOUGH, OTHERWISE
+from vibroscope.engine.recommendation.trials import NewmarkSetting, Trial, Trials, verification, with_setting
+from vibroscope.engine.simulate import simulate
+from vibroscope.engine.wording import percent
 
 KINDS = 3  # settings whose kind of motion is looked at: evidence for one takes some tenths of a second
 # Of the progress, before each search of a range and after the last. There are three at most: after each but the last,

@@ -10,11 +10,11 @@ there the levels lie closer.
 import math
 from collections.abc import Callable, Iterator
 
-from .contact_search import ContactSearch
-from .front import pareto_front
-from .middle import MiddleSearch
-from .tolerances import GAIN, LUCK, STARTS_APART
-from .trials import NewmarkSetting, Trial
+from vibroscope.engine.recommendation.contact_search import ContactSearch
+from vibroscope.engine.recommendation.front import pareto_front
+from vibroscope.engine.recommendation.middle import MiddleSearch
+from vibroscope.engine.recommendation.tolerances import GAIN, LUCK, STARTS_APART
+from vibroscope.engine.recommendation.trials import NewmarkSetting, Trial
 
 FIRST_STEPS, FIRST_STEPS_LOCATED = 16, 8  # the lowest level
 MEANINGFUL, MEANINGFUL_LOCATED = 512, 32  # from this n on, levels without gain end the search …

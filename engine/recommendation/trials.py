@@ -32,16 +32,15 @@ from functools import cache
 from typing import NamedTuple
 
 import numpy as np
-
-from ..divergence.encounters import mean_closing_speed
-from ..divergence.error import SampledRuns, Target
-from ..divergence.grid import PER_PERIOD
-from ..methods import STEPS_RANGE, Method, TimeStepping
-from ..motions.steady import Steady
-from ..result import Record, Response
-from ..simulate import KEEP, LONG, simulate
-from .contacts import MORE_PEAK_SAMPLES, Contacts, Tolerances, contacts_of, peak_of
-from .tolerances import AROUND, FORGOTTEN, STEPS_AROUND
+from vibroscope.engine.divergence.encounters import mean_closing_speed
+from vibroscope.engine.divergence.error import SampledRuns, Target
+from vibroscope.engine.divergence.grid import PER_PERIOD
+from vibroscope.engine.methods import STEPS_RANGE, Method, TimeStepping
+from vibroscope.engine.motions.steady import Steady
+from vibroscope.engine.recommendation.contacts import MORE_PEAK_SAMPLES, Contacts, Tolerances, contacts_of, peak_of
+from vibroscope.engine.recommendation.tolerances import AROUND, FORGOTTEN, STEPS_AROUND
+from vibroscope.engine.result import Record, Response
+from vibroscope.engine.simulate import KEEP, LONG, simulate
 
 KEEP_LOCATED = 12  # periods of a short run that are kept: located steps leave no scatter
 SHORTEST_TRANSIENT = 50  # periods of transient

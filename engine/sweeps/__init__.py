@@ -8,24 +8,31 @@ or in a `store`, which lies in a folder or at a URL (`store_location`). `cache` 
 
 from typing import TYPE_CHECKING
 
-from ..model import COORDINATES
-from .basin_difference import BasinDifference, basin_difference, difference_of
-from .basin_study import BasinStudy
-from .batches import COARSEST, nearest_known
-from .cache import cached_dataset, grow_cached, grow_picture
-from .codes import KIND_FLAGS, MISSING
-from .digest import engine_digest
-from .eta_study import DIRECTIONS, OVER, EtaStudy
-from .growth import Partial, RunOptions, grow, run
-from .memory import empty_values
-from .motion_kinds import CellKind, judge_cells, judge_runs, kind_words, known_kinds, unknown_kinds
-from .no_solution_study import NoSolutionStudy
-from .plane_study import PlaneStudy
-from .progress import Progress
-from .start_plane import AXES, StartPlane
-from .step_study import SCHEMES, StepStudy
-from .store import check_store
-from .study import Study
+from vibroscope.engine.model import COORDINATES
+from vibroscope.engine.sweeps.basin_difference import BasinDifference, basin_difference, difference_of
+from vibroscope.engine.sweeps.basin_study import BasinStudy
+from vibroscope.engine.sweeps.batches import COARSEST, nearest_known
+from vibroscope.engine.sweeps.cache import cached_dataset, grow_cached, grow_picture
+from vibroscope.engine.sweeps.codes import KIND_FLAGS, MISSING
+from vibroscope.engine.sweeps.digest import engine_digest
+from vibroscope.engine.sweeps.eta_study import DIRECTIONS, OVER, EtaStudy
+from vibroscope.engine.sweeps.growth import Partial, RunOptions, grow, run
+from vibroscope.engine.sweeps.memory import empty_values
+from vibroscope.engine.sweeps.motion_kinds import (
+    CellKind,
+    judge_cells,
+    judge_runs,
+    kind_words,
+    known_kinds,
+    unknown_kinds,
+)
+from vibroscope.engine.sweeps.no_solution_study import NoSolutionStudy
+from vibroscope.engine.sweeps.plane_study import PlaneStudy
+from vibroscope.engine.sweeps.progress import Progress
+from vibroscope.engine.sweeps.start_plane import AXES, StartPlane
+from vibroscope.engine.sweeps.step_study import SCHEMES, StepStudy
+from vibroscope.engine.sweeps.store import check_store
+from vibroscope.engine.sweeps.study import Study
 
 if TYPE_CHECKING:
     import xarray

@@ -4,10 +4,9 @@ import warnings
 from collections.abc import Iterable, Mapping
 
 import numpy as np
-
-from .batches import Chunk
-from .study import Study
-from .variables import StudyArray, Variable
+from vibroscope.engine.sweeps.batches import Chunk
+from vibroscope.engine.sweeps.study import Study
+from vibroscope.engine.sweeps.variables import StudyArray, Variable
 
 DAMAGE = (ValueError, RuntimeError, OSError)  # what the checksum, the decompressor and the disk raise
 # A chunk of nothing but fill values becomes a file, too: nan then keeps its bits, which the manifest holds a digest of.

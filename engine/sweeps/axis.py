@@ -3,9 +3,8 @@
 from collections.abc import Sequence
 
 import numpy as np
-
-from ..arguments import shown
-from ..checks import require, whole
+from vibroscope.engine.arguments import shown
+from vibroscope.engine.checks import require, whole
 
 LARGEST_SWEPT = 1e300  # of a range
 

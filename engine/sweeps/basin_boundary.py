@@ -11,8 +11,7 @@ which leaves out one tile after the other.
 from typing import NamedTuple
 
 import numpy as np
-
-from .step_study import observed_order
+from vibroscope.engine.sweeps.step_study import observed_order
 
 SMALLEST_DISTANCE, LARGEST_DISTANCE = 1, 16  # cells between the two of a pair, doubled from one to the other
 LARGEST_SHARE = 8  # of the shorter side: a larger distance compares the sides of the plane

@@ -5,9 +5,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-
-from ..motions.sameness import same_between_solvers
-from .basin_boundary import share_error
+from vibroscope.engine.motions.sameness import same_between_solvers
+from vibroscope.engine.sweeps.basin_boundary import share_error
 
 if TYPE_CHECKING:
     import xarray

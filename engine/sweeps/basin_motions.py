@@ -17,25 +17,22 @@ from dataclasses import dataclass, field
 from functools import lru_cache
 
 import numpy as np
-
-from ..batch import run_cells
-from ..cells import CellResults, Cells
-from ..drivers import settle as driver
-from ..drivers.batch import are_compiled
-from ..drivers.law_driven import remembers
-from ..drivers.section import period_of
-from ..drivers.threads import thread_count
-from ..methods import Method
-from ..model import System
-from ..motions.description import Kind
-from ..motions.motion import Runs, motion
-from ..motions.poincare_map import without_penetration
-from ..motions.sameness import cycle_points, same_motion
-from ..motions.tolerances import THIN
-from ..motions.trapping import Region, trapping_regions
-from ..result import STATUSES, Status
-from .codes import MISSING
-from .start_plane import StartPlane, can_begin
+from vibroscope.engine.batch import run_cells
+from vibroscope.engine.cells import CellResults, Cells
+from vibroscope.engine.drivers import settle as driver
+from vibroscope.engine.drivers.batch import are_compiled
+from vibroscope.engine.drivers.law_driven import remembers
+from vibroscope.engine.drivers.section import period_of
+from vibroscope.engine.drivers.threads import thread_count
+from vibroscope.engine.methods import Method
+from vibroscope.engine.model import System
+from vibroscope.engine.motions.description import Kind
+from vibroscope.engine.motions.motion import Runs, motion
+from vibroscope.engine.motions.sameness import cycle_points, least_size, same_motion
+from vibroscope.engine.motions.trapping import Region, trapping_regions
+from vibroscope.engine.result import STATUSES, Status
+from vibroscope.engine.sweeps.codes import MISSING
+from vibroscope.engine.sweeps.start_plane import StartPlane, can_begin
 
 PROBES, SLOW_PROBES = 16, 6  # along each side of the lattice: of cells that are compiled, and of others
 MOST_MOTIONS = 32  # motions that are looked for on the lattice
@@ -73,7 +70,7 @@ class BasinMotion:
 
     def includes(self, section: np.ndarray, least: float) -> bool:
         """Whether a section of the same solver is that of this motion."""
-        return same_motion(self.section, section, self.period, THIN if self.blurred else 0.0, least)
+        return same_motion(self.section, section, self.period, self.blurred, least)
 
 
 @dataclass(frozen=True)
@@ -142,8 +139,7 @@ class BasinSearch:
         if self._found is None:
             starts, phases = self.plane.lattice(PROBES if self.trapped else SLOW_PROBES)
             allowed = can_begin(self.system, self.method, starts)
-            if not self.system.excitation.drives:  # what is left of a free vibration has no size of its own
-                self._least = float(np.abs(starts).max())
+            self._least = least_size(self.system, starts)
             self._found = self._search(starts[allowed], phases[allowed], thread_count(threads), cancelled)
         return self._found
 
@@ -238,7 +234,7 @@ class BasinSearch:
         """States from which a run can go on: those of a reference do not penetrate, not even by rounding."""
         if not self.method.rigid:
             return states
-        return np.array([without_penetration(self.system, state) for state in states]).reshape(-1, 4)
+        return np.array([self.system.without_penetration(state) for state in states]).reshape(-1, 4)
 
     def _search_from(self, found: Reached, i: int, section: np.ndarray, motions, cancelled) -> None:
         """Label cell i by the cycle that Newton's method finds from the end of a section, or else by the section."""

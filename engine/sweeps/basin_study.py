@@ -10,24 +10,23 @@ from functools import cached_property
 from typing import ClassVar
 
 import numpy as np
-
-from ..arguments import checked
-from ..checks import whole
-from ..methods import Method
-from ..model import System
-from ..motions.description import Kind
-from ..motions.sameness import SECTION_BATCHES
-from ..motions.tolerances import SAME_CYCLE
-from ..simulate import KEEP_LIMIT
-from . import variables as vocabulary
-from .axis import ascending_values, start_of
-from .basin_boundary import boundary, share_error
-from .basin_motions import OTHER, BasinMotion, BasinSearch, basin_search
-from .codes import KIND_FLAGS
-from .start_plane import AXES, StartPlane, can_begin
-from .study import Study
-from .tolerances import SCATTERED
-from .variables import StudyArray, Variable, status_variable, variables_of
+from vibroscope.engine.arguments import checked
+from vibroscope.engine.checks import whole
+from vibroscope.engine.methods import Method
+from vibroscope.engine.model import System
+from vibroscope.engine.motions.description import Kind
+from vibroscope.engine.motions.sameness import SECTION_BATCHES
+from vibroscope.engine.motions.tolerances import SAME_CYCLE
+from vibroscope.engine.simulate import KEEP_LIMIT
+from vibroscope.engine.sweeps import variables as vocabulary
+from vibroscope.engine.sweeps.axis import ascending_values, start_of
+from vibroscope.engine.sweeps.basin_boundary import boundary, share_error
+from vibroscope.engine.sweeps.basin_motions import OTHER, BasinMotion, BasinSearch, basin_search
+from vibroscope.engine.sweeps.codes import KIND_FLAGS
+from vibroscope.engine.sweeps.start_plane import AXES, StartPlane, can_begin
+from vibroscope.engine.sweeps.study import Study
+from vibroscope.engine.sweeps.tolerances import SCATTERED
+from vibroscope.engine.sweeps.variables import StudyArray, Variable, status_variable, variables_of
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

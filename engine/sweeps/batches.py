@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 if TYPE_CHECKING:
-    from .study import Study
+    from vibroscope.engine.sweeps.study import Study
 
 Chunk = tuple[slice, ...]
 Batch = Chunk | tuple[np.ndarray, ...]

@@ -14,13 +14,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
-
-from ..drivers.code_cache import cache_root
-from ..result import Cancelled
-from .codes import MISSING
-from .growth import RunOptions, grow, run, store_values
-from .store_location import StoreLocation
-from .study import Study
+from vibroscope.engine.drivers.code_cache import cache_root
+from vibroscope.engine.result import Cancelled
+from vibroscope.engine.sweeps.codes import MISSING
+from vibroscope.engine.sweeps.growth import RunOptions, grow, run, store_values
+from vibroscope.engine.sweeps.store_location import StoreLocation
+from vibroscope.engine.sweeps.study import Study
 
 if TYPE_CHECKING:
     import xarray

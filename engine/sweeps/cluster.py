@@ -11,15 +11,14 @@ import logging
 from collections.abc import Callable, Iterable, Iterator
 
 import numpy as np
-
-from ..result import Cancelled
-from .batches import Chunk
-from .digest import engine_digest
-from .memory import Memory
-from .progress import ProgressCounter
-from .store import Store
-from .store_location import StoreLocation
-from .study import Study
+from vibroscope.engine.result import Cancelled
+from vibroscope.engine.sweeps.batches import Chunk
+from vibroscope.engine.sweeps.digest import engine_digest
+from vibroscope.engine.sweeps.memory import Memory
+from vibroscope.engine.sweeps.progress import ProgressCounter
+from vibroscope.engine.sweeps.store import Store
+from vibroscope.engine.sweeps.store_location import StoreLocation
+from vibroscope.engine.sweeps.study import Study
 
 ANSWER_SECONDS = 20.0  # seconds for the scheduler to answer and a worker to be there
 AHEAD = 3  # chunks a thread of the cluster: one at work, two that wait for it

@@ -13,13 +13,12 @@ from pathlib import Path
 
 import numpy as np
 from vibroscope import assets
-
-from ..methods import JOINT_DAMPINGS, Reference
-from ..model import System
-from .cache import cached_dataset
-from .eta_study import EtaStudy
-from .growth import RunOptions, run
-from .progress import ProgressCallback
+from vibroscope.engine.methods import JOINT_DAMPINGS, Reference
+from vibroscope.engine.model import System
+from vibroscope.engine.sweeps.cache import cached_dataset
+from vibroscope.engine.sweeps.eta_study import EtaStudy
+from vibroscope.engine.sweeps.growth import RunOptions, run
+from vibroscope.engine.sweeps.progress import ProgressCallback
 
 SHIPPED = Path(str(files(assets))) / "diagrams"
 GRID = np.round(np.arange(0.5, 4.0 + 1e-9, 0.0025), 4)  # 1,401 values of η; the paper's four are among them

@@ -19,7 +19,7 @@ import hashlib
 from pathlib import Path
 from typing import NamedTuple
 
-from ..drivers.code_cache import cache_root, source_digest
+from vibroscope.engine.drivers.code_cache import cache_root, source_digest
 
 ENGINE = Path(__file__).parents[1]
 STUDIES = tuple(Path("sweeps", f"{name}_study.py") for name in ("basin", "eta", "no_solution", "plane", "step"))
@@ -107,7 +107,7 @@ class _Module:
     """A module as words: what it imports from outside the engine and from within it, and its syntax tree."""
 
     def __init__(self, engine: Path, path: Path) -> None:
-        self._engine, self._path = engine, path
+        self._engine = engine
         self._outside: set[str] = set()
         self._inside: set[tuple[str, _Imported]] = set()
         self._body: list[str] = []
@@ -140,9 +140,7 @@ class _Module:
         """The source of an import, as the parts of a path in the engine's folder; None: from outside."""
         if isinstance(node, ast.Import):
             return None
-        parts = node.module.split(".") if node.module else []
-        if node.level:
-            return [*self._path.parts[: -node.level], *parts]
+        parts = node.module.split(".")
         return parts[len(_PACKAGE) :] if parts[: len(_PACKAGE)] == _PACKAGE else None
 
     def _write_statements(self, statements: list[ast.stmt]) -> None:

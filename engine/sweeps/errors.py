@@ -19,17 +19,26 @@ from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
-
-from ..cells import CellResults, Cells
-from ..divergence.error import Target
-from ..divergence.grid import closest_repetition, relative_to, rms
-from ..divergence.grid import samples_by_period as by_period
-from ..drivers.differences import ALONE, BESIDE, OWN_LIMIT, Cycles, Grid, Motions, Sampling, differences, shortest_cycle
-from ..drivers.threads import thread_count
-from ..methods import Reference
-from ..model import System
-from ..result import Cancelled, Checkpoint, Record
-from ..simulate import simulate
+from vibroscope.engine.cells import CellResults, Cells
+from vibroscope.engine.divergence.error import Target
+from vibroscope.engine.divergence.grid import closest_repetition, relative_to, rms
+from vibroscope.engine.divergence.grid import samples_by_period as by_period
+from vibroscope.engine.drivers.differences import (
+    ALONE,
+    BESIDE,
+    OWN_LIMIT,
+    Cycles,
+    Grid,
+    Motions,
+    Sampling,
+    differences,
+    shortest_cycle,
+)
+from vibroscope.engine.drivers.threads import thread_count
+from vibroscope.engine.methods import Reference
+from vibroscope.engine.model import System
+from vibroscope.engine.result import Cancelled, Checkpoint, Record
+from vibroscope.engine.simulate import simulate
 
 ERROR_SAMPLES = 200  # per period (see engine.divergence.grid)
 

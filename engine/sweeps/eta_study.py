@@ -14,22 +14,21 @@ from functools import cached_property
 from typing import ClassVar
 
 import numpy as np
-
-from ..arguments import shown
-from ..batch import follow_cells
-from ..cells import CellResults, Cells
-from ..checks import require, whole
-from ..methods import METHOD_NUMBERS
-from ..model import COORDINATES
-from ..motions.lyapunov import PERIODS_RANGE, Lyapunov
-from ..motions.motion import classify
-from ..simulate import FARTHEST
-from . import variables as vocabulary
-from .axis import start_of
-from .codes import KIND_FLAGS, MISSING, CellKind
-from .study import CELLS_LIMIT, Study
-from .tolerances import SAME_IMPACTS
-from .variables import StudyArray, Variable, status_variable, variables_of
+from vibroscope.engine.arguments import shown
+from vibroscope.engine.cells import CellResults, Cells
+from vibroscope.engine.checks import require, whole
+from vibroscope.engine.methods import METHOD_NUMBERS
+from vibroscope.engine.model import COORDINATES
+from vibroscope.engine.motions.description import CellKind
+from vibroscope.engine.motions.judge import classify
+from vibroscope.engine.motions.lyapunov import PERIODS_RANGE, Lyapunov, follow_cells
+from vibroscope.engine.simulate import FARTHEST
+from vibroscope.engine.sweeps import variables as vocabulary
+from vibroscope.engine.sweeps.axis import start_of
+from vibroscope.engine.sweeps.codes import KIND_FLAGS, MISSING
+from vibroscope.engine.sweeps.study import CELLS_LIMIT, Study
+from vibroscope.engine.sweeps.tolerances import SAME_IMPACTS
+from vibroscope.engine.sweeps.variables import StudyArray, Variable, status_variable, variables_of
 
 OVER = tuple(vocabulary.SWEPT)
 DIRECTIONS = ("rest", "up", "down")
@@ -160,6 +159,10 @@ class EtaStudy(Study):
         """The study of the cells of a chunk."""
         part = super().cut(chunk)
         return part if self.initial is None else replace(part, initial=self.initial[chunk[0]])
+
+    def starts_of(self, chosen, ends):
+        """Those of the study, if it has some."""
+        return super().starts_of(chosen, ends) if self.initial is None else self.initial[chosen]
 
     def compute(self, batch=None, *, before=None, threads=None, progress=None, cancelled=None):
         """The variables of a batch of cells; continued, they run from end to end in the study's direction."""

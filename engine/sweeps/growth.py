@@ -13,16 +13,15 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-
-from ..result import Cancelled
-from . import provenance
-from .batches import Batch, chunk_shape, chunks, chunks_in_order, coarse_first
-from .eta_study import EtaStudy
-from .memory import Memory
-from .progress import Progress, ProgressCallback, ProgressCounter
-from .store import Store
-from .store_location import StoreLocation
-from .study import Study
+from vibroscope.engine.result import Cancelled
+from vibroscope.engine.sweeps import provenance
+from vibroscope.engine.sweeps.batches import Batch, chunk_shape, chunks, chunks_in_order, coarse_first
+from vibroscope.engine.sweeps.eta_study import EtaStudy
+from vibroscope.engine.sweeps.memory import Memory
+from vibroscope.engine.sweeps.progress import Progress, ProgressCallback, ProgressCounter
+from vibroscope.engine.sweeps.store import Store
+from vibroscope.engine.sweeps.store_location import StoreLocation
+from vibroscope.engine.sweeps.study import Study
 
 if TYPE_CHECKING:
     import xarray
@@ -175,7 +174,7 @@ def _executor(options: RunOptions) -> Iterator[Executor]:
     if options.scheduler is None:
         yield lambda *grid: _compute_here(*grid, options)
     else:
-        from .cluster import connect
+        from vibroscope.engine.sweeps.cluster import connect
 
         with connect(options.scheduler, options.threads or 1, options.cancelled) as execute:
             yield execute

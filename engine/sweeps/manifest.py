@@ -14,8 +14,7 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 
 import numpy as np
-
-from .batches import Chunk
+from vibroscope.engine.sweeps.batches import Chunk
 
 FOLDER = "status/manifest"
 STUDY = f"{FOLDER}/study.json"

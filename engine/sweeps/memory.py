@@ -4,12 +4,11 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
-
-from . import provenance
-from .batches import Batch
-from .codes import MISSING
-from .progress import Progress
-from .study import Study
+from vibroscope.engine.sweeps import provenance
+from vibroscope.engine.sweeps.batches import Batch
+from vibroscope.engine.sweeps.codes import MISSING
+from vibroscope.engine.sweeps.progress import Progress
+from vibroscope.engine.sweeps.study import Study
 
 if TYPE_CHECKING:
     import xarray

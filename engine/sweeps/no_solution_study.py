@@ -10,11 +10,10 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
-
-from ..result import STATUSES, Status
-from . import variables as vocabulary
-from .study import Study
-from .variables import Variable, status_variable, variables_of
+from vibroscope.engine.result import STATUSES, Status
+from vibroscope.engine.sweeps import variables as vocabulary
+from vibroscope.engine.sweeps.study import Study
+from vibroscope.engine.sweeps.variables import Variable, status_variable, variables_of
 
 _STOPPED = STATUSES.index(Status.WITHOUT_SOLUTION)
 

@@ -12,13 +12,12 @@ from functools import cached_property, partial
 from typing import ClassVar
 
 import numpy as np
-
-from ..cells import CellResults
-from ..contact import equal_restitution_damping
-from . import variables as vocabulary
-from .errors import reference_motion
-from .study import Study
-from .variables import StudyArray, Variable, status_variable, variables_of
+from vibroscope.engine.cells import CellResults
+from vibroscope.engine.contact import equal_restitution_damping
+from vibroscope.engine.sweeps import variables as vocabulary
+from vibroscope.engine.sweeps.errors import reference_motion
+from vibroscope.engine.sweeps.study import Study
+from vibroscope.engine.sweeps.variables import StudyArray, Variable, status_variable, variables_of
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

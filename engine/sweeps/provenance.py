@@ -10,8 +10,8 @@ import importlib.metadata
 import json
 import platform
 
-from .progress import Progress
-from .study import Study
+from vibroscope.engine.sweeps.progress import Progress
+from vibroscope.engine.sweeps.study import Study
 
 SOURCE = "Penalty-regularization of a dissipative vibro-impacting system (the model and its Table 1)"
 

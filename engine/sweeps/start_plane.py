@@ -3,12 +3,11 @@
 from dataclasses import dataclass
 
 import numpy as np
-
-from ..arguments import shown
-from ..checks import require
-from ..methods import Method
-from ..model import COORDINATES, System
-from ..simulate import FARTHEST
+from vibroscope.engine.arguments import shown
+from vibroscope.engine.checks import require
+from vibroscope.engine.methods import Method
+from vibroscope.engine.model import COORDINATES, System
+from vibroscope.engine.simulate import FARTHEST
 
 PHASE = "phase"  # when a run begins, as a share of the excitation period
 AXES = (*COORDINATES, PHASE)

@@ -12,19 +12,18 @@ from functools import cached_property
 from typing import ClassVar
 
 import numpy as np
-
-from ..cells import CellResults, Cells
-from ..contact import stiffness_of_step
-from ..methods import Method, with_located_steps
-from ..model import COORDINATES
-from ..motions.section import scatter
-from ..result import Record
-from ..simulate import simulate
-from . import variables as vocabulary
-from .axis import start_of
-from .errors import ReferenceMotion, reference_motion
-from .study import Study
-from .variables import StudyArray, Variable, status_variable, variables_of
+from vibroscope.engine.cells import CellResults, Cells
+from vibroscope.engine.contact import stiffness_of_step
+from vibroscope.engine.methods import Method, with_located_steps
+from vibroscope.engine.model import COORDINATES
+from vibroscope.engine.motions.section import scatter
+from vibroscope.engine.result import Record
+from vibroscope.engine.simulate import simulate
+from vibroscope.engine.sweeps import variables as vocabulary
+from vibroscope.engine.sweeps.axis import start_of
+from vibroscope.engine.sweeps.errors import ReferenceMotion, reference_motion
+from vibroscope.engine.sweeps.study import Study
+from vibroscope.engine.sweeps.variables import StudyArray, Variable, status_variable, variables_of
 
 PLOTTED = 2  # periods of a phase plot
 INSTANTS = 500  # of each, at most

@@ -20,13 +20,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-
-from . import arrays, manifest, provenance
-from .batches import Chunk, chunks
-from .progress import Progress
-from .store_location import StoreLocation
-from .study import Study
-from .variables import StudyArray
+from vibroscope.engine.sweeps import arrays, manifest, provenance
+from vibroscope.engine.sweeps.batches import Chunk, chunks
+from vibroscope.engine.sweeps.progress import Progress
+from vibroscope.engine.sweeps.store_location import StoreLocation
+from vibroscope.engine.sweeps.study import Study
+from vibroscope.engine.sweeps.variables import StudyArray
 
 if TYPE_CHECKING:
     import xarray

@@ -11,10 +11,9 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import numpy as np
-
-from ..result import Cancelled
-from .manifest import FOLDER
-from .study import Study
+from vibroscope.engine.result import Cancelled
+from vibroscope.engine.sweeps.manifest import FOLDER
+from vibroscope.engine.sweeps.study import Study
 
 
 class StoreLocation:

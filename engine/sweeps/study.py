@@ -15,20 +15,19 @@ from functools import cached_property
 from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
-
-from ..arguments import check_fields
-from ..batch import run_cells
-from ..cells import CellResults, Cells
-from ..checks import require, whole
-from ..methods import METHOD_NUMBERS, Method
-from ..model import BODY_2, FORCES_ON_BODY_2, System, check_eta
-from ..simulate import KEEP_LIMIT, PERIODS_LIMIT, STEPS_LIMIT
-from .axis import ascending_values
-from .digest import engine_digest
-from .variables import SWEPT, StudyArray, Variable
+from vibroscope.engine.arguments import check_fields
+from vibroscope.engine.batch import run_cells
+from vibroscope.engine.cells import CellResults, Cells
+from vibroscope.engine.checks import require, whole
+from vibroscope.engine.methods import METHOD_NUMBERS, Method
+from vibroscope.engine.model import BODY_2, FORCES_ON_BODY_2, System, check_eta
+from vibroscope.engine.simulate import KEEP_LIMIT, PERIODS_LIMIT, STEPS_LIMIT
+from vibroscope.engine.sweeps.axis import ascending_values
+from vibroscope.engine.sweeps.digest import engine_digest
+from vibroscope.engine.sweeps.variables import SWEPT, StudyArray, Variable
 
 if TYPE_CHECKING:
-    from .batches import Batch, Chunk
+    from vibroscope.engine.sweeps.batches import Batch, Chunk
 
 CELLS_LIMIT = 1_000_000_000
 NUMBERS_LIMIT = 10**12  # numbers in a result: 8 TB
@@ -214,6 +213,10 @@ class Study(abc.ABC):
             system = [system.changed({name: float(values[i]) for name, values in constants.items()}) for i in range(n)]
         own = {METHOD_NUMBERS[name]: values for name, values in points.items() if name in METHOD_NUMBERS}
         return Cells(system, points.get("eta", np.full(n, self.eta)), self.method, **own, **more)
+
+    def starts_of(self, chosen: np.ndarray, ends: np.ndarray) -> np.ndarray | None:
+        """Where runs that judge some cells begin, (m, 4): None for rest; in a chain, where they ended."""
+        return ends[chosen] if self.sequential else None
 
     def run(self, cells: Cells, **how) -> CellResults:
         """Run cells for the periods of the study; keywords as of :func:`engine.run_cells`."""

@@ -3,8 +3,7 @@
 from typing import NamedTuple
 
 import numpy as np
-
-from .codes import MISSING, STATUS_FLAGS
+from vibroscope.engine.sweeps.codes import MISSING, STATUS_FLAGS
 
 SWEPT = {  # parameters that can be swept
     "eta": "excitation frequency Ω/ω₁",
@@ -18,6 +17,7 @@ SWEPT = {  # parameters that can be swept
     "d3": "damping ratio of the joined bodies",
     "restitution": "coefficient of restitution",
     "clearance": "gap at rest with relaxed springs",
+    "clearance2": "clearance of the second stop",
     "base": "amplitude of the base motion",
     "force1": "amplitude of the harmonic force on body 1",
     "force2": "amplitude of the harmonic force on body 2",

@@ -20,12 +20,15 @@ class Model(NamedTuple):
     contact: object  # force of penetration and closing speed
     gap: float
     shifts: tuple = (0.0, 0.0)  # displacement minus that of the deck
+    second: object = None  # force of the second stop
+    second_gap: float = math.inf
 
     def forces(self, time, x, v):
         """On each body; the second is a wall if there is one body."""
         x = [value - shift for value, shift in zip(x, self.shifts, strict=True)]
         depth, speed = x[0] - x[1] - self.gap, v[0] - v[1]
-        push = self.contact(depth, speed) if depth >= 0 else 0.0
+        push, beyond = self.contact(depth, speed) if depth >= 0 else 0.0, x[1] - x[0] - self.second_gap
+        push -= self.second(beyond, -speed) if beyond >= 0 else 0.0
         return [
             body.load(time) - body.stiffness * (x[i] - body.relaxed) - body.damping * v[i] + (push if i else -push)
             for i, body in enumerate(self.bodies)
@@ -95,7 +98,12 @@ def read_opensees(text, monkeypatch, folder):
         for i, mass in masses.items()
     ]
     _, _, stiffness, damping, gap = materials[3]
-    return Model(bodies, linear(stiffness, damping), -gap, (-shift, 0.0)), fake
+    second, second_gap = None, -math.inf
+    if 4 in materials:
+        assert ("zeroLength", 4, 2, 1, "-mat", 4, "-dir", 1) in fake.found("element")
+        _, _, *numbers, second_gap = materials[4]
+        second = linear(*numbers)
+    return Model(bodies, linear(stiffness, damping), -gap, (-shift, 0.0), second, -second_gap), fake
 
 
 def keywords(text):
@@ -155,13 +163,24 @@ def read_keywords(text):
         (rows for name, parameters, rows in blocks if parameters.get("ELSET") == "TOUCH" and name == "SPRING"), None
     )
     if touch:
-        (push, deep), (_, begin), _ = [[float(part) for part in row] for row in touch]
-        return Model(bodies, linear(push / (deep - begin), 0.0), -begin)
-    stiffness, damping = (
-        float(next(rows for name, _, rows in blocks if name == keyword)[0][0]) * area
-        for keyword in ("SURFACE BEHAVIOR", "CONTACT DAMPING")
+        (push, deep), (_, begin), *others = [[float(part) for part in row] for row in touch]
+        model = Model(bodies, linear(push / (deep - begin), 0.0), -begin)
+        if len(others) == 1:
+            return model
+        (_, end), (pull, far) = others
+        return model._replace(second=linear(pull / (far - end), 0.0), second_gap=end)
+    stops = zip(
+        *(
+            [float(rows[0][0]) * area for name, _, rows in blocks if name == keyword]
+            for keyword in ("SURFACE BEHAVIOR", "CONTACT DAMPING")
+        ),
+        strict=True,
     )
-    return Model(bodies, linear(stiffness, damping), gap)
+    first, *others = [linear(*numbers) for numbers in stops]
+    if not others:
+        return Model(bodies, first, gap)
+    second_gap = nodes["11"][0] - nodes["35"][0] if slave else nodes["2"][0] - nodes["5"][0]
+    return Model(bodies, first, gap, second=others[0], second_gap=second_gap)
 
 
 def read_ansys(text):
@@ -182,14 +201,21 @@ def read_ansys(text):
 
     bodies = [Body(reals[i][0], *reals[10 + i], load(i)) for i in (1, 2) if i in reals]
     stiffness, damping, _, gap = reals[30]
-    return Model(bodies, linear(stiffness, damping), gap)
+    model = Model(bodies, linear(stiffness, damping), gap)
+    if 31 not in reals:
+        return model
+    assert "REAL,31\nE,3,2\n" in text
+    stiffness, damping, _, second_gap = reals[31]
+    return model._replace(second=linear(stiffness, damping), second_gap=second_gap)
 
 
 def read_modelica(text):
     """The equations of a model, evaluated; returns a function as `Model.forces`, the masses and the starts."""
     body = "\n".join(line for line in text.splitlines() if not line.startswith("//"))
     parameters = {name: float(value) for name, value in re.findall(r"parameter Real (\w+) = (\S+?)[; ]", body)}
-    law = re.search(r"force = if depth >= 0 then (.*) else 0;", body)[1].replace("der(depth)", "(v1 - v2)")
+    law = re.search(r"force = \(if depth >= 0 then (.*?) else 0\)", body)[1].replace("der(depth)", "(v1 - v2)")
+    second = re.search(r"force = .* - \(if depth2 >= 0 then (.*?) else 0\);", body)
+    second_depth = re.search(r"  Real depth2 = (.*) \"", body)
     depth = re.search(r"  depth = (.*);", body)[1]
     motions = re.findall(r"  (\S+)\*der\(v(\d)\) \+ (.*) = (.*);", body)
     masses = [float(mass) for mass, *_ in motions]
@@ -199,6 +225,10 @@ def read_modelica(text):
         known = words | {"time": time, "xi1": x[0], "xi2": x[1], "v1": v[0], "v2": v[1]}
         known["depth"] = eval(depth, known)
         known["force"] = eval(law, known) if known["depth"] >= 0 else 0.0
+        if second:
+            known["depth2"] = eval(second_depth[1], known)
+            pull = eval(second[1].replace("der(depth2)", "(v2 - v1)"), known)
+            known["force"] -= pull if known["depth2"] >= 0 else 0.0
         return [eval(right, known) - eval(left, known) for _, _, left, right in motions]
 
     return forces, masses

@@ -8,8 +8,8 @@ from panel.models.esm import DataEvent
 from vibroscope.app.page.session import Session
 
 
-class Document:
-    """Stands for Bokeh's: callbacks after a time are never called."""
+class Document(BokehDocument):
+    """Bokeh's, but that callbacks after a time are never called."""
 
     def add_timeout_callback(self, *_):
         pass

@@ -12,7 +12,7 @@ from vibroscope.app.page.tabs import VIEWS
 from vibroscope.app.paper import CLAIMS
 from vibroscope.app.studies import speed
 
-from .fakes import Document, QueueingHost, send
+from tests.app.fakes import Document, QueueingHost, send
 
 SETTING = Setting(eta=2.76, K=12000.0, D=18.0, steps=200, kappa=2.4)
 PAPER = ("3", "6A", "9A", "12")  # claims whose pictures are each of another kind
@@ -39,7 +39,8 @@ def filled():
 
 
 def _fill(tab):
-    page = tab.build()
+    page = tab.page = tab.build()
+    tab.host.doc.add_root(page.get_root(tab.host.doc))
     if tab.key == "explore":
         compute_runs(SETTING)
         assert tab.show_if_ready(Move(1, SETTING))

@@ -14,7 +14,7 @@ from vibroscope.app.explorer.compute import JobQueue, RunPair
 from vibroscope.app.explorer.explanation import Description, Explanation
 from vibroscope.app.explorer.motion_kind import MotionKind
 from vibroscope.app.explorer.state import Setting
-from vibroscope.app.page.explore import explainer, motion_judge
+from vibroscope.app.page.explore import explainer
 from vibroscope.app.page.explore import tab as explore
 from vibroscope.app.page.explore.result import Result
 from vibroscope.app.page.tab import Move
@@ -109,15 +109,13 @@ class World(Document):
         put(compute, "give_way", lambda: None)
         put(explore, "JobQueue", lambda deliver: Queue(deliver, solve=self._solve_runs, pool=self))
         put(explore, "prepare", lambda runs: Result(runs.setting, MagicMock(), description_of(runs.setting)))
-        for module, threads in ((explainer, "background_worker"), (motion_judge, "kind_threads")):
-            put(module, "JobQueue", Queue)
-            put(module, threads, lambda: self)
+        put(explainer, "background_worker", lambda: SimpleNamespace(submit=self.submit, jobs=0))
+        put(explainer, "kind_threads", lambda: self)
         put(explainer, "EXPLANATIONS", Cache(2))
         put(explainer, "compute_runs", lambda setting, _: RunPair(setting, None, None))
         put(explainer, "explain", lambda runs, cancelled, *_: self._solve("verdict", runs.setting, cancelled))
-        put(motion_judge, "judge_motions", lambda setting, cancelled: self._solve("kinds", setting, cancelled))
-        put(motion_judge, "background_worker", lambda: SimpleNamespace(jobs=0))
-        put(motion_judge, "known_kinds", lambda setting: self.known.get(setting.eta))
+        put(explainer, "judge_motions", lambda setting, cancelled: self._solve("kinds", setting, cancelled))
+        put(explainer, "known_kinds", lambda setting: self.known.get(setting.eta))
 
     def _solve_runs(self, setting, cancelled):
         return self._solve("runs", setting, cancelled)

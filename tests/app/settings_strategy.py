@@ -41,10 +41,18 @@ def _apart(setting):
     """The setting with bodies that do not overlap at the start; a wall does not move."""
     if setting.bodies == "wall":
         setting = setting._replace(start_xi2=0.0, start_v2=0.0, coordinate="xi1")
+    if setting.bodies == "two":  # a spring of body 1, or none and no constant force
+        has = float(setting.spring1 > 0.5)
+        setting = setting._replace(spring1=has, constant1=has * setting.constant1)
     room = setting.start_xi2 + min(setting.clearance, 0.0) - 1
     if setting.start_xi1 > room:
         low = bounds_of("start_xi1")[0]
         setting = setting._replace(start_xi1=max(room, low), start_xi2=max(setting.start_xi2, -1e5))
+    if setting.stops == "two":  # some play, and the start within it
+        least = max(1.0 - setting.clearance, setting.start_xi2 - setting.start_xi1)
+        high = bounds_of("clearance2")[1]
+        within = {"clearance2": max(setting.clearance2, least)} if least <= high else {"stops": "one"}
+        setting = setting._replace(**within)
     own = any(getattr(setting, name) for name in START_FIELDS)
     return setting._replace(zero_start="rest") if own else setting
 

@@ -8,6 +8,7 @@ from vibroscope.app.explorer import compute
 from vibroscope.app.explorer.compute import JobQueue
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.runtime import workers
+from vibroscope.app.runtime.job import Answer
 from vibroscope.app.runtime.workers import Workers, ahead_of_jobs, give_way, own_time, stand_aside
 
 
@@ -83,7 +84,7 @@ def test_an_explanation_rests_while_figures_are_solved(pool, monkeypatch):
         order.append("figures")
         return setting
 
-    def explain(setting, cancelled):
+    def explain(setting, cancelled, report):
         solving.wait(5)
         cancelled()
         order.append("explanation")
@@ -92,7 +93,7 @@ def test_an_explanation_rests_while_figures_are_solved(pool, monkeypatch):
     with Workers("figures", 1) as figures:
         monkeypatch.setattr(compute, "workers", lambda: figures)
         ended = threading.Event()
-        JobQueue(lambda *_: ended.set(), solve=explain, pool=pool).submit(0, Setting())
+        Answer(Setting(), explain, lambda *_: ended.set(), pool, "explanation")
         JobQueue(lambda *_: None, solve=solve).submit(0, Setting())
         assert ended.wait(10)
     assert order == ["figures", "explanation"]

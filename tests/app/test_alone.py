@@ -10,7 +10,6 @@ from vibroscope.app.explorer.compute import compute_runs
 from vibroscope.app.explorer.explanation import explain
 from vibroscope.app.explorer.reading import read_setting
 from vibroscope.app.explorer.scenes import opening_setting
-from vibroscope.app.export.plots import plot_script
 from vibroscope.app.export.tables import table_in_units
 from vibroscope.app.page.explore.alone import NUMBERS, AloneView
 from vibroscope.app.page.explore.drawn import DrawnFigures
@@ -138,14 +137,13 @@ def test_without_a_search_there_is_no_card_and_a_new_setting_has_no_curves_yet(f
     assert not view.view.visible
 
 
-def test_a_curve_is_taken_away_as_a_table_and_as_a_script(found):
+def test_a_curve_is_taken_away_as_a_table(found):
     facts, view = found[0].alone, shown(found[0].alone)
     for name in NUMBERS:
         table = {series.label: series.columns for series in view.table(name)}
         np.testing.assert_array_equal(table["alone"][name], facts["curves"][name]["values"])
         assert table["present"]["left"] == [facts["total"]]
         assert table["at best"]["left"] == [facts["curves"][name]["best"]["left"]]
-        assert 'xscale="log", yscale="log"' in plot_script("curve", view.table(name), {"title": "", "description": ""})
     assert "resolved up to" in {series.label for series in view.table("K")}
     (in_units, *_) = table_in_units(view.table("K"), UNITS.scale)
     assert "K [N/m]" in in_units.columns

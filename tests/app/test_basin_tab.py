@@ -23,8 +23,8 @@ from vibroscope.engine import (
     sweep,
 )
 
-from .fakes import FakeHost
-from .test_study_tab import Asked, opened  # noqa: F401 - a fixture
+from tests.app.fakes import FakeHost
+from tests.app.test_study_tab import Asked, opened  # noqa: F401 - a fixture
 
 QUESTION = BasinQuestion(
     System(), 3.2, Reference(), ExactPenalty(12000.0, 18.0), ("xi2", "v2"), (-8.0, 8.0), (-8.0, 8.0), (0.0,) * 4
@@ -151,7 +151,7 @@ def test_a_contact_law_stands_in_the_commands(opened):  # noqa: F811
 
 def test_nothing_is_computed_before_the_tab_is_shown(monkeypatch):
     Asked.all = ()
-    monkeypatch.setattr("vibroscope.app.page.study.tab.StudyJob", Asked)
+    monkeypatch.setattr("vibroscope.app.page.asker.StudyJob", Asked)
     tab = Basins(FakeHost())
     tab.build()
     assert Asked.all == ()

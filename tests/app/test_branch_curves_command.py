@@ -5,9 +5,8 @@ import json
 from vibroscope.app.commands import branch
 from vibroscope.engine import search_branches
 
+from tests.app.command_line import run_command
 from tests.few_seeds import few_seeds
-
-from .command_line import run_command
 
 WORDS = ("branch", "--solver", "exact", "--D", "18", "--K", "12000", "--eta", "2.76")
 WORDS = (*WORDS, "--from", "2.7", "--to", "2.8", "--max-period", "1", "--along", "K")

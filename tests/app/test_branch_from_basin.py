@@ -8,7 +8,7 @@ from vibroscope.app.commands import branch
 from vibroscope.app.commands.basin_seeds import passes, read_basin
 from vibroscope.engine import BasinStudy, BranchQuestion, Reference, System, continue_branch, sweep
 
-from .command_line import run_command
+from tests.app.command_line import run_command
 
 ETA = 3.2  # two motions of the reference coexist
 WORDS = ("branch", "--solver", "reference", "--from", "3.195", "--to", "3.205", "--max-period", "8", "--json")

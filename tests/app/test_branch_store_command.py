@@ -8,9 +8,8 @@ import xarray
 from vibroscope.app.commands import branch
 from vibroscope.engine import search_branches
 
+from tests.app.command_line import run_command
 from tests.few_seeds import few_seeds
-
-from .command_line import run_command
 
 WORDS = ("branch", "--from", "2.76", "--to", "2.81", "--max-period", "2", "--json")
 

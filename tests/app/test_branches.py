@@ -27,9 +27,8 @@ from vibroscope.engine import (
     steady,
 )
 
+from tests.app.fakes import FakeHost, send
 from tests.few_seeds import few_seeds
-
-from .fakes import FakeHost, send
 
 SETTING = Setting(eta=1.42, K=12000.0, D=18.0)
 QUESTION = BranchesQuestion(System(), Reference(), (1.3, 1.5))  # a motion that doubles its period and returns
@@ -51,7 +50,7 @@ def shown(grown):
     plot = make_figure("", "", "", x_range=(1.3, 1.5), y_range=(-4, 4))
     made = Branches(host := FakeHost(), plot, lambda: None)
     made.ask({})
-    made.results = {"reference": grown[-1]}
+    made.studies["reference"].result = grown[-1]
     made.draw(SETTING, "eta", "xi2", [])
     return made, host
 
@@ -61,7 +60,6 @@ def test_the_branches_grow_one_by_one_and_the_last_result_is_complete(grown):
     assert [each.share for each in grown] == [0, 0, 1]
     assert grown[-1].words() == "2 branches of up to 4 periods with 2 period doublings"
     assert grown[-1].cut == ""
-    assert list(grow_branches(QUESTION, grown[-1], lambda: pytest.fail("searched again"))) == [grown[-1]]
 
 
 def test_a_search_that_begins_anew_keeps_what_was_found(grown):
@@ -216,10 +214,10 @@ def test_words_say_how_fast_a_run_leaves_an_unstable_motion():
 
 def test_tables_are_in_the_units_of_the_setting_and_say_the_shift(shown, grown):
     made, _ = shown
-    made.results["penalty"] = grown[-1]
     made.ask({"reference": QUESTION, "penalty": QUESTION._replace(span=(1.3, 1.5001))})
     made.cancel()
-    made.results = dict.fromkeys(("reference", "penalty"), grown[-1])
+    for each in made.studies.values():
+        each.result = grown[-1]
     physical = SETTING._replace(units="si", omega1=20.0)
     made.draw(physical, "eta", "xi2", ["A note."])
     assert made.view.status["notes"] == ["A note."]

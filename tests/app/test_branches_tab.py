@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from vibroscope.app.commands.cli import main
 from vibroscope.app.explorer.state import Setting
-from vibroscope.app.page.bifurcation import branches
+from vibroscope.app.page import asker
 from vibroscope.app.page.bifurcation.tab import Bifurcation
 from vibroscope.app.page.explore.coexisting import CoexistingMotions
 from vibroscope.app.page.study import tab as study
@@ -18,9 +18,8 @@ from vibroscope.app.studies.bifurcation import grow_diagram
 from vibroscope.app.studies.branches import grow_branches
 from vibroscope.engine import ExactPenalty, Reference
 
+from tests.app.fakes import FakeHost, send
 from tests.few_seeds import few_seeds
-
-from .fakes import FakeHost, send
 
 SETTING = Setting(eta=1.42, K=12000.0, D=18.0, steps=2000)
 RANGE = "eta:1.3,1.5"
@@ -42,7 +41,7 @@ class Asked:
     def run(self, most=None):
         """Deliver the results, at most so many."""
         for count, result in enumerate(self.grow(self.question, None, lambda: False), start=1):
-            branches.RESULTS.put(self.question, result)
+            asker.RESULTS.put(self.question, result)
             self.deliver(self, result)
             if count == most:
                 break
@@ -52,9 +51,10 @@ class Asked:
 def opened(monkeypatch):
     """A function from choices to an open tab and its host; searches begin with few runs."""
     Asked.all = ()
-    for module in (study, branches):
-        monkeypatch.setattr(module, "StudyJob", Asked)
-        monkeypatch.setattr(module, "RESULTS", Cache(8))
+    monkeypatch.setattr(asker, "StudyJob", Asked)
+    results = Cache(8)
+    for module in (study, asker):
+        monkeypatch.setattr(module, "RESULTS", results)
 
     def open_tab(choice, setting=SETTING):
         tab = Bifurcation(host := FakeHost())

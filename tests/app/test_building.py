@@ -20,7 +20,7 @@ from vibroscope.app.page.updates import SessionLoop
 from vibroscope.app.server.building import ThreadedApplication, pull
 from vibroscope.app.server.prewarmed import PLAIN_REQUEST
 
-from .fakes import FakeHost
+from tests.app.fakes import FakeHost
 
 SECONDS = 20  # after which a loop that waits for the thread, which waits for the loop, is found out
 

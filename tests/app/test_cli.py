@@ -12,9 +12,8 @@ import pytest
 from vibroscope.app.commands.cli import EXAMPLES, main
 from vibroscope.engine import Newmark, Reference, System, simulate, steady
 
+from tests.app.command_line import run_command
 from tests.served import served
-
-from .command_line import run_command
 
 COMMAND = Path(sys.executable).parent / "vibroscope"
 NEWMARK = ["--solver", "newmark", "--eta", "2.76", "--K", "12000", "--D", "18", "--steps", "500"]

@@ -7,13 +7,14 @@ import pytest
 from vibroscope.app.explorer.compute import compute_runs
 from vibroscope.app.explorer.reading import read_setting
 from vibroscope.app.explorer.state import Setting
+from vibroscope.app.page import asker
 from vibroscope.app.page.explore import coexisting
 from vibroscope.app.page.explore.coexisting import CoexistingMotions
 from vibroscope.app.runtime.cache import Cache
 from vibroscope.app.studies.coexisting import Coexisting, CoexistingQuestion, coexisting_content, search_coexisting
 from vibroscope.engine.motions.attractors import STARTS
 
-from .fakes import QueueingHost, send
+from tests.app.fakes import QueueingHost, send
 
 SETTING = Setting(eta=3.2, K=12000.0, D=18.0, steps=500)
 QUESTION = CoexistingQuestion.of(SETTING)
@@ -73,6 +74,7 @@ def test_nothing_is_computed_until_asked_for_and_another_setting_closes_the_list
         yield Coexisting(question, STARTS, result.found)
 
     monkeypatch.setattr(coexisting, "search_coexisting", search)
+    monkeypatch.setattr(asker, "RESULTS", Cache(2))
     host = QueueingHost()
     found = CoexistingMotions(host)
     found.follow(SETTING)
@@ -103,7 +105,7 @@ def test_a_search_that_is_stopped_keeps_its_list_and_one_that_is_left_ends(resul
     monkeypatch.setattr(coexisting, "search_coexisting", search)
     host = QueueingHost()
     found = CoexistingMotions(host)
-    found.follow(SETTING)
+    found.follow(SETTING._replace(K=13000.0))  # whose motions no other test has kept
     send(found.view, {"find": True})
     host.catch_up()
     send(found.view, {"stop": True})

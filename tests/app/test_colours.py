@@ -1,8 +1,6 @@
 """Figures can be read: curves and cells, also by colour-blind readers; what stands on their background."""
 
 import itertools
-import re
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -11,15 +9,13 @@ from bokeh.document import Document
 from bokeh.models import Plot
 from vibroscope.app.page.bifurcation.figure import legend as strip_key
 from vibroscope.app.page.paper.figures import KINDS, draw
-from vibroscope.app.page.shared.figure import PINS, THEME
+from vibroscope.app.page.shared.figure import DARK, PINS, THEME
 from vibroscope.app.page.tabs import VIEWS
 from vibroscope.app.studies import basin, cell_classes
 
-from .fakes import FakeHost
-from .test_paper_figures import PICTURES
+from tests.app.fakes import FakeHost
+from tests.app.test_paper_figures import PICTURES
 
-THEME_JS = Path(__file__).parents[2] / "app/page/shared/theme.js"
-DARK = dict(re.findall(r'"(#\w{6})": "(#\w{6})"', THEME_JS.read_text()))
 LEAST_DISTANCE = 20  # in CIELAB between two curves that differ in colour alone; about 2 is just noticeable side by side
 LEAST_OF_CELLS = 7  # between two classes of cells, whose areas touch
 LEAST_WIDTH = 2  # pixels by which curves differ that differ by their width alone

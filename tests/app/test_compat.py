@@ -7,6 +7,7 @@ on.
 import asyncio
 import inspect
 import socket
+from types import SimpleNamespace
 
 import numpy as np
 import param
@@ -48,7 +49,7 @@ class Written:
 
 
 class Example(Component):
-    _esm = "export function render() {}"
+    script = "header/header"
 
     text = param.String()
     numbers = param.Dict(default={})
@@ -145,6 +146,21 @@ def test_what_is_collected_is_not_dispatched_before_it_is_sent():
     assert [type(event) for event in heard] == [
         SessionCallbackAdded
     ]  # the title goes to connections, of which it has none
+
+
+def test_connections_may_come_while_messages_for_them_are_made():
+    class Connection:
+        @property
+        def protocol(self):
+            connections.add(Connection())
+            return Protocol()
+
+    connections = {Connection()}
+    doc, context = Document(), SimpleNamespace(session=SimpleNamespace(_subscribed_connections=connections))
+    doc._session_context = lambda: context
+    with collected(doc) as unsent:
+        doc.title = "new"
+    assert len(unsent.messages) == 1
 
 
 def test_messages_that_panel_has_forgotten_are_sent_with_the_next_look():

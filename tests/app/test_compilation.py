@@ -11,7 +11,7 @@ import threading
 import pytest
 from vibroscope.app.commands.output import compilation_text, show_compilation
 from vibroscope.app.explorer import diagrams
-from vibroscope.app.explorer.compute import opens_with
+from vibroscope.app.explorer.compute import needed
 from vibroscope.app.explorer.scenes import opening_setting
 from vibroscope.app.page.explore import tab as explore
 from vibroscope.app.page.tab import Move
@@ -20,7 +20,7 @@ from vibroscope.app.runtime.compilation import Compilation
 from vibroscope.engine import Compiled, CompileProgress
 from vibroscope.engine import compilation as engine
 
-from .fakes import Document, FakeHost
+from tests.app.fakes import Document, FakeHost
 
 HALF, ALL = CompileProgress(0.5, "reference"), CompileProgress(1.0, "Newmark")
 SHOWS = CompileProgress(0.4, "Newmark", Compiled.MOTIONS)
@@ -88,10 +88,11 @@ def test_motions_and_then_verdicts_wait_for_their_own_solvers_alone(nothing_comp
 
 
 def test_a_move_waits_for_the_solvers_of_its_setting():
-    assert opens_with(opening_setting())
-    assert opens_with(opening_setting()._replace(bodies="wall"))  # the same solvers
+    first = Compiled.MOTIONS
+    assert needed(opening_setting(), first) == first
+    assert needed(opening_setting()._replace(bodies="wall"), first) == first  # the same solvers
     for other in ({"integrator": "hht"}, {"law": "cut"}, {"status": "end"}):
-        assert not opens_with(opening_setting()._replace(**other))
+        assert needed(opening_setting()._replace(**other), first) == Compiled.ALL
 
 
 def test_what_the_explorer_opens_with_is_compiled_first_whole_comparisons_last(monkeypatch, tmp_path):

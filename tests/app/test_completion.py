@@ -5,7 +5,7 @@ import subprocess
 
 import pytest
 
-from .command_line import run_command
+from tests.app.command_line import run_command
 
 # Asks bash what it completes the words to, the last of which is begun.
 ASK = """

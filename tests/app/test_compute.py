@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from vibroscope.app.explorer.compute import ORBIT_PERIODS, JobQueue, RunPair, compute_runs
 from vibroscope.app.explorer.state import Setting
-from vibroscope.app.runtime import logs
+from vibroscope.app.runtime import logs, metrics
 from vibroscope.app.runtime.cache import Cache
 from vibroscope.app.runtime.workers import Workers
 from vibroscope.engine import Cancelled
@@ -100,20 +100,6 @@ def test_a_job_that_nobody_overtakes_may_take_its_time(pool):
     assert solver.cancelled == []
 
 
-def test_a_cancelled_job_never_begins_and_a_running_one_goes_on(pool):
-    solver, delivered = Solver(), []
-    queue = JobQueue(lambda move, result: delivered.append(move), solve=solver, pool=pool, grace=60)
-    queue.submit(1, at(1.0))
-    until(lambda: solver.started)
-    queue.submit(2, at(2.0))
-    queue.drop_waiting()
-    solver.go.set()
-    until(lambda: delivered == [1])
-    queue.submit(3, at(3.0))
-    until(lambda: delivered == [1, 3])
-    assert solver.started == [1.0, 3.0]
-
-
 def test_after_close_nothing_is_delivered(pool):
     solver, delivered = Solver(), []
     queue = JobQueue(lambda move, result: delivered.append(move), solve=solver, pool=pool, grace=60)
@@ -144,9 +130,10 @@ def test_a_failure_is_delivered_and_the_next_move_still_served(pool):
     assert delivered[1] == (2, 2.0)
 
 
-def test_each_job_is_logged_once_by_its_name_and_session_and_measured_where_it_succeeds(pool, caplog):
+def test_each_move_is_logged_once_with_its_session_and_measured_where_it_succeeds(pool, caplog, monkeypatch):
     caplog.set_level("INFO", logger="vibroscope")
-    delivered, measure = [], Mock()
+    monkeypatch.setattr(metrics, "SOLVED", measure := Mock())
+    delivered = []
 
     def solve(setting, cancelled):
         if setting.eta == 1.0:
@@ -158,13 +145,13 @@ def test_each_job_is_logged_once_by_its_name_and_session_and_measured_where_it_s
             raise RuntimeError("no page")
 
     with logs.in_session("3f2a91cc"):
-        queue = JobQueue(deliver, solve=solve, pool=pool, what="explained", measure=measure)
+        queue = JobQueue(deliver, solve=solve, pool=pool)
     for move, eta in ((1, 1.0), (2, 2.0), (3, 3.0)):
         queue.submit(move, at(eta))
         until(lambda move=move: move in delivered)
     until(lambda: len(caplog.records) == 4)
     logged = [(record.message, record.details["move"]) for record in caplog.records]
-    assert logged == [("not explained", 1), ("explained", 2), ("explained", 3), ("not delivered", 3)]
+    assert logged == [("not computed", 1), ("computed", 2), ("computed", 3), ("not delivered", 3)]
     assert {record.details["session"] for record in caplog.records} == {"3f2a91cc"}
     assert measure.add.call_count == 2
 

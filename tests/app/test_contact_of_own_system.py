@@ -13,7 +13,7 @@ from vibroscope.app.export.formats import as_toml, loaded_from_toml
 from vibroscope.app.page.controls.controls import Controls
 from vibroscope.engine import restitution_of_damping
 
-from .command_line import PHYSICAL
+from tests.app.command_line import PHYSICAL
 
 BRACKET = {"mass1_kg": "0.8", "frequency1_Hz": "22", "damping1_ratio": "0.02", "clearance_mm": "0.3"}
 BRACKET |= {"restitution": "0.6", "base_acceleration_m_per_s2": "4"}

@@ -22,7 +22,7 @@ from vibroscope.app.studies.your_code import code_lines, code_texts
 from vibroscope.engine import LAWS_BY_RESTITUTION, ExactPenalty, TimeStepping, effective_restitution
 from vibroscope.engine.law_table import RATIO_LAWS
 
-from .fakes import FakeHost
+from tests.app.fakes import FakeHost
 
 COARSE = Setting(eta=2.76, K=12000.0, D=18.0, steps=200)
 

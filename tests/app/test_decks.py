@@ -2,6 +2,7 @@
 
 import math
 import subprocess
+from dataclasses import replace
 from itertools import product
 
 import pytest
@@ -20,12 +21,13 @@ from vibroscope.engine import (
 from vibroscope.engine.integrators import INTEGRATORS, GeneralisedAlpha, HHTInterpolated
 from vibroscope.engine.physical import physical_entry
 
-from .deck_readers import keywords, read_ansys, read_keywords, read_modelica, read_opensees, run_fake
+from tests.app.deck_readers import keywords, read_ansys, read_keywords, read_modelica, read_opensees, run_fake
 
 ALL = Excitation(
     base=0.8, base_phase=0.3, force1=0.7, force1_phase=1.0, force2=-0.4, force2_phase=2.0, constant1=0.2, constant2=-0.1
 )
 MM = Units(omega1=30.0, m1=5.0, base_amplitude=2.0, system="mm-t-s")
+SECOND = {"stiffness_factor2": 2.0, "damping_factor2": 0.5}
 SYSTEMS = {
     "paper": (System(), None),
     "clearance": (System(mu=0.8, d3=None, clearance=0.3, excitation=ALL), Units(40.0, 3.0, 0.5)),
@@ -33,6 +35,13 @@ SYSTEMS = {
     "wall": (System(wall=True, clearance=0.5, excitation=ALL), MM),
     "wall without spring": (System(wall=True, spring1=0.0, d1=0.02, clearance=0.5, excitation=ALL), MM),
     "wall with preload": (System(wall=True, clearance=-0.2), None),
+    "hammer": (
+        System(mu=0.8, spring1=0.0, kappa=1.5, d3=None, clearance=0.3, excitation=replace(ALL, constant1=0.0)),
+        MM,
+    ),
+    "two without springs": (System(mu=0.8, spring1=0.0, kappa=0.0, excitation=Excitation(0.8, 0.3, 0.7, 1.0)), MM),
+    "two stops": (System(mu=0.8, d3=None, clearance=0.3, clearance2=0.6, excitation=ALL, **SECOND), MM),
+    "wall, pressed to the second stop": (System(wall=True, clearance=0.5, clearance2=-0.45, **SECOND), None),
 }
 ETA, STEPS = 1.7, 40
 
@@ -67,6 +76,10 @@ def expected(problem):
     def forces(t, x, v):
         overlap = (x[0] - x[1]) / length - entry["clearance_mm"] / 1e3
         push = stiffness * overlap + damping * (v[0] - v[1]) / length if overlap >= 0 else 0.0
+        beyond = (x[1] - x[0]) / length - entry.get("clearance2_mm", math.inf) / 1e3
+        if beyond >= 0:
+            pull = entry["stiffness_factor2"] * stiffness * beyond
+            push -= pull + entry["damping_factor2"] * damping * (v[1] - v[0]) / length
         return [force(i, t, x[i - 1], v[i - 1]) + (push if i == 2 else -push) for i in range(1, count + 1)]
 
     return [entry[f"mass{i}_kg"] * mass for i in range(1, count + 1)], forces
@@ -112,11 +125,13 @@ def test_modelica_has_the_spring_of_two_stiffnesses(depth):
     assert pressed - free == pytest.approx(problem.scale.physical("force", spring + 2 * 18.0 * 0.7), rel=1e-10)
 
 
-def test_without_damper_calculix_has_a_spring(monkeypatch, tmp_path):
-    problem = problem_of("clearance", damping=0.0)
+@pytest.mark.parametrize("x", [(0.9, 0.2), (0.2, 0.9)])
+@pytest.mark.parametrize("name", ["clearance", "two stops"])
+def test_without_damper_calculix_has_a_spring(name, x, monkeypatch, tmp_path):
+    problem = problem_of(name, damping=0.0)
     _, forces = read("calculix", problem, monkeypatch, tmp_path)
     _, true = expected(problem)
-    state = [0.9 * problem.length, 0.2 * problem.length], [0.0, 0.0]
+    state = [each * problem.length for each in x], [0.0, 0.0]
     assert forces(0.0, *state) == pytest.approx(true(0.0, *state), rel=1e-10)
 
 
@@ -191,6 +206,7 @@ REFUSED = {
     "iterated": ("modelica", {}, "cannot express status = 'end': it has 'located'"),
     "halved": ("ansys", {"without_solution": "halve"}, "the deck's step is constant"),
     "numbers": ("calculix", {"integrator": NewmarkBeta(0.3, 0.6)}, "other numbers of Newmark's method"),
+    "two stops": ("opensees", {"damping": None, "law": "flores"}, "law = 'flores' at two stops: this deck has kelvin"),
     "too long": ("calculix", {"steps": 200_000}, "100000 rows"),
     "modelica": ("modelica", {"integrator": HHT(), "status": "start"}, "Modelica cannot express the integrator"),
 }
@@ -201,14 +217,14 @@ def test_what_a_code_cannot_express_is_refused(kind):
     code, given, words = REFUSED[kind]
     method = TimeStepping(**{"stiffness": 100, "damping": 1, "steps": STEPS, "status": "end", **given})
     with pytest.raises(ValueError, match=words) as refused:
-        deck(code, DeckProblem(System(), ETA, method, periods=1, keep=1))
+        deck(code, DeckProblem(System(clearance2=9.0 if kind == "two stops" else None), ETA, method, periods=1, keep=1))
     assert "\n" not in str(refused.value)
 
 
 @pytest.mark.parametrize("law", ["flores", "jankowski", "hunt-crossley", "lankarani-nikravesh"])
 def test_opensees_has_materials_of_hertz(law, monkeypatch, tmp_path):
-    from vibroscope.engine.kernels.equations.contact_law import LAWS, law_force
-    from vibroscope.engine.law_table import damper_of
+    from vibroscope.engine.kernels.equations.contact_law import law_force
+    from vibroscope.engine.law_table import CONTACT_LAWS, damper_of
 
     method = TimeStepping(12000, None, STEPS, status="end", law=law)
     problem = DeckProblem(System(clearance=0.1), ETA, method, MM, periods=1, keep=1)
@@ -224,7 +240,7 @@ def test_opensees_has_materials_of_hertz(law, monkeypatch, tmp_path):
         stiffness, ratio, gap, power = numbers
         found = stiffness * (depth * length) ** power * (1 + ratio * speed / touch)
     gain, by_speed = damper_of(problem.system, method)
-    ours = law_force(LAWS.index(law), 12000.0, gain / touch if by_speed else gain, 1.5, 0.0, 0.0, depth, speed)
+    ours = law_force(CONTACT_LAWS.index(law), 12000.0, gain / touch if by_speed else gain, 1.5, 0.0, 0.0, depth, speed)
     assert kind == ("JankowskiImpact" if law == "jankowski" else "Hertzdamp")
     assert gap == pytest.approx(-0.1 * length)
     assert found == pytest.approx(MM.physical("force", ours), rel=1e-12)

@@ -8,13 +8,6 @@ import pytest
 from vibroscope.app.server.security import HEADERS
 
 from tests.browserless import get
-from tests.served import served
-
-
-@pytest.fixture(scope="module")
-def server(tmp_path_factory):
-    with served(tmp_path_factory.mktemp("server") / "log.txt") as server:
-        yield server
 
 
 def run(steps):

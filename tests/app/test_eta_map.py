@@ -10,6 +10,7 @@ from bokeh.models import Label
 from vibroscope.app.explorer.compute import compute_runs
 from vibroscope.app.explorer.diagrams import load_diagram
 from vibroscope.app.explorer.state import Setting
+from vibroscope.app.page.asker import Asker
 from vibroscope.app.page.explore import map_source
 from vibroscope.app.page.explore.eta_map import EtaMapView
 from vibroscope.app.page.explore.map_source import NOTHING, MapPoints
@@ -20,25 +21,30 @@ from vibroscope.app.studies.bifurcation import DiagramQuestion
 from vibroscope.app.studies.study_job import StudyJob
 from vibroscope.engine import Reference, simulate
 
-from .fakes import QueueingHost
+from tests.app.fakes import QueueingHost
 
 OTHER = Setting(eta=2.0, kappa=2.4)
-TITLE = "Reference over frequency: click sets it"
+TITLE = "Reference over frequency (click sets it)"
+
+
+class MapAsker(Asker):
+    """That of the map: the explanations of the same page wait."""
 
 
 class Document(bokeh.document.Document):
-    """Calls at once what is to be called after a time, if a test says so."""
+    """Calls at once what the map asks after a rest, if a test says so."""
 
     waits = False
 
     def add_timeout_callback(self, callback, _):
-        if not self.waits and isinstance(callback.func.__self__, map_source.MapSource):
+        if not self.waits and isinstance(callback.func.__self__, MapAsker):
             callback()
 
 
 @pytest.fixture
 def explore(monkeypatch):
     """Explore without a browser, and a function that shows a setting there; diagrams have few values of η."""
+    monkeypatch.setattr(map_source, "Asker", MapAsker)
     monkeypatch.setattr(map_source, "DiagramQuestion", partial(DiagramQuestion, count=16, transient=200))
     tab = VIEWS["explore"](QueueingHost(doc=Document()))
     tab.build()
@@ -53,7 +59,7 @@ def explore(monkeypatch):
 
 
 def title(tab):
-    return tab.eta_map.figure.title.text
+    return tab.eta_map.figure.title.text.partition(":")[0]
 
 
 def scenes_shown(tab):

@@ -1,18 +1,15 @@
 """Explanations: that of the setting that is shown, whatever else is being explained, and never another one."""
 
-import threading
 import time
 
 import pytest
-from vibroscope.app.explorer.compute import JobQueue
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.page.explore import explainer as module
 from vibroscope.app.page.explore.explainer import Explainer
 from vibroscope.app.runtime.cache import Cache
-from vibroscope.app.runtime.workers import Workers
 from vibroscope.engine import Cancelled
 
-from .fakes import QueueingHost
+from tests.app.fakes import QueueingHost
 
 SLOW, NEXT, LAST = (Setting()._replace(eta=eta) for eta in (1.0, 1.1, 1.2))
 SEARCHED = Setting()._replace(eta=1.3)  # whose curves come first
@@ -98,50 +95,3 @@ def test_curves_come_before_the_explanation_and_those_of_another_setting_are_not
     for _ in range(3):  # curves and explanation of SEARCHED, which is shown no more, and LAST
         host.catch_up()
     assert shown[2:] == ["of 1.2"]
-
-
-def test_a_session_that_always_has_another_job_does_not_stop_the_others():
-    delivered, gate = [], threading.Event()
-    with Workers("test", 1) as pool:
-
-        def solve(setting, cancelled):
-            gate.wait(10)
-            if setting is not LAST and len(delivered) < 50:
-                busy.submit(0, setting)  # it has moved again
-            return setting
-
-        busy = JobQueue(lambda move, setting: delivered.append("busy"), solve=solve, pool=pool)
-        other = JobQueue(lambda move, setting: delivered.append("other"), solve=solve, pool=pool)
-        busy.submit(0, NEXT)
-        other.submit(0, LAST)
-        gate.set()
-        end = time.monotonic() + 10
-        while len(delivered) < 51:
-            assert time.monotonic() < end
-            time.sleep(0.002)
-    assert delivered.index("other") <= 1
-
-
-def test_cancelling_stops_the_running_job_and_the_waiting_one():
-    started, stopped, delivered = threading.Event(), threading.Event(), []
-
-    def solve(setting, cancelled):
-        started.set()
-        while setting is SLOW:
-            if cancelled():
-                stopped.set()
-                raise Cancelled
-            time.sleep(0.002)
-        return setting
-
-    with Workers("test", 1) as pool:
-        queue = JobQueue(lambda move, _: delivered.append(move), solve=solve, pool=pool, grace=60)
-        queue.submit(1, SLOW)
-        assert started.wait(10)
-        queue.submit(2, NEXT)
-        queue.cancel()
-        assert stopped.wait(10)
-        queue.submit(3, NEXT)
-        while not delivered:
-            time.sleep(0.002)
-    assert delivered == [3]

@@ -23,8 +23,8 @@ from vibroscope.app.export.tables import FIGURES, figure_table
 from vibroscope.app.page.tabs import VIEWS
 from vibroscope.app.runtime.cache import Cache
 
-from .fakes import QueueingHost
-from .settings_strategy import settings
+from tests.app.fakes import QueueingHost
+from tests.app.settings_strategy import settings
 
 CACHE = Cache(48)
 PLAIN = Setting()
@@ -151,12 +151,14 @@ def test_the_data_file_holds_null_where_there_is_no_number():
 def test_the_report_is_whole_and_asks_no_server():
     text = paragraphs(describe(runs_of(PLAIN)), None) | {"<b>": "a < b"}
     source = {"program": "vibroscope 1", "address": "?eta=1&K=<i>", "made": "today"}
-    report = as_report("Explore", Findings(text), PLAIN, list(FIGURES.values()), [as_command(PLAIN)], source)
+    report = as_report(
+        "Explore", Findings(text), PLAIN, [("<?xml?>\n<svg/>", "A < b.")] * 2, [as_command(PLAIN)], source
+    )
     assert text["Reference"] in report
     assert "<b>" not in report
     assert "<i>" not in report
     assert "&lt;b&gt;" in report
-    assert report.count("data-figure=") == len(FIGURES)
+    assert report.count("<figure><svg/><figcaption>A &lt; b.</figcaption>") == 2
     assert "src=" not in report
     assert "href=" not in report
 

@@ -27,9 +27,9 @@ from vibroscope.engine import (
     with_located_steps,
 )
 
-from .command_line import PHYSICAL
-from .fakes import FakeHost, QueueingHost
-from .filled_tabs import ADDRESS, SETTING
+from tests.app.command_line import PHYSICAL
+from tests.app.fakes import FakeHost, QueueingHost
+from tests.app.filled_tabs import ADDRESS, SETTING
 
 NUMBERS = ["--eta", "2.76", "--K", "12000", "--D", "18", "--steps", "200"]
 
@@ -91,7 +91,7 @@ def test_modelica_has_the_laws_that_are_piecewise_linear(law, capsys):
     own = {"penetration": 0.5, "stiffening": 3.0} if law == "bilinear" else {}
     options = [word for name, value in own.items() for word in (f"--{name}", f"{value:g}")]
     assert export("--to", "modelica", "--law", law, *options, *NUMBERS) == 0
-    equation = f"force = if depth >= 0 then {modelica.LAWS[law].format(more=2.0, knee=0.5)} else 0;"
+    equation = f"force = (if depth >= 0 then {modelica.LAWS[law].format(more=2.0, knee=0.5)} else 0);"
     assert equation in capsys.readouterr().out
     for status in ("start", "end"):
         setting = SETTING._replace(law=law, status=status, without_solution="halve", **own)

@@ -9,9 +9,8 @@ from vibroscope.app.explorer.glossary import glossary
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.page.help.tab import Help, glossary_rows
 
+from tests.app.fakes import FakeHost
 from tests.served import ROOT
-
-from .fakes import FakeHost
 
 
 def test_no_word_opens_two_entries():

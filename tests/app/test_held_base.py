@@ -14,7 +14,7 @@ from vibroscope.app.page.controls.controls import Controls
 from vibroscope.app.page.shared.figure import eta_axis
 from vibroscope.engine.physical import G
 
-from .command_line import run_command
+from tests.app.command_line import run_command
 
 WALL = Setting()._replace(bodies="wall", coordinate="xi1", units="si")
 # the review's bracket: 0.8 kg at 22 Hz against a stop at 0.3 mm, shaken with 4 m/s² at 18 Hz

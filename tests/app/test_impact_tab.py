@@ -8,16 +8,17 @@ import numpy as np
 import pytest
 from bokeh.events import Tap
 from vibroscope.app.commands.cli import main
+from vibroscope.app.explorer import impact_words
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.export.tables import table_in_units
 from vibroscope.app.page.impact.tab import OneImpact, offers_of
 from vibroscope.app.page.tab import Move
 from vibroscope.app.studies.one_impact import STEPS, grow_impact
 from vibroscope.app.studies.study_job import RESULTS
-from vibroscope.engine import Cancelled, impact, simulate, written
+from vibroscope.engine import Cancelled, NewmarkBeta, impact, simulate, written
 from vibroscope.engine.one_impact.choose import CLOSE_TO_ASKED
 
-from .fakes import FakeHost, send
+from tests.app.fakes import FakeHost, send
 
 SETTING = Setting(eta=2.76, K=2500.0, D=8.0, steps=500)
 LAW = SETTING._replace(law="hunt-crossley", damper="restitution", status="end")
@@ -43,7 +44,7 @@ def test_the_answer_comes_first_then_the_forces_the_largest_step_the_band_and_th
     assert (third.searched, len(third.band)) == (True, 0)
     assert [result.share for result in results] == sorted(result.share for result in results)
     assert (last.share, len(last.band)) == (1, len(STEPS))
-    assert {one.method.status for one, _ in last.schemes} == {"start", "end", "located"}
+    assert {one.scheme[1] for one, _ in last.schemes} == {"start", "end", "located", ""}
     assert list(grow_impact(last.question, last, lambda: False)) == [last]
     part = results[4]
     assert len(list(grow_impact(part.question, part, lambda: False))) == len(results) - 4  # it goes on from there
@@ -72,6 +73,24 @@ def test_a_typed_speed_and_mass_need_no_system():
     result = grown(LAW, mass=1.0, speed=2.0)[0]
     assert (result.impact.mass, result.impact.speed, result.impacts) == (1.0, 2.0, 0)
     assert question(LAW) != question(LAW._replace(kappa=2.4))
+
+
+def test_empty_fields_show_what_the_system_gives_and_hold_it(shown):
+    tab, _ = shown()
+    fields, one = tab.panel.fields, tab.result.impact
+    assert tab.panel.chosen == dict.fromkeys(("mass", "speed", "depth"))
+    assert [fields[name]["empty"] for name in ("mass", "speed")] == [written(one.mass), written(one.speed)]
+    for text, speed, why in (
+        ("2", 2.0, ""),
+        ("0", 2.0, "from 1e-12"),
+        ("1 m/s", 2.0, "once Units is SI"),
+        (" ", None, ""),
+    ):
+        tab.panel.receive({"choose": {"speed": text}})
+        assert tab.panel.chosen["speed"] == speed
+        assert why in tab.panel.refused
+        assert bool(tab.panel.refused) == bool(why)
+    assert tab.question(SETTING) == question(SETTING)
 
 
 @pytest.mark.parametrize("located", ["no", "yes"])
@@ -161,9 +180,31 @@ def test_the_figures_and_the_table_are_those_of_the_result(shown):
     (mine,) = [row for row in rows if row["mark"]]
     assert [cell["text"] for cell in mine["cells"][:2]] == ["Newmark", "start of the step"]
     assert len(rows) == len(tab.result.schemes)
+    assert [cell["text"] for cell in rows[-1]["cells"]] == ["Moreau and Jean, θ = 0.5", "impact law", "0.5", ""]
     for figure in tab.figures():
         for series in tab.table(figure.name):
             assert len({len(column) for column in series.columns.values()}) == 1
+
+
+@pytest.mark.parametrize("setting", [SETTING, LAW])
+def test_a_permitted_penetration_offers_the_k_for_it_which_is_set_here(setting):
+    result = grown(setting, depth=0.01, speed=1.0)[0]
+    texts = offers_of(result, setting)["contact"]
+    assert texts.keys() == ({"K", "D"} if setting is SETTING else {"K"})
+    changed = setting._replace(**{name: float(text) for name, text in texts.items()})
+    alone = question(changed, speed=1.0).at(1.0).without_step
+    assert 0.998 * 0.01 < alone.penetration <= 0.01
+    assert "contact" not in offers_of(grown(changed, depth=0.01, speed=1.0)[0], changed)  # it is set
+    if setting is SETTING:
+        assert alone.restitution == pytest.approx(0.5, abs=1e-3)
+    tab = OneImpact(host := FakeHost())
+    tab.build()
+    tab.panel.chosen = tab.panel.chosen | {"depth": 0.01, "speed": 1.0}
+    RESULTS.put(result.question, result)
+    tab.show(Move(1, setting))
+    send(tab.list, {"open": "contact"})
+    tab.close()
+    assert (host.settings, host.visits) == ([texts], [])
 
 
 @pytest.mark.parametrize("units", ["none", "si"])
@@ -188,7 +229,7 @@ def test_the_forces_of_the_best_and_the_worst_touch_and_without_a_step_are_drawn
 
 def test_a_row_of_the_table_sets_its_integrator_and_contact_status(shown):
     tab, host = shown()
-    rows = {row["cells"][0]["open"]: row["cells"] for row in tab.list.points["rows"]}
+    rows = {row["cells"][0].get("open"): row["cells"] for row in tab.list.points["rows"]}
     assert [cell["text"] for cell in rows["bathe located"][:2]] == ["Bathe", "step cut at contact"]
     for name in ("bathe end", "bathe located", "nothing"):
         send(tab.list, {"open": name})
@@ -215,7 +256,7 @@ def test_fields_and_sentences_are_in_the_units_that_are_shown(shown):
     assert f"{written(2.0 * SETTING.system.mass_share)} kg" in said["Contact"]
     assert "m/s" in said["Contact"]
     tab.panel.receive({"choose": {"mass": "1 kg", "speed": "1 m/s"}})
-    assert tab.panel.chosen == {"mass": 0.5, "speed": pytest.approx(10.0)}
+    assert tab.panel.chosen == {"mass": 0.5, "speed": pytest.approx(10.0), "depth": None}
 
 
 def test_a_contact_that_is_none_says_why(shown):
@@ -225,8 +266,9 @@ def test_a_contact_that_is_none_says_why(shown):
     assert "is too short to follow: take at least" in tab.obstacle(setting)
 
 
-def test_the_files_give_the_same_numbers(shown, capsys):
+def test_the_files_give_the_same_numbers(shown, capsys, monkeypatch):
     tab, _ = shown()
+    monkeypatch.setattr(impact_words, "INTEGRATORS", {"newmark": NewmarkBeta})  # the table is tested for itself
     assert main(shlex.split(tab.command(SETTING))[1:]) == 0
     printed = capsys.readouterr().out
     exec(tab.python(SETTING), {})

@@ -19,7 +19,7 @@ from vibroscope.engine import (
     simulate,
 )
 
-from .command_line import run_command
+from tests.app.command_line import run_command
 
 PROBLEM = ["simulate", "--solver", "newmark", "--eta", "2.76", "--K", "12000", "--D", "18", "--steps", "500"]
 FEW = ["--periods", "6", "--keep", "2", "--json"]

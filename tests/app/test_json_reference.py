@@ -7,8 +7,10 @@ from pathlib import Path
 import pytest
 from vibroscope.app.commands import stability
 from vibroscope.app.commands.cli import main
+from vibroscope.app.explorer import impact_words
 from vibroscope.app.paper import CLAIMS, Finding, as_dict
 from vibroscope.app.performance import bench
+from vibroscope.engine import NewmarkBeta
 from vibroscope.engine.hardcases.cases import hard_cases
 from vibroscope.engine.hardcases.judgement import outcome
 
@@ -16,6 +18,7 @@ from tests.few_seeds import few_seeds
 
 DOCS = Path(__file__).parents[2] / "docs"
 REFERENCE = (DOCS / "reference/files.md").read_text()
+SCHEMES = ["--schemes", "--tolerance", "0.4"]
 PART = ["--system", str(DOCS / "my.toml")]
 MET = ["--eta", "2.76", "--K", "12000", "--D", "18", "--steps", "2000"]
 RANGE = ["--solver", "reference", "--from", "2.74", "--to", "2.76", "--most-orbits", "20", "--max-period", "1"]
@@ -26,13 +29,18 @@ CALLS = {
     "recommend": ["--eta", "3.25", "--tolerance", "0.5", "--steps-max", "64"],
     "validate": ["B5"],
     "codes": ["calculix"],
-    "impact": [*PART, "--K", "1e6", "--D", "20", "--steps-per-contact", "8", "--schemes", "--bounds"],
+    "impact": [*PART, "--K", "1e6", "--D", "20", "--steps-per-contact", "8", *SCHEMES, "--bounds"],
     "codes translate": ["--from", "gazebo", "--to", "bullet"],
     "rules": ["ansys-mode", *MET],
     "branch": RANGE,
+    "transient": ["--base-sawtooth", "1,2", "--K", "1000", "--D", "5"],
 }
 ASKED = {"solver", "eta"}  # what a table may name although a call without it does not print it
-PARTS = {"rules": ("rules", "each outcome"), "branch": ("branches", "each branch")}
+PARTS = {
+    "rules": ("rules", "each outcome"),
+    "branch": ("branches", "each branch"),
+    "transient": ("reference", "each run"),
+}
 
 
 def keys_of(title):
@@ -44,7 +52,7 @@ def keys_of(title):
 
 def title_of(command):
     """How the table of a command begins; that of `motion` serves `compare`, too."""
-    return rf"`{command}`[^|]*?(?<!each outcome)(?<!each branch)"
+    return rf"`{command}`[^|]*?(?<!each outcome)(?<!each branch)(?<!each run)"
 
 
 def printed(capsys, *words):
@@ -55,14 +63,16 @@ def printed(capsys, *words):
 
 
 @pytest.mark.parametrize("command", CALLS)
-def test_the_keys_of_the_json_are_those_that_are_documented(command, capsys):
+def test_the_keys_of_the_json_are_those_that_are_documented(command, capsys, monkeypatch):
+    monkeypatch.setattr(impact_words, "INTEGRATORS", {"newmark": NewmarkBeta})  # each row has the same keys
     found = printed(capsys, command, *CALLS[command])
     found = found[0] if isinstance(found, list) else found
     assert set(found) - ASKED <= keys_of(title_of(command))
     assert keys_of(title_of(command)) - {"curves", "not_followed"} <= set(found) | ASKED
     if command in PARTS:
         name, words = PARTS[command]
-        assert set(found[name][0]) == keys_of(rf"`{command}`, {words}")
+        first = found[name] if isinstance(found[name], dict) else found[name][0]
+        assert set(first) == keys_of(rf"`{command}`, {words}")
 
 
 def test_the_keys_of_studies(capsys, tmp_path):

@@ -12,9 +12,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from vibroscope.app.page.updates import UpdateChannel
 
+from tests.app.late_answers import SETTINGS, World
 from tests.share import share
-
-from .late_answers import SETTINGS, World
 
 PLAY = st.lists(st.integers(0, 10_000), min_size=80, max_size=120)
 OFTEN = 12  # one in so many events is by the user

@@ -6,7 +6,7 @@ import pytest
 from vibroscope.app.commands.cli import build_parser
 from vibroscope.engine import ExactPenalty, Newmark, System, TimeStepping, simulate, stiffness_of_step
 
-from .command_line import run_command
+from tests.app.command_line import run_command
 
 FEW = ["--periods", "6", "--keep", "2", "--json"]
 

@@ -28,9 +28,9 @@ from vibroscope.app.page.session import Session
 from vibroscope.app.page.tab import Move
 from vibroscope.app.page.tabs import VIEWS
 
-from .fakes import FakeHost
-from .settings_strategy import settings
-from .test_study_tab import Asked, opened  # noqa: F401 - a fixture
+from tests.app.fakes import FakeHost
+from tests.app.settings_strategy import settings
+from tests.app.test_study_tab import Asked, opened  # noqa: F401 - a fixture
 
 SETTING = Setting()
 AXES = {"time": LINEAR, "x1": LINEAR, "K": LOGARITHMIC}
@@ -82,7 +82,8 @@ def test_rounded_ends_are_more_precise_than_a_pixel_of_a_linear_and_of_a_logarit
 def test_an_address_restores_setting_tab_view_pin_and_theme(setting, pinned, tab, theme, data):
     axes, usual = VIEWS[tab].axes, getattr(VIEWS[tab], "chosen", {})
     zoom = data.draw(st.dictionaries(st.sampled_from(list(axes)), spans)) if axes else {}
-    choice = {"quantity": "period", "limit": 40} if tab == "plane" else dict(usual)
+    choice = {"quantity": "period", "limit": 40} if tab == "plane" else usual
+    choice = {name: value for name, value in choice.items() if value is not None}  # an empty field is no choice
     mute = data.draw(mutes(VIEWS[tab].legends))
     view = {"zoom": print_zoom(zoom, axes), "choice": print_choice(choice), "mute": print_mute(mute)}
     asked = read_opening("?" + print_address(setting, tab, [pinned], **view, theme=theme))
@@ -230,6 +231,7 @@ def test_a_zoom_by_mouse_asks_the_question_of_its_link(opened, key):  # noqa: F8
         ("bodies=wall&mass_ratio=3&force2=1", "and mass_ratio, force2: a wall has no such number, they have no effect"),
         ("bodies=two&kappa3=2", "and kappa3: the mass ratio is given instead, it has no effect"),
         ("mass_ratio=3", "bodies=pendulums and mass_ratio: the mass ratio follows from kappa and kappa3"),
+        ("clearance2=3", "stops=one and clearance2: there is no second stop, it has no effect"),
     ],
 )
 def test_a_number_of_a_link_that_the_bodies_do_not_have_is_named(link, words):

@@ -18,10 +18,9 @@ from vibroscope.engine import (
     verdict,
 )
 
+from tests.app.command_line import run_command
 from tests.recommended import question
 from tests.share import every
-
-from .command_line import run_command
 
 CUT = Newmark(1200, 18, 200, located=True, law="cut")
 LAWS = {

@@ -11,6 +11,7 @@ from vibroscope.app.page.tabs import VIEWS
 
 from tests.browserless import Client, changed, mapped, move, objects
 from tests.served import ROOT, served
+from tests.share import every
 
 WATCHDOG = Path(__file__).parent / "watchdog"
 MOVES, PINS = 6, 4
@@ -34,8 +35,8 @@ class Visitor:
     async def send(self, event):
         await self.client.send("PATCH-DOC", {"events": [event]})
 
-    async def do(self, name, event, quiet=0.6, most=4.0):
-        """Send and wait until the server has been quiet for so long."""
+    async def do(self, name, event, quiet=0.3, most=4.0):
+        """Send and wait until the server has been quiet for so long; a later turn counts for the next message."""
         begun = self.heard = time.monotonic()
         await self.send(event)
         while time.monotonic() < begun + most and time.monotonic() - self.heard < quiet:
@@ -80,6 +81,8 @@ async def visit(url):
             await visitor.ask(f"pin {number + 1}", pin=True)
         for frame in ("difference", "absolute", "relative"):
             await visitor.ask(f"frame {frame}", set={"frame": frame})
+        for what in ("png:displacement?width=85", "pdf:force", "report"):
+            await visitor.ask(f"take {what}", "Header", take=what)
         await visitor.ask("wall", set={"bodies": "wall"})
         await visitor.ask("reset", reset=True)
         figure = next(each for each in client.models("Figure") if each["attributes"]["name"] == "displacement")
@@ -92,7 +95,7 @@ async def visit(url):
         for part in parts:
             await visitor.ask("part", "MeasurementButton", part={"0": part})
         await visitor.ask("measurement", "MeasurementButton", end=True)
-        for key in (*VIEWS, *VIEWS):
+        for key in (*VIEWS, *every([*VIEWS])):  # built, and open again
             await visitor.ask(f"view {key}", view=key)
         listening.cancel()
         return visitor.spans

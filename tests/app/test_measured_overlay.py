@@ -13,7 +13,7 @@ from vibroscope.app.explorer.state import Setting
 from vibroscope.app.explorer.statements import shown_text
 from vibroscope.app.export.formats import as_csv
 from vibroscope.app.export.scripts import as_command
-from vibroscope.app.export.tables import figure_table, measured_table
+from vibroscope.app.export.tables import figure_table
 from vibroscope.app.page.explore import measurement as module
 from vibroscope.app.page.explore.measurement import Overlay
 from vibroscope.app.runtime.files import ASSETS
@@ -28,7 +28,7 @@ from vibroscope.engine import (
     synthetic_measurement,
 )
 
-from .fakes import Document, QueueingHost, send
+from tests.app.fakes import Document, QueueingHost, send
 
 EXAMPLE = ASSETS / "example-measurement.csv"
 SETTING = Setting(eta=2.76, K=12000.0, D=18.0, steps=2000)
@@ -252,7 +252,7 @@ def test_the_velocity_of_a_sine_is_its_slope():
 
 def test_files_to_take_away_hold_the_measurement():
     points = {"measured": {"displacements": {"t": [0.1], "x1": [1.0], "x2": [2.0]}, "phase": {}}}
-    (series,) = measured_table("displacement", points)
+    (series,) = figure_table("displacement", points)
     assert (series.label, dict(series.columns)) == ("measured", {"time": [0.1], "xi1": [1.0], "xi2": [2.0]})
-    assert measured_table("force", points) == measured_table("displacement", {}) == []
+    assert figure_table("force", points) == figure_table("displacement", {}) == []
     assert as_command(SETTING, "my run.csv").splitlines()[-1].endswith("--measured 'my run.csv'")

@@ -63,7 +63,7 @@ def test_names_that_cannot_be_fitted_are_refused():
     assert fit_names("d1, d2") == ("d1", "d2")
     for text in ("kappa", "d1,d1", ""):
         with pytest.raises(
-            argparse.ArgumentTypeError, match="give some of restitution,d1,d2,d3,K,D,zero1,zero2, each once"
+            argparse.ArgumentTypeError, match="give some of restitution,d1,d2,d3,K,D,zero1,zero2,scale, each once"
         ):
             fit_names(text)
 

@@ -19,7 +19,7 @@ from vibroscope.app.studies import speed, time_step
 from vibroscope.engine import CONTACT_LAWS, HHT, ExactPenalty, Newmark, System, TimeStepping, simulate
 from vibroscope.engine.sweeps import StepStudy
 
-from .fakes import FakeHost
+from tests.app.fakes import FakeHost
 
 COARSE = {"eta": "2.76", "K": "12000", "D": "18", "steps": "200"}
 HHT_END = read_setting(COARSE | {"integrator": "hht", "status": "end", "without_solution": "keep"})
@@ -66,7 +66,7 @@ def test_the_time_step_study_is_of_what_is_set_and_its_command_makes_the_same_nu
 def test_the_time_step_is_titled_and_described_by_what_is_set(few):
     result, view = step_result(HHT_END), TimeStepView(print)
     view.update(HHT_END, result)
-    assert view.phases["fixed"].title.text.startswith("T/200, constant step, HHT-α, status at the end: η = 2.76")
+    assert view.phases["fixed"].title.text.startswith("T/200, constant step, HHT-α, status at the end, η = 2.76")
     lines = TimeStep(FakeHost()).describe(HHT_END, result)
     assert lines[0] == [
         "Penalty solution",
@@ -74,7 +74,7 @@ def test_the_time_step_is_titled_and_described_by_what_is_set(few):
     ]
     usual = step_result(Setting()._replace(**{name: getattr(HHT_END, name) for name in ("eta", "K", "D", "steps")}))
     view.update(HHT_END, usual)
-    assert view.phases["fixed"].title.text.startswith("T/200, constant step: η = 2.76")
+    assert view.phases["fixed"].title.text.startswith("T/200, constant step, η = 2.76")
 
 
 def test_a_study_of_another_law_has_fixed_and_located_steps(few):

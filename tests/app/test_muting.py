@@ -10,7 +10,7 @@ from vibroscope.app.page.shared.figure import PINS
 from vibroscope.app.page.shared.muting import show_entry
 from vibroscope.app.page.tabs import VIEWS
 
-from .fakes import FakeHost
+from tests.app.fakes import FakeHost
 
 SETTING = Setting()
 
@@ -89,9 +89,8 @@ def test_curves_without_an_entry_in_the_legend_are_hidden_and_the_muted_stay_so(
     assert (hovered.glyph.y, hovered.visible) == ("reference2", True)
     tab.displacement.explain({}, SETTING._replace(frame="difference"))
     assert drawn() == {"difference", "time step", "K and D", "joint damping"}
-    tab.displacement.update(
-        {"displacements": dict(tab.displacement.sources["displacements"].data)}, SETTING, fresh=True
-    )
+    names = ("displacements", "strip_reference", "strip_penalty")
+    tab.displacement.update({n: dict(tab.displacement.sources[n].data) for n in names}, SETTING, fresh=True)
     assert drawn() == displacements - {"ξ₁ reference"} | {"pin 1"}
     assert tab.view_texts()["mute"] == "displacement:reference1"
 

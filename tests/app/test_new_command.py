@@ -7,7 +7,7 @@ from types import ModuleType
 import pytest
 from vibroscope.app.commands import cli
 
-from .command_line import run_command
+from tests.app.command_line import run_command
 
 HALF = """
 from vibroscope.app.commands.numbers import measured

@@ -29,7 +29,7 @@ from vibroscope.engine import Newmark, Record, compare_measured, simulate, synth
 from vibroscope.engine.divergence.error import Target
 from vibroscope.engine.sweeps import StepStudy
 
-from .fakes import Document, FakeHost, send
+from tests.app.fakes import Document, FakeHost, send
 
 START = (1.2232, 4.5444, 3.5934, 2.5268)  # leads the reference to a motion of six periods; rest, to one of two
 REST = Setting(eta=3.2, K=12000.0, D=18.0, steps=2000)
@@ -66,8 +66,8 @@ def test_an_explanation_is_that_of_its_start(monkeypatch):
     monkeypatch.setattr(explainer, "compute_runs", lambda setting, _: setting)
     monkeypatch.setattr(explainer, "explain", lambda runs, *_: runs.initial)
     explained = Queue()
-    explainer.explanation_queue(lambda *found: explained.put(found)).submit(0, OWN)
-    assert explained.get(timeout=20) == (0, (OWN, START))
+    explainer.begin_explanation(OWN, lambda _, found: explained.put(found))
+    assert explained.get(timeout=20) == START
     assert (explainer.known_explanation(OWN), explainer.known_explanation(REST)) == (START, None)
 
 
@@ -128,11 +128,11 @@ def test_a_measurement_is_compared_with_the_motions_that_are_shown(monkeypatch):
     class Job:
         cancelled = False
 
-        def __init__(self, file, setting, deliver):
-            self.setting, self.deliver = setting, deliver
+        def __init__(self, question, deliver):
+            self.question, self.deliver = question, deliver
             jobs.append(self)
 
-    monkeypatch.setattr(measurement, "MeasuredJob", Job)
+    monkeypatch.setattr(measurement, "judge_file", Job)
     overlay = measurement.Overlay(FakeHost(doc=Document()), lambda: None)
     overlay.follow(OWN)
     for message in ({"file": {"name": "own.csv"}}, {"end": True}):

@@ -6,13 +6,14 @@ from dataclasses import replace
 import pytest
 from bokeh.document import Document
 from vibroscope.app.export.formats import as_json
-from vibroscope.app.page.paper import tab as module
+from vibroscope.app.page.paper import tab as tab_module
 from vibroscope.app.page.paper.tab import Paper
 from vibroscope.app.page.session import Session
 from vibroscope.app.page.tab import Move
 from vibroscope.app.paper import CLAIMS
-from vibroscope.app.paper.check_queue import CheckQueue
+from vibroscope.app.paper import checks as module
 from vibroscope.app.paper.claims import is_cancelled
+from vibroscope.app.runtime.cache import Cache
 from vibroscope.engine import Cancelled
 
 SEEN, CANCEL = {"seen": True}, {"cancel": True}
@@ -66,19 +67,24 @@ class Checks:
     def __init__(self):
         self.jobs = []
 
-    def submit(self, job, *arguments):
-        self.jobs.append((job, arguments))
+    def submit(self, work, session):
+        self.jobs.append(work)
 
     def work(self):
         while self.jobs:
-            job, arguments = self.jobs.pop(0)
-            job(*arguments)
+            self.jobs.pop(0)()
+
+    @property
+    def claims(self):
+        return {work.__self__.question for work in self.jobs}
 
 
 @pytest.fixture
 def checks(monkeypatch):
-    checks = Checks()
-    monkeypatch.setattr(module, "CHECKS", CheckQueue(checks.submit))
+    checks, known = Checks(), Cache(len(CLAIMS))
+    monkeypatch.setattr(module, "pool", lambda *_, **__: checks)
+    for user in (module, tab_module):
+        monkeypatch.setattr(user, "CHECKED", known)
     return checks
 
 
@@ -98,6 +104,8 @@ def test_a_claim_is_checked_when_it_is_seen_and_once(checks, host):
     host.deliver()
     assert tab.cards["4C"].found["verdict"] == "agrees"
     assert [key for key, slot in tab.slots.items() if len(slot) == 2] == ["4C"]
+    title = tab.slots["4C"][1].object.title
+    assert (title.text, title.visible) == (f"Figure 4 [C]: {tab.data()['claims'][0]['found']}", False)
     assert [row["figure"] for row in json.loads(as_json(tab.data()))["claims"]] == ["Figure 4 [C]"]
     assert host.offers == [""]
 
@@ -108,7 +116,7 @@ def test_a_finding_is_kept_for_other_sessions(checks, host):
     other = Host()
     other.tab.cards["4C"].receive(SEEN)
     assert checks.jobs == []
-    assert len(other.waiting) == 1
+    assert other.tab.cards["4C"].found["verdict"] == "agrees"
 
 
 def test_a_hidden_tab_checks_nothing_and_goes_on_when_it_is_shown(checks, host, monkeypatch):
@@ -133,7 +141,7 @@ def test_a_finding_that_comes_while_the_tab_is_hidden_is_drawn_when_it_is_shown(
     checks.work()
     tab.hide()
     host.deliver()
-    assert len(tab.slots["4C"]) == 1
+    assert (len(tab.slots["4C"]), checks.jobs) == (1, [])
     tab.show(Move(1, None))
     assert len(tab.slots["4C"]) == 2
     assert tab.cards["4C"].found["verdict"] == "agrees"
@@ -173,7 +181,7 @@ def test_all_figures_are_offered_and_checked_when_they_are_taken(checks, host):
     tab, taken = host.tab, []
     assert [figure.name for figure in tab.figures()] == ["claims", *(f"paper{key}" for key in CLAIMS)]
     tab.prepare("png:paper4C", lambda: taken.append("4C"))
-    assert [key for _, (key,) in checks.jobs] == ["4C"]
+    assert checks.claims == {"4C"}
     assert tab.awaited() == "Checking 1 claim for this file …"
     checks.work()
     assert taken == []
@@ -183,7 +191,7 @@ def test_all_figures_are_offered_and_checked_when_they_are_taken(checks, host):
     tab.prepare("csv:paper4C", lambda: taken.append("again"))
     assert (taken, checks.jobs) == (["4C", "toml", "again"], [])
     tab.prepare("report", lambda: taken.append("report"))
-    assert {key for _, (key,) in checks.jobs} == CLAIMS.keys() - {"4C"}
+    assert checks.claims == CLAIMS.keys() - {"4C"}
     assert tab.awaited() == f"Checking {len(CLAIMS) - 1} claims for this file …"
 
 
@@ -266,5 +274,5 @@ def test_entries_that_are_muted_go_into_the_link_and_come_back_when_the_claim_is
     other = Host()
     other.tab.restore(Paper.read_view("", "", heard[0]))
     assert other.tab.view_texts()["mute"] == heard[0]  # also before the claim is checked
-    check(other, checks, "4C")
+    other.tab.cards["4C"].receive(SEEN)
     assert [item.renderers[0].visible for item in entries(other.tab, "4C")[:2]] == [True, False]

@@ -4,8 +4,8 @@ import pytest
 from vibroscope.app.explorer.suggestion import make_question
 from vibroscope.app.page.explore.suggest import Suggester
 
-from .fakes import QueueingHost, send
-from .searches import SETTING, TRIAL, WORSE, found_for
+from tests.app.fakes import QueueingHost, send
+from tests.app.searches import SETTING, TRIAL, WORSE, found_for
 
 
 def test_what_is_found_so_far_is_shown_in_the_units_of_the_page(searches):

@@ -10,7 +10,7 @@ from vibroscope.app.page.tab import Move
 from vibroscope.app.studies.peaks import off_text, sampled
 from vibroscope.engine import PEAKS, peaks, spectrum, written
 
-from .fakes import QueueingHost
+from tests.app.fakes import QueueingHost
 
 SETTING = Setting(eta=2.76, K=12000.0, D=18.0)
 

@@ -5,6 +5,7 @@ import math
 import pytest
 from hypothesis import given, reject
 from hypothesis import strategies as st
+from vibroscope.app.explorer.drawing import drawing_in_words
 from vibroscope.app.explorer.errors import Refused
 from vibroscope.app.explorer.physical_fields import (
     PHYSICAL_FIELDS,
@@ -191,3 +192,19 @@ def test_a_body_that_loses_its_spring_keeps_all_else_and_takes_one_again():
         enter(ball, damping1_ratio="0.1")
     again = enter(ball, stiffness1_N_per_m="98696")
     assert (again.spring1, again.system.d1) == (1.0, pytest.approx(30 / (2 * 25 * again.omega1), rel=1e-12))
+
+
+def test_each_of_two_bodies_may_lose_its_spring():
+    before = enter(TWO, **ANALYST)
+    for body, number in (("1", "spring1"), ("2", "kappa")):
+        free = enter(before, **{f"stiffness{body}_N_per_m": "0"})
+        assert (getattr(free.system, number), getattr(free, f"damper{body}_form")) == (0.0, "damper")
+        for name, value in physical_numbers(before).items():
+            follows = f"stiffness{body}_N_per_m", f"frequency{body}_Hz", f"damping{body}_ratio", "joint_damping_ratio"
+            if name not in follows:
+                assert physical_numbers(free)[name] == pytest.approx(value, rel=1e-13), name
+    both = enter(free, stiffness1_N_per_m="0")
+    assert both.system.has_free_body
+    assert drawing_in_words(both).startswith("Two bodies, the first and the second without a spring")
+    with pytest.raises(Refused, match="Pendulums have springs"):
+        enter(Setting()._replace(units="si"), stiffness1_N_per_m="0")

@@ -1,6 +1,7 @@
 """Pinned settings are computed once, one after the other, drawn like the present one; errors are shown; a table."""
 
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -17,46 +18,39 @@ from vibroscope.app.page.explore.result import prepare
 from vibroscope.app.page.shared.figure import PINS
 from vibroscope.engine import percent
 
-from .fakes import FakeHost
+from tests.app.fakes import FakeHost
 
 SETTING = Setting()
 PINNED = SETTING._replace(K=3000.0)
 OTHER = SETTING._replace(K=100.0, D=50.0)
 
 
-class Queue:
-    """Stands for the worker threads: keeps what is requested, and a test delivers."""
+class Jobs(list):
+    """Stands for the worker threads: keeps what is asked, and a test delivers."""
 
-    def __init__(self, deliver):
-        self.deliver, self.requested, self.closed = deliver, [], False
+    def __call__(self, setting, deliver):
+        job = SimpleNamespace(question=setting, cancelled=False, deliver=deliver)
+        job.cancel = lambda: setattr(job, "cancelled", True)
+        self.append(job)
+        return job
 
-    def submit(self, move, setting):
-        self.requested.append(setting)
+    @property
+    def asked(self):
+        return [job.question for job in self]
 
-    def cancel(self):
-        pass
-
-    def close(self):
-        self.closed = True
+    def answer(self, found, number=-1):
+        self[number].deliver(self[number], found)
 
 
 class Case:
-    """Pinned results, their queues, and how often they have been drawn."""
+    """Pinned results, their jobs, and how often they have been drawn."""
 
     def __init__(self, *pinned, cached=lambda _: None):
-        self.host, self.drawn, self.queues = FakeHost(pinned), 0, []
-        self.pinned = PinnedResults(self.host, self.draw, self.make_queue, self.make_queue, cached)
-
-    @property
-    def queue(self):
-        return self.queues[0]
+        self.host, self.drawn, self.jobs, self.explained = FakeHost(pinned), 0, Jobs(), Jobs()
+        self.pinned = PinnedResults(self.host, self.draw, self.jobs, self.explained, cached)
 
     def draw(self):
         self.drawn += 1
-
-    def make_queue(self, deliver):
-        self.queues.append(Queue(deliver))
-        return self.queues[-1]
 
     @property
     def there(self):
@@ -67,16 +61,16 @@ def test_pinned_settings_are_computed_once_and_one_after_the_other():
     case = Case(PINNED, OTHER)
     for eta in (1.1, 1.2, 1.3):
         case.pinned.follow(SETTING._replace(eta=eta))
-    assert case.queue.requested == [PINNED]
-    case.queue.deliver(0, compute_runs(PINNED))
+    assert case.jobs.asked == [PINNED]
+    case.jobs.answer(prepare(compute_runs(PINNED)))
     assert case.there == [True, False]
-    assert case.queue.requested == [PINNED, OTHER]
-    case.queue.deliver(0, compute_runs(OTHER))
+    assert case.jobs.asked == [PINNED, OTHER]
+    case.jobs.answer(prepare(compute_runs(OTHER)))
     case.pinned.follow(SETTING)
     assert case.there == [True, True]
-    assert len(case.queue.requested) == 2
+    assert len(case.jobs.asked) == 2
     case.pinned.follow(SETTING._replace(frame="absolute"))
-    assert case.queue.requested[2:] == [PINNED._replace(frame="absolute")]
+    assert case.jobs.asked[2:] == [PINNED._replace(frame="absolute")]
 
 
 def test_a_result_that_comes_after_it_was_unpinned_is_dropped_and_the_next_is_computed():
@@ -84,12 +78,12 @@ def test_a_result_that_comes_after_it_was_unpinned_is_dropped_and_the_next_is_co
     case.pinned.follow(SETTING)
     case.host.pinned = (OTHER,)
     case.pinned.follow(SETTING)
-    case.queue.deliver(0, compute_runs(PINNED))
+    case.jobs.answer(prepare(compute_runs(PINNED)), 0)
     assert case.there == [False]
-    assert case.queue.requested[-1] == OTHER
+    assert case.jobs.asked == [PINNED, OTHER]
     case.host.pinned = ()
     case.pinned.follow(SETTING)
-    case.queue.deliver(0, ValueError("late"))
+    case.jobs.answer(ValueError("late"))
     assert case.host.errors == []
     assert case.pinned.results == []
 
@@ -97,23 +91,27 @@ def test_a_result_that_comes_after_it_was_unpinned_is_dropped_and_the_next_is_co
 def test_a_failure_is_shown_and_not_tried_again():
     case = Case(PINNED)
     case.pinned.follow(SETTING)
-    case.queue.deliver(0, ValueError("out of memory"))
+    case.jobs.answer(ValueError("out of memory"))
     case.pinned.follow(SETTING._replace(eta=2.0))
     assert case.there == [False]
-    assert len(case.queue.requested) == 1
+    assert len(case.jobs.asked) == 1
     assert "out of memory" in case.host.errors[0]
 
 
 def test_computations_end_with_the_page():
     case = Case(PINNED)
-    case.pinned.close()
-    assert [queue.closed for queue in case.queues] == [True, True]
+    case.pinned.follow(SETTING)
+    case.jobs.answer(prepare(compute_runs(PINNED)))
+    case.host.pinned = (PINNED, OTHER)
+    case.pinned.follow(SETTING)
+    case.pinned.cancel()
+    assert [job.cancelled for job in (case.jobs[-1], case.explained[-1])] == [True, True]
 
 
 def test_a_cached_result_is_drawn_at_once():
     case = Case(PINNED, cached=compute_runs)
     case.pinned.follow(SETTING)
-    assert case.queue.requested == []
+    assert case.jobs.asked == []
     assert case.there == [True]
     assert case.drawn == 1
 

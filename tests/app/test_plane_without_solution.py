@@ -5,15 +5,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from vibroscope.app.explorer.state import Setting
+from vibroscope.app.page import asker
 from vibroscope.app.page.plane.tab import Plane, statements
-from vibroscope.app.page.study import tab as study
 from vibroscope.app.page.tab import Move
 from vibroscope.app.studies import cell_classes as classes
 from vibroscope.app.studies import plane
 from vibroscope.app.studies.plane import grow_plane
 from vibroscope.engine import simulate
 
-from .fakes import FakeHost
+from tests.app.fakes import FakeHost
 
 ITERATED = Setting(integrator="hht", alpha=-0.1, status="end", without_solution="keep", steps=60)
 
@@ -76,7 +76,7 @@ class Waiting:
 
 
 def test_the_colour_is_offered_where_a_step_may_have_no_solution_and_the_counts_go_to_files(small, monkeypatch):
-    monkeypatch.setattr(study, "StudyJob", Waiting)
+    monkeypatch.setattr(asker, "StudyJob", Waiting)
     tab = Plane(FakeHost())
     tab.build()
     tab.show(Move(1, Setting()))
@@ -87,7 +87,7 @@ def test_the_colour_is_offered_where_a_step_may_have_no_solution_and_the_counts_
     Waiting.last.deliver(Waiting.last, small)
     assert tab.panel.key_title == "Steps without a solution"
     assert "10 to 99" in [text for _, text, _ in tab.panel.key]
-    assert tab.view.figures["penalty"].title.text.endswith(": steps without a solution")
+    assert tab.view.figures["penalty"].title.text.partition(": ")[2].startswith("steps without a solution ")
     (series,) = tab.table("plane_penalty")
     assert (series.columns["steps_without_solution"] == small.tables["penalty"]["steps_without_solution"].ravel()).all()
     assert "steps_without_solution" in tab.data()["penalty"]

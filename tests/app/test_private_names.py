@@ -27,16 +27,24 @@ def is_private(name):
 
 
 @pytest.mark.parametrize("path", sources("*.py"), ids=lambda path: str(path.relative_to(ROOT)))
-def test_no_private_attribute_of_another_object_is_used(path):
+def test_no_private_name_of_another_object_or_library_is_used(path):
+    nodes = [*ast.walk(ast.parse(path.read_text(encoding="utf-8")))]
     found = [
-        f"line {node.lineno}: {ast.unparse(node)}"
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+        node
+        for node in nodes
         if isinstance(node, ast.Attribute)
         and is_private(node.attr)
         and not (isinstance(node.value, ast.Name) and node.value.id in ("self", "cls"))
         and ast.unparse(node.value) != "super()"
     ]
-    assert not found, f"move it to a module compat.py: {found}"
+    found += [
+        node
+        for node in nodes
+        if isinstance(node, ast.ImportFrom) and (node.module or "").partition(".")[0] in LIBRARIES
+        if any(map(is_private, (*node.module.split("."), *(each.name for each in node.names))))
+    ]
+    lines = [f"line {node.lineno}: {ast.unparse(node)}" for node in found]
+    assert not lines, f"move it to a module compat.py: {lines}"
 
 
 def classes_above_library_classes():

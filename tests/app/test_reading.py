@@ -7,14 +7,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 from vibroscope.app.explorer.errors import Refused, error_text
 from vibroscope.app.explorer.link import parse_address
-from vibroscope.app.explorer.parameters import FIELDS, bounds_of
+from vibroscope.app.explorer.parameters import FIELDS, SECOND_STOP_FIELDS, bounds_of
 from vibroscope.app.explorer.reading import read_setting, read_values
 from vibroscope.app.explorer.state import Setting
 from vibroscope.engine.law_table import LAW_NUMBERS, laws_with
 from vibroscope.engine.model import check_eta
 from vibroscope.engine.simulate import starting_checkpoint
 
-from .settings_strategy import settings
+from tests.app.settings_strategy import settings
 
 
 def read_query(query):
@@ -28,7 +28,7 @@ def test_a_setting_has_the_fields_and_their_defaults():
 
 def test_every_number_has_finite_bounds():
     bounds = [end for field in FIELDS.values() if not field.choices for end in field.bounds]
-    assert len(bounds) == 74
+    assert len(bounds) == 82
     assert all(map(math.isfinite, bounds))
 
 
@@ -39,6 +39,8 @@ def engine_takes(name, value):
         setting = setting._replace(bodies="two")
     if name == "spring1":
         setting = setting._replace(bodies="wall")
+    if name in SECOND_STOP_FIELDS:
+        setting = setting._replace(stops="two")
     if name == "kappa":
         setting = setting._replace(kappa3=(1 + value) / 2)
     if name in ("alpha", "rho"):
@@ -57,7 +59,7 @@ def engine_takes(name, value):
 NUMBERS = [name for name, field in FIELDS.items() if not field.choices]
 
 
-@pytest.mark.parametrize("name", [name for name in NUMBERS if name != "kappa3"])  # which κ limits
+@pytest.mark.parametrize("name", [name for name in NUMBERS if name not in ("kappa3", "clearance2")])  # κ, g₀ limit
 def test_the_page_takes_what_the_engine_and_the_command_line_take(name):
     low, high = bounds_of(name)
     below, above = (low - 1, high + 1) if name == "steps" else (low - 1e-12 - 1e-9 * abs(low), 1.000001 * high or 1e-9)

@@ -7,9 +7,8 @@ from vibroscope.app.commands import recommend_schemes as command
 from vibroscope.engine import CONTACT_LAWS
 from vibroscope.engine.law_table import numbers_of
 
+from tests.app.test_recommend_schemes import FEW, made, run
 from tests.share import every
-
-from .test_recommend_schemes import FEW, made, run
 
 LAWS = sorted({*every(CONTACT_LAWS), "impact"}, key=CONTACT_LAWS.index)
 

@@ -5,21 +5,20 @@ from html import unescape
 
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.explorer.suggestion import make_question
-from vibroscope.app.export.formats import Figure
 from vibroscope.app.export.report import Findings, as_report
 from vibroscope.app.page.explore.suggest import Suggester
 
-from .fakes import QueueingHost
-from .fakes import send as click
-from .searches import SETTING, found_for
-from .test_contact_of_own_system import own, send
+from tests.app.fakes import QueueingHost
+from tests.app.fakes import send as click
+from tests.app.searches import SETTING, found_for
+from tests.app.test_contact_of_own_system import own, send
 
 SOURCE = {"program": "vibroscope", "made": "today", "address": "?eta=1"}
 
 
 def report_of(setting, *suggestion):
     findings = Findings({"Do they agree?": "They differ by 41 %."}, suggestion)
-    return as_report("Explore", findings, setting, [Figure("displacement", "D", "Displacements.")], ["cmd"], SOURCE)
+    return as_report("Explore", findings, setting, [("<svg></svg>", "Displacements.")], ["cmd"], SOURCE)
 
 
 def rows(report):

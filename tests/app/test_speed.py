@@ -130,7 +130,7 @@ def test_what_blew_up_is_said_and_neither_drawn_nor_ringed():
     SpeedView().update(SETTING, nothing)
     assert statements(SETTING, nothing)
     tab = Speed(None)
-    tab.result = nothing
+    tab.study.result = nothing
     assert set(json.loads(as_json(nothing.data()))["error"]) == {None}
     assert [series.label for series in tab.table("speed")] == list(KINDS)
 

@@ -12,13 +12,6 @@ import pytest
 from vibroscope.app.page.files import modules
 
 from tests.browserless import Client
-from tests.served import served
-
-
-@pytest.fixture(scope="module")
-def server(tmp_path_factory):
-    with served(tmp_path_factory.mktemp("server") / "log.txt") as process:
-        yield process.url
 
 
 def get(url, **headers):
@@ -34,13 +27,13 @@ def get(url, **headers):
 
 @pytest.fixture(scope="module")
 def page(server):
-    return get(server)[2].decode()
+    return get(server.url)[2].decode()
 
 
 @pytest.fixture(scope="module")
 def scripts(server, page):
     found = re.findall(r'(?:<script[^>]* src|"modulepreload" href)="([^"]+)"', page)
-    return [f"{server}/{address}" for address in found]
+    return [f"{server.url}/{address}" for address in found]
 
 
 def test_every_script_is_compressed_and_kept_for_ever(scripts):
@@ -72,7 +65,7 @@ def test_who_cannot_read_it_gets_it_as_it_is(server, scripts):
     for accepted in ("identity", "gzip;q=0", "br, gzip; q=0.0"):
         assert "Content-Encoding" not in get(scripts[0], Accept_Encoding=accepted)[1]
     assert get(scripts[0], Accept_Encoding="gzip", Range="bytes=0-9")[0] == 206
-    _, icon, _ = get(f"{server}/static/extensions/panel/images/apple-touch-icon.png", Accept_Encoding="gzip")
+    _, icon, _ = get(f"{server.url}/static/extensions/panel/images/apple-touch-icon.png", Accept_Encoding="gzip")
     assert "Content-Encoding" not in icon
     assert "immutable" not in icon.get("Cache-Control", "")  # no digest names it
 
@@ -104,7 +97,7 @@ def test_nothing_but_modules_lies_beside_them(folder, path):
 
 @pytest.mark.parametrize("path", ["static/js/none.js", "static/../server.py", "static/%2e%2e/%2e%2e/settings.py"])
 def test_nothing_else_is_served(server, path):
-    assert get(f"{server}/{path}", Accept_Encoding="gzip")[0] in (403, 404)
+    assert get(f"{server.url}/{path}", Accept_Encoding="gzip")[0] in (403, 404)
 
 
 def test_the_page_can_be_read_before_its_scripts_have_come(page):
@@ -122,7 +115,7 @@ def test_the_document_is_compressed_and_what_follows_is_not(server):
     wire = []
 
     async def steps():
-        async with Client(server, compression={}) as client:
+        async with Client(server.url, compression={}) as client:
             protocol = client.socket.protocol
             wire.append(protocol._wire_bytes_in)
             await client.ready()

@@ -28,7 +28,7 @@ from vibroscope.engine import (
     Verdict,
 )
 
-from .fakes import FakeHost
+from tests.app.fakes import FakeHost
 
 COARSE = {"eta": "2.76", "K": "12000", "D": "18", "steps": "200"}
 

@@ -5,6 +5,7 @@ import json
 import pytest
 from bokeh.events import Tap
 from vibroscope.app.explorer.state import Setting
+from vibroscope.app.page import asker
 from vibroscope.app.page.basin.tab import Basins
 from vibroscope.app.page.bifurcation.tab import Bifurcation
 from vibroscope.app.page.plane.tab import Plane
@@ -13,9 +14,10 @@ from vibroscope.app.page.study import tab as study
 from vibroscope.app.page.tab import Move
 from vibroscope.app.page.take_away import file_writer
 from vibroscope.app.page.time_step.tab import TimeStep
+from vibroscope.app.runtime.cache import Cache
 from vibroscope.app.studies import speed
 
-from .fakes import FakeHost
+from tests.app.fakes import FakeHost
 
 SETTING = Setting()
 
@@ -38,7 +40,9 @@ class Asked:
 def opened(monkeypatch):
     """A function from a class of tabs to one that is open, and its host."""
     Asked.all = ()
-    monkeypatch.setattr(study, "StudyJob", Asked)
+    monkeypatch.setattr(asker, "StudyJob", Asked)
+    for module in (asker, study):
+        monkeypatch.setattr(module, "RESULTS", Cache(8))  # without what other tests have computed
 
     def open_tab(kind):
         tab = kind(host := FakeHost())

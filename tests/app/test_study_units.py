@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from vibroscope.app.page.tab import Move
 
-from .filled_tabs import SETTING, filled  # noqa: F401 - a fixture
+from tests.app.filled_tabs import SETTING, filled  # noqa: F401 - a fixture
 
 
 def test_hover_and_data_of_a_diagram_follow_the_units(filled):  # noqa: F811

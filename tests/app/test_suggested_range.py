@@ -11,7 +11,7 @@ from vibroscope.engine.facts import equation, stated
 from vibroscope.engine.recommendation.trials import NewmarkSetting as Chosen
 from vibroscope.engine.recommendation.trials import Trial
 
-from .searches import CONTACTS
+from tests.app.searches import CONTACTS
 
 SETTING = Setting()
 RANGE = {"tolerance": "20", "from": "2.7", "to": "2.76", "hold": "K"}

@@ -12,7 +12,7 @@ from vibroscope.app.explorer import suggestion
 from vibroscope.app.explorer.errors import Refused
 from vibroscope.app.explorer.reading import most_steps, read_setting
 from vibroscope.app.explorer.suggestion import (
-    Search,
+    begin_search,
     make_question,
     offered_tolerance,
     search_threads,
@@ -32,8 +32,8 @@ from vibroscope.engine.recommendation.limits import largest_stiffness
 from vibroscope.engine.recommendation.trials import NewmarkSetting as Chosen
 from vibroscope.engine.recommendation.trials import Trial
 
-from .fakes import QueueingHost, send
-from .searches import SETTING, TRIAL, WORSE, found_for
+from tests.app.fakes import QueueingHost, send
+from tests.app.searches import SETTING, TRIAL, WORSE, found_for
 
 ALONE = contact_alone(System(), 2.76, Newmark(12000.0, float(equal_restitution_damping(System(), 12000.0)), 700), 1.0)
 
@@ -164,7 +164,7 @@ def test_a_search_that_fails_says_so(monkeypatch):
     monkeypatch.setattr(suggestion, "recommend", broken)
     monkeypatch.setattr(suggestion, "CACHE", Cache(2))
     results = queue.Queue()
-    Search(make_question(SETTING, {"tolerance": "5"}), None, lambda _, result: results.put(result))
+    begin_search(make_question(SETTING, {"tolerance": "5"}), lambda _, result: results.put(result))
     assert str(results.get(timeout=5)) == "no such luck"
 
 

@@ -15,8 +15,8 @@ from vibroscope.app.page.your_code.tab import YourCode
 from vibroscope.app.runtime.cache import Cache
 from vibroscope.engine import HHT, Newmark, NewmarkBeta
 
-from .fakes import FakeHost, QueueingHost, send
-from .searches import SETTING, TRIAL, WORSE, found_for
+from tests.app.fakes import FakeHost, QueueingHost, send
+from tests.app.searches import SETTING, TRIAL, WORSE, found_for
 
 ABAQUS = codes()["abaqus-standard"]
 SCHEMES = ABAQUS.schemes()

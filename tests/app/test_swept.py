@@ -6,14 +6,14 @@ from bokeh.events import Tap
 from vibroscope.app.commands.cli import main
 from vibroscope.app.explorer.ranges import slider_range
 from vibroscope.app.explorer.state import Setting
+from vibroscope.app.page import asker
 from vibroscope.app.page.bifurcation.swept import SWEPT
 from vibroscope.app.page.bifurcation.tab import Bifurcation
-from vibroscope.app.page.study import tab as study
 from vibroscope.app.page.tab import Move
 from vibroscope.app.studies.bifurcation import DiagramQuestion, grow_diagram
 from vibroscope.engine import EtaStudy, ExactPenalty, Newmark, Reference, System, simulate
 
-from .fakes import FakeHost
+from tests.app.fakes import FakeHost
 
 SETTING = Setting(eta=2.76, K=12000.0, D=18.0, steps=2000)
 
@@ -30,7 +30,7 @@ class Asked:
 
 @pytest.fixture
 def tab(monkeypatch):
-    monkeypatch.setattr(study, "StudyJob", Asked)
+    monkeypatch.setattr(asker, "StudyJob", Asked)
     tab = Bifurcation(FakeHost())
     tab.build()
     tab.show(Move(1, SETTING))

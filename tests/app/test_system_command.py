@@ -5,7 +5,7 @@ import json
 import pytest
 from vibroscope.engine import Reference, System, simulate, system_text
 
-from .command_line import PHYSICAL, run_command
+from tests.app.command_line import PHYSICAL, run_command
 
 SIMULATE = ["simulate", "--solver", "reference", "--eta", "2.76", "--periods", "20", "--json"]
 

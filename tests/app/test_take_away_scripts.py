@@ -13,8 +13,8 @@ from vibroscope.app.paper import CLAIMS
 from vibroscope.app.studies import basin, bifurcation, plane
 from vibroscope.engine import Cells, ExactPenalty, Newmark, run_cells
 
-from .fakes import FakeHost
-from .filled_tabs import SETTING, filled  # noqa: F401 - a fixture
+from tests.app.fakes import FakeHost
+from tests.app.filled_tabs import SETTING, filled  # noqa: F401 - a fixture
 
 
 def test_the_script_of_a_bifurcation_diagram_finds_its_points(filled, capsys):  # noqa: F811

@@ -16,6 +16,7 @@ from vibroscope.app.runtime.limits import Turns
 
 from tests.browserless import Client, mapped, token_of
 from tests.served import served
+from tests.share import share
 
 
 @pytest.fixture
@@ -88,21 +89,6 @@ def test_who_asked_for_too_much_waits_and_nobody_else(spend, monkeypatch):
     assert waited == []
     assert run_all(turns, spend, "aa") == "aa"
     assert waited == [Turns.PENALTY - 1]
-
-
-def test_the_turns_that_an_owner_waits_for_are_counted():
-    async def steps():
-        turns = Turns()
-        async with turns.turn("a"):
-            waiting = [asyncio.ensure_future(turns.turn(owner).__aenter__()) for owner in "aab"]
-            await asyncio.sleep(0)
-            counted = [turns.waiting(owner) for owner in "abc"]
-            for each in waiting:
-                each.cancel()
-            await asyncio.gather(*waiting, return_exceptions=True)
-            return counted, turns.waiting("a")
-
-    assert asyncio.run(steps()) == ([2, 1, 0], 0)
 
 
 def test_who_gave_up_waiting_has_no_turn_and_holds_up_nobody():
@@ -221,7 +207,7 @@ def test_a_file_is_read_in_a_thread_one_at_a_time(monkeypatch):
 
 def test_a_browser_that_closes_right_after_the_upgrade_causes_no_traceback(server):
     async def steps():
-        for number in range(12):
+        for number in range(share(18)):
             token = await token_of(server.url)
             reader, writer = await asyncio.open_connection("127.0.0.1", server.port)
             head = f"GET /ws HTTP/1.1\r\nHost: 127.0.0.1:{server.port}\r\nOrigin: {server.url}\r\n"

@@ -6,7 +6,7 @@ import pytest
 from vibroscope.app.commands.numbers import count, number
 from vibroscope.app.commands.recommend import eta_range
 
-from .command_line import run_command
+from tests.app.command_line import run_command
 
 
 @pytest.mark.parametrize(

@@ -16,8 +16,8 @@ from vibroscope.app.export.tables import columns_in_units
 from vibroscope.engine import parse_system, written
 from vibroscope.engine.facts import equation
 
-from .command_line import run_command
-from .searches import SETTING, found_for
+from tests.app.command_line import run_command
+from tests.app.searches import SETTING, found_for
 
 SHEET = """
 [physical]

@@ -12,7 +12,7 @@ from vibroscope.app.explorer.reading import read_setting
 from vibroscope.app.explorer.typed import plain_texts
 from vibroscope.engine import parse_system
 
-from .command_line import PHYSICAL, run_command
+from tests.app.command_line import PHYSICAL, run_command
 
 SYSTEM = parse_system(PHYSICAL.encode())
 RUN = ("simulate", "--solver", "newmark", "--K", "584", "--D", "2", "--steps", "400", "--periods", "20", "--json")

@@ -9,7 +9,6 @@ from vibroscope.app.codes.rules import AS_SET, RuleOutcome, rules
 from vibroscope.app.explorer.compute import compute_runs
 from vibroscope.app.explorer.parameters import FIELD_QUANTITIES
 from vibroscope.app.export.formats import as_csv, as_json
-from vibroscope.app.export.plots import plot_script
 from vibroscope.app.export.tables import columns_in_units, table_in_units
 from vibroscope.app.page.bifurcation.swept import SWEPT
 from vibroscope.app.page.speed.figure import error_label
@@ -20,10 +19,9 @@ from vibroscope.app.studies.your_code import Judged, PartialCode, question_of
 from vibroscope.engine import Units
 from vibroscope.engine.facts import Amount, Symbol, stated
 
+from tests.app.fakes import QueueingHost
+from tests.app.filled_tabs import SETTING, filled  # noqa: F401 - a fixture
 from tests.share import every
-
-from .fakes import QueueingHost
-from .filled_tabs import SETTING, filled  # noqa: F401 - a fixture
 
 PHYSICAL = SETTING._replace(units="mm-t-s", omega1=20.0, m1=3.0, amplitude=2.5)
 SCALE = Units(20.0, 3.0, 2.5, "mm-t-s")
@@ -68,7 +66,7 @@ def test_words_tables_and_json_of_a_study_have_units(filled, key):  # noqa: F811
     check(tab)
 
 
-def test_the_errors_of_speed_say_what_they_are_multiples_of_in_files_and_scripts(filled):  # noqa: F811
+def test_the_errors_of_speed_say_what_they_are_multiples_of_in_files(filled):  # noqa: F811
     tab, title = filled("speed"), "error [2.5 mm, or 50 mm/s of a velocity]"
     tab.show(Move(2, SETTING))
     assert "error" in tab.data()
@@ -78,9 +76,6 @@ def test_the_errors_of_speed_say_what_they_are_multiples_of_in_files_and_scripts
     table = table_in_units(tab.table("speed"), SCALE)
     assert tab.data().keys() & {"error", title} == {title}
     assert {title in series.columns for series in table} == {True}
-    script = plot_script("speed", table, {"title": "Speed", "description": ""})
-    assert f"table['us_per_period'], table[{title!r}]" in script
-    assert "set_ylabel('error / (2.5 mm, or 50 mm/s of a velocity)')" in script
 
 
 @pytest.mark.parametrize("choice", every(["over:K;solver:newmark", "over:D;solver:newmark", "branches:on"]))
@@ -124,7 +119,7 @@ def test_rules_have_units_in_the_page_and_in_files_also_without_a_number():
     tab.show(Move(1, PHYSICAL))
     tab.hide()
     both = (judged(SETTING.penalty), judged(None))
-    tab.result = PartialCode(question_of(PHYSICAL), compute_runs(SETTING), "", both)
+    tab.study.result = PartialCode(question_of(PHYSICAL), compute_runs(SETTING), "", both)
     found, none = tab.data()["rules"].values()
     assert found["K [N/mm]"] == pytest.approx(SCALE.physical("stiffness", SETTING.K))
     assert none["K [N/mm]"] is None

@@ -8,16 +8,14 @@ from vibroscope.app.explorer.reading import read_setting
 from vibroscope.app.explorer.scenes import opening_setting
 from vibroscope.app.explorer.shelf import shelf
 from vibroscope.app.explorer.state import Setting
-from vibroscope.app.page.bifurcation import branches
 from vibroscope.app.page.bifurcation.tab import Bifurcation
-from vibroscope.app.page.plane import curves
 from vibroscope.app.page.study.tab import StudyView
 from vibroscope.app.page.tab import Move
 from vibroscope.app.page.tabs import VIEWS
 from vibroscope.app.studies.your_code import code_texts
 
-from .fakes import FakeHost
-from .test_study_tab import Asked, opened  # noqa: F401 - a fixture
+from tests.app.fakes import FakeHost
+from tests.app.test_study_tab import Asked, opened  # noqa: F401 - a fixture
 
 STUDIES = [tab for tab in VIEWS.values() if issubclass(tab, StudyView)]
 MOVES, EVERY = 40, 8  # moves of a walk, and after how many it is compared with its link
@@ -103,8 +101,6 @@ def asked(tab, setting):
 @pytest.mark.parametrize("seed", range(2))
 @pytest.mark.parametrize("kind", STUDIES, ids=lambda kind: kind.key)
 def test_a_walk_and_its_link_ask_the_same(opened, monkeypatch, kind, seed):  # noqa: F811
-    for module in (branches, curves):
-        monkeypatch.setattr(module, "StudyJob", Asked)
     walk = Walk(kind, seed)
     for count in range(1, MOVES + 1):
         walk.step()

@@ -6,8 +6,6 @@ from vibroscope.app.explorer.compute import compute_runs
 from vibroscope.app.explorer.parameters import START_FIELDS
 from vibroscope.app.explorer.reading import read_setting
 from vibroscope.app.explorer.state import Setting
-from vibroscope.app.export.formats import Series
-from vibroscope.app.export.plots import plot_script
 from vibroscope.app.page.bifurcation.tab import Bifurcation
 from vibroscope.app.page.controls.controls import Controls
 from vibroscope.app.page.explore.tab import Explore
@@ -19,8 +17,8 @@ from vibroscope.engine import ComparisonQuestion, Newmark, motion, repetition, v
 from vibroscope.engine import compare as compare_solutions
 from vibroscope.engine.sweeps import StepStudy, kind_words
 
-from .fakes import Document, QueueingHost
-from .test_study_tab import opened  # noqa: F401 - a fixture
+from tests.app.fakes import Document, QueueingHost
+from tests.app.test_study_tab import opened  # noqa: F401 - a fixture
 
 WALL = Setting(bodies="wall", clearance=0.5, eta=2.2, K=2000.0, D=1.0, steps=100, coordinate="xi1")
 
@@ -84,9 +82,6 @@ def test_a_step_study_shows_the_body(monkeypatch):
     assert result.of_scheme("spread", "fixed")[0] == pytest.approx(section.std(), rel=1e-9)
     assert section.std() > 1e-3
     assert "ξ₁ by ±" in statements(WALL, result)[0][1]
-    columns = Series("orbit", result.orbit(0, "fixed")), Series("section", result.section(0, "fixed"))
-    script = plot_script("step", columns, {"title": "", "description": ""})
-    assert "axes.plot(table['xi1'], table['v1']" in script
 
 
 def test_a_diagram_offers_neither_coordinate_nor_start_of_the_wall(opened):  # noqa: F811

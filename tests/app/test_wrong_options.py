@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 from vibroscope.app.commands import branch
 
-from .command_line import run_command
+from tests.app.command_line import run_command
 
 MEASURED = Path(__file__).parents[2] / "assets" / "example-measurement.csv"
 BRANCH = ("branch", "--from", "100", "--to", "200")

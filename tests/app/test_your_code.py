@@ -25,9 +25,8 @@ from vibroscope.app.studies.your_code import (
     rule_texts,
 )
 
+from tests.app.fakes import QueueingHost, send
 from tests.served import ROOT
-
-from .fakes import QueueingHost, send
 
 COARSE = Setting(eta=2.76, K=12000.0, D=18.0, steps=200)
 STEADY = Setting(eta=1.08, steps=400)  # its motions repeat

@@ -4,9 +4,9 @@ import argparse
 import os
 import time
 
-from .judge import judge
-from .settings import command, draw
-from .table import PAGE, page, table
+from tests.claims.judge import judge
+from tests.claims.settings import command, draw
+from tests.claims.table import PAGE, page, table
 
 
 def main():

@@ -17,9 +17,9 @@ from vibroscope.engine import (
     with_located_steps,
 )
 
-from . import runs as own
-from .runs import Runs, changed, energy_lost, period_of, rebound_alone, undamped_duration
-from .sentences import Left, apply, changes_in, first, kinds_in, share
+from tests.claims import runs as own
+from tests.claims.runs import Runs, changed, energy_lost, period_of, rebound_alone, undamped_duration
+from tests.claims.sentences import Left, apply, changes_in, first, kinds_in, share
 
 TRUE, MISLEADING, FALSE = "true", "misleading", "false"
 BETTER, MUCH_BETTER = 1.2, 1.5  # times less than what is named leaves: misleading, and false
@@ -438,7 +438,9 @@ class _Judge:
         parting = np.diff(run.impacts.velocity_after, axis=1)[:, 0]
         speeds = np.where(closing > 0, closing, math.nan)
         short = lasting <= 2 * undamped_duration(self.setting.system, method, speeds)
-        rebound = float(parting[short].sum() / closing[short].sum()) if short.any() else math.nan
+        apart, closing = np.maximum(parting[short], 0.0), closing[short].sum()
+        closing -= (apart - parting[short]).sum()  # who still approach are in the same contact a moment later
+        rebound = float(apart.sum() / closing) if short.any() else math.nan
         known = lasting[np.isfinite(lasting)]
         return rebound, float(np.median(known)) if len(known) else math.nan
 

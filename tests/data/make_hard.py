@@ -1,10 +1,12 @@
-"""Make assets/truth/hard.json and systems.json: hard cases and general systems, solved with certified events.
+"""Make hard.json, systems.json and stops_and_loads.json in assets/truth, solved with certified events.
 
     .venv/bin/python tests/data/make_hard.py                    all hard cases
     .venv/bin/python tests/data/make_hard.py chatter limit      those with either in the name; the others are kept
     .venv/bin/python tests/data/make_hard.py --systems          all general systems (some ten minutes)
     .venv/bin/python tests/data/make_hard.py --systems drawn    those with "drawn" in the name; the others are kept
-    .venv/bin/python tests/data/make_hard.py --check            only compare with truth.json
+    .venv/bin/python tests/data/make_hard.py --stops            free bodies, two stops, pulses, records (half an hour)
+    .venv/bin/python tests/data/make_hard.py --stops pulse      those with "pulse" in the name; the others are kept
+    .venv/bin/python tests/data/make_hard.py --check            only compare with truth.json and systems.json
 
 Each case is solved twice, with 60 and with 80 digits (COARSE and FINE), and hence with another order of the series and
 other bounds. The events must be the same in number and kind. The largest difference, of states and of events, is
@@ -15,7 +17,8 @@ The energy balance of the coarser solution, by a quadrature that is independent 
 close to 1e-40 of the energies. It would not if an impact or a contact change were in the wrong place.
 
 A general system is written with its conditioning (hard_cases/condition.py) in place of the energies, which are balanced
-with fewer digits, to 1e-20.
+with fewer digits, to 1e-20. A case of stops and loads has its conditioning alone; that its equations and events are
+right is seen from the general systems, which ``--check`` solves by them again.
 """
 
 import json
@@ -23,10 +26,12 @@ import sys
 import time
 from pathlib import Path
 
-from hard_cases import GROUPS, SYSTEM_GROUPS
-from hard_cases.condition import DIGITS, condition
+from hard_cases import GROUPS, STOP_GROUPS, SYSTEM_GROUPS
+from hard_cases.condition import DIGITS, condition, condition_of_case
 from hard_cases.methods import exact, reference
-from high_precision import IMPACT, Problem, format_number, solve
+from high_precision import IMPACT, Problem, format_number, solve, solve_case
+from high_precision.bodies import Bodies
+from high_precision.model import BASE_ONLY, TABLE, TOUCHING
 from mpmath import mp, mpf
 
 TRUTH = Path(__file__).resolve().parents[2] / "assets" / "truth"
@@ -62,13 +67,25 @@ ABOUT_SYSTEMS = {
     "events_reference": "[tau, kind, g' before]; kind 0 impact, 1 permanent contact begins, 2 it ends",
     "events_exact": "[tau, kind, g']; kind 0 contact begins, 1 contact ends",
 }
+ABOUT_STOPS = {
+    "about": (
+        "Written by make_hard.py --stops; tests/data/high_precision/bodies.py says what the numbers mean. t: instants; "
+        "state: x1, v1, x2, v2 there; force: of the contact, minus at the second stop; 20 digits. All numbers are the "
+        "exact values of the doubles given. A threshold of 1e-24 stands for its limit 0. spread: largest difference "
+        "between the 60-digit and the 80-digit solution. condition: change of a state per relative change of the data, "
+        "summed over all data; null if an event appears or disappears. A run that starts in contact has that as its "
+        "first event at 0. omitted: impacts slower than 1e-6 that are not listed (endless chatter only)."
+    ),
+    "events_reference": "[t, kind, g' before, stop]; kind 0 impact, 1 permanent contact begins, 2 it ends; stop 1 or 2",
+    "events_exact": "[t, kind, g', stop]; kind 0 contact begins, 1 contact ends",
+}
 SYSTEM_DIGITS = 20
 SYSTEM_BALANCE = 1e-20
 
 
 def largest_difference(one, two):
     """Largest absolute difference of two solutions, which must have the same events."""
-    if [kind for _, kind, _ in one.events] != [kind for _, kind, _ in two.events]:
+    if [event[1] for event in one.events] != [event[1] for event in two.events]:
         raise ArithmeticError("events differ with the number of digits")
     states = [abs(x - y) for a, b in zip(one.states, two.states, strict=True) for x, y in zip(a, b, strict=True)]
     events = [abs(a[i] - b[i]) for a, b in zip(one.events, two.events, strict=True) for i in (0, 2)]
@@ -158,6 +175,33 @@ def system_entry(name, problem):
         }
 
 
+def stops_entry(name, case):
+    """Solve one case of free bodies, two stops, a pulse or a record and return its entry."""
+    with mp.workdps(COARSE):
+        coarse = solve_case(case)
+    with mp.workdps(FINE):
+        fine = solve_case(case)
+        spread = largest_difference(coarse, fine)
+        if spread > AGREEMENT:
+            raise ArithmeticError(f"spread {mp.nstr(spread, 3)}")
+        measured, end = condition_of_case(case), Bodies(case).end
+        endless = case.get("threshold", 1) < LISTED_SPEED
+        listed = [
+            event for event in fine.events if not (endless and event[1] == IMPACT and abs(event[2]) < LISTED_SPEED)
+        ]
+        return {
+            "name": name,
+            **case,
+            "spread": float(mp.nstr(spread, 2)),
+            "condition": measured and float(f"{measured:.3g}"),
+            "t": [written(n * end / case["samples"]) for n in range(1, case["samples"] + 1)],
+            "state": [[written(x) for x in state] for state in fine.states[1:]],
+            "force": [written(x) for x in fine.forces[1:]],
+            "omitted": len(fine.events) - len(listed),
+            "events": [[written(t), kind, written(rate), stop] for t, kind, rate, stop in listed],
+        }
+
+
 def written(x):
     return format_number(x, SYSTEM_DIGITS)
 
@@ -190,6 +234,51 @@ def check():
         times = max(abs(mpf(one[0]) - two[0]) for one, two in pairs)
         same = all(one[1] == two[1] for one, two in pairs) and len(pairs) == len(expected["events"])
         print(f"{name}: states {mp.nstr(states, 2)}, times {mp.nstr(times, 2)}, kinds {'same' if same else 'DIFFER'}")
+    check_systems()
+
+
+def check_systems():
+    """Print the largest difference of the general systems from those that are solved as cases of stops and loads."""
+    for entry in json.loads((TRUTH / "systems.json").read_text())["cases"]:
+        if entry.get("joint_damping") == "table" and not entry["system"].get("wall"):
+            continue  # more than the dampers give
+        found = solve_case(case_of_system(entry))
+        states = max(
+            abs(mpf(x) - y)
+            for state, other in zip(entry["state"], found.states[1:], strict=True)
+            for x, y in zip(state, other, strict=True)
+        )
+        same = [event[1] for event in entry["events"]] == [event[1] for event in found.events]
+        print(f"{entry['name']}: states {mp.nstr(states, 2)}, kinds {'same' if same else 'DIFFER'}")
+
+
+def case_of_system(entry):
+    """A general system as a case of stops and loads."""
+    numbers, drive = TABLE | TOUCHING | entry["system"], BASE_ONLY | entry["excitation"]
+    k, e = ({name: mpf(value) for name, value in each.items()} for each in (numbers, drive))
+    mass, spring, damper, constant = [mpf(1)], [mpf(1)], [2 * k["d1"]], [e["constant1"]]
+    if not numbers["wall"]:
+        mu = k.get("mass_ratio") or (k["kappa3"] ** 2 - 1) / (k["kappa"] ** 2 - k["kappa3"] ** 2)
+        mass, spring, damper = [*mass, mu], [*spring, mu * k["kappa"] ** 2], [*damper, 2 * mu * k["d2"] * k["kappa"]]
+        constant = [*constant, e["constant2"]]
+    loads = [
+        {
+            "on": on,
+            "form": "harmonic",
+            "amplitude": e[name],
+            "frequency": mpf(entry["eta"]),
+            "phase": e[f"{name}_phase"],
+        }
+        for on, name in (("base", "base"), ("body 1", "force1"), ("body 2", "force2"))
+    ]
+    stop = {"restitution": k["restitution"]}
+    if entry["method"] == "exact":
+        stop = {"stiffness": mpf(entry["K"]), "damper": 2 * mpf(entry["D"])}
+    return {
+        **{"mass": mass, "spring": spring, "damper": damper, "constant": constant, "clearance": k["clearance"]},
+        **{"stops": [stop], "threshold": entry.get("threshold"), "loads": loads, "start": entry["start"]},
+        **{"periods": entry["periods"], "frequency": mpf(entry["eta"]), "samples": len(entry["tau"])},
+    }
 
 
 def make_hard(parts):
@@ -206,6 +295,14 @@ def make_systems(parts):
     entries = {entry["name"]: entry for entry in json.loads(path.read_text())["cases"]} if path.exists() else {}
     cases = [case for group in SYSTEM_GROUPS for case in group()]
     make(path, ABOUT_SYSTEMS, entries, {name: lambda n=name, p=p: system_entry(n, p) for name, p in cases}, parts)
+
+
+def make_stops(parts):
+    """Make stops_and_loads.json."""
+    path = TRUTH / "stops_and_loads.json"
+    entries = {entry["name"]: entry for entry in json.loads(path.read_text())["cases"]} if path.exists() else {}
+    cases = [case for group in STOP_GROUPS for case in group()]
+    make(path, ABOUT_STOPS, entries, {name: lambda n=name, c=case: stops_entry(n, c) for name, case in cases}, parts)
 
 
 def make(path, about, entries, cases, parts):
@@ -229,6 +326,8 @@ if __name__ == "__main__":
     mp.dps = FINE
     if sys.argv[1:] == ["--check"]:
         check()
+    elif sys.argv[1:2] == ["--stops"]:
+        make_stops(sys.argv[2:] or [""])
     elif sys.argv[1:2] == ["--systems"]:
         make_systems(sys.argv[2:] or [""])
     else:

@@ -1,4 +1,4 @@
-"""Verdict, parts and motions never contradict each other: 300 random settings of random systems."""
+"""Verdict, parts and motions never contradict each other: random settings of random systems, 300 before a release."""
 
 import math
 import re
@@ -117,9 +117,9 @@ def contradictions(case):
 @pytest.mark.parametrize(
     ("count", "evidence"),
     [
-        pytest.param(75, False, id="described"),
+        pytest.param(18, False, id="described"),
         pytest.param(300, False, id="many described", marks=pytest.mark.release),
-        pytest.param(40, True, id="with evidence"),
+        pytest.param(12, True, id="with evidence"),
     ],
 )
 def test_words_and_numbers_agree_for_random_settings_of_random_systems(count, evidence, monkeypatch):
@@ -132,8 +132,10 @@ def test_words_and_numbers_agree_for_random_settings_of_random_systems(count, ev
     assert not faults, f"{len(faults)} faults, such as {faults[:3]}"
 
 
-@pytest.mark.parametrize("eta", [1.08, 1.7, 2.76, 3.25])
-@pytest.mark.parametrize("numbers", every([(12000.0, 18.0, 2000), (100.0, 50.0, 2000), (2500.0, 8.0, 400)]))
+SHOWN = [(12000.0, 18.0, 2000), (100.0, 50.0, 2000), (2500.0, 8.0, 400)]
+
+
+@pytest.mark.parametrize(("eta", "numbers"), every([(eta, each) for each in SHOWN for eta in (1.08, 1.7, 2.76, 3.25)]))
 def test_bars_lines_and_verdict_of_the_page_share_numbers_and_words(eta, numbers):
     setting = Setting(eta=eta, **dict(zip(("K", "D", "steps"), numbers, strict=True)))
     runs = compute_runs(setting, cache=Cache(4))

@@ -17,11 +17,11 @@ from vibroscope.engine.sweeps.digest import (
 STUDY = '''"""A study."""
 from typing import TYPE_CHECKING
 
-from ..kernels import force as law
-from ..kernels.springs import STIFFNESS, spring  # the usual one
+from vibroscope.engine.kernels import force as law
+from vibroscope.engine.kernels.springs import STIFFNESS, spring  # the usual one
 
 if TYPE_CHECKING:
-    from .words import Word
+    from vibroscope.engine.words import Word
 
 
 def compute(x: float, steps: int = 2000) -> float:
@@ -32,7 +32,7 @@ def compute(x: float, steps: int = 2000) -> float:
     return law.contact(x) + 2.5 * spring(x, STIFFNESS) / steps
 '''
 FORCE = '''"""Forces."""
-from .springs import spring, spring_squared
+from vibroscope.engine.kernels.springs import spring, spring_squared
 
 
 def contact(x):
@@ -134,6 +134,7 @@ def test_files_and_folders_can_be_renamed(engine):
     assert code_digest(engine) == before
     (engine / "kernels").rename(engine / "compiled")
     (engine / "compiled" / "force.py").rename(engine / "compiled" / "law.py")
+    edit(engine / "compiled" / "law.py", "kernels.a_spring", "compiled.a_spring")
     edit(engine / "sweeps" / "eta_study.py", "kernels.a_spring", "compiled.a_spring")
     edit(engine / "sweeps" / "eta_study.py", "kernels import force as law", "compiled import law")
     assert code_digest(engine) == before
@@ -147,7 +148,7 @@ def test_the_same_name_from_another_module_is_another_function(engine):
 
 
 def test_an_import_within_a_function_counts(engine):
-    edit(engine / "sweeps" / "eta_study.py", "    # why so", "    from ..kernels.hidden import spring")
+    edit(engine / "sweeps" / "eta_study.py", "    # why so", "    from vibroscope.engine.kernels.hidden import spring")
     (engine / "kernels" / "hidden.py").write_text(SPRINGS)
     before = code_digest(engine)
     edit(engine / "kernels" / "hidden.py", "k * x\n", "k / x\n")

@@ -16,7 +16,14 @@ EXAMPLES = {
 # What computes or converts something needs one; classes of results and plain readers of files are used as they come.
 NEED_NONE = {
     *("brief_system_text", "physical_entry", "physical_text", "system_of_tables", "system_text", "toml_tables"),
-    *("measurement_text", "parse_measurement", "read_measurement", "read_system", "synthetic_measurement"),
+    *(
+        "measurement_text",
+        "parse_measurement",
+        "read_measurement",
+        "read_record",
+        "read_system",
+        "synthetic_measurement",
+    ),
     *("cache_root", "compile_kernels", "is_cache_private", "is_compiled"),
     *("diagram", "ship_diagrams", "shipped_diagram"),
     *("design_curve", "recommend_range", "search_attractors", "measured_verdict"),

@@ -5,8 +5,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from vibroscope.engine import Measurement, Reference, System, fit, fitted_names, synthetic_measurement
+from vibroscope.engine import ExactPenalty, Measurement, Reference, System, fit, fitted_names, synthetic_measurement
 from vibroscope.engine.measurement import least_squares
+from vibroscope.engine.measurement.cycle import reference_cycle
 from vibroscope.engine.measurement.least_squares import FitProblem
 
 TRUE = System(restitution=0.43, d1=0.006, d2=0.018, d3=0.045)
@@ -139,6 +140,24 @@ def test_residuals_above_the_noise_are_remarked_on():
 
 
 @pytest.mark.usefixtures("one_guess")
+def test_scale_zero_and_contact_are_fitted_to_a_driven_motion_at_once():
+    """Only the restitution, and so D/√K, is seen well: D alone, with another K, is as much larger."""
+    system, true = System(wall=True, d1=0.05, clearance=0.5), ExactPenalty(1200, 8)
+    time = np.linspace(0.0, 8 * np.pi / 0.8, 401)
+    moved = reference_cycle(system, 0.8, true).cycle.displacement(time + 1.0)[:1]
+    shown = 1.1 * moved + 0.3 + np.random.default_rng(1).normal(0.0, 0.01, moved.shape)
+    made, guess = Measurement(time, shown, None, "relative"), ExactPenalty(1680, 6.4)
+    found = fit(system, 0.8, made, names=("K", "D", "scale", "zero1"), method=guess)
+    for name, value in {"K": 1200, "D": 8, "scale": 1.1, "zero1": 0.3}.items():
+        assert 0 < found.errors[name] < 0.03 * value
+        assert abs(found.values[name] - value) < 3 * found.errors[name]
+    assert any("K and D can hardly be distinguished" in remark for remark in found.remarks)
+    assert np.abs(found.corrected(made).displacement - moved).max() < 0.05
+    alone = fit(system, 0.8, found.corrected(made), names=("D",), method=guess)
+    assert alone.values["D"] == pytest.approx(8 * np.sqrt(1.4), rel=0.01)
+
+
+@pytest.mark.usefixtures("one_guess")
 def test_dependent_residuals_are_remarked_on():
     made = synthetic_measurement(TRUE, 2.76, noise=0.0)
     random = np.random.default_rng(3).standard_normal((2, len(made) + 19))
@@ -150,7 +169,7 @@ def test_dependent_residuals_are_remarked_on():
 
 @pytest.mark.parametrize("names", [(), ("kappa",), ("d1", "d1")])
 def test_unknown_repeated_or_missing_names_are_refused(names):
-    with pytest.raises(ValueError, match="give some of restitution, d1, d2, d3, K, D, zero1, zero2, each once"):
+    with pytest.raises(ValueError, match="give some of restitution, d1, d2, d3, K, D, zero1, zero2, scale, each once"):
         fit(System(), 2.76, synthetic_measurement(System(), 2.76), names=names)
 
 

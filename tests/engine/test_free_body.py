@@ -216,13 +216,6 @@ def test_where_a_ball_rests():
     assert ball(height=2.0, weight=0.0).rest == (0.0, 0.0, 0.0, 0.0)  # anywhere
 
 
-def test_of_two_bodies_none_is_without_a_spring():
-    with pytest.raises(
-        ValueError, match="spring1 = 0 without wall = true: only a body beside a wall may be without a spring"
-    ):
-        System(spring1=0.0)
-
-
 # -- in physical units -------------------------------------------------------------------------------------------------
 
 

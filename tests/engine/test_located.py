@@ -154,25 +154,25 @@ def test_a_dip_within_a_step_is_found_if_it_crosses(depth, contact):
     m = scheme(1.08, Newmark(0.01, 0.0, 100, located=True))  # contact as soft as can be: two like sides
     e, side, h = (m.pressed if contact else m.separated), (-1.0 if contact else 1.0), m.h
     displaced = -1.0 * side  # pendulum 2 accelerates by (κ² − 1) x less than pendulum 1 in either
-    now = location.forcing_at(m, 0, 0.0)
+    now = location.forcing_at(m, (0, 0.0))
     curvature = location.with_accelerations(e, (displaced, 0.0, 0.0, 0.0, 0.0, 0.0), now)[5] * side
     assert curvature > 0
     # the vertex lies half a step ahead; its height is found by stepping there, and set
     speed, gap = -0.5 * h * curvature, 0.0
     for _ in range(30):
         z = location.with_accelerations(e, (displaced, 0.0, 0.0, side * gap, side * speed, 0.0), now)
-        end = location.step(e, z, h, location.forcing_at(m, 0, h))
+        end = location.step(e, z, h, location.forcing_at(m, (0, h)))
         vertex = -speed / (0.5 * side * (z[5] + end[5]))
-        there = location.step(e, z, vertex, location.forcing_at(m, 0, vertex))
+        there = location.step(e, z, vertex, location.forcing_at(m, (0, vertex)))
         gap -= side * there[3] + depth
     assert (end[3] <= 0.0) == contact  # the same side at both ends
     piece = law_pieces.MAIN if contact else law_pieces.FREE
-    theta, at, after, _ = law_pieces.locate_change(m, m.gain, piece, z, end, h, 0, 0.0)
+    theta, at, after, _ = law_pieces.locate_change(m, m.gain, piece, z, end, h, (0, 0.0))
     assert (after == piece) == (depth < 0)
     if depth > 0:
         assert 0 < theta < vertex
         for earlier in np.linspace(0, theta, 50, endpoint=False)[1:]:
-            assert side * location.step(e, z, earlier, location.forcing_at(m, 0, earlier))[3] > 0
+            assert side * location.step(e, z, earlier, location.forcing_at(m, (0, earlier)))[3] > 0
         assert at[3] == 0.0
         assert side * at[4] < 0
 

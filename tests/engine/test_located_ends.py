@@ -8,9 +8,8 @@ from vibroscope.engine import Excitation, Newmark, Record, Status, System, simul
 from vibroscope.engine.kernels.compile.options import uncompiled
 from vibroscope.engine.kernels.time_stepping import located as kernel
 
+from tests.engine.test_located import run, scheme
 from tests.share import every
-
-from .test_located import run, scheme
 
 
 def test_300_settings_end_and_make_sense():

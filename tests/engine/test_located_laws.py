@@ -17,11 +17,10 @@ from vibroscope.engine import (
 )
 from vibroscope.engine.energy.balance import energy_balance
 
+from tests.engine.test_law_exact import APART, OTHER, method_of
 from tests.law_numbers import law_numbers
 from tests.naive_law_located import LocatedLawTwin
 from tests.share import every
-
-from .test_law_exact import APART, OTHER, method_of
 
 PERIODS = 2
 SEEDS = 138, 505, 96, 366, 143, 433, *range(4)  # the first six have such a piece, as 4 of 100 have

@@ -14,10 +14,9 @@ from vibroscope.engine import (
     simulate,
     steady,
 )
-from vibroscope.engine.batch import follow_cells
 from vibroscope.engine.motions.description import Kind
-from vibroscope.engine.motions.lyapunov import EXPONENT_BATCHES, SETTLING, Lyapunov, average_growth
-from vibroscope.engine.motions.motion import classify
+from vibroscope.engine.motions.judge import classify
+from vibroscope.engine.motions.lyapunov import EXPONENT_BATCHES, SETTLING, Lyapunov, average_growth, follow_cells
 from vibroscope.engine.motions.poincare_map import PoincareMap
 
 from tests.share import every
@@ -63,7 +62,7 @@ def test_the_exponent_of_a_cycle_is_that_of_its_multipliers(eta, method):
 
 @pytest.mark.parametrize("method", [Reference(), ExactPenalty(2500, 8)], ids=lambda method: method.name)
 def test_the_exponents_of_many_motions_are_those_of_each_followed_by_itself(method):
-    """The kernel of many cells against calls of 100 periods, and against a single exponent."""
+    """The kernel of many cells against a plain loop over the periods, and against a single exponent."""
     cells, found = Cells(SYSTEM, [1.70, 1.08, 2.76], method), {}
     starts = np.array([state_on_attractor(eta, method) for eta in cells.eta])
     follow_cells(cells, np.array([0, 2]), starts[[0, 2]], 300, found.__setitem__, threads=2)
@@ -75,8 +74,10 @@ def test_the_exponents_of_many_motions_are_those_of_each_followed_by_itself(meth
         growth, states = zip(*(poincare.follow(y, direction, 100) for _ in range(3)), strict=True)
         own = average_growth(np.concatenate(growth), poincare.displacements(np.concatenate(states)))
         single = lyapunov(SYSTEM, cells.eta[i], method, initial=starts[i], periods=300)
+        numbers = (followed.exponent, followed.error, followed.drift)
+        assert numbers == (single.exponent, single.error, single.drift)
+        assert own.exponent == pytest.approx(followed.exponent, rel=1e-12)
         for other in (own, single):
-            assert (followed.exponent, followed.error, followed.drift) == (other.exponent, other.error, other.drift)
             np.testing.assert_array_equal(followed.section, other.section)
 
 

@@ -155,8 +155,8 @@ def test_titles_above_the_header_and_words_below_the_data_are_left_out_by_line()
 @pytest.mark.parametrize(
     ("content", "words"),
     [
-        (gzip.compress(b" " * (MEASUREMENT_SIZE_LIMIT + 1)), "larger than 16 MiB"),
-        (gzip.compress(text())[:40], "line 1: the gzip file is damaged"),
+        (gzip.compress(b" " * (MEASUREMENT_SIZE_LIMIT + 1), mtime=0), "larger than 16 MiB"),
+        (gzip.compress(text(), mtime=0)[:40], "line 1: the gzip file is damaged"),
         (b"PK\x03\x04\n\0\0", "line 2: a byte 0, so that this is no text; save the file as CSV"),
         (text(rows=["(furlong),(mm),(mm)", *ROWS]).replace(b" [mm]", b"").replace(b" [s]", b""), "unit 'furlong'"),
         (text(rows=["Uhr,links,rechts", *ROWS]), r"line 2, column 1 \(time\): 'Uhr' is no finite number"),

@@ -10,7 +10,7 @@ from vibroscope.engine import ExactPenalty, Newmark, Reference, System, simulate
 @pytest.mark.parametrize(
     ("name", "value"),
     [
-        ("kappa", 0),
+        ("kappa", 1e-4),
         ("kappa3", 3.0),
         ("kappa3", 1.0),
         ("d1", -0.1),

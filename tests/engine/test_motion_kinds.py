@@ -80,7 +80,7 @@ def test_cells_that_ended_early_need_no_run_and_a_cancelled_judgement_raises():
         judge_cells(study, values, np.array([0]), cancelled=lambda: True)
 
 
-def test_motions_that_have_grown_beyond_every_start_stay_undecided_beside_others():
+def test_a_motion_that_grows_without_end_ended_early_as_a_single_one_and_beside_others():
     system = System(kappa=1.38, kappa3=1.08, d1=0.014, d2=0.0043, d3=0.049, restitution=0.6)
     study = EtaStudy(
         *(system, Newmark(2320, 0.331, 600)), transient=34, sample=16, values=[0.6163, 1.0], coordinates=COORDINATES
@@ -89,7 +89,8 @@ def test_motions_that_have_grown_beyond_every_start_stay_undecided_beside_others
     assert values["status"].tolist() == [0, 0]
     assert np.abs(values["end"]).max(axis=1).tolist()[0] > 1e6 > np.abs(values["end"]).max(axis=1).tolist()[1]
     found = judge_cells(study, values, np.array([0, 1]))
-    assert found["kind"][0] == CellKind.UNDECIDED
+    assert found["kind"][0] == CellKind.ENDED_EARLY
+    assert motion(system, 0.6163, study.method).type == "diverged"
     assert found["kind"][1] == judge_cells(study, values, np.array([1]))["kind"][0]
 
 

@@ -38,6 +38,7 @@ PROBLEM = {"system": SYSTEM, "eta": 2.76, "method": REFERENCE}
 SHORT = {"transient": 2, "sample": 4}
 STUDY = engine.EtaStudy(SYSTEM, REFERENCE, values=[2.7, 2.8], **SHORT)
 QUESTION = engine.SettingQuestion(SYSTEM, 2.76, limits=engine.Limits(steps_max=8, stiffness=100.0, damping=5.0))
+PULSE = engine.Load.half_sine(1.0, 1.0)
 MEASURED = Measurement(np.linspace(0, 5, 41), np.ones((2, 41)), None, "absolute")
 MEASURED_AT = {"system": SYSTEM, "eta": 2.76, "measurement": MEASURED}
 
@@ -118,6 +119,24 @@ CALLS = {
     "Record": (lambda **record: simulate(**PROBLEM, periods=4, record=Record(**record)), {"periods": 2}, None),
     "simulate": (simulate, PROBLEM | {"periods": 4, "keep": 2, "initial": (0, 0, 0, 0), "record": None}, None),
     "simulate newmark": (simulate, PROBLEM | {"method": NEWMARK, "periods": 4, "keep": 2}, ("initial", "periods")),
+    "Load": (engine.Load.half_sine, {"peak": 1.0, "duration": 1.0, "on": "base"}, None),
+    "Load.record": (engine.Load.record, {"time": [0.0, 1.0], "value": [0.0, 1.0], "on": "base"}, None),
+    "transient": (
+        past_the_border(engine.transient),
+        {"system": SYSTEM, "load": PULSE, "method": REFERENCE, "free": 1.0, "initial": (0, 0, 0, 0)},
+        None,
+    ),
+    "transient_difference": (
+        past_the_border(engine.transient_difference),
+        {"system": SYSTEM, "load": PULSE, "penalty": NEWMARK, "reference": REFERENCE, "free": 1.0},
+        None,
+    ),
+    "shock_response": (
+        past_the_border(engine.shock_response),
+        {"system": SYSTEM, "load": PULSE, "ratios": [1.0], "method": REFERENCE},
+        None,
+    ),
+    "parse_record": (engine.parse_record, {"content": b"", "units": None, "on": "base"}, None),
     "Cells": (run_cells, {"system": SYSTEM, "eta": [2.7, 2.8], "method": NEWMARK}, None),
     "Cells, each": (
         run_cells,

@@ -1,6 +1,7 @@
 """What is printed of a recommendation is true of runs that know nothing of the search; more: tests/release."""
 
 import math
+from dataclasses import fields
 
 import pytest
 from vibroscope.engine import Newmark, TimeStepping, recommend, simulate
@@ -41,7 +42,7 @@ def test_numbers_are_rounded_to_ten_digits_and_no_further():
 
 
 def vars_of(system):
-    return {name: getattr(system, name) for name in system.__dataclass_fields__}
+    return {each.name: getattr(system, each.name) for each in fields(system)}
 
 
 def test_the_displacements_alone_hide_contacts_that_gain_energy():

@@ -30,6 +30,6 @@ def test_threads_take_no_more_cells_while_the_caller_lets_others_run():
         return False
 
     ends = np.arange(GRAIN, 20 * GRAIN + 1, GRAIN)
-    share_out(ends, THREADS, lambda: run, None, cancelled)
+    share_out(ends, lambda: run, threads=THREADS, cancelled=cancelled)
     assert taken_meanwhile == [False]
     assert sorted(ran) == [(end - GRAIN, end) for end in ends.tolist()]

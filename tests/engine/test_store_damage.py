@@ -14,10 +14,9 @@ from vibroscope.engine.sweeps.manifest import FOLDER, STUDY, read_seal
 from vibroscope.engine.sweeps.store import Store
 from vibroscope.engine.sweeps.store_location import StoreLocation
 
+from tests.engine.store_files import files
 from tests.share import every, share
 from tests.studies import sweep_of
-
-from .store_files import files
 
 ETAS = np.linspace(2.6, 3.3, 8)
 

@@ -15,9 +15,8 @@ import xarray
 from vibroscope.engine import BasinStudy, Newmark, NoSolutionStudy, PlaneStudy, Reference, System, TimeStepping, sweep
 from vibroscope.engine.sweeps import MISSING, EtaStudy, RunOptions, grow
 
+from tests.engine.store_files import files
 from tests.studies import sweep_of
-
-from .store_files import files
 
 pytest.importorskip("distributed")
 ETAS = np.linspace(2.6, 3.3, 64)

@@ -20,10 +20,9 @@ from vibroscope.engine.sweeps.arrays import DAMAGE
 from vibroscope.engine.sweeps.digest import engine_digest
 from vibroscope.engine.sweeps.store import Store
 
+from tests.engine.store_files import files
 from tests.share import every, share
 from tests.studies import sweep_of
-
-from .store_files import files
 
 ETAS = np.linspace(2.6, 3.3, 24)
 SHORT = {"transient": 60, "sample": 10}

@@ -154,8 +154,8 @@ def test_the_order_is_the_slope_of_a_power_law():
     assert np.isnan(observed_order(n[:1], n[:1])[0])
 
 
-@pytest.mark.parametrize("name", ["base", "force1", "force2", "constant1", "constant2"])
-def test_an_amplitude_of_the_excitation_is_swept(name):
+@pytest.mark.parametrize("name", ["base", "force1", "force2", "constant1", "constant2", "clearance2"])
+def test_an_amplitude_or_a_second_clearance_is_swept(name):
     values, system = [0.5, 2.0], System(clearance=0.2)
     found = sweep(EtaStudy(system, Reference(), values=values, over=name, eta=1.08, **SHORT))
     for value, section in zip(values, found["xi2"].values, strict=True):

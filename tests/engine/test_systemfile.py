@@ -6,6 +6,7 @@ import hypothesis.strategies as st
 import pytest
 from hypothesis import given
 from vibroscope.engine import Excitation, System, SystemFile, Units, brief_system_text, read_system, system_text
+from vibroscope.engine.model import SECOND_STOP
 from vibroscope.engine.system_file import SYSTEM_SIZE_LIMIT, described_keys, parse_system
 
 ratios = st.floats(0, 1, exclude_max=True)
@@ -31,6 +32,10 @@ def test_every_constant_is_explained_with_its_true_range():
     assert (system.pop("mass_ratio").default, system.pop("wall").default) == ("of kappa and kappa3", False)
     of_a_wall = system.pop("spring1")
     assert f"{of_a_wall.meaning} [-]; {of_a_wall.allowed}" in system_text(System(wall=True))
+    both = system_text(System(clearance2=0.5, restitution2=0.4))
+    for name in ("clearance2", *SECOND_STOP):
+        key = system.pop(name)
+        assert f"{key.meaning} [{key.unit}]; {key.allowed}" in both
     for name, (meaning, unit, allowed, _) in (system | excitation | units).items():
         line = next(line for line in text.splitlines() if line.startswith(f"{name} ="))
         assert meaning in line

@@ -60,7 +60,7 @@ CASES = [
     ("D too large", 2.76, Newmark(12000, 200, 8000), {"D"}),
     ("D too small", 2.76, Newmark(12000, 2, 8000), {"D"}),
     ("K too small", 2.76, Newmark(500, equal(500), 20000), {"K", "D"}),
-    ("fine", 1.08, Newmark(1e6, equal(1e6), 40000), {"joint damping"}),
+    ("fine", 1.08, Newmark(1e5, equal(1e5), 10000), {"joint damping"}),
 ]
 
 
@@ -119,16 +119,6 @@ def test_contacts_that_do_not_rebound_as_asked_are_named_where_motions_agree():
     assert found.agree == "partly"
     assert "But a contact alone rebounds with 0.0" in found.headline
     assert not found.contact.rebounds
-
-
-def test_a_transient_of_ten_thousand_periods_is_not_compared_as_if_it_were_the_motion():
-    """The reference moves irregularly for more than 10,000 periods and then repeats itself every 2."""
-    found = compare(ComparisonQuestion(SYSTEM, 3.74, Newmark(5400, 5, 8000)))
-    assert (found.runs.reference.periods, found.reference.period) == (32_800, 2)
-    assert found.difference.measure == "displacements"
-    later = compare(ComparisonQuestion(SYSTEM, 3.74, Newmark(5400, 5, 8000), periods=20_000))
-    assert later.total == pytest.approx(found.total, rel=1e-3)
-    assert "after 2,050 the motions had not settled" in verdict(found).details[-1]
 
 
 def test_agreement_is_graded():
@@ -200,7 +190,11 @@ def test_a_reference_that_repeats_only_nearly_is_compared_by_statistics(eta):
 
 
 @pytest.mark.parametrize(
-    "method", [Newmark(1e12, 1e9, 40), Newmark(1e-6, 0.0, 40), Newmark(1e6, 1e-9, 200_000), Newmark(1e3, 8, 4)]
+    "method",
+    [
+        *(Newmark(1e12, 1e9, 40), Newmark(1e-6, 0.0, 40), Newmark(1e6, 1e-9, 20_000), Newmark(1e3, 8, 4)),
+        pytest.param(Newmark(1e6, 1e-9, 200_000), marks=pytest.mark.release),  # a minute
+    ],
 )
 def test_numbers_at_the_ends_of_their_ranges_have_a_verdict(method):
     words = verdict(compare(ComparisonQuestion(SYSTEM, 2.76, method, periods=60, keep=8)))

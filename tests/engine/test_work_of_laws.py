@@ -5,10 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from vibroscope.engine import Cancelled, ExactPenalty, Reference, System, TimeStepping, motion, simulate, steady
-from vibroscope.engine.motions.description import describe
+from vibroscope.engine.motions.description import CellKind, describe
 from vibroscope.engine.motions.poincare_map import PoincareMap
 from vibroscope.engine.motions.steady import CLOSED_FORM, schedule_of
-from vibroscope.engine.motions.time_step_scatter import judge_newmark_section
+from vibroscope.engine.motions.time_step_scatter import Limits, judge_bands, section_judgement
 
 SYSTEM = System()
 CHAOTIC = ExactPenalty(2500, 8, "hunt-crossley")  # at η = 1.08: it rebounds with nearly all of its speed
@@ -30,9 +30,11 @@ def test_a_chaotic_motion_of_such_a_law_is_found_with_few_periods_and_the_reason
 
 def test_a_band_that_nothing_decided_says_what_was_run_without_the_step():
     run = simulate(SYSTEM, 1.08, TimeStepping(2500, 8, 300, law="hunt-crossley"), periods=300, keep=50)
-    limit = replace(describe(run, 0), type="chaotic", reason="growth over 2048 periods")
-    reason = judge_newmark_section(run, limit).reason
-    assert reason.endswith("chaotic (growth over 2048 periods): more steps per period would decide")
+    limit = replace(describe(run, 0), reason="growth over 2048 periods")
+    limits = Limits(np.array([CellKind.UNDECIDED]), np.zeros(1, int), np.zeros(1))
+    judged = judge_bands(run.section[None], np.zeros(1, int), limits, np.array([300]), None, ())
+    reason = section_judgement(run, limit, judged, 0, []).reason
+    assert reason.endswith("undecided (growth over 2048 periods): more steps per period would decide")
 
 
 @pytest.mark.parametrize(

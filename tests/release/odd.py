@@ -21,7 +21,7 @@ MESSAGE_KEYS = (
     *("set", "scene", "shelf", "undo", "redo", "reset", "pin", "unpin", "view", "theme", "take", "load", "painted"),
     *("stop", "choose", "suggest", "cancel", "seen", "listens"),  # a study, the search, a claim, the feed
 )
-FILES = ("toml", "python", "command", "json", "report", "csv:time", "csv:")
+FILES = ("toml", "python", "command", "json", "report", "csv:time", "csv:", "png:force?dpi=1e9", "svg:phase1?time=9")
 AXES = sorted({name for tab in VIEWS.values() for name in tab.axes})
 SWITCHES = [switch for tab in VIEWS.values() for switch in tab.spec().get("switches", [])]
 LIMITS = [limit for tab in VIEWS.values() for limit in tab.spec().get("limits", [])]

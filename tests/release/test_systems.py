@@ -118,6 +118,8 @@ def of_panel(chance):
         return {"bodies": chance.choice(("pendulums", "two", "wall", random_text(chance)))}
     if chance.random() < 0.15:
         return {"units": chance.choice(("none", "si", "mm-t-s"))}
+    if chance.random() < 0.1:
+        return {"stops": chance.choice(("one", "two", random_text(chance)))}
     names = (*PHYSICAL_FIELDS, *PHYSICAL_FIELDS, *SYSTEM_FIELDS[1:], *START_FIELDS, *DRAWING_FIELDS, "eta", "K", "D")
     texts = {chance.choice(names): typed_number(chance) for _ in range(chance.choice((1, 1, 1, 2)))}
     forms = {"held": chance.choice((*HELD, "speed")), "spring1_form": chance.choice(("frequency", "stiffness", None))}

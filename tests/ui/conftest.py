@@ -2,15 +2,16 @@
 
 import json
 import re
+from contextlib import contextmanager
+from functools import cache
 from pathlib import Path
 
 import pytest
 from playwright.sync_api import sync_playwright
 
 from tests.served import ROOT, served
+from tests.ui.explorer import PATIENCE, Explorer
 from tools.browser import find
-
-from .explorer import Explorer
 
 ARGUMENTS = [
     "--no-sandbox",
@@ -103,7 +104,7 @@ def windows(playwright, tmp_path_factory):
                 viewport={"width": width, "height": height},
                 **options,
             )
-            contexts[key].set_default_timeout(20_000)
+            contexts[key].set_default_timeout(1000 * PATIENCE)
         return Window(contexts[key], {"width": width, "height": height})
 
     yield window
@@ -111,9 +112,9 @@ def windows(playwright, tmp_path_factory):
         context.close()
 
 
-@pytest.fixture
-def visit(windows, server):
-    """Open the explorer in a new session; at the end, the browser must not have complained."""
+@contextmanager
+def visits(windows, server):
+    """Opens the explorer in new sessions; at the end, the browser must not have complained."""
     opened = []
 
     def open_page(query="", *size, **options):
@@ -126,6 +127,23 @@ def visit(windows, server):
     for explorer in opened:
         explorer.page.close()
     assert complaints == []
+
+
+@pytest.fixture
+def visit(windows, server):
+    """Open the explorer in a new session, which ends with the test."""
+    with visits(windows, server) as open_page:
+        yield open_page
+
+
+@pytest.fixture(scope="module")
+def kept(windows, server):
+    """As `visit`, but one page for all tests of a file that ask for the same, which care not what others have set.
+
+    A short test spends most of its time, some seven seconds of processor, on opening its page.
+    """
+    with visits(windows, server) as open_page:
+        yield cache(open_page)
 
 
 @pytest.fixture

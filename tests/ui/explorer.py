@@ -5,6 +5,8 @@ import re
 import time
 from urllib.parse import parse_qs
 
+from vibroscope.app.page.tabs import TABS
+
 _EXPECTED_MESSAGES = re.compile(
     r"\[bokeh [\d.]+\] (setting log level|Websocket connection \d+ is now open|document idle at)"
     r"|Bokeh items were rendered successfully"
@@ -13,13 +15,16 @@ _EXPECTED_MESSAGES = re.compile(
 PAPER = "?eta=1.08&K=2500&D=8&steps=2000"  # scene [A], where a test needs its numbers
 
 
-def wait_until(holds, seconds=20.0, what=""):
+PATIENCE = 120.0  # s; what is waited for comes within some seconds, but not on a machine that does much else
+
+
+def wait_until(holds, seconds=PATIENCE, what=""):
     """Poll ``holds`` until it is true."""
     end = time.monotonic() + seconds
     while not holds():
         if time.monotonic() > end:
             raise AssertionError(f"not within {seconds} s: {what or holds}")
-        time.sleep(0.02)
+        time.sleep(0.05)
 
 
 class Explorer:
@@ -47,7 +52,7 @@ class Explorer:
         self.settle(update=1)
         return self
 
-    def until(self, expression, seconds=20.0):
+    def until(self, expression, seconds=PATIENCE):
         """Wait until an expression is true in the page; Playwright's own way needs an eval that the page forbids."""
         wait_until(lambda: self.page.evaluate(expression), seconds, expression)
 
@@ -69,7 +74,7 @@ class Explorer:
 
     def explained(self):
         """Wait until the difference is explained; that comes a moment after the last move."""
-        self.page.locator(".lines[data-pending=false]").wait_for(timeout=60_000)
+        self.page.locator(".lines[data-pending=false]").wait_for()
         return self
 
     def judged(self):
@@ -82,6 +87,20 @@ class Explorer:
         before = self.update()
         act()
         self.settle(before + 1)
+
+    def at(self, **texts):
+        """Set numbers, whatever was set before."""
+        set_them = "detail => document.dispatchEvent(new CustomEvent('vibroscope:set', { detail }))"
+        self.page.evaluate(set_them, texts)
+        self.wait_for_address(**texts)
+        self.settle()
+        return self
+
+    def resized(self, width, height):
+        """Give the window another size."""
+        self.page.set_viewport_size({"width": width, "height": height})
+        self.settle()
+        return self
 
     def slider(self, name):
         return self.page.locator(f"#vibroscope-{name}-slider")
@@ -113,7 +132,7 @@ class Explorer:
 
     def wait_for_address(self, **wanted):
         """Wait until these entries are in the query string."""
-        wait_until(lambda: wanted.items() <= self.address().items(), 5, f"{wanted} in the address")
+        wait_until(lambda: wanted.items() <= self.address().items(), what=f"{wanted} in the address")
 
     def query(self):
         """The page's query string, now (Playwright's own ``page.url`` lags behind ``replaceState``)."""
@@ -131,6 +150,14 @@ class Explorer:
                 places = self.page.get_by_role("tablist", name=place, exact=True)
                 places.get_by_role("tab", name=name, exact=True).click()
                 places.get_by_role("tab", name=name, exact=True, selected=True).wait_for()
+
+    def open_view(self, key):
+        """Open a view by its key, and wait until it is shown."""
+        tab, view = next((tab, view) for tab in TABS for view in tab.views if view.key == key)
+        self.open_tab(tab.title, view.title if len(tab.views) > 1 else "")
+        wait_until(lambda: self.address().get("view", "explore") == key, what=f"the view {key} in the address")
+        self.settle()
+        return self
 
     def change_theme(self, name):
         """Press the button "Dark page" or "Light page" in the dialog of tour, keys and help, and close it."""
@@ -192,7 +219,7 @@ class Explorer:
             known = [[float(end) for end in part.partition(":")[2].split(",")] for part in zoom.split(";") if part]
             return all(any(_almost_equal(ends, others) for others in known) for ends in self.ranges(figure))
 
-        wait_until(is_in_address, 5, f"the zoom of {figure} in the address")
+        wait_until(is_in_address, what=f"the zoom of {figure} in the address")
 
 
 def _almost_equal(ends, others):
@@ -229,7 +256,8 @@ FIGURE = """name => {
   const canvas = view.canvas_view.el.getBoundingClientRect();
   return {
     x: [model.x_range.start, model.x_range.end], y: [model.y_range.start, model.y_range.end],
-    title: model.title.text, labels: [...model.below, ...model.left, ...model.right].map(a => a.axis_label ?? ""),
+    title: model.title.text.replaceAll("\\n", " "),
+    labels: [...model.below, ...model.left, ...model.right].map(a => a.axis_label ?? ""),
     box: {x: box.x, y: box.y, width: box.width, height: box.height},
     frame: {x: canvas.x + frame.x0, y: canvas.y + frame.y0, width: frame.x1 - frame.x0, height: frame.y1 - frame.y0},
   };

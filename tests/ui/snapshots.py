@@ -14,7 +14,7 @@ from pathlib import Path
 
 from PIL import Image, ImageChops
 
-from .snapshots_report import Report
+from tests.ui.snapshots_report import Report
 
 FOLDER = Path(__file__).parents[1] / "snapshots"
 REPORT = Report(Path(__file__).parents[1] / "results" / "index.html")

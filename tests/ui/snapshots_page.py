@@ -35,7 +35,7 @@ BESIDE, BELOW = 1.0, 3.5
 UNIT = re.compile(r" / (%|µs|mm|m|s|N|Hz|\(mm/s\)|\(m/s\)|\(N·s\)|\(N/m\)|\(N·s/m\)|\(N/mm\)|\(N·s/mm\))(?=[ ,]|$)")
 RATIO = re.compile(r"η = Ω/ω₁|/Δτ|relative|non-dimensional|restitution e\b")
 # Otherwise it names a number of the model or its divisor.
-NUMBER = re.compile(r"[ηξτλKD]|/ base amplitude|error after")
+NUMBER = re.compile(r"[ηξτλωKD]|/ base amplitude|error after")
 
 
 def read(page):

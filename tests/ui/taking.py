@@ -1,7 +1,6 @@
 """The menu Take away in the terms of its user, for tests in a browser."""
 
 import time
-import xml.etree.ElementTree as ET
 from pathlib import Path
 
 from playwright.sync_api import TimeoutError as Late
@@ -28,11 +27,6 @@ def taken(explorer, name):
         }
         raise AssertionError(f"no file for {name!r}: {said}") from None
     return download.value.suggested_filename, Path(download.value.path()).read_bytes()
-
-
-def shapes(drawing):
-    """Kind and attributes of every shape of an SVG."""
-    return [(shape.tag.rpartition("}")[2], shape.attrib) for shape in ET.fromstring(drawing).iter()]
 
 
 def menu(explorer):

@@ -1,7 +1,7 @@
 """The curves over each number alone in a real browser: seen, clicked, and gone with a move."""
 
-from .explorer import wait_until
-from .taking import menu
+from tests.ui.explorer import wait_until
+from tests.ui.taking import menu
 
 OPENING = "?eta=1.08&K=100&D=50&steps=2000"
 SEEN = """name => {
@@ -36,8 +36,8 @@ def click_at(explorer, name, x, y):
     explorer.page.mouse.click(*explorer.page.evaluate(PLACE, [name, x, y]))
 
 
-def test_three_curves_are_seen_and_a_click_on_a_minimum_sets_it_and_undo_takes_it_back(visit):
-    explorer = searched(visit(OPENING))
+def test_three_curves_are_seen_and_a_click_on_a_minimum_sets_it_and_undo_takes_it_back(kept):
+    explorer = searched(kept(OPENING))
     for name in ("alone_K", "alone_D", "alone_steps"):
         found = seen(explorer, name)
         assert found["height"] >= 110
@@ -45,6 +45,10 @@ def test_three_curves_are_seen_and_a_click_on_a_minimum_sets_it_and_undo_takes_i
         assert set(found["drawn"]) == GLYPHS
         assert found["title"].startswith("now 54 %; at best ")
     explorer.page.get_by_role("heading", name="Change one number alone: what is left of the difference").wait_for()
+    wait_until(lambda: "Difference over the step" in menu(explorer), what="the figures in the menu")
+    for title in ("Difference over K", "Difference over D", "Difference over the step"):
+        assert {"PNG", "SVG", "CSV"} <= set(menu(explorer)[title])
+    explorer.page.keyboard.press("Escape")  # the open menu may cover the curves
     marks = explorer.source("marks_over_D")
     explorer.moved(lambda: click_at(explorer, "alone_D", marks["best"][0], marks["best_left"][0]))
     assert float(explorer.typed("D").input_value()) == round(marks["best"][0], 4)
@@ -54,8 +58,8 @@ def test_three_curves_are_seen_and_a_click_on_a_minimum_sets_it_and_undo_takes_i
     assert explorer.typed("D").input_value() == "50"
 
 
-def test_a_move_takes_the_curves_away_and_brings_its_own(visit):
-    explorer = searched(visit(OPENING))
+def test_a_move_takes_the_curves_away_and_brings_its_own(kept):
+    explorer = searched(kept(OPENING))
     before = explorer.source("left_over_K")["left"]
     explorer.type("D", "20")
     wait_until(lambda: not explorer.source("left_over_K")["x"] or explorer.source("left_over_K")["left"] != before)
@@ -63,13 +67,6 @@ def test_a_move_takes_the_curves_away_and_brings_its_own(visit):
     wait_until(lambda: explorer.source("marks_over_D")["now"] == [20], what="the curves of D = 20")
     explorer.type("steps", "8")  # it blows up: there is nothing to search for
     explorer.page.get_by_role("heading", name="Change one number alone").wait_for(state="hidden")
-
-
-def test_each_curve_can_be_taken_away(visit):
-    explorer = searched(visit(OPENING))
-    wait_until(lambda: "Difference over the step" in menu(explorer), what="the figures in the menu")
-    for title in ("Difference over K", "Difference over D", "Difference over the step"):
-        assert {"PNG", "SVG", "CSV"} <= set(menu(explorer)[title])
 
 
 def test_a_phone_has_the_curves_below_each_other(visit):

@@ -69,15 +69,24 @@ ENDS = """async () => {
 }"""
 
 
-@pytest.mark.parametrize(("eta", "drawn"), [("0.55", True), ("3.95", True), ("3.95&zoom=eta:1,2", False)])
-def test_the_words_at_the_line_stay_in_the_figure(visit, eta, drawn):
-    explorer = visit(f"?view=bifurcation&eta={eta}&K=2500&D=8&steps=200&choice=count:4;transient:20", 390, 844)
-    explorer.settle()
-    words = [ends for text, *ends in explorer.page.evaluate(ENDS) if text.startswith("η = ")]
-    assert bool(words) == drawn
+AT_LINE = "?view=bifurcation&eta=3.95&K=2500&D=8&steps=200&choice=count:4;transient:20"
+
+
+def words_at_line(explorer):
+    return [ends for text, *ends in explorer.page.evaluate(ENDS) if text.startswith("η = ")]
+
+
+@pytest.mark.parametrize("eta", ["3.95", "0.55"])
+def test_the_words_at_the_line_stay_in_the_figure(kept, eta):
+    words = words_at_line(kept(AT_LINE, 390, 844).at(eta=eta))
+    assert words
     for left, right, width in words:
         assert left >= 0
         assert right <= width
+
+
+def test_a_line_outside_the_figure_has_no_words(visit):
+    assert not words_at_line(visit(f"{AT_LINE}&zoom=eta:1,2", 390, 844))
 
 
 def test_the_strip_of_the_diagram_lies_below_the_values_that_it_is_of(visit):

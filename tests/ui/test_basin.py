@@ -2,9 +2,9 @@
 
 import pytest
 
-from .explorer import wait_until
-from .test_studies import complete, panel, place
-from .test_symbols import OPEN
+from tests.ui.explorer import wait_until
+from tests.ui.test_studies import complete, panel, place
+from tests.ui.test_symbols import OPEN
 
 CLASSES = """name => {
   const image = Bokeh.documents[0].get_model_by_name(name).get_column("image")[0];
@@ -15,17 +15,17 @@ TIPS = """() => {
     .join("") + [...root.childNodes].map((node) => node.nodeName === "STYLE" ? "" : node.textContent).join("");
   return texts(document.body);
 }"""
-SETTING = "eta=3.2&K=12000&D=18&steps=2000"
+BASIN = "?view=basin&eta=3.2&K=12000&D=18&steps=2000"
 
 
 @pytest.fixture
-def basins(visit):
-    return complete(visit(f"?view=basin&{SETTING}"))
+def basins(kept):
+    return complete(kept(BASIN).open_view("basin"))
 
 
 def test_both_basins_grow_and_say_where_they_differ(basins):
-    assert basins.figure("basin_reference")["title"] == "Reference, η = 3.2"
-    assert basins.figure("basin_penalty")["title"] == "Penalty model without a time step, η = 3.2"
+    assert basins.figure("basin_reference")["title"].startswith("Reference, η = 3.2: motion 1 ")
+    assert basins.figure("basin_penalty")["title"].startswith("Penalty model without a time step, η = 3.2: motion ")
     text = panel(basins).locator(".statements").text_content()
     assert "% of the starts the penalty model ends on another motion than the reference" in text
     assert "motion 1 (period 6) from" in text.split("Penalty model")[0]
@@ -51,7 +51,8 @@ def test_a_click_starts_explore_there(basins):
     assert float(basins.address()["start_v2"]) == pytest.approx(2, abs=0.1)
 
 
-def test_other_axes_are_in_the_link_and_a_start_that_is_typed_moves_the_mark_alone(basins):
+def test_other_axes_are_in_the_link_and_a_start_that_is_typed_moves_the_mark_alone(visit):
+    basins = complete(visit(BASIN))
     basins.page.get_by_role("combobox", name="Starts over").select_option("v1-v2")
     wait_until(lambda: "v1-v2" in basins.query(), what="the axes in the address")
     complete(basins)

@@ -2,18 +2,18 @@
 
 import pytest
 
-from .axe import AXE, serious
-from .explorer import wait_until
-from .test_studies import complete, place
+from tests.ui.axe import AXE, serious
+from tests.ui.explorer import wait_until
+from tests.ui.test_studies import complete, place
 
 QUERY = "?view=bifurcation&eta=1.42&K=12000&D=18&steps=2000&zoom=eta:1.3,1.5&choice=count:60;transient:200;branches:"
 
 
-def found(explorer, seconds=90):
+def found(explorer):
     """Wait until all branches are found."""
     section = explorer.page.locator("section.branches-list")
     section.wait_for()
-    wait_until(lambda: section.get_attribute("data-running") == "false", seconds, "all branches")
+    wait_until(lambda: section.get_attribute("data-running") == "false", what="all branches")
     complete(explorer)
     return section
 
@@ -45,7 +45,7 @@ def test_a_key_opens_a_motion_and_the_way_back_leads_to_the_branches(visit):
     explorer.settle()
     assert "the reference repeats every period, unstable" in line.text_content()
     assert explorer.source("phase_closed")["x1"]
-    wait_until(lambda: "start_xi1" in explorer.address(), 10, "the start of the motion, which follows its figures")
+    wait_until(lambda: "start_xi1" in explorer.address(), what="the start of the motion, which follows its figures")
     assert float(explorer.address()["eta"]) == pytest.approx(1.42, abs=0.01)
     page.evaluate(AXE)
     assert serious(page) == []
@@ -67,7 +67,7 @@ def test_a_click_on_a_branch_opens_it_and_beside_it_sets_the_number(visit):
     explorer.page.locator("section.opened").wait_for()
     explorer.settle()
     assert "unstable" in explorer.page.locator("section.opened").text_content()
-    wait_until(lambda: "start_xi1" in explorer.address(), 10, "the start of the motion, which follows its figures")
+    wait_until(lambda: "start_xi1" in explorer.address(), what="the start of the motion, which follows its figures")
     opened = explorer.address()["eta"]
     explorer.open_tab("Bifurcation")
     found(explorer)
@@ -86,7 +86,7 @@ def test_a_motion_is_followed_from_explore_on_a_phone(visit):
     section.wait_for()
     wait_until(lambda: explorer.address().get("view") == "bifurcation", what="the view")
     assert explorer.address()["choice"] == "branches:on;followed:1.42"
-    section.get_by_role("button", name="period 1").first.wait_for(timeout=60_000)
+    section.get_by_role("button", name="period 1").first.wait_for()
     assert explorer.page.evaluate("document.scrollingElement.scrollWidth") == 390
     section.get_by_role("button", name="Stop").tap()
     section.get_by_role("button", name="Go on").wait_for()

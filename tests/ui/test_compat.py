@@ -5,7 +5,7 @@ Each test fails when a later version of the library no longer has the name or th
 
 import pytest
 
-from .explorer import wait_until
+from tests.ui.explorer import wait_until
 
 ASKED = """(() => {
   window.asked = 0;
@@ -58,71 +58,74 @@ NEAR = """(() => {
 })()"""
 
 
+def with_legend(explorer):
+    explorer.page.evaluate(KEEP)
+    return explorer
+
+
 @pytest.fixture
-def explorer(visit):
-    page = visit()
-    page.page.evaluate(KEEP)
-    return page
+def explorer(kept):
+    return with_legend(kept())
 
 
-def test_bokeh_has_every_name_that_a_hook_uses(explorer):
-    assert [complaint for complaint in explorer.complaints if "hook" in complaint] == []
-
-
-def test_components_load_without_es_module_shims(explorer):
-    """The hook "import": Panel loads modules through ``window.importShim``."""
+def test_a_page_that_was_just_opened_is_as_the_hooks_make_it(explorer):
+    """The hooks "import" (Panel loads modules through ``window.importShim``), "sheets" and "switches"."""
+    assert [complaint for complaint in explorer.complaints if "hook" in complaint] == []  # Bokeh has every name
     sources = explorer.page.evaluate("[...document.scripts].map(script => script.src).join(' ')")
     assert "panel.min.js" in sources
     assert "es-module-shims" not in sources
     assert "bokeh-gl" not in sources
     assert explorer.page.evaluate("String(importShim).includes('import(')")
-
-
-def test_colours_are_not_read_from_css_while_figures_paint(explorer):
-    """The hook "colours"."""
-    explorer.page.evaluate(ASKED)
-    explorer.moved(lambda: explorer.type("K", "9000"))
-    assert explorer.page.evaluate("window.asked") == 0
-
-
-def test_a_style_sheet_is_not_written_again_with_the_same_text(explorer):
-    """The hook "sheets"."""
-    assert explorer.page.evaluate(SHEET) == [1, 2]
-
-
-def test_a_curve_does_not_position_its_empty_element(explorer):
-    """The hook "positions"."""
-    assert explorer.page.evaluate("curve.position.css") == ""
-    explorer.moved(lambda: explorer.type("K", "9000"))
-    assert explorer.page.evaluate("curve.position.css") == ""
-    assert explorer.page.evaluate("curve.el.childElementCount") == 0  # else its position would matter
-
-
-def test_entries_of_a_legend_are_switches(explorer):
-    """The hook "switches"."""
+    assert explorer.page.evaluate(SHEET) == [1, 2]  # not written again with the same text
     assert explorer.page.evaluate("kept.map(({ el }) => [el.role, el.tabIndex, el.ariaChecked])") == [
         ["switch", 0, "true"],
         ["switch", 0, "true"],
     ]
 
 
-def test_a_legend_keeps_its_entries_until_one_of_them_changes(explorer):
-    """The hook "legends"."""
+CHOSEN = """(() => {
+  const { set, ...more } = Object.getOwnPropertyDescriptor(HTMLSelectElement.prototype, "value");
+  window.chosen = 0;
+  const counted = function (value) { chosen += 1; set.call(this, value); };
+  Object.defineProperty(HTMLSelectElement.prototype, "value", { ...more, set: counted });
+})()"""
+
+
+def test_a_move_does_no_more_than_it_must(explorer):
+    """The hooks "colours", "positions" and "legends".
+
+    Chromium examines all fields of the page whenever a script chooses in a list, which delays a key press by a quarter.
+    """
+    explorer.page.evaluate(ASKED)
+    explorer.page.evaluate(CHOSEN)
+    assert explorer.page.evaluate("curve.position.css") == ""
     explorer.moved(lambda: explorer.type("K", "9000"))
+    assert explorer.page.evaluate("window.asked") == 0  # no colour was read from CSS while figures painted
+    assert explorer.page.evaluate("curve.position.css") == ""
+    assert explorer.page.evaluate("curve.el.childElementCount") == 0  # else its position would matter
     assert explorer.page.evaluate("legend.entries === kept && kept.length === 2")
+    assert explorer.page.evaluate("chosen") == 0
+    explorer.moved(
+        lambda: explorer.page.evaluate(
+            "document.dispatchEvent(new CustomEvent('vibroscope:set', {detail: {law: 'cut'}}))"
+        )
+    )
+    assert explorer.page.evaluate("chosen") == 1
+
+
+def test_a_legend_keeps_its_entries_until_one_of_them_changes_or_it_changes_itself(visit):
+    """The hook "legends"."""
+    explorer = with_legend(visit())
     explorer.page.evaluate(HIDE)
     explorer.until("legend.entries !== kept && legend.entries[1].el.className.includes('inactive')")
     assert explorer.page.evaluate("legend.entries.length") == 2
-
-
-def test_a_legend_builds_its_entries_again_when_it_changes_itself(explorer):
-    explorer.page.evaluate("legend.model.ncols = 1")
+    explorer.page.evaluate("() => { kept = legend.entries; legend.model.ncols = 1; }")
     explorer.until("legend.entries !== kept")
 
 
 def test_a_glyph_that_was_not_seen_has_the_latest_data_when_it_is_painted(explorer):
     """The hook "glyphs"."""
-    explorer.moved(lambda: explorer.type("K", "9000"))
+    explorer.moved(lambda: explorer.type("K", "9100"))
     explorer.page.evaluate(MUTE)
     explorer.settle()
     first = explorer.page.evaluate(PAINTED)
@@ -133,8 +136,9 @@ def test_a_glyph_that_was_not_seen_has_the_latest_data_when_it_is_painted(explor
     assert len(second["sx"]) == len(second["x"])
 
 
-def test_a_tooltip_waits_for_the_pointer_to_rest(explorer):
+def test_a_tooltip_waits_for_the_pointer_to_rest(visit):
     """The hook "tooltips": it appears where the pointer rests and vanishes as soon as the pointer moves on."""
+    explorer = visit()
     explorer.page.evaluate(NEAR)
     x, y = explorer.page.evaluate("near")
     explorer.page.mouse.move(x, y)
@@ -146,27 +150,6 @@ def test_a_tooltip_waits_for_the_pointer_to_rest(explorer):
     explorer.until("tips() > 0")
     explorer.page.mouse.move(5, 5)
     explorer.until("tips() === 0")
-
-
-CHOSEN = """(() => {
-  const { set, ...more } = Object.getOwnPropertyDescriptor(HTMLSelectElement.prototype, "value");
-  window.chosen = 0;
-  const counted = function (value) { chosen += 1; set.call(this, value); };
-  Object.defineProperty(HTMLSelectElement.prototype, "value", { ...more, set: counted });
-})()"""
-
-
-def test_a_move_chooses_nothing_in_the_lists(explorer):
-    """Chromium examines all fields of the page whenever a script does, which delays a key press by a quarter."""
-    explorer.page.evaluate(CHOSEN)
-    explorer.moved(lambda: explorer.type("K", "9000"))
-    assert explorer.page.evaluate("chosen") == 0
-    explorer.moved(
-        lambda: explorer.page.evaluate(
-            "document.dispatchEvent(new CustomEvent('vibroscope:set', {detail: {law: 'cut'}}))"
-        )
-    )
-    assert explorer.page.evaluate("chosen") == 1
 
 
 COUNT = """(() => {
@@ -183,7 +166,8 @@ def asked_for(page):
     return page.evaluate("window.frames") - before
 
 
-def test_frames_are_requested_only_while_the_pendulums_swing_and_are_visible(explorer):
+def test_frames_are_requested_only_while_the_pendulums_swing_and_are_visible(visit):
+    explorer = visit()
     page, play = explorer.page, explorer.page.get_by_role("button", name="Play", exact=True)
     page.evaluate(COUNT)
     assert asked_for(page) == 0

@@ -1,6 +1,6 @@
 """A page that loses its connection, and one whose session the server ends."""
 
-from .explorer import Explorer, wait_until
+from tests.ui.explorer import Explorer, wait_until
 
 SOCKETS = """window.sockets = [];
 window.WebSocket = class extends WebSocket {
@@ -9,7 +9,7 @@ window.WebSocket = class extends WebSocket {
 
 
 def test_a_page_that_loses_its_connection_comes_back_to_its_view(windows, server):
-    page = windows(whose="offline").new_page()
+    page = windows().new_page()
     page.add_init_script(SOCKETS)
     explorer = Explorer(page, server).open()
     explorer.moved(lambda: explorer.type("K", "9000"))
@@ -17,13 +17,13 @@ def test_a_page_that_loses_its_connection_comes_back_to_its_view(windows, server
     explorer.until(f"performance.now() > {now + 5000}")  # earlier, a page does not reload: it might do so for ever
     failed = []
     page.on("requestfailed", lambda request: failed.append(request))
-    page.context.set_offline(True)
+    page.route("**/*", lambda route: route.abort())  # a browser that is offline may hold back the end of a socket, too
     page.evaluate("sockets.at(-1).close()")
     assert "The connection to the server is lost" in page.locator(".lost [role=alert]").text_content()
     wait_until(lambda: page.evaluate("true") and len(failed) > 1, what="attempts to reload")
     assert explorer.typed("K").input_value() == "9000"  # what is shown stays
     with page.expect_navigation():
-        page.context.set_offline(False)
+        page.unroute("**/*")
     explorer.settle(update=1)
     assert explorer.typed("K").input_value() == "9000"
     assert page.locator(".lost").count() == 0

@@ -2,11 +2,13 @@
 
 from vibroscope.app.explorer.parameters import FIELDS, FORM_FIELDS
 
-from .explorer import PAPER, SOURCES, wait_until
+from tests.ui.explorer import PAPER, SOURCES, wait_until
+
+SCENE_A = {"eta": "1.08", "K": "2500", "D": "8", "steps": "2000"}
 
 
-def test_a_slider_moved_by_the_keyboard_changes_all_figures_and_the_address(visit):
-    explorer = visit(PAPER)
+def test_a_slider_moved_by_the_keyboard_changes_all_figures_and_the_address(kept):
+    explorer = kept(PAPER)
     before = explorer.sources()
     explorer.slider("eta").focus()
     explorer.moved(lambda: explorer.page.keyboard.press("ArrowRight"))
@@ -16,15 +18,11 @@ def test_a_slider_moved_by_the_keyboard_changes_all_figures_and_the_address(visi
     explorer.wait_for_address(eta="1.09", K="2500", D="8", steps="2000")
 
 
-def test_a_typed_value_is_accepted_as_it_is(visit):
-    explorer = visit()
+def test_a_typed_value_is_accepted_as_it_is_and_separators_are_read_or_refused_in_words(kept):
+    explorer = kept(PAPER)
     explorer.moved(lambda: explorer.type("K", "3141.59"))
     explorer.wait_for_address(K="3141.59")
     assert explorer.typed("K").input_value() == "3141.59"
-
-
-def test_separators_are_read_or_refused_in_words(visit):
-    explorer = visit()
     explorer.moved(lambda: explorer.type("steps", "20,000"))
     explorer.wait_for_address(steps="20000")
     assert explorer.typed("steps").input_value() == "20000"
@@ -48,8 +46,8 @@ def test_a_field_takes_what_its_slider_does_not_reach(visit):
     explorer.wait_for_address(K="97700")  # one step below the end of the slider
 
 
-def test_an_answer_does_not_change_what_is_being_typed(visit):
-    explorer = visit(PAPER)
+def test_an_answer_does_not_change_what_is_being_typed(kept):
+    explorer = kept(PAPER).at(**SCENE_A)
     explorer.typed("K").fill("31")
     other = """document.dispatchEvent(new CustomEvent("vibroscope:set", { detail: { eta: "1.2" } }))"""
     explorer.moved(lambda: explorer.page.evaluate(other))
@@ -79,18 +77,14 @@ def test_a_scene_comes_after_the_moves_that_still_wait(visit):
     explorer.wait_for_address(eta="1.3")
 
 
-def test_only_the_penalty_solution_depends_on_the_penalty_numbers(visit):
-    explorer = visit()
+def test_only_the_penalty_solution_depends_on_the_penalty_numbers_and_a_scene_sets_all_four(kept):
+    explorer = kept(PAPER).at(**SCENE_A)
     before = explorer.sources()
     explorer.moved(lambda: explorer.type("D", "20"))
     after = explorer.sources()
     changed = {name for name in SOURCES if before[name] != after[name]}
     assert changed == {name for name in SOURCES if name.endswith("penalty")} | {"displacements"}
     assert before["displacements"]["reference1"] == after["displacements"]["reference1"]
-
-
-def test_scene_buttons_set_all_four_numbers(visit):
-    explorer = visit()
     explorer.moved(lambda: explorer.scene("14B"))
     explorer.wait_for_address(eta="2.76", K="12000", D="18", steps="4000")
     assert "Δτ = T/4000" in explorer.form.text_content()
@@ -98,20 +92,20 @@ def test_scene_buttons_set_all_four_numbers(visit):
     assert [button.get_attribute("data-scene") for button in pressed.all()] == ["14B"]
 
 
-def test_a_drag_ends_on_its_last_value(visit):
-    explorer = visit("?eta=2.76&K=12000&D=18&steps=32000")
+def test_a_drag_ends_on_its_last_value(kept):
+    explorer = kept(PAPER).at(eta="2.76", K="12000", D="18", steps="32000")
     slider = explorer.slider("eta")
     slider.focus()
     for _ in range(25):
         explorer.page.keyboard.press("ArrowRight")
     shown = "section_reference"
-    wait_until(lambda: abs(explorer.source(shown)["eta"][0] - 3.01) < 1e-5, 30, "the last value's figures")
+    wait_until(lambda: abs(explorer.source(shown)["eta"][0] - 3.01) < 1e-5, what="the last value's figures")
     assert explorer.typed("eta").input_value() == "3.01"
     explorer.wait_for_address(eta="3.01")
 
 
-def test_a_slow_computation_is_announced(visit):
-    explorer = visit("?eta=1.08&K=2500&D=8&steps=31999")
+def test_a_slow_computation_is_announced(kept):
+    explorer = kept(PAPER).at(**SCENE_A | {"steps": "31999"})
     explorer.page.evaluate("""() => {
       window.marks = [];
       const find = root => root.querySelector?.(".busy") ?? [...root.querySelectorAll("*")]
@@ -124,8 +118,8 @@ def test_a_slow_computation_is_announced(visit):
     assert explorer.page.evaluate("window.marks")[-1] is True
 
 
-def test_the_page_says_why_a_bad_value_is_refused_and_nothing_moves(visit):
-    explorer = visit(PAPER)
+def test_the_page_says_why_a_bad_value_is_refused_and_nothing_moves_and_escape_restores_it(kept):
+    explorer = kept(PAPER).at(**SCENE_A)
     before = explorer.sources()
     labels = {"eta": "η", "steps": "T/Δτ"}
     for name, text in (("eta", "7e3"), ("K", "nan"), ("steps", "1e999"), ("D", "²"), ("steps", "2000.5"), ("eta", "")):
@@ -136,10 +130,6 @@ def test_the_page_says_why_a_bad_value_is_refused_and_nothing_moves(visit):
     explorer.wait_for_address(eta="1.08", K="2500", D="8", steps="2000")
     explorer.moved(lambda: explorer.type("eta", "1.2"))
     assert explorer.error() == ""
-
-
-def test_a_refusal_names_the_way_out_and_escape_restores_the_value(visit):
-    explorer = visit(PAPER)
     explorer.type("K", "-7")
     explorer.page.locator("#vibroscope-K-refusal:not([hidden])").wait_for()
     assert "Escape brings back 2500" in explorer.error()
@@ -148,8 +138,8 @@ def test_a_refusal_names_the_way_out_and_escape_restores_the_value(visit):
     assert explorer.typed("K").input_value() == "2500"
 
 
-def test_sliders_and_switches_forged_in_the_browser_are_refused(visit):
-    explorer = visit()
+def test_every_field_has_a_control_and_what_is_forged_in_the_browser_is_refused(kept):
+    explorer = kept(PAPER)
     before = explorer.sources()
     forged = [
         {"set": {"eta": 1e9}},
@@ -170,7 +160,11 @@ def test_sliders_and_switches_forged_in_the_browser_are_refused(visit):
     explorer.page.evaluate(FORGE, forged)
     explorer.page.locator(".refusal:not([hidden])").first.wait_for()
     assert explorer.sources() == before
-    explorer.moved(lambda: explorer.type("eta", "1.2"))
+    explorer.moved(lambda: explorer.type("eta", "1.35"))
+    # The four numbers of the start set one of them; the fields of the system say in which form a number was given.
+    for name in set(FIELDS) - {"zero_start", "held", *FORM_FIELDS}:
+        assert explorer.page.locator(f"#vibroscope-{name}-typed, [name=vibroscope-{name}]").count() >= 1
+    assert explorer.typed("restitution").is_hidden()  # system and solver are folded
 
 
 FORGE = """forged => {
@@ -180,16 +174,7 @@ FORGE = """forged => {
 }"""
 
 
-def test_every_field_of_the_setting_has_a_control(visit):
-    explorer = visit()
-    # The four numbers of the start set one of them; the fields of the system say in which form a number was given.
-    for name in set(FIELDS) - {"zero_start", "held", *FORM_FIELDS}:
-        assert explorer.page.locator(f"#vibroscope-{name}-typed, [name=vibroscope-{name}]").count() >= 1
-
-
-def test_system_and_solver_are_folded_until_one_is_not_the_default(visit):
-    explorer = visit()
-    assert explorer.typed("restitution").is_hidden()
+def test_system_and_solver_are_unfolded_where_one_is_not_the_default(visit):
     other = visit("?restitution=0.8&located=yes")
     assert other.typed("restitution").input_value() == "0.8"
     other.moved(lambda: other.type("kappa", "3"))
@@ -215,7 +200,7 @@ def test_a_damper_that_follows_the_restitution_locks_its_slider(visit):
     assert typed.is_disabled()
     assert typed.input_value() != "8"
     switch.get_by_label("D as typed").check()
-    wait_until(lambda: "damper" not in explorer.address(), 5, "the damper as typed")
+    wait_until(lambda: "damper" not in explorer.address(), what="the damper as typed")
     assert slider.is_enabled()
     assert typed.input_value() == "8"
 

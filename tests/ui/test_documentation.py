@@ -6,8 +6,7 @@ import sys
 import pytest
 
 from tests.served import ROOT
-
-from .axe import AXE, serious
+from tests.ui.axe import AXE, serious
 
 LEFT_OUT = "examples,extra,figures,gallery.md,notebook.ipynb,reference"
 

@@ -2,23 +2,14 @@
 
 import json
 
-from .axe import AXE, serious
-from .explorer import PAPER, wait_until
+from tests.ui.axe import AXE, serious
+from tests.ui.explorer import PAPER, wait_until
 
 FIGURES = ("phase1", "phase2", "displacement", "strip", "force", "diagram")
 
 
-def test_a_click_in_the_diagram_sets_eta(visit):
-    explorer = visit()
-    box = explorer.figure("diagram")["frame"]
-    explorer.moved(lambda: explorer.page.mouse.click(box["x"] + box["width"] * 2 / 7, box["y"] + box["height"] / 2))
-    eta = float(explorer.typed("eta").input_value())
-    assert abs(eta - 1.5) < 0.01
-    explorer.wait_for_address(eta=explorer.typed("eta").input_value())
-
-
-def test_zoom_survives_updates_and_a_scene_gives_it_back(visit):
-    explorer = visit()
+def test_zoom_survives_updates_and_a_scene_gives_it_back(kept):
+    explorer = kept()
     explorer.zoom("displacement", 0.2, 0.6, 0.2, 0.7)
     wait_until(lambda: explorer.figure("displacement")["x"] != [0, 2], what="zoom")
     zoomed = explorer.figure("displacement")
@@ -34,10 +25,17 @@ def test_zoom_survives_updates_and_a_scene_gives_it_back(visit):
     assert now["y"] != zoomed["y"]
 
 
-def test_no_figure_is_rebuilt_by_an_update(visit):
-    explorer = visit()
+def test_axes_have_units_a_click_in_the_diagram_sets_eta_and_no_figure_is_rebuilt_by_an_update(kept):
+    explorer = kept()
+    labels = json.dumps([explorer.figure(name)["labels"] for name in FIGURES], ensure_ascii=False)
+    for symbol in ("ξ₁ / base amplitude", "ξ₁′", "ξ₂′", "τ/T", "λ", "∫λ dτ", "η = Ω/ω₁", "base amplitude"):
+        assert symbol in labels
     identities = """() => [...Bokeh.documents[0].all_models].filter(m => m.type === "Figure").map(m => m.id).sort()"""
     before = explorer.page.evaluate(identities)
+    box = explorer.figure("diagram")["frame"]
+    explorer.moved(lambda: explorer.page.mouse.click(box["x"] + box["width"] * 2 / 7, box["y"] + box["height"] / 2))
+    assert abs(float(explorer.typed("eta").input_value()) - 1.5) < 0.01
+    explorer.wait_for_address(eta=explorer.typed("eta").input_value())
     explorer.moved(lambda: explorer.scene("D"))
     assert explorer.page.evaluate(identities) == before
 
@@ -55,8 +53,8 @@ def test_a_diverged_penalty_run_is_reported_and_the_reference_stays(visit):
     assert "nothing to compare" in explorer.line("verdict")
 
 
-def test_the_difference_is_drawn_in_parts_in_place_of_the_displacements(visit):
-    explorer = visit("?eta=2.76&K=12000&D=18&steps=2000")
+def test_the_difference_is_drawn_in_parts_in_place_of_the_displacements(kept):
+    explorer = kept("?eta=2.76&K=12000&D=18&steps=2000")
     assert explorer.source("difference")["total"] == []
     form = explorer.page.get_by_role("form", name="Settings")
     explorer.unfold("Display")
@@ -128,8 +126,7 @@ def test_pins_are_compared_in_a_table_and_in_curves_of_their_own_colours(visit):
     assert cells[1][4] == total
     assert cells[0][4] == explorer.explained().page.locator(".part.total .number").text_content()
     for width in (390, 1100, 1280, 1440):
-        explorer.page.set_viewport_size({"width": width, "height": 900})
-        explorer.settle()
+        explorer.resized(width, 900)
         box, below = (explorer.page.locator(each).bounding_box() for each in (".comparison-table", ".lines"))
         assert box["x"] >= 0, width
         assert box["x"] + box["width"] <= width
@@ -198,15 +195,8 @@ def test_a_muted_legend_entry_hides_its_curve(visit):
         assert coloured[-1] == 0, figure
 
 
-def test_axes_carry_symbols_and_units(visit):
-    explorer = visit()
-    labels = json.dumps([explorer.figure(name)["labels"] for name in FIGURES], ensure_ascii=False)
-    for symbol in ("ξ₁ / base amplitude", "ξ₁′", "ξ₂′", "τ/T", "λ", "∫λ dτ", "η = Ω/ω₁", "base amplitude"):
-        assert symbol in labels
-
-
-def test_scatter_of_the_time_step_is_named_an_artefact_and_looks_unlike_chaos(visit):
-    explorer = visit("?eta=2.76&K=12000&D=18&steps=2000").judged()
+def test_scatter_of_the_time_step_is_named_an_artefact_and_looks_unlike_chaos(kept):
+    explorer = kept("?eta=2.76&K=12000&D=18&steps=2000").judged()
     kind, line = explorer.page.locator(".line.penalty .kind"), explorer.page.locator(".line.penalty")
     assert "blurred by the time step" in kind.text_content()
     assert kind.evaluate("(e) => getComputedStyle(e).borderTopStyle") == "dashed"
@@ -219,9 +209,9 @@ def test_scatter_of_the_time_step_is_named_an_artefact_and_looks_unlike_chaos(vi
     assert kind.evaluate("(e) => getComputedStyle(e).borderTopStyle") == "none"
 
 
-def test_the_verdict_of_another_setting_is_not_read_as_that_of_the_figures(visit):
+def test_the_verdict_of_another_setting_is_not_read_as_that_of_the_figures(kept):
     """While verdict or figures of a new setting are not known, the one before is hidden after half a second."""
-    explorer = visit().explained()
+    explorer = kept().explained()
     text = explorer.page.locator(".line.verdict p").first
     mark = explorer.page.locator(".line.verdict .stale-mark")
     assert text.is_visible()

@@ -4,8 +4,8 @@ import pytest
 from vibroscope.app import QUESTION
 from vibroscope.app.explorer.scenes import OPENING, scenes
 
-from .axe import AXE, serious
-from .explorer import wait_until
+from tests.ui.axe import AXE, serious
+from tests.ui.explorer import wait_until
 
 # What is seen in a window as high as this without scrolling: controls by name, and words of two letters or more outside
 # figures' canvases, but for the progress of a first start.
@@ -95,7 +95,7 @@ def test_the_tour_goes_from_the_problem_to_a_suggestion_that_is_applied(visit):
     before = explorer.update()
     dialog.get_by_role("button", name="Suggest and set them").click()
     assert dialog.locator("h2").text_content() == "Searching"
-    wait_until(lambda: explorer.address()["K"] != "100", 60, "the suggestion, applied")
+    wait_until(lambda: explorer.address()["K"] != "100", what="the suggestion, applied")
     wait_until(lambda: dialog.locator("h2").text_content() == "A suggestion, applied", what="its head")
     explorer.settle(before + 1)
     assert f"K = {explorer.typed('K').input_value()}" in dialog.locator("p").text_content()
@@ -141,21 +141,23 @@ def test_each_exercise_is_predicted_tried_and_answered_by_the_page(visit):
     explorer.page.evaluate("localStorage.clear()")
 
 
-@pytest.mark.parametrize(("width", "height"), [(1440, 900), (1280, 720), (390, 844), (320, 568)])
-def test_each_step_of_the_tour_lies_within_the_window_with_its_buttons(visit, width, height):
-    explorer = visit(width=width, height=height)
-    begin_tour(explorer)
+def test_each_step_of_the_tour_lies_within_the_window_with_its_buttons(visit):
+    explorer = visit()
     dialog = explorer.page.get_by_role("dialog", name="Tour")
-    for step in range(5):
+    for width, height in ((1440, 900), (1280, 720), (390, 844), (320, 568)):
+        explorer.page.set_viewport_size({"width": width, "height": height})
+        explorer.settle()
+        begin_tour(explorer)
+        for step in range(5):
+            box = dialog.bounding_box()
+            assert box["x"] >= 0, (width, step)
+            assert box["y"] >= 0, (width, step)
+            assert box["x"] + box["width"] <= width, (width, step)
+            assert box["y"] + box["height"] <= height, (width, step)
+            dialog.locator(".row button:visible").last.click()
+        dialog.get_by_role("button", name="Done").wait_for()
         box = dialog.bounding_box()
-        assert box["x"] >= 0, step
-        assert box["y"] >= 0, step
-        assert box["x"] + box["width"] <= width, step
-        assert box["y"] + box["height"] <= height, step
-        dialog.locator(".row button:visible").last.click()
-    dialog.get_by_role("button", name="Done").wait_for()
-    box = dialog.bounding_box()
-    assert 0 <= box["y"] <= height - box["height"]
-    explorer.page.keyboard.press("Escape")
-    dialog.wait_for(state="detached")
+        assert 0 <= box["y"] <= height - box["height"]
+        explorer.page.keyboard.press("Escape")
+        dialog.wait_for(state="detached")
     explorer.page.evaluate("localStorage.clear()")

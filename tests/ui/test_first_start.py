@@ -3,8 +3,7 @@
 import time
 
 from tests.served import Served
-
-from .explorer import Explorer
+from tests.ui.explorer import Explorer
 
 
 def test_a_first_start_shows_the_shipped_result_before_the_solvers_are_compiled_and_a_bar(browser, tmp_path):

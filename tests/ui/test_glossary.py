@@ -2,14 +2,14 @@
 
 from vibroscope.app.explorer.glossary import glossary
 
-from .axe import AXE, serious
-from .explorer import wait_until
+from tests.ui.axe import AXE, serious
+from tests.ui.explorer import wait_until
 
 MEANING = {word.lower(): entry for entry in glossary() for word in entry.opens}
 
 
-def test_a_term_opens_its_entry(visit):
-    explorer = visit().explained()
+def test_a_term_opens_its_entry(kept):
+    explorer = kept().explained()
     page, note = explorer.page, explorer.page.locator(".entry")
     found = page.locator(".lines .term")
     words = [word.lower() for word in found.all_text_contents()]
@@ -37,8 +37,8 @@ def test_a_term_opens_its_entry(visit):
     page.locator("[role=tab][aria-selected=true]:text-is('Help')").wait_for()
 
 
-def test_the_terms_of_the_next_verdict_are_marked_too(visit):
-    explorer = visit().explained()
+def test_the_terms_of_the_next_verdict_are_marked_too(kept):
+    explorer = kept().open_view("explore").explained()
     explorer.moved(lambda: explorer.type("eta", "1.4"))
     explorer.explained()
     words = [word.lower() for word in explorer.page.locator(".lines .term").all_text_contents()]
@@ -50,7 +50,7 @@ def test_the_terms_of_the_next_verdict_are_marked_too(visit):
 def test_no_term_is_marked_in_what_is_to_be_copied(visit):
     explorer = visit("?view=code&eta=1.08&K=2500&D=8&steps=2000&choice=code:opensees")
     code = explorer.page.locator("section.codes pre")
-    wait_until(lambda: "integrator" in code.text_content(), 60, "the input for OpenSees")
+    wait_until(lambda: "integrator" in code.text_content(), what="the input for OpenSees")
     assert code.locator(".term").count() == 0
 
 

@@ -2,14 +2,14 @@
 
 import pytest
 
-from .axe import AXE, serious
-from .explorer import wait_until
-from .test_studies import place
+from tests.ui.axe import AXE, serious
+from tests.ui.explorer import wait_until
+from tests.ui.test_studies import place
 
 
 def complete(explorer):
     panel = explorer.page.locator("section.study").locator("visible=true")
-    wait_until(lambda: float(panel.get_attribute("data-share")) == 1, 120, "the table")
+    wait_until(lambda: float(panel.get_attribute("data-share")) == 1, what="the table")
     explorer.settle()
     return explorer
 
@@ -81,3 +81,21 @@ def test_nobody_needs_a_system_to_get_the_step_of_a_contact_in_seconds(visit):
     assert "Reduced mass 1 kg, closing speed 1 m/s" in said(explorer)
     assert "From 18 steps on it stays within 0.05: a step of at most T/" in said(explorer)
     assert " = 178.9 µs." in said(explorer)
+
+
+@pytest.mark.parametrize(("width", "height"), [(1440, 900), (390, 844)])
+def test_a_permitted_penetration_leads_to_the_step_in_seconds(visit, width, height):
+    """For 1 kg at 1 m/s and e = 0.5, which is that of the system at first: K = 550,600 N/m, a step of 0.24 ms."""
+    explorer = visit("", width=width, height=height)
+    explorer.open_tab("One impact")
+    explorer.unfold("System")
+    explorer.page.get_by_role("radio", name="SI", exact=True).check()
+    explorer.wait_for_address(units="si")
+    for name, text in (("mass", "1 kg"), ("speed", "1 m/s"), ("depth", "1 mm")):
+        field = explorer.page.locator(f".study input[name={name}]")
+        field.fill(text)
+        field.press("Enter")
+    explorer.page.locator("section.branches-list button[data-open=contact]").click()
+    wait_until(lambda: "From 18 steps on it stays within 0.05" in said(explorer), what="the largest step")
+    assert "Restitution 0.5; penetration 0.001 m" in said(explorer)
+    assert " = 241.1 µs." in said(explorer)

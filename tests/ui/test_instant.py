@@ -1,6 +1,6 @@
 """The present instant: its marks in all figures, and the animation."""
 
-from .explorer import PAPER, wait_until
+from tests.ui.explorer import PAPER, wait_until
 
 
 def mark(explorer, name):
@@ -11,8 +11,8 @@ def mark(explorer, name):
     }""")
 
 
-def test_marks_follow_a_zoom_and_leave_with_it(visit):
-    explorer = visit(PAPER)
+def test_marks_follow_a_zoom_and_leave_with_it(kept):
+    explorer = kept(PAPER)
     at = {n: mark(explorer, f"reference{n}") for n in "12"}
     for n in "12":
         box = explorer.figure(f"phase{n}")
@@ -26,8 +26,8 @@ def test_marks_follow_a_zoom_and_leave_with_it(visit):
     wait_until(lambda: not line.is_visible(), what="the line at τ = 0 gone from a view that begins later")
 
 
-def test_a_time_under_the_pointer_is_marked_in_every_figure(visit):
-    explorer = visit()
+def test_a_time_under_the_pointer_is_marked_in_every_figure(kept):
+    explorer = kept()
     frame = explorer.figure("force")["frame"]
     explorer.page.mouse.move(frame["x"] + 0.25 * frame["width"], frame["y"] + 0.5 * frame["height"])
     wait_until(lambda: abs(mark(explorer, "now-displacement")["x"] - 0.5) < 0.005, what="a mark at half a period")
@@ -44,15 +44,13 @@ def test_a_time_under_the_pointer_is_marked_in_every_figure(visit):
             assert abs(state["x"] - columns[f"{solver}{n}"][nearest]) < 0.05
             assert abs(state["y"] - columns[f"{solver}_v{n}"][nearest]) < 0.1
     assert explorer.page.locator(".readout").text_content() == f"time {time:.3f} T"
-
-
-def test_the_marks_are_relative_to_the_base_also_when_the_curves_are_not(visit):
-    explorer = visit()
+    explorer.page.mouse.move(5, 5)
+    explorer.settle()
     relative = mark(explorer, "reference1")["x"]
     explorer.unfold("Display")
     explorer.moved(lambda: explorer.page.get_by_text("absolute", exact=True).click())
     wait_until(lambda: explorer.page.evaluate("Bokeh.documents[0].is_idle"))
-    assert abs(mark(explorer, "reference1")["x"] - relative) < 1e-3
+    assert abs(mark(explorer, "reference1")["x"] - relative) < 1e-3  # to the base, although the curves are not
 
 
 def test_playing_moves_the_pendulums_without_the_server(counted, visit):
@@ -82,8 +80,8 @@ FRAMES = """(player, speed) => {
 }"""
 
 
-def test_an_impact_flashes_at_once_and_the_speed_is_the_chosen_one_and_the_link_holds_the_phase(visit):
-    explorer = visit(PAPER)
+def test_an_impact_flashes_at_once_and_the_speed_is_the_chosen_one_and_the_link_holds_the_phase(kept, visit):
+    explorer = kept(PAPER)
     page, slider = explorer.page, explorer.page.locator(".player input")
     flash = page.locator(".mechanism .reference .flash")
     strip, period = explorer.source("strip_reference"), explorer.source("displacements")["t"][-1] / 2
@@ -115,9 +113,9 @@ RAW = """(places) => {
 }"""
 
 
-def test_a_move_is_marked_ahead_of_its_frame_and_the_last_one_of_the_frame_in_it(visit):
+def test_a_move_is_marked_ahead_of_its_frame_and_the_last_one_of_the_frame_in_it(kept):
     """The browser holds "pointermove" back until it begins a frame."""
-    explorer = visit()
+    explorer = kept()
     early, same, skipped, last = explorer.page.evaluate(
         RAW, [("pointerrawupdate", 0.4), ("pointermove", 0.4), ("pointerrawupdate", 0.5), ("pointermove", 0.6)]
     )

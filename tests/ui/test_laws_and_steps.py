@@ -1,6 +1,6 @@
 """Located steps of another contact law, and a stiffness that follows the step, in a browser."""
 
-from .explorer import wait_until
+from tests.ui.explorer import wait_until
 
 
 def test_located_steps_of_another_law_are_explained_and_judged_by_rules(visit):
@@ -14,7 +14,7 @@ def test_located_steps_of_another_law_are_explained_and_judged_by_rules(visit):
     assert explorer.error() == ""
     explorer.open_tab("Your code")
     words = explorer.page.locator("section.study").locator("visible=true")
-    wait_until(lambda: "every step has a solution" in words.text_content(), 60, "whether steps have solutions")
+    wait_until(lambda: "every step has a solution" in words.text_content(), what="whether steps have solutions")
     assert "steps cut where contact changes; contact law limited damper" in words.text_content()
 
 
@@ -31,10 +31,10 @@ def test_a_stiffness_that_follows_the_step_locks_its_slider(visit):
     assert typed.is_disabled()
     before = float(typed.input_value())
     explorer.moved(lambda: explorer.type("steps", "400"))
-    wait_until(lambda: abs(float(typed.input_value()) / before - 4) < 1e-3, 5, "four times K at half the step")
+    wait_until(lambda: abs(float(typed.input_value()) / before - 4) < 1e-3, what="four times K at half the step")
     explorer.moved(lambda: explorer.type("step_scale", "0.2"))
-    wait_until(lambda: abs(float(typed.input_value()) / before - 8) < 1e-3, 5, "twice K with twice s")
+    wait_until(lambda: abs(float(typed.input_value()) / before - 8) < 1e-3, what="twice K with twice s")
     explorer.moved(lambda: switch.get_by_label("K as typed").check())
-    wait_until(lambda: "stiffness" not in explorer.address(), 5, "K as typed")
+    wait_until(lambda: "stiffness" not in explorer.address(), what="K as typed")
     assert slider.is_enabled()
     assert scale.is_hidden()

@@ -2,11 +2,11 @@
 
 import pytest
 
-from .test_figures import FIGURES
+from tests.ui.test_figures import FIGURES
 
 
-def test_on_a_phone_a_slider_is_in_view_beside_what_it_changes(visit):
-    explorer = visit(width=390, height=844, has_touch=True)
+def test_on_a_phone_a_slider_is_in_view_beside_what_it_changes(kept):
+    explorer = kept(width=390, height=844, has_touch=True)
     page = explorer.page
     slider, figure = page.locator("#vibroscope-eta-slider"), page.locator(".cell.force").first
     for each in (figure, slider):
@@ -18,16 +18,23 @@ def test_on_a_phone_a_slider_is_in_view_beside_what_it_changes(visit):
     assert figure.bounding_box()["y"] + 100 < panel["y"]
 
 
-@pytest.mark.parametrize(("width", "height"), [(390, 844), (320, 568), (720, 450)])
-def test_the_first_screen_of_a_small_window_shows_a_picture_and_the_sliders(visit, width, height):
+def resized(explorer, sizes):
+    """Each width and height, once the page has it."""
+    for width, height in sizes:
+        explorer.resized(width, height)
+        yield width, height
+
+
+def test_the_first_screen_of_a_small_window_shows_a_picture_and_the_sliders(visit):
     """720 × 450 is a desktop at 200 %."""
-    explorer = visit(width=width, height=height).explained()
-    sliders = explorer.page.locator(".sliders").bounding_box()
-    frame = explorer.figure("displacement")["frame"]
-    assert frame["y"] > 0
-    assert frame["height"] > 70
-    assert frame["y"] + frame["height"] <= sliders["y"]
-    assert sliders["y"] + sliders["height"] <= height
+    explorer = visit(width=390, height=844).explained()
+    for width, height in resized(explorer, [(390, 844), (320, 568), (720, 450)]):
+        sliders = explorer.page.locator(".sliders").bounding_box()
+        frame = explorer.figure("displacement")["frame"]
+        assert frame["y"] > 0, width
+        assert frame["height"] > 70, width
+        assert frame["y"] + frame["height"] <= sliders["y"], width
+        assert sliders["y"] + sliders["height"] <= height, width
 
 
 AT = """([x, y]) => {
@@ -39,8 +46,9 @@ AT = """([x, y]) => {
 
 
 @pytest.mark.parametrize(("width", "height"), [(390, 844), (320, 568)])
-def test_nothing_slides_over_the_sliders_of_a_phone(visit, width, height):
-    explorer = visit(width=width, height=height, has_touch=True, is_mobile=True).explained()
+def test_nothing_slides_over_the_sliders_of_a_phone(kept, width, height):
+    phone = kept(width=390, height=844, has_touch=True, is_mobile=True).explained()
+    explorer = phone.resized(width, height)
     below = explorer.page.evaluate("document.scrollingElement.scrollHeight - innerHeight")
     for top in range(0, below - 400, 90):
         explorer.page.evaluate("top => scrollTo({top, behavior: 'instant'})", top)
@@ -48,23 +56,27 @@ def test_nothing_slides_over_the_sliders_of_a_phone(visit, width, height):
         assert explorer.page.evaluate(AT, [box["x"] + box["width"] / 2, box["y"] + box["height"] / 2]), top
 
 
-@pytest.mark.parametrize(("width", "height"), [(1440, 900), (1100, 900), (390, 844), (320, 568)])
-def test_the_button_for_a_measurement_covers_no_title(visit, width, height):
-    explorer = visit("?eta=1.08&K=100&D=50&steps=2000&frame=difference", width=width, height=height)
+END_OF_TITLE = """() => {
+  const view = Bokeh.index.find_one_by_id(Bokeh.documents[0].get_model_by_name("displacement").id);
+  const { title } = view.model;
+  const pen = document.createElement("canvas").getContext("2d");
+  pen.font = [title.text_font_style, title.text_font_size, title.text_font].join(" ");
+  const widest = Math.max(...title.text.split("\\n").map(line => pen.measureText(line).width));
+  return view.canvas_view.el.getBoundingClientRect().x + view.frame.bbox.left + widest;
+}"""
+
+
+def test_the_button_for_a_measurement_covers_no_title(visit):
+    explorer = visit("?eta=1.08&K=100&D=50&steps=2000&frame=difference")
     explorer.explained().unfold("More: ")
-    end = explorer.page.evaluate("""() => {
-      const view = Bokeh.index.find_one_by_id(Bokeh.documents[0].get_model_by_name("displacement").id);
-      const { title } = view.model;
-      const pen = document.createElement("canvas").getContext("2d");
-      pen.font = [title.text_font_style, title.text_font_size, title.text_font].join(" ");
-      return view.canvas_view.el.getBoundingClientRect().x + view.frame.bbox.left + pen.measureText(title.text).width;
-    }""")
-    assert explorer.figure("displacement")["title"] == "Difference in parts"
-    assert end < explorer.page.locator(".choose button").bounding_box()["x"]
+    for width, _ in resized(explorer, [(1440, 900), (1100, 900), (390, 844), (320, 568)]):
+        assert explorer.figure("displacement")["title"].startswith("Difference: up to ")
+        end = explorer.page.evaluate(END_OF_TITLE)
+        assert end < explorer.page.locator(".choose button").bounding_box()["x"], width
 
 
-def test_on_a_phone_nothing_overflows_and_everything_is_there(visit):
-    explorer = visit(width=390, height=844, has_touch=True)
+def test_on_a_phone_nothing_overflows_and_everything_is_there(kept):
+    explorer = kept(width=390, height=844, has_touch=True)
     sizes = explorer.page.evaluate("""() => {
       const wide = [];
       const walk = root => root.querySelectorAll("*").forEach(e => {
@@ -95,7 +107,7 @@ def test_on_a_phone_the_verdict_on_a_system_of_ones_own_is_where_it_is_for_a_sce
     assert explorer.typed("mass1_kg").is_visible()
 
 
-def test_on_a_desktop_everything_is_in_view_without_scrolling(visit):
+def test_on_a_desktop_everything_is_in_view_and_the_time_figures_stand_above_each_other(visit):
     explorer = visit()
     boxes = {name: explorer.figure(name)["box"] for name in FIGURES}
     boxes |= {name: explorer.page.locator(name).bounding_box() for name in ("form.panel", ".lines .verdict")}
@@ -105,10 +117,6 @@ def test_on_a_desktop_everything_is_in_view_without_scrolling(visit):
         assert box["x"] + box["width"] <= 1440, name
         assert box["y"] + box["height"] <= 900, name
     assert explorer.form.evaluate("form => form.scrollHeight <= form.clientHeight + 1")
-
-
-def test_the_time_figures_stand_above_each_other(visit):
-    explorer = visit()
     frames = [explorer.figure(name)["frame"] for name in ("displacement", "strip", "force")]
     assert len({(round(f["x"]), round(f["width"])) for f in frames}) == 1
 

@@ -2,8 +2,8 @@
 
 import pytest
 
-from .explorer import wait_until
-from .test_studies import SETTING, panel
+from tests.ui.explorer import wait_until
+from tests.ui.test_studies import SETTING, complete, panel
 
 ZOOMED = ("displacement", "phase1", "force", "diagram")
 
@@ -13,14 +13,14 @@ def zoomed(explorer, *figures):
     for name in figures:
         before = explorer.ranges(name)
         explorer.zoom(name, 0.2, 0.6, 0.2, 0.7)
-        wait_until(lambda name=name, before=before: explorer.ranges(name) != before, 5, f"the zoom of {name}")
+        wait_until(lambda name=name, before=before: explorer.ranges(name) != before, what=f"the zoom of {name}")
         explorer.wait_for_zoom(name)
     return explorer
 
 
 def begun(explorer, figure):
     """Wait until the figure of a study has data."""
-    wait_until(lambda: not explorer.figure(figure)["title"].startswith("Being"), 60, f"something in {figure}")
+    wait_until(lambda: not explorer.figure(figure)["title"].startswith("Being"), what=f"something in {figure}")
     explorer.settle()
     return explorer
 
@@ -73,8 +73,10 @@ def test_a_refused_zoom_leaves_the_default_page(visit):
         ("speed", ["speed"], {}),
     ],
 )
-def test_the_view_of_a_study_comes_back(visit, tab, figures, choices):
-    explorer = begun(visit(f"?view={tab}&{SETTING}"), figures[0])
+def test_the_view_of_a_study_comes_back(kept, visit, tab, figures, choices):
+    explorer = begun(kept(f"?{SETTING}").open_view(tab), figures[0])
+    if tab == "speed":  # while medians change, so do the ranges, and a zoom that is on its way is overtaken
+        complete(explorer)
     for label, value in choices.items():
         panel(explorer).get_by_role("combobox", name=label).select_option(value)
     # What is chosen is drawn at the range of its data: a zoom before that would be taken back.
@@ -114,34 +116,20 @@ def test_muted_entries_and_the_theme_come_back(visit):
     click_last_entry(explorer, "phase1")
     click_last_entry(explorer, "force")
     wanted = {"theme": "dark", "mute": "phase1:penalty;force:penalty_impulses"}
-    wait_until(lambda: wanted.items() <= explorer.address().items(), 5, "theme and mute in the link")
+    wait_until(lambda: wanted.items() <= explorer.address().items(), what="theme and mute in the link")
     second = visit(explorer.query())
     assert second.page.evaluate("document.documentElement.dataset.theme") == "dark"
     assert second.model("phase1", "background_fill_color") == "#171E26"
     assert second.page.evaluate(MUTED, ["phase1", "phase2", "force"]) == ["penalty", "its impulses"]
     second.moved(lambda: second.type("K", "9000"))
-    wait_until(lambda: second.address()["K"] == "9000", 5, "the move in the link")
+    wait_until(lambda: second.address()["K"] == "9000", what="the move in the link")
     assert wanted.items() <= second.address().items()
     click_last_entry(second, "phase1")
-    wait_until(lambda: second.address()["mute"] == "force:penalty_impulses", 5, "one muted entry less")
+    wait_until(lambda: second.address()["mute"] == "force:penalty_impulses", what="one muted entry less")
     # The link's theme is for this page alone, and that of an earlier visit is in the link from the start.
     assert second.page.evaluate("localStorage.getItem('vibroscope-theme')") is None
     third = visit(whose="dark")
-    wait_until(lambda: third.address().get("theme") == "dark", 5, "the theme that was chosen on an earlier visit")
-
-
-@pytest.mark.parametrize(
-    ("query", "words"),
-    [
-        ("theme=night", "theme must be light or dark"),
-        ("mute=phase1:its", "reference, penalty, pinned, pinned2, pinned3,"),
-    ],
-)
-def test_an_unknown_view_is_refused_as_a_whole(visit, query, words):
-    explorer = visit(f"?eta=2.76&{query}&zoom=time:0.2,0.7")
-    assert words in explorer.error()
-    assert explorer.typed("eta").input_value() == "1.08"
-    assert explorer.figure("force")["x"] == [0, 2]
+    wait_until(lambda: third.address().get("theme") == "dark", what="the theme that was chosen on an earlier visit")
 
 
 def test_legend_entries_are_switches_for_the_keyboard_too(visit):
@@ -150,7 +138,7 @@ def test_legend_entries_are_switches_for_the_keyboard_too(visit):
     assert entry.get_attribute("aria-checked") == "true"
     entry.focus()
     keys.press("Enter")
-    wait_until(lambda: explorer.address().get("mute") == "phase2:penalty", 5, "the muted entry in the link")
+    wait_until(lambda: explorer.address().get("mute") == "phase2:penalty", what="the muted entry in the link")
     assert entry.get_attribute("aria-checked") == "false"
     explorer.until("""(() => {
         let at = document.activeElement;
@@ -158,6 +146,6 @@ def test_legend_entries_are_switches_for_the_keyboard_too(visit):
         return at.role === "switch" && at.textContent === "penalty";
     })()""")
     keys.press(" ")  # the entry made anew still has the keyboard
-    wait_until(lambda: "mute" not in explorer.address(), 5, "no muted entry in the link")
+    wait_until(lambda: "mute" not in explorer.address(), what="no muted entry in the link")
     assert entry.get_attribute("aria-checked") == "true"
     assert explorer.page.get_by_role("button", name="Play", exact=True).count() == 1  # not the page's Space

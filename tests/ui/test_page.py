@@ -5,12 +5,12 @@ import re
 import pytest
 from vibroscope.app.page.tabs import TABS
 
-from .axe import AXE, serious
-from .explorer import wait_until
+from tests.ui.axe import AXE, serious
+from tests.ui.explorer import wait_until
 
 
-def test_the_figure_of_speed_and_error_is_shown_and_opens_by_itself(visit):
-    explorer = visit()
+def test_the_figure_of_speed_and_error_is_shown_and_opens_by_itself(kept):
+    explorer = kept()
     explorer.open_tab("Step and cost", "Speed against error")
     explorer.page.locator("img.figure").evaluate("async image => { await image.decode(); return image.naturalWidth; }")
     link = explorer.page.get_by_role("link", name="Open the figure by itself")
@@ -46,30 +46,8 @@ def test_a_view_is_built_when_it_is_opened_and_costs_nothing_while_it_is_hidden(
     wait_until(lambda: abs(explorer.source("section_reference")["eta"][0] - 2.76) < 1e-5, what="the figures of 2.76")
 
 
-def test_every_tab_and_view_is_reached_by_key(visit):
-    explorer = visit()
-    page = explorer.page
-    for number, (title, views) in enumerate(TABS, 1):
-        page.keyboard.press(f"Shift+Digit{number}")
-        parts = page.get_by_role("tablist", name="Parts of the page")  # a view may have the title of its tab
-        parts.get_by_role("tab", name=title, exact=True, selected=True).wait_for()
-        lists = page.get_by_role("tablist")
-        wait_until(lambda lists=lists, views=views: lists.count() == 1 + (len(views) > 1), what="the views of the tab")
-        if len(views) > 1:
-            lists.last.get_by_role("tab", selected=True).focus()
-            page.keyboard.press("End")
-            lists.last.locator(f"[aria-selected=true]:text-is('{views[-1].title}')").wait_for()
-            explorer.wait_for_address(view=views[-1].key)
-        page.get_by_role("tabpanel", name=views[-1].title).wait_for()
-    page.get_by_role("tab", selected=True).first.focus()
-    page.keyboard.press("Home")
-    page.locator("[role=tab][aria-selected=true]:text-is('Explore')").wait_for()
-    explorer.open_tab("Help")  # a tab opens the view that was open last in it
-    page.get_by_role("tabpanel", name=TABS[-1].views[-1].title).wait_for()
-
-
-def test_keys_choose_scenes_and_can_be_switched_off(visit):
-    explorer = visit()
+def test_keys_choose_scenes_and_can_be_switched_off(kept):
+    explorer = kept().open_view("explore")
     explorer.moved(lambda: explorer.page.keyboard.press("3"))
     explorer.wait_for_address(eta="2.76")
     explorer.page.keyboard.press("?")
@@ -110,20 +88,13 @@ def test_a_first_visit_begins_with_the_tour_and_the_second_does_not(visit, windo
     assert explorer.page.get_by_role("dialog", name="Tour").count() == 0
 
 
-def test_the_summary_follows_the_findings(visit):
-    explorer = visit().explained()
-    summary = explorer.page.locator(".summary")
-    assert explorer.line("verdict") in summary.text_content()
-    assert summary.get_attribute("aria-live") == "polite"
-    explorer.moved(lambda: explorer.scene("D"))
-    wait_until(lambda: "every 2 periods" in summary.text_content(), what="the summary of [D]")
-
-
-def test_the_summary_is_of_the_open_view(visit):
+def test_the_summary_is_of_the_open_view_and_follows_the_findings(visit):
     explorer = visit().explained()
     summary = explorer.page.locator(".summary")
     text = summary.text_content()
     assert text.startswith("Explore. Do they agree?")
+    assert explorer.line("verdict") in text
+    assert summary.get_attribute("aria-live") == "polite"
     for title, words in (
         (("Help", "Model, figures, glossary"), "The model and its equations"),
         # none, unless the server knows some from another visitor
@@ -135,6 +106,8 @@ def test_the_summary_is_of_the_open_view(visit):
         wait_until(lambda said=said: said.match(summary.text_content()), what=f"the summary of {title[-1]}")
     explorer.open_tab("Explore")
     wait_until(lambda: summary.text_content() == text, what="the verdict again")
+    explorer.moved(lambda: explorer.scene("D"))
+    wait_until(lambda: "every 2 periods" in summary.text_content(), what="the summary of [D]")
 
 
 @pytest.mark.parametrize("scheme", ["light", "dark"])

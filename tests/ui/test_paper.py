@@ -1,6 +1,6 @@
 """The Paper tab in a browser: claims are checked as they come into view, and open where they can be tried."""
 
-from .explorer import wait_until
+from tests.ui.explorer import wait_until
 
 FIGURES = "[...Bokeh.documents[0].all_models].filter(m => m.type === 'Figure').length"
 
@@ -12,7 +12,7 @@ def checked(explorer):
 def test_claims_are_checked_as_they_come_into_view(visit):
     explorer = visit("?view=paper", width=800, height=700)
     cards = explorer.page.locator("article.claim")
-    wait_until(lambda: checked(explorer) >= 2, 60, "the claims in view")
+    wait_until(lambda: checked(explorer) >= 2, what="the claims in view")
     assert cards.count() == 20
     explorer.settle()
     some = checked(explorer)
@@ -33,18 +33,18 @@ def test_a_claim_opens_where_it_can_be_tried(visit):
     explorer = visit("?view=paper")
     explorer.page.get_by_role("button", name="setting of Figure 9 [B]").click()
     explorer.page.locator("[role=tab][aria-selected=true]:text-is('Explore')").wait_for()
-    wait_until(lambda: "K=100&D=50&steps=2000" in explorer.query(), 60, what="the scene in the address")
+    wait_until(lambda: "K=100&D=50&steps=2000" in explorer.query(), what="the scene in the address")
     explorer.open_tab("Help", "The paper’s claims")
     explorer.page.get_by_role("button", name="setting of Figure 12 ").click()
     explorer.page.locator("[role=tab][aria-selected=true]:text-is('K–D plane')").wait_for()
-    wait_until(lambda: "K=12000&D=18&steps=2000&view=plane" in explorer.query(), 60, what="the plane in the address")
+    wait_until(lambda: "K=12000&D=18&steps=2000&view=plane" in explorer.query(), what="the plane in the address")
     explorer.open_tab("Help")  # or the plane would be computed on while the next test runs
 
 
 def test_a_chosen_theme_stays_when_claims_are_checked_and_their_figures_have_it(visit):
     """Chosen by the link against what the system prefers."""
     explorer = visit("?view=paper&theme=dark", width=800, height=700)
-    wait_until(lambda: checked(explorer) >= 2, 60, "the claims in view")
+    wait_until(lambda: checked(explorer) >= 2, what="the claims in view")
     explorer.settle()
     dark = "Bokeh.documents[0].get_model_by_name('paper4A')?.background_fill_color.toUpperCase() === '#171E26'"
     explorer.until(dark)

@@ -2,15 +2,15 @@
 
 import pytest
 
-from .axe import AXE, serious
-from .explorer import wait_until
+from tests.ui.axe import AXE, serious
+from tests.ui.explorer import wait_until
 
 SETTING = "?view=peaks&eta=2.76&K=12000&D=18&steps=2000"
 
 
 def complete(explorer):
     panel = explorer.page.locator("section.study").locator("visible=true")
-    wait_until(lambda: float(panel.get_attribute("data-share")) == 1, 60, "both runs")
+    wait_until(lambda: float(panel.get_attribute("data-share")) == 1, what="both runs")
     explorer.settle()
     return explorer
 
@@ -21,8 +21,8 @@ def cells(explorer, name):
 
 
 @pytest.mark.parametrize(("width", "height"), [(1440, 900), (390, 844)])
-def test_both_solutions_stand_beside_each_other_with_their_difference(visit, width, height):
-    explorer = complete(visit(SETTING, width=width, height=height))
+def test_both_solutions_stand_beside_each_other_with_their_difference(kept, width, height):
+    explorer = complete(kept(SETTING).resized(width, height))
     name, reference, penalty, off = cells(explorer, "penetration")
     assert name == "penetration / base amplitude"
     assert (reference, off) == ("0", "–")
@@ -42,8 +42,8 @@ def test_both_solutions_stand_beside_each_other_with_their_difference(visit, wid
     assert serious(explorer.page) == []
 
 
-def test_a_choice_draws_another_spectrum_and_stands_in_the_address(visit):
-    explorer = complete(visit(SETTING))
+def test_a_choice_draws_another_spectrum_and_stands_in_the_address(kept):
+    explorer = complete(kept(SETTING))
     before = explorer.source("spectrum_motion_reference")["amplitude"]
     explorer.page.locator("select").filter(has_text="acceleration of body 2").select_option("acceleration2")
     explorer.wait_for_address(choice="quantity:acceleration2")

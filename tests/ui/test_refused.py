@@ -3,8 +3,7 @@
 import pytest
 
 from tests.served import served
-
-from .explorer import wait_until
+from tests.ui.explorer import wait_until
 
 
 @pytest.fixture(scope="module")
@@ -23,7 +22,7 @@ def page(browser):
 
 def message(page):
     alert = page.get_by_role("alert")
-    alert.wait_for(timeout=30_000)
+    alert.wait_for()
     assert page.get_by_role("link", name="Load the page again").is_visible()
     return alert.inner_text()
 
@@ -37,7 +36,7 @@ def test_the_page_says_that_the_server_is_full(narrow, page):
         page.goto(narrow.url, wait_until="commit")  # there is room when the page is requested
     first = page.context.new_page()
     first.goto(narrow.url)
-    first.locator("form.panel").wait_for(state="attached", timeout=30_000)
+    first.locator("form.panel").wait_for(state="attached")
     held[0].continue_()
     assert "as many sessions as it can" in message(page)
 
@@ -50,7 +49,7 @@ def test_a_session_is_opened_while_the_scripts_are_on_their_way(server, page):
     wait_until(lambda: page.evaluate("1") and len(sockets) == 3, what="the three frames that confirm the session")
     assert page.evaluate("window.Bokeh === undefined")
     held[0].continue_()
-    page.locator("form.panel[data-update='1']").wait_for(state="attached", timeout=30_000)
+    page.locator("form.panel[data-update='1']").wait_for(state="attached")
     assert set(sockets) == {sockets[0]}  # Bokeh goes on with the connection that there is
 
 

@@ -4,7 +4,7 @@ import json
 
 import pytest
 
-from .explorer import wait_until
+from tests.ui.explorer import wait_until
 
 SIZES = (
     (1440, 900),
@@ -16,7 +16,7 @@ SIZES = (
     (1024, 768),
     (1280, 720),
 )
-TABS = ("explore", "bifurcation", "plane", "basin", "step", "code", "peaks", "speed", "paper", "help")
+TABS = ("explore", "bifurcation", "plane", "basin", "step", "code", "load", "peaks", "speed", "paper", "help")
 
 # Texts and controls that an ancestor clips or that lie outside the page; boxes that scroll sideways, or scroll without
 # a cue; texts and legends of figures that are wider than their canvas. All of what is open, wherever it is scrolled to.
@@ -122,8 +122,8 @@ OF_STATES = ((720, 450), (768, 1024), (1024, 768), (1440, 900), (390, 844))
 
 
 @pytest.mark.parametrize("tab", TABS)
-def test_nothing_is_cut_at_any_size(visit, tab):
-    explorer = visit(f"?view={tab}", *SIZES[0])
+def test_nothing_is_cut_at_any_size(kept, tab):
+    explorer = kept("", *SIZES[0]).open_view(tab)
     if tab == "explore":
         explorer.explained()
     figures = {"explore": 6, "bifurcation": 2, "plane": 2, "basin": 2, "step": 4, "code": 2, "speed": 1}.get(tab, 0)
@@ -131,17 +131,17 @@ def test_nothing_is_cut_at_any_size(visit, tab):
 
 
 @pytest.mark.parametrize("state", STATES)
-def test_nothing_is_cut_in_an_open_state(visit, state):
+def test_nothing_is_cut_in_an_open_state(kept, state):
     query, complete = STATES[state]
-    explorer = visit(query, *SIZES[0])
-    explorer.page.locator(complete).locator("visible=true").first.wait_for(timeout=90_000)
+    explorer = kept(query, *SIZES[0])
+    explorer.page.locator(complete).locator("visible=true").first.wait_for()
     check(explorer, OF_STATES, 1)
 
 
-def test_no_panel_slides_over_the_branches(visit):
+def test_no_panel_slides_over_the_branches(kept):
     query, complete = STATES["branches"]
-    explorer = visit(query, 1000, 768)
-    explorer.page.locator(complete).first.wait_for(timeout=90_000)
+    explorer = kept(query, *SIZES[0]).resized(1000, 768)
+    explorer.page.locator(complete).first.wait_for()
     explorer.page.locator(complete).last.scroll_into_view_if_needed()
     panel, listed = (explorer.page.locator(part).bounding_box() for part in ("section.study", ".branches-list"))
     assert panel["y"] + panel["height"] <= listed["y"]
@@ -151,8 +151,7 @@ def check(explorer, sizes, figures):
     """Nothing is cut at these sizes, and so many figures are seen."""
     found = {}
     for width, height in sizes:
-        explorer.page.set_viewport_size({"width": width, "height": height})
-        explorer.settle()
+        explorer.resized(width, height)
 
         def holds(size=(width, height)):
             cut, seen = explorer.page.evaluate(CUT)

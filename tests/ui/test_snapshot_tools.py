@@ -5,11 +5,11 @@ import io
 import pytest
 from PIL import Image
 
-from . import snapshots as module
-from .snapshots import Snapshots, compare
-from .snapshots_page import data, faults, read
-from .snapshots_report import Report
-from .test_snapshots import look  # noqa: F401 - a fixture
+from tests.ui import snapshots as module
+from tests.ui.snapshots import Snapshots, compare
+from tests.ui.snapshots_page import data, faults, read
+from tests.ui.snapshots_report import Report
+from tests.ui.test_snapshots import look  # noqa: F401 - a fixture
 
 FIGURE = "const plot = Bokeh.documents[0].get_model_by_name('displacement'); const here = {sync: false};"
 BREAKS = {  # the reported fault: code that causes it, code that removes it

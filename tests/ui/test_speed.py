@@ -1,7 +1,7 @@
 """Speed against error in a browser: measured for the setting, ringed, put into words, and silent while hidden."""
 
-from .explorer import wait_until
-from .test_studies import complete, opened, panel
+from tests.ui.explorer import wait_until
+from tests.ui.test_studies import complete, opened, panel
 
 
 def test_speed_is_measured_at_the_setting_and_again_where_it_moves(visit):
@@ -12,7 +12,7 @@ def test_speed_is_measured_at_the_setting_and_again_where_it_moves(visit):
     assert ringed["cost"][1] in explorer.source("speed_plain")["cost"]
     assert "solves per period beside 2000" in panel(explorer).locator(".statements").text_content()
     explorer.moved(lambda: explorer.type("steps", "400"))
-    wait_until(lambda: "step T/400" in explorer.figure("speed")["title"], what="the figure of T/400")
+    wait_until(lambda: ": T/400 errs by" in explorer.figure("speed")["title"], what="the figure of T/400")
     complete(explorer)
     assert sorted(explorer.source("speed_located")["n"]) == [100, 200, 400, 800, 1600]
 

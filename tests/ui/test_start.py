@@ -1,6 +1,6 @@
 """The start of the run on Explore: typed, refused, kept in the address, and taken from a coexisting motion."""
 
-from .explorer import wait_until
+from tests.ui.explorer import wait_until
 
 TWO_CYCLES = "?eta=3.2&K=12000&D=18&steps=2000"  # the reference: 2 periods from rest, 6 from other starts
 
@@ -18,7 +18,7 @@ def test_a_start_is_typed_and_a_click_on_a_coexisting_motion_runs_it(visit):
     wait_until(lambda: not page.error(), what="no refusal")
 
     page.page.get_by_role("button", name="Coexisting motions").click()
-    page.page.locator(".coexisting[data-phase=done]").wait_for(timeout=60_000)
+    page.page.locator(".coexisting[data-phase=done]").wait_for()
     motion = page.page.locator(".motion", has_text="period 6").first
     page.moved(motion.click)
     page.explained()

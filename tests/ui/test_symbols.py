@@ -4,8 +4,8 @@ import re
 
 from vibroscope.app.page.tabs import TABS
 
-from .explorer import wait_until
-from .test_measurement import DROP, EXAMPLE
+from tests.ui.explorer import wait_until
+from tests.ui.test_measurement import DROP, EXAMPLE
 
 # Texts of labels, heads and keys that are seen; and by figure, the labels of its axes and the entries of its legend.
 TEXTS = """() => {
@@ -41,7 +41,8 @@ OPEN = """() => {
 SYMBOL = re.compile(r"[ηκξτεωμσζλΩΔ]|(?<![\w.])(?:2?[KDTA]|[efxtd][₁₂₃]?)(?![\w.])")
 NAME = re.compile(r"[A-Za-z]{4,}")
 NAMES = {"mm-t-s", "K and D"}  # a system of units, and a part of the difference
-OF_FIGURES = {"bifurcation": 2, "plane": 2, "basin": 2, "step": 4, "code": 2, "speed": 1, "impact": 3, "peaks": 2}
+OF_FIGURES = {"bifurcation": 2, "plane": 2, "basin": 2, "step": 4, "code": 2, "speed": 1, "impact": 3}
+OF_FIGURES |= {"load": 4, "peaks": 2}
 STARTED = "direction:own;start_v2:0.0467"  # 5 mm/s in Aω₁
 FIELDS = {  # a part of each name: unit in mm-t-s, and what a number without dimension is a multiple of
     "penalty stiffness": ("N/mm", "k₁"),
@@ -65,6 +66,22 @@ def nameless(explorer):
     return found
 
 
+def open_by_key(explorer, number, tab, view):
+    """Open a view: a digit opens the first one of a tab, End the last."""
+    lists = explorer.page.get_by_role("tablist")
+    if view is tab.views[0]:
+        explorer.page.keyboard.press(f"Shift+Digit{number}")
+        parts = explorer.page.get_by_role("tablist", name="Parts of the page")  # a view may have the title of its tab
+        parts.get_by_role("tab", name=tab.title, exact=True, selected=True).wait_for()
+        wait_until(lambda: lists.count() == 1 + (len(tab.views) > 1), what="the views of the tab")
+    else:
+        lists.last.get_by_role("tab", selected=True).focus()
+        explorer.page.keyboard.press("End")
+        lists.last.locator(f"[aria-selected=true]:text-is('{view.title}')").wait_for()
+        explorer.wait_for_address(view=view.key)
+    explorer.page.get_by_role("tabpanel", name=view.title).wait_for()
+
+
 def check_fields(explorer, column):
     texts, _ = explorer.page.evaluate(TEXTS)
     for part, units in FIELDS.items():
@@ -77,7 +94,7 @@ def test_every_symbol_of_the_branches_has_its_name(visit):
     for units in ("", "&units=mm-t-s&omega1=100"):
         explorer = visit(query + units)
         rows = explorer.page.locator(".branches-list[data-running=false] .points [data-kind]")
-        rows.first.wait_for(timeout=90_000)
+        rows.first.wait_for()
         assert "largest multiplier" in explorer.page.evaluate(TEXTS)[0]
         wait_until(lambda explorer=explorer: not nameless(explorer), what=f"a name beside each symbol: {units}")
 
@@ -90,15 +107,15 @@ def test_the_constants_of_a_fit_have_their_names(visit):
     assert nameless(explorer) == []
 
 
-def test_every_symbol_has_its_name_and_unit_beside_it(visit):
+def test_keys_reach_every_view_and_every_symbol_has_its_name_and_unit_beside_it(visit):
     query = "?units=mm-t-s&omega1=100&pin=eta=1.08%26K=2500%26D=8%26steps=2000&choice=phase:0"
     explorer = visit(query).explained()
     explorer.page.evaluate(OPEN)
     explorer.unfold("More: ")
     explorer.page.get_by_role("button", name="Options of the search").click()
     check_fields(explorer, 0)
-    for tab, view in [(each, view) for each in TABS for view in each.views]:
-        explorer.open_tab(tab.title, view.title if len(tab.views) > 1 else "")
+    for number, tab, view in [(n, each, view) for n, each in enumerate(TABS, 1) for view in each.views]:
+        open_by_key(explorer, number, tab, view)
         explorer.page.evaluate(OPEN)
         figures = OF_FIGURES.get(view.key, 0)
         wait_until(lambda figures=figures: len(explorer.page.evaluate(TEXTS)[1]) >= figures, what=view.title)
@@ -110,7 +127,12 @@ def test_every_symbol_has_its_name_and_unit_beside_it(visit):
             start = explorer.page.locator(".study label", has_text="velocity of body 2 at t = 0, mm/s")
             start.locator("input").fill("5")
             start.locator("input").press("Enter")
-            wait_until(lambda: explorer.address().get("choice", "").startswith(STARTED), 5, STARTED)
+            wait_until(lambda: explorer.address().get("choice", "").startswith(STARTED), what=STARTED)
+    explorer.page.get_by_role("tab", selected=True).first.focus()
+    explorer.page.keyboard.press("Home")
+    explorer.page.locator("[role=tab][aria-selected=true]:text-is('Explore')").wait_for()
+    explorer.open_tab("Help")  # a tab opens the view that was open last in it
+    explorer.page.get_by_role("tabpanel", name=TABS[-1].views[-1].title).wait_for()
     explorer.open_tab("Explore")
     explorer.unfold("System")
     explorer.moved(lambda: explorer.page.get_by_label("non-dimensional").check())

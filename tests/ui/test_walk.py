@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from .walk import Walk, differences, seen
+from tests.ui.walk import Walk, differences, seen
 
 DEVICES = {"desktop": {}, "phone": {"width": 390, "height": 844, "has_touch": True, "is_mobile": True}}
 LEG = 7  # moves between two comparisons
@@ -15,7 +15,7 @@ SLOW = 0.25  # share of the moves that may lead to what takes long, at most
 RESULTS = Path(__file__).parents[1] / "results"
 
 
-@pytest.mark.parametrize(("device", "seed", "legs"), [("desktop", 1, 3), ("phone", 3, 3)])
+@pytest.mark.parametrize(("device", "seed", "legs"), [("desktop", 1, 2), ("phone", 3, 2)])
 def test_a_walk_and_its_link_lead_to_the_same_page(visit, device, seed, legs):
     walk_and_compare(visit, device, seed, legs)
 

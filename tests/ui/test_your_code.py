@@ -1,7 +1,7 @@
 """Tab Your code in a browser: choosing a code sets it, rules come one after the other, and one of them can be set."""
 
-from .axe import AXE, serious
-from .explorer import wait_until
+from tests.ui.axe import AXE, serious
+from tests.ui.explorer import wait_until
 
 SETTING = "?view=code&eta=1.08&K=2500&D=8&steps=2000"
 
@@ -12,7 +12,7 @@ def rows(explorer):
 
 def complete(explorer):
     panel = explorer.page.locator("section.study").locator("visible=true")
-    wait_until(lambda: float(panel.get_attribute("data-share")) == 1, 120, "all rules")
+    wait_until(lambda: float(panel.get_attribute("data-share")) == 1, what="all rules")
     explorer.settle()
     return explorer
 
@@ -22,8 +22,8 @@ def choose(explorer, code):
     explorer.wait_for_address(choice=f"code:{code}")
 
 
-def test_choosing_a_code_sets_it_and_undo_goes_back(visit):
-    explorer = visit(SETTING)
+def test_choosing_a_code_sets_it_and_undo_goes_back(kept):
+    explorer = kept(SETTING)
     choose(explorer, "mujoco")
     explorer.wait_for_address(integrator="semi-implicit-euler", law="cut", view="code")
     words = explorer.page.locator("section.codes pre")
@@ -33,8 +33,8 @@ def test_choosing_a_code_sets_it_and_undo_goes_back(visit):
     wait_until(lambda: "law" not in explorer.address(), what="the former law")
 
 
-def test_choosing_codes_leaves_k_d_and_the_step_and_reset_chooses_none(visit):
-    explorer = visit(SETTING)
+def test_choosing_codes_leaves_k_d_and_the_step_and_reset_chooses_none(kept):
+    explorer = kept(SETTING)
     for code in ("abaqus-standard", "ls-dyna-explicit", "opensees"):
         choose(explorer, code)
         explorer.wait_for_address(K="2500", D="8", steps="2000")

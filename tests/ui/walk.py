@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from .snapshots_page import AFRESH, read, words
+from tests.ui.snapshots_page import AFRESH, read, words
 
 SCRIPT = Path(__file__).with_name("walk.js").read_text(encoding="utf-8")
 # Not in a link: files, dialogs, how fast the motion plays, which of two units a number is typed in, what stops or
@@ -156,7 +156,7 @@ def seen(walk):
     texts = [each["text"] for each in words(read(page)) if not each["measured"]]
     page.evaluate(AFRESH)
     page.evaluate("parts => walk.veil(parts, true)", MASKED)
-    image = page.screenshot(full_page=True, timeout=90_000)
+    image = page.screenshot(full_page=True)
     page.evaluate("parts => walk.veil(parts, false)", MASKED)
     found["texts"] = [] if measured else texts
     if measured:

@@ -4,7 +4,7 @@ Sources of the keywords: Abaqus Keywords Reference: *MASS, *SPRING, *DASHPOT, *C
 *DYNAMIC, *AMPLITUDE.
 """
 
-from vibroscope.app.export.decks.problem import LINEAR, DeckProblem, check, refuse
+from vibroscope.app.export.decks.problem import LINEAR, DeckProblem, check, check_average
 
 NAME, SUFFIX, STATUS = "Abaqus/Standard", "inp", "end"
 LAWS = (LINEAR,)
@@ -12,8 +12,7 @@ INTEGRATORS = ("newmark", "hht")
 
 _DECK = """\
 *HEADING
-{title}
-** {words}
+{words}
 ** Not run by Vibroscope, which has no licence of this code: look at the first results before you trust them.
 **
 ** Run it with: abaqus job={name}. This script, run by "abaqus python", makes a CSV file of its result:
@@ -51,7 +50,7 @@ NODE1, 1.
 {stiffness}
 {damper}*CONTACT PAIR, INTERACTION=CONTACT, TYPE=NODE TO SURFACE
 FACE1, FACE2
-*BOUNDARY
+{second}*BOUNDARY
 1, 1, 6
 2, 2, 2
 3, {free}, 2
@@ -71,22 +70,11 @@ U
 def write(problem: DeckProblem) -> str:
     """The deck; raises ValueError for what Abaqus has not."""
     check(problem, NAME, LAWS, INTEGRATORS, STATUS)
-    integrator = problem.integrator
-    if integrator.name == "newmark" and (integrator.beta, integrator.gamma) != (0.25, 0.5):
-        raise refuse(NAME, "other numbers of Newmark's method", "leave out --beta and --gamma, or take hht")
+    check_average(problem, NAME)
     stiffness, damping = problem.contact
     far, gap = 1e3 * problem.length, problem.gap()
-    x1, x2 = (problem.scale.physical("displacement", problem.start[place]) for place in (0, 2))
-    words = problem.words(NAME, STATUS)
     return _DECK.format(
-        title=words[0],
-        words="\n** ".join(words[1:]),
-        header=problem.header,
-        first=problem.first * problem.step - 0.5 * problem.step,
-        x1=x1,
-        x2=x2,
-        name=problem.name,
-        compare="\n**   ".join(problem.compare(STATUS, SUFFIX)),
+        **problem.parts(NAME, STATUS, SUFFIX, "** "),
         far_left=-far,
         far_right=gap + far,
         gap=gap,
@@ -94,16 +82,54 @@ def write(problem: DeckProblem) -> str:
         low=-problem.length,
         bodies="\n".join(_bodies(problem)),
         stiffness=repr(stiffness),
-        damper=f"*CONTACT DAMPING, DEFINITION=DAMPING COEFFICIENT\n{damping!r}\n" if damping else "",
+        damper=_damper(damping),
+        second=_second_stop(problem),
         free=1 if problem.system.wall else 2,
         start=_start(problem),
         amplitudes="\n".join(_amplitudes(problem)),
         most=problem.steps + 10,
-        alpha=getattr(integrator, "alpha", 0.0),
-        step=repr(problem.step),
-        end=repr(problem.periods * problem.period),
+        alpha=getattr(problem.integrator, "alpha", 0.0),
         loads="".join(_loads(problem)),
-        every=problem.every,
+    )
+
+
+_SECOND = """\
+** The second stop: a plane on the other side of body 1, whose node moves with that of body 2.
+*NODE
+5, {place}, 0., 0.
+*EQUATION
+2
+5, 1, 1., 3, 1, -1.
+*SURFACE, TYPE=SEGMENTS, NAME=FACE3
+START, {place}, {high}
+LINE, {place}, {low}
+*RIGID BODY, ANALYTICAL SURFACE=FACE3, REF NODE=5
+*SURFACE INTERACTION, NAME=CONTACT2
+1.
+*SURFACE BEHAVIOR, PRESSURE-OVERCLOSURE=LINEAR
+{stiffness}
+{damper}*CONTACT PAIR, INTERACTION=CONTACT2, TYPE=NODE TO SURFACE
+FACE1, FACE3
+*BOUNDARY
+5, 2, 2
+5, 6, 6
+"""
+
+
+def _damper(damping: float) -> str:
+    return f"*CONTACT DAMPING, DEFINITION=DAMPING COEFFICIENT\n{damping!r}\n" if damping else ""
+
+
+def _second_stop(problem: DeckProblem) -> str:
+    if not problem.system.two_stops:
+        return ""
+    stiffness, damping = problem.second_contact
+    return _SECOND.format(
+        place=-problem.second_gap(),
+        high=problem.length,
+        low=-problem.length,
+        stiffness=repr(stiffness),
+        damper=_damper(damping),
     )
 
 
@@ -130,8 +156,7 @@ def _amplitudes(problem: DeckProblem) -> list[str]:
     """A Fourier series for each body: one term; its spring's force at the start is taken off the constant."""
     lines = []
     for i, body in enumerate(problem.bodies, 1):
-        cosine, sine, constant = body.load
-        rest = constant - body.stiffness * body.displacement
+        cosine, sine, rest = body.load_from_start
         lines += [f"*AMPLITUDE, NAME=LOAD{i}, DEFINITION=PERIODIC", f"1, {problem.angular_frequency!r}, 0., {rest!r}"]
         lines.append(f"{cosine!r}, {sine!r}")
     return lines

@@ -37,7 +37,7 @@ R,30,{stiffness!r},{damping!r},0,{gap!r}
 TYPE,3
 REAL,30
 E,2,3
-D,1,ALL,0
+{second}D,1,ALL,0
 D,4,ALL,0
 D,2,UY,0
 D,3,UY,0
@@ -102,41 +102,41 @@ def write(problem: DeckProblem) -> str:
     """The deck; raises ValueError for what Ansys has not."""
     check(problem, NAME, LAWS, tuple(INTEGRATORS), STATUS)
     stiffness, damping = problem.contact
-    gap = problem.gap()
-    x1, x2 = (problem.scale.physical("displacement", problem.start[place]) for place in (0, 2))
-    head1, head2, head3 = problem.header.replace(" [", "[").split(", ")
+    gap, parts = problem.gap(), problem.parts(NAME, STATUS, SUFFIX, "! ")
+    head1, head2, head3 = parts["header"].replace(" [", "[").split(", ")
     loads = [*(_load(body) for body in problem.bodies), "0"]
     return _DECK.format(
-        words="\n! ".join(problem.words(NAME, STATUS)),
-        name=problem.name,
-        compare="\n!   ".join(problem.compare(STATUS, SUFFIX)),
+        **parts,
         bodies="\n".join(_bodies(problem)),
         stiffness=stiffness,
         damping=damping,
         gap=gap or _TOUCHING * problem.length,
+        second=_second_stop(problem),
         wall="D,3,UX,0\n" if problem.system.wall else "",
         integrator=INTEGRATORS[problem.integrator.name](problem.integrator),
         start=_start(problem),
         steps=problem.steps,
         n=problem.method.steps,
-        step=problem.step,
         load1=loads[0],
         load2=loads[1],
-        every=problem.every,
-        end=problem.periods * problem.period,
-        first=problem.first * problem.step - 0.5 * problem.step,
-        x1=x1,
-        x2=x2,
         head1=head1,
         head2=head2,
         head3=head3,
     )
 
 
+def _second_stop(problem: DeckProblem) -> str:
+    """A contact whose nodes are exchanged: it acts where their distance has grown."""
+    if not problem.system.two_stops:
+        return ""
+    stiffness, damping = problem.second_contact
+    gap = problem.second_gap() or _TOUCHING * problem.length
+    return f"R,31,{stiffness!r},{damping!r},0,{gap!r}\nREAL,31\nE,3,2\n"
+
+
 def _load(body) -> str:
     """The force at the angle A; the spring's at the start is taken off, since displacements are counted from there."""
-    cosine, sine, constant = body.load
-    rest = constant - body.stiffness * body.displacement
+    cosine, sine, rest = body.load_from_start
     return f"({cosine!r})*COS(A)+({sine!r})*SIN(A)+({rest!r})"
 
 

@@ -7,14 +7,16 @@ damper a nonlinear spring takes its place, SPRINGA: CalculiX then does not check
 
 from math import cos, pi, sin
 
-from vibroscope.app.export.decks.problem import LINEAR, DeckProblem, check, refuse
+from vibroscope.app.export.decks.problem import LINEAR, DeckProblem, check, check_average, refuse
 
 NAME, SUFFIX, STATUS = "CalculiX", "inp", "end"
 LAWS = (LINEAR,)
 INTEGRATORS = ("newmark", "hht")  # Newmark's method with alpha = 0
 MOST_STEPS = 100_000  # a table has a row for each, since its amplitudes do not repeat
-_FAR = 1e3  # depth of a block and between ends of springs, in units of length
+_FAR = 1e3  # between ends of springs, in units of length
+_DEEP = 1e2  # depth of a block, in units of length; deeper ones leave fewer digits for the gap behind body 1
 _NARROW = 0.9  # side of the slave face
+_LIGHT = 1e-13  # density of the block of the second stop over that of body 2, which has all of its mass
 
 _DECK = """\
 ** {words}
@@ -32,11 +34,11 @@ _DECK = """\
 101, 11, 12, 13, 14, 15, 16, 17, 18
 *ELEMENT, TYPE=C3D8, ELSET=BODY2
 102, 21, 22, 23, 24, 25, 26, 27, 28
-*NSET, NSET=NODES1, GENERATE
+{third}*NSET, NSET=NODES1, GENERATE
 11, 18
 *NSET, NSET=NODES2, GENERATE
 21, 28
-*NSET, NSET=OUT
+{behind}*NSET, NSET=OUT
 2, 3
 {bodies}
 *EQUATION
@@ -63,55 +65,54 @@ U
 """
 
 _PAIR = """\
-*SURFACE, NAME=SLAVE, TYPE=ELEMENT
-101, S2
-*SURFACE, NAME=MASTER, TYPE=ELEMENT
-102, S1
-*SURFACE INTERACTION, NAME=CONTACT
+*SURFACE, NAME=SLAVE{stop}, TYPE=ELEMENT
+101, {slave}
+*SURFACE, NAME=MASTER{stop}, TYPE=ELEMENT
+{master}
+*SURFACE INTERACTION, NAME=CONTACT{stop}
 *SURFACE BEHAVIOR, PRESSURE-OVERCLOSURE=LINEAR
 {stiffness}
 *CONTACT DAMPING
 {damping}
-*CONTACT PAIR, INTERACTION=CONTACT, TYPE=SURFACE TO SURFACE
-SLAVE, MASTER"""
+*CONTACT PAIR, INTERACTION=CONTACT{stop}, TYPE=SURFACE TO SURFACE
+SLAVE{stop}, MASTER{stop}"""
 _SPRING = """\
 *ELEMENT, TYPE=SPRINGA, ELSET=TOUCH
 7, 2, 3
 *SPRING, ELSET=TOUCH, NONLINEAR
 {push}, {deep}
 0., {touch}
-0., {apart}"""
+0., {apart}{pull}"""
 
 
 def write(problem: DeckProblem) -> str:
     """The deck; raises ValueError for what CalculiX has not."""
     check(problem, NAME, LAWS, INTEGRATORS, STATUS)
-    integrator, wall = problem.integrator, problem.system.wall
-    if integrator.name == "newmark" and (integrator.beta, integrator.gamma) != (0.25, 0.5):
-        raise refuse(NAME, "other numbers of Newmark's method", "leave out --beta and --gamma, or take hht")
+    check_average(problem, NAME)
+    wall, parts = problem.system.wall, problem.parts(NAME, STATUS, SUFFIX, "** ")
     if problem.steps > MOST_STEPS:
         fewer = f"give at most {MOST_STEPS // problem.method.steps} --periods"
         raise refuse(NAME, f"{problem.steps} steps in a table of at most {MOST_STEPS} rows", fewer)
+    third = problem.system.two_stops and _has_damper(problem)
     return _DECK.format(
-        words="\n** ".join(problem.words(NAME, STATUS)),
-        convert=_convert(problem),
-        name=problem.name,
-        compare="\n**   ".join(problem.compare(STATUS, SUFFIX)),
+        third="*ELEMENT, TYPE=C3D8, ELSET=BODY3\n103, 31, 32, 33, 34, 35, 36, 37, 38\n" if third else "",
+        behind="31, 38\n" if third else "",
+        **parts | {each: number(parts[each]) for each in ("step", "end")},
+        convert=_convert(**{each: parts[each] for each in ("name", "header", "first", "x1", "x2")}),
         nodes="\n".join(_nodes(problem)),
         bodies="\n".join(_bodies(problem)),
         ties="\n".join(
-            f"2\n{first + i}, 1, 1., {node}, 1, -1." for node, first in ((2, 11), (3, 21)) for i in range(8)
+            f"2\n{first + i}, 1, 1., {node}, 1, -1."
+            for node, first in ((2, 11), (3, 21), (3, 31))[: 3 if third else 2]
+            for i in range(8)
         ),
         free=1 if wall else 2,
         contact=_contact(problem),
         start=_start(problem),
         amplitudes="\n".join(_amplitudes(problem)),
         most=problem.steps + 10,
-        alpha=number(getattr(integrator, "alpha", 0.0)),
-        step=number(problem.step),
-        end=number(problem.periods * problem.period),
+        alpha=number(getattr(problem.integrator, "alpha", 0.0)),
         load2="" if wall else "*CLOAD, AMPLITUDE=LOAD2\n3, 1, 1.\n",
-        every=problem.every,
     )
 
 
@@ -120,22 +121,25 @@ def number(value: float) -> str:
     return f"{value:.13E}"
 
 
-def _convert(problem: DeckProblem) -> str:
+def _convert(name: str, header: str, first: float, x1: float, x2: float) -> str:
     """A command that writes the samples to be kept."""
-    x1, x2 = (problem.scale.physical("displacement", problem.start[place]) for place in (0, 2))
-    first = (problem.periods - problem.keep) * problem.period - 0.5 * problem.step
     return (
-        f"""awk 'BEGIN {{print "{problem.header}"}} / time /{{t=$NF}} NF==4 && $1=="2" {{a=$2}} """
+        f"""awk 'BEGIN {{print "{header}"}} / time /{{t=$NF}} NF==4 && $1=="2" {{a=$2}} """
         f"""NF==4 && $1=="3" && t>{first:.9g} {{printf "%s, %.10g, %.10g\\n", t, a+{x1!r}, $2+{x2!r}}}' """
-        f"{problem.name}.dat > {problem.name}.csv"
+        f"{name}.dat > {name}.csv"
     ).replace("+-", "-")
 
 
 def _nodes(problem: DeckProblem) -> list[str]:
     """The blocks as they are at the start; the nodes that they follow, and where the dampers hold, lie in a row."""
     side, far, gap = problem.length / 2.0, _FAR * problem.length, problem.gap()
+    deep = _DEEP * problem.length
     rows = [(1 + i, (2 * i - 2) * far, 0.0, 0.0) for i in range(4)]
-    for first, ends, half in ((11, (-far, 0.0), _NARROW * side), (21, (gap, gap + far), side)):
+    blocks = [(11, (-deep, 0.0), _NARROW * side), (21, (gap, gap + deep), side)]
+    if problem.system.two_stops and _has_damper(problem):
+        behind = -deep - problem.second_gap()
+        blocks.append((31, (behind - deep, behind), side))
+    for first, ends, half in blocks:
         corners = [(-half, -half), (half, -half), (half, half), (-half, half)]
         rows += [(first + i, ends[i // 4], *corners[i % 4]) for i in range(8)]
     return [", ".join([str(node), *map(number, place)]) for node, *place in rows]
@@ -143,12 +147,30 @@ def _nodes(problem: DeckProblem) -> list[str]:
 
 def _contact(problem: DeckProblem) -> str:
     """A contact pair; without a damper a spring, whose table goes as far as its nodes are apart."""
-    (stiffness, damping), far, gap = problem.contact, _FAR * problem.length, problem.gap()
-    if damping:
-        area = (_NARROW * problem.length) ** 2
-        return _PAIR.format(stiffness=number(stiffness / area), damping=number(damping / area))
-    push, deep, touch, apart = -stiffness * far, -gap - far, -gap, -gap + far
-    return _SPRING.format(push=number(push), deep=number(deep), touch=number(touch), apart=number(apart))
+    (stiffness, _), far, gap = problem.contact, _FAR * problem.length, problem.gap()
+    two = problem.system.two_stops
+    if _has_damper(problem):
+        pairs = [_pair(problem, "", problem.contact)]
+        pairs += [_pair(problem, "2", problem.second_contact)] if two else []
+        return "\n".join(pairs)
+    apart, pull = -gap + far, ""
+    if two:
+        apart = problem.second_gap()
+        pull = f"\n{number(problem.second_contact[0] * far)}, {number(apart + far)}"
+    push, deep, touch = -stiffness * far, -gap - far, -gap
+    return _SPRING.format(push=number(push), deep=number(deep), touch=number(touch), apart=number(apart), pull=pull)
+
+
+def _has_damper(problem: DeckProblem) -> bool:
+    """Whether a contact has one, which a spring's table has no place for."""
+    return bool(problem.contact[1])
+
+
+def _pair(problem: DeckProblem, stop: str, contact: tuple[float, float]) -> str:
+    """Two faces that meet: those of the second stop are behind body 1, on a block that moves with body 2."""
+    stiffness, damping = (number(value / (_NARROW * problem.length) ** 2) for value in contact)
+    slave, master = ("S1", "103, S2") if stop else ("S2", "102, S1")
+    return _PAIR.format(stiffness=stiffness, damping=damping, slave=slave, master=master, stop=stop)
 
 
 def _bodies(problem: DeckProblem) -> list[str]:
@@ -157,9 +179,12 @@ def _bodies(problem: DeckProblem) -> list[str]:
     for i in (1, 2):
         side = problem.length * (_NARROW if i == 1 else 1.0)
         mass = bodies[i - 1].mass if i <= len(bodies) else bodies[0].mass
-        density = number(mass / (_FAR * problem.length * side**2))
+        density = number(mass / (_DEEP * problem.length * side**2))
         lines += [f"*MATERIAL, NAME=BODY{i}", "*ELASTIC", "1., 0.", "*DENSITY", density]
         lines += [f"*SOLID SECTION, ELSET=BODY{i}, MATERIAL=BODY{i}"]
+    if problem.system.two_stops and _has_damper(problem):
+        lines += ["*MATERIAL, NAME=BODY3", "*ELASTIC", "1., 0.", "*DENSITY", number(_LIGHT * float(density))]
+        lines.append("*SOLID SECTION, ELSET=BODY3, MATERIAL=BODY3")
     for i, body in enumerate(bodies, 1):
         ends = "1, 2" if i == 1 else "3, 4"
         lines += [f"*ELEMENT, TYPE=SPRING1, ELSET=SPRING{i}", f"{i}, {i + 1}", f"*SPRING, ELSET=SPRING{i}"]
@@ -183,8 +208,7 @@ def _amplitudes(problem: DeckProblem) -> list[str]:
     lines, n = [], problem.method.steps
     for i, body in enumerate(problem.bodies, 1):
         lines.append(f"*AMPLITUDE, NAME=LOAD{i}")
-        cosine, sine, constant = body.load
-        rest = constant - body.stiffness * body.displacement
+        cosine, sine, rest = body.load_from_start
         angles = [2.0 * pi * k / n for k in range(n)]
         cycle = [number(cosine * cos(angle) + sine * sin(angle) + rest) for angle in angles]
         lines += [f"{number(k * problem.step)}, {cycle[k % n]}" for k in range(problem.steps + 1)]

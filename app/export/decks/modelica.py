@@ -3,6 +3,8 @@
 Not run by this project. It needs no library.
 """
 
+import re
+
 from vibroscope.app.export.decks.problem import LINEAR, DeckProblem, check, refuse
 from vibroscope.engine import NewmarkBeta
 
@@ -35,11 +37,11 @@ model TwoBodies "Displacements relative to the base"
   Real xi1(start = {x1!r}, fixed = true);
   Real v1(start = {v1!r}, fixed = true);
   {second}
-  Real depth "penetration";
+  Real depth "penetration";{second_depth}
   Real force "of the contact, pushing where it is positive";
 equation
   depth = xi1 - xi2 - clearance;
-  force = if depth >= 0 then {law} else 0;
+  force = (if depth >= 0 then {law} else 0){second_force};
   v1 = der(xi1);
   {motion1}
   {motion2}
@@ -62,23 +64,27 @@ def write(problem: DeckProblem) -> str:
             f"Real xi2(start = {two.displacement!r}, fixed = true);\n  Real v2(start = {two.velocity!r}, fixed = true);"
         )
         motion2 = f"v2 = der(xi2);\n  {_motion(2, two, '+ force')}"
+    law, second_depth, second_force = LAWS[problem.method.law].format(**_numbers(problem)), "", ""
+    if problem.system.two_stops:
+        second_depth = '\n  Real depth2 = xi2 - xi1 - clearance2 "penetration at the second stop";'
+        for name, value in zip(("stiffness2", "damping2"), problem.second_contact, strict=True):
+            second_depth += f'\n  parameter Real {name} = {value!r} "of the second stop";'
+        second_depth += f'\n  parameter Real clearance2 = {problem.second_clearance!r} "of the second stop";'
+        law2 = re.sub("stiffness|damping|depth", r"\g<0>2", law)
+        second_force = f" - (if depth2 >= 0 then {law2} else 0)"
     return _DECK.format(
-        words="\n// ".join(problem.words(NAME)),
-        header=problem.header,
-        first=problem.first * problem.step - 0.5 * problem.step,
-        name=problem.name,
-        compare="\n//   ".join(problem.compare(STATUS, SUFFIX)),
+        **problem.parts(NAME, STATUS, SUFFIX, "// "),
         stiffness=stiffness,
         damping=damping,
         clearance=problem.clearance,
         frequency=problem.angular_frequency,
-        x1=one.displacement,
         v1=one.velocity,
         second=second,
-        law=LAWS[problem.method.law].format(**_numbers(problem)),
+        law=law,
+        second_depth=second_depth,
+        second_force=second_force,
         motion1=_motion(1, one, "- force"),
         motion2=motion2,
-        end=problem.periods * problem.period,
         interval=problem.every * problem.step,
     )
 

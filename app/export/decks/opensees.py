@@ -55,7 +55,7 @@ ops.fix(0, 1)
 # Contact: stiffness, damper, gap (negative: where the distance of the nodes has shrunk by so much)
 {contact}
 ops.element("zeroLength", 3, 1, 2, "-mat", 3, "-dir", 1)
-
+{second}
 # cos Omega t, sin Omega t, and constant
 ops.timeSeries("Trig", 1, 0.0, 1e300, PERIOD, "-shift", pi / 2)
 ops.timeSeries("Trig", 2, 0.0, 1e300, PERIOD)
@@ -110,26 +110,27 @@ def write(problem: DeckProblem) -> str:
     """The script; raises ValueError for what OpenSees has not."""
     check(problem, NAME, LAWS, tuple(INTEGRATORS), STATUS)
     name, shift = problem.integrator.name, max(0.0, -problem.clearance)
+    if problem.system.two_stops and not problem.method.linear:
+        raise refuse(NAME, f"law = {problem.method.law!r} at two stops", f"this deck has {LINEAR} there")
+    if problem.system.two_stops:
+        shift = shift or min(0.0, problem.second_clearance)
     return _DECK.format(
-        words="\n".join(problem.words(NAME, STATUS)),
-        name=problem.name,
-        compare="\n    ".join(problem.compare(STATUS, SUFFIX)),
+        **problem.parts(NAME, STATUS, SUFFIX, "") | {"compare": "\n    ".join(problem.compare(STATUS, SUFFIX))},
         period=problem.period,
         steps=problem.method.steps,
         periods=problem.periods,
         keep=problem.keep,
         substeps=2 if name == "tr-bdf2" else 1,
-        every=problem.every,
         tolerance=TOLERANCE * problem.length,
         shift=shift,
         algorithms='("Newton",)' if name == "tr-bdf2" else '("Newton", "KrylovNewton")',  # a half cannot be repeated
         bodies="\n".join(_bodies(problem)),
-        contact=_contact(problem),
+        contact=_contact(problem, shift),
+        second=_second_stop(problem, shift),
         loads="\n".join(_loads(problem, shift)),
         start="\n".join(_start(problem, shift)),
         integrator=INTEGRATORS[name](problem.integrator),
         remark=_REMARKS[name],
-        header=problem.header,
     )
 
 
@@ -145,10 +146,10 @@ def _bodies(problem: DeckProblem) -> list[str]:
     return lines
 
 
-def _contact(problem: DeckProblem) -> str:
+def _contact(problem: DeckProblem, shift: float) -> str:
     """The material; those of Hertz have a force K δⁿ, and so a stiffness in units of force per lengthⁿ."""
     method, system = problem.method, problem.system
-    gap = -problem.clearance if problem.clearance > 0.0 else -_TOUCHING
+    gap = min(-problem.clearance - shift, -_TOUCHING)
     if method.linear:
         stiffness, damping = problem.contact
         return f'ops.uniaxialMaterial("ViscoelasticGap", 3, {stiffness!r}, {damping!r}, {gap!r})'
@@ -164,6 +165,17 @@ def _contact(problem: DeckProblem) -> str:
     if not by_speed:
         raise refuse(NAME, f"law = {method.law!r} with a damper of its own", "leave out D: restitution gives it")
     return f'ops.uniaxialMaterial("Hertzdamp", 3, {stiffness!r}, {damper!r}, {gap!r}, {power!r})'
+
+
+def _second_stop(problem: DeckProblem, shift: float) -> str:
+    """The same material between exchanged nodes, whose distance shrinks where the bodies move apart."""
+    if not problem.system.two_stops:
+        return ""
+    stiffness, damping = problem.second_contact
+    gap = min(shift - problem.second_clearance, -_TOUCHING)
+    return f"""ops.uniaxialMaterial("ViscoelasticGap", 4, {stiffness!r}, {damping!r}, {gap!r})
+ops.element("zeroLength", 4, 2, 1, "-mat", 4, "-dir", 1)
+"""
 
 
 def _loads(problem: DeckProblem, shift: float) -> list[str]:

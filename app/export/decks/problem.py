@@ -50,6 +50,11 @@ class Body(NamedTuple):
     displacement: float
     velocity: float
 
+    @property
+    def load_from_start(self) -> Load:
+        """The load where displacements are counted from the start, with the force that the spring has there."""
+        return self.load._replace(constant=self.load.constant - self.stiffness * self.displacement)
+
 
 @dataclass(frozen=True)
 class DeckProblem:
@@ -171,18 +176,36 @@ class DeckProblem:
         scale = self.scale
         return Body(mass, stiffness, damping, load, scale.physical("displacement", x), scale.physical("velocity", v))
 
+    @property
+    def second_contact(self) -> tuple[float, float]:
+        """K and c of the second stop, as :attr:`contact`."""
+        factors = self.system.stiffness_factor2, self.system.damping_factor2
+        return tuple(factor * number for factor, number in zip(factors, self.contact, strict=True))
+
+    @property
+    def second_clearance(self) -> float:
+        """By how much the bodies move apart, from where both springs are relaxed, until they meet the second stop."""
+        return self.scale.physical("displacement", self.system.clearance2)
+
     def gap(self) -> float:
         """The gap at the start."""
         return self.scale.physical("displacement", self.system.gap(self.start[0], self.start[2]))
+
+    def second_gap(self) -> float:
+        """The gap of the second stop at the start."""
+        return self.clearance + self.second_clearance - self.gap()
 
     def accelerations(self) -> tuple[float, ...]:
         """Accelerations of the bodies at the start, by the equations of motion, or zero if the method says so."""
         if self.method.initial_acceleration == "zero":
             return (0.0,) * len(self.bodies)
-        gap, push = self.gap(), 0.0
+        gap, push, speeds = self.gap(), 0.0, [*(body.velocity for body in self.bodies), 0.0]
         if gap <= 0.0 and self.method.linear:  # another one is zero at touch
-            (k, c), speeds = self.contact, [*(body.velocity for body in self.bodies), 0.0]
+            k, c = self.contact
             push = -k * gap - c * (speeds[1] - speeds[0])
+        elif self.system.two_stops and (gap := self.second_gap()) <= 0.0 and self.method.linear:
+            k, c = self.second_contact
+            push = k * gap - c * (speeds[1] - speeds[0])
         own = [
             b.load.cosine + b.load.constant - b.stiffness * b.displacement - b.damping * b.velocity for b in self.bodies
         ]
@@ -229,6 +252,19 @@ class DeckProblem:
             *self._warning(status),
         ]
 
+    def parts(self, code: str, status: str, suffix: str, comment: str) -> dict[str, object]:
+        """What the templates of all decks have: words in lines that begin with ``comment``, and numbers.
+
+        ``first`` is the time from which on samples are kept, and ``x1`` and ``x2`` are the displacements at the start.
+        """
+        x1, x2 = (self.scale.physical("displacement", self.start[place]) for place in (0, 2))
+        return {
+            "words": f"\n{comment}".join(self.words(code, status)),
+            "compare": f"\n{comment}  ".join(self.compare(status, suffix)),
+            **{"name": self.name, "header": self.header, "every": self.every, "x1": x1, "x2": x2},
+            **{"step": self.step, "first": self.first * self.step - 0.5 * self.step, "end": self.periods * self.period},
+        }
+
     def _stepping(self, status: str) -> TimeStepping:
         """The method with the contact status of a code."""
         found = replace(self.method, status=CONTACT_STATUSES[0], resolves_contacts=False)
@@ -263,6 +299,13 @@ class DeckProblem:
 def refuse(code: str, what: str, advice: str) -> ValueError:
     """The error for what a code cannot express."""
     return ValueError(f"{code} cannot express {what}: {advice}")
+
+
+def check_average(problem: DeckProblem, code: str) -> None:
+    """Raise ValueError for another method of Newmark than that of the average acceleration."""
+    integrator = problem.integrator
+    if integrator.name == "newmark" and (integrator.beta, integrator.gamma) != (0.25, 0.5):
+        raise refuse(code, "other numbers of Newmark's method", "leave out --beta and --gamma, or take hht")
 
 
 def check(problem: DeckProblem, code: str, laws: tuple[str, ...], integrators: tuple[str, ...], status: str) -> None:

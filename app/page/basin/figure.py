@@ -22,9 +22,10 @@ from vibroscope.app.page.shared.cells import (
 )
 from vibroscope.app.page.shared.figure import divisor, empty_source, hover_tool, legend_above, write
 from vibroscope.app.page.shared.ranges import OwnedRange
+from vibroscope.app.page.shared.seen import say
 from vibroscope.app.page.shared.unit_axis import UnitAxis
 from vibroscope.app.studies.basin import PALETTE, SIDES, BasinQuestion, PartialBasin
-from vibroscope.engine import COORDINATES, System
+from vibroscope.engine import COORDINATES, System, percent
 from vibroscope.engine.sweeps.start_plane import PHASE
 
 REACH = 8.0  # of the starts at first, in units of what drives the bodies
@@ -86,7 +87,7 @@ class BasinView:
             return
         at = shown_field("eta", setting).words(result.question.eta)
         for side in SIDES:
-            self.figures[side].title.text = f"{NAMES[side]}{_method_words(side, result.question)}, {at}"
+            say(self.figures[side], f"{NAMES[side]}{_method_words(side, result.question)}, {at}", _seen(result, side))
             motion = result.shown(side)
             more = {"motion": np.where(motion >= 0, motion + 1, 0).astype(np.int32), "period": result.periods(side)}
             write_cells(self.sources[side], result.image(side), result.question.x, result.question.y, **more)
@@ -95,6 +96,12 @@ class BasinView:
         """Start Explore at the place of a tap."""
         if event.x is not None and event.y is not None and np.isfinite([event.x, event.y]).all():
             self._on_start(float(f"{event.x:.4g}"), float(f"{event.y:.4g}"))
+
+
+def _seen(result: PartialBasin, side: str) -> str:
+    """The share of the starts that leads to each motion."""
+    shares = {each.name: each.shares[side] for each in result.motions if side in each.shares}
+    return ", ".join(f"{name} {percent(share)}" for name, share in shares.items())
 
 
 def default_span(system: System, eta: float) -> tuple[float, float]:

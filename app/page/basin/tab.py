@@ -56,6 +56,7 @@ class Basins(StudyView):
     chosen = {"plane": "xi2-v2", "model": "exact"}  # noqa: RUF012 - read only
     axes = {"start_x": LINEAR, "start_y": LINEAR}  # noqa: RUF012 - read only
     legends = dict.fromkeys(("basin_reference", "basin_penalty"), ("start",))
+    keyed = ("basin_reference", "basin_penalty")
     pictures = (
         Figure("basin_reference", "Basins of the reference", "The motion that each start of the reference leads to."),
         Figure("basin_penalty", "Basins of the penalty model", "The same of the penalty model, in the same colours."),
@@ -71,12 +72,10 @@ class Basins(StudyView):
         """The choices of the tab."""
         return {
             "title": "Basins of attraction",
-            "keyed": [picture.name for picture in cls.pictures],
             "switches": [
                 {"name": "plane", "label": "Starts over", "choices": _PLANE_NAMES},
                 {"name": "model", "label": "Penalty model", "choices": _MODELS},
             ],
-            "limits": [],
             "hint": "A click starts Explore there; so do the fields of Start, which move the mark, and Shift + 1. The "
             "numbers of the start that are not on an axis are those that are set. A start at another phase is opened "
             "with what drives the bodies ahead by as much. A zoom is computed anew.",

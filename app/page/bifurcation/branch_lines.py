@@ -203,7 +203,7 @@ def _point_columns(result: PartialBranches, column: int, field: ShownField) -> d
         "value": [float(point.state[column]) for point in points],
         "marker": [POINT_KINDS[point.kind].marker for point in points],
         "size": [9 if point.kind in BIFURCATIONS else 5 for point in points],
-        "kind": [POINT_KINDS[point.kind].one for point in points],
+        "kind": [point.words for point in points],
         "where": [f"{field.label} = {value_text(field, point.value)}" for point in points],
         "period": [point.period for point in points],
         "multiplier": [point_multiplier(point) for point in points],

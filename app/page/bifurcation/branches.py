@@ -3,48 +3,25 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from functools import partial
 
 import numpy as np
-import param
 from bokeh.plotting import figure
 from vibroscope.app.explorer.closed_orbit import ClosedOrbit
-from vibroscope.app.explorer.errors import error_text
 from vibroscope.app.explorer.field_units import ShownField, shown_field
 from vibroscope.app.explorer.parameters import START_FIELDS
 from vibroscope.app.explorer.state import Setting
-from vibroscope.app.page.bifurcation.branch_lines import (
-    BranchLines,
-    Place,
-    place_named,
-    value_text,
-)
-from vibroscope.app.page.files import esm, style
-from vibroscope.app.page.shared.component import Component
+from vibroscope.app.page.bifurcation.branch_lines import BranchLines, Place, place_named, value_text
 from vibroscope.app.page.shared.stability import multiplier_words, orbit_words, point_multiplier, stability_words
-from vibroscope.app.page.tab import TabHost, on_loop
+from vibroscope.app.page.study.listed import ListedSearches, cell, row
+from vibroscope.app.page.tab import TabHost
 from vibroscope.app.runtime.number_text import print_number
 from vibroscope.app.studies.branches import BranchesQuestion, PartialBranches, grow_branches, matched
-from vibroscope.app.studies.study_job import RESULTS, StudyJob
 from vibroscope.engine import POINT_KINDS, Branch, Point
-from vibroscope.engine.facts import Statement, joined
 
 NAMES = {"reference": "reference", "penalty": "exact penalty"}
 
 
-class BranchPanel(Component):
-    """Tables, of what can be opened, too. Sends ``{"open": name of a `Place`}``, ``{"stop": true or false}``."""
-
-    label = param.String(default="Branches of periodic motions", doc="For screen readers")
-    status = param.Dict(default={}, doc="text, running, stopped, notes")
-    near = param.Dict(default={}, doc="Motions at the value that is set: title, heads and rows")
-    points = param.Dict(default={}, doc="All points: title, heads and rows")
-
-    _esm = esm("bifurcation/branches")
-    _stylesheets = [style("shared/scroll_cue", "bifurcation/branches")]  # noqa: RUF012 - Panel reads it from the class
-
-
-class Branches:
+class Branches(ListedSearches):
     """One search for each solver whose branches are shown.
 
     Parameters
@@ -56,69 +33,20 @@ class Branches:
         Called when a search has found more.
     """
 
+    head = "Branches of the {}"
+
     def __init__(self, host: TabHost, plot: figure, on_result: Callable[[], None]) -> None:
-        self.host = host
+        super().__init__(host, NAMES, grow_branches, on_result)
         self.lines = BranchLines(plot)
-        self.view = BranchPanel(visible=False)
-        self.view.on_msg(lambda event: self._receive(event.data))
-        self.results: dict[str, PartialBranches] = {}
-        self._on_result = on_result
-        self._questions: dict[str, BranchesQuestion] = {}
-        self._jobs: dict[str, StudyJob] = {}
-        self._failed: dict[str, str] = {}
         self._setting: Setting | None = None
-        self._stopped = False  # by the user
 
     def ask(self, questions: Mapping[str, BranchesQuestion]) -> None:
         """Search for the branches of these solvers, and end what else is searched for."""
-        if questions != self._questions:
-            self._stopped = False
-        for solver, before in self._questions.items():
-            now = questions.get(solver)
-            if now != before:  # what was found in another range stays until the first branch of this one
-                self._forget(solver, wholly=now is None or now._replace(span=before.span) != before)
-        for solver, question in questions.items():
-            known = RESULTS.get(question)
-            if known is not None:
-                self._keep(solver, known)
-            held = self._stopped or solver in self._jobs or solver in self._failed
-            if not held and (known is None or known.share < 1):
-                take = on_loop(self.host, partial(self._take, solver))
-                self._jobs[solver] = StudyJob(question, grow_branches, take)
-        self._questions = dict(questions)
-
-    def cancel(self) -> None:
-        """Stop all searches; what they have found stays."""
-        for job in self._jobs.values():
-            job.cancel()
-        self._jobs = {}
-
-    @property
-    def running(self) -> bool:
-        """Whether a search is under way."""
-        return bool(self._jobs)
-
-    def _forget(self, solver: str, *, wholly: bool = True) -> None:
-        if solver in self._jobs:
-            self._jobs.pop(solver).cancel()
-        self._failed.pop(solver, None)
-        if wholly:
-            self.results.pop(solver, None)
-
-    def _keep(self, solver: str, result: PartialBranches) -> None:
-        """Keep what was found, in the order of `NAMES` whichever search was the quicker: tables and files follow it."""
-        found = self.results | {solver: result}
-        self.results = {name: found[name] for name in NAMES if name in found}
-
-    def _take(self, solver: str, job: StudyJob, result: PartialBranches | Exception) -> None:
-        if isinstance(result, Exception):
-            self._failed[solver] = error_text(result)
-            self._jobs.pop(solver, None)
-        else:
-            self._keep(solver, result)
-            if result.share == 1:
-                self._jobs.pop(solver, None)
-        self._on_result()
+        for solver, study in self.studies.items():
+            now, before = questions.get(solver), study.question
+            if now != before and (now is None or before is None or now._replace(span=before.span) != before):
+                study.result = None  # what was found in another range stays until the first branch of this one
+            study.follow(now)
 
     # -- what is shown -----------------------------------------------------------------
 
@@ -126,59 +54,23 @@ class Branches:
         """Draw lines, marks and tables; ``notes`` are sentences about what is shown and what is not."""
         self._setting, field = setting, shown_field(over, setting)
         self.lines.update(self.results, coordinate, field)
-        shown = {solver: result for solver, result in self.results.items() if solver in self._questions}
-        notes = [*notes, *(f"{NAMES[s].capitalize()}: {result.cut}" for s, result in shown.items() if result.cut)]
-        notes += [
-            f"{NAMES[solver].capitalize()}: the search ended early ({why}); what it had found stays."
-            for solver, why in self._failed.items()
-        ]
-        new = {
-            "status": {"text": self._status(), "running": self.running, "stopped": self._stopped, "notes": notes},
-            "near": _near_table(shown, getattr(setting, over), field),
-            "points": _shift_table(shown, field) if len(shown) == 2 else _point_table(shown, field),
-            "visible": bool(self._questions or notes),
-        }
-        self.view.param.update({name: value for name, value in new.items() if value != getattr(self.view, name)})
+        shown = self.results
+        points = _shift_table(shown, field) if len(shown) == 2 else _point_table(shown, field)
+        self._list(notes, near=_near_table(shown, getattr(setting, over), field), points=points)
 
     def clear(self) -> None:
         """Show none."""
-        for solver in list(self._questions):
-            self._forget(solver)
-        self._questions = {}
+        self.ask({})
         self.view.visible = False
         if self._setting is not None:
             self.lines.update({}, "xi2", shown_field("eta", self._setting))
 
-    def _status(self) -> str:
-        texts = [f"{NAMES[solver].capitalize()}: {result.words()}" for solver, result in self.results.items()]
-        how = ["searching …"] if self.running else ["stopped"] if self._stopped else []
-        return "; ".join([*texts, *how])
-
-    def words(self) -> list[list[str | Statement]]:
-        """Head and text for the panel, of each search that is over."""
-        over = {solver: result for solver, result in self.results.items() if result.share == 1}
-        return [
-            [f"Branches of the {NAMES[solver]}", joined(" ", filter(None, (f"{result.words()}.", result.cut)))]
-            for solver, result in over.items()
-        ]
-
     # -- a motion in Explore -----------------------------------------------------------
 
-    def _receive(self, message: object) -> None:
-        if not isinstance(message, dict):
-            return
-        if isinstance(message.get("stop"), bool):
-            self._stop(message["stop"])
-        elif place := place_named(message.get("open")):
+    def open_named(self, name: object) -> None:
+        """See `ListedSearches`."""
+        if place := place_named(name):
             self.open(place)
-
-    def _stop(self, on: bool) -> None:
-        self._stopped = on
-        if on:
-            self.cancel()
-        else:
-            self.ask(self._questions)
-        self._on_result()
 
     def tapped(self, x: float, y: float) -> bool:
         """Open what a tap on the diagram means; returns whether it means anything."""
@@ -225,11 +117,6 @@ def opened(question: BranchesQuestion, place: Place, branch: Branch) -> tuple[di
 # ---- tables: heads, and rows of cells --------------------------------------------------------------------------------
 
 
-def _cell(text: str, place: Place | None = None, title: str = "") -> dict:
-    """Without what is empty, since there may be hundreds."""
-    return {"text": text} | ({"open": place.name} if place else {}) | ({"title": title} if title else {})
-
-
 def _head(field: ShownField) -> str:
     """Symbol and name; the unit stands in the cells."""
     return f"{field.label} ({field.hint})"
@@ -243,13 +130,9 @@ def _near_table(shown: Mapping[str, PartialBranches], value: float, field: Shown
             branch = result.branches[number]
             stable, largest = bool(branch.stable[k]), branch.multipliers[k, 0]
             name = f"{'stable' if stable else 'unstable'}, period {branch.period}"
-            cells = [
-                _cell(name, Place(solver, number, "orbit", k), stability_words(largest, branch.period)),
-                _cell(value_text(field, branch.values[k])),
-                _cell(multiplier_words(largest)),
-                _cell(NAMES[solver]),
-            ]
-            rows.append({"mark": "━" if stable else "╌", "kind": "motion", "cells": cells})
+            motion = cell(name, Place(solver, number, "orbit", k).name, stability_words(largest, branch.period))
+            value_there, mark = value_text(field, branch.values[k]), "━" if stable else "╌"
+            rows.append(row("motion", motion, value_there, multiplier_words(largest), NAMES[solver], mark=mark))
     heads = ["motion", _head(field), "largest multiplier", "solver"]
     return {"title": f"Motions of the branches near {field.words(value)}", "heads": heads, "rows": rows}
 
@@ -257,27 +140,26 @@ def _near_table(shown: Mapping[str, PartialBranches], value: float, field: Shown
 def _point_table(shown: Mapping[str, PartialBranches], field: ShownField) -> dict:
     """The points of one solver."""
     rows = [
-        {
-            "mark": POINT_KINDS[point.kind].sign,
-            "kind": POINT_KINDS[point.kind].one,
-            "cells": [
-                _cell(POINT_KINDS[point.kind].one, Place(solver, number, "point", k)),
-                _cell(value_text(field, point.value)),
-                _cell(str(point.period)),
-                _cell(point_multiplier(point)),
-                _cell(NAMES[solver]),
-            ],
-        }
+        _row(
+            point,
+            Place(solver, number, "point", k).name,
+            *(value_text(field, point.value), str(point.period), point_multiplier(point), NAMES[solver]),
+        )
         for solver, result in shown.items()
         for number, k, point in result.points
     ]
     return {"title": "Points", "heads": ["kind", _head(field), "period", "multiplier", "solver"], "rows": rows}
 
 
+def _row(point: Point, opens: str, *cells: str | dict) -> dict:
+    kind = POINT_KINDS[point.kind]
+    return row(kind.one, cell(point.words, opens), *cells, mark=kind.sign)
+
+
 def _shift_table(shown: Mapping[str, PartialBranches], field: ShownField) -> dict:
     """The points of both solvers in pairs, and how far the penalty model shifts each."""
     places = {
-        id(point): Place(solver, number, "point", k)
+        id(point): Place(solver, number, "point", k).name
         for solver, result in shown.items()
         for number, k, point in result.points
     }
@@ -287,11 +169,10 @@ def _shift_table(shown: Mapping[str, PartialBranches], field: ShownField) -> dic
     return {"title": "Points of both, and how far the penalty model shifts them", "heads": heads, "rows": rows}
 
 
-def _pair(pair: tuple[Point | None, Point | None], places: Mapping[int, Place], field: ShownField) -> dict:
+def _pair(pair: tuple[Point | None, Point | None], places: Mapping[int, str], field: ShownField) -> dict:
     point = pair[0] or pair[1]
-    values = [_cell(value_text(field, each.value), places[id(each)]) if each else _cell("") for each in pair]
+    values = [cell(value_text(field, each.value), places[id(each)]) if each else "" for each in pair]
     shift = ""
     if all(pair):
         shift = f"{field.factor * (pair[1].value - pair[0].value):+.3g} {field.unit}".strip().replace("-", "−")
-    cells = [_cell(POINT_KINDS[point.kind].one), _cell(str(point.period)), *values, _cell(shift)]
-    return {"mark": POINT_KINDS[point.kind].sign, "kind": POINT_KINDS[point.kind].one, "cells": cells}
+    return _row(point, "", str(point.period), *values, shift)

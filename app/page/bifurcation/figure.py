@@ -10,59 +10,62 @@ from collections.abc import Callable, Iterable
 
 import numpy as np
 from bokeh.events import RangesUpdate, Tap
-from bokeh.models import ColumnDataSource, Label, Range1d, Span
+from bokeh.models import ColumnDataSource, Range1d
 from bokeh.plotting import figure
 from vibroscope.app.explorer.field_units import ShownField, shown_field
 from vibroscope.app.explorer.method_words import CUT, name_of_method
 from vibroscope.app.explorer.ranges import slider_range
 from vibroscope.app.explorer.scenes import scenes
 from vibroscope.app.explorer.state import Setting
+from vibroscope.app.page.bifurcation.statements import motion_at, nearest_cell, shares
 from vibroscope.app.page.bifurcation.swept import SWEPT
 from vibroscope.app.page.shared.figure import (
+    BARE,
     BLUE,
-    FONT,
     GREY,
     INK,
     VERMILLION,
+    axes_of,
+    cursor_line,
     divisor,
     empty_source,
     eta_axis,
     hover_tool,
+    label_on,
     make_figure,
     quantity_axis,
+    scene_line,
     write,
 )
 from vibroscope.app.page.shared.ranges import OwnedRange
+from vibroscope.app.page.shared.seen import say
 from vibroscope.app.page.shared.unit_axis import UnitAxis
-from vibroscope.app.studies.bifurcation import (
-    MOST_BESIDE,
-    MOST_POINTS,
-    SAMPLE,
-    PartialDiagram,
-    kind_names,
-)
+from vibroscope.app.studies.bifurcation import MOST_BESIDE, MOST_POINTS, SAMPLE, PartialDiagram, kind_names
 from vibroscope.app.studies.cell_classes import KINDS, PERIODS, period_class
 from vibroscope.engine import System
+from vibroscope.engine.facts import stated
 from vibroscope.engine.sweeps import CellKind
 
 COORDINATES = {"xi1": "displacement ξ₁", "v1": "velocity ξ₁′", "xi2": "displacement ξ₂", "v2": "velocity ξ₂′"}
-# Bokeh's hatch, and what the key in `study.css` calls it: colour is not the only sign.
+# Bokeh's hatch, in the short form since an update repeats it for each stretch, and what the key in `study.css` calls
+# it: colour is not the only sign.
 _PERIOD_HATCHES = (
     (" ", ""),
     (" ", ""),
-    ("horizontal_line", "lines"),
-    ("dot", "dots"),
-    ("cross", "grid"),
-    ("right_diagonal_line", "slant"),
-    ("left_diagonal_line", "back"),
+    ("-", "lines"),
+    (".", "dots"),
+    ("+", "grid"),
+    ("/", "slant"),
+    ("\\", "back"),
 )
 _KIND_HATCHES = {
-    CellKind.ARTEFACT: ("vertical_line", "bars"),
-    CellKind.QUASI_PERIODIC: ("ring", "rings"),
-    CellKind.ENDED_EARLY: ("diagonal_cross", "cross"),
+    CellKind.ARTEFACT: ("|", "bars"),
+    CellKind.QUASI_PERIODIC: ("o", "rings"),
+    CellKind.ENDED_EARLY: ("x", "cross"),
 }
 _PLAIN = (" ", "")
 _DIRECTION = {"rest": "from rest", "own": "from an own start", "up": "upwards", "down": "downwards"}
+_STRIP = "Kinds of motion"
 _ETA_LABEL = "excitation frequency η = Ω/ω₁"
 _SHOWN = ("shown_eta", "shown_value")  # columns of the hover with units; the others are those of the model
 _COLOURS = {"reference": BLUE, "penalty": VERMILLION}
@@ -96,14 +99,8 @@ class BifurcationView:
         self.figure.on_event(RangesUpdate, lambda event: on_zoom())
 
     def _cloud(self) -> figure:
-        plot = make_figure(
-            "Being computed …",
-            _ETA_LABEL,
-            COORDINATES["xi2"],
-            name="bifurcation",
-            x_range=self.ranges["eta"].range,
-            y_range=self.ranges["value"].range,
-        )
+        words, axes = ("Being computed …", _ETA_LABEL, COORDINATES["xi2"]), axes_of(self.ranges, "eta", "value")
+        plot = make_figure(*words, name="bifurcation", **axes)
         points = []
         for source, colour in ((self.other, GREY), *((self.points[solver], _COLOURS[solver]) for solver in _COLOURS)):
             glyph = {"marker": "square", "size": 2.2, "fill_color": colour, "line_color": None}
@@ -120,60 +117,26 @@ class BifurcationView:
         self.hover.formatters |= dict.fromkeys((f"@{name}" for name in _SHOWN), "printf")
         plot.add_tools(self.hover)
         self._scenes = [  # the paper's η, which mean nothing for another system
-            Span(location=scene.eta, dimension="height", line_color="#808D99", line_dash="dotted")
-            for scene in scenes().values()
-            if scene.group == "motion"
+            scene_line(scene.eta) for scene in scenes().values() if scene.group == "motion"
         ]
         for line in self._scenes:
             plot.add_layout(line)
-        self.cursor = Span(dimension="height", line_color=INK, line_width=2, level="overlay", name="bifurcation_cursor")
-        self.label = Label(
-            x=0,
-            y=6,
-            y_units="screen",
-            x_offset=6,
-            text="",
-            text_font=FONT,
-            text_font_size="12px",
-            text_color=INK,
-            background_fill_color="#FFFFFF",
-            background_fill_alpha=0.85,
-            level="overlay",
-            name="bifurcation_label",
-        )
+        self.cursor = cursor_line(2, name="bifurcation_cursor")
+        place = {"x": 0, "y": 6, "x_offset": 6, "level": "overlay"}
+        self.label = label_on("12px", 0.85, text="", name="bifurcation_label", **place)
         plot.add_layout(self.cursor)
         plot.add_layout(self.label)
         return plot
 
     def _strip(self) -> figure:
-        plot = make_figure(
-            "Kinds of motion",  # for screen readers; below the diagram it needs none
-            "",
-            "",
-            name="bifurcation_strip",
-            x_range=self.ranges["eta"].range,
-            y_range=Range1d(0, 1),
-            tools="",
-            active_drag=None,
-            height=60,
-        )
+        axes = {"x_range": self.ranges["eta"].range, "y_range": Range1d(0, 1)}
+        # The title is for screen readers; below the diagram it needs none.
+        plot = make_figure(_STRIP, name="bifurcation_strip", **axes, **BARE, height=60, min_border_bottom=22)
         plot.title.visible = plot.yaxis.visible = plot.ygrid.visible = plot.xgrid.visible = False
         plot.background_fill_color = "#F1F3F5"
-        plot.toolbar_location = None
-        plot.min_border_bottom = 22
-        plot.quad(
-            left="left",
-            right="right",
-            bottom=0,
-            top=1,
-            source=self.strip_source,
-            fill_color="colour",
-            line_color=None,
-            hatch_pattern="hatch",
-            hatch_color=INK,
-            hatch_alpha=0.55,
-            hatch_scale=8,
-        )
+        area = {"left": "left", "right": "right", "bottom": 0, "top": 1, "fill_color": "colour", "line_color": None}
+        hatch = {"hatch_pattern": "hatch", "hatch_color": INK, "hatch_alpha": 0.55, "hatch_scale": 8}
+        plot.quad(source=self.strip_source, **area, **hatch)
         return plot
 
     def sweep(self, over: str) -> None:
@@ -259,7 +222,10 @@ class BifurcationView:
         periods = f"{int(result.known.sum())} values, {question.transient} + {SAMPLE} periods each"
         at = "" if question.over == "eta" else f", {shown_field('eta', setting).words(question.eta)}"
         start = "own" if question.initial is not None else question.direction
-        self.figure.title.text = f"{name_of(question.method, question.over)} {_DIRECTION[start]}{at}, {periods}"
+        name, nearest = name_of(question.method, question.over), nearest_cell(setting, result)
+        seen = "" if nearest is None else stated("at the line {}", motion_at(result, nearest))
+        say(self.figure, f"{name} {_DIRECTION[start]}{at}, {periods}", seen, setting)
+        say(self.strip, _STRIP, "; ".join(shares(result)))
 
     def _write_strip(self, result: PartialDiagram) -> None:
         left, right, period, kind = result.stretches()

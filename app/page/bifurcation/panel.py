@@ -26,20 +26,14 @@ def panel_spec() -> dict:
     """Switches, numbers, title and hint of the panel, and the line that can be dragged."""
     return {
         "title": "Bifurcation diagram",
-        "keyed": ["bifurcation_strip"],
         "aligned": ["bifurcation", "bifurcation_strip"],
         "switches": [
-            {
-                "name": "over",
-                "label": "Swept",
-                "choices": {name: swept.choice for name, swept in SWEPT.items()},
-            },
+            {"name": "over", "label": "Swept", "choices": {name: swept.choice for name, swept in SWEPT.items()}},
             {"name": "solver", "label": "Solver", "choices": _SOLVERS},
             {"name": "direction", "label": "Start", "choices": DIRECTION_NAMES},
             {"name": "coordinate", "label": "Coordinate", "choices": _COORDINATES},
             {"name": "branches", "label": "Branches", "choices": _BRANCHES},
         ],
-        "limits": [],
         "numbers": [
             _number("from", "From", LINEAR, linked=False),
             _number("to", "To", LINEAR, linked=False),

@@ -12,15 +12,19 @@ from vibroscope.engine.sweeps import CellKind
 
 def statements(setting: Setting, result: PartialDiagram) -> list[list[str | Statement]]:
     """Head and text of what the diagram says."""
-    known = np.flatnonzero(result.known)
-    axis = result.question.axis
-    question, value = result.question, getattr(setting, result.question.over)
-    nearest = known[np.argmin(np.abs(axis[known] - value))]
-    (low, high), symbol = question.span, SWEPT[question.over].symbol
+    symbol, nearest = SWEPT[result.question.over].symbol, nearest_cell(setting, result)
     lines = []
-    if low <= value <= high:
-        lines.append([stated("Near {}", equation(symbol, float(axis[nearest]), 5)), _motion(result, nearest)])
-    return [*lines, [stated("From {}", span(symbol, low, high)), f"{'; '.join(_shares(result, known))}."]]
+    if nearest is not None:
+        at = float(result.question.axis[nearest])
+        lines.append([stated("Near {}", equation(symbol, at, 5)), motion_at(result, nearest) + "."])
+    return [*lines, [stated("From {}", span(symbol, *result.question.span)), f"{'; '.join(shares(result))}."]]
+
+
+def nearest_cell(setting: Setting, result: PartialDiagram) -> int | None:
+    """The known cell that is nearest to the number that is set; None if that lies outside of the diagram."""
+    value, (low, high) = getattr(setting, result.question.over), result.question.span
+    known = np.flatnonzero(result.known)
+    return known[np.argmin(np.abs(result.question.axis[known] - value))] if low <= value <= high else None
 
 
 _SHARES = {  # a kind of motion as the statement names it
@@ -33,8 +37,9 @@ _SHARES = {  # a kind of motion as the statement names it
 }
 
 
-def _shares(result: PartialDiagram, known: np.ndarray) -> list[str]:
+def shares(result: PartialDiagram) -> list[str]:
     """The kinds of motion, and the share of the range that each takes."""
+    known = np.flatnonzero(result.known)
     kind, period = result.kinds["kind"][known], result.kinds["kind_period"][known]
     periodic = kind == CellKind.PERIODIC
     parts = {f"period {n}": periodic & (period == n) for n in (1, 2)}
@@ -43,11 +48,11 @@ def _shares(result: PartialDiagram, known: np.ndarray) -> list[str]:
     return [f"{name} {_percent(float(cells.mean()))}" for name, cells in parts.items() if cells.any()]
 
 
-def _motion(result: PartialDiagram, index: int) -> str:
+def motion_at(result: PartialDiagram, index: int) -> str | Statement:
+    """The motion of a cell, and its impacts."""
     if result.ended[index]:
-        return "the run ended early."
-    impacts = f"impacts per period {result.impacts[index]:.3g}"
-    return kind_text(result, index) + f", {impacts}."
+        return "the run ended early"
+    return kind_text(result, index) + f", impacts per period {result.impacts[index]:.3g}"
 
 
 def _percent(share: float) -> str:

@@ -55,6 +55,7 @@ class Bifurcation(StudyView):
         **dict.fromkeys(START_FIELDS, 0.0),
     }
     axes = {"eta": LINEAR, "value": LINEAR}  # noqa: RUF012 - read only
+    keyed = ("bifurcation_strip",)
     pictures = (
         Figure("bifurcation", "Bifurcation diagram", "A coordinate at τ ≡ 0 (mod T) over the excitation frequency η."),
         Figure("bifurcation_strip", "Kinds of motion over η", "Period and kind of the motion over η: the page's key."),

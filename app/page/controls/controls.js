@@ -3,15 +3,14 @@
 import { input, typedField } from "./field.js";
 import { actions, folded, key, scenes, solverDetails, speedRow, startDetails, switchRow } from "./parts.js";
 import { systemDetails } from "./system.js";
-import { button, cueScroll, element, emit, explainTerms, listen, setText } from "../shared/dom.js";
+import { button, cueScroll, element, emit, explainTerms, follow, listen, setText } from "../shared/dom.js";
 
 const BUSY_AFTER = 150; // ms without an answer before the page shows "computing"
 const OVERTAKE_AFTER = 250; // ms after which a move is sent although the last one has no answer
 const SETTLED_AFTER = 250; // ms without a move before the address changes
 
 export function render({ model }) {
-  const root = element("form", "panel");
-  root.setAttribute("aria-label", "Settings");
+  const root = element("form", "panel", "", { "aria-label": "Settings" });
   root.addEventListener("submit", (event) => event.preventDefault());
   const link = new Link(model, root);
   const units = switchRow(model.spec.units, link);
@@ -52,8 +51,7 @@ export function render({ model }) {
     parts.forEach((part) => part.draw(shown, isLatest));
     for (const { name, element } of view) if (name === "coordinate") element.hidden = shown.texts.bodies === "wall";
   };
-  model.on("shown", draw);
-  draw();
+  follow(model, "shown", draw);
   explainTerms(root);
   cueScroll(root, true);
   return root;
@@ -161,8 +159,7 @@ class Link {
   }
 
   busyMark() {
-    this.mark = element("div", "busy", "computing …");
-    this.mark.setAttribute("role", "status");
+    this.mark = element("div", "busy", "computing …", { role: "status" });
     this.mark.hidden = true;
     return this.mark;
   }

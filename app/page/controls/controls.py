@@ -27,7 +27,6 @@ from vibroscope.app.page.controls.system import (
     system_title,
     why_locked,
 )
-from vibroscope.app.page.files import esm, style
 from vibroscope.app.page.shared.component import Component
 from vibroscope.app.runtime.number_text import print_number
 from vibroscope.engine import LAWS_BY_RESTITUTION, written
@@ -54,8 +53,8 @@ class Controls(Component):
     system = param.Dict(default={}, doc="The system to scale, see `app.explorer.drawing`; its title, and it in words")
     shown = param.Dict(default={}, doc="The accepted setting, see `show_setting`")
 
-    _esm = esm("controls/controls")
-    _stylesheets = [style("shared/scroll_cue", "shared/bodies", "controls/controls", "controls/system")]  # noqa: RUF012 - Panel reads it from the class
+    script = "controls/controls"
+    sheets = ("shared/scroll_cue", "shared/bodies")
 
     def __init__(self, **params) -> None:
         super().__init__(spec=_spec(), css_classes=["controls"], sizing_mode="stretch_both", **params)
@@ -184,7 +183,7 @@ def _spec() -> dict:
     return {
         "sliders": [_slider(name) for name in MAIN_FIELDS],
         "groups": group_spec(),
-        "bodies": _switch("bodies"),
+        "system": [_switch("bodies"), _switch("stops")],
         "units": _switch("units"),
         "solverNumbers": [_number("threshold")],
         "solverSelects": [*map(_switch, _SOLVER_SELECTS)],

@@ -3,10 +3,9 @@
 import { element } from "../shared/dom.js";
 
 export function input(type, id, name) {
-  const made = element("input");
+  const made = element("input", "", "", { "aria-label": name });
   made.type = type;
   made.id = id;
-  made.setAttribute("aria-label", name);
   return made;
 }
 
@@ -17,9 +16,8 @@ export function typedField(number, link, place) {
   const typed = input("text", `vibroscope-${number.name}-typed`, `${number.label}: ${number.hint}, typed`);
   typed.inputMode = "decimal";
   typed.autocomplete = "off";
-  const refusal = element("p", "refusal");
+  const refusal = element("p", "refusal", "", { role: "alert" });
   refusal.id = `vibroscope-${number.name}-refusal`;
-  refusal.setAttribute("role", "alert");
   refusal.hidden = true;
   const unit = element("span", "unit");
   let accepted = ""; // in the numbers of the model

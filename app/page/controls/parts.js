@@ -2,7 +2,7 @@
 // a function that draws the accepted values.
 
 import { typedField } from "./field.js";
-import { button, choose, element, emit, listen, setText } from "../shared/dom.js";
+import { button, choose, element, emit, listen, options, setText } from "../shared/dom.js";
 
 const NARROW = matchMedia("(max-width: 1000px)");
 
@@ -141,7 +141,7 @@ function selectRow(choice, link) {
   const refusal = refusalOf(choice.name);
   label.htmlFor = select.id = select.name = `vibroscope-${choice.name}`;
   label.title = choice.doc;
-  select.append(...Object.entries(choice.choices).map(([value, text]) => Object.assign(element("option", "", text), { value })));
+  select.append(...options(Object.entries(choice.choices)));
   select.addEventListener("change", () => link.set({ [choice.name]: select.value }));
   box.append(label, select, refusal.element);
   const draw = (shown, isLatest) => {
@@ -153,9 +153,8 @@ function selectRow(choice, link) {
 
 // Why a choice was refused, below it.
 function refusalOf(name) {
-  const line = element("p", "refusal");
+  const line = element("p", "refusal", "", { role: "alert" });
   line.id = `vibroscope-${name}-refusal`;
-  line.setAttribute("role", "alert");
   line.hidden = true;
   const draw = (shown, described) => {
     const refused = shown.refused.name === name;
@@ -221,7 +220,7 @@ export function speedRow() {
   const label = element("label", "", "Speed of the motion");
   const select = element("select");
   label.htmlFor = select.id = "vibroscope-speed";
-  select.append(...SPEEDS.map((value) => Object.assign(element("option", "", `${value} period${value < 1 ? "s" : ""}/s`), { value })));
+  select.append(...options(SPEEDS.map((value) => [value, `${value} period${value < 1 ? "s" : ""}/s`])));
   select.value = "0.1";
   select.addEventListener("change", () => emit("speed", { value: Number(select.value) }));
   box.append(label, select);
@@ -229,8 +228,7 @@ export function speedRow() {
 }
 
 export function key() {
-  const list = element("dl", "key");
-  list.setAttribute("aria-label", "Key");
+  const list = element("dl", "key", "", { "aria-label": "Key" });
   const section = element("dt", "section", "●");
   section.append(element("span", "", "◇"));
   list.append(

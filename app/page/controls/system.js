@@ -2,10 +2,10 @@
 
 import { numberRow, opensItself, switchRow } from "./parts.js";
 import { FLOOR, HIGH, MIDDLE, SIDES, SystemDrawing, WIDE, clamp } from "../shared/bodies.js";
-import { choose, element, setText, svgElement } from "../shared/dom.js";
+import { choose, element, options, setText, svgElement } from "../shared/dom.js";
 
 const DRAWN = { // fields that the drawing follows while they are typed, and what of it they are
-  clearance: "clearance", clearance_mm: "clearance", mass_ratio: "mass", base: "base", base_amplitude_mm: "base",
+  clearance: "clearance", clearance_mm: "clearance", clearance2: "clearance2", clearance2_mm: "clearance2", mass_ratio: "mass", base: "base", base_amplitude_mm: "base",
   mass1_kg: "mass1", mass2_kg: "mass2",
 };
 const ARROW = 5; // px
@@ -15,11 +15,10 @@ export function systemDetails(spec, link, model) {
   const box = element("details", "more system");
   const head = element("summary");
   const picture = new RestDrawing();
-  const bodies = switchRow(spec.bodies, link);
-  const elsewhere = element("p", "refusal");
-  elsewhere.setAttribute("role", "alert");
+  const kinds = spec.system.map((kind) => switchRow(kind, link));
+  const elsewhere = element("p", "refusal", "", { role: "alert" });
   const groups = spec.groups.map((group) => numberGroup(group, link));
-  box.append(head, bodies.element, elsewhere, picture.element, ...groups.map((part) => part.element));
+  box.append(head, ...kinds.map((part) => part.element), elsewhere, picture.element, ...groups.map((part) => part.element));
   const rows = groups.flatMap((group) => group.rows);
   box.addEventListener("input", () => picture.show(typedLengths(rows, held)));
   let known = null;
@@ -28,16 +27,16 @@ export function systemDetails(spec, link, model) {
   const draw = (shown) => {
     held = shown.texts.held;
     head.textContent = `System: ${model.system.title}`;
-    const away = ["bodies", ...names].includes(shown.refused.name) && !shown.fields[shown.refused.name];
+    const away = ["bodies", "stops", ...names].includes(shown.refused.name) && !shown.fields[shown.refused.name];
     elsewhere.hidden = !away;
     elsewhere.textContent = away ? shown.refused.text : "";
-    const own = !known && ["bodies", ...names].some((name) => name in spec.defaults && shown.texts[name] !== spec.defaults[name]);
+    const own = !known && ["bodies", "stops", ...names].some((name) => name in spec.defaults && shown.texts[name] !== spec.defaults[name]);
     if (opensItself(own, away || names.includes(shown.refused.name))) box.open = true;
     if (known === model.system) return;
     known = model.system;
     picture.follow(known);
   };
-  return { element: box, parts: [bodies, ...groups, { draw }] };
+  return { element: box, parts: [...kinds, ...groups, { draw }] };
 }
 
 // Numbers as they stand in the fields, which the server has not seen yet; only those that are plain.
@@ -82,9 +81,8 @@ function systemRow(number, link) {
   const field = row.element.querySelector("input");
   const made = { ...row, name: number.name, forms: number.forms, field };
   if (number.forms.length) {
-    made.form = element("select", "form");
-    made.form.setAttribute("aria-label", `${number.hint}: its unit`);
-    made.form.append(...number.forms.map(({ name }) => Object.assign(element("option", "", name), { value: name })));
+    made.form = element("select", "form", "", { "aria-label": `${number.hint}: its unit` });
+    made.form.append(...options(number.forms.map(({ name }) => [name, name])));
     made.form.addEventListener("change", () => link.set(number.forms.find(({ name }) => name === made.form.value).set));
     row.element.querySelector("label").after(made.form);
     row.element.classList.add(number.name === "base" ? "worded-forms" : "two-forms");
@@ -124,7 +122,7 @@ class RestDrawing extends SystemDrawing {
   show(typed) {
     const { factor } = this.length;
     const system = { ...this.drawing };
-    for (const name of ["clearance", "base"]) if (name in typed) system[name] = typed[name] / factor;
+    for (const name of ["clearance", "clearance2", "base"]) if (name in typed) system[name] = typed[name] / factor;
     if (typed.mass > 0) system.mass = typed.mass;
     this.set(system);
     this.fit(0);

@@ -4,7 +4,13 @@ from __future__ import annotations
 
 from vibroscope.app.explorer import parameters
 from vibroscope.app.explorer.field_units import plain_unit, shown_field
-from vibroscope.app.explorer.parameters import EXCITATION_FIELDS, START_FIELDS, bounds_of, range_text
+from vibroscope.app.explorer.parameters import (
+    EXCITATION_FIELDS,
+    SECOND_STOP_FIELDS,
+    START_FIELDS,
+    bounds_of,
+    range_text,
+)
 from vibroscope.app.explorer.physical_fields import (
     FORMS,
     PHYSICAL_FIELDS,
@@ -29,12 +35,13 @@ GROUPS = {
     "Body 1": (*_BODY_1, "spring1", "d1"),
     "Body 2": (*_BODY_2, "mass_ratio", "kappa", "d2", "kappa3"),
     "Contact": ("clearance_mm", "clearance", "restitution", "joint_damping_ratio", "d3"),
+    "Second stop": ("clearance2_mm", *SECOND_STOP_FIELDS),
     "What drives it": (*_BASE, *_FORCES),
     "Phases": _PHASES,
     "What numbers are multiples of": ("length_mm", "m1", "omega1", "amplitude"),
 }
 FIELDS = tuple(name for names in GROUPS.values() for name in names)
-_ALWAYS = ("restitution",)
+_ALWAYS = ("restitution", *SECOND_STOP_FIELDS[1:])  # in units, too: they have none
 _DIGITS = 6  # of a number in physical units: as many as its field has room for
 _OF_BOTH = "follows from both dampers; choose “as measured” under Solver to type it"
 _OF_STEP = "follows from the time step; choose “K as typed” under Solver to type it"
@@ -67,6 +74,8 @@ def _words(name: str) -> dict[str, str]:
 
 def applies(name: str, setting: Setting) -> bool:
     """Whether a number without dimension describes the system of the setting where no units are shown."""
+    if name in SECOND_STOP_FIELDS and setting.stops == "one":
+        return False
     if name in _ALWAYS:
         return True
     if setting.scale is not None:
@@ -160,4 +169,4 @@ def system_title(setting: Setting) -> str:
     return "the paper’s pendulums" if papers else kind
 
 
-_PAPERS = ("bodies", "kappa", "d1", "d2", "kappa3", "d3", "restitution", "clearance", *EXCITATION_FIELDS)
+_PAPERS = ("bodies", "kappa", "d1", "d2", "kappa3", "d3", "restitution", "clearance", "stops", *EXCITATION_FIELDS)

@@ -1,6 +1,6 @@
 // What stands above the curves over each number alone: the title, how far the search is, and the key of the marks.
 
-import { element, emit, setText } from "../shared/dom.js";
+import { element, follow, setText } from "../shared/dom.js";
 
 const MARKS = [
   ["now", "◆", "now", "What is left with the present value"],
@@ -12,24 +12,19 @@ const MARKS = [
 
 export function render({ model }) {
   const root = element("section", "head");
-  const state = element("span", "state");
-  state.setAttribute("role", "status");
+  const state = element("span", "state", "", { role: "status" });
   const key = element("ul", "key");
   for (const [name, sign, words, hint] of MARKS) {
     const entry = element("li", name);
-    const mark = element("span", "sign", sign);
-    mark.setAttribute("aria-hidden", "true");
+    const mark = element("span", "sign", sign, { "aria-hidden": "true" });
     entry.append(mark, words);
     entry.title = hint;
     key.append(entry);
   }
   root.append(element("h2", "", "Change one number alone: what is left of the difference"), state, key);
-  const draw = () => {
+  follow(model, ["state", "floor"], () => {
     setText(state, model.state);
     key.querySelector(".floor").hidden = !model.floor;
-    emit("figures-changed"); // with the search come figures
-  };
-  model.on(["state", "floor"], draw);
-  draw();
+  });
   return root;
 }

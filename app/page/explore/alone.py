@@ -16,9 +16,10 @@ from vibroscope.app.explorer.field_units import ShownField, shown_field
 from vibroscope.app.explorer.present import as_float32
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.export.formats import Series
-from vibroscope.app.page.files import esm, style
+from vibroscope.app.page.files import style
 from vibroscope.app.page.shared.component import Component
 from vibroscope.app.page.shared.figure import (
+    BARE,
     BLUE,
     GREEN,
     INK,
@@ -53,8 +54,7 @@ class AloneHead(Component):
     state = param.String(default="", doc="What is known so far; empty once all is")
     floor = param.Boolean(default=False, doc="Whether there is a part that no number mends")
 
-    _esm = esm("explore/alone")
-    _stylesheets = [style("explore/alone")]  # noqa: RUF012 - Panel reads it from the class
+    script = "explore/alone"
 
 
 class AloneView:
@@ -88,23 +88,9 @@ class AloneView:
         self.view = pn.Column(self.head, row, css_classes=["alone-card"], stylesheets=[sheet], visible=False)
 
     def _build(self, name: str) -> figure:
-        plot = make_figure(
-            "",
-            "",
-            "left / %",
-            name=f"alone_{name}",
-            x_axis_type="log",
-            y_axis_type="log",
-            x_range=Range1d(1.0, 10.0),
-            y_range=self._left,
-            tools="",
-            active_drag=None,
-            toolbar_location=None,
-            height=110,
-            min_border_left=44,
-            min_border_right=8,
-            min_border_bottom=34,
-        )
+        axes = {"x_axis_type": "log", "y_axis_type": "log", "x_range": Range1d(1.0, 10.0), "y_range": self._left}
+        room = {"height": 110, "min_border_left": 44, "min_border_right": 8, "min_border_bottom": 34}
+        plot = make_figure("", "", "left / %", name=f"alone_{name}", **axes, **room, **BARE)
         plot.title.text_font_size, plot.title.text_font_style = "11px", "normal"
         # that of a logarithmic axis gives multiples of one number where there are less than two decades
         plot.yaxis[0].ticker = plot.ygrid[0].ticker = self._ticks

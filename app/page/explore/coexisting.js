@@ -1,11 +1,10 @@
 // The motions that coexist at the setting: a button that searches, the progress, and a list. A click on a motion sets
 // the start of the run to one that leads to it. The server searches; nothing is sent until the button is pressed.
 
-import { button, element, emit, explainTerms } from "../shared/dom.js";
+import { button, card, drawCard, element, emit, progressRow } from "../shared/dom.js";
 
 export function render({ model }) {
-  const root = element("section", "coexisting");
-  root.setAttribute("aria-label", "Coexisting motions");
+  const root = card("coexisting", "Coexisting motions");
   const find = button("Coexisting motions", "Search for the motions that exist at these numbers, from many starts",
     () => model.send_msg({ find: true }), "find");
   const follow = button("Follow this motion", "Follow this motion and others over η, stable or not, in the bifurcation diagram",
@@ -13,32 +12,24 @@ export function render({ model }) {
   const row = element("div", "row");
   row.append(find, follow, button("Peaks", "Largest values and spectra of both", () => model.send_msg({ peaks: true }), "find"));
   const box = element("div", "box");
-  const status = element("p", "status");
-  status.setAttribute("role", "status");
-  const bar = element("progress");
-  bar.max = 1;
-  bar.setAttribute("aria-label", "Share of the starts that are done");
-  const running = element("div", "running");
-  running.append(bar, button("Stop", "Stop the search; what it has found stays", () => model.send_msg({ stop: true })));
+  const status = element("p", "status", "", { role: "status" });
+  const stop = button("Stop", "Stop the search; what it has found stays", () => model.send_msg({ stop: true }));
+  const running = progressRow("Share of the starts that are done", stop);
   const close = button("×", "Close the list of motions", () => model.send_msg({ close: true }), "close");
   const list = element("div", "list");
-  box.append(close, status, running, list);
+  box.append(close, status, running.element, list);
   root.append(box, row);
   const draw = () => {
     const { phase, head, share, error, solvers = [] } = model.content;
     root.dataset.phase = phase;
     box.hidden = phase === "idle";
     find.hidden = !box.hidden;
-    running.hidden = phase !== "running";
-    bar.value = share ?? 0;
+    running.show(phase === "running", share ?? 0);
     const found = head ? `${head}${phase === "stopped" ? " (stopped)" : ""}.` : "searching …";
     status.textContent = phase === "failed" ? error : found;
     fill(list, solvers);
   };
-  model.on("content", draw);
-  draw();
-  explainTerms(root);
-  return root;
+  return drawCard(root, model, "content", draw);
 }
 
 // Draws the list again, and keeps the focus on the motion that has it.

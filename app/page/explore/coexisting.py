@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import param
-from vibroscope.app.explorer.errors import error_text
 from vibroscope.app.explorer.state import Setting
-from vibroscope.app.page.files import esm, style
+from vibroscope.app.page.asker import StudyAsker
 from vibroscope.app.page.shared.component import Component
-from vibroscope.app.page.tab import TabHost, on_loop
-from vibroscope.app.studies.coexisting import Coexisting, CoexistingQuestion, coexisting_content, search_coexisting
-from vibroscope.app.studies.study_job import StudyJob
+from vibroscope.app.page.tab import TabHost
+from vibroscope.app.studies.coexisting import CoexistingQuestion, coexisting_content, search_coexisting
 
 
 class CoexistingPanel(Component):
@@ -23,8 +21,8 @@ class CoexistingPanel(Component):
         doc="phase: idle, running, done, stopped or failed; share; error; and `coexisting_content`",
     )
 
-    _esm = esm("explore/coexisting")
-    _stylesheets = [style("shared/scroll_cue", "explore/coexisting")]  # noqa: RUF012 - Panel reads it from the class
+    script = "explore/coexisting"
+    sheets = ("shared/scroll_cue",)
 
 
 class CoexistingMotions:
@@ -35,50 +33,42 @@ class CoexistingMotions:
         self.view = CoexistingPanel()
         self.view.on_msg(lambda event: self._receive(event.data))
         self._setting: Setting | None = None
-        self._job: StudyJob | None = None
-        self._result: Coexisting | None = None
-        self._phase = "idle"
+        self._study = StudyAsker(host, search_coexisting, self._show)
 
     def follow(self, setting: Setting) -> None:
         """Follow the setting: its start and its units change the list, anything else that changes motions closes it."""
         before, self._setting = self._setting, setting
-        if self._job is None or setting == before:
+        if self._study.question is None or setting == before:
             return
-        if CoexistingQuestion.of(setting) != self._job.question:
+        if CoexistingQuestion.of(setting) != self._study.question:
             self.cancel()
-        elif self._result is not None:
+        elif self._study.result is not None:
             self._show()
 
     def hide(self) -> None:
         """Another tab was opened: a list stays, a search ends."""
-        if self._phase == "running":
+        if self._study.job is not None:
             self.cancel()
 
     def cancel(self) -> None:
         """Stop the search and remove its list."""
         self.close()
-        self._phase = "idle"
         self._show()
 
     def close(self) -> None:
         """The session has ended: stop the search."""
-        if self._job is not None:
-            self._job.cancel()
-        self._job = self._result = None
+        self._study.forget()
+        self._study.result = None
 
     def _receive(self, message: object) -> None:
         if not isinstance(message, dict) or self._setting is None:
             return
         if "find" in message:
             self.close()
-            self._phase = "running"
-            self._job = StudyJob(
-                CoexistingQuestion.of(self._setting), search_coexisting, on_loop(self.host, self._take)
-            )
+            self._study.follow(CoexistingQuestion.of(self._setting))
             self._show()
-        elif "stop" in message and self._phase == "running":
-            self._job.cancel()
-            self._phase = "stopped"
+        elif "stop" in message and self._study.job is not None:
+            self._study.stop(True)
             self._show()
         elif "close" in message:
             self.cancel()
@@ -88,16 +78,15 @@ class CoexistingMotions:
         elif "peaks" in message:
             self.host.visit("peaks", {})
 
-    def _take(self, job: StudyJob, result: Coexisting | Exception) -> None:
-        if isinstance(result, Exception):
-            self._phase = "failed"
-            self._show(error=f"The search failed ({error_text(result)}). Move a slider, or try again.")
-            return
-        self._result = result
-        self._phase = "done" if result.share == 1 else "stopped" if job.out_of_time else "running"
-        self._show()
+    def _phase(self) -> str:
+        study = self._study
+        if study.question is None:
+            return "idle"
+        return "failed" if study.failed else "stopped" if study.stopped else "done" if study.share == 1 else "running"
 
-    def _show(self, **more) -> None:
-        listed = coexisting_content(self._result, self._setting) if self._result is not None else {}
-        share = round(self._result.share, 2) if self._result is not None else 0.0
-        self.view.content = {"phase": self._phase, "share": share, **listed, **more}
+    def _show(self) -> None:
+        study, phase = self._study, self._phase()
+        listed = coexisting_content(study.result, self._setting) if study.result is not None else {}
+        why = f"The search failed ({study.failed}). Move a slider, or try again."
+        failed = {"error": why} if phase == "failed" else {}
+        self.view.content = {"phase": phase, "share": round(study.share, 2), **listed, **failed}

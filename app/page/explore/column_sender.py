@@ -10,7 +10,6 @@ from collections.abc import Mapping
 import numpy as np
 from bokeh.models import ColumnDataSource
 from vibroscope.app.compat import update_silently
-from vibroscope.app.page.files import esm
 from vibroscope.app.page.shared.component import Component
 from vibroscope.app.page.shared.figure import changed_columns, write
 
@@ -18,7 +17,7 @@ from vibroscope.app.page.shared.figure import changed_columns, write
 class ColumnSender(Component):
     """Keeps the sources here and in the browser equal; Bokeh sends the columns until the browser listens."""
 
-    _esm = esm("explore/column_sender")
+    script, sheets = "explore/column_sender", None
 
     def __init__(self, **params) -> None:
         super().__init__(visible=False, **params)

@@ -1,10 +1,9 @@
 // The comparison: a table of the present setting and the pinned ones.
 
-import { button, cueScroll, element, emit, explainTerms } from "../shared/dom.js";
+import { button, card, cueScroll, drawCard, element, emit } from "../shared/dom.js";
 
 export function render({ model }) {
-  const root = element("section", "comparison-table");
-  root.setAttribute("aria-label", "Comparison of the pinned settings");
+  const root = card("comparison-table", "Comparison of the pinned settings");
   const table = element("table");
   root.append(table);
   const draw = () => {
@@ -18,13 +17,8 @@ export function render({ model }) {
       return cell;
     }));
     table.replaceChildren(head, ...model.rows.map((row, place) => line(row, place, parts)));
-    emit("figures-changed"); // with a pin come curves
   };
-  model.on("rows", draw);
-  draw();
-  explainTerms(root);
-  cueScroll(root, true);
-  return root;
+  return cueScroll(drawCard(root, model, "rows", draw), true);
 }
 
 function line(row, place, parts) {

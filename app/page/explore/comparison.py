@@ -12,7 +12,6 @@ from vibroscope.app.explorer.parameters import DRAWING_FIELDS, FIELDS, MAIN_FIEL
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.page.explore.explainer import known_explanation
 from vibroscope.app.page.explore.result import Result
-from vibroscope.app.page.files import esm, style
 from vibroscope.app.page.shared.component import Component
 from vibroscope.app.page.shared.figure import PARTS, name_of_part
 from vibroscope.engine import Excitation, percent
@@ -26,8 +25,8 @@ class PinComparison(Component):
     parts = param.Dict(default={}, doc="Heads of the errors: those that a row has, or all until they are known")
     rows = param.List(default=[], doc="See `_row`; the first is the present setting, the others are in their order")
 
-    _esm = esm("explore/comparison")
-    _stylesheets = [style("shared/scroll_cue", "explore/comparison")]  # noqa: RUF012 - Panel reads it from the class
+    script = "explore/comparison"
+    sheets = ("shared/scroll_cue", "shared/table")
 
     def __init__(self, **params) -> None:
         super().__init__(visible=False, **params)

@@ -9,6 +9,7 @@ from vibroscope.app.explorer.field_units import unit_of
 from vibroscope.app.explorer.present import WINDOW, Columns, unit_factor
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.page.shared.figure import (
+    BARE,
     BLUE,
     PARTS,
     PENALTY,
@@ -32,7 +33,11 @@ from vibroscope.app.page.shared.figure import (
 )
 from vibroscope.app.page.shared.muting import show_entry
 from vibroscope.app.page.shared.ranges import OwnedRange
+from vibroscope.app.page.shared.seen import amount, apart, largest, say
+from vibroscope.engine import counted, percent
+from vibroscope.engine.facts import stated
 
+_TITLE, _STRIP = "Displacements", "Contact strip"
 _LABELS = {
     "relative": "displacements ξ₁, ξ₂",
     "absolute": "displacements with the base",
@@ -53,16 +58,9 @@ class DisplacementView:
     """The displacement figure and the contact strip below it, on one time axis."""
 
     def __init__(self, time: Range1d) -> None:
-        self.sources = empty_sources(
-            {
-                "displacements": (
-                    "t",
-                    *(f"{s}{k}" for s in ("reference", "penalty") for k in ("1", "2", "_v1", "_v2")),
-                ),
-                "strip_reference": ("left", "right"),
-                "strip_penalty": ("left", "right"),
-            }
-        )
+        curves = (f"{solver}{what}" for solver in ("reference", "penalty") for what in ("1", "2", "_v1", "_v2"))
+        strips = dict.fromkeys(("strip_reference", "strip_penalty"), ("left", "right"))
+        self.sources = empty_sources({"displacements": ("t", *curves), **strips})
         self.difference = empty_source("difference", "t", *PARTS)
         self._items: dict[str, list[LegendItem]] = {}  # legend of the displacements, and of their difference
         self._backgrounds: list[ColumnDataSource] = []  # of the strip
@@ -70,20 +68,12 @@ class DisplacementView:
         self.range = OwnedRange(-10, 10, headroom=0.16)
         self.figure = self._displacement(time)
         self.strip = self._strip(time)
-        columns = [(f"{solver}{number}", solver) for solver in ("reference", "penalty") for number in (1, 2)]
         source = self.sources["displacements"]
-        self.pinned = PinnedCurves({self.figure: [(source, "t", column, solver) for column, solver in columns]})
+        self.pinned = PinnedCurves({self.figure: [(source, "t", name, _CURVES[name][0]) for name in _CURVES]})
 
     def _displacement(self, time: Range1d):
-        plot = make_figure(
-            "Displacements",
-            "",
-            "",
-            name="displacement",
-            x_range=time,
-            y_range=self.range.range,
-            min_border_right=RIGHT,
-        )
+        axes = {"x_range": time, "y_range": self.range.range}
+        plot = make_figure(_TITLE, name="displacement", **axes, min_border_right=RIGHT)
         items = []
         for solver, look in (("reference", REFERENCE), ("penalty", PENALTY)):
             for number, dash in ((1, "solid"), (2, "dashed")):
@@ -121,39 +111,19 @@ class DisplacementView:
             self._hovered.glyph.y = first
 
     def _strip(self, time: Range1d):
-        plot = make_figure(
-            "Contact strip",  # for screen readers; below the displacements it needs none
-            "",
-            "",
-            name="strip",
-            x_range=time,
-            y_range=FactorRange("penalty", "reference"),
-            min_border_right=RIGHT,
-            min_border_bottom=4,
-            tools="",
-            active_drag=None,
-            toolbar_location=None,
-            height=70,
-        )
+        axes = {"x_range": time, "y_range": FactorRange("penalty", "reference")}
+        room = {"min_border_right": RIGHT, "min_border_bottom": 4, "height": 70}
+        plot = make_figure(_STRIP, name="strip", **axes, **room, **BARE)  # with a title for screen readers
         for solver, colour, hatch in (("reference", BLUE, None), ("penalty", VERMILLION, "right_diagonal_line")):
             background = ColumnDataSource({"right": np.array([WINDOW], float)})
             self._backgrounds.append(background)
             where = {"y": value(solver), "right": "right", "height": 0.6}
             add_glyph(plot, HBar(left=0, fill_color="#F1F3F5", line_color=None, **where), background)
             # The outline keeps an impact visible, which has length zero.
-            bar = HBar(
-                left="left",
-                fill_color=colour,
-                line_color=colour,
-                line_width=1.6,
-                fill_alpha=0.85 if hatch is None else 0.35,
-                hatch_pattern=hatch,
-                hatch_color=colour,
-                hatch_scale=6,
-                hatch_weight=1.2,
-                **where,
-            )
-            add_glyph(plot, bar, self.sources[f"strip_{solver}"])
+            alpha = 0.85 if hatch is None else 0.35
+            look = {"fill_color": colour, "fill_alpha": alpha, "line_color": colour, "line_width": 1.6}
+            look |= {"hatch_pattern": hatch, "hatch_color": colour, "hatch_scale": 6, "hatch_weight": 1.2}
+            add_glyph(plot, HBar(left="left", **where, **look), self.sources[f"strip_{solver}"])
         plot.title.visible = plot.xaxis.visible = False
         plot.ygrid.grid_line_color = None
         return plot
@@ -164,13 +134,16 @@ class DisplacementView:
             write(background, {"right": np.array([WINDOW * setting.period], float)})
         self.figure.xaxis[0].axis_label = time_label(setting)
         self._name_curves(setting)
+        say(self.strip, _STRIP, _seen_in_strip(columns, setting))
         if setting.frame == "difference":
             return
         switched = self._switch(setting)
-        names = [f"{solver}{n}" for solver in ("reference", "penalty") for n in (1, 2)]
-        shown = [columns["displacements"][name] for name in names]
+        drawn = columns["displacements"]
+        between = [drawn[f"reference{n}"] - drawn[f"penalty{n}"] for n in (1, 2)]
+        say(self.figure, _TITLE, apart(between, setting), setting)
+        shown = [drawn[name] for name in _CURVES]
         shown += [self.measured[name] for name in ("x1", "x2") if self.measured]
-        self.range.follow([*shown, *self.pinned.columns("displacements", *names)], fresh=fresh or switched)
+        self.range.follow([*shown, *self.pinned.columns("displacements", *_CURVES)], fresh=fresh or switched)
 
     def _name_curves(self, setting: Setting) -> None:
         """Legend and hover with the symbols and units that are shown."""
@@ -196,6 +169,9 @@ class DisplacementView:
             name: factor * series[name][row] if name in series else np.full(count, np.nan, "f4") for name in PARTS
         }
         write(self.difference, columns)
+        most = largest([columns["total"]])
+        seen = "" if most is None else stated("up to {}", amount(most, "displacement", setting))
+        say(self.figure, "Difference", seen, setting)
         self.range.follow([columns[name] for name in PARTS], fresh=switched)
 
     def _switch(self, setting: Setting) -> bool:
@@ -211,5 +187,15 @@ class DisplacementView:
                 show_entry(item, visible and not (setting.bodies == "wall" and item in self._of_body_2))
         self._follow_visible()
         self.pinned.draw(setting.frame != "difference")
-        self.figure.title.text = "Difference in parts" if setting.frame == "difference" else "Displacements"
         return switched
+
+
+def _seen_in_strip(columns: dict[str, Columns], setting: Setting) -> str:
+    """How often each solution is in contact, and for how long."""
+
+    def words(solver: str) -> str:
+        spans = columns[f"strip_{solver}"]
+        share = float((spans["right"] - spans["left"]).sum()) / (WINDOW * setting.period)
+        return f"{solver} {counted(len(spans['left']), 'contact')}, {percent(share)} of the time"
+
+    return "; ".join(map(words, ("reference", "penalty")))

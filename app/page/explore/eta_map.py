@@ -17,25 +17,30 @@ from vibroscope.app.explorer.state import Setting
 from vibroscope.app.page.explore.map_source import NOTHING, MapPoints
 from vibroscope.app.page.shared.figure import (
     BLUE,
-    FONT,
-    INK,
     THEME,
     VERMILLION,
     add_glyph,
     apply_style,
+    cursor_line,
     eta_axis,
     label_of,
+    label_on,
+    scene_line,
 )
-from vibroscope.app.page.shared.ranges import OwnedRange
+from vibroscope.app.page.shared.ranges import OwnedRange, extent
+from vibroscope.app.page.shared.seen import amount, between, say
 from vibroscope.app.page.shared.unit_axis import UnitAxis
 from vibroscope.app.runtime.number_text import print_number
 from vibroscope.app.studies.raster import raster
 from vibroscope.engine import System
+from vibroscope.engine.facts import Statement, Symbol, stated
 
 _holoviews_lock = threading.Lock()  # its options are global, and pages are built in threads
 _PIXELS = (480, 250)  # of the picture, until the browser has sent the size of the frame
-_TITLE = "Reference over frequency: click sets it"
+_NAME = "Reference over frequency"
+_TITLE = f"{_NAME} (click sets it)"  # `declared.py` leaves out what holds on the page only
 _FREE = "Free vibration: no motion over frequency"
+_ONE_POINT = 0.01  # of the axis: points as near as that are seen as one
 _ETA = slider_range("eta", System())
 _SYMBOL = {"xi1": "ξ₁", "xi2": "ξ₂"}
 _ROW = {"xi1": 0, "xi2": 1}
@@ -54,6 +59,7 @@ class EtaMapView:
 
     def __init__(self, sections: dict[str, ColumnDataSource]) -> None:
         self.set_texts: Callable[[dict[str, str]], None] = lambda texts: None
+        self._setting = Setting()
         self._points = NOTHING
         self._eta = _ETA  # the whole axis
         self._driven = True
@@ -77,25 +83,11 @@ class EtaMapView:
         self._scenes: list[Span | Label] = []
         for scene in scenes().values():
             if scene.group == "motion":
-                self._scenes += [
-                    Span(location=scene.eta, dimension="height", line_color="#808D99", line_dash="dotted"),
-                    Label(
-                        x=scene.eta,
-                        y=4,
-                        y_units="screen",
-                        text=scene.label,
-                        text_font=FONT,
-                        text_font_size="11px",
-                        text_color=INK,
-                        text_align="center",
-                        background_fill_color="#FFFFFF",
-                        background_fill_alpha=0.8,
-                    ),
-                ]
+                label = label_on(x=scene.eta, y=4, text=scene.label, text_align="center")
+                self._scenes += [scene_line(scene.eta), label]
         for mark in self._scenes:
             plot.add_layout(mark)
-        # An overlay is repainted without the picture below it.
-        self.cursor = Span(location=1.08, dimension="height", line_color=INK, line_width=1.5, level="overlay")
+        self.cursor = cursor_line(location=1.08)
         plot.add_layout(self.cursor)
         look = {"x": "eta", "y": "x2"}
         dot = Scatter(marker="circle", size=7, fill_color=BLUE, line_color="white", **look)
@@ -112,6 +104,7 @@ class EtaMapView:
 
     def update(self, setting: Setting, points: MapPoints, *, fresh: bool) -> None:
         """Move the cursor; draw the picture again if another one is wanted."""
+        self._setting = setting
         self.cursor.location = setting.eta
         self._has_scenes = setting.system == System()
         self._show_scenes()
@@ -132,13 +125,28 @@ class EtaMapView:
     def _show(self, points: MapPoints, *, fresh: bool = False) -> None:
         """Draw these points, with the axis fitted to them once they are there; ``fresh`` ends its zoom."""
         changed, self._points = points is not self._points, points
-        share = "computing …" if points is NOTHING else f"{100 * points.share:.0f} % computed"
-        going = f"Reference over frequency: {share}" if self._driven else _FREE
-        self.figure.title.text = _TITLE if self.ready else going
+        if self.ready:
+            say(self.figure, _TITLE, self._seen(), self._setting)
+        elif self._driven:
+            say(self.figure, _NAME, "computing …" if points is NOTHING else f"{100 * points.share:.0f} % computed")
+        else:
+            say(self.figure, _FREE)
         awaited = points is NOTHING and self._driven  # the axis would jump twice
         if fresh or (not awaited and (changed or points is NOTHING)):
             self.ranges["section"].follow([self._values], fresh=fresh)
         self._draw()
+
+    def _seen(self) -> str | Statement:
+        """Where the present motion is on the map."""
+        column = "x" + self._setting.coordinate[-1]
+        ends = extent([self._sections["section_reference"].data[column]])
+        if ends is None:
+            return ""
+        low, high = self.ranges["section"].home
+        is_one = ends[1] - ends[0] < _ONE_POINT * (high - low)
+        quantity = "displacement", self._setting
+        value = amount(ends[0], *quantity) if is_one else between(*ends, *quantity)
+        return stated("{} = {}", Symbol(_SYMBOL[self._setting.coordinate]), value)
 
     def _show_scenes(self) -> None:
         """Show the marks in view: beside the frame they would stand on the labels of the ticks."""

@@ -1,4 +1,4 @@
-"""Explains the difference between both solutions: a moment after the last move, and once for all sessions."""
+"""What is found of the setting that is shown, a moment after the last move: its explanation, the kinds of motion."""
 
 from __future__ import annotations
 
@@ -7,15 +7,18 @@ import time
 from collections.abc import Callable
 from functools import partial
 
-from vibroscope.app.explorer.compute import JobQueue, compute_runs
+from vibroscope.app.explorer.compute import compute_runs, needed
 from vibroscope.app.explorer.errors import error_text
 from vibroscope.app.explorer.explanation import AloneFacts, Explanation, explain
-from vibroscope.app.explorer.motion_kind import keep_kind
+from vibroscope.app.explorer.motion_kind import Kinds, judge_motions, keep_kind, kind_threads, known_kinds
 from vibroscope.app.explorer.state import Setting
-from vibroscope.app.page.tab import TabHost
+from vibroscope.app.page.asker import Asker
+from vibroscope.app.page.tab import TabHost, on_loop
 from vibroscope.app.runtime import metrics
 from vibroscope.app.runtime.cache import Cache
+from vibroscope.app.runtime.job import Answer
 from vibroscope.app.runtime.workers import background_worker
+from vibroscope.engine import Compiled
 
 _APART = 0.2  # s between curves of a search that are shown while it runs
 _REST = 150  # ms without a new result before the difference is explained: while a slider moves, the curves come first
@@ -38,61 +41,37 @@ class Explainer:
         self.host = host
         self._is_visible = is_visible
         self._show, self._show_alone = show, show_alone
-        self._setting: Setting | None = None
-        self._result = 0  # number of the result that is shown
-        self._queue = explanation_queue(self._deliver, self._deliver_alone)
+        self._asker = Asker(host, _REST)
 
     def follow(self, setting: Setting) -> Explanation | None:
         """The explanation of the setting that is shown now, if it is cached; else ``show`` gets it later."""
-        self._setting = setting
-        self._result += 1
-        explanation = EXPLANATIONS.get(_key(setting))
+        explanation = known_explanation(setting)
         if explanation is None:
-            self.host.doc.add_timeout_callback(partial(self._request, self._result), _REST)
+            self._asker.ask(partial(self._begin, setting))
+        else:
+            self._asker.drop()
         return explanation
 
     def cancel(self) -> None:
-        """Another setting will be shown: stop, or its explanation would wait for one that nobody needs any more."""
-        self._queue.cancel()
+        """Another setting will be shown, or the session has ended."""
+        self._asker.drop()
 
-    def close(self) -> None:
-        """The session has ended."""
-        self._queue.close()
+    def _begin(self, setting: Setting) -> Answer | None:
+        return begin_explanation(setting, on_loop(self.host, self._take)) if self._is_visible() else None
 
-    def _request(self, result: int) -> None:
-        if self._is_visible() and result == self._result:
-            self._queue.submit(0, self._setting)
-
-    def _deliver(self, _: int, result: tuple[Setting, Explanation] | Exception) -> None:
-        """Hand a result, or the error in its place, to the session's loop; runs in a worker thread."""
-        if isinstance(result, Exception):
-            text = f"The difference could not be explained ({error_text(result)}). The figures are right; move on."
-            self.host.call_later(partial(self.host.report_error, text))
-        else:
-            self.host.call_later(partial(self._show_shown, self._show, *result))
-
-    def _deliver_alone(self, setting: Setting, facts: AloneFacts) -> None:
-        """Hand curves to the session's loop; runs in a worker thread."""
-        self.host.call_later(partial(self._show_shown, self._show_alone, setting, facts))
-
-    def _show_shown(self, show: Callable[[object], None], setting: Setting, found: object) -> None:
-        """Show what was found if it is of the setting that is shown by now."""
-        if self._is_visible() and _key(setting) == _key(self._setting):
-            show(found)
+    def _take(self, _: Answer, found: AloneFacts | Explanation | Exception) -> None:
+        if isinstance(found, Exception):
+            text = f"The difference could not be explained ({error_text(found)}). The figures are right; move on."
+            self.host.report_error(text)
+        elif self._is_visible():
+            (self._show_alone if isinstance(found, dict) else self._show)(found)
 
 
-def explanation_queue(
-    deliver: Callable[[int, Explanation | Exception], None],
-    deliver_alone: Callable[[Setting, AloneFacts], None] = lambda setting, facts: None,
-) -> JobQueue:
-    """A queue that explains settings in a low-priority thread; ``deliver_alone`` gets the curves that come first."""
-    return JobQueue(
-        deliver,
-        solve=partial(_explain, deliver_alone=deliver_alone),
-        grace=0.0,
-        pool=background_worker(),
-        what="explained",
-        measure=metrics.EXPLAINED,
+def begin_explanation(setting: Setting, deliver: Callable[[Answer, object], None]) -> Answer:
+    """Explain a setting in a low-priority thread; ``deliver`` gets curves, `AloneFacts`, and then the `Explanation`."""
+    needs = needed(setting, Compiled.VERDICTS)
+    return Answer(
+        setting, _explain, deliver, background_worker(), "explanation", measure=metrics.EXPLAINED, needs=needs
     )
 
 
@@ -106,17 +85,13 @@ def _key(setting: Setting) -> object:
     return setting.system, setting.eta, setting.penalty, setting.reference, setting.initial
 
 
-def _explain(
-    setting: Setting,
-    cancelled: Callable[[], bool] | None = None,
-    deliver_alone: Callable[[Setting, AloneFacts], None] = lambda setting, facts: None,
-) -> tuple[Setting, Explanation]:
-    explanation = EXPLANATIONS.get(_key(setting))
+def _explain(setting: Setting, cancelled: Callable[[], bool], report: Callable[[AloneFacts], None]) -> Explanation:
+    explanation = known_explanation(setting)
     if explanation is None:
-        on_alone = _now_and_then(partial(deliver_alone, setting))
-        explanation = explain(compute_runs(setting, cancelled), cancelled, partial(keep_kind, setting), on_alone)
+        runs = compute_runs(setting, cancelled)
+        explanation = explain(runs, cancelled, partial(keep_kind, setting), _now_and_then(report))
         EXPLANATIONS.put(_key(setting), explanation)
-    return setting, explanation
+    return explanation
 
 
 def _now_and_then(act: Callable[[AloneFacts], None]) -> Callable[[AloneFacts], None]:
@@ -130,3 +105,48 @@ def _now_and_then(act: Callable[[AloneFacts], None]) -> Callable[[AloneFacts], N
             act(facts)
 
     return call
+
+
+_REST_OF_KINDS = 400  # ms: curves and explanation come first, those of other sessions for some seconds
+_PATIENCE = 3.0  # s
+
+
+class MotionJudge:
+    """Judges what is shown; ``show`` gets kinds that come later than the figures."""
+
+    def __init__(self, host: TabHost, show: Callable[[Kinds], None]) -> None:
+        self.host = host
+        self._show = show
+        self._asker = Asker(host, _REST_OF_KINDS)
+
+    def follow(self, setting: Setting) -> Kinds | None:
+        """The kinds of both motions of the setting that is shown now, if known; else ``show`` gets them later."""
+        self.cancel()
+        kinds = known_kinds(setting)
+        if kinds is None:
+            self._ask(setting, time.monotonic() + _PATIENCE)
+        return kinds
+
+    def cancel(self) -> None:
+        """Nothing is shown, or another setting will be: stop."""
+        self._asker.drop()
+
+    def _ask(self, setting: Setting, latest: float) -> None:
+        self._asker.ask(partial(self._begin, setting, latest))
+
+    def _begin(self, setting: Setting, latest: float) -> Answer | None:
+        if background_worker().jobs and time.monotonic() < latest:
+            self._ask(setting, latest)
+            return None
+        needs = needed(setting, Compiled.VERDICTS)
+        take = on_loop(self.host, self._take)
+        return Answer(setting, _judge, take, kind_threads(), "kinds", measure=metrics.JUDGED, needs=needs)
+
+    def _take(self, _: Answer, kinds: Kinds | Exception) -> None:
+        """Show the kinds; an error is only logged."""
+        if not isinstance(kinds, Exception):
+            self._show(kinds)
+
+
+def _judge(setting: Setting, cancelled: Callable[[], bool], _: Callable) -> Kinds:
+    return judge_motions(setting, cancelled)

@@ -1,7 +1,7 @@
 // The findings: the answer, bars for the parts of the difference, both motions; folded: the numbers, the evidence and the
 // cost. It sets textContent only.
 
-import { button, cueScroll, element, emit, explainTerms, listen, setText } from "../shared/dom.js";
+import { button, cueScroll, drawCard, element, emit, listen, setText } from "../shared/dom.js";
 
 // Ends of the bars, on a logarithmic scale. At the right end the difference is as large as the motion itself.
 const LARGEST = 1;
@@ -49,11 +49,7 @@ export function render({ model }) {
     markStale();
   });
   listen("report-findings", () => emit("findings", model.content));
-  model.on("content", draw);
-  draw();
-  explainTerms(root);
-  cueScroll(root);
-  return root;
+  return cueScroll(drawCard(root, model, "content", draw));
 }
 
 function shippedMark(root) {
@@ -66,8 +62,7 @@ function shippedMark(root) {
 // A head that says so while what stands below it is hidden, since it is that of another setting.
 function stampedHead(title) {
   const head = element("h2", "", title);
-  const mark = element("span", "stale-mark", "computing …");
-  mark.setAttribute("role", "status");
+  const mark = element("span", "stale-mark", "computing …", { role: "status" });
   head.append(mark);
   return head;
 }
@@ -177,8 +172,7 @@ function barRow(name, title, meaning, value, text) {
 }
 
 function chips(further) {
-  const list = element("dl", "chips");
-  list.setAttribute("aria-label", "Cost");
+  const list = element("dl", "chips", "", { "aria-label": "Cost" });
   further.append(list);
   return ({ cost = [] }) => {
     list.replaceChildren(...cost.map(([label, value, meaning]) => {

@@ -5,7 +5,6 @@ from __future__ import annotations
 import param
 from vibroscope.app.explorer.explanation import Description, Explanation
 from vibroscope.app.explorer.motion_kind import Kinds
-from vibroscope.app.page.files import esm, style
 from vibroscope.app.page.shared.component import Component
 from vibroscope.engine import PART_NAMES, percent
 
@@ -29,8 +28,8 @@ class Findings(Component):
 
     content = param.Dict(default={}, doc="The fields of a description; those of its explanation, once it is known")
 
-    _esm = esm("explore/findings")
-    _stylesheets = [style("shared/scroll_cue", "explore/findings")]  # noqa: RUF012 - Panel reads it from the class
+    script = "explore/findings"
+    sheets = ("shared/scroll_cue",)
 
     def update(
         self,

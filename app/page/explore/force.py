@@ -23,7 +23,10 @@ from vibroscope.app.page.shared.figure import (
     time_label,
 )
 from vibroscope.app.page.shared.ranges import OwnedRange, extent, fitted_range
+from vibroscope.app.page.shared.seen import largest, of_both, say
+from vibroscope.engine.facts import Statement, joined
 
+_TITLE = "Contact force"
 _NO_IMPULSE = 10.0  # end of the axis of impulses where there is none
 _OVER_IMPULSES = 0.2  # free space above the impulses, relative to the largest
 _WORDS = {"force": ("contact force", " λ"), "impulse": ("impulse", " ∫λ dτ")}  # and symbols, without units
@@ -33,14 +36,8 @@ class ForceView:
     """λ of both solvers as lines; the impulse of each impact, and of each contact of the penalty solution, as stems."""
 
     def __init__(self, time: Range1d) -> None:
-        self.sources = empty_sources(
-            {
-                "force_reference": ("t", "force"),
-                "force_penalty": ("t", "force"),
-                "impulse_reference": ("t", "impulse"),
-                "impulse_penalty": ("t", "impulse"),
-            }
-        )
+        quantities = {f"{what}_{solver}": what for what in _WORDS for solver in ("reference", "penalty")}
+        self.sources = empty_sources({name: ("t", what) for name, what in quantities.items()})
         self.force = OwnedRange(-1, 20, headroom=0.22)
         self.impulse = OwnedRange(-0.5, _NO_IMPULSE)
         self.figure = self._build(time)
@@ -48,15 +45,8 @@ class ForceView:
         self.pinned = PinnedCurves({self.figure: lines})
 
     def _build(self, time: Range1d):
-        plot = make_figure(
-            "Contact force",
-            "",
-            "",
-            name="force",
-            x_range=time,
-            y_range=self.force.range,
-            min_border_right=RIGHT,
-        )
+        axes = {"x_range": time, "y_range": self.force.range}
+        plot = make_figure(_TITLE, name="force", **axes, min_border_right=RIGHT)
         plot.extra_y_ranges = {"impulse": self.impulse.range}
         plot.add_layout(LinearAxis(y_range_name="impulse", axis_label=""), "right")
         apply_style(plot)
@@ -65,17 +55,13 @@ class ForceView:
             for solver, look in (("penalty", PENALTY), ("reference", REFERENCE))
         ]
         stems = [self._stems(plot, "penalty", VERMILLION), self._stems(plot, "reference", BLUE)]
-        plot.add_layout(
-            legend(
-                [
-                    LegendItem(label="reference", renderers=[lines[1]]),
-                    LegendItem(label="its impulses", renderers=stems[1]),
-                    LegendItem(label="penalty", renderers=[lines[0]]),
-                    LegendItem(label="its impulses", renderers=stems[0]),
-                ],
-                5,
-            )
+        entries = (
+            ("reference", lines[1:]),
+            ("its impulses", stems[1]),
+            ("penalty", lines[:1]),
+            ("its impulses", stems[0]),
         )
+        plot.add_layout(legend([LegendItem(label=name, renderers=drawn) for name, drawn in entries], 5))
         heads = [stem[1] for stem in stems]
         self._hovers = {
             name: hover_tool(drawn, {"time": "@t", name: f"@{name}"})
@@ -89,15 +75,9 @@ class ForceView:
         exact = solver == "reference"
         line = {"line_width": 2, "line_dash": "solid"} if exact else {"line_width": 1, "line_dash": "dotted"}
         stem = Segment(x0="t", y0=0, x1="t", y1="impulse", line_color=colour, **line)
-        head = Scatter(
-            x="t",
-            y="impulse",
-            marker="circle" if exact else "diamond",
-            size=7 if exact else 11,
-            line_color=colour,
-            fill_color=colour if exact else None,
-            line_width=1.4,
-        )
+        marker, size, fill = ("circle", 7, colour) if exact else ("diamond", 11, None)
+        look = {"marker": marker, "size": size, "fill_color": fill, "line_color": colour, "line_width": 1.4}
+        head = Scatter(x="t", y="impulse", **look)
         return [add_glyph(plot, glyph, source, y_range_name="impulse") for glyph in (stem, head)]
 
     def update(self, columns: dict[str, Columns], setting: Setting, *, fresh: bool) -> None:
@@ -107,6 +87,8 @@ class ForceView:
             name: label_of(setting, words + (symbol if setting.scale is None else ""), name)
             for name, (words, symbol) in _WORDS.items()
         }
+        if setting.stops == "two":
+            labels["force"] += ", below 0: second stop"
         self.figure.yaxis[0].axis_label, self.figure.right[0].axis_label = labels.values()
         # A located step resolves contacts that are shorter than the samples: their mean is drawn.
         mean = ", its mean where a contact is too short to sample" if setting.located == "yes" else ""
@@ -117,12 +99,23 @@ class ForceView:
         forces = [columns[source]["force"] for source in sources]
         forces += [column for source in sources for column in self.pinned.columns(source, "force")]
         impulses = [columns[f"impulse_{solver}"]["impulse"] for solver in ("reference", "penalty")]
-        self.force.follow(forces, fresh=fresh, always=(0.0, unit_factor("force", setting)))
+        say(self.figure, _TITLE, _seen(forces[:2], impulses, setting), setting)
+        one = unit_factor("force", setting)
+        self.force.follow(forces, fresh=fresh, always=(-one if setting.stops == "two" else 0.0, one))
         self._follow_impulses(impulses, fresh)
 
     def _follow_impulses(self, impulses: list, fresh: bool) -> None:
         """Fit the range of the impulses so that both axes have their zero at the same height."""
         low, high = self.force.home
-        largest = extent(impulses)
-        top = fitted_range((0.0, largest[1]), _OVER_IMPULSES)[1] if largest else _NO_IMPULSE
+        ends = extent(impulses)
+        most = max(ends[1], ends[0] * high / low) if ends else 0.0  # those at a second stop are negative
+        top = fitted_range((0.0, most), _OVER_IMPULSES)[1] if ends else _NO_IMPULSE
         self.impulse.put(top * low / high, top, fresh=fresh)
+
+
+def _seen(forces: list, impulses: list, setting: Setting) -> str | Statement:
+    """The largest force of each solution that has one, and the largest impulses."""
+    most = [largest([force]) or None for force in forces]
+    struck = [largest([impulse]) or None for impulse in impulses]
+    parts = [of_both("up to", most, "force", setting), of_both("impulse up to", struck, "impulse", setting)]
+    return joined("; ", filter(None, parts)) or "no contact"

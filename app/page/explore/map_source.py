@@ -14,6 +14,7 @@ from vibroscope.app.explorer.diagrams import load_diagram
 from vibroscope.app.explorer.errors import error_text
 from vibroscope.app.explorer.ranges import slider_range
 from vibroscope.app.explorer.state import Setting
+from vibroscope.app.page.asker import Asker
 from vibroscope.app.page.tab import TabHost, on_loop
 from vibroscope.app.studies.bifurcation import DiagramQuestion, PartialDiagram, grow_diagram
 from vibroscope.app.studies.study_job import RESULTS, StudyJob
@@ -55,8 +56,7 @@ class MapSource:
         self._show = show
         self._question: DiagramQuestion | None = None
         self._points = NOTHING
-        self._job: StudyJob | None = None
-        self._asked = 0  # number of the last request, which alone counts
+        self._asker = Asker(host, _REST)
 
     def follow(self, setting: Setting) -> MapPoints:
         """The points of the setting that are known now; the rest comes later."""
@@ -70,10 +70,7 @@ class MapSource:
 
     def cancel(self) -> None:
         """The map is no longer seen: stop what is computed for it."""
-        self._asked += 1
-        if self._job is not None:
-            self._job.cancel()
-            self._job = None
+        self._asker.drop()
 
     def _find(self, setting: Setting) -> None:
         if is_shipped(setting):
@@ -82,9 +79,8 @@ class MapSource:
         known = RESULTS.get(self._question)
         if known is not None:
             self._points = _points_of(known)
-        if self._points.share < 1 and self._job is None:
-            self._asked += 1
-            self._host.doc.add_timeout_callback(partial(self._start, self._asked), _REST)
+        if self._points.share < 1 and self._asker.job is None:
+            self._asker.ask(lambda: StudyJob(self._question, grow_diagram, on_loop(self._host, self._take)))
 
     def _load(self, joint_damping: str) -> None:
         future, question = load_diagram(joint_damping), self._question
@@ -97,10 +93,6 @@ class MapSource:
         if question == self._question and self._points is NOTHING:
             self._load(joint_damping)
             self._show(self._points)
-
-    def _start(self, request: int) -> None:
-        if request == self._asked and self._job is None:
-            self._job = StudyJob(self._question, grow_diagram, on_loop(self._host, self._take))
 
     def _take(self, job: StudyJob, result: PartialDiagram | Exception) -> None:
         if isinstance(result, Exception):

@@ -1,16 +1,14 @@
 // A measurement: the verdict on it, its numbers beside both solutions, and the fit of constants to it.
 
-import { button, element, emit, explainTerms } from "../shared/dom.js";
+import { button, card, drawCard, element, emit, labelled, options, progressRow } from "../shared/dom.js";
 
 export function render({ model }) {
-  const root = element("section", "measurement-card");
-  root.setAttribute("aria-label", "Measurement");
+  const root = card("measurement-card", "Measurement");
   const head = element("h2");
   const name = element("span", "name");
   head.append(element("span", "swatch"), name);
   const facts = element("p", "facts");
-  const words = element("p", "words");
-  words.setAttribute("role", "status");
+  const words = element("p", "words", "", { role: "status" });
   const setEta = button("", "Set the excitation frequency of the measurement", () => emit("set", { eta: setEta.value }));
   const numbers = element("details", "numbers");
   const table = element("table");
@@ -38,12 +36,8 @@ export function render({ model }) {
     if (done) table.replaceChildren(...content.rows.map(tableRow));
     fit.draw(content);
     picker.draw(content);
-    emit("figures-changed"); // with a measurement come points
   };
-  model.on("content", draw);
-  draw();
-  explainTerms(root);
-  return root;
+  return drawCard(root, model, "content", draw);
 }
 
 function tableRow(cells, place) {
@@ -100,7 +94,7 @@ function columnPicker(model) {
       drawn = String(header);
       const cells = header.map((cell, place) => [String(place + 1), `${place + 1}: ${cell || "(no name)"}`]);
       rows.forEach(({ column }, place) => {
-        column.replaceChildren(...choice([["", "none"], ...cells]).children);
+        column.replaceChildren(...options([["", "none"], ...cells]));
         column.value = place < 2 ? String(place + 1) : "";
       });
     },
@@ -109,7 +103,7 @@ function columnPicker(model) {
 
 function choice(pairs) {
   const made = element("select");
-  made.append(...pairs.map(([value, text]) => Object.assign(element("option", "", text), { value })));
+  made.append(...options(pairs));
   return made;
 }
 
@@ -119,30 +113,25 @@ function fitBox(model) {
   box.append(element("legend", "", "Fit to the measurement"));
   const choices = element("div", "choices");
   const boxes = Object.entries(model.names).map(([name, [symbol, words]]) => {
-    const label = element("label");
-    const check = element("input");
-    Object.assign(check, { type: "checkbox", checked: true, value: name });
-    label.append(check, `${symbol} ${words}`);
+    const [check, label] = labelled(`${symbol} ${words}`, { type: "checkbox", checked: true, value: name });
     choices.append(label);
     return check;
   });
   const wanted = () => boxes.filter((check) => check.checked && !check.disabled).map((check) => check.value).join(" ");
   const go = button("Fit", "Fit these constants to the measurement", () => model.send_msg({ fit: wanted() }));
   choices.append(go);
-  const running = element("div", "running");
-  const bar = element("progress");
-  bar.setAttribute("aria-label", "The fit is being computed");
-  running.append(bar, button("Cancel", "Cancel the fit", () => model.send_msg({ cancel: true })));
+  const cancel = button("Cancel", "Cancel the fit", () => model.send_msg({ cancel: true }));
+  const running = progressRow("The fit is being computed", cancel);
   const list = element("ul");
   const use = button("Use these values", "Set the fitted constants", () => emit("set", use.texts));
-  box.append(choices, running, list, use);
+  box.append(choices, running.element, list, use);
   return {
     element: box,
     draw: ({ phase, names = [], fit = {} }) => {
       box.hidden = phase !== "done";
       for (const check of boxes) check.parentElement.hidden = check.disabled = !names.includes(check.value);
       go.disabled = fit.phase === "running";
-      running.hidden = fit.phase !== "running";
+      running.show(fit.phase === "running");
       const lines = [...(fit.rows ?? []).map(([name, value]) => `${name}: ${value}`), ...(fit.remarks ?? [])];
       list.replaceChildren(...(fit.error ? [fit.error] : lines).map((line) => element("li", "", line)));
       use.texts = fit.use;

@@ -6,7 +6,6 @@ The file stays in the memory of the session. No link holds it, and no log.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from functools import partial
 
 import param
 from bokeh.models import LegendItem, Scatter
@@ -16,29 +15,30 @@ from vibroscope.app.explorer.measured import (
     LARGEST_FILE,
     NOWHERE,
     MeasuredFile,
-    MeasuredJob,
     Placed,
     comparison_rows,
     fit_content,
     headline,
+    judge_file,
     own_eta,
     place,
 )
 from vibroscope.app.explorer.present import Columns
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.explorer.statements import shown_text, words_of_change
+from vibroscope.app.page.asker import Asker
 from vibroscope.app.page.explore.displacement import DisplacementView
 from vibroscope.app.page.explore.phase import PhaseView
-from vibroscope.app.page.files import esm, style
 from vibroscope.app.page.shared.component import Component
 from vibroscope.app.page.shared.figure import INK, add_glyph, empty_source, write
 from vibroscope.app.page.shared.muting import show_entry
+from vibroscope.app.page.shared.upload import LONGEST_NAME, Upload
 from vibroscope.app.page.tab import TabHost, on_loop
+from vibroscope.app.runtime.job import Answer
 from vibroscope.engine import FITTED, Fit, MeasuredComparison, UnknownColumns, fitted_names, measured_verdict
 from vibroscope.engine.facts import sentence
 
 _REST = 150  # ms without a new result before the measurement is compared with it
-_LONGEST_NAME = 80
 _MOST_COLUMNS = 50  # to choose from
 _IDLE = {"phase": "idle"}
 
@@ -51,8 +51,8 @@ class MeasurementButton(Component):
 
     largest = param.Integer(default=LARGEST_FILE, constant=True, doc="Bytes; of a larger file the name alone is sent")
 
-    _esm = esm("explore/measurement_button")
-    _stylesheets = [style("explore/measurement_button")]  # noqa: RUF012 - Panel reads it from the class
+    script = "explore/measurement_button"
+    sheets = ("shared/upload",)
 
 
 class MeasurementPanel(Component):
@@ -64,8 +64,7 @@ class MeasurementPanel(Component):
     names = param.Dict(default=FITTED_NAMES, constant=True, doc="Symbol and name of each constant that can be fitted")
     content = param.Dict(default=_IDLE, doc="phase: idle, reading, columns, failed or done; see `Overlay._show`")
 
-    _esm = esm("explore/measurement")
-    _stylesheets = [style("explore/measurement")]  # noqa: RUF012 - Panel reads it from the class
+    script = "explore/measurement"
 
     def __init__(self, **params) -> None:
         super().__init__(visible=False, **params)
@@ -80,16 +79,15 @@ class Overlay:
         self.button, self.panel = MeasurementButton(), MeasurementPanel()
         for component in (self.button, self.panel):
             component.on_msg(lambda event: self._receive(event.data))
-        self._upload: list[str] = []
+        self._upload = Upload(self._begin, self._take)
         self._name = ""
         self._file: MeasuredFile | None = None
         self._header: list[str] = []  # to choose from, of a file that does not say which column is what
         self._setting: Setting | None = None
-        self._result = 0  # number of the result that is shown
-        self._job: MeasuredJob | None = None
+        self._asker, self._fit_asker = Asker(host), Asker(host)
+        self._rest = Asker(host, _REST)  # before a comparison
         self._compared: tuple[Setting, MeasuredComparison] | None = None
         self._placed: tuple[object, Placed] = None, NOWHERE
-        self._fit_job: MeasuredJob | None = None
         self._fit: dict = _IDLE
         self._fitted: Fit | None = None
 
@@ -98,7 +96,7 @@ class Overlay:
     def follow(self, setting: Setting) -> None:
         """The figures show this setting now: compare the measurement with it a moment later."""
         before, self._setting = self._setting, setting
-        self._result += 1
+        self._rest.drop()
         if before is not None and _fit_key(before) != _fit_key(setting):
             self._end_fit()
         if self._file is None:
@@ -107,7 +105,7 @@ class Overlay:
             self._show()
             return
         self._show(pending=True)
-        self.host.doc.add_timeout_callback(partial(self._compare_if_shown, self._result), _REST)
+        self._rest.ask(self._compare)
 
     def placed(self, setting: Setting, drawn: Columns) -> Placed:
         """The points in the figures, which the reference alone places if it repeats itself; see `place`."""
@@ -143,23 +141,19 @@ class Overlay:
 
     def cancel(self) -> None:
         """Another setting will be shown: stop."""
-        self._result += 1
-        if self._job is not None:
-            self._job.cancel()
+        self._rest.drop()
+        self._asker.drop()
 
     def close(self) -> None:
         """The session has ended."""
         self.cancel()
-        if self._fit_job is not None:
-            self._fit_job.cancel()
+        self._fit_asker.drop()
 
     # -- from the browser --------------------------------------------------------------
 
     def _receive(self, message: object) -> None:
+        self._upload.receive(message)
         for name, act in {
-            "file": self._begin,
-            "part": self._add,
-            "end": self._take,
             "columns": self._choose,
             "fit": self._begin_fit,
             "cancel": lambda _: self._cancel_fit(),
@@ -168,13 +162,10 @@ class Overlay:
             if isinstance(message, dict) and name in message:
                 act(message[name])
 
-    def _begin(self, file: object) -> None:
-        if not isinstance(file, dict):
-            return
+    def _begin(self, name: str, size: float) -> None:
         self._remove()
-        self._name = "".join(c if c.isprintable() else "�" for c in str(file.get("name", "")))[:_LONGEST_NAME]
-        size = file.get("size")
-        if isinstance(size, int | float) and size > LARGEST_FILE:
+        self._name = name
+        if size > LARGEST_FILE:
             self._fail(
                 f"The file has {size / 2**20:.1f} MiB, and the page takes {LARGEST_FILE // 2**20}: give fewer periods, "
                 "fewer samples of each, or fewer digits; `vibroscope compare --measured` takes 16 MiB."
@@ -182,15 +173,8 @@ class Overlay:
         else:
             self._write(phase="reading", name=self._name)
 
-    def _add(self, parts: object) -> None:
-        texts = parts.values() if isinstance(parts, dict) else ()
-        self._upload += [text for text in texts if isinstance(text, str)]
-        if sum(map(len, self._upload)) > LARGEST_FILE:
-            self._upload.clear()
-
-    def _take(self, _: object) -> None:
+    def _take(self, content: bytes) -> None:
         """The file is complete; it is parsed in a worker thread."""
-        content, self._upload = "".join(self._upload).encode("latin-1", errors="replace"), []
         self._file = MeasuredFile(self._name, content)
         if self._setting is not None:
             self._compare()
@@ -206,7 +190,7 @@ class Overlay:
     def _remove(self) -> None:
         self.cancel()
         self._end_fit()
-        self._upload, self._file, self._compared, self._header = [], None, None, []
+        self._file, self._compared, self._header = None, None, []
         self._write(**_IDLE)
         self._draw()
 
@@ -215,29 +199,27 @@ class Overlay:
 
     # -- the comparison ----------------------------------------------------------------
 
-    def _compare_if_shown(self, result: int) -> None:
-        if result == self._result and self._file is not None:
-            self._compare()
-
     def _compare(self) -> None:
-        if self._job is not None:
-            self._job.cancel()
-        self._job = MeasuredJob(self._file, self._setting, on_loop(self.host, self._show_result))
+        self._judge(self._asker)
 
-    def _show_result(self, job: MeasuredJob, found: MeasuredComparison | Fit | Exception) -> None:
+    def _judge(self, asker: Asker, names: tuple[str, ...] = ()) -> None:
+        question = self._file, self._setting, names
+        asker.ask(lambda: judge_file(question, on_loop(self.host, self._show_result)))
+
+    def _show_result(self, job: Answer, found: MeasuredComparison | Fit | Exception) -> None:
         """Show what a job has found."""
-        if job is self._fit_job:
-            self._fit_job = None
+        if job is self._fit_asker.job:
+            self._fit_asker.drop()
             failed = isinstance(found, Exception)
             self._fit = {"phase": "failed", "error": self._sentence(found)} if failed else {"phase": "done"}
             self._fitted = None if failed else found
             self._show()
-        elif job is self._job:
+        elif job is self._asker.job:
             failed = isinstance(found, Exception)
-            self._compared = None if failed else (job.setting, found)
+            self._compared = None if failed else (job.question[1], found)
             self._draw()  # first: the browser recolours the figures when it shows the words
             if isinstance(found, UnknownColumns):
-                self._header = [cell.strip()[:_LONGEST_NAME] for cell in found.header[:_MOST_COLUMNS]]
+                self._header = [cell.strip()[:LONGEST_NAME] for cell in found.header[:_MOST_COLUMNS]]
             if failed and self._header:
                 self._write(phase="columns", name=self._name, error=self._sentence(found), header=self._header)
             elif failed:
@@ -252,7 +234,7 @@ class Overlay:
         self._end_fit()
         self._fit = {"phase": "running"}
         self._show()
-        self._fit_job = MeasuredJob(self._file, self._setting, on_loop(self.host, self._show_result), names)
+        self._judge(self._fit_asker, names)
 
     def _cancel_fit(self) -> None:
         self._end_fit()
@@ -260,9 +242,8 @@ class Overlay:
             self._show()
 
     def _end_fit(self) -> None:
-        if self._fit_job is not None:
-            self._fit_job.cancel()
-        self._fit_job, self._fit, self._fitted = None, _IDLE, None
+        self._fit_asker.drop()
+        self._fit, self._fitted = _IDLE, None
 
     # -- to the browser ----------------------------------------------------------------
 

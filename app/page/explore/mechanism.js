@@ -24,7 +24,6 @@ export function render({ model }) {
 class Drawing extends SystemDrawing {
   constructor(model) {
     super(SOLVERS);
-    this.element.dataset.figure = "mechanism";
     this.model = model;
     this.draw();
   }
@@ -39,6 +38,7 @@ class Drawing extends SystemDrawing {
   fit(columns) {
     const { absolute, amplitude, system } = this.model;
     const lengths = { clearance: amplitude * system.clearance, base: amplitude * system.base };
+    if (system.clearance2 !== null) lengths.clearance2 = amplitude * system.clearance2;
     lengths.separate = system.separate.map((x) => amplitude * x);
     this.set({ ...system, ...lengths });
     let largest = system.base ? Math.abs(lengths.base) : 0;
@@ -52,6 +52,7 @@ class Drawing extends SystemDrawing {
   }
 
   at(instant) {
+    this.element.dataset.time = instant.time; // for its file
     const states = SOLVERS.map((solver) => [solver, [1, 2].map((body) => instant.state(solver, body)[0])]);
     this.show(instant.base, Object.fromEntries(states), (solver) => instant.contact(solver));
   }
@@ -70,9 +71,8 @@ class Player {
     this.animating = false; // an animation frame is requested
     this.element = element("div", "player");
     this.button = button("▶", "Play", () => this.chosen(() => this.play(!this.playing)), "play");
-    this.slider = element("input");
+    this.slider = element("input", "", "", { "aria-label": "Phase τ/T in the last two periods" });
     Object.assign(this.slider, { type: "range", min: 0, max: WINDOW, step: 0.005, value: 0 });
-    this.slider.setAttribute("aria-label", "Phase τ/T in the last two periods");
     this.slider.addEventListener("input", () => this.chosen(() => { this.play(false); this.go(Number(this.slider.value)); }));
     this.readout = element("output", "readout", "time 0.000 T");
     this.speed = 0.1; // periods a second

@@ -9,7 +9,6 @@ import param
 from vibroscope.app.explorer.drawing import drawing, drawing_in_words
 from vibroscope.app.explorer.present import WINDOW, unit_factor
 from vibroscope.app.explorer.state import Setting
-from vibroscope.app.page.files import esm, style
 from vibroscope.app.page.shared.component import Component
 
 
@@ -28,8 +27,8 @@ class Mechanism(Component):
     system = param.Dict(default=drawing(Setting()), doc="The system to scale, see `app.explorer.drawing`")
     words = param.String(default=drawing_in_words(Setting()), doc="The same in words")
 
-    _esm = esm("explore/mechanism")
-    _stylesheets = [style("shared/bodies", "explore/mechanism")]  # noqa: RUF012 - Panel reads it from the class
+    script = "explore/mechanism"
+    sheets = ("shared/bodies",)
 
     def __init__(self, **params) -> None:
         super().__init__(**params)

@@ -8,7 +8,6 @@ import param
 from vibroscope.app.explorer.closed_orbit import ClosedOrbit, linked_orbit
 from vibroscope.app.explorer.present import Columns
 from vibroscope.app.explorer.state import Setting
-from vibroscope.app.page.files import esm, style
 from vibroscope.app.page.shared.component import Component
 from vibroscope.app.page.shared.stability import orbit_words
 
@@ -18,8 +17,7 @@ class OpenedMotion(Component):
 
     words = param.String(default="", doc="What to know of the motion")
 
-    _esm = esm("explore/opened")
-    _stylesheets = [style("explore/opened")]  # noqa: RUF012 - Panel reads it from the class
+    script = "explore/opened"
 
     def __init__(self, **params) -> None:
         super().__init__(visible=False, **params)

@@ -16,6 +16,7 @@ from vibroscope.app.page.shared.figure import (
     VERMILLION,
     PinnedCurves,
     add_glyph,
+    axes_of,
     empty_source,
     empty_sources,
     hover_tool,
@@ -27,33 +28,30 @@ from vibroscope.app.page.shared.figure import (
 )
 from vibroscope.app.page.shared.muting import show_entry
 from vibroscope.app.page.shared.ranges import OwnedRange
+from vibroscope.app.page.shared.seen import amplitude, of_both, say
 
 _TITLE = "Phase plot, body {}"
 _SUBSCRIPT = {1: "₁", 2: "₂"}
 _WIDTHS = {"reference": REFERENCE["line_width"], "penalty": PENALTY["line_width"]}
 _PHASES = tuple(f"phase_{solver}" for solver in _WIDTHS)
 _THIN, _THIN_FROM = 1.0, 700  # px; points from which lines are thin, so that many loops do not merge into an area
+_STATE = ("x1", "v1", "x2", "v2")
 
 
 class PhaseView:
     """Two figures that share four sources."""
 
     def __init__(self) -> None:
-        self.sources = empty_sources(
-            {
-                "phase_reference": ("x1", "v1", "x2", "v2"),
-                "phase_penalty": ("x1", "v1", "x2", "v2"),
-                "section_reference": ("eta", "x1", "v1", "x2", "v2"),
-                "section_penalty": ("eta", "x1", "v1", "x2", "v2"),
-            }
-        )
-        self.sections = {name: self.sources[name] for name in ("section_reference", "section_penalty")}
+        phases = dict.fromkeys(_PHASES, _STATE)
+        sections = dict.fromkeys(("section_reference", "section_penalty"), ("eta", *_STATE))
+        self.sources = empty_sources(phases | sections)
+        self.sections = {name: self.sources[name] for name in sections}
         self.ranges = {name: OwnedRange(-8, 8) for name in ("x1", "x2")}
         self.ranges |= {name: OwnedRange(-8, 8, headroom=0.16) for name in ("v1", "v2")}
         self._lines: list = []
         self._hovers: list = []
         self.measured: Columns = {}  # points of a measurement
-        self.closed = empty_source("phase_closed", "x1", "v1", "x2", "v2")  # a motion of a branch
+        self.closed = empty_source("phase_closed", *_STATE)  # a motion of a branch
         self._closed_items: list[LegendItem] = []
         self.on_legend: Callable[[str, str, LegendItem], None] = lambda *_: None  # called with each new legend entry
         self.figures = [self._figure(1), self._figure(2)]
@@ -65,17 +63,10 @@ class PhaseView:
         )
 
     def _figure(self, number: int):
-        plot = make_figure(
-            _TITLE.format(number),
-            "",
-            "",
-            name=f"phase{number}",
-            x_range=self.ranges[f"x{number}"].range,
-            y_range=self.ranges[f"v{number}"].range,
-            min_border_left=48,
-        )
-        plot.xaxis.ticker.desired_num_ticks = 4  # a phase plot is narrow beside numbers such as −0.002
         x, y = f"x{number}", f"v{number}"
+        axes = axes_of(self.ranges, x, y)
+        plot = make_figure(_TITLE.format(number), name=f"phase{number}", **axes, min_border_left=48)
+        plot.xaxis.ticker.desired_num_ticks = 4  # a phase plot is narrow beside numbers such as −0.002
         reference = add_glyph(plot, Line(x=x, y=y, **REFERENCE), self.sources["phase_reference"])
         penalty = add_glyph(plot, Line(x=x, y=y, **PENALTY), self.sources["phase_penalty"])
         self._lines += [(reference, "reference"), (penalty, "penalty")]
@@ -83,15 +74,8 @@ class PhaseView:
         ring = Scatter(x=x, y=y, marker="diamond", size=9, fill_color=None, line_color=VERMILLION, line_width=1.3)
         dots = add_glyph(plot, dot, self.sources["section_reference"])
         rings = add_glyph(plot, ring, self.sources["section_penalty"])
-        plot.add_layout(
-            legend(
-                [
-                    LegendItem(label="reference", renderers=[reference, dots]),
-                    LegendItem(label="penalty", renderers=[penalty, rings]),
-                ],
-                3,
-            )
-        )
+        entries = {"reference": [reference, dots], "penalty": [penalty, rings]}
+        plot.add_layout(legend([LegendItem(label=name, renderers=drawn) for name, drawn in entries.items()], 3))
         self._hovers.append(hover_tool([dots, rings], {"displacement": f"@{x}", "velocity": f"@{y}"}))
         plot.add_tools(self._hovers[-1])
         return plot
@@ -106,6 +90,9 @@ class PhaseView:
     def update(self, columns: dict[str, Columns], setting: Setting, *, fresh: bool) -> None:
         """Fit ranges, line widths and labels to ``columns``, which the sources hold already."""
         self._label(setting)
+        for number, plot in enumerate(self.figures, 1):
+            seen = [amplitude(columns[source][f"x{number}"]) for source in _PHASES]
+            say(plot, _TITLE.format(number), of_both("amplitude", seen, "displacement", setting), setting)
         for line, solver in self._lines:
             points = len(columns[f"phase_{solver}"]["x1"])
             line.glyph.line_width = _WIDTHS[solver] if points <= _THIN_FROM else _THIN

@@ -6,41 +6,51 @@ from collections.abc import Callable
 
 import numpy as np
 import panel as pn
-from vibroscope.app.explorer.compute import JobQueue, RunPair, cached_runs
+from vibroscope.app.explorer.compute import RunPair, cached_runs, compute_runs, needed
 from vibroscope.app.explorer.errors import error_text
+from vibroscope.app.explorer.explanation import AloneFacts, Explanation
 from vibroscope.app.explorer.present import Columns
 from vibroscope.app.explorer.state import Setting
-from vibroscope.app.page.explore.explainer import explanation_queue, known_explanation
+from vibroscope.app.page.asker import Asker
+from vibroscope.app.page.explore.explainer import begin_explanation, known_explanation
 from vibroscope.app.page.explore.result import Result, prepare
-from vibroscope.app.page.tab import TabHost
-from vibroscope.app.page.updates import prepare_in_worker
+from vibroscope.app.page.tab import TabHost, on_loop
+from vibroscope.app.runtime.job import Answer, Job
+from vibroscope.app.runtime.workers import workers
+from vibroscope.engine import Compiled
+
+
+def begin_runs(setting: Setting, deliver: Callable[[Job, object], None]) -> Answer:
+    """Compute a setting, to be drawn, in one of the threads of the figures."""
+    return Answer(setting, _compute, deliver, workers(), "pin", needs=needed(setting, Compiled.MOTIONS))
+
+
+def _compute(setting: Setting, cancelled: Callable[[], bool], _: Callable) -> Result:
+    return prepare(compute_runs(setting, cancelled))
 
 
 class PinnedResults:
     """Finds the results of the host's pinned settings, one after the other, then their explanations.
 
-    ``draw`` is called when one has come, or a pin has come or gone. ``make_queue`` and ``make_explainer`` make the
-    queues of the computations, and ``cached`` gives the runs that need none.
+    ``draw`` is called when one has come, or a pin has come or gone. ``begin`` and ``explain`` begin the jobs of the
+    computations, ``(setting, deliver)``, and ``cached`` gives the runs that need none.
     """
 
     def __init__(
         self,
         host: TabHost,
         draw: Callable[[], None],
-        make_queue: Callable[..., JobQueue] = JobQueue,
-        make_explainer: Callable[..., JobQueue] = explanation_queue,
+        begin: Callable[..., Job] = begin_runs,
+        explain: Callable[..., Job] = begin_explanation,
         cached: Callable[[Setting], RunPair | None] = cached_runs,
     ) -> None:
         self.host = host
         self._draw = draw
-        self._cached = cached
-        self._queue = make_queue(prepare_in_worker(host.call_later, prepare, self._show, self._fail))
-        self._explainer = make_explainer(lambda _, found: host.call_later(lambda: self._explained(found)))
+        self._begin, self._explain, self._cached = begin, explain, cached
+        self._computed, self._explained = Asker(host), Asker(host)
         self._wanted: tuple[Setting, ...] = ()
         self._results: dict[Setting, Result | None] = {}  # None: it could not be computed
         self._ready: dict[Setting, Result] = {}  # prepared ahead
-        self._computing: Setting | None = None
-        self._explaining: Setting | None = None
         self._unexplained: set[Setting] = set()  # their explanation has failed
 
     @property
@@ -76,47 +86,35 @@ class PinnedResults:
         self._draw()
         self._continue()
 
-    def close(self) -> None:
+    def cancel(self) -> None:
         """The session has ended."""
-        self._queue.close()
-        self._explainer.close()
+        self._computed.drop()
+        self._explained.drop()
 
     def _continue(self) -> None:
-        """Request what comes next, unless something is under way that is still wanted."""
-        if self._computing not in self._wanted:
-            self._computing = next((pinned for pinned in self._wanted if pinned not in self._results), None)
-            if self._computing is not None:
-                self._queue.submit(0, self._computing)
-        if self._explaining not in self._wanted:
-            ready = [pinned for pinned in self._wanted if self._results.get(pinned) and pinned not in self._unexplained]
-            self._explaining = next((pinned for pinned in ready if known_explanation(pinned) is None), None)
-            if self._explaining is not None:
-                self._explainer.submit(0, self._explaining)
+        """Ask for what comes next, unless something is under way that is still wanted."""
+        self._ask(self._computed, [pinned for pinned in self._wanted if pinned not in self._results], self._begin)
+        ready = [pinned for pinned in self._wanted if self._results.get(pinned) and pinned not in self._unexplained]
+        self._ask(self._explained, [pinned for pinned in ready if known_explanation(pinned) is None], self._explain)
 
-    def _show(self, _: int, result: Result) -> None:
-        """Also while another tab is open, since nothing would request the result again."""
-        self._computed(result.setting, result)
+    def _ask(self, asker: Asker, missing: list[Setting], begin: Callable[..., Job]) -> None:
+        if asker.job is not None and asker.job.question in missing:
+            return
+        asker.drop()
+        if missing:
+            asker.ask(lambda: begin(missing[0], on_loop(self.host, self._take)))
 
-    def _fail(self, _: int, error: Exception) -> None:
-        failed = self._computing
-        if failed in self._wanted:
-            self.host.report_error(
-                f"A pinned setting could not be computed ({error_text(error)}). Unpin it, or pin another setting."
-            )
-            self._computed(failed, None)
-
-    def _computed(self, setting: Setting, result: Result | None) -> None:
-        self._computing = None
-        if setting in self._wanted:
-            self._results[setting] = result
-            with pn.io.hold(self.host.doc):
-                self._draw()
-        self._continue()
-
-    def _explained(self, found: object) -> None:
-        if isinstance(found, Exception) and self._explaining is not None:
-            self._unexplained.add(self._explaining)
-        self._explaining = None
+    def _take(self, job: Job, found: Result | AloneFacts | Explanation | Exception) -> None:
+        """Also while another tab is open, since nothing would ask for the result again."""
+        failed = isinstance(found, Exception)
+        if job is self._explained.job:
+            self._unexplained |= {job.question} if failed else set()
+        else:
+            self._results[job.question] = None if failed else found
+            if failed:
+                self.host.report_error(
+                    f"A pinned setting could not be computed ({error_text(found)}). Unpin it, or pin another setting."
+                )
         with pn.io.hold(self.host.doc):
             self._draw()
         self._continue()

@@ -1,22 +1,23 @@
 // Suggest K, D, Δτ: the tolerance, the progress of the search, and its result. The server searches and sets the sliders.
 
-import { button, cueScroll, element, emit, explainTerms, listen, svgElement } from "../shared/dom.js";
+import { button, card, cueScroll, drawCard, element, emit, follow, labelled, listen, progressRow, svgElement } from "../shared/dom.js";
 
 const WIDE = 284;
 const HIGH = 112;
+const TYPED = { type: "text", inputMode: "decimal", autocomplete: "off", maxLength: 24 };
+const OF_FORM = { form: "vibroscope-ask" };
 const FRAME = { left: 40, right: 10, top: 10, bottom: 28 };
 
 export function render({ model }) {
-  const root = element("section", "suggest");
-  root.setAttribute("aria-label", "Suggest K, D, Δτ");
+  const root = card("suggest", "Suggest K, D, Δτ");
   const limits = searchLimits(model);
   const form = ask(model, limits);
   const more = element("div", "more");
-  const status = element("p", "status");
-  status.setAttribute("role", "status");
-  const parts = [running(model), result()];
+  const status = element("p", "status", "", { role: "status" });
+  const running = progressRow("Share of the search that is done", button("Cancel", "Cancel the search", () => model.send_msg({ cancel: true })));
+  const found = result();
   const close = button("×", "Close the result of the search", () => model.send_msg({ cancel: true }), "close");
-  more.append(close, status, ...parts.map((part) => part.element), limits.element);
+  more.append(close, status, running.element, found.element, limits.element);
   root.append(form, more);
   const draw = () => {
     const { content } = model;
@@ -26,17 +27,15 @@ export function render({ model }) {
     close.hidden = phase === "running" || phase === "idle";
     status.hidden = phase === "idle";
     status.textContent = { running: "searching …", failed: content.error, done: content.head }[phase] ?? "";
-    parts.forEach((part) => part.draw(content));
+    running.show(phase === "running", content.share ?? 0);
+    found.draw(content);
     fitAbove(more);
     emit("suggestion", content);
   };
   addEventListener("resize", () => fitAbove(more));
   limits.onToggle = draw;
-  model.on("content", draw);
-  draw();
-  explainTerms(root);
   cueScroll(more, true);
-  return root;
+  return drawCard(root, model, "content", draw);
 }
 
 const LEAST_HIGH = 200; // px, of the box with the result
@@ -57,53 +56,30 @@ function searchLimits(model) {
     ["restitution", "restitution within", "How far the restitution that the contacts deliver may be off; off: not asked for"],
     ["force", "peak force within", "How far the peak force may be from that without a time step, in per cent; off: not asked for"],
   ].map(([name, text, hint]) => {
-    const label = element("label", "", text);
-    const field = element("input");
-    Object.assign(field, { type: "text", inputMode: "decimal", autocomplete: "off", maxLength: 24, title: hint });
-    field.setAttribute("form", "vibroscope-ask");
-    field.setAttribute("aria-label", hint);
-    label.append(field);
-    return [name, field, label];
+    return [name, ...labelled(text, { ...TYPED, title: hint }, OF_FORM)];
   });
   const unit = element("span");
   fields[0][2].append(unit);
   fields[3][2].append(element("span", "", "%"));
   const ends = [["from", "lowest"], ["to", "highest"]].map(([name, which]) => {
-    const label = element("label", "", name);
-    const field = element("input");
-    Object.assign(field, { type: "text", inputMode: "decimal", autocomplete: "off", maxLength: 24 });
-    field.setAttribute("form", "vibroscope-ask");
-    field.title = `One K, D and Δτ for a range: its ${which} excitation frequency; empty: the present one alone`;
-    field.setAttribute("aria-label", field.title);
-    label.append(field);
-    return [name, field, label];
+    const title = `One K, D and Δτ for a range: its ${which} excitation frequency; empty: the present one alone`;
+    return [name, ...labelled(name, { ...TYPED, title }, OF_FORM)];
   });
   const symbol = element("span");
   const etaUnit = element("span");
   ends[1][2].append(etaUnit);
-  const held = [["K", "stiffness K"], ["D", "damping D"]].map(([name, words]) => {
-    const label = element("label", "", words);
-    const check = element("input");
-    Object.assign(check, { type: "checkbox", value: name, title: `Keep the present ${name}` });
-    check.setAttribute("aria-label", check.title);
-    label.prepend(check);
-    return [check, label];
-  });
-  const ofCode = element("label");
-  const codeCheck = element("input");
-  Object.assign(codeCheck, { type: "checkbox", checked: true, title: "Search over the integrators, contact status and law of this code, in place of what is set" });
-  codeCheck.setAttribute("aria-label", codeCheck.title);
+  const held = [["K", "stiffness K"], ["D", "damping D"]].map(([name, words]) =>
+    labelled(words, { type: "checkbox", value: name, title: `Keep the present ${name}` }));
   const codeName = element("span");
-  ofCode.append(codeCheck, codeName);
+  const [codeCheck, ofCode] = labelled(codeName, { type: "checkbox", checked: true,
+    title: "Search over the integrators, contact status and law of this code, in place of what is set" });
   const forCode = element("div", "group");
   forCode.append(element("span", "", "For"), ofCode);
-  const offerCode = () => {
+  follow(model, "code", () => {
     forCode.hidden = !model.code;
     codeName.textContent = `what ${model.code} has`;
-  };
-  model.on("code", offerCode);
-  offerCode();
-  const fill = () => {
+  });
+  follow(model, "limits", () => {
     for (const [name, field] of fields) {
       field.value = model.limits[name];
       field.style.minWidth = `calc(${field.value.length}ch + 16px)`;
@@ -112,9 +88,7 @@ function searchLimits(model) {
     symbol.textContent = model.limits.eta;
     if (etaUnit.textContent !== model.limits.eta_unit) for (const [, field] of ends) field.value = ""; // of other units
     etaUnit.textContent = model.limits.eta_unit;
-  };
-  model.on("limits", fill);
-  fill();
+  });
   const group = (head, labels, name = "") => {
     const line = element("div", `group ${name}`);
     line.append(head, ...labels);
@@ -142,20 +116,15 @@ function searchLimits(model) {
 
 function ask(model, limits) {
   const form = element("form", "ask");
-  const label = element("label", "", "Error ≤");
-  const field = element("input");
-  Object.assign(field, { type: "text", inputMode: "decimal", autocomplete: "off", maxLength: 12 });
-  field.setAttribute("aria-label", "Tolerance: relative rms error in per cent");
+  const [field, label] = labelled("Error ≤", { ...TYPED, maxLength: 12 }, { "aria-label": "Tolerance: relative rms error in per cent" });
   const go = button("Suggest K, D, Δτ", "Search for the fewest steps with at most this error, and set them", () => {});
   go.type = "submit";
-  label.append(field, element("span", "", "%"));
+  label.append(element("span", "", "%"));
   const more = button("Options", "Options of the search: a range of η, K or D held, the largest K, the most steps, tolerances of restitution and peak force, your code", () => limits.toggle(!limits.open), "quiet");
   form.id = "vibroscope-ask";
   let typed = false; // from then on, no other tolerance is offered
-  const offer = () => { if (!typed) field.value = model.offer; };
   field.addEventListener("input", () => { typed = true; });
-  model.on("offer", offer);
-  offer();
+  follow(model, "offer", () => { if (!typed) field.value = model.offer; });
   form.append(label, go, more);
   listen("suggest", () => form.requestSubmit());
   listen("cancel-suggestion", () => model.send_msg({ cancel: true }));
@@ -164,21 +133,6 @@ function ask(model, limits) {
     model.send_msg({ suggest: { tolerance: field.value.trim(), ...limits.typed() } });
   });
   return form;
-}
-
-function running(model) {
-  const row = element("div", "running");
-  const bar = element("progress");
-  bar.max = 1;
-  bar.setAttribute("aria-label", "Share of the search that is done");
-  row.append(bar, button("Cancel", "Cancel the search", () => model.send_msg({ cancel: true })));
-  return {
-    element: row,
-    draw: ({ phase, share = 0 }) => {
-      row.hidden = phase !== "running";
-      bar.value = share;
-    },
-  };
 }
 
 function result() {
@@ -208,7 +162,6 @@ function front({ front: points, tolerance, use }) {
   const x = scale(points.map(([steps]) => steps), FRAME.left, WIDE - FRAME.right);
   const y = scale([...points.map(([, error]) => error), tolerance], HIGH - FRAME.bottom, FRAME.top);
   const root = svgElement("svg", { viewBox: `0 0 ${WIDE} ${HIGH}`, role: "group" });
-  root.dataset.figure = "front";
   root.setAttribute("aria-label", "Error against steps per period of the settings found; each can be set");
   root.append(
     svgElement("line", { class: "limit", x1: FRAME.left, x2: WIDE - FRAME.right, y1: y(tolerance), y2: y(tolerance) }),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from functools import partial
+import math
 
 import param
 from vibroscope.app.codes.catalogue import Code, codes
@@ -11,17 +11,18 @@ from vibroscope.app.explorer.explanation import Explanation
 from vibroscope.app.explorer.field_units import shown_field
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.explorer.suggestion import (
-    Search,
     SoFar,
+    begin_search,
     default_limits,
     make_question,
     offered_tolerance,
     partial_content,
     suggestion_content,
 )
-from vibroscope.app.page.files import esm, style
+from vibroscope.app.page.asker import Asker
 from vibroscope.app.page.shared.component import Component
-from vibroscope.app.page.tab import TabHost
+from vibroscope.app.page.tab import TabHost, on_loop
+from vibroscope.app.runtime.job import Answer
 from vibroscope.engine import Recommendation
 
 
@@ -40,8 +41,8 @@ class SuggestPanel(Component):
 
     offer = param.String(default="5", doc="the tolerance in the field until one is typed")
 
-    _esm = esm("explore/suggest")
-    _stylesheets = [style("shared/scroll_cue", "explore/suggest")]  # noqa: RUF012 - Panel reads it from the class
+    script = "explore/suggest"
+    sheets = ("shared/scroll_cue",)
 
 
 class Suggester:
@@ -52,7 +53,7 @@ class Suggester:
         self.view = SuggestPanel(limits=default_limits(Setting()))
         self.view.on_msg(lambda event: self._receive(event.data))
         self._setting: Setting | None = None
-        self._search: Search | None = None
+        self._asker = Asker(host)
         self._asked: Setting | None = None  # the setting at which the search began
         self._found: Recommendation | None = None  # by the search, once it is done
         self._searched_code: Code | None = None  # over which the search was asked
@@ -68,8 +69,8 @@ class Suggester:
             self.view.limits = limits
         if self._found is not None and (setting.scale, setting.initial) != (before.scale, before.initial):
             self._show_found(self._found)
-        if self._search is not None:
-            question = self._search.question
+        if self._asker.job is not None:
+            question = self._asker.job.question
             if question != question.follow(setting):
                 self.cancel()
 
@@ -88,9 +89,8 @@ class Suggester:
 
     def close(self) -> None:
         """The session has ended: stop the search."""
-        if self._search is not None:
-            self._search.cancel()
-            self._search = self._found = None
+        self._asker.drop()
+        self._found = None
 
     @property
     def front(self) -> dict[str, list[float]]:
@@ -104,6 +104,11 @@ class Suggester:
             field.column: [field.factor * float(point[name]) for point in texts] for name, field in fields.items()
         }
         return {"steps": [*steps], "error": [*errors], **numbers}
+
+    @property
+    def tolerance(self) -> float:
+        """The tolerance that the front was searched for; nan while there is none."""
+        return self.view.content.get("tolerance", math.nan)
 
     @property
     def sentences(self) -> list[str]:
@@ -125,7 +130,7 @@ class Suggester:
             return
         self._show(phase="running", share=0.0)
         self._asked = self._setting
-        self._search = Search(question, self._on_progress, self._on_result)
+        self._asker.ask(lambda: begin_search(question, on_loop(self.host, self._take)))
 
     def _receive(self, message: object) -> None:
         if not isinstance(message, dict):
@@ -135,24 +140,14 @@ class Suggester:
         elif "cancel" in message:
             self.cancel()
 
-    def _on_progress(self, search: Search, share: float, so_far: SoFar) -> None:
-        """Hand the progress to the session's loop; runs in a worker thread."""
-        self.host.call_later(partial(self._show_progress, search, share, so_far))
-
-    def _on_result(self, search: Search, found: Recommendation | Exception) -> None:
-        """Hand the result to the session's loop; runs in a worker thread."""
-        self.host.call_later(partial(self._show_result, search, found))
-
-    def _show_progress(self, search: Search, share: float, so_far: SoFar) -> None:
-        found = partial_content(so_far, self._setting)
-        self._show_of(search, phase="running", share=round(share, 2), **found)
-
-    def _show_result(self, search: Search, found: Recommendation | Exception) -> None:
-        if isinstance(found, Exception):
-            error = f"The search failed ({found}). Ask for another tolerance, or move η."
-            self._show_of(search, phase="failed", error=error)
+    def _take(self, _: Answer, found: tuple[float, SoFar] | Recommendation | Exception) -> None:
+        """Show the progress of the search, its result, or that it failed."""
+        if isinstance(found, tuple):
+            share, so_far = found
+            self._show(phase="running", share=round(share, 2), **partial_content(so_far, self._setting))
             return
-        if search is not self._search:
+        if isinstance(found, Exception):
+            self._show(phase="failed", error=f"The search failed ({found}). Ask for another tolerance, or move η.")
             return
         self._found = found
         # The user may have changed the setting meanwhile (a scene of the same η, a point of the front): keep that.
@@ -170,11 +165,6 @@ class Suggester:
             content["lines"] = [*content["lines"], f"What to set in {code.name}: {'; '.join(words)}"]
         self._show(phase="done", **content)
         return content
-
-    def _show_of(self, search: Search, **content) -> None:
-        """Show ``content`` unless its search was cancelled."""
-        if search is self._search:
-            self._show(**content)
 
     def _show(self, **content) -> None:
         self.view.content = content

@@ -19,6 +19,7 @@ from vibroscope.app.explorer.present import WINDOW
 from vibroscope.app.explorer.scenes import scene_key
 from vibroscope.app.explorer.shipped import shipped_result
 from vibroscope.app.explorer.state import Setting
+from vibroscope.app.export.drawing import Drawing
 from vibroscope.app.export.formats import Figure, Series
 from vibroscope.app.export.scripts import as_command
 from vibroscope.app.page.explore.alone import AloneView
@@ -28,24 +29,22 @@ from vibroscope.app.page.explore.comparison import PinComparison
 from vibroscope.app.page.explore.displacement import DisplacementView
 from vibroscope.app.page.explore.drawn import DrawnFigures
 from vibroscope.app.page.explore.eta_map import EtaMapView
-from vibroscope.app.page.explore.explainer import Explainer
+from vibroscope.app.page.explore.explainer import Explainer, MotionJudge
 from vibroscope.app.page.explore.findings import Findings
 from vibroscope.app.page.explore.force import ForceView
-from vibroscope.app.page.explore.interpretation import Interpretation
 from vibroscope.app.page.explore.map_source import MapPoints, MapSource
 from vibroscope.app.page.explore.measurement import MeasuredPoints, Overlay
 from vibroscope.app.page.explore.mechanism import Mechanism
-from vibroscope.app.page.explore.motion_judge import MotionJudge
 from vibroscope.app.page.explore.opened import OpenedMotion
 from vibroscope.app.page.explore.phase import PhaseView
 from vibroscope.app.page.explore.pinned import PinnedResults
-from vibroscope.app.page.explore.result import Result, prepare
+from vibroscope.app.page.explore.result import Interpretation, Result, prepare
 from vibroscope.app.page.explore.suggest import Suggester
 from vibroscope.app.page.files import style
 from vibroscope.app.page.shared.figure import PARTS, PIN_NAMES
 from vibroscope.app.page.shared.muting import Muting
 from vibroscope.app.page.shared.ranges import OwnedRange
-from vibroscope.app.page.tab import COMPUTING, Move, TabHost, TabView
+from vibroscope.app.page.tab import COMPUTING, Look, Move, TabHost, TabView
 from vibroscope.app.page.updates import prepare_in_worker
 from vibroscope.engine import Units
 
@@ -216,8 +215,9 @@ class Explore(TabView):
 
     def close(self) -> None:
         """The session has ended."""
-        self._map.cancel()
-        for part in (self._queue, self._explainer, self._judge, self._pinned, self._measured, *self._followers):
+        for part in (self._map, self._explainer, self._judge, self._pinned):
+            part.cancel()
+        for part in (self._queue, self._measured, *self._followers):
             part.close()
 
     # -- files to take away ------------------------------------------------------------
@@ -229,6 +229,10 @@ class Explore(TabView):
     def table(self, name: str) -> list[Series]:
         """The columns that are drawn, in the units of the setting."""
         return self._drawn.table(name, self._result, self._place())
+
+    def drawing(self, name: str, look: Look) -> Callable[[], Drawing]:
+        """A function that gives one of the figures."""
+        return self._drawn.drawing(name, self._result, look) or super().drawing(name, look)
 
     def data(self) -> dict[str, object]:
         """The columns of all sources and figures."""

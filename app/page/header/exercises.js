@@ -50,13 +50,11 @@ const inWords = ({ total, text, headline }) => (total === null ? headline : `a d
 
 export function exercises(root) {
   root.querySelector("dialog.exercise")?.close();
-  const dialog = element("dialog", "exercise");
-  dialog.setAttribute("aria-label", "Exercise");
+  const dialog = element("dialog", "exercise", "", { "aria-label": "Exercise" });
   const head = element("h2");
   const text = element("p");
   const choices = element("fieldset");
-  const seen = element("p", "seen");
-  seen.setAttribute("aria-live", "polite");
+  const seen = element("p", "seen", "", { "aria-live": "polite" });
   const count = element("span", "count");
   const row = element("div", "row");
   let at = 0;

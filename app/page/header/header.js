@@ -2,7 +2,7 @@
 
 import { takeAwayMenu } from "./take_away.js";
 import { tour } from "./tour.js";
-import { LOCAL, button, element, emit, inPage, listen, preferences, setText } from "../shared/dom.js";
+import { LOCAL, button, element, emit, follow, inPage, listen, preferences, setText } from "../shared/dom.js";
 import { fitFigure, fitted } from "../shared/fit.js";
 import { darken, themeButton } from "../shared/theme.js";
 
@@ -26,8 +26,7 @@ export function render({ model }) {
   const adaptFigures = () => { darken(); adaptToTouch(); fitFigures(); };
   for (const name of ["view", "offers"]) model.on(name, () => whenDrawn(root, adaptFigures)); // there are other figures
   model.on("view", () => whenDrawn(root, () => markPanel(model)));
-  listen("figures-changed", () => whenDrawn(root, darken)); // so have pins
-  whenDrawn(root, () => { adaptFigures(); markMain(); markPanel(model); tour(root, false); });
+  whenDrawn(root, () => { adaptFigures(); markMain(); markPanel(model); tour(root, false); watchModels(() => whenDrawn(root, darken)); });
   return root;
 }
 
@@ -73,6 +72,12 @@ function whenDrawn(root, act, wait = 0) {
   }, wait);
 }
 
+// Curves of pins, of a measurement or of a search come when the server has made them, before or after their words.
+function watchModels(act) {
+  const isModel = (value) => Boolean(value?.properties);
+  Bokeh.documents[0].on_change(({ value }) => { if (isModel(value) || (Array.isArray(value) && isModel(value.at(-1)))) act(); });
+}
+
 // Two lists of the same kind: the tabs, and the views of the open one where it has several. A tab opens the view that was
 // open last in it.
 function navigation(model) {
@@ -104,15 +109,12 @@ function navigation(model) {
       list.hidden = !keys.includes(model.view);
     }
   };
-  model.on("view", draw);
-  draw();
+  follow(model, "view", draw);
   return { tabs: tabs.element, views };
 }
 
 function tabList(label, titles, open) {
-  const list = element("div", "tabs");
-  list.setAttribute("role", "tablist");
-  list.setAttribute("aria-label", label);
+  const list = element("div", "tabs", "", { role: "tablist", "aria-label": label });
   const buttons = titles.map((title, at) => button(title, "", () => open(at)));
   for (const each of buttons) each.setAttribute("role", "tab");
   list.append(...buttons);
@@ -141,9 +143,8 @@ function question(model, views) {
     const cells = inPage(".explore-grid")?.shadowRoot?.querySelectorAll(".cell") ?? [];
     for (const cell of cells) cell.toggleAttribute("data-look", cell.classList.contains(model.look));
   };
-  model.on(["caption", "look", "view"], draw);
   whenDrawn(box, draw);
-  draw();
+  follow(model, ["caption", "look", "view"], draw);
   box.append(element("p", "asked", model.question), views, caption);
   return box;
 }
@@ -158,47 +159,35 @@ const COMPILING = {
 
 function compilationLine(model) {
   const line = element("div", "compiling");
-  const text = element("p");
-  const bar = element("progress");
-  bar.setAttribute("aria-label", "Solvers compiled");
-  text.setAttribute("role", "status");
+  const text = element("p", "", "", { role: "status" });
+  const bar = element("progress", "", "", { "aria-label": "Solvers compiled" });
   line.append(text, bar, element("span", "what"));
-  const draw = () => {
+  follow(model, "compiling", () => {
     const { share, what, compiled } = model.compiling;
     line.hidden = share === undefined;
     if (line.hidden) return;
     setText(text, COMPILING[compiled > 0]);
     bar.value = share;
     line.lastChild.textContent = what;
-  };
-  model.on("compiling", draw);
-  draw();
+  });
   return line;
 }
 
 function errorLine(model) {
-  const line = messageLine("error", "alert", () => { model.error = ""; showLocal(""); });
-  let local = ""; // an error in this browser, which the server does not know
-  const draw = () => line.show(model.error || local);
-  const showLocal = (text) => { local = text; draw(); };
-  model.on("error", draw);
-  listen("failed", ({ value }) => showLocal(value));
-  draw();
+  const line = messageLine("error", "alert", () => { model.error = ""; });
+  follow(model, "error", () => line.show(model.error));
   return line.element;
 }
 
 // What a file that was loaded leaves out.
 function noteLine(model) {
   const line = messageLine("note", "status", () => { model.note = ""; });
-  const draw = () => line.show(model.note);
-  model.on("note", draw);
-  draw();
+  follow(model, "note", () => line.show(model.note));
   return line.element;
 }
 
 function messageLine(name, role, close) {
-  const line = element("div", `message ${name}`);
-  line.setAttribute("role", role);
+  const line = element("div", `message ${name}`, "", { role });
   const text = element("span");
   line.append(text, button("Close", "Close this message", close));
   const show = (words) => {
@@ -209,18 +198,14 @@ function messageLine(name, role, close) {
 }
 
 function summary(model) {
-  const text = element("p", "screen-reader summary");
-  text.setAttribute("aria-live", "polite");
-  const draw = () => { text.textContent = model.summary; };
-  model.on("summary", draw);
-  draw();
+  const text = element("p", "screen-reader summary", "", { "aria-live": "polite" });
+  follow(model, "summary", () => { text.textContent = model.summary; });
   return text;
 }
 
 function glossaryNote() {
-  const note = element("div", "entry");
+  const note = element("div", "entry", "", { role: "dialog" });
   note.popover = "auto"; // Escape and a click elsewhere close it
-  note.setAttribute("role", "dialog");
   const head = element("strong");
   const text = element("p");
   const help = button("All terms", "All terms, in Help", () => { note.hidePopover(); emit("view", { value: "help" }); });
@@ -263,8 +248,7 @@ const KEYS = [
 ];
 
 function keyDialog(startTour, theme) {
-  const dialog = element("dialog", "keys");
-  dialog.setAttribute("aria-label", "Tour, keys and help");
+  const dialog = element("dialog", "keys", "", { "aria-label": "Tour, keys and help" });
   const list = element("dl");
   for (const [key, what] of KEYS) list.append(element("dt", "", key), element("dd", "", what));
   const single = element("label", "single");

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import param
 from vibroscope.app import QUESTION
-from vibroscope.app.page.files import esm, style
 from vibroscope.app.page.shared.component import Component
+from vibroscope.app.page.shared.figure import DARK
 
 
 class Header(Component):
@@ -20,6 +20,7 @@ class Header(Component):
     tabs = param.List(doc="Title of each tab, and key and title of each of its views")
     view = param.String(doc="Key of the open view")
     theme = param.String(default="", doc="Light or dark, if the link says so")
+    dark = param.Dict(default=DARK, constant=True, doc="Colours of figures in the dark page by those in the light one")
     offers = param.List(default=[], doc="Name and title of each figure; whether a picture and a table are offered")
     compiling = param.Dict(default={}, doc="How far the solvers are compiled (`CompileProgress`); empty once they are")
     awaited = param.String(default="", doc="What a file that was asked for waits for; empty if none does")
@@ -27,8 +28,7 @@ class Header(Component):
     note = param.String(default="", doc="What a loaded file leaves out, or a link gives in vain; empty if nothing")
     summary = param.String(default="", doc="Summary of the figures for screen readers")
 
-    _esm = esm("header/header")
-    _stylesheets = [style("header/header")]  # noqa: RUF012 - Panel reads it from the class
+    script = "header/header"
 
     def __init__(self, tabs: list[list], **params) -> None:
         super().__init__(tabs=tabs, css_classes=["header"], sizing_mode="stretch_width", **params)

@@ -1,7 +1,6 @@
-// The take-away menu. Texts and data come from the server on request; pictures are drawn here (`picture.js`).
+// The take-away menu. All files come from the server, on request.
 
-import { pictureFile, pictureOf } from "./picture.js";
-import { button, element, emit, listen, preferences } from "../shared/dom.js";
+import { button, element, inPage, listen, preferences } from "../shared/dom.js";
 
 const LARGEST_FILE = 65_536; // bytes
 const PARTS = /[^]{1,1900}/gu; // the server accepts no longer texts; `u`: no surrogate pair is cut
@@ -15,6 +14,7 @@ export function takeAwayMenu(model) {
   status.setAttribute("role", "status");
   const copying = new Set(); // requested files that are to be copied, not saved; the last request counts
   const ask = (what) => { copying.delete(what); model.send_msg({ take: what }); };
+  const askDrawn = (what) => ask(`${what}?${size.read()}`);
   const copy = (what) => { ask(what); copying.add(what); };
   const copyOrSave = (title, what, name) => row(title,
     button("Copy", `Copy the ${name}`, () => copy(what)), button("Save", `Save the ${name}`, () => ask(what)));
@@ -31,7 +31,7 @@ export function takeAwayMenu(model) {
     status,
   );
   const ofAllFigures = [ // made once, so that a button is not replaced while it is clicked
-    row("Report (HTML)", button("Save", "Save the report", () => ask("report"))),
+    row("Report (HTML)", button("Save", "Save the report", () => askDrawn("report"))),
     row("All data (JSON)", button("Save", "Save all data as JSON", () => ask("json"))),
   ];
   const size = sizeFields();
@@ -40,10 +40,10 @@ export function takeAwayMenu(model) {
   const rows = new Map(); // kept, so that a button keeps the focus while other figures come
   const figureRow = ([name, title, drawn, tabled]) => row(title,
     ...(drawn ? ["PNG", "SVG", "PDF"] : [])
-      .map((kind) => button(kind, `${title} as ${kind}`, () => ask(`${kind.toLowerCase()}:${name}`))),
+      .map((kind) => button(kind, `${title} as ${kind}`, () => askDrawn(`${kind.toLowerCase()}:${name}`))),
     ...(tabled ? [button("CSV", `${title}: data as CSV`, () => ask(`csv:${name}`))] : []),
-    ...(drawn && tabled ? [button("Script", `${title}: Script (matplotlib) that draws the CSV`, () => ask(`plot:${name}`))] : []));
-  listen("save-figure", ({ value }) => ask(`png:${value}`)); // from the figure's toolbar
+    ...(drawn ? [button("Script", `${title}: Script (matplotlib) that draws it`, () => askDrawn(`plot:${name}`))] : []));
+  listen("save-figure", ({ value }) => askDrawn(`png:${value}`)); // from the figure's toolbar
   const rowOf = (offer) => {
     const key = JSON.stringify(offer);
     if (!rows.has(key)) rows.set(key, figureRow(offer));
@@ -62,7 +62,7 @@ export function takeAwayMenu(model) {
   model.on("msg:custom", async (message) => {
     const file = message.data ?? message;
     if (copying.delete(file.give)) await copyText(file.text, status);
-    else await orShowError(file.name, async () => save(file.name, await contentOf(file, size)));
+    else save(file.name, new Blob([file.text ?? Uint8Array.from(atob(file.bytes), (letter) => letter.charCodeAt(0))], { type: file.type }));
   });
   box.append(head, panel);
   document.addEventListener("keydown", (event) => { if (event.key === "Escape") box.open = false; });
@@ -116,16 +116,6 @@ async function copyText(text, status) {
   }
 }
 
-// Calls `act`; the page shows its error like any other.
-async function orShowError(what, act) {
-  emit("failed", { value: "" });
-  try {
-    await act();
-  } catch (error) {
-    emit("failed", { value: `${what} could not be made (${error.message}). Wait until the figures are drawn, then try again.` });
-  }
-}
-
 // Fields for the size of the pictures: empty ones mean as on the page.
 function sizeFields() {
   const box = element("div", "item sizes");
@@ -137,40 +127,16 @@ function sizeFields() {
     input.addEventListener("change", () => preferences.set(name, input.value));
     label.append(input, ` ${unit}`);
     box.append(label);
-    return () => { // null if it is empty
-      if (!input.checkValidity()) throw new Error(`${words.toLowerCase()} from ${low} to ${high} ${unit}`);
-      return input.value ? Number(input.value) : null;
-    };
+    return input;
   };
   box.append(element("span", "", "Pictures"));
   const width = field("picture-width", "Width", [20, 500], "", "mm");
   const height = field("picture-height", "Height", [20, 500], "", "mm");
   const dpi = field("picture-dpi", "PNG", [50, 1200], 300, "dpi");
   box.title = "A column of a journal is about 85 mm wide, a page 170 mm. Empty: as large as on the page.";
-  return { element: box, read: () => ({ width: width(), height: height(), dpi: dpi() ?? 300 }) };
-}
-
-// The server sends most files whole. The pictures are drawn here: it sends what they are to say of themselves.
-async function contentOf(file, size) {
-  const [kind, name] = file.give.split(":");
-  if (!["png", "svg", "pdf"].includes(kind)) return new Blob([await withFigures(file)], { type: file.type });
-  const { title, description, address } = JSON.parse(file.text);
-  const about = { title, description: `${description}\nThe page: ${new URL(address, location).href}` };
-  const { width, height, dpi } = size.read();
-  return pictureFile(await pictureOf(name, { width, height }), kind, about, dpi);
-}
-
-// The report comes without figures; they are drawn here.
-async function withFigures({ give, text }) {
-  if (give !== "report") return text;
-  const page = new DOMParser().parseFromString(text, "text/html");
-  for (const place of page.querySelectorAll("[data-figure]")) {
-    place.append(page.importNode(await pictureOf(place.dataset.figure), true));
-  }
-  // The server knows only the query of its address.
-  for (const link of page.querySelectorAll("[data-page]")) {
-    link.href = new URL(link.textContent, location).href;
-    link.textContent = link.href;
-  }
-  return `<!DOCTYPE html>\n${page.documentElement.outerHTML}`;
+  const read = () => new URLSearchParams({ // empty ones mean as on the page; the server checks them
+    width: width.value, height: height.value, dpi: dpi.value, page: location.origin + location.pathname,
+    dark: Number(document.documentElement.dataset.theme === "dark"), time: inPage("svg[data-time]")?.dataset.time ?? 0,
+  });
+  return { element: box, read };
 }

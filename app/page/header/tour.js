@@ -27,8 +27,7 @@ export function tour(root, requested) {
   if (!requested && (skipped || preferences.get("tour") === "seen")) return;
   const dialog = element("dialog", "tour");
   const head = element("h2");
-  const text = element("p");
-  text.setAttribute("aria-live", "polite");
+  const text = element("p", "", "", { "aria-live": "polite" });
   const count = element("span", "count");
   const row = element("div", "row");
   let at = -1;

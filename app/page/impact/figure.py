@@ -18,6 +18,7 @@ from vibroscope.app.page.shared.figure import (
     VERMILLION,
     VIOLET,
     add_glyph,
+    axes_of,
     empty_source,
     hover_tool,
     legend_above,
@@ -26,8 +27,10 @@ from vibroscope.app.page.shared.figure import (
     write,
 )
 from vibroscope.app.page.shared.ranges import OwnedRange
+from vibroscope.app.page.shared.seen import amount, largest, say
 from vibroscope.app.studies.one_impact import STEPS, PartialImpact
 from vibroscope.engine import written
+from vibroscope.engine.facts import stated
 
 LEGENDS = {  # entries of each figure by their names in a link, as they are written
     "impact_instant": {"step": "with this step", "asked": "asked for", "exact": "without a step"},
@@ -44,6 +47,7 @@ _LOOKS = {
     "worst": {"line_color": VERMILLION, "line_width": 1.6},
     "exact": {"line_color": VIOLET, "line_width": 1.6, "line_dash": "dashed"},
 }
+_INSTANTS, _FORCES = "Restitution over the instant of touch", "Contact force over time"
 AXES = ("instant", "steps", "restitution", "time", "force")
 _SPAN = ("steps", "least", "mean", "greatest")
 _TOP, _HIGHEST = 1.05, 2.0  # of the restitution that is drawn: at first, and at most
@@ -78,9 +82,9 @@ class ImpactView:
         return LegendItem(label=LEGENDS["impact_instant"][name], renderers=[drawn])
 
     def _over_instants(self) -> figure:
-        axes = {"x_range": self.ranges["instant"].range, "y_range": self.ranges["restitution"].range}
+        axes = axes_of(self.ranges, "instant", "restitution")
         words = "instant of touch after the last step, t/Δτ", "restitution e"
-        plot = make_figure("Restitution over the instant of touch", *words, name="impact_instant", **axes)
+        plot = make_figure(_INSTANTS, *words, name="impact_instant", **axes)
         line = add_glyph(plot, Line(x="instant", y="restitution", line_color=VERMILLION, line_width=2), self.instant)
         items = [LegendItem(label=LEGENDS["impact_instant"]["step"], renderers=[line])]
         legend_above(plot, [*items, *(self._level(plot, name) for name in ("asked", "exact"))])
@@ -88,9 +92,9 @@ class ImpactView:
         return plot
 
     def _over_steps(self) -> figure:
-        axes = {"x_range": self.ranges["steps"].range, "y_range": self.ranges["restitution"].range}
+        axes = axes_of(self.ranges, "steps", "restitution", "x")
         words = "steps in a contact, t_c/Δτ", "restitution e, whenever the bodies touch"
-        plot = make_figure("", *words, name="impact_band", x_axis_type="log", **axes)
+        plot = make_figure("", *words, name="impact_band", **axes)
         area = {"left": "left", "right": "right", "bottom": "least", "top": "greatest"}
         band = add_glyph(plot, Quad(**area, fill_color=VERMILLION, fill_alpha=0.3, line_color=None), self.band)
         mean = add_glyph(plot, Line(x="steps", y="mean", line_color=VERMILLION, line_width=1.5), self.band)
@@ -112,8 +116,7 @@ class ImpactView:
         return plot
 
     def _over_time(self) -> figure:
-        axes = {"x_range": self.ranges["time"].range, "y_range": self.ranges["force"].range}
-        plot = make_figure("Contact force over time", "", "", name="impact_force", **axes)
+        plot = make_figure(_FORCES, name="impact_force", **axes_of(self.ranges, "time", "force"))
         drawn = {
             name: [add_glyph(plot, Line(x="time", y="force", **look), self.forces[name])]
             for name, look in _LOOKS.items()
@@ -161,7 +164,9 @@ class ImpactView:
         for source, values in columns.items():
             write(source, as_float32({name: np.asarray(column, float) for name, column in values.items()}))
         steps_here = written(one.steps_per_contact, 3)
-        self.figures[1].title.text = f"Restitution over the steps in a contact: you are at {steps_here}"
+        say(self.figures[1], "Restitution over the steps in a contact", f"you are at {steps_here}")
+        seen = f"{written(e.least, 3)} to {written(e.greatest, 3)}" if math.isfinite(e.mean) else "none"
+        say(self.figures[0], _INSTANTS, seen)
         top = np.nanmax([_TOP, 1.05 * e.greatest, *(1.05 * known["greatest"])])
         self.ranges["restitution"].put(0.0, float(min(top, _HIGHEST)), fresh=fresh)
 
@@ -180,6 +185,8 @@ class ImpactView:
                 at = "" if math.isnan(one.instant) else f" t/Δτ {one.instant:.2f},"
                 words = f"{words}:{at} e {one.restitution:.2f}"
             self._courses[name].label = value(words)
+        most = largest(each["force"] for each in courses.values())
+        say(plot, _FORCES, "" if most is None else stated("up to {}", amount(most, "force", setting)), setting)
         drawn, self._forces_drawn = self._forces_drawn, (result.question, setting.scale)
         for axis in factors:
             self.ranges[axis].follow([each[axis] for each in courses.values()], fresh=drawn != self._forces_drawn)

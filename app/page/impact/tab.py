@@ -15,24 +15,26 @@ from vibroscope.app.explorer.parameters import FIELDS
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.export.formats import Figure, Series
 from vibroscope.app.export.scripts import impact_command, impact_python
-from vibroscope.app.page.bifurcation.branches import BranchPanel
 from vibroscope.app.page.impact.figure import AXES, LEGENDS, ImpactView
+from vibroscope.app.page.study.listed import ListPanel, cell, row
 from vibroscope.app.page.study.tab import StudyView
 from vibroscope.app.runtime.number_text import print_number
 from vibroscope.app.studies.one_impact import ImpactQuestion, PartialImpact, Run, grow_impact
-from vibroscope.engine import Impact, counted, percent, written
+from vibroscope.engine import counted, percent, written
 from vibroscope.engine.facts import Amount, Statement, message_of, sentence, stated
 from vibroscope.engine.one_impact.choose import CLOSE_TO_ASKED
 from vibroscope.engine.units import time_text
 
 _TYPED = {  # symbol, meaning, quantity, what one of it is without units
-    "mass": ("m*", "reduced mass; 0: of the bodies", "mass", "m₁"),
-    "speed": ("v", "closing speed; 0: of the reference", "velocity", "Aω₁"),
+    "mass": ("m*", "reduced mass", "mass", "m₁"),
+    "speed": ("v", "closing speed", "velocity", "Aω₁"),
+    "depth": ("δ", "permitted penetration", "displacement", "A"),
 }
-_OFFERS = {"steps": "Take this step over", "K": "Take this K over", "D": "Take this D over"}
+_OFFERS = {"contact": "Set this K", "steps": "Take this step over", "K": "Take this K over", "D": "Take this D over"}
 _SHORT = {"K": "stiffness", "D": "damping", "steps": "steps"}
 _SAFE = 1.0 - 1e-3  # times the steps in a contact that a K gives: it is rounded
-_STATUSES = {"start": "start of the step", "end": "end, iterated", "located": "step cut at contact"}
+_STIFFER = 1.0 + 5e-4  # times a K that gives the permitted penetration, likewise
+_STATUSES = {"start": "start of the step", "end": "end, iterated", "located": "step cut at contact", "": "impact law"}
 
 
 class OneImpact(StudyView):
@@ -40,9 +42,9 @@ class OneImpact(StudyView):
 
     key = "impact"
     title = "One impact"
-    starts = True
+    starts = at_once = True
     grow = staticmethod(grow_impact)
-    chosen = {"mass": 0.0, "speed": 0.0}  # noqa: RUF012 - read only
+    chosen = dict.fromkeys(_TYPED)
     axes = {name: LOGARITHMIC if name == "steps" else LINEAR for name in AXES}  # noqa: RUF012 - read only
     legends = {name: tuple(entries) for name, entries in LEGENDS.items()}  # noqa: RUF012 - read only
     pictures = (
@@ -56,7 +58,7 @@ class OneImpact(StudyView):
         """Three figures, the panel, and two tables in the fourth quarter."""
         self.view = ImpactView(self._set_steps)
         page = self.lay_out(*(self.stretch(plot) for plot in self.view.figures), classes=("halves", "impact"))
-        self.list = BranchPanel(label="What to take over, and other integrators", visible=False)
+        self.list = ListPanel(label="What to take over, and other integrators", visible=False)
         self.list.css_classes = ["cell", "rows"]
         self.list.on_msg(lambda event: self._receive(event.data))
         page.append(self.list)
@@ -66,17 +68,16 @@ class OneImpact(StudyView):
     def spec(cls) -> dict:
         """The bodies that meet, where they are not those of the system."""
         numbers = [
-            {"name": name, "label": label, "low": 0.0, "high": 1e12, "whole": False}
+            {"name": name, "label": label, "low": 1e-12, "high": 1e12, "whole": False, "empty": True}
             for name, (label, *_) in _TYPED.items()
         ]
         return {
-            "title": "One impact",
-            "switches": [],
-            "limits": [],
             "numbers": numbers,
             "hint": "Two bodies meet once, and no other force acts. K, D, the step, integrator, contact status and law "
-            "are those that are set; e under System is what was asked for. A click in the right figure sets the step, "
-            "a row of the table the integrator and status. Choose units under System to type kg and m/s.",
+            "are those that are set; e under System is what was asked for. Empty fields take the bodies' mass and the "
+            "speed of the reference. With a permitted penetration the table offers the K for it. A click in the right "
+            "figure sets the step, a row of the table the integrator and status. Choose units under System to type kg "
+            "and m/s.",
         }
 
     def obstacle(self, setting: Setting) -> str:
@@ -95,13 +96,18 @@ class OneImpact(StudyView):
         run = Run(system, setting.eta, setting.reference, setting.initial)
         step = 2.0 * math.pi / (setting.eta * setting.steps)
         mass = chosen["mass"] or system.mass_share
-        return ImpactQuestion(method, step, mass, system.restitution, chosen["speed"] or run)
+        return ImpactQuestion(method, step, mass, system.restitution, chosen["speed"] or run, chosen["depth"])
 
     def draw(self, setting: Setting, result: PartialImpact | None) -> None:
         """Figures and tables."""
-        self.panel.show_fields({name: beside_field(setting, *field) for name, field in _TYPED.items()})
+        known, fields = result is not None, {name: beside_field(setting, *field) for name, field in _TYPED.items()}
+        of_system = {"mass": setting.system.mass_share}
+        if known and result.impacts:
+            of_system["speed"] = result.impact.speed
+        self.panel.show_fields(
+            fields, {name: written(fields[name].factor * value) for name, value in of_system.items()}
+        )
         self.view.update(setting, result)
-        known = result is not None
         near, points = (_offer_table(result, setting), _scheme_table(result)) if known else ({}, {})
         self.list.param.update(near=near, points=points, visible=known)
 
@@ -110,7 +116,11 @@ class OneImpact(StudyView):
         if self.result is None or not isinstance(named, str):
             return
         if texts := offers_of(self.result, self._result_setting).get(named):
-            self.host.visit("explore", self._move.setting.with_contact(texts))
+            texts = self._move.setting.with_contact(texts)
+            if named == "contact":  # whose step is sought here
+                self.host.set(texts)
+            else:
+                self.host.visit("explore", texts)
         elif texts := schemes_of(self.result).get(named):
             self.host.set(texts)
 
@@ -125,9 +135,8 @@ class OneImpact(StudyView):
         one, found, alone = result.impact, result.found, result.impact.without_step
         said = answer(one, one.restitution, found)
         if abs(alone.restitution - one.restitution) > CLOSE_TO_ASKED:
-            said += (
-                f" No step makes up for K and D, which give {alone.restitution:.2f} without one: take another D over."
-            )
+            do = "take another D over" if result.softer is None else "set the K of the table"
+            said += f" No step makes up for K and D, which give {alone.restitution:.2f} without one: {do}."
         elif result.searched:
             said += f" {advice(result.largest, CLOSE_TO_ASKED, result.largest and _step_text(result, setting))}"
         of = f", the median of {counted(result.impacts, 'impact')} of the reference" if result.impacts else ""
@@ -210,11 +219,19 @@ def _step_text(result: PartialImpact, setting: Setting) -> str:
 def offers_of(result: PartialImpact, setting: Setting) -> dict[str, dict[str, str]]:
     """Texts that set another step, K or D for what was asked for, by their names in `_OFFERS`.
 
-    The step is the largest that is close. K is the one with which the present step is this largest, with the D of the
-    same damping ratio; such a K there is where the spring of the law is linear. D gives the restitution without a step.
+    "contact" gives the permitted penetration. The step is the largest that is close. K is the one with which the
+    present step is this largest, with the D of the same damping ratio; such a K there is where the spring of the law is
+    linear. D gives the restitution without a step.
     """
     found, largest, one = {}, result.largest, result.impact
     method = one.method
+    if result.softer is not None:
+        rounded = result.softer.with_contact(stiffness=float(_digits(_STIFFER * result.softer.method.stiffness)))
+        texts = {"K": _digits(rounded.method.stiffness)}
+        if method.damping is not None:
+            texts["D"] = _digits(rounded.with_restitution(one.restitution).method.damping)
+        if not all(math.isclose(float(text), getattr(setting, each)) for each, text in texts.items()):  # not set yet
+            found["contact"] = texts
     if largest is not None:
         found["steps"] = {"steps": str(_steps_of(largest.step, setting))}
         if method.spring_exponent == 1.0 and method.stiffening is None and method.damping is not None:
@@ -233,8 +250,7 @@ def offers_of(result: PartialImpact, setting: Setting) -> dict[str, dict[str, st
 def schemes_of(result: PartialImpact) -> dict[str, dict[str, str]]:
     """Texts that set each integrator and contact status of the table, by both."""
     found = {}
-    for one, _ in result.schemes:
-        name, status = one.method.integrator.name, one.method.status
+    for name, status in (one.scheme for one, _ in result.schemes if one.scheme[1]):
         located = {"status": "start", "located": "yes"} if status == "located" else {"status": status, "located": "no"}
         found[f"{name} {status}"] = {"integrator": name, **located}
     return found
@@ -248,6 +264,7 @@ def _offer_table(result: PartialImpact, setting: Setting) -> dict:
     """What can be taken over: a button, the numbers, what for."""
     e = written(result.impact.restitution, 3)
     why = {
+        "contact": f"restitution {e} and the permitted penetration, without a step",
         "steps": "the largest that stays close",
         "K": "the largest with the present step",
         "D": f"restitution {e} without a step",
@@ -259,35 +276,29 @@ def _offer_table(result: PartialImpact, setting: Setting) -> dict:
         words = [f"{_SHORT[each]} {field.words(float(texts[each]))}" for each, field in fields.items()]
         if name == "steps":
             words = [f"time step {symbol} = {_step_text(result, setting)}"]
-        button = {"text": _OFFERS[name], "open": name, "title": "Set it, and see it in Explore"}
-        cells = [button, {"text": ", ".join(words)}, {"text": why[name]}]
-        rows.append({"mark": "", "kind": "offer", "cells": cells})
+        title = "Set it here" if name == "contact" else "Set it, and see it in Explore"
+        rows.append(row("offer", cell(_OFFERS[name], name, title), ", ".join(words), why[name]))
     return {"title": "To get what was asked for", "heads": ["take over", "numbers", "then"], "rows": rows}
 
 
 def _scheme_table(result: PartialImpact) -> dict:
     """The same contact with each integrator and contact status."""
     rows = []
-    for (one, found), name in zip(result.schemes, schemes_of(result), strict=True):
+    for one, found in result.schemes:
+        name, status = one.scheme
         shares = {
             "no solution": found.without_solution,
             "two solutions": found.two_solutions,
             "blown up": found.blown_up,
         }
         faults = ", ".join(f"{words} {percent(share)}" for words, share in shares.items() if share > 0)
-        status = _STATUSES[one.method.status]
         e = _span(found.restitution).partition(",")[0]
-        texts = name_of_integrator(one.method.integrator.name), status, e, faults
-        cells = [{"text": text} for text in texts]
-        cells[0] |= {"open": name, "title": "Set this integrator and contact status"}
-        rows.append({"mark": _mark(one, result.impact), "kind": status, "cells": cells})
+        words = name_of_integrator(name) if status else f"Moreau and Jean, θ = {one.theta:g}"
+        opens = (f"{name} {status}", "Set this integrator and contact status") if status else ()
+        mark = "◆" if one.scheme == result.impact.scheme else ""
+        rows.append(row(_STATUSES[status], cell(words, *opens), _STATUSES[status], e, faults, mark=mark))
     heads = ["integrator", "contact status", "restitution", "touches with"]
     return {"title": "The same numbers with each integrator and contact status", "heads": heads, "rows": rows}
-
-
-def _mark(one: Impact, present: Impact) -> str:
-    same = one.method.integrator.name == present.method.integrator.name and one.method.status == present.method.status
-    return "◆" if same else ""
 
 
 def _span(span) -> str:

@@ -2,7 +2,7 @@
 // server when it comes into view, where the claim is then checked; in a hidden tab it never does. Only textContent is
 // set, so that no text can become markup.
 
-import { button, element, emit, explainTerms } from "../shared/dom.js";
+import { button, card, drawCard, element, emit } from "../shared/dom.js";
 
 const MARKS = { agrees: "✓ agrees", differs: "≠ differs", "shown by example": "○ shown by example" };
 const AGREES = { agrees: "true", differs: "false", "shown by example": "example" };
@@ -35,11 +35,8 @@ export function render({ model }) {
     why.textContent = model.found.why ?? "";
     why.hidden = !why.textContent;
     root.setAttribute("aria-busy", String(!known && !error && !cancelled));
-    if (known) emit("figures-changed"); // with the finding comes its figure
   };
-  model.on("found", draw);
-  draw();
-  explainTerms(root);
+  drawCard(root, model, "found", draw);
   // Until the page is laid out, all cards lie in view.
   whenIdle(() => whenSeen(root, () => model.send_msg({ seen: true })));
   return root;

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import param
-from vibroscope.app.page.files import esm, style
 from vibroscope.app.page.shared.component import Component
 from vibroscope.app.paper import Finding
 
@@ -27,8 +26,7 @@ class ClaimCard(Component):
     claim = param.Dict(default={}, doc="name, place, text, scene; view that the button opens and its title")
     found = param.Dict(default={}, doc="verdict, found, why; or error; or cancelled; empty until it is known")
 
-    _esm = esm("paper/card")
-    _stylesheets = [style("paper/card")]  # noqa: RUF012 - Panel reads it from the class
+    script = "paper/card"
 
     def __init__(self, claim: dict, on_view: Callable[[], None], on_cancel: Callable[[], None]) -> None:
         super().__init__(claim=claim, css_classes=["card"], sizing_mode="stretch_width")

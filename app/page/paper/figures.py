@@ -6,10 +6,10 @@ from collections.abc import Iterable
 from functools import singledispatch
 
 import numpy as np
-from bokeh.models import BasicTickFormatter, LinearColorMapper, Range1d, Span
+from bokeh.models import BasicTickFormatter, LinearColorMapper, Range1d
 from bokeh.plotting import figure
 from vibroscope.app.explorer.scenes import scenes
-from vibroscope.app.page.shared.figure import BLUE, CLICK, INK, PENALTY, REFERENCE, VERMILLION, make_figure
+from vibroscope.app.page.shared.figure import BLUE, CLICK, INK, PENALTY, REFERENCE, VERMILLION, make_figure, scene_line
 from vibroscope.app.page.shared.ranges import OwnedRange, extent
 from vibroscope.app.paper import CellMap, PhasePlots, Picture, TimeHistory
 from vibroscope.app.studies.raster import raster
@@ -135,18 +135,12 @@ def _(picture: Diagram, name: str) -> figure:
     values = picture.displacement[1]
     x, y = (float(picture.eta[0]), float(picture.eta[-1])), extent([values])
     axes = {"x_range": Range1d(*x), "y_range": Range1d(*y)}
-    plot = make_figure(
-        "",
-        "excitation frequency η = Ω/ω₁",
-        "displacement ξ₂ / base amplitude",
-        **_OPTIONS,
-        name=name,
-        **axes,
-    )
+    words = "", "excitation frequency η = Ω/ω₁", "displacement ξ₂ / base amplitude"
+    plot = make_figure(*words, **_OPTIONS, name=name, **axes)
     shades = raster(picture.eta, values, x, y, *_PIXELS)
     _add_image(plot, shades, x, y, LinearColorMapper(palette=_SHADES, low=0, high=255))
     for key in "ABCD":
-        plot.add_layout(Span(location=scenes()[key].eta, dimension="height", line_color="#808D99", line_dash="dotted"))
+        plot.add_layout(scene_line(scenes()[key].eta))
     return plot
 
 

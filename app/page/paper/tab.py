@@ -7,19 +7,25 @@ from functools import partial
 
 import numpy as np
 import panel as pn
+from bokeh.plotting import figure
 from vibroscope.app.explorer.errors import error_text
 from vibroscope.app.explorer.state import Setting
+from vibroscope.app.export.drawing import Drawing
 from vibroscope.app.export.formats import Figure, Series
 from vibroscope.app.export.scripts import PAPER_COMMAND, PAPER_PYTHON
+from vibroscope.app.page.asker import Asker
 from vibroscope.app.page.files import style
 from vibroscope.app.page.paper.card import ClaimCard
 from vibroscope.app.page.paper.figures import draw
+from vibroscope.app.page.shared.declared import declared
 from vibroscope.app.page.shared.figure import THEME
 from vibroscope.app.page.shared.muting import Muting
-from vibroscope.app.page.tab import Move, TabHost, TabView
+from vibroscope.app.page.shared.seen import say
+from vibroscope.app.page.tab import Look, Move, TabHost, TabView, on_loop
 from vibroscope.app.paper import CLAIMS, Claim, Finding, as_dict, count_verdicts
-from vibroscope.app.paper.check_queue import CHECKS
+from vibroscope.app.paper.checks import CHECKED, Checked, begin_check
 from vibroscope.app.paper.picture_tables import table_of
+from vibroscope.app.studies.study_job import StudyJob
 from vibroscope.engine import counted
 
 _INTRO = """
@@ -60,6 +66,7 @@ class Paper(TabView):
         self.cards: dict[str, ClaimCard] = {}
         self.slots: dict[str, pn.Column] = {}
         self._requested: set[str] = set()  # came into view, and not checked yet
+        self._askers = {key: Asker(host) for key in CLAIMS}
         self._findings: dict[str, Finding] = {}
         self._visible = self._hidden = False
         self._undrawn: list[str] = []  # claims with a finding that is not drawn yet
@@ -95,8 +102,8 @@ class Paper(TabView):
         """Request again what came into view before another tab was opened."""
         self._visible, self._hidden = True, False
         self._draw_soon()
-        for key in self._requested:
-            CHECKS.request(key, self._deliver)
+        for key in tuple(self._requested):
+            self._ask(key)
         super().show(move)
 
     def summary(self, setting: Setting) -> str:
@@ -107,7 +114,8 @@ class Paper(TabView):
         """Withdraw what is not checked yet: a hidden tab checks nothing, and draws nothing."""
         self._visible, self._hidden = False, True
         self._drop_file()
-        CHECKS.cancel_all(self._deliver)
+        for asker in self._askers.values():
+            asker.drop()
 
     # -- export --------------------------------------------------------------
 
@@ -144,6 +152,12 @@ class Paper(TabView):
         """The table of claims, and the figure of each claim."""
         found = (Figure(f"paper{key}", claim.name, f"{claim.name}. {claim.text}") for key, claim in CLAIMS.items())
         return [_TABLE, *found]
+
+    def drawing(self, name: str, look: Look) -> Callable[[], Drawing]:
+        """The figure of a claim, which has none on the page before it has come into view."""
+        if self.host.doc.get_model_by_name(name):
+            return super().drawing(name, look)
+        return lambda: declared(self._plot(name.removeprefix("paper")), dark=look.dark)
 
     def table(self, name: str) -> list[Series]:
         """The findings, or what a figure is drawn from."""
@@ -185,32 +199,36 @@ class Paper(TabView):
         if key not in self._requested and key not in self._findings:
             self._requested.add(key)
             self.cards[key].show_cancelled(False)
-            CHECKS.request(key, self._deliver)
+            self._ask(key)
+
+    def _ask(self, key: str) -> None:
+        checked = CHECKED.get(key)
+        if checked is not None:
+            self._found(key, checked.finding)
+        else:
+            self._askers[key].ask(partial(begin_check, key, on_loop(self.host, self._show_result)))
 
     def _cancel(self, key: str) -> None:
         """Let a check be; its card offers to begin anew."""
         if key in self._requested:
             self._requested.discard(key)
-            CHECKS.cancel(key, self._deliver)
+            self._askers[key].drop()
             self.cards[key].show_cancelled(True)
             self._miss(key, "was cancelled")
 
-    def _deliver(self, key: str, result: Finding | Exception) -> None:
-        """Hand a result over to the session's own loop; called in a worker thread."""
-        self.host.call_later(partial(self.show_result, key, result))
-
-    def show_result(self, key: str, result: Finding | Exception) -> None:
+    def _show_result(self, job: StudyJob, result: Checked | Exception) -> None:
         """Show a finding on its card, with its figure, or why the claim could not be checked."""
-        if key in self._findings or key not in self._requested:  # requested again or cancelled while it was on its way
+        if isinstance(result, Checked):
+            self._found(job.question, result.finding)
             return
-        if isinstance(result, Exception):  # stays requested, so that `show` tries again
-            self.cards[key].show_error(
-                f"This could not be checked ({error_text(result)}). Open another tab and come back to try again."
-            )
-            self._miss(key, "failed")
-            return
+        self.cards[job.question].show_error(  # it stays requested, so that `show` tries again
+            f"This could not be checked ({error_text(result)}). Open another tab and come back to try again."
+        )
+        self._miss(job.question, "failed")
+
+    def _found(self, key: str, finding: Finding) -> None:
         self._requested.discard(key)
-        self._findings[key] = result
+        self._findings[key] = finding
         self._undrawn.append(key)
         self._draw_soon()
         self.host.update_offers()
@@ -232,12 +250,18 @@ class Paper(TabView):
 
     def _add_pictures(self, keys: Sequence[str]) -> None:
         for key in keys:
-            plot = draw(self._findings[key].picture, f"paper{key}")
+            plot = self._plot(key)
             for name, item in zip(ENTRIES, plot.legend[0].items if plot.legend else (), strict=False):
                 self.muting.watch(plot.name, name, item)
             # without a theme of its own Panel gives it the dark one of its own for a link with "theme=dark"
             picture = pn.pane.Bokeh(plot, theme=THEME, css_classes=["picture"], sizing_mode="stretch_width")
             self.slots[key].append(picture)
+
+    def _plot(self, key: str) -> figure:
+        plot = draw(self._findings[key].picture, f"paper{key}")
+        say(plot, CLAIMS[key].name, self._findings[key].result)
+        plot.title.visible = False  # for screen readers: the card has it beside the picture
+        return plot
 
     def _show_findings(self, keys: Sequence[str]) -> None:
         for key in keys:  # after its figure, to which the browser then gives the theme

@@ -13,6 +13,7 @@ from vibroscope.app.page.shared.figure import (
     PENALTY,
     REFERENCE,
     add_glyph,
+    axes_of,
     empty_source,
     hover_tool,
     legend,
@@ -21,12 +22,16 @@ from vibroscope.app.page.shared.figure import (
     write,
 )
 from vibroscope.app.page.shared.ranges import OwnedRange
+from vibroscope.app.page.shared.seen import say
 from vibroscope.app.page.shared.unit_axis import UnitAxis
 from vibroscope.app.studies.peaks import SOLVERS, PartialPeaks
+from vibroscope.engine import written
+from vibroscope.engine.facts import Amount, Statement, joined, stated
 
 HIGHEST = 20.0  # order of `engine.spectrum`
-_SHOWN = 1e-5  # of the largest amplitude: what is smaller would only stretch the axis
+SHOWN = 1e-5  # of the largest amplitude: what is smaller would only stretch the axis
 _EMPTY = (1e-3, 10.0)  # ends of an axis without data
+_TITLES = {"motion": "Spectrum of the motion", "force": "Spectrum of the contact force"}
 _LOOKS = {"reference": REFERENCE, "penalty": PENALTY}
 # What can be drawn: its words in a label, and its quantity.
 DRAWN = {
@@ -53,15 +58,9 @@ class SpectrumView:
         self._drawn: object = None  # question and quantity
 
     def _build(self, kind: str) -> figure:
-        plot = make_figure(
-            f"Spectrum of the {'motion' if kind == 'motion' else 'contact force'}",
-            "order: frequency relative to the excitation",
-            "",
-            name=f"spectrum_{kind}",
-            y_axis_type="log",
-            x_range=self.ranges["order"].range,
-            y_range=self.ranges[kind].range,
-        )
+        axes = axes_of(self.ranges, "order", kind, "y")
+        words = "order: frequency relative to the excitation"
+        plot = make_figure(_TITLES[kind], words, name=f"spectrum_{kind}", **axes)
         lines = {
             solver: add_glyph(plot, Line(x="order", y="amplitude", **look), self.sources[kind, solver])
             for solver, look in _LOOKS.items()
@@ -82,7 +81,9 @@ class SpectrumView:
             label, factor = quantity_axis(setting, words, unit)
             self._axes[kind].show(label, factor)
             columns = {} if result is None else {s: read.amplitudes for s, read in result.found.items()}
-            self._draw(kind, {s: each for s, each in columns.items() if each}, name, fresh=fresh)
+            known = {solver: each for solver, each in columns.items() if each}
+            self._draw(kind, known, name, fresh=fresh)
+            say(self.figures[kind], _TITLES[kind], _seen(known, name, unit), setting)
 
     def _draw(self, kind: str, columns: Mapping[str, Mapping[str, np.ndarray]], name: str, *, fresh: bool) -> None:
         top = max((each[name].max() for each in columns.values()), default=0.0)
@@ -92,7 +93,23 @@ class SpectrumView:
             if solver in columns and top > 0:
                 shown = {
                     "order": columns[solver]["order"],
-                    "amplitude": np.maximum(columns[solver][name], _SHOWN * top),
+                    "amplitude": np.maximum(columns[solver][name], SHOWN * top),
                 }
             write(self.sources[kind, solver], as_float32(shown))
-        self.ranges[kind].put(*((_SHOWN * top, 8 * top) if top > 0 else _EMPTY), fresh=fresh)
+        self.ranges[kind].put(*((SHOWN * top, 8 * top) if top > 0 else _EMPTY), fresh=fresh)
+
+
+def _seen(columns: Mapping[str, Mapping[str, np.ndarray]], name: str, quantity: str) -> Statement:
+    """The largest amplitude of each solution beside its mean, which is that of order 0, and its order."""
+    tops = {solver: int(np.argmax(each[name] * (each["order"] > 0))) for solver, each in columns.items()}
+    return joined(
+        "; ",
+        (
+            stated(
+                f"{solver} largest at order {written(float(columns[solver]['order'][at]), 3)}, {{}}",
+                Amount(float(columns[solver][name][at]), quantity, 3),
+            )
+            for solver, at in tops.items()
+            if columns[solver][name][at] > 0
+        ),
+    )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 
 import numpy as np
 import panel as pn
@@ -11,12 +11,14 @@ from vibroscope.app.explorer.link import LINEAR, LOGARITHMIC
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.export.formats import Figure, Series
 from vibroscope.app.export.scripts import peaks_command, peaks_python
-from vibroscope.app.page.bifurcation.branches import BranchPanel
+from vibroscope.app.export.tables import columns_in_units
 from vibroscope.app.page.peaks.figure import DRAWN, SpectrumView
 from vibroscope.app.page.shared.figure import divisor
+from vibroscope.app.page.study.listed import ListPanel, row
 from vibroscope.app.page.study.tab import StudyView, free_obstacle
+from vibroscope.app.studies.load import PartialRuns
 from vibroscope.app.studies.peaks import MOTIONS, PERIODS, SOLVERS, PartialPeaks, PeaksQuestion, grow_peaks, off_text
-from vibroscope.engine import FREE_PERIODS, PEAKS, Units, written
+from vibroscope.engine import FREE_PERIODS, PEAKS, written
 from vibroscope.engine.facts import Statement, sentence, stated
 
 _NAMES = {
@@ -58,7 +60,7 @@ class Peaks(StudyView):
         page = self.lay_out(*(self.stretch(plot) for plot in self.view.figures.values()))
         for cell in self.cells:
             cell.css_classes = [*cell.css_classes, "tall"]
-        self.list = BranchPanel(label="Largest values of both solutions", visible=False)
+        self.list = ListPanel(label="Largest values of both solutions", visible=False)
         self.list.css_classes = ["cell", "wide"]
         page.append(self.list)
         return page
@@ -73,9 +75,7 @@ class Peaks(StudyView):
             "acceleration2": "acceleration of body 2",
         }
         return {
-            "title": "Peaks and spectra",
             "switches": [{"name": "quantity", "label": "Spectrum of", "choices": names}],
-            "limits": [],
             "hint": "Peaks: displacements and velocities relative to the base, accelerations absolute. Spectra: with "
             "the base motion; a motion that repeats every n periods has lines at multiples of 1/n.",
         }
@@ -102,7 +102,7 @@ class Peaks(StudyView):
         """Spectra and table."""
         self.view.update(setting, self._quantity, result)
         known = result is not None
-        table = _table(result, setting) if known else {}
+        table = peak_table(result, setting) if known else {}
         self.list.param.update(near=table, status={"text": _over(setting)}, visible=known)
         self.give_room(self.list)
 
@@ -137,12 +137,11 @@ class Peaks(StudyView):
                 Series(solver, {head: np.array([peak]) for head, peak in self._shown(read.peaks, PEAKS).items()})
                 for solver, read in found
             ]
-        names = ("order", *MOTIONS) if name == "spectrum_motion" else ("order", "contact_force")
-        return [
-            Series(solver, self._shown({each: read.amplitudes[each] for each in names}, _QUANTITIES))
-            for solver, read in found
-            if read.amplitudes
-        ]
+        names = self._moving(("order", *MOTIONS) if name == "spectrum_motion" else ("order", "contact_force"))
+        series = (
+            Series(solver, {each: read.amplitudes[each] for each in names}) for solver, read in found if read.amplitudes
+        )
+        return [each._replace(columns=self._shown(each.columns, _QUANTITIES)) for each in series]
 
     def data(self) -> dict[str, object]:
         """All numbers of both solutions, in the units that are shown."""
@@ -157,9 +156,12 @@ class Peaks(StudyView):
 
     def _shown(self, values: Mapping[str, object], quantities: Mapping[str, str]) -> dict[str, object]:
         """Numbers or columns in the units that are shown, which their names hold; without body 2 at a wall."""
-        setting = self._result_setting
-        moves = {name: each for name, each in values.items() if setting.bodies != "wall" or not name.endswith("2")}
-        return _in_units(moves, quantities, setting.scale)
+        moves = {name: values[name] for name in self._moving(values)}
+        return columns_in_units(moves, self._result_setting.scale, quantities)
+
+    def _moving(self, names: Iterable[str]) -> list[str]:
+        """Without those of body 2 at a wall."""
+        return [name for name in names if self._result_setting.bodies != "wall" or not name.endswith("2")]
 
     def python(self, setting: Setting) -> str:
         """A script that finds the peaks."""
@@ -170,23 +172,11 @@ class Peaks(StudyView):
         return peaks_command(self.shown_setting() or setting)
 
 
-def _in_units(values: Mapping[str, object], quantities: Mapping[str, str], scale: Units | None) -> dict[str, object]:
-    """Numbers or columns in units, which their names hold; without units as they are."""
-    if scale is None:
-        return dict(values)
-    return {
-        f"{name} [{scale.unit(quantities[name])}]" if name in quantities else name: (
-            scale.physical(quantities[name], value) if name in quantities else value
-        )
-        for name, value in values.items()
-    }
-
-
 def _over(setting: Setting) -> str:
     return f"Largest values over the {f'last {PERIODS}' if setting.is_driven else f'first {FREE_PERIODS}'} periods"
 
 
-def _table(result: PartialPeaks, setting: Setting) -> dict:
+def peak_table(result: PartialPeaks | PartialRuns, setting: Setting) -> dict:
     """The rows of the table: each peak of both solutions, and how far the penalty solution is off."""
     rows = []
     for name, quantity in PEAKS.items():
@@ -198,6 +188,5 @@ def _table(result: PartialPeaks, setting: Setting) -> dict:
         texts = [written(factor * value) if np.isfinite(value) else _NONE for value in values]
         off = off_text(*values).replace("-", "−") or _NONE
         title = _NAMES[name] if setting.bodies != "wall" else _NAMES[name].removesuffix(", body 1")
-        cells = [f"{title} / {divisor(unit)}" if unit else title, *texts, off]
-        rows.append({"mark": "", "kind": "peak", "cells": [{"text": text} for text in cells]})
+        rows.append(row("peak", f"{title} / {divisor(unit)}" if unit else title, *texts, off))
     return {"title": "", "heads": ["largest", *SOLVERS, "difference"], "rows": rows}

@@ -7,17 +7,15 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from bokeh.models import HoverTool, LegendItem, Line, Scatter
 from bokeh.plotting import figure
-from vibroscope.app.explorer.errors import error_text
 from vibroscope.app.explorer.field_units import ShownField, shown_field
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.export.scripts import branch_command
-from vibroscope.app.page.bifurcation.branches import BranchPanel
 from vibroscope.app.page.shared.figure import INK, MAGENTA, VERMILLION, add_glyph, empty_source
 from vibroscope.app.page.shared.muting import show_entry
-from vibroscope.app.page.tab import TabHost, on_loop
+from vibroscope.app.page.study.listed import ListedSearches, cell, row
+from vibroscope.app.page.tab import TabHost
 from vibroscope.app.runtime.number_text import print_number
 from vibroscope.app.studies.plane_curves import KINDS, SEARCH, CurvesQuestion, PartialCurves, grow_curves
-from vibroscope.app.studies.study_job import RESULTS, StudyJob
 from vibroscope.engine import POINT_KINDS, PointCurve, written
 
 _LOOKS = {
@@ -26,12 +24,13 @@ _LOOKS = {
     "grazing": {"line_color": VERMILLION, "line_width": 1.6, "line_dash": [2, 2]},
     "contact opens": {"line_color": VERMILLION, "line_width": 1.6, "line_dash": [7, 2, 2, 2]},
 }
+_SOLVER = "exact"
 _COLUMNS = ("K", "D", "kind", "period")
 _MEETING_COLUMNS = ("K", "D", "kind", "other")
 
 
-class PlaneCurves:
-    """One search, and its glyphs in both figures.
+class PlaneCurves(ListedSearches):
+    """One search, that of the exact penalty solution, and its glyphs in both figures.
 
     Parameters
     ----------
@@ -41,17 +40,12 @@ class PlaneCurves:
         Called when the search has found more.
     """
 
+    head = "Curves of bifurcations"
+
     def __init__(self, host: TabHost, plots: Sequence[figure], on_result: Callable[[], None]) -> None:
-        self.host = host
-        self.view = BranchPanel(visible=False)
-        self.view.on_msg(lambda event: self._receive(event.data))
-        self.result: PartialCurves | None = None
+        super().__init__(host, {_SOLVER: "exact penalty"}, grow_curves, on_result)
         self.lines = {kind: empty_source(f"plane_curves_{kind.replace(' ', '_')}", *_COLUMNS) for kind in KINDS}
         self.meetings = empty_source("plane_curves_meetings", *_MEETING_COLUMNS)
-        self._on_result = on_result
-        self._question: CurvesQuestion | None = None
-        self._job: StudyJob | None = None
-        self._failed, self._stopped = "", False
         self._drawn: tuple[PointCurve, ...] | None = None
         self._items = [item for plot in plots for item in self._add(plot)]
 
@@ -73,37 +67,18 @@ class PlaneCurves:
 
     def ask(self, question: CurvesQuestion | None) -> None:
         """Search for the curves of this question, and end what else is searched for."""
-        if question != self._question:
-            self.cancel()
-            self._stopped, self._failed, self._question = False, "", question
-            if self.result is not None and (question is None or self.result.question[:2] != question[:2]):
-                self.result = None  # in another range of the same system it stays until there is more
-        if question is None:
-            return
-        self.result = RESULTS.get(question) or self.result
-        done = self.result is not None and self.result.question == question and self.result.share == 1
-        if not (done or self._stopped or self._failed or self._job):
-            self._job = StudyJob(question, grow_curves, on_loop(self.host, self._take))
+        if self.result is not None and (question is None or self.result.question[:2] != question[:2]):
+            self.studies[_SOLVER].result = None  # in another range of the same system it stays until there is more
+        self.studies[_SOLVER].follow(question)
 
-    def cancel(self) -> None:
-        """Stop the search; what it has found stays."""
-        if self._job is not None:
-            self._job.cancel()
-            self._job = None
-
-    def _take(self, job: StudyJob, result: PartialCurves | Exception) -> None:
-        if isinstance(result, Exception):
-            self._failed, self._job = error_text(result), None
-        else:
-            self.result = result
-            if result.share == 1 or job.out_of_time:
-                self._job = None
-        self._on_result()
+    @property
+    def result(self) -> PartialCurves | None:
+        """What is shown."""
+        return self.studies[_SOLVER].result
 
     def draw(self, notes: list[str], setting: Setting) -> None:
         """Draw curves and list; ``notes`` are sentences about what is shown and what is not."""
         curves = self.result.curves if self.result is not None else ()
-        shown = self._question is not None or bool(notes)
         if curves != self._drawn:
             self._drawn = curves
             for kind, source in self.lines.items():
@@ -111,33 +86,12 @@ class PlaneCurves:
             self.meetings.data = _meeting_columns(curves)
             for item in self._items:
                 show_entry(item, any(POINT_KINDS[curve.kind].several == item.label.value for curve in curves))
-        if self.result is not None and self.result.cut:
-            notes = [*notes, self.result.cut]
-        if self._failed:
-            notes = [*notes, f"The search ended early ({self._failed}); what it had found stays."]
-        running = self._job is not None
-        new = {
-            "status": {"text": self._status(), "running": running, "stopped": self._stopped, "notes": notes},
-            "points": _table(curves, [shown_field(name, setting) for name in ("K", "D")]),
-            "visible": shown,
-        }
-        self.view.param.update({name: value for name, value in new.items() if value != getattr(self.view, name)})
+        self._list(notes, points=_table(curves, [shown_field(name, setting) for name in ("K", "D")]))
 
     def clear(self, setting: Setting) -> None:
         """Show none."""
         self.ask(None)
         self.draw([], setting)
-
-    def _status(self) -> str:
-        how = ["searching …"] if self._job else ["stopped"] if self._stopped else []
-        found = [f"Exact penalty: {self.result.words()}"] if self.result is not None else []
-        return "; ".join([*found, *how])
-
-    def words(self) -> list[list[str]]:
-        """Head and text for the panel, once the search is over."""
-        if self.result is None or self.result.share < 1:
-            return []
-        return [["Curves of bifurcations", " ".join([f"{self.result.words()}.", self.result.cut]).strip()]]
 
     def python(self) -> str:
         """The lines of a script for the curves, to follow those for the cells, which make ``system``."""
@@ -160,17 +114,9 @@ class PlaneCurves:
             options |= {f"curves_{kind.replace(' ', '_')}{number}": f"{row} --point '{kind}'" for kind in KINDS}
         return branch_command(question.system, options)
 
-    def _receive(self, message: object) -> None:
-        if not isinstance(message, dict):
-            return
-        if isinstance(message.get("stop"), bool):
-            self._stopped = message["stop"]
-            if self._stopped:
-                self.cancel()
-            else:
-                self.ask(self._question)
-            self._on_result()
-        elif isinstance(name := message.get("open"), str) and name.isdecimal() and len(name) < 6:
+    def open_named(self, name: object) -> None:
+        """See `ListedSearches`."""
+        if isinstance(name, str) and name.isdecimal() and len(name) < 6:
             self._open(int(name))
 
     def _open(self, number: int) -> None:
@@ -202,16 +148,14 @@ def _meeting_columns(curves: Sequence[PointCurve]) -> dict[str, list]:
 def _table(curves: Sequence[PointCurve], fields: Sequence[ShownField]) -> dict:
     """Kind, period, and from where to where each curve goes; ``fields`` are those of K and D."""
     rows = [
-        {
-            "mark": POINT_KINDS[curve.kind].sign,
-            "kind": curve.kind,
-            "cells": [
-                {"text": curve.kind, "open": str(number), "title": "Open the middle of this curve in Explore"},
-                {"text": str(curve.period)},
-                *({"text": _span(column, field)} for column, field in zip(curve.values.T, fields, strict=True)),
-                {"text": ", ".join(sorted({other for other, *_ in curve.meetings}))},
-            ],
-        }
+        row(
+            curve.kind,
+            cell(curve.kind, str(number), "Open the middle of this curve in Explore"),
+            str(curve.period),
+            *(_span(column, field) for column, field in zip(curve.values.T, fields, strict=True)),
+            ", ".join(sorted({other for other, *_ in curve.meetings})),
+            mark=POINT_KINDS[curve.kind].sign,
+        )
         for number, curve in enumerate(curves)
     ]
     return {"title": "Curves", "heads": ["kind", "period", *(field.column for field in fields), "meets"], "rows": rows}

@@ -24,6 +24,7 @@ from vibroscope.app.page.shared.cells import (
 )
 from vibroscope.app.page.shared.figure import BLUE, INK, divisor, empty_source, legend_above, write
 from vibroscope.app.page.shared.ranges import OwnedRange
+from vibroscope.app.page.shared.seen import say
 from vibroscope.app.page.shared.unit_axis import UnitAxis
 from vibroscope.app.studies import cell_classes as classes
 from vibroscope.app.studies.plane import SIDES, PartialPlane, PlaneQuestion
@@ -95,19 +96,17 @@ class PlaneView:
         write(self.curve, {"K": curve_K.astype(np.float32), "D": curve_D.astype(np.float32)})
         if result is None:
             return
-        self._titles(result.question, setting, classes.COLOURINGS[quantity].label)
         place = result.cell(*setting.place_in_plane)
         for side in SIDES:
             image = classes.class_image(result, side, quantity)
             if (side, quantity) == ("penalty", "error") and math.isfinite(error) and place is not None:
                 image[place] = classes.class_of(error, quantity)
             self._draw(result, side, image, limit)
+            say(self.figures[side], self._title(result.question, side, setting), classes.most_frequent(image, quantity))
 
-    def _titles(self, question: PlaneQuestion, setting: Setting, label: str) -> None:
-        at = shown_field("eta", setting).words(question.eta)
-        step = f"T/{question.steps}{f' {CUT}' if question.located else ''}"
-        self.figures["penalty"].title.text = f"{question.name} {step}, {at}: {label}"
-        self.figures["exact"].title.text = f"No time step, {at}: {label}"
+    def _title(self, question: PlaneQuestion, side: str, setting: Setting) -> str:
+        step = f"{question.name} T/{question.steps}{f' {CUT}' if question.located else ''}"
+        return f"{'No time step' if side == 'exact' else step}, {shown_field('eta', setting).words(question.eta)}"
 
     def _draw(self, result: PartialPlane, side: str, image: np.ndarray, limit: float | None) -> None:
         edges = result.question.K, result.question.D

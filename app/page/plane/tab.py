@@ -40,6 +40,7 @@ class Plane(StudyView):
     legends = dict.fromkeys(
         ("plane_penalty", "plane_exact"), ("equal_restitution", "set_now", *(kind.replace(" ", "_") for kind in KINDS))
     )
+    keyed = ("plane_penalty", "plane_exact")
     pictures = (
         Figure(
             "plane_penalty",
@@ -68,26 +69,14 @@ class Plane(StudyView):
     @classmethod
     def spec(cls) -> dict:
         """The choices of the tab."""
+        quantities = {name: quantity.label for name, quantity in classes.COLOURINGS.items()}
+        limit = {"name": "limit", "label": "Short contact below (steps)", "low": 2, "high": 200}
         return {
-            "title": "K–D plane",
-            "keyed": [picture.name for picture in cls.pictures if picture.drawn],
             "switches": [
-                {
-                    "name": "quantity",
-                    "label": "Colour",
-                    "choices": {name: quantity.label for name, quantity in classes.COLOURINGS.items()},
-                },
+                {"name": "quantity", "label": "Colour", "choices": quantities},
                 {"name": "curves", "label": "Curves", "choices": {"off": "not shown", "on": "of bifurcations"}},
             ],
-            "limits": [
-                {
-                    "name": "limit",
-                    "label": "Short contact below (steps)",
-                    "low": 2,
-                    "high": 200,
-                    "when": {"quantity": "contact"},
-                }
-            ],
+            "limits": [limit | {"when": {"quantity": "contact"}}],
             "hint": "A click sets K and D; so do their sliders, which the arrow keys move.",
         }
 
@@ -158,11 +147,6 @@ class Plane(StudyView):
         self._explainer.cancel()
         self._marked = None
 
-    def close(self) -> None:
-        """See `TabView.close`."""
-        super().close()
-        self._explainer.close()
-
     def away(self, setting: Setting) -> dict[str, list[str]]:
         """See `StudyView`: only a contact status iterated to the end of a step can leave it without a solution."""
         return {} if self.question(setting).counted else {"quantity": ["without_solution"]}
@@ -195,9 +179,8 @@ class Plane(StudyView):
         side, known = name.removeprefix("plane_"), self.result.known
         K, D = np.meshgrid(self.result.question.axis("K"), self.result.question.axis("D"))
         tables = {"K": K, "D": D, **self.result.columns(side), "contact_steps": self.result.contact_steps(side)}
-        return [
-            Series(_side_names(self.result.question)[side], {column: table[known] for column, table in tables.items()})
-        ]
+        columns = {column: table[known] for column, table in tables.items()}
+        return [Series(_side_names(self.result.question)[side], columns)]
 
     def python(self, setting: Setting) -> str:
         """`PlaneStudy` over the rectangle in view, with and without a time step."""

@@ -12,7 +12,8 @@ const LOW = 46; // upper edge of the drawing where nothing hangs
 export const FLOOR = 132; // height of the floor that bodies slide on, from the top
 const POST = 6; // width of a post that a spring is fixed to
 export const SIDES = [22, 44]; // smallest and largest side of a body
-const REACH = { pendulums: 92, two: 46, wall: 60 }; // pixels of the largest displacement, half the clearance and the base
+// Pixels of the largest displacement, half the clearance, or the play of two stops, and the base.
+const REACH = { pendulums: 92, two: 46, wall: 60 };
 const COILS = 6;
 const EDGE = 10; // pixels left free at both sides
 const WALL = 14; // width of a wall
@@ -41,12 +42,15 @@ const hatch = (x, top, bottom, out) => {
   return path;
 };
 
-// Where the bodies rest: of an overlap of the relaxed springs, each takes up its share.
-function restPlaces({ kind, clearance, separate: [one, two], share }) {
+const playOf = ({ clearance, clearance2 }) => (clearance2 === null ? Infinity : clearance + clearance2);
+
+// Where the bodies rest: of an overlap of the relaxed springs at either stop, each takes up its share.
+function restPlaces({ kind, clearance, clearance2, separate: [one, two], share }) {
   const gap = clearance + two - one;
-  if (gap >= 0) return [one, two];
-  const first = kind === "wall" ? clearance : one + share * gap;
-  return [first, kind === "wall" ? 0 : first - clearance];
+  const held = clamp(gap, 0, playOf({ clearance, clearance2 }));
+  if (gap === held) return [one, two];
+  const first = kind === "wall" ? clearance - held : one + share * (gap - held);
+  return [first, kind === "wall" ? 0 : first - clearance + held];
 }
 
 export class SystemDrawing {
@@ -75,9 +79,10 @@ export class SystemDrawing {
   // Fits the scale to the largest displacement from rest, so that it does not change from instant to instant.
   fit(largest) {
     const { kind, base } = this.system;
-    this.scale = REACH[kind] / (largest + this.gap / 2 + Math.abs(base) || 1);
+    const play = playOf(this.system);
+    this.scale = REACH[kind] / (largest + (play < Infinity ? play : this.gap / 2) + Math.abs(base) || 1);
     const room = Math.abs(base) * this.scale + EDGE;
-    this.place = { half: (this.gap * this.scale) / 2, left: room, right: WIDE - room - (kind === "wall" ? WALL : 0) };
+    this.place = { half: (this.gap * this.scale) / 2, play: play * this.scale, left: room, right: WIDE - room - (kind === "wall" ? WALL : 0) };
     this.base.replaceChildren(...(kind === "pendulums" ? this.pivots() : this.posts()));
   }
 
@@ -117,6 +122,7 @@ class Bodies {
     this.solver = solver;
     this.element = svgElement("g", { class: solver });
     this.flash = svgElement("circle", { class: "flash" });
+    this.stop = svgElement("path", { class: "stop" }); // the second one, which body 2 or the wall carries around body 1
   }
 
   set({ kind, mass, share }) {
@@ -131,7 +137,7 @@ class Bodies {
     for (const bob of this.bobs) if (hung) put(bob, { r: BOB });
     this.names = make("text", "name");
     this.names.forEach((name, i) => { name.textContent = this.solver === "penalty" ? "" : String(i + 1); });
-    this.element.replaceChildren(...this.rods, this.flash, ...this.bobs, ...this.names);
+    this.element.replaceChildren(...this.rods, this.stop, this.flash, ...this.bobs, ...this.names);
   }
 
   show(displacements, shift, place, contact) {
@@ -144,7 +150,14 @@ class Bodies {
     put(this.flash, { cx: touch.x, cy: touch.y, r: 8 + 14 * brightness, opacity: brightness });
   }
 
-  hang(displacements, shift, { half }) {
+  // Draws the second stop so far left of the right face of body 1 as there is play; returns where the bodies touch.
+  touch(right, left, play, side, path) {
+    const stop = left - play - side;
+    put(this.stop, { d: play < Infinity ? path(stop) : "" });
+    return left - right > play / 2 ? stop : (right + left) / 2;
+  }
+
+  hang(displacements, shift, { half, play }) {
     const places = displacements.map((out, i) => {
       const pivot = MIDDLE + shift + (i ? half + BOB : -half - BOB);
       return { pivot, x: pivot + out, y: PIVOT + Math.sqrt(Math.max(ROD ** 2 - out ** 2, 0)) };
@@ -155,11 +168,12 @@ class Bodies {
       put(this.names[i], { x, y: y + 4 });
     });
     const [one, two] = places;
-    return { x: (one.x + two.x) / 2, y: (one.y + two.y) / 2 };
+    const hook = (x) => `M${two.x} ${two.y - BOB} v-7 H${x} V${one.y + BOB}`;
+    return { x: this.touch(one.x + BOB, two.x - BOB, play, 2 * BOB, hook), y: (one.y + two.y) / 2 };
   }
 
   // Body 1 ends where its right face is; body 2, or the wall, begins at its left face.
-  slide(displacements, shift, { half, left, right }) {
+  slide(displacements, shift, { half, play, left, right }) {
     const middle = (this.kind === "wall" ? right - half : MIDDLE) + shift;
     const faces = [middle - half + displacements[0], middle + half + (this.kind === "wall" ? 0 : displacements[1])];
     this.bobs.forEach((bob, i) => {
@@ -170,6 +184,9 @@ class Bodies {
       const ends = i ? [x + side, right + shift] : [left + shift, x];
       put(this.rods[i], { d: spring(...ends, FLOOR - SIDES[0] / 2) });
     });
-    return { x: (faces[0] + faces[1]) / 2, y: FLOOR - SIDES[0] / 2 };
+    const [top, end] = [FLOOR - SIDES[1] - 6, FLOOR - 14]; // above the spring
+    const second = this.bobs[1] ? `M${faces[1] + this.sides[1] / 2} ${FLOOR - this.sides[1]} V${top} H` : "";
+    const stop = (x) => (second ? `${second}${x} V${end}` : hatch(x, FLOOR - 56, end, -1));
+    return { x: this.touch(...faces, play, this.sides[0], stop), y: FLOOR - SIDES[0] / 2 };
   }
 }

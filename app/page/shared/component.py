@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from typing import ClassVar
 from weakref import WeakKeyDictionary
 
 import panel as pn
 from panel.theme.native import Native
 from vibroscope.app.compat import FastUpdates
+from vibroscope.app.page.files import esm, style
 
 
 class _CachedDesign(Native):
@@ -36,7 +38,23 @@ _DESIGN = _CachedDesign()
 
 
 class Component(FastUpdates, pn.custom.JSComponent):
-    """A component of the page: parameters in Python, a view in JavaScript. It holds no other components."""
+    """A component of the page: parameters in Python, a view in JavaScript. It holds no other components.
+
+    Attributes
+    ----------
+    script : str
+        Name of its module, and of the style sheet beside it.
+    sheets : tuple of str
+        Names of the style sheets that it shares with others, before its own; None: it has none, since it shows nothing.
+    """
+
+    script: ClassVar[str]
+    sheets: ClassVar[tuple[str, ...] | None] = ()
+
+    def __init_subclass__(cls, **options) -> None:
+        super().__init_subclass__(**options)
+        cls._esm = esm(cls.script)
+        cls._stylesheets = [] if cls.sheets is None else [style("shared/basics", *cls.sheets, cls.script)]
 
     def __init__(self, **params) -> None:
         super().__init__(**({"design": _DESIGN} | params))

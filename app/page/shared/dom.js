@@ -1,15 +1,37 @@
 // Shared by the components of the page. They set textContent only, so that no text can become markup.
 
-export function element(tag, className = "", text = "") {
-  const made = document.createElement(tag);
+export function element(tag, className = "", text = "", attributes = {}) {
+  const made = withAttributes(document.createElement(tag), attributes);
   if (className) made.className = className;
   if (text) made.textContent = text;
   return made;
 }
 
-export function svgElement(tag, attributes = {}, text = "") {
-  const made = document.createElementNS("http://www.w3.org/2000/svg", tag);
+function withAttributes(made, attributes) {
   for (const [name, value] of Object.entries(attributes)) made.setAttribute(name, value);
+  return made;
+}
+
+// A card: a section with a name for screen readers.
+export function card(className, name) {
+  return element("section", className, "", { "aria-label": name });
+}
+
+// Draws now, and whenever a parameter of these names changes.
+export function follow(model, names, draw) {
+  model.on(names, draw);
+  draw();
+}
+
+// Draws a card so, and explains its terms.
+export function drawCard(root, model, names, draw) {
+  follow(model, names, draw);
+  explainTerms(root);
+  return root;
+}
+
+export function svgElement(tag, attributes = {}, text = "") {
+  const made = withAttributes(document.createElementNS("http://www.w3.org/2000/svg", tag), attributes);
   if (text) made.textContent = text;
   return made;
 }
@@ -35,6 +57,30 @@ export function button(text, name, act, className = "") {
   }
   made.addEventListener("click", act);
   return made;
+}
+
+// An input in its label: the words before it, or behind what is ticked. Its title is its name.
+export function labelled(words, properties, attributes = {}) {
+  const field = Object.assign(element("input", "", "", attributes), properties);
+  if (field.title) field.setAttribute("aria-label", field.title);
+  const label = element("label");
+  label.append(...(field.type === "checkbox" ? [field, words] : [words, field]));
+  return [field, label];
+}
+
+// Entries of a list, from pairs of value and text.
+export const options = (pairs) => pairs.map(([value, text]) => Object.assign(element("option", "", text), { value }));
+
+// How far something is, from 0 to 1, and the button that ends it; without `share` that is not known.
+export function progressRow(name, stop) {
+  const row = element("div", "running");
+  const bar = Object.assign(element("progress", "", "", { "aria-label": name }), { max: 1 });
+  row.append(bar, stop);
+  const show = (on, share) => {
+    row.hidden = !on;
+    if (share !== undefined) bar.value = share;
+  };
+  return { element: row, show };
 }
 
 // Each component lies in a shadow root of its own, so components exchange events through the document.
@@ -84,6 +130,7 @@ export function cueScroll(content, itself = false) {
     draw();
   });
   for (const each of [content, ...content.children]) sizes.observe(each);
+  return content;
 }
 
 // Models and views of Bokeh by name; null while there are none. Bokeh itself searches all models at each call.

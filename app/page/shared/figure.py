@@ -6,12 +6,24 @@ import re
 from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
-from bokeh.models import ColumnDataSource, Glyph, GlyphRenderer, HoverTool, Legend, LegendItem, Line, NoOverlap
+from bokeh.models import (
+    ColumnDataSource,
+    Glyph,
+    GlyphRenderer,
+    HoverTool,
+    Label,
+    Legend,
+    LegendItem,
+    Line,
+    NoOverlap,
+    Span,
+)
 from bokeh.plotting import figure
 from bokeh.themes import Theme
 from vibroscope.app.explorer.field_units import held_in_words, unit_of
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.page.shared.muting import show_entry
+from vibroscope.app.page.shared.ranges import OwnedRange
 from vibroscope.engine import PART_NAMES
 
 # Okabe–Ito colours, which colour-blind readers can distinguish. Width, dash and marker differ too.
@@ -41,11 +53,51 @@ _APART = 4  # px between the labels of two ticks at least; where there is less r
 
 CLICK = "hide"  # what a click on a legend entry does to its curves; `muting.py` keeps it
 
+BARE = {"tools": "", "active_drag": None, "toolbar_location": None}  # a figure that is no place to zoom
+
 # Minimum margins of the time figures; `alignFrames` gives all of them the widest that one needs.
 LEFT, RIGHT = 60, 64
 
 
-# All colours of figures are defined here; `theme.js` has the dark counterpart of each.
+# Colours of the dark page by those of the light one; files are made of them here, figures of the page in `theme.js`.
+DARK = {
+    "#FFFFFF": "#171E26",  # paper
+    INK: "#E4E9EE",
+    "#E4E8EC": "#2A343E",  # grid
+    "#808D99": "#7F8C98",  # axes
+    "#C6CDD4": "#3C4854",  # outline
+    "#F1F3F5": "#222B34",  # background of the strip
+    GREY: "#A7B1BB",
+    OCHRE: "#D8C84A",  # pins, beside the colours of the parts
+    MAGENTA: "#FF8AC4",
+    BLUE: "#56B4E9",  # both are Okabe–Ito colours
+    VERMILLION: "#F0A030",
+    GREEN: "#3CC796",
+    VIOLET: "#C79BD8",
+}
+
+
+def file_colour(colour: str | None, *, dark: bool) -> str:
+    """A colour in a file, with its opacity if it has one."""
+    if not dark or colour is None:
+        return colour or "none"
+    whole = "#FFFFFF" if colour == "white" else colour.upper()
+    return DARK.get(whole[:7], whole[:7]) + whole[7:]
+
+
+def file_style(*, dark: bool) -> dict[str, str]:
+    """The colours of what surrounds the curves in a file, as parameters of matplotlib."""
+    parts = {
+        "#FFFFFF": ("figure.facecolor", "savefig.facecolor", "axes.facecolor"),
+        INK: ("text.color", "axes.labelcolor", "xtick.labelcolor", "ytick.labelcolor"),
+        "#808D99": ("xtick.color", "ytick.color"),
+        "#C6CDD4": ("axes.edgecolor",),
+        "#E4E8EC": ("grid.color",),
+    }
+    return {name: file_colour(colour, dark=dark) for colour, names in parts.items() for name in names}
+
+
+# All colours of figures are defined here.
 THEME = Theme(
     json={
         "attrs": {
@@ -99,8 +151,8 @@ THEME = Theme(
 )
 
 
-def make_figure(title: str, x: str, y: str, **more) -> figure:
-    """A figure in the page's style that fills its cell."""
+def make_figure(title: str, x: str = "", y: str = "", **more) -> figure:
+    """A figure in the page's style that fills its cell; a label that follows what is set comes later."""
     options = {
         "title": title,
         "x_axis_label": x,
@@ -121,6 +173,12 @@ def make_figure(title: str, x: str, y: str, **more) -> figure:
     return apply_style(figure(**(options | more)))
 
 
+def axes_of(ranges: Mapping[str, OwnedRange], x: str, y: str, logarithmic: str = "") -> dict[str, object]:
+    """What `make_figure` needs of its axes: their ranges by name, and which of "x" and "y" are ``logarithmic``."""
+    kinds = {f"{axis}_axis_type": "log" for axis in logarithmic}
+    return {"x_range": ranges[x].range, "y_range": ranges[y].range} | kinds
+
+
 def apply_style(plot: figure) -> figure:
     """Set the properties of ``plot`` that a theme cannot set."""
     # Otherwise the enclosing grid gives all frames the widest margin among them.
@@ -137,6 +195,23 @@ def apply_style(plot: figure) -> figure:
 def add_glyph(plot: figure, glyph: Glyph, source: ColumnDataSource, **more) -> GlyphRenderer:
     """Add one glyph. The methods of `figure` add two more for selected data, which this page does not have."""
     return plot.add_glyph(source, glyph, nonselection_glyph=None, **more)
+
+
+def scene_line(eta: float) -> Span:
+    """A dotted line at the η of a scene."""
+    return Span(location=eta, dimension="height", line_color="#808D99", line_dash="dotted")
+
+
+def cursor_line(width: float = 1.5, **more) -> Span:
+    """A line at what is set. As an overlay it is repainted without what is below it."""
+    return Span(dimension="height", line_color=INK, line_width=width, level="overlay", **more)
+
+
+def label_on(size: str = "11px", alpha: float = 0.8, **more) -> Label:
+    """Words over a figure, at a height in pixels."""
+    look = {"text_font": FONT, "text_font_size": size, "text_color": INK}
+    ground = {"background_fill_color": "#FFFFFF", "background_fill_alpha": alpha}
+    return Label(y_units="screen", **look, **ground, **more)
 
 
 def legend(items: list, columns: int = 2) -> Legend:

@@ -7,9 +7,9 @@ import { LOCAL } from "./dom.js";
 const EDGE = 4; // px left free beside a text
 const LEGEND_MARGIN = 20; // px of a legend beside its entries
 const TOUCHED = 26; // px, height of a legend entry under a finger
-export const ruler = document.createElement("canvas").getContext("2d");
+const ruler = document.createElement("canvas").getContext("2d");
 
-export const widthOf = (text, font) => {
+const widthOf = (text, font) => {
   ruler.font = font;
   return ruler.measureText(text).width;
 };
@@ -28,7 +28,7 @@ function inLines(text, font, width) {
 
 const wholeTexts = new WeakMap(); // by model, since the server knows only whole texts, and sends nothing twice
 
-export function wholeText(model, name) {
+function wholeText(model, name) {
   const known = wholeTexts.get(model);
   return known && known.shown === model[name] ? known.whole : model[name] ?? "";
 }

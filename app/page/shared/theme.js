@@ -1,30 +1,15 @@
 // The light and the dark theme. The page itself follows its style sheet. Bokeh's figures do not, so their colours are
-// exchanged here in the browser, by this table. The server makes figures in the light theme (`shared/figure.py`).
+// exchanged here in the browser, by a table of the server, which makes figures in the light theme (`shared/figure.py`).
 
 import { LOCAL, button, emit, listen, preferences } from "./dom.js";
 
-const DARK = {
-  "#FFFFFF": "#171E26", // paper
-  "#22303C": "#E4E9EE", // ink
-  "#E4E8EC": "#2A343E", // grid
-  "#808D99": "#7F8C98", // axes
-  "#C6CDD4": "#3C4854", // outline
-  "#F1F3F5": "#222B34", // background of the strip
-  "#76818C": "#A7B1BB", // another start
-  "#8F6A00": "#D8C84A", // pins, beside the colours of the parts
-  "#B0327A": "#FF8AC4",
-  "#0072B2": "#56B4E9", // reference; both are Okabe–Ito colours
-  "#D55E00": "#F0A030", // penalty, time step
-  "#007A5A": "#3CC796", // K and D
-  "#8A5A9E": "#C79BD8", // joint damping
-};
-const LIGHT = Object.fromEntries(Object.entries(DARK).map(([light, dark]) => [dark, light]));
-
+const DARK = {}; // by the colour in the light theme, upper case; the server gives it
 const system = matchMedia("(prefers-color-scheme: dark)");
 let chosen = null; // "light" or "dark", chosen by the link or by the user, now or on an earlier visit
 const isDark = () => (chosen ?? (system.matches ? "dark" : "light")) === "dark";
 
 export function themeButton(model) {
+  Object.assign(DARK, model.dark);
   chosen = model.theme || preferences.get("theme");
   const send = () => model.send_msg({ theme: chosen }); // for the link
   if (chosen && !model.theme) send();
@@ -49,7 +34,7 @@ export function themeButton(model) {
 
 export function darken() {
   document.documentElement.dataset.theme = isDark() ? "dark" : "light";
-  const table = isDark() ? DARK : LIGHT;
+  const table = isDark() ? DARK : Object.fromEntries(Object.entries(DARK).map(([light, dark]) => [dark, light]));
   for (const doc of window.Bokeh?.documents ?? []) {
     for (const model of doc.all_models) exchangeColours(model, table);
   }

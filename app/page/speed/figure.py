@@ -19,6 +19,7 @@ from vibroscope.app.page.shared.figure import (
     INK,
     VERMILLION,
     VIOLET,
+    axes_of,
     empty_source,
     hover_tool,
     make_figure,
@@ -26,8 +27,9 @@ from vibroscope.app.page.shared.figure import (
 )
 from vibroscope.app.page.shared.muting import show_entry
 from vibroscope.app.page.shared.ranges import OwnedRange
+from vibroscope.app.page.shared.seen import say
 from vibroscope.app.studies.speed import CHECKED, KINDS, SWEPT, PartialSpeed, SolverKey
-from vibroscope.engine import TimeStepping
+from vibroscope.engine import TimeStepping, written
 
 _LINES = {"reference": (BLUE, "solid", 4), "exact": (VIOLET, "dashed", 2)}
 _MARKS = {
@@ -53,73 +55,32 @@ class SpeedView:
         self.figure = self._make()
 
     def _make(self) -> figure:
-        plot = make_figure(
-            "Being measured …",
-            "processor time per period / µs (further left: faster)",
-            error_label(Setting()),
-            name="speed",
-            x_axis_type="log",
-            y_axis_type="log",
-            x_range=self.ranges["cost"].range,
-            y_range=self.ranges["error"].range,
-        )
+        words = "processor time per period / µs (further left: faster)", error_label(Setting())
+        plot = make_figure("Being measured …", *words, name="speed", **axes_of(self.ranges, "cost", "error", "xy"))
         names, items, hovered = names_of(Setting().constant_step, KINDS), [], []
         for kind, (colour, dash, width) in _LINES.items():
-            drawn = plot.line(
-                "cost",
-                "error",
-                source=self.stepless[kind],
-                line_color=colour,
-                line_dash=dash,
-                line_width=width,
-                line_alpha=0.75,
-            )
+            look = {"line_color": colour, "line_dash": dash, "line_width": width, "line_alpha": 0.75}
+            drawn = plot.line("cost", "error", source=self.stepless[kind], **look)
             items.append(LegendItem(label=names[kind], renderers=[drawn]))
         for kind, (colour, marker, dash) in _MARKS.items():
             source = self.swept[kind]
             line = plot.line("cost", "error", source=source, line_color=colour, line_width=1.5, line_dash=dash)
-            marks = plot.scatter(
-                "cost", "error", source=source, marker=marker, size=10, fill_color=colour, line_color=colour
-            )
+            marks = plot.scatter("cost", "error", source=source, marker=marker, size=10, color=colour)
             items.append(LegendItem(label=names[kind], renderers=[line, marks]))
             hovered.append(marks)
-        plot.add_tools(
-            hover_tool(
-                hovered, {"steps per period": "@n", "solves": "@solves", "µs per period": "@cost", "error": "@error"}
-            )
-        )
+        tips = {"steps per period": "@n", "solves": "@solves", "µs per period": "@cost", "error": "@error"}
+        plot.add_tools(hover_tool(hovered, tips))
         self._mark(plot)
         plot.add_layout(Legend(items=items, orientation="horizontal", ncols=2, click_policy=CLICK), "above")
         return plot
 
     def _mark(self, plot: figure) -> None:
-        plot.scatter(
-            "cost",
-            "error",
-            source=self.present,
-            marker="circle",
-            size=22,
-            fill_color=None,
-            line_color=INK,
-            line_width=2.2,
-        )
-        plot.add_layout(
-            LabelSet(
-                x="cost",
-                y="error",
-                text="text",
-                source=self.present,
-                x_offset="right",
-                y_offset="up",
-                text_align="align",
-                text_baseline="middle",
-                background_fill_color="#FFFFFF",
-                background_fill_alpha=0.8,
-                text_color=INK,
-                text_font_size="12px",
-                text_font_style="bold",
-            )
-        )
+        ring = {"marker": "circle", "size": 22, "fill_color": None, "line_color": INK, "line_width": 2.2}
+        plot.scatter("cost", "error", source=self.present, **ring)
+        place = {"x_offset": "right", "y_offset": "up", "text_align": "align", "text_baseline": "middle"}
+        look = {"text_color": INK, "text_font_size": "12px", "text_font_style": "bold"}
+        look |= {"background_fill_color": "#FFFFFF", "background_fill_alpha": 0.8}
+        plot.add_layout(LabelSet(x="cost", y="error", text="text", source=self.present, **place, **look))
 
     def update(self, setting: Setting, result: PartialSpeed | None) -> None:
         """Draw what is known; the ring follows the switch between fixed and located steps."""
@@ -130,9 +91,7 @@ class SpeedView:
         self._name(result)
         self.figure.yaxis.axis_label = error_label(setting)
         turns = f"{result.rounds} run{'s' if result.rounds > 1 else ''}"
-        self.figure.title.text = (
-            f"Error against time; present step T/{result.question.method.steps}, medians of {turns}"
-        )
+        say(self.figure, f"Error against time, medians of {turns}", _seen(setting, result))
         for kind, source in self.stepless.items():
             write(source, {"cost": np.full(2, result.stepless(kind)), "error": np.array(_ALL)})
         for kind, source in self.swept.items():
@@ -141,11 +100,7 @@ class SpeedView:
         self._ring(setting, result)
 
     def _ring(self, setting: Setting, result: PartialSpeed) -> None:
-        n = result.question.method.steps
-        if setting.located == "yes":
-            named = {SolverKey("located", n): "set"}
-        else:
-            named = {SolverKey("fixed", n): "set", SolverKey("plain", n): "in an FE code"}
+        named = _ringed(setting, result)
         shown = [key for key in named if math.isfinite(result.errors.get(key, math.nan))]
         columns = _columns(result, shown)
         # Errors fall as costs rise, so there are no points above and to the right of one: the text goes there. In the
@@ -176,6 +131,22 @@ class SpeedView:
         errors = np.concatenate([source.data["error"] for source in swept])
         for (name, owned), sizes in zip(self.ranges.items(), (costs, errors), strict=True):
             owned.put(*(_decades(sizes) if len(sizes) else _EMPTY[name]), fresh=fresh and len(sizes) > 0)
+
+
+def _ringed(setting: Setting, result: PartialSpeed) -> dict[SolverKey, str]:
+    """What is set, and the same step in a code that takes every one."""
+    n = result.question.method.steps
+    if setting.located == "yes":
+        return {SolverKey("located", n): "set"}
+    return {SolverKey("fixed", n): "set", SolverKey("plain", n): "in an FE code"}
+
+
+def _seen(setting: Setting, result: PartialSpeed) -> str:
+    """Error and cost of what is set."""
+    key = next(iter(_ringed(setting, result)))
+    if not math.isfinite(result.errors.get(key, math.nan)):
+        return f"T/{key.steps} ended early"
+    return f"T/{key.steps} errs by {written(result.errors[key], 2)} in {written(result.cost(key), 2)} µs per period"
 
 
 def error_label(setting: Setting) -> str:

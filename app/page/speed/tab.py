@@ -61,9 +61,6 @@ class Speed(StudyView):
     def spec(cls) -> dict:
         """Nothing to choose: the sliders do."""
         return {
-            "title": "Speed against error",
-            "switches": [],
-            "limits": [],
             "hint": f"Error: the largest of the four state components after {CHECKED} periods, against the "
             f"exact penalty model, divided by what the axis names. Cost: processor time of this machine over "
             f"{PERIODS} periods, all solvers in turn. "

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from types import MappingProxyType
 
 import param
 from vibroscope.app.explorer.errors import Refused
 from vibroscope.app.explorer.field_units import ShownField
-from vibroscope.app.explorer.typed import read_typed_number
-from vibroscope.app.page.files import esm, style
+from vibroscope.app.explorer.typed import read_shown_number, read_typed_number
 from vibroscope.app.page.shared.component import Component
+from vibroscope.app.page.shared.upload import Upload
 
 LONGEST_TEXT = 200
 
@@ -19,10 +20,11 @@ class StudyPanel(Component):
 
     spec = param.Dict(
         doc="Title, hint, switches (name, label, choices), limits and numbers (name, label, low, high; of mode text "
-        "one is a text, of any words), cursor"
+        "one is a text, of any words; one that may be empty is None then), cursor, file (label, drop, largest)"
     )
     chosen = param.Dict(doc="What is chosen, by name")
     status = param.Dict(default={}, doc="How far: text, share, running")
+    file = param.String(default="", doc="Name of the file that was chosen last")
     refused = param.String(default="", doc="Why the number that was typed last is not taken")
     fields = param.Dict(default={}, doc="How numbers that have a unit are shown: label, name, factor")
     away = param.Dict(default={}, doc="Choices of each switch, and names of numbers, that do not apply to the system")
@@ -30,23 +32,31 @@ class StudyPanel(Component):
     key = param.List(default=[], doc="Colour, name and pattern of each class")
     statements = param.List(default=[], doc="Head and text of what the figures say")
 
-    _esm = esm("study/study")
-    _stylesheets = [style("shared/scroll_cue", "study/study")]  # noqa: RUF012 - Panel reads it from the class
+    script = "study/study"
+    sheets = (
+        "shared/scroll_cue",
+        "shared/upload",
+    )
 
     def __init__(
         self, spec: dict, chosen: dict, on_choice: Callable[[dict], None], on_stop: Callable[[bool], None], **params
     ) -> None:
         super().__init__(spec=spec, chosen=chosen, css_classes=["study"], sizing_mode="stretch_width", **params)
+        self.upload: Upload | None = None  # of a file, where the study takes one
         self._fields: dict[str, ShownField] = {}  # of the numbers that have a unit
         self._on_choice = on_choice
         self._on_stop = on_stop
         self.on_msg(lambda event: self.receive(event.data))
 
-    def show_fields(self, fields: dict[str, ShownField]) -> None:
-        """Show these numbers in the units that are chosen; what is chosen stays in those of the model."""
+    def show_fields(self, fields: dict[str, ShownField], while_empty: Mapping[str, str] = MappingProxyType({})) -> None:
+        """Show these numbers in the units that are chosen; what is chosen stays in those of the model.
+
+        ``while_empty``: texts of the numbers that hold where a field is empty, by name.
+        """
         self._fields = fields
         self.fields = {
             name: {"label": field.label, "name": field.name.removeprefix(", "), "factor": field.factor}
+            | ({"empty": while_empty[name]} if name in while_empty else {})
             for name, field in fields.items()
         }
 
@@ -54,6 +64,8 @@ class StudyPanel(Component):
         """Act on a message from the browser as far as it is valid."""
         if not isinstance(data, dict):
             return
+        if self.upload is not None:
+            self.upload.receive(data)
         if isinstance(data.get("stop"), bool):
             self._on_stop(data["stop"])
         if isinstance(data.get("choose"), dict):
@@ -72,20 +84,26 @@ class StudyPanel(Component):
                 chosen[limit["name"]] = round(value)
         return chosen | self._typed(wanted)
 
-    def _typed(self, wanted: dict) -> dict[str, float | str]:
+    def _typed(self, wanted: dict) -> dict[str, float | str | None]:
         """The numbers that were typed, and texts as they are; says why a number is refused."""
         found, self.refused = {}, ""
-        for number in self.spec.get("numbers", []):
+        for number in self.spec["numbers"]:
             if number["name"] not in wanted:
                 continue
             field = self._fields.get(number["name"])
             if number.get("mode") == "text":
                 found[number["name"]] = str(wanted[number["name"]])[:LONGEST_TEXT]
                 continue
+            if number.get("empty") and not str(wanted[number["name"]]).strip():
+                found[number["name"]] = None
+                continue
             label, bounds, whole = number["label"], (number["low"], number["high"]), number["whole"]
-            label, units = (field.label, {"units": field.typed, "shown": field.unit}) if field else (label, {})
+            given = wanted[number["name"]]
             try:
-                text = read_typed_number(label, wanted[number["name"]], bounds, whole=whole, **units)
+                if field:
+                    text = read_shown_number(label, given, field, bounds, whole, not field.unit)
+                else:
+                    text = read_typed_number(label, given, bounds, whole=whole)
             except Refused as error:
                 self.refused = str(error)
             else:

@@ -1,30 +1,27 @@
 // The panel of a study. Only textContent is ever set; what is chosen goes to the server, which answers with what holds.
 
 import {
-  LOCAL, alignFrames, asObject, button, choose, cueScroll, element, emit, explainTerms, listen, modelOf, setText,
-  viewOf,
+  LOCAL, alignFrames, asObject, button, card, choose, cueScroll, drawCard, element, emit, listen, modelOf, options,
+  setText, viewOf,
 } from "../shared/dom.js";
+import { chooser } from "../shared/upload.js";
 
 export function render({ model }) {
-  const root = element("section", "study");
-  root.setAttribute("aria-label", model.spec.title);
+  const root = card("study", model.spec.title);
   root.dataset.figures = model.spec.figures.join(" ");
-  root.dataset.keyed = (model.spec.keyed ?? []).join(" "); // figures whose colours the key explains
   const send = (message) => model.send_msg(message);
   const shows = [
     ...model.spec.switches.map((spec) => switcher(root, spec, send)),
+    ...(model.spec.file ? [fileRow(root, model)] : []),
     ...model.spec.limits.map((spec) => limiter(root, spec, send)),
-    ...numbers(root, model.spec.numbers ?? [], send),
+    ...numbers(root, model.spec.numbers, send),
     progress(root, send),
     key(root),
     statements(root),
   ];
   if (model.spec.hint) root.append(element("p", "hint", model.spec.hint));
   const draw = () => shows.forEach((show) => show(model));
-  for (const name of ["chosen", "away", "fields", "refused", "status", "key", "statements"]) model.on(name, draw);
-  draw();
-  explainTerms(root);
-  cueScroll(root);
+  cueScroll(drawCard(root, model, ["chosen", "away", "fields", "refused", "status", "key", "statements", "file"], draw));
   whenThere(model.spec.figures, () => {
     if (model.spec.cursor) dragged(model);
     if (model.spec.aligned) alignFrames(model.spec.aligned.map(viewOf));
@@ -49,13 +46,24 @@ function scrolled(name) {
 function switcher(root, { name, label, choices }, send) {
   const row = element("label", "row");
   const select = element("select");
-  select.append(...Object.entries(choices).map(([value, text]) => Object.assign(element("option", "", text), { value })));
+  select.append(...options(Object.entries(choices)));
   select.addEventListener("change", () => send({ choose: { [name]: select.value } }));
   row.append(element("span", "", label), select);
   root.append(row);
   return ({ chosen, away }) => {
     for (const option of select.options) option.hidden = option.disabled = Boolean(away[name]?.includes(option.value));
     choose(select, chosen[name]);
+  };
+}
+
+function fileRow(root, model) {
+  const { root: row } = chooser(model, button(model.spec.file.label, "", () => {}), model.spec.file);
+  const name = element("output");
+  row.append(name);
+  root.append(row);
+  return ({ away, file }) => {
+    row.hidden = "file" in away;
+    name.textContent = file;
   };
 }
 
@@ -91,8 +99,7 @@ function limiter(root, { name, label, low, high, when }, send) {
 function numbers(root, specs, send) {
   if (!specs.length) return [];
   const grid = element("div", "numbers");
-  const refused = element("p", "refused");
-  refused.setAttribute("role", "alert");
+  const refused = element("p", "refused", "", { role: "alert" });
   const shows = specs.map(({ name, label, when, mode = "decimal" }) => {
     const row = element("label");
     const input = element("input");
@@ -118,6 +125,7 @@ function numbers(root, specs, send) {
       const text = typeof value === "string" ? value : String(Number((field.factor * value).toPrecision(digits)));
       setText(symbol, field.label);
       setText(words, field.name);
+      input.placeholder = field.empty ?? "";
       row.classList.toggle("wide", field.label.length + field.name.length > 14);
       if (typing || (text === shown && model.refused)) return;
       shown = text;
@@ -134,11 +142,10 @@ function numbers(root, specs, send) {
 
 function progress(root, send) {
   const row = element("div", "progress");
-  const bar = element("progress");
+  const bar = element("progress", "", "", { "aria-label": "Cells computed" });
   const text = element("span");
   const stop = button("Cancel", "", () => send({ stop: stop.dataset.stop === "true" }));
   bar.max = 1;
-  bar.setAttribute("aria-label", "Cells computed");
   row.append(bar, text, stop);
   root.append(row);
   return ({ status }) => {
@@ -155,17 +162,15 @@ function progress(root, send) {
 
 function key(root) {
   const head = element("h2", "key-title");
-  const list = element("ul", "key");
-  list.setAttribute("aria-label", "Colours");
+  const list = element("ul", "key", "", { "aria-label": "Colours" });
   root.append(head, list);
   return (model) => {
     head.textContent = model.key_title;
     head.hidden = !model.key.length;
     list.replaceChildren(...model.key.map(([colour, text, pattern]) => {
       const item = element("li");
-      const patch = element("span", `patch ${pattern}`);
+      const patch = element("span", `patch ${pattern}`, "", { "aria-hidden": "true" });
       if (colour) patch.style.backgroundColor = colour;
-      patch.setAttribute("aria-hidden", "true");
       item.append(patch, element("span", "", text));
       return item;
     }));

@@ -12,17 +12,18 @@ from typing import ClassVar
 
 import panel as pn
 from bokeh.plotting import figure
-from vibroscope.app.explorer.errors import error_text
 from vibroscope.app.explorer.link import View
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.explorer.statements import shown_text
 from vibroscope.app.export.formats import Figure
 from vibroscope.app.export.tables import columns_in_units
+from vibroscope.app.page.asker import StudyAsker
 from vibroscope.app.page.files import style
+from vibroscope.app.page.shared.declared import Key
 from vibroscope.app.page.shared.muting import Muting
 from vibroscope.app.page.study.panel import StudyPanel
-from vibroscope.app.page.tab import COMPUTING, Move, TabHost, TabView, on_loop
-from vibroscope.app.studies.study_job import RESULTS, Grow, PartialResult, StudyJob
+from vibroscope.app.page.tab import COMPUTING, Move, TabHost, TabView
+from vibroscope.app.studies.study_job import RESULTS, Grow, PartialResult
 from vibroscope.engine.facts import Statement, message_of, sentence
 
 
@@ -31,8 +32,7 @@ class StudyView(TabView):
 
     Attributes
     ----------
-    result : PartialResult or None
-        What is shown: of the present question, or of the last one until there is something of the present one.
+    study : StudyAsker
     cells : tuple of pn.pane.Bokeh
         Its figures, once it is built.
     """
@@ -40,23 +40,27 @@ class StudyView(TabView):
     grow: ClassVar[Grow]  # partial results of a question
     chosen: ClassVar[dict]  # the choices at first
     pictures: ClassVar[tuple[Figure, ...]]  # that can be taken away
+    keyed: ClassVar[tuple[str, ...]] = ()  # names of those whose colours the key explains
+    at_once: ClassVar[bool] = False  # whether a first answer comes as fast as marks: then these wait for it
 
     def __init__(self, host: TabHost) -> None:
         super().__init__(host)
-        self.result: PartialResult | None = None
         self._result_setting: Setting | None = None  # the last one that the result answers
-        self._job: StudyJob | None = None
+        self.study = StudyAsker(host, type(self).grow, self._changed)
         self._move: Move | None = None
         self._visible = False
-        self._stopped = False  # by the user, or since its time is over
-        self._failed = ""
+
+    @property
+    def result(self) -> PartialResult | None:
+        """What is shown: of the present question, or of the last one until there is something of the present one."""
+        return self.study.result
 
     # -- what a study defines ---------------------------------------------------
 
     @classmethod
     @abstractmethod
     def spec(cls) -> dict:
-        """Switches, limits, title and hint of the panel."""
+        """Switches, limits and numbers of the panel, its hint, and its title if that is not the one of the view."""
 
     @abstractmethod
     def question(self, setting: Setting) -> object:
@@ -89,8 +93,9 @@ class StudyView(TabView):
 
     def lay_out(self, *cells, classes: tuple[str, ...] = ()) -> pn.Column:
         """Figures and the panel in the grid of `studies.css`."""
-        spec = {"figures": [cell.object.name for cell in cells], **self.spec()}
-        self.panel = StudyPanel(spec, dict(self.chosen), self._choose, self._stop)
+        figures = [cell.object.name for cell in cells]
+        usual = {"title": self.title, "figures": figures, "switches": [], "limits": [], "numbers": []}
+        self.panel = StudyPanel(usual | self.spec(), dict(self.chosen), self._choose, self._stop)
         self.panel.css_classes = ["cell", "panel"]
         self.cells = cells
         self.ranges = self.view.ranges
@@ -151,9 +156,7 @@ class StudyView(TabView):
         self._cancel()
 
     def _cancel(self) -> None:
-        if self._job is not None:
-            self._job.cancel()
-            self._job = None
+        self.study.forget()
 
     def refresh(self) -> None:
         """Start the study that the setting, the choices and the zoom call for, and draw; nothing while hidden."""
@@ -162,6 +165,8 @@ class StudyView(TabView):
                 self._cancel()
             else:
                 self._ask()
+                if self.at_once and self.result is not None and not self._answers(self.study.question):
+                    return
             self._push()
 
     @property
@@ -171,12 +176,7 @@ class StudyView(TabView):
     def _ask(self) -> None:
         """Start what is called for, if that is not what is under way or done."""
         question = self.question(self._move.setting)
-        if self._job is None or question != self._job.question:
-            if self._job is not None:
-                self._job.cancel()
-            self._stopped, self._failed = False, ""
-            self.result = RESULTS.get(question) or self.result
-            self._job = StudyJob(question, type(self).grow, on_loop(self.host, self._take))
+        self.study.follow(question)
         if self._answers(question):
             self._result_setting = self._move.setting
 
@@ -187,15 +187,17 @@ class StudyView(TabView):
         """Send what has changed, when the browser is free."""
         self.host.push(self._move.number, self._write)
 
-    def _take(self, job: StudyJob, result: PartialResult | Exception) -> None:
-        if isinstance(result, Exception):
-            cause = error_text(result)
-            self._failed = f"This could not be computed ({cause}). Change what you moved last; the last picture stays."
-            self.host.report_error(self._failed, self._move.number)
+    def _changed(self) -> None:
+        if self.study.failed:
+            self.host.report_error(self._failure, self._move.number)
         else:
-            self.result, self._result_setting = result, self._move.setting
-            self._stopped = job.out_of_time
+            self._result_setting = self._move.setting
         self._push()
+
+    @property
+    def _failure(self) -> str:
+        cause = self.study.failed
+        return cause and f"This could not be computed ({cause}). Change what you moved last; the last picture stays."
 
     def _write(self) -> None:
         if not self._visible:
@@ -210,13 +212,12 @@ class StudyView(TabView):
             self.host.summarise(obstacle)
             return
         self.draw(self._move.setting, self.result)
-        share = self.result.share if self._answers(self.question(self._move.setting)) else 0.0
-        running = share < 1 and not self._stopped and not self._failed
-        text = self._failed or ("complete" if share >= 1 else f"{100 * share:.0f} % computed")
+        share, stopped = self.study.share, self.study.stopped
+        text = self._failure or ("complete" if share >= 1 else f"{100 * share:.0f} % computed")
         self.panel.status = {
             "share": round(share, 3),
-            "running": running,
-            "text": f"{text}, stopped" if self._stopped else text,
+            "running": self.study.job is not None,
+            "text": f"{text}, stopped" if stopped else text,
         }
         if share >= 1:  # a screen reader speaks once, when all is known
             self.host.summarise(_as_text(self.panel.statements))
@@ -226,6 +227,10 @@ class StudyView(TabView):
     def figures(self) -> list[Figure]:
         """All, once there is anything in them."""
         return [] if self.result is None or self._obstacle else list(self.pictures)
+
+    def key_of(self, name: str) -> Key:
+        """The key of the panel."""
+        return Key(self.panel.key_title, self.panel.key) if name in self.keyed else Key()
 
     def data(self) -> dict[str, object]:
         """The results so far, in the units that are shown."""
@@ -260,14 +265,9 @@ class StudyView(TabView):
         self.refresh()
 
     def _stop(self, on: bool) -> None:
-        if self._job is None or not self._visible:
-            return
-        self._job.cancel()
-        if not on:
-            self._job = None
-            self._ask()
-        self._stopped = on
-        self._push()
+        if self._visible:
+            self.study.stop(on)
+            self._push()
 
 
 def free_obstacle(setting: Setting, shown: str, why: str = "begins at rest, where nothing moves") -> str:

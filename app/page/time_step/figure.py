@@ -12,10 +12,22 @@ from vibroscope.app.explorer.field_units import shown_field
 from vibroscope.app.explorer.method_words import STEP_NAMES, brief_name
 from vibroscope.app.explorer.present import as_float32
 from vibroscope.app.explorer.state import Setting
-from vibroscope.app.page.shared.figure import INK, VERMILLION, empty_source, legend, make_figure, quantity_axis, write
+from vibroscope.app.page.shared.figure import (
+    VERMILLION,
+    axes_of,
+    cursor_line,
+    empty_source,
+    legend,
+    make_figure,
+    quantity_axis,
+    write,
+)
 from vibroscope.app.page.shared.ranges import OwnedRange
+from vibroscope.app.page.shared.seen import say
 from vibroscope.app.page.shared.unit_axis import UnitAxis
 from vibroscope.app.studies.time_step import STEPS, PartialStep
+from vibroscope.engine import percent
+from vibroscope.engine.facts import Amount, Statement, joined, stated
 from vibroscope.engine.sweeps import SCHEMES
 
 GREEN = "#009E73"  # the located step is neither of the two solutions that have a colour in Explore
@@ -68,40 +80,19 @@ class TimeStepView:
         return [*self.phases.values(), *self.curves.values()]
 
     def _phase(self, scheme: str) -> figure:
-        plot = make_figure(
-            "Being computed …",
-            "displacement ξ₂",
-            "velocity ξ₂′",
-            name=f"step_phase_{scheme}",
-            x_range=self.ranges["xi2"].range,
-            y_range=self.ranges["v2"].range,
-        )
+        axes = axes_of(self.ranges, *_SHOWN)
+        words = "Being computed …", "displacement ξ₂", "velocity ξ₂′"
+        plot = make_figure(*words, name=f"step_phase_{scheme}", **axes)
         plot.line("xi2", "v2", source=self.orbits[scheme], line_color=_COLOURS[scheme], line_width=1.3)
-        plot.scatter(
-            "xi2",
-            "v2",
-            source=self.sections[scheme],
-            marker=_MARKERS[scheme],
-            size=8,
-            fill_color=None if scheme == "fixed" else _COLOURS[scheme],
-            line_color=_COLOURS[scheme],
-            line_width=1.3,
-        )
+        look = {"marker": _MARKERS[scheme], "size": 8, "line_color": _COLOURS[scheme], "line_width": 1.3}
+        fill = None if scheme == "fixed" else _COLOURS[scheme]
+        plot.scatter("xi2", "v2", source=self.sections[scheme], fill_color=fill, **look)
         return plot
 
     def _curve(self, name: str) -> figure:
         _, title, label = _SIZES[name]
-        plot = make_figure(
-            title,
-            "steps per period n = T/Δτ",
-            label,
-            name=f"step_{name}",
-            x_axis_type="log",
-            y_axis_type="log",
-            x_range=self.ranges["n"].range,
-            y_range=self.ranges[name].range,
-            tools="pan,box_zoom,wheel_zoom,reset,save",
-        )
+        axes = axes_of(self.ranges, "n", name, "xy")
+        plot = make_figure(title, "steps per period n = T/Δτ", label, name=f"step_{name}", **axes)
         items = []
         for scheme in SCHEMES:
             source, colour = self.sizes[name, scheme], _COLOURS[scheme]
@@ -112,7 +103,7 @@ class TimeStepView:
             ]
             items.append(LegendItem(label=STEP_NAMES[scheme], renderers=drawn))
         plot.add_layout(legend(items))
-        cursor = Span(dimension="height", line_color=INK, line_width=1.5, level="overlay", name=f"step_cursor_{name}")
+        cursor = cursor_line(name=f"step_cursor_{name}")
         plot.add_layout(cursor)
         self._cursors.append(cursor)
         plot.on_event(Tap, self.on_tap)
@@ -138,7 +129,8 @@ class TimeStepView:
             self.ranges[name].put(*ends, fresh=fresh and len(sizes) > 0)
             variable, title, _ = _SIZES[name]
             why = result.why_none(variable)
-            self.curves[name].title.text = f"{title}: no number, since {why}" if why else title
+            seen = f"no number, since {why}" if why else _seen(result, index, variable)
+            say(self.curves[name], title, seen, setting)
         drawn = [*self.orbits.values(), *self.sections.values()]
         for name in _SHOWN:
             columns = [source.data[name] for source in drawn]
@@ -151,7 +143,8 @@ class TimeStepView:
         fields = [(shown_field(name, setting), value) for name, value in numbers.items() if value is not None]
         at = ", ".join(field.words(value) if not field.unit else field.measure(value) for field, value in fields)
         name = f", {brief_name(method)}" if method.has_choices else ""
-        self.phases[scheme].title.text = f"T/{result.steps[index]:.0f}, {STEP_NAMES[scheme]}{name}: {at}"
+        title = f"T/{result.steps[index]:.0f}, {STEP_NAMES[scheme]}{name}, {at}"
+        say(self.phases[scheme], title, result.words(index, scheme), setting)
         for source, shown in ((self.orbits, result.orbit), (self.sections, result.section)):
             write(source[scheme], as_float32(dict(zip(_SHOWN, shown(index, scheme).values(), strict=True))))
         for name in _SIZES:
@@ -164,6 +157,18 @@ class TimeStepView:
         """Set n to that of the study which is nearest to a tap."""
         if event.x is not None and 0 < event.x < np.inf and self._result is not None:
             self._on_steps(int(self._result.steps[self._result.nearest(event.x)]))
+
+
+def _seen(result: PartialStep, index: int, variable: str) -> Statement:
+    """The size of a curve at the n that is shown, of each scheme that has one there."""
+    sizes = {scheme: float(result.of_scheme(variable, scheme)[index]) for scheme in result.schemes}
+    numbers = (
+        stated("{} {}", STEP_NAMES[scheme], Amount(size, "displacement", 2) if variable == "scatter" else percent(size))
+        for scheme, size in sizes.items()
+        if np.isfinite(size)
+    )
+    known = joined(", ", numbers)
+    return stated("{} at T/{}", known, f"{result.steps[index]:.0f}") if known else known
 
 
 def _decades(sizes: np.ndarray) -> tuple[int, int]:

@@ -11,13 +11,7 @@ from vibroscope.app.explorer.link import LINEAR, LOGARITHMIC
 from vibroscope.app.explorer.method_words import STEP_NAMES, words_of_method
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.export.formats import Figure, Series
-from vibroscope.app.export.scripts import (
-    initial_option,
-    method_python,
-    scheme_options,
-    sweep_command,
-    sweep_python,
-)
+from vibroscope.app.export.scripts import initial_option, method_python, scheme_options, sweep_command, sweep_python
 from vibroscope.app.page.study.tab import StudyView, engine_obstacle, free_obstacle
 from vibroscope.app.page.time_step.figure import TimeStepView
 from vibroscope.app.runtime.number_text import print_number
@@ -58,9 +52,6 @@ class TimeStep(StudyView):
     def spec(cls) -> dict:
         """Nothing to choose but n, and that is a slider."""
         return {
-            "title": "Time step",
-            "switches": [],
-            "limits": [],
             "hint": "A click in the lower figures sets n to the nearest of the study; so does the slider T/Δτ. "
             "Integrator, contact status and law are those that are set under Solver. "
             f"Each motion is run from its start (see System) over {TRANSIENT} periods, then {SAMPLE} are kept.",
@@ -99,7 +90,8 @@ class TimeStep(StudyView):
             of = result.of_scheme
             return [Series(scheme, {"n": result.steps, what: of(what, scheme)}) for scheme in result.schemes]
         scheme, index = what.removeprefix("phase_"), result.nearest(self._result_setting.steps)
-        return [Series("orbit", result.orbit(index, scheme)), Series("section", result.section(index, scheme))]
+        orbit, section = result.orbit(index, scheme), result.section(index, scheme)
+        return [Series("orbit", orbit), Series("section", section)]
 
     def python(self, setting: Setting) -> str:
         """`StepStudy` of the same steps."""

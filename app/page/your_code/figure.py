@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import numpy as np
 from bokeh.models import LegendItem, Line, Scatter
 from bokeh.plotting import figure
 from vibroscope.app.explorer.compute import RunPair
@@ -13,6 +14,7 @@ from vibroscope.app.page.shared.figure import (
     REFERENCE,
     VERMILLION,
     add_glyph,
+    axes_of,
     empty_source,
     label_of,
     legend,
@@ -21,6 +23,7 @@ from vibroscope.app.page.shared.figure import (
     write,
 )
 from vibroscope.app.page.shared.ranges import OwnedRange
+from vibroscope.app.page.shared.seen import amplitude, apart, of_both, say
 
 _LINES = {"reference": REFERENCE, "penalty": PENALTY}
 _SUBSCRIPTS = {1: "₁", 2: "₂"}
@@ -49,7 +52,7 @@ class YourCodeView:
         return [self.phase, self.displacement]
 
     def _figure(self, name: str, title: str, x: str, y: str) -> figure:
-        plot = make_figure(title, "", "", name=name, x_range=self.ranges[x].range, y_range=self.ranges[y].range)
+        plot = make_figure(title, name=name, **axes_of(self.ranges, x, y))
         items = []
         for solver, look in _LINES.items():
             columns = ("x", "v") if name == "code_phase" else ("t", "x")
@@ -73,14 +76,19 @@ class YourCodeView:
         self.phase.xaxis[0].axis_label = self.displacement.yaxis[0].axis_label = position
         self.phase.yaxis[0].axis_label = label_of(setting, f"velocity ξ{sub}′", "velocity")
         self.displacement.xaxis[0].axis_label = time_label(setting)
-        self.phase.title.text = f"{title}: body {body}"
+        name = f"{title}, body {body}"
         if runs is None:
+            say(self.phase, name)
             return
         columns = present(RunPair(setting, runs.reference, runs.penalty))
         fresh = self._drawn is None or self._drawn.setting != runs.setting
         self._drawn = runs
         for solver in _LINES:
             self._write(solver, body, columns)
+        swings = [amplitude(source.data["x"]) for source in self.phases.values()]
+        say(self.phase, name, of_both("amplitude", swings, "displacement", setting), setting)
+        between = np.subtract(*(source.data["x"] for source in self.traces.values()))
+        say(self.displacement, "Displacement", apart([between], setting), setting)
         self.ranges["time"].put(0, WINDOW * setting.period, fresh=fresh)
         sources = [*self.phases.values(), *self.sections.values()]
         for name in ("x", "v"):

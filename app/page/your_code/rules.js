@@ -1,12 +1,11 @@
 // The input of the code that is chosen, and the rules of thumb with small phase plots. Only textContent is ever set.
 
-import { button, cueScroll, element, explainTerms, svgElement } from "../shared/dom.js";
+import { button, card, cueScroll, drawCard, element, svgElement } from "../shared/dom.js";
 
 const HOLDS = { yes: "✓ holds", no: "✗ fails", "": "– not known" };
 
 export function render({ model }) {
-  const root = element("section", "codes");
-  root.setAttribute("aria-label", "Rules of thumb");
+  const root = card("codes", "Rules of thumb");
   const own = element("div", "own");
   const table = element("table");
   const head = element("tr");
@@ -40,20 +39,15 @@ export function render({ model }) {
     table.hidden = !model.rows.length;
   };
   model.on("code", drawCode);
-  for (const name of ["rows", "reference"]) model.on(name, drawRows);
   drawCode();
-  drawRows();
-  explainTerms(root);
-  cueScroll(root);
-  return root;
+  return cueScroll(drawCard(root, model, ["rows", "reference"], drawRows));
 }
 
 function drawOwn(box, code) {
   box.hidden = !code.name;
   if (box.hidden) return;
-  const words = element("pre", "", code.lines.join("\n"));
+  const words = element("pre", "", code.lines.join("\n"), { "aria-label": `What to set in ${code.name}` });
   words.tabIndex = 0;
-  words.setAttribute("aria-label", `What to set in ${code.name}`);
   const sources = element("ul", "sources");
   for (const source of code.sources) {
     const item = element("li", "", `${source.figure}: `);

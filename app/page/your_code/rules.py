@@ -11,7 +11,6 @@ from vibroscope.app.codes.rules import AS_SET, ENDED
 from vibroscope.app.explorer.field_units import shown_field
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.explorer.statements import shown_text
-from vibroscope.app.page.files import esm, style
 from vibroscope.app.page.shared.component import Component
 from vibroscope.app.studies.your_code import Judged
 from vibroscope.engine import METHOD_NUMBERS, counted, percent
@@ -29,8 +28,8 @@ class RulesTable(Component):
     reference = param.String(default="", doc="phase plot of the reference as an SVG path")
     rows = param.List(default=[], doc="the setting, then the rules that are judged: see `rows_of`")
 
-    _esm = esm("your_code/rules")
-    _stylesheets = [style("shared/scroll_cue", "your_code/rules")]  # noqa: RUF012 - Panel reads it from the class
+    script = "your_code/rules"
+    sheets = ("shared/scroll_cue",)
 
     def __init__(self, on_set: Callable[[str], None]) -> None:
         super().__init__(sizing_mode="stretch_width")

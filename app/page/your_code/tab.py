@@ -17,6 +17,7 @@ from vibroscope.app.explorer.state import Setting
 from vibroscope.app.explorer.statements import shown_text
 from vibroscope.app.export.formats import Figure, Series
 from vibroscope.app.export.scripts import as_command
+from vibroscope.app.export.tables import column_title
 from vibroscope.app.page.study.tab import StudyView
 from vibroscope.app.page.tab import Move
 from vibroscope.app.page.your_code import words
@@ -83,12 +84,10 @@ class YourCode(StudyView):
         names = {NONE: "choose a code …", **{key: code.name for key, code in codes().items()}}
         targets = {key: code.name for key, code in translated_codes(write=True).items() if key in codes()}
         return {
-            "title": "Your code",
             "switches": [
                 {"name": "code", "label": "Code", "choices": names},
                 {"name": "target", "label": "Translate into", "choices": {NONE: "physical numbers", **targets}},
             ],
-            "limits": [],
             "numbers": [
                 *map(_typed, _NUMBERS),
                 {"name": words.KEY, "label": "Its words", "mode": "text", "linked": False},
@@ -210,7 +209,12 @@ class YourCode(StudyView):
             rules = self.data()["rules"]
             return [Series(key, {n: np.array([_cell(v)]) for n, v in row.items()}) for key, row in rules.items()]
         sources = self.view.phases if name == "code_phase" else self.view.traces
-        return [Series(solver, dict(source.data)) for solver, source in sources.items()]
+        body, scale = self._result_setting.system.observed_body, self._move.setting.scale
+        names = {"t": "time", "x": f"xi{body}", "v": f"velocity{body}"}
+        return [
+            Series(solver, {column_title(names[n], n, scale): each for n, each in source.data.items()})
+            for solver, source in sources.items()
+        ]
 
     def data(self) -> dict[str, object]:
         """The results so far; sentences, too, in the units that are shown."""

@@ -6,8 +6,8 @@ Each module has the problem of some kinds of points; a module that is added here
 from importlib import import_module
 from pkgutil import iter_modules
 
-from ..kinds import POINT_KINDS
-from .problem import PointProblem
+from vibroscope.engine.continuation.kinds import POINT_KINDS
+from vibroscope.engine.continuation.points.problem import PointProblem
 
 for _module in iter_modules(__path__):
     import_module(f"{__name__}.{_module.name}")

@@ -8,13 +8,12 @@ reference begins to stick where it parts at ε, and ceases to where it is no lon
 from collections.abc import Iterator
 
 import numpy as np
-
-from ...drivers.orbit import event
-from ..kinds import GRAZING, OPENS, STICKING_BEGINS, STICKING_ENDS
-from ..margins import Margin
-from ..orbit import Orbit, short_phase
-from ..tolerances import SAME_TOUCH, TOUCH_LENGTH
-from .problem import Place, Plane, PointProblem
+from vibroscope.engine.continuation.kinds import GRAZING, OPENS, STICKING_BEGINS, STICKING_ENDS
+from vibroscope.engine.continuation.margins import Margin
+from vibroscope.engine.continuation.orbit import Orbit, short_phase
+from vibroscope.engine.continuation.points.problem import Place, Plane, PointProblem
+from vibroscope.engine.continuation.tolerances import SAME_TOUCH, TOUCH_LENGTH
+from vibroscope.engine.drivers.orbit import event
 
 
 class Grazing(PointProblem):
@@ -53,7 +52,8 @@ class Grazing(PointProblem):
         """That of the touch."""
         if not margin.inside:
             return margin.event == self.event
-        return abs(place.evaluation.facts[margin.event, event.WHERE] - place.orbit.instants[self.event]) < SAME_TOUCH
+        where = place.evaluation.facts[margin.event, margin.column + 1]
+        return abs(where - place.orbit.instants[self.event]) < SAME_TOUCH
 
 
 def touched_at(plane: Plane, place: Place, margin: Margin) -> tuple[Orbit, int]:
@@ -61,9 +61,7 @@ def touched_at(plane: Plane, place: Place, margin: Margin) -> tuple[Orbit, int]:
     orbit, k = place.orbit, margin.event
     if not margin.inside:
         return (orbit, k) if plane.rigid else marked(orbit, k)
-    apart = event.IMPACT if plane.rigid else event.PART
-    kind, where = (event.TOUCH if margin.kind == OPENS else apart), place.evaluation.facts[k, event.WHERE]
-    return orbit.with_events(k, where, (kind,)), k
+    return orbit.with_events(k, place.evaluation.facts[k, margin.column + 1], margin.more[-1:]), k
 
 
 def marked(orbit: Orbit, k: int) -> tuple[Orbit, int]:

@@ -10,14 +10,19 @@ from dataclasses import dataclass, replace
 from typing import ClassVar
 
 import numpy as np
-
-from ...drivers.orbit import Evaluation, OrbitEquations, steps
-from ...motions.tolerances import LEAST_SIZE
-from ..family import Family, ParameterRange
-from ..margins import Margin, margins
-from ..orbit import KeptEquations, Orbit
-from ..roots import Convergence, converges
-from ..tolerances import AT_BORDER, CORRECTION_ROUNDING, LONG_POINT_CORRECTION, POINT_DIFFERENCE, SLOW
+from vibroscope.engine.continuation.family import Family, ParameterRange
+from vibroscope.engine.continuation.margins import Margin, margins
+from vibroscope.engine.continuation.orbit import KeptEquations, Orbit
+from vibroscope.engine.continuation.roots import Convergence, converges
+from vibroscope.engine.continuation.tolerances import (
+    AT_BORDER,
+    CORRECTION_ROUNDING,
+    LONG_POINT_CORRECTION,
+    POINT_DIFFERENCE,
+    SLOW,
+)
+from vibroscope.engine.drivers.orbit import Evaluation, OrbitEquations, steps
+from vibroscope.engine.motions.tolerances import LEAST_SIZE
 
 NEWTON = Convergence(12, far=0.2, converged=1e-11, stalled=1e-8)
 

@@ -9,12 +9,11 @@ and (∂A/∂X)v is the derivative of ∂F/∂X along v: two evaluations for all
 """
 
 import numpy as np
-
-from ...drivers.orbit import event
-from ..kinds import DOUBLING, FOLD, NEIMARK_SACKER, indicator
-from ..orbit import Orbit
-from ..tolerances import BRIEF_CONTACT
-from .problem import Place, PointProblem
+from vibroscope.engine.continuation.kinds import DOUBLING, FOLD, NEIMARK_SACKER, indicator
+from vibroscope.engine.continuation.orbit import Orbit
+from vibroscope.engine.continuation.points.problem import Place, PointProblem
+from vibroscope.engine.continuation.tolerances import BRIEF_CONTACT
+from vibroscope.engine.drivers.orbit import event
 
 
 class Singular(PointProblem):
@@ -65,7 +64,7 @@ class Singular(PointProblem):
 
 def short_pairs(orbit: Orbit) -> list[tuple[int, int]]:
     """First and last event of short contacts and flights of the penalty; each event belongs to one at most."""
-    kinds, instants, found = orbit.kinds, orbit.instants, []
+    kinds, instants, found = orbit.at_any_stop, orbit.instants, []
     pairs = [(k, last) for k in range(len(kinds)) if (last := _end_of(kinds, k)) is not None]
     for first, last in sorted(pairs, key=lambda pair: instants[pair[1]] - instants[pair[0]]):
         events = {*range(first, last + 1)}

@@ -11,11 +11,10 @@ A skip ends with that step or, before it, where a gap is so near to zero that ro
 from typing import NamedTuple
 
 import numpy as np
-
-from ..compile.options import jit_inlined
-from ..linear.tables import apply_transition, dot
-from ..time_stepping.newmark import LIMIT
-from .step_map import ENTRIES
+from vibroscope.engine.kernels.accelerated.step_map import ENTRIES
+from vibroscope.engine.kernels.compile.options import jit_inlined
+from vibroscope.engine.kernels.linear.tables import apply_transition, dot
+from vibroscope.engine.kernels.time_stepping.newmark import LIMIT
 
 FAR = 1e-3 * LIMIT  # beyond it no step is skipped
 

@@ -25,10 +25,14 @@ contact are watched alone, except with (5) and (6).
 Plain twin: :func:`..time_stepping.linear_step.integrate_linear` (tests/engine/kernels/test_matrix_skip.py).
 """
 
-from ..compile.options import jit_inlined, jit_no_alloc
-from ..compile.record import no_room, unrecorded_contact, with_impulse
-from ..status import FULL, OK
-from ..time_stepping.linear_step import (
+from typing import NamedTuple
+
+from vibroscope.engine.kernels.accelerated.skip_search import CHUNK, ENTRIES, FREE, find_steps, impulse_of, write_u_at
+from vibroscope.engine.kernels.compile.options import jit_inlined, jit_no_alloc
+from vibroscope.engine.kernels.compile.record import no_room, unrecorded_contact, with_impulse
+from vibroscope.engine.kernels.status import FULL, OK
+from vibroscope.engine.kernels.time_stepping.linear_step import (
+    FORCE,
     StepProgress,
     advance,
     force_at,
@@ -37,10 +41,26 @@ from ..time_stepping.linear_step import (
     write_first_sample,
     write_progress,
 )
-from ..time_stepping.newmark import begin_contact, end_contact, next_output, write_output, write_sample
-from .skip_search import CHUNK, ENTRIES, FREE, find_steps, impulse_of, write_u_at
+from vibroscope.engine.kernels.time_stepping.newmark import (
+    begin_contact,
+    end_contact,
+    next_output,
+    write_output,
+    write_sample,
+)
 
 WORK_ROWS = 10  # of the work space: three for a step, five u, one of least values, and one y
+STATE_ROW = 6  # the y, of those after a step's
+
+
+class Skip(NamedTuple):
+    """What :func:`.skip_search.find_steps` says of the next steps."""
+
+    mode: int
+    coarse: int  # entries of the coarser level
+    fine: int  # single steps after these
+    steps: int  # in all; 0 where no mode certainly takes the next one
+    turns: bool  # whether the gap has changed sides at the end of the last
 
 
 @jit_inlined
@@ -65,26 +85,27 @@ def write_state(m, u, y):
 
 @jit_inlined
 def next_skip(m, t, mode, at, us):
-    """The mode of the next steps, sought from ``mode`` on, and what :func:`.skip_search.find_steps` says of it."""
-    modes = t.counts.shape[0]
+    """The next :class:`Skip`, whose mode is sought from ``mode`` on."""
+    modes, coarse, fine, turns = t.counts.shape[0], 0, 0, False
     for _ in range(modes):
         if may_have(t, m, mode, at):
             coarse, fine, turns = find_steps(t, mode, us, m.system.touch)
             if coarse + fine > 0:
-                return mode, coarse, fine, turns
+                break
         mode = mode + 1 if mode + 1 < modes else 0
-    return mode, 0, 0, False
+    return Skip(mode, coarse, fine, coarse * t.strides[mode] + fine, turns)
 
 
 @jit_no_alloc
-def write_skipped(m, t, mode, n, at, coarse, end, turn, us, y, window, buffers):
-    """Write the section rows and samples of the steps at.step + 1 … end; ``turn``: that which changes sides, or −1."""
-    sampled = buffers.samples.shape[0] > 0
+def write_skipped(m, t, skip, n, at, stop, us, record):
+    """Write the section rows and samples of the steps of a skip, up to step ``stop``; n: steps of a period."""
+    (window, buffers), y, reached = record, us[STATE_ROW], at.step + skip.steps
+    sampled, end = buffers.samples.shape[0] > 0, min(reached, stop)
     i = next_output(at.step, n, window, sampled)
     while i <= end:
         if i > window[0] or i == window[1]:
-            pressed = (mode != FREE) != (i == turn)
-            write_u_at(t, mode, i - at.step, coarse, us)
+            pressed = (skip.mode != FREE) != (skip.turns and i == reached)
+            write_u_at(t, skip.mode, i - at.step, skip.coarse, us)
             write_state(m, us[4], y)
             now, push = motion_of(m, y), force_at(m, y, pressed, at.contact)
             if i > window[0]:
@@ -95,56 +116,57 @@ def write_skipped(m, t, mode, n, at, coarse, end, turn, us, y, window, buffers):
 
 
 @jit_inlined
-def motion_at(m, t, mode, steps, coarse, us, y):
+def motion_at(m, t, skip, steps, us):
     """The motion after so many steps of a skip, and g."""
-    write_u_at(t, mode, steps, coarse, us)
-    write_state(m, us[4], y)
-    return motion_of(m, y), us[4, 1]
+    write_u_at(t, skip.mode, steps, skip.coarse, us)
+    write_state(m, us[4], us[STATE_ROW])
+    return motion_of(m, us[STATE_ROW]), us[4, 1]
 
 
 @jit_inlined
-def is_recorded(step, window, buffers):
+def is_recorded(step, record):
     """Whether a change of contact with a step is recorded; a skip may begin before the kept periods."""
+    window, buffers = record
     return buffers.contacts.shape[0] > 0 and step > window[0]
 
 
 @jit_no_alloc
-def contact_begun(m, t, mode, i, coarse, at, us, y, window, buffers):
+def contact_begun(m, t, skip, i, at, us, record):
     """The contact that begins with the i-th step of a skip."""
-    if not is_recorded(at.step + i, window, buffers):
+    if not is_recorded(at.step + i, record):
         return unrecorded_contact((at.step + i) * m.system.h)
-    was, before = motion_at(m, t, mode, i - 1, coarse, us, y)
-    now, gap = motion_at(m, t, mode, i, coarse, us, y)
-    if t.statuses[mode] == 1:  # the force has acted in this step already: the speeds are those before it
+    was, before = motion_at(m, t, skip, i - 1, us)
+    now, gap = motion_at(m, t, skip, i, us)
+    if t.statuses[skip.mode] == 1:  # the force has acted in this step already: the speeds are those before it
         now = now[0], was[1], now[2], was[3]
     return begin_contact(m.system, at.step + i, now, (before - gap) / m.system.h)
 
 
 @jit_inlined
-def contact_after(m, t, mode, coarse, fine, turns, at, us, y, window, buffers):
+def contact_after(m, t, skip, at, us, record):
     """The contact after a skip; what ends in it is recorded.
 
     Contact may change with the first step, which then is the first of its side, and with the last, if that turns.
     """
-    contact, side, steps = at.contact, mode != FREE, coarse * t.strides[mode] + fine
+    contact, side, steps, turns, (_, buffers) = at.contact, skip.mode != FREE, skip.steps, skip.turns, record
     enters, leaves = side != at.pressed and steps > int(turns), turns and (steps > 1 or side == at.pressed)
     if side and enters:
-        contact = contact_begun(m, t, mode, 1, coarse, at, us, y, window, buffers)
-    if buffers.contacts.shape[0] > 0 and t.statuses[mode] == 1:
-        contact = with_impulse(contact, contact.impulse + impulse_of(t, mode, coarse, fine, us))
+        contact = contact_begun(m, t, skip, 1, at, us, record)
+    if buffers.contacts.shape[0] > 0 and t.statuses[skip.mode] == 1:
+        contact = with_impulse(contact, contact.impulse + impulse_of(t, skip.mode, skip.coarse, skip.fine, us))
     last = steps if side else 1
-    if (leaves if side else enters) and is_recorded(at.step + last, window, buffers):
-        now, _ = motion_at(m, t, mode, last, coarse, us, y)
-        end_contact(m.system, contact, at.step + last, now, buffers)
+    if (leaves if side else enters) and is_recorded(at.step + last, record):
+        now, _ = motion_at(m, t, skip, last, us)
+        end_contact(m.system, contact, at.step + last, now, us[STATE_ROW, FORCE], buffers)
     if leaves and not side:
-        contact = contact_begun(m, t, mode, steps, coarse, at, us, y, window, buffers)
+        contact = contact_begun(m, t, skip, steps, at, us, record)
     return contact
 
 
 @jit_inlined
-def may_go_on(coarse, fine):
+def may_go_on(skip):
     """Whether the mode may last longer than its skip."""
-    return coarse == ENTRIES or (fine > 0 and fine % CHUNK == 0)
+    return skip.coarse == ENTRIES or (skip.fine > 0 and skip.fine % CHUNK == 0)
 
 
 @jit_no_alloc
@@ -171,29 +193,28 @@ def integrate_skipping(m, t, angles, state, work, stop, window, buffers):
     int
         As there.
     """
-    s, code, n, us = unpack_state(state), OK, angles.shape[1], work[3:9]
+    s, code, n, us = unpack_state(state), OK, angles.shape[1], work[3:]
     y, at, recorded = s.y, s.progress, buffers.contacts.shape[0] > 0
     write_first_sample(m, y, at, window, buffers)
     mode, k = FREE, at.step % n
     while at.step < stop and code == OK:
         write_relative(m, y, angles[0, k], angles[1, k], us[0])
-        mode, coarse, fine, turns = next_skip(m, t, mode, at, us)
-        if coarse + fine == 0:
+        skip = next_skip(m, t, mode, at, us)
+        mode = skip.mode
+        if skip.steps == 0:
             at, code = advance(m, angles, y, at, work, window, buffers)
             k = k + 1 if k + 1 < n else 0
             continue
-        steps = coarse * t.strides[mode] + fine
-        reached, k = at.step + steps, k + steps if k + steps < n else (k + steps) % n
+        reached, k = at.step + skip.steps, k + skip.steps if k + skip.steps < n else (k + skip.steps) % n
         if recorded:
-            turn = reached if turns else -1
-            write_skipped(m, t, mode, n, at, coarse, min(reached, stop), turn, us, work[9], window, buffers)
+            write_skipped(m, t, skip, n, at, stop, us, (window, buffers))
         if reached >= stop:
             break
-        contact = contact_after(m, t, mode, coarse, fine, turns, at, us, work[9], window, buffers)
+        contact = contact_after(m, t, skip, at, us, (window, buffers))
         write_state(m, us[2], y)
-        at = StepProgress(t.statuses[mode], (mode != FREE) != turns, reached, at.none, at.two, contact)
+        at = StepProgress(t.statuses[mode], (mode != FREE) != skip.turns, reached, at.none, at.two, contact)
         code = FULL if recorded and no_room(buffers) else OK
-        if turns or not may_go_on(coarse, fine):
+        if skip.turns or not may_go_on(skip):
             mode = mode + 1 if mode + 1 < t.counts.shape[0] else FREE
     write_progress(state, at)
     return code

@@ -3,12 +3,12 @@
 Every step is one entry of each level away from where the skip begins, so no step is taken.
 """
 
-from ..compile.options import jit_inlined, jit_no_alloc
-from ..linear.cos_sin import cos_sin
-from ..linear.tables import apply_transition, dot
-from ..time_stepping.newmark import displaced, force_at, write_sample
-from .certificate import steps_of
-from .step_map import ENTRIES, PRESSED
+from vibroscope.engine.kernels.accelerated.certificate import steps_of
+from vibroscope.engine.kernels.accelerated.step_map import ENTRIES, PRESSED
+from vibroscope.engine.kernels.compile.options import jit_inlined, jit_no_alloc
+from vibroscope.engine.kernels.linear.cos_sin import cos_sin
+from vibroscope.engine.kernels.linear.tables import apply_transition, dot
+from vibroscope.engine.kernels.time_stepping.newmark import displaced, force_at, write_sample
 
 
 @jit_inlined

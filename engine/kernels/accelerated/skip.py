@@ -11,12 +11,15 @@ Plain twin: :func:`..time_stepping.newmark.integrate` (tests/engine/kernels/test
 
 from typing import NamedTuple
 
-from ..compile.options import jit_inlined, jit_no_alloc
-from ..compile.record import no_room, unpack_buffers, unrecorded_contact, with_impulse
-from ..linear.cos_sin import cos_sin
-from ..linear.tables import apply_transition
-from ..status import DIVERGED, FULL, OK
-from ..time_stepping.newmark import (
+from vibroscope.engine.kernels.accelerated.certificate import CHANGE, TAKE_STEP, certify_skip, steps_of
+from vibroscope.engine.kernels.accelerated.output import impulse_of, motion_after, write_skipped
+from vibroscope.engine.kernels.accelerated.step_map import unpack_skipping
+from vibroscope.engine.kernels.compile.options import jit_inlined, jit_no_alloc
+from vibroscope.engine.kernels.compile.record import no_room, unpack_buffers, unrecorded_contact, with_impulse
+from vibroscope.engine.kernels.linear.cos_sin import cos_sin
+from vibroscope.engine.kernels.linear.tables import apply_transition
+from vibroscope.engine.kernels.status import DIVERGED, FULL, OK
+from vibroscope.engine.kernels.time_stepping.newmark import (
     LIMIT,
     StepState,
     begin_contact,
@@ -32,9 +35,6 @@ from ..time_stepping.newmark import (
     write_sample,
     write_state,
 )
-from .certificate import CHANGE, TAKE_STEP, certify_skip, steps_of
-from .output import impulse_of, motion_after, write_skipped
-from .step_map import unpack_skipping
 
 NOT_ASKED = (0.0, 0.0, 0.0, 0.0)  # a motion that no record asks for
 
@@ -93,7 +93,7 @@ def change_contact(m, now, there, closed, kept, buffers):
     if now.pressed:
         contact = begin_contact(m, now.step, there, closed / m.h) if kept else unrecorded_contact(now.step * m.h)
     elif kept:
-        end_contact(m, contact, now.step, there, buffers)
+        end_contact(m, contact, now.step, there, force_at(m, there, True), buffers)
     return with_contact(now, contact)
 
 
@@ -179,4 +179,4 @@ def record_open_contact(packed, state, stop, buffers):
         q1, q2 = now.q1 + a1, now.q2 + a2
         contact = with_impulse(now.contact, now.contact.impulse + p.scheme.h * push)
         now = StepState(now.p1 + q1, q1, now.p2 + q2, q2, a1, a2, now.gap, True, now.step + 1, contact)
-    end_contact(p.scheme, now.contact, now.step, motion_of(p.scheme, now), buffers)
+    end_contact(p.scheme, now.contact, now.step, motion_of(p.scheme, now), 0.0, buffers)

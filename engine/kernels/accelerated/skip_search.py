@@ -13,11 +13,10 @@ so near to zero that rounding could change its sign.
 from typing import NamedTuple
 
 import numpy as np
-
-from ..compile.options import jit_inlined, jit_no_alloc
-from ..time_stepping.linear_step import COLUMNS
-from .certificate import CERTAIN, FAR
-from .step_map import ENTRIES
+from vibroscope.engine.kernels.accelerated.certificate import CERTAIN, FAR
+from vibroscope.engine.kernels.accelerated.step_map import ENTRIES
+from vibroscope.engine.kernels.compile.options import jit_inlined, jit_no_alloc
+from vibroscope.engine.kernels.time_stepping.linear_step import COLUMNS
 
 FREE = 0  # the mode without contact
 CHUNK = 16  # entries that are examined together: most contacts last as long

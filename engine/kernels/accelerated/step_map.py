@@ -28,14 +28,13 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-
-from ..compile.options import jit, jit_no_alloc
-from ..compile.packing import Layout
-from ..equations.motion import free_equilibrium, pressed_equilibrium
-from ..equations.rates import free_rate, pressed_rate
-from ..linear.matrices import fill_powers, image, raise_to_images, raise_within
-from ..parameters import FOR_CONTACT, FOR_FLIGHT, renew_key, unpack_parameters
-from ..time_stepping.newmark import Scheme, phased, scheme_of
+from vibroscope.engine.kernels.compile.options import jit, jit_no_alloc
+from vibroscope.engine.kernels.compile.packing import Layout
+from vibroscope.engine.kernels.equations.motion import free_equilibrium, pressed_equilibrium
+from vibroscope.engine.kernels.equations.rates import free_rate, pressed_rate
+from vibroscope.engine.kernels.linear.matrices import fill_powers, image, raise_to_images, raise_within
+from vibroscope.engine.kernels.parameters import FOR_CONTACT, FOR_FLIGHT, renew_key, unpack_parameters
+from vibroscope.engine.kernels.time_stepping.newmark import Scheme, phased, scheme_of
 
 FREE, PRESSED = 0, 1  # contact states
 LEVELS = 3

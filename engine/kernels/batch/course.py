@@ -3,18 +3,17 @@
 import math
 
 import numpy as np
-
-from .. import section_statistics as statistics
-from ..accelerated.skip import integrate_skipping
-from ..accelerated.skip import record_open_contact as record_open_steps
-from ..compile.options import jit_no_alloc
-from ..compile.record import unpack_buffers
-from ..event_driven import output
-from ..event_driven.integrate import MOST_PAUSES, integrate
-from ..event_driven.state import unpack_state, unpack_system
-from ..status import FULL, OK, PAUSED, UNRESOLVED, WITHDRAWN
-from ..time_stepping.newmark import unpack_state as unpack_step_state
-from .recurrence import CYCLE, event_state_recurs, step_state_recurs
+from vibroscope.engine.kernels import section_statistics as statistics
+from vibroscope.engine.kernels.accelerated.skip import integrate_skipping
+from vibroscope.engine.kernels.accelerated.skip import record_open_contact as record_open_steps
+from vibroscope.engine.kernels.batch.recurrence import CYCLE, event_state_recurs, step_state_recurs
+from vibroscope.engine.kernels.compile.options import jit_no_alloc
+from vibroscope.engine.kernels.compile.record import unpack_buffers
+from vibroscope.engine.kernels.event_driven import output
+from vibroscope.engine.kernels.event_driven.integrate import MOST_PAUSES, integrate
+from vibroscope.engine.kernels.event_driven.state import unpack_state, unpack_system
+from vibroscope.engine.kernels.status import FULL, OK, PAUSED, UNRESOLVED, WITHDRAWN
+from vibroscope.engine.kernels.time_stepping.newmark import unpack_state as unpack_step_state
 
 REFERENCE, EXACT, SKIPPING = range(3)  # how a cell is solved
 
@@ -75,7 +74,7 @@ def log_events(work, p, log, record):
     flat, sizes, origin = record
     buffers = unpack_buffers(flat, sizes)
     impacts, contacts = buffers.impacts[: buffers.used[0], 0], buffers.contacts[: buffers.used[1]]
-    statistics.add_events(log, sizes[0], origin, 2 * math.pi / p.eta, p.steps, impacts, contacts)
+    statistics.add_events(log, sizes[0], (origin, 2 * math.pi / p.eta, p.steps), impacts, contacts)
     buffers.used[0] = buffers.used[1] = 0
 
 

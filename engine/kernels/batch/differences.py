@@ -8,14 +8,13 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-
-from ..compile.options import jit, jit_no_alloc
-from ..compile.record import unpack_buffers
-from ..parameters import unpack_parameters
-from ..status import OK, WITHDRAWN
-from .course import NO_ORIGIN, integrate_to
-from .recurrence import CYCLE, RECURRENCE, close
-from .run import BatchCells, BatchPlan, WorkSpace, begin, set_up
+from vibroscope.engine.kernels.batch.course import NO_ORIGIN, integrate_to
+from vibroscope.engine.kernels.batch.recurrence import CYCLE, RECURRENCE, close
+from vibroscope.engine.kernels.batch.run import BatchCells, BatchPlan, WorkSpace, begin, set_up
+from vibroscope.engine.kernels.compile.options import jit, jit_no_alloc
+from vibroscope.engine.kernels.compile.record import unpack_buffers
+from vibroscope.engine.kernels.parameters import unpack_parameters
+from vibroscope.engine.kernels.status import OK, WITHDRAWN
 
 ALONE, OWN_LIMIT, BESIDE = range(3)  # parts of a difference: none; of a motion without a time step; of both motions
 TOTAL, TIME_STEP, REGULARISATION, DIFFERENCES = range(4)
@@ -28,6 +27,7 @@ class Sampled(NamedTuple):
     plan: BatchPlan
     work: WorkSpace
     recurs: np.ndarray  # (n,) int64 periods after which the motion may repeat itself, a part of CYCLE; 0: it does not
+    room: np.ndarray  # (periods, m, 2) work space for ξ₁ and ξ₂ of a cell
 
 
 class Cycles(NamedTuple):
@@ -38,12 +38,13 @@ class Cycles(NamedTuple):
 
 
 @jit
-def sample_cell(motion, i, out, signals):
-    """Write ξ₁ and ξ₂ of cell i to ``out``, (periods, m, 2).
+def sample_cell(motion, i, signals):
+    """Write ξ₁ and ξ₂ of cell i to ``motion.room``.
 
     Returns the status, and the periods after which what is written repeats itself: all of them, if it does not.
     """
-    work, plan, periods = motion.work, motion.plan, out.shape[0]
+    work, plan, out = motion.work, motion.plan, motion.room
+    periods = out.shape[0]
     p = unpack_parameters(motion.cells.parameters[i])
     set_up(work, motion.cells, plan, i)
     begin(work, plan, p, motion.cells.initial[i])
@@ -115,15 +116,13 @@ def write_differences(penalty, limit, parts, cycles, periods, out):
 
 
 @jit
-def compare_cells(penalty, limit, room, places, parts, cycles, out, signals, slot):
+def compare_cells(penalty, limit, places, parts, cycles, out, signals, slot):
     """Compare the cells from the first of ``places`` to the one before the second with the reference.
 
     Parameters
     ----------
     penalty, limit : Sampled
         The motions with and without a time step; the latter is run where ``parts`` is BESIDE.
-    room : (2, periods, m, 2) float64
-        Work space for the samples.
     places : (int, int)
     parts : (n,) int64
         ALONE, OWN_LIMIT or BESIDE.
@@ -135,14 +134,14 @@ def compare_cells(penalty, limit, room, places, parts, cycles, out, signals, slo
     slot : int
     """
     for i in range(places[0], places[1]):
-        periods, beside, kind = room.shape[1], OK, parts[i]
-        status, own_repeats = sample_cell(penalty, i, room[0], signals)
+        periods, beside, kind = penalty.room.shape[0], OK, parts[i]
+        status, own_repeats = sample_cell(penalty, i, signals)
         limit_repeats = own_repeats
         if status == OK and kind == BESIDE:
-            beside, limit_repeats = sample_cell(limit, i, room[1], signals)
+            beside, limit_repeats = sample_cell(limit, i, signals)
             kind = BESIDE if beside == OK else ALONE
         if status == WITHDRAWN or beside == WITHDRAWN:
             return
         if status == OK:
-            write_differences((room[0], own_repeats), (room[1], limit_repeats), kind, cycles, periods, out[i])
+            write_differences((penalty.room, own_repeats), (limit.room, limit_repeats), kind, cycles, periods, out[i])
         signals[slot] += 1

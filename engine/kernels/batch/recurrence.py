@@ -11,9 +11,9 @@ an unstable orbit, or in chaos, it would have to be smaller than RECURRENCE at t
 motion that is on the cycle to rounding.
 """
 
-from ..compile.options import jit_no_alloc
-from ..event_driven.state import unpack_state as unpack_event_state
-from ..time_stepping.newmark import unpack_state as unpack_step_state
+from vibroscope.engine.kernels.compile.options import jit_no_alloc
+from vibroscope.engine.kernels.event_driven.state import unpack_state as unpack_event_state
+from vibroscope.engine.kernels.time_stepping.newmark import unpack_state as unpack_step_state
 
 CYCLE = 12
 RECURRENCE = 1e-13

@@ -3,20 +3,19 @@
 from typing import NamedTuple
 
 import numpy as np
-
-from .. import section_statistics as statistics
-from ..accelerated.step_map import set_up_skipping
-from ..compile.options import jit, jit_no_alloc
-from ..equations.coordinates import contact_coordinates
-from ..event_driven.setup import set_up_events
-from ..event_driven.state import start_state, unpack_system
-from ..event_driven.state import write_state as write_event_state
-from ..parameters import unpack_parameters
-from ..status import OK, WITHDRAWN
-from ..time_stepping.newmark import scheme_of
-from ..time_stepping.newmark import start_state as step_start_state
-from ..time_stepping.newmark import write_state as write_step_state
-from .course import REFERENCE, SKIPPING, run_cell
+from vibroscope.engine.kernels import section_statistics as statistics
+from vibroscope.engine.kernels.accelerated.step_map import set_up_skipping
+from vibroscope.engine.kernels.batch.course import REFERENCE, SKIPPING, run_cell
+from vibroscope.engine.kernels.compile.options import jit, jit_no_alloc
+from vibroscope.engine.kernels.equations.coordinates import contact_coordinates
+from vibroscope.engine.kernels.event_driven.setup import set_up_events
+from vibroscope.engine.kernels.event_driven.state import start_state, unpack_system
+from vibroscope.engine.kernels.event_driven.state import write_state as write_event_state
+from vibroscope.engine.kernels.parameters import unpack_parameters
+from vibroscope.engine.kernels.status import OK, WITHDRAWN
+from vibroscope.engine.kernels.time_stepping.newmark import scheme_of
+from vibroscope.engine.kernels.time_stepping.newmark import start_state as step_start_state
+from vibroscope.engine.kernels.time_stepping.newmark import write_state as write_step_state
 
 
 class BatchPlan(NamedTuple):

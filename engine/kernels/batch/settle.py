@@ -8,15 +8,14 @@ A trapping region is an ellipsoid around a point of a known cycle from which no 
 from typing import NamedTuple
 
 import numpy as np
-
-from ..compile.options import jit, jit_no_alloc
-from ..compile.record import unpack_buffers
-from ..event_driven.state import HybridState, unpack_state
-from ..event_driven.state import write_state as write_event_state
-from ..parameters import unpack_parameters
-from ..status import OK, WITHDRAWN
-from .course import integrate_to
-from .run import begin, set_up
+from vibroscope.engine.kernels.batch.course import integrate_to
+from vibroscope.engine.kernels.batch.run import BatchCells, begin, set_up
+from vibroscope.engine.kernels.compile.options import jit, jit_no_alloc
+from vibroscope.engine.kernels.compile.record import unpack_buffers
+from vibroscope.engine.kernels.event_driven.state import HybridState, unpack_state
+from vibroscope.engine.kernels.event_driven.state import write_state as write_event_state
+from vibroscope.engine.kernels.parameters import unpack_parameters
+from vibroscope.engine.kernels.status import OK, WITHDRAWN
 
 NO_TRAP = -1
 
@@ -26,6 +25,13 @@ class Traps(NamedTuple):
 
     centres: np.ndarray  # (m, 4)
     factors: np.ndarray  # (m, 4, 4)
+
+
+class LateCells(NamedTuple):
+    """Cells, and when each of them begins in its first period."""
+
+    cells: BatchCells
+    taus: np.ndarray  # (n,)
 
 
 class Settled(NamedTuple):
@@ -88,14 +94,12 @@ def settle(work, plan, p, traps, signals, end):
 
 
 @jit
-def settle_cells(cells, taus, places, plan, traps, work, results, signals, slot):
+def settle_cells(late, places, plan, traps, work, results, signals, slot):
     """Run the cells at some places of the order, one after the other.
 
     Parameters
     ----------
-    cells : BatchCells
-    taus : (n,) float64
-        When each cell begins, in its first period.
+    late : LateCells
     places : (int, int)
         First place, and the one after the last.
     plan : BatchPlan
@@ -108,11 +112,12 @@ def settle_cells(cells, taus, places, plan, traps, work, results, signals, slot)
         ``signals[0]`` is set to withdraw the call; ``signals[slot]`` counts the cells done.
     slot : int
     """
+    cells = late.cells
     for place in range(places[0], places[1]):
         i = cells.order[place]
         p = unpack_parameters(cells.parameters[i])
         set_up(work, cells, plan, i)
-        begin_later(work, plan, p, cells.initial[i], taus[i])
+        begin_later(work, plan, p, cells.initial[i], late.taus[i])
         status, periods, trap = settle(work, plan, p, traps, signals, results.end[i])
         if status == WITHDRAWN:
             return

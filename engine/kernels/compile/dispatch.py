@@ -13,8 +13,7 @@ from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import Compiler
 from numba.core.registry import CPUDispatcher
 from numba.core.types import unliteral
-
-from .code_cache import Cache
+from vibroscope.engine.kernels.compile.code_cache import Cache
 
 
 class Kernel(CPUDispatcher):

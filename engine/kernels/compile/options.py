@@ -14,9 +14,8 @@ from pathlib import Path
 
 import numba
 import platformdirs
-
-from .code_cache import source_digest
-from .dispatch import Kernel
+from vibroscope.engine.kernels.compile.code_cache import source_digest
+from vibroscope.engine.kernels.compile.dispatch import Kernel
 
 _FOLDERS_KEPT = 4  # a developer switches between a few versions; older machine code is dropped
 

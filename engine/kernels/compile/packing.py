@@ -12,8 +12,7 @@ from typing import NamedTuple
 
 import numba
 import numpy as np
-
-from .options import uncompiled
+from vibroscope.engine.kernels.compile.options import uncompiled
 
 LANES = 8  # numbers in a cache line and in the longest vector register
 

@@ -3,8 +3,7 @@
 from typing import NamedTuple
 
 import numpy as np
-
-from .options import jit_inlined, jit_spliced, uncompiled
+from vibroscope.engine.kernels.compile.options import jit_inlined, jit_spliced, uncompiled
 
 IMPACT_COLUMNS = 8  # τ, ξ, ξ₁′ and ξ₂′ before, ξ₁′ and ξ₂′ after, impulse, closing speed
 

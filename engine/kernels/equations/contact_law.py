@@ -47,17 +47,12 @@ other.
 import math
 
 import numpy as np
+from vibroscope.engine.kernels.compile.options import jit, jit_inlined, jit_no_alloc, jit_uncontracted
+from vibroscope.engine.kernels.compile.to_power import to_power
 
-from ..compile.options import jit, jit_inlined, jit_no_alloc, jit_uncontracted
-from ..compile.to_power import to_power
-
-LAWS = (  # a law is given to kernels as its index in here
-    *("kelvin-voigt", "cut", "limited", "compression"),
-    *("hunt-crossley", "lankarani-nikravesh", "flores", "jankowski", "constant-restitution", "impact"),
-    "bilinear",
-)
-KELVIN_VOIGT, CUT, LIMITED, COMPRESSION = range(4)
-HUNT_CROSSLEY, _, FLORES, JANKOWSKI, CONSTANT, IMPACT, BILINEAR = range(4, len(LAWS))
+LAWS = range(11)  # the laws by their places in engine/law_table.py, which names them
+KELVIN_VOIGT, CUT, LIMITED, COMPRESSION = LAWS[:4]
+HUNT_CROSSLEY, _, FLORES, JANKOWSKI, CONSTANT, IMPACT, BILINEAR = LAWS[4:]
 
 # A contact consists of *pieces*, in each of which the force has one formula. Flight is one, too. MAIN is that of spring
 # and damper. From there a kink leads to OTHER, or a second one to BEYOND, and each of these back to MAIN.
@@ -217,8 +212,9 @@ def law_slopes(law, stiffness, gain, exponent, penetration, depth, speed):
 
 @jit
 def joint_force(p):
-    """Factors of ξ and ξ′ in Eq. (8), as μ/(1 + μ)·(κ² − 1) = κ₃² − 1."""
-    return (p.kappa3 - 1.0) * (p.kappa3 + 1.0), p.mass_share * 2.0 * (p.damper2 - p.d1)
+    """Factors of ξ and ξ′ in Eq. (8), as μ/(1 + μ)·(κ² − k₁) = κ₃² − k₁."""
+    stiffening = p.kappa3 * p.kappa3 if p.spring1 == 0.0 else (p.kappa3 - 1.0) * (p.kappa3 + 1.0)
+    return stiffening, p.mass_share * 2.0 * (p.damper2 - p.d1)
 
 
 @jit

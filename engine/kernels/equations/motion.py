@@ -2,7 +2,7 @@
 
 Displacements are relative to the base, time is τ = ω₁t. With the coefficients
 
-    c₁ = 2d₁,   k₁ = 1,   c₂ = 2d₂κ,   k₂ = κ²,
+    c₁ = 2d₁,   k₁ = 1,   c₂ = 2d₂κ,   k₂ = κ²     (k₁ = 0 or κ = 0, and 2d₂ for c₂, of a body without a spring),
 
 the base motion b(τ), the forces fᵢ(τ) + pᵢ on the bodies, harmonic and constant, and the contact force λ, which pushes
 body 1 down and body 2 up,
@@ -39,9 +39,8 @@ and the f of (3), which drives the gap between the wall and the body, is b″ �
 from typing import NamedTuple
 
 import numpy as np
-
-from ..compile.options import jit, jit_uncontracted
-from .contact_law import force
+from vibroscope.engine.kernels.compile.options import jit, jit_uncontracted
+from vibroscope.engine.kernels.equations.contact_law import force
 
 
 class Coefficients(NamedTuple):
@@ -64,12 +63,12 @@ class Coefficients(NamedTuple):
 def coefficients(p):
     """Coefficients of the equations of motion, from :class:`..parameters.Parameters`."""
     kappa, square = p.kappa, p.eta * p.eta
-    stiffening = (kappa - 1.0) * (kappa + 1.0)
+    stiffening = kappa * kappa if p.spring1 == 0.0 else (kappa - 1.0) * (kappa + 1.0)
     load1 = square * p.base_cosine + p.force1_cosine, square * p.base_sine + p.force1_sine
     push, react1 = (p.push_cosine, p.push_sine), 1.0
     if p.wall > 0.0:
         load1, push, react1 = (0.0, 0.0), (-load1[0], -load1[1]), 0.0
-    k1, k2, coupling = 1.0, kappa * kappa, 0.0
+    k1, k2, coupling = p.spring1, kappa * kappa, 0.0
     if from_touch(p):
         k1, stiffening, coupling = 0.0, -p.pull, k2 + p.pull
     c2, inverse_mass = 2.0 * p.damper2, react1 + 1.0 / p.mu
@@ -136,7 +135,7 @@ def separated_generator(p):
 def pressed_generator(p):
     """Generator in penalty contact, whose force is linear in g and g′, Eq. (5)."""
     c, a = coefficients(p), separated_generator(p)
-    if c.k1 == 0.0:  # the equilibrium holds the pull; the place of the wall is any oscillator at rest
+    if from_touch(p):  # the equilibrium holds the pull; the place of the wall is any oscillator at rest
         a[1, 0], a[3, 0] = -1.0, 0.0
     by_gap, by_rate = force(p.stiffness, p.damping, 1.0, 0.0), force(p.stiffness, p.damping, 0.0, 1.0)
     a[1, 2] -= c.react1 * by_gap
@@ -151,7 +150,7 @@ def joined_generator(p):
     """Generator of the common motion of joined bodies; the gap stays as it is."""
     c, a = coefficients(p), np.zeros((4, 6))
     a[0, 1] = 1.0
-    a[1, 0], a[1, 1] = -p.kappa3 * p.kappa3, -2.0 * p.d3 * p.kappa3  # Eq. (4)
+    a[1, 0], a[1, 1] = -p.kappa3 * p.kappa3, -2.0 * p.damper3  # Eq. (4)
     share = joint_share(p)
     a[1, 4], a[1, 5] = c.load1[0] + share * c.push[0], c.load1[1] + share * c.push[1]
     return a

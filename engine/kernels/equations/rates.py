@@ -1,14 +1,20 @@
 """How fast a motion can be: bounds of the eigenvalues |ν| by which tables choose their spacing and steps their size."""
 
-from ..compile.options import jit
-from .contact_law import contact_rate
+from vibroscope.engine.kernels.compile.options import jit
+from vibroscope.engine.kernels.equations.contact_law import contact_rate
+
+
+@jit
+def load_rate(p):
+    """Frequency of the load: η, or that of a pulse; 0 where it is linear in time (:mod:`..event_driven.load`)."""
+    return p.eta if p.pulse < 0.0 else p.pulse
 
 
 @jit
 def free_rate(p):
     """Largest |ν| of the separated bodies and the excitation."""
-    damper = 2.0 * p.damper2 if p.kappa < 1.0 and p.wall > 0.0 else 0.0  # no spring need be stronger than it
-    return max(1.0, p.kappa, p.eta, damper)
+    damper = 2.0 * p.damper2 if p.kappa < 1.0 else 0.0  # no spring need be stronger than it
+    return max(1.0, p.kappa, load_rate(p), damper, 2.0 * p.d1 if p.spring1 == 0.0 else 0.0)
 
 
 @jit

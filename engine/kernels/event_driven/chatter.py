@@ -27,8 +27,8 @@ needs without this sum enters in the first power.
 Plain twin: the impacts one by one, with a small threshold (tests/engine/kernels/test_chatter.py).
 """
 
-from ..compile.options import jit_inlined, jit_no_alloc
-from ..linear.tables import GAP, find_gap, gap_at, position_at
+from vibroscope.engine.kernels.compile.options import jit_inlined, jit_no_alloc
+from vibroscope.engine.kernels.linear.tables import GAP, find_gap, gap_at, position_at
 
 SMALL, LIFT = 2.0**-400, 2.0**600  # a motion that has died away: squares of what is below SMALL may be zero by rounding
 

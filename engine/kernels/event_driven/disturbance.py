@@ -5,10 +5,10 @@ Only the direction of the disturbance is carried along, not the whole Jacobian: 
 
 import math
 
-from ..compile.options import jit_no_alloc
-from ..status import OK
-from .integrate import integrate
-from .state import unpack_system, write_start
+from vibroscope.engine.kernels.compile.options import jit_no_alloc
+from vibroscope.engine.kernels.event_driven.integrate import integrate
+from vibroscope.engine.kernels.event_driven.state import unpack_system, write_start
+from vibroscope.engine.kernels.status import OK
 
 
 @jit_no_alloc

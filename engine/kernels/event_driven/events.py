@@ -13,13 +13,22 @@ compressive; it takes the whole relative velocity, impulse μ/(1 + μ) |g′⁻|
 first derivative of the free gap that is not zero decides: positive, the bodies separate; negative, they touch.
 """
 
-from ..compile.options import jit_inlined, jit_no_alloc
-from ..compile.record import OpenContact, no_contact
-from ..equations.coordinates import displacements
-from ..linear.cos_sin import cos_sin
-from ..linear.tables import POWERS
-from .chatter import can_sum, sum_up
-from .state import COLLISION, CONTACT, FLIGHT, ROUNDING, HybridState, later_state, linear_state, time_of
+from vibroscope.engine.kernels.compile.options import jit_inlined, jit_no_alloc
+from vibroscope.engine.kernels.compile.record import OpenContact, no_contact
+from vibroscope.engine.kernels.equations.coordinates import displacements
+from vibroscope.engine.kernels.event_driven.chatter import can_sum, sum_up
+from vibroscope.engine.kernels.event_driven.load import load_at, time_to_load_change
+from vibroscope.engine.kernels.event_driven.state import (
+    COLLISION,
+    CONTACT,
+    FLIGHT,
+    ROUNDING,
+    HybridState,
+    later_state,
+    linear_state,
+    time_of,
+)
+from vibroscope.engine.kernels.linear.tables import POWERS
 
 HIGHEST_ORDER = 5  # derivatives tried where a phase starts on the surface
 
@@ -79,7 +88,7 @@ def other_force(p, share):
     """What the contact force does not owe to the motion; ``share`` of the period."""
     if p.force_cosine == 0.0 and p.force_sine == 0.0:
         return p.force_constant
-    c, s = cos_sin(share)
+    c, s = load_at(p, share * p.period, share)
     return p.force_constant + (p.force_cosine * c + p.force_sine * s)
 
 
@@ -128,11 +137,13 @@ def resolve_flight_start(p, a):
         return a
     if p.rigid and p.threshold == 0.0:
         z = linear_state(p, p.flight, a)
-        if can_sum(p.flight, z, p.restitution, p.completion, p.scratch):
+        near = a.rate * p.completion * p.flight.spacing < p.play  # bounces that do not reach another stop
+        if near and can_sum(p.flight, z, p.restitution, p.completion, p.scratch):
             s, x, v = sum_up(p.flight, z, p.restitution, p.mass_share, p.scratch)
-            return begin_contact(
-                p, later_state(p, a, s, (x + p.flight.position, v, 0.0, 0.0), FLIGHT, 0.0, a.contact), 0.0, 0.0
-            )
+            if s <= time_to_load_change(p, a.tau):
+                return begin_contact(
+                    p, later_state(p, a, s, (x + p.flight.position, v, 0.0, 0.0), FLIGHT, 0.0, a.contact), 0.0, 0.0
+                )
     if is_hidden(p, a):
         return separate_or_touch(p, a, 2)
     return a
@@ -158,6 +169,30 @@ def remain_in_contact(p, a):
     """
     order, value = first_nonzero_derivative(p, p.contact, linear_state(p, p.contact, a), 1)
     return begin_contact(p, a, 0.0, float(order)) if value > 0.0 else a
+
+
+@jit_no_alloc
+def first_nonzero(p, phase, z):
+    """Order and value of what a phase watches, or of its first derivative that is not zero within rounding."""
+    value, scale = phase.watched, abs(phase.watched)
+    for i in range(6):
+        term = phase.rows[i, POWERS] * z[i]
+        value += term
+        scale += abs(term)
+    return (0, value) if abs(value) > ROUNDING * scale else first_nonzero_derivative(p, phase, z, 1)
+
+
+@jit_no_alloc
+def resolve_load_change(p, a):
+    """The hybrid state where the load jumps or bends: a contact may open at once, and its fast modes are excited."""
+    if a.mode == FLIGHT or a.mode == COLLISION:
+        return a
+    order, value = first_nonzero(p, p.contact, linear_state(p, p.contact, a))
+    gap, mode = (0.0 if order > 0 else a.gap), CONTACT
+    if value < 0.0:  # the reference's force is −g″ of the free gap, the penalty's contact ends with −g
+        gap, mode, order = 0.0, FLIGHT, order + 2 if p.rigid else max(order, 1)
+    order = min(order, HIGHEST_ORDER)
+    return HybridState(a.period, a.tau, a.x1, a.v1, gap, a.rate, mode, float(order), a.events, a.contact)
 
 
 @jit_inlined

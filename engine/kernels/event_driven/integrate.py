@@ -7,16 +7,32 @@ events are evaluated only where a record asks for them (:mod:`.output`).
 
 The derivative of the motion with respect to its start, the Jacobian of the Poincaré map, is an optional part of the
 loop (:mod:`.saltation`): with ``variation`` = None Numba compiles the loop without it.
+
+Between two stops the loop ends where a flight begins, which may meet the other one (:mod:`.two_stops`).
 """
 
-from ..compile.options import jit_inlined, jit_no_alloc
-from ..compile.record import no_contact, no_room, unpack_buffers
-from ..linear.first_root import first_root
-from ..linear.tables import POINTS, dot, position_at, state_after
-from ..status import FULL, OK, PAUSED, PILED_UP, UNRESOLVED
-from .events import can_separate, release, remain_in_contact, resolve_collision, resolve_flight_start
-from .output import add_impulse, record_collision, record_contact_end, write_chatter, write_output
-from .saltation import (
+import math
+
+from vibroscope.engine.kernels.compile.options import jit_inlined, jit_no_alloc
+from vibroscope.engine.kernels.compile.record import no_contact, no_room, unpack_buffers
+from vibroscope.engine.kernels.event_driven.events import (
+    can_separate,
+    release,
+    remain_in_contact,
+    resolve_collision,
+    resolve_flight_start,
+    resolve_load_change,
+)
+from vibroscope.engine.kernels.event_driven.load import END, advance_load, time_to_load_change
+from vibroscope.engine.kernels.event_driven.output import (
+    add_impulse,
+    evaluate,
+    record_collision,
+    record_contact_end,
+    write_chatter,
+    write_output,
+)
+from vibroscope.engine.kernels.event_driven.saltation import (
     carry_along,
     carry_over_chatter,
     carry_over_fast_decay,
@@ -26,12 +42,14 @@ from .saltation import (
     leave_event,
     start_variation,
 )
-from .state import (
+from vibroscope.engine.kernels.event_driven.state import (
     COLLISION,
     CONTACT,
+    FLIGHT,
     MOST_EFFORT,
     MOST_EVENTS,
     SLOW_CONTACT,
+    SYSTEM,
     HybridState,
     absolute,
     count_event,
@@ -43,8 +61,12 @@ from .state import (
     unpack_system,
     write_state,
 )
+from vibroscope.engine.kernels.linear.first_root import first_root
+from vibroscope.engine.kernels.linear.tables import POINTS, dot, position_at, state_after
+from vibroscope.engine.kernels.status import FLYING, FULL, OK, PAUSED, PILED_UP, UNRESOLVED
 
 MOST_PAUSES = 8  # in one period, after which it is given up
+SYSTEM_SIZE = SYSTEM.size
 LOST = 2.0**-44  # a fast part below this share of the penetration is lost in its rounding
 
 
@@ -80,6 +102,19 @@ def end_of_block(p, phase, a, z):
     )
 
 
+@jit_inlined
+def flies_between(p, a):
+    """Whether a flight begins that may meet another stop."""
+    return p.play < math.inf and a.mode == FLIGHT
+
+
+@jit_no_alloc
+def end_of_segment(p, phase, a, z, s):
+    """The hybrid state s after a, where the load jumps or bends."""
+    x1, v1, gap, rate = evaluate(p, phase, z, s)
+    return HybridState(a.period, p.load[END], x1, v1, gap, rate, a.mode, 0.0, 0.0, a.contact)
+
+
 @jit_no_alloc
 def integrate(packed, state, stop, window, flat, sizes, variation):
     """Integrate the motion to the end of period ``stop``.
@@ -87,7 +122,7 @@ def integrate(packed, state, stop, window, flat, sizes, variation):
     Parameters
     ----------
     packed : (n,) float64
-        A :class:`.state.HybridSystem`.
+        A :class:`.state.HybridSystem`, and behind it the segments of its load, if it has any (:mod:`.load`).
     state : (n,) float64
         The :class:`.state.HybridState` from which to go on, changed in place to the last one before the end of
         ``stop``. A run that goes on from there gives the same bits as one that never stopped.
@@ -103,17 +138,22 @@ def integrate(packed, state, stop, window, flat, sizes, variation):
     Returns
     -------
     (int, int, int)
-        Status: OK, PILED_UP or UNRESOLVED; FULL (empty the buffers and call again), PAUSED (call again). Events.
-        Intervals examined. With a variation nothing but OK has a meaning for it.
+        Status: OK, PILED_UP or UNRESOLVED; FULL (empty the buffers and call again), PAUSED (call again); FLYING: a
+        flight between two stops begins. Events. Intervals examined. With a variation only OK and FLYING have a meaning
+        for it.
     """
     p, buffers, a = unpack_system(packed), unpack_buffers(flat, sizes), unpack_state(state)
-    phases = (p.flight, p.contact, p.slow_contact)
+    phases, segments = (p.flight, p.contact, p.slow_contact), packed[SYSTEM_SIZE:]
     events, examined = 0, 0
     start_variation(p, variation, a)
     while True:
         if no_room(buffers):
             status = FULL
             break
+        if advance_load(p, segments, a.tau):
+            touching, a = a, resolve_load_change(p, a)
+            if not in_contact(a):
+                record_contact_end(p, touching, a, window, buffers)
         # 1. What is due at this state: an impact, a touch, the rest of a chatter
         due, a = a, resolve_collision(p, a)
         carry_over_reset(p, variation, due, a)
@@ -128,8 +168,9 @@ def integrate(packed, state, stop, window, flat, sizes, variation):
             carry_over_reset(p, variation, start, a)
         if not can_separate(p, a):
             a = remain_in_contact(p, a)
-        if not can_separate(p, a):
-            status = UNRESOLVED
+        parts = can_separate(p, a)
+        if not parts or flies_between(p, a):
+            status = FLYING if parts else UNRESOLVED
             break
         touching, a = a, drop_fast_part(p, a)
         carry_over_fast_decay(p, variation, touching, a)
@@ -140,16 +181,20 @@ def integrate(packed, state, stop, window, flat, sizes, variation):
         i, u, slope, tries = first_root(phase, z, int(a.order), p.scratch)
         examined += tries
         s, horizon = (i + u) * phase.spacing, (stop - a.period) * p.period - a.tau
-        write_output(p, phase, a, z, min(s, horizon), window, buffers)
-        if s >= horizon:
+        change = time_to_load_change(p, a.tau)
+        write_output(p, phase, a, z, min(min(s, horizon), change), window, buffers)
+        if s >= horizon and change >= horizon:
             carry_to_end(p, phase, variation, z, horizon)
             status = OK
             break
         carry_along(p, phase, variation, i, u)
         begin = a
-        a = end_of_block(p, phase, a, z) if i == POINTS else end_of_phase(p, phase, a, z, i, u, slope)
+        if s >= change:
+            a = end_of_segment(p, phase, a, z, change)
+        else:
+            a = end_of_block(p, phase, a, z) if i == POINTS else end_of_phase(p, phase, a, z, i, u, slope)
         a = add_impulse(p, phase, begin, a, z, buffers)
-        if i < POINTS:
+        if i < POINTS and s < change:
             # 3. The event
             carry_to_event(p, phase, variation, a, slope)
             record_contact_end(p, begin, a, window, buffers)

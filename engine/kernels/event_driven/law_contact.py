@@ -21,10 +21,10 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-
-from ..compile.options import jit_inlined, jit_no_alloc
-from ..equations.contact_law import IMPACT, full_damping, gain_at, law_force, power
-from ..linear.tables import Phase, Scratch
+from vibroscope.engine.kernels.compile.options import jit_inlined, jit_no_alloc
+from vibroscope.engine.kernels.equations.contact_law import IMPACT, full_damping, gain_at, law_force, power
+from vibroscope.engine.kernels.event_driven.load import load_at
+from vibroscope.engine.kernels.linear.tables import Phase, Scratch
 
 COLUMNS = 6
 ORDER = 2 * COLUMNS - 1  # of the column that is compared with the last
@@ -50,8 +50,10 @@ class LawSystem(NamedTuple):
     period: float
     eta: float
     rigid: bool  # false
-    wall: float  # as in HybridSystem
+    wall: float  # as in HybridSystem, and so the next three
     clearance: float
+    play: float
+    sign: float
     law: int
     stiffness: float
     gain: float
@@ -73,6 +75,8 @@ class LawSystem(NamedTuple):
     targets: np.ndarray  # (8,) int64: the mode that follows
     mirrored: np.ndarray  # (8,) int64: which of its watched quantities then begins at zero, −1 if none
     impulse: np.ndarray  # (4, 7): ∫λ = row·Δz + last·s
+    load: np.ndarray  # (7,) as in HybridSystem
+    segments: np.ndarray  # of its load, one after the other
     scratch: Scratch
     work: np.ndarray  # (WORK, NUMBERS)
 
@@ -109,7 +113,7 @@ def pushes(p, gain, gap, rate):
 @jit_inlined
 def write_slope(p, tau, gain, begin, y, out):
     """Write y′ of what a step has changed so far, y, since ``begin``."""
-    c, s = math.cos(p.eta * tau), math.sin(p.eta * tau)
+    c, s = load_at(p, tau, tau / p.period)
     x, v, g, r = begin[0] + y[0], begin[1] + y[1], begin[2] + y[2], begin[3] + y[3]
     force = force_of_side(p, gain, -g, -r, begin[4])
     x, h = x - p.position[0], g - p.gap[0]
@@ -147,7 +151,7 @@ def extrapolate(p, tau, gain, size):
             ratio = (j + 1.0) / (k + 1.0)
             for i in range(NUMBERS):
                 table[k, i] = table[k + 1, i] + (table[k + 1, i] - table[k, i]) / (ratio * ratio - 1.0)
-    speed = abs(begin[1]) + abs(begin[3]) + size * (abs(first[1]) + abs(first[3])) + abs(table[0, 3])
+    speed = abs(begin[1]) + abs(begin[3]) + size * (abs(first[1]) + abs(first[3])) + abs(table[0, 1]) + abs(table[0, 3])
     error = abs(table[0, 1] - table[1, 1]) + abs(table[0, 3] - table[1, 3])
     if size > 0.0:
         error += (abs(table[0, 0] - table[1, 0]) + abs(table[0, 2] - table[1, 2])) / size
@@ -331,8 +335,8 @@ def step_to_cut(p, a, gain, size):
 
 
 @jit_no_alloc
-def take_step(p, a):
-    """A step of the contact from a hybrid state; its changes are in the row TABLE.
+def take_step(p, a, longest):
+    """A step of the contact from a hybrid state, no longer than ``longest``; its changes are in the row TABLE.
 
     Returns
     -------
@@ -340,8 +344,8 @@ def take_step(p, a):
         Its size, negative if there is none that is exact enough; the size to try next, negative where the force then
         is cut; whether the contact ends with it; whether it ends at the penetration of full damping; steps tried.
     """
-    gain, size = set_start(p, a), (abs(a.order) if a.order != 0.0 else first_size(p, a))
-    tries = 0
+    gain, asked, tries = set_start(p, a), (abs(a.order) if a.order != 0.0 else first_size(p, a)), 0
+    size = min(asked, longest)
     while True:
         error = extrapolate(p, a.tau, gain, size)
         tries += 1
@@ -352,6 +356,8 @@ def take_step(p, a):
         size *= max(SMALLEST, 0.9 * error ** (-1.0 / ORDER)) if error < math.inf else SMALLEST
     following = size * (LARGEST if error < 1e-9 else min(LARGEST, 0.9 * error ** (-1.0 / ORDER)))
     following = min(following, p.flight.spacing * 4.0)
+    if size == longest:
+        following = max(following, asked)
     if p.law == IMPACT:
         to_depth, more = step_to_depth(p, a, gain, size)
         shorter = step_to_cut(p, a, gain, to_depth)

@@ -6,15 +6,14 @@ that the sums check it.
 """
 
 import numpy as np
-
-from ..compile.options import jit_no_alloc
-from ..equations.contact_law import law_force
-from ..linear.cos_sin import cos_sin
-from ..linear.tables import TERMS
-from ..status import OK, UNRESOLVED
-from .law_contact import set_start
-from .law_integrate import SMOOTH, follow_piece, follow_smooth, law_motion, phase_of, piece_of, resolve_law_event
-from .state import FLIGHT, linear_state, unpack_state, write_state
+from vibroscope.engine.kernels.compile.options import jit_no_alloc
+from vibroscope.engine.kernels.equations.contact_law import law_force
+from vibroscope.engine.kernels.event_driven.law_contact import set_start
+from vibroscope.engine.kernels.event_driven.law_integrate import SMOOTH, follow, law_motion, piece_of, resolve_law
+from vibroscope.engine.kernels.event_driven.load import load_at, time_to_load_change
+from vibroscope.engine.kernels.event_driven.state import FLIGHT, unpack_state, write_state
+from vibroscope.engine.kernels.linear.tables import TERMS
+from vibroscope.engine.kernels.status import OK, UNRESOLVED
 
 INTERVALS = 4.0  # of the tables, over which one rule is taken
 PARTS = 4.0  # of a step
@@ -26,7 +25,7 @@ WORK, DAMPERS, CONTACT = range(3)
 def add_powers(p, a, z, gain, t, weight, sums):
     """Add the powers t after a hybrid state, times a weight: of the excitation, of the dampers and of λ on δ."""
     _, v1, gap, rate = law_motion(p, a, z, t)
-    c, s = cos_sin((a.tau + t) / p.period)
+    c, s = load_at(p, a.tau + t, (a.tau + t) / p.period)
     g, v2, mu = p.generator, v1 + rate, 1.0 / (p.inverse_mass - p.react1)
     load = g[1, 4] * c + g[1, 5] * s
     push = g[3, 4] * c + g[3, 5] * s
@@ -46,17 +45,12 @@ def integrate_powers(p, state, stop, sums):
     """
     a = unpack_state(state)
     while True:
-        a = resolve_law_event(p, a)
+        a = resolve_law(p, a)
         horizon = (stop - a.period) * p.period - a.tau
-        z = linear_state(p, phase_of(p, 0 if a.mode == SMOOTH else piece_of(a), 0), a)
-        if a.mode == SMOOTH:
-            s, after, _, _ = follow_smooth(p, a)
-            if s < 0.0:
-                return UNRESOLVED
-            parts = PARTS
-        else:
-            s, after, _, _ = follow_piece(p, a, z)
-            parts = np.ceil(s / (INTERVALS * p.spacing[piece_of(a)]))
+        z, s, after, _, _ = follow(p, a)
+        if s < 0.0:
+            return UNRESOLVED
+        parts = PARTS if a.mode == SMOOTH else np.ceil(s / (INTERVALS * p.spacing[piece_of(a)]))
         span, gain = min(s, horizon), set_start(p, a)
         half, total = 0.5 * span / parts, sums[1]
         for j in range(3):
@@ -64,7 +58,7 @@ def integrate_powers(p, state, stop, sums):
         for k in range(int(parts)):
             for j in range(NODES.shape[0]):
                 add_powers(p, a, z, gain, half * (2.0 * k + 1.0 + NODES[j]), half * WEIGHTS[j], total)
-        if s >= horizon:
+        if s >= horizon and time_to_load_change(p, a.tau) >= horizon:
             write_state(state, a)
             return OK
         a = after

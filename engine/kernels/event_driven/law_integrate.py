@@ -10,9 +10,11 @@ the law pushes, as it does in the time-stepping methods. Other laws are followed
 (:mod:`.law_contact`).
 """
 
-from ..compile.options import jit_inlined, jit_no_alloc
-from ..compile.record import OpenContact, no_room, unpack_buffers, with_impulse
-from ..equations.contact_law import (
+import math
+
+from vibroscope.engine.kernels.compile.options import jit_inlined, jit_no_alloc
+from vibroscope.engine.kernels.compile.record import OpenContact, no_room, unpack_buffers, with_impulse
+from vibroscope.engine.kernels.equations.contact_law import (
     MAIN,
     OTHER,
     count_kinks,
@@ -21,14 +23,26 @@ from ..equations.contact_law import (
     law_force,
     takes_larger,
 )
-from ..equations.coordinates import displacements
-from ..linear.first_root import first_root
-from ..linear.tables import POINTS, Phase, gap_at, position_at, state_after
-from ..status import FULL, OK, PAUSED, PILED_UP, UNRESOLVED
-from .events import begin_flight, first_nonzero_derivative, is_hidden
-from .law_contact import TABLE, extrapolate, set_start, stepped, take_step
-from .output import SLACK, append_contact, evaluate, first_sample, records, time_to_row, time_to_sample
-from .state import (
+from vibroscope.engine.kernels.equations.coordinates import displacements
+from vibroscope.engine.kernels.event_driven.events import (
+    HIGHEST_ORDER,
+    begin_flight,
+    first_nonzero,
+    first_nonzero_derivative,
+    is_hidden,
+)
+from vibroscope.engine.kernels.event_driven.law_contact import TABLE, extrapolate, set_start, stepped, take_step
+from vibroscope.engine.kernels.event_driven.load import END, advance_load, load_integral, time_to_load_change
+from vibroscope.engine.kernels.event_driven.output import (
+    SLACK,
+    append_contact,
+    evaluate,
+    first_sample,
+    records,
+    time_to_row,
+    time_to_sample,
+)
+from vibroscope.engine.kernels.event_driven.state import (
     COLLISION,
     CONTACT,
     FLIGHT,
@@ -43,12 +57,16 @@ from .state import (
     unpack_state,
     write_state,
 )
+from vibroscope.engine.kernels.event_driven.two_stops import other_root, touch
+from vibroscope.engine.kernels.linear.first_root import first_root
+from vibroscope.engine.kernels.linear.tables import POINTS, Phase, gap_at, position_at, state_after
+from vibroscope.engine.kernels.status import CROSSED, FULL, OK, PAUSED, PILED_UP, UNRESOLVED
 
 # Modes: a piece of a contact has its number, from MAIN on, and this; CONTACT: the piece is still to be found
 PIECES_FROM = 3.0
 SMOOTH = 7.0
 STEP_EFFORT = 10  # intervals examined, as which a step of a contact counts
-SECOND = 8.0  # added to the order of the second watched quantity
+SECOND_WATCHED = 8.0  # added to the order of the second watched quantity
 
 
 @jit_inlined
@@ -80,7 +98,7 @@ def order_at_touch(p, piece, order):
     """The order of the first derivative that is not zero, of the gap where a piece watches it, or of v."""
     for k in range(p.counts[piece]):
         if p.targets[2 * piece + k] == FLIGHT:
-            return min(order + 1.0, POINTS) + SECOND * k
+            return min(order + 1.0, POINTS) + SECOND_WATCHED * k
     return order
 
 
@@ -118,7 +136,7 @@ def first_event(p, piece, z, order):
     """Interval, share of it, which quantity falls to zero there, intervals examined."""
     i, u, k, examined = POINTS, 0.0, 0, 0
     for j in range(p.counts[piece]):
-        own = int(order) % 8 if (order >= SECOND) == (j == 1) else 0
+        own = int(order) % 8 if (order >= SECOND_WATCHED) == (j == 1) else 0
         at, share, _, tries = first_root(phase_of(p, piece, j), z, own, p.scratch)
         examined += tries
         if at + share < i + u:
@@ -168,7 +186,7 @@ def write_law_rows(p, a, z, s, gain, window, buffers):
             push = 0.0
             if a.mode != FLIGHT:
                 push = law_force(p.law, p.stiffness, gain, p.exponent, p.penetration, p.stiffening, -y[2], -y[3])
-            buffers.samples[j, 4] = push
+            buffers.samples[j, 4] = p.sign * push
         j += 1
 
 
@@ -176,9 +194,30 @@ def write_law_rows(p, a, z, s, gain, window, buffers):
 def piece_impulse(p, piece, z, end, s):
     """∫λ dτ of a piece between two states of it, s apart."""
     total = p.impulse[piece, 6] * s
-    for i in range(6):
+    for i in range(4):
         total += p.impulse[piece, i] * (end[i] - z[i])
-    return total
+    cosine, sine = load_integral(p, z, end, s)
+    total += p.impulse[piece, 4] * cosine
+    return total + p.impulse[piece, 5] * sine
+
+
+@jit_no_alloc
+def resolve_law_load_change(p, a):
+    """The hybrid state where the load jumps or bends: what a piece watches, and is zero there, may fall at once."""
+    if a.mode in (FLIGHT, COLLISION, SMOOTH):
+        return a
+    piece, mode, gap, order, falls = piece_of(a), a.mode, a.gap, 0.0, HIGHEST_ORDER + 2
+    for k in range(p.counts[piece]):
+        phase = phase_of(p, piece, k)
+        first, value = first_nonzero(p, phase, linear_state(p, phase, a))
+        if value < 0.0 and first < falls:
+            falls, mode = first, float(p.targets[2 * piece + k])
+            mirrored = p.mirrored[2 * piece + k]
+            order = max(first, 1) + (SECOND_WATCHED * mirrored if mirrored >= 0 else 0.0)
+            gap = 0.0 if mode == FLIGHT else a.gap
+        elif first > 0 and value > 0.0 and mode == a.mode:
+            order = first + SECOND_WATCHED * k
+    return HybridState(a.period, a.tau, a.x1, a.v1, gap, a.rate, mode, float(order), a.events, a.contact)
 
 
 @jit_no_alloc
@@ -200,7 +239,7 @@ def follow_piece(p, a, z):
         x1, v1 = position_at(phase, at, u, p.scratch)
         gap, rate = gap_at(phase, at, u, p.scratch)
         mode, mirrored = float(p.targets[2 * piece + k]), p.mirrored[2 * piece + k]
-        order = 1.0 + SECOND * mirrored if mirrored >= 0 else 0.0
+        order = 1.0 + SECOND_WATCHED * mirrored if mirrored >= 0 else 0.0
         gap += phase.gap
         if mode in (FLIGHT, COLLISION):
             gap, order, mode = 0.0, 1.0, (FLIGHT if rate > 0.0 else COLLISION)
@@ -214,9 +253,23 @@ def follow_piece(p, a, z):
 
 
 @jit_no_alloc
-def follow_smooth(p, a):
+def cross(p, a, z, s, after):
+    """What ends a flight: what :func:`follow_piece` has found, or the other stop before that.
+
+    Returns time, hybrid state, CROSSED or OK, and intervals examined.
+    """
+    phase = phase_of(p, 0, 0)
+    i, u, fall, examined = other_root(p, phase, z)
+    there = (i + u) * phase.spacing
+    if there < s:
+        return there, touch(p, phase, a, z, (i, u), fall, -1.0), CROSSED, examined
+    return s, after, OK, examined
+
+
+@jit_no_alloc
+def follow_smooth(p, a, longest):
     """Take a step of a contact; returns what :func:`follow_piece` does, a negative time if none is exact enough."""
-    s, following, ends, at_kink, tries = take_step(p, a)
+    s, following, ends, at_kink, tries = take_step(p, a, longest)
     x1, v1, gap, rate = stepped(p)
     contact = with_impulse(a.contact, a.contact.impulse + p.work[TABLE, 4])
     mode, order = SMOOTH, following
@@ -225,6 +278,44 @@ def follow_smooth(p, a):
     elif at_kink:
         gap = -p.penetration
     return s, later_state(p, a, max(s, 0.0), (x1, v1, gap, rate), mode, order, contact), ends, STEP_EFFORT * tries
+
+
+@jit_no_alloc
+def follow(p, a):
+    """Follow a hybrid state to its first event, the end of a block or a step, or the next segment of the load.
+
+    Returns z where it begins, unless the contact is taken by steps, and what :func:`follow_piece` does.
+    """
+    change = time_to_load_change(p, a.tau)
+    if a.mode == SMOOTH:
+        z = linear_state(p, phase_of(p, 0, 0), a)
+        s, after, ends, effort = follow_smooth(p, a, change)
+        if s < change or ends:
+            return z, s, after, ends, effort
+        y = after.x1, after.v1, after.gap, after.rate
+    else:
+        piece = piece_of(a)
+        phase = phase_of(p, piece, 0)
+        z = linear_state(p, phase, a)
+        s, after, ends, effort = follow_piece(p, a, z)
+        if s < change:
+            return z, s, after, ends, effort
+        y = evaluate(p, phase, z, change)
+        after = later_state(p, a, change, y, a.mode, 0.0, a.contact)
+        if piece > 0:
+            length = piece_impulse(p, piece, z, linear_state(p, phase, after), change)
+            after = later_state(p, a, change, y, a.mode, 0.0, with_impulse(a.contact, a.contact.impulse + length))
+    x1, v1, gap, rate = y
+    after = HybridState(a.period, p.load[END], x1, v1, gap, rate, a.mode, after.order, 0.0, after.contact)
+    return z, change, after, False, effort
+
+
+@jit_no_alloc
+def resolve_law(p, a):
+    """The hybrid state after what is due: another segment of the load, a touch, a start in contact."""
+    if advance_load(p, p.segments, a.tau):
+        a = resolve_law_load_change(p, a)
+    return resolve_law_event(p, a)
 
 
 @jit_no_alloc
@@ -244,7 +335,8 @@ def integrate_law(p, state, stop, window, flat, sizes):
     Returns
     -------
     (int, int, int)
-        Status, events, effort. UNRESOLVED: a contact needs shorter steps than there are.
+        Status, events, effort. UNRESOLVED: a contact needs shorter steps than there are. CROSSED: the state is that of
+        the other stop.
     """
     buffers, a = unpack_buffers(flat, sizes), unpack_state(state)
     events, effort, status = 0, 0, OK
@@ -252,21 +344,27 @@ def integrate_law(p, state, stop, window, flat, sizes):
         if no_room(buffers):
             status = FULL
             break
-        a = resolve_law_event(p, a)
+        touching, a = a, resolve_law(p, a)
+        if a.mode == FLIGHT and touching.mode >= PIECES_FROM and records(buffers):  # opened by the load
+            append_contact(p, touching, window, buffers)
         horizon = (stop - a.period) * p.period - a.tau
-        z = linear_state(p, phase_of(p, 0 if a.mode == SMOOTH else piece_of(a), 0), a)
-        if a.mode == SMOOTH:
-            s, after, ends, work = follow_smooth(p, a)
-        else:
-            s, after, ends, work = follow_piece(p, a, z)
+        z, s, after, ends, work = follow(p, a)
         effort += work
+        if a.mode == FLIGHT and p.play < math.inf:
+            s, after, status, work = cross(p, a, z, s, after)
+            effort += work
         if s < 0.0:
             status = UNRESOLVED
             break
         if records(buffers):
             gain = set_start(p, a)
             write_law_rows(p, a, z, min(s, horizon), gain, window, buffers)
-        if s >= horizon:
+        if s >= horizon and time_to_load_change(p, a.tau) >= horizon:
+            status = OK
+            break
+        if status == CROSSED:
+            a, events = after, events + 1
+            status = PILED_UP if a.events > MOST_EVENTS else CROSSED
             break
         if ends:
             events += 1

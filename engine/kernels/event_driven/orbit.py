@@ -17,29 +17,52 @@ powers of its length as derivatives vanish there: one after an impact, three aft
 that shrinks to nothing is followed up to that point. Within the first interval of its tables f is a polynomial: there
 the quotient is that of its terms, which rounding leaves as it is however short the phase.
 
+Between two stops each event belongs to one of them, and the state after it is seen from that one (:mod:`.two_stops`): a
+flight that ends at the other stop is mirrored there. In a flight the least gaps of both stops are margins. Unknowns and
+states that are returned are those seen from the first stop.
+
 With M, B, C, D the parts of the Jacobian, [[M − 1, B], [C, D]], the Jacobian of the Poincaré map is M − B D⁻¹ C.
 
 Plain twin: the same orbits solved with many digits (tests/naive_orbit.py, tests/engine/test_branch_truth.py).
 """
 
 import numpy as np
+from vibroscope.engine.kernels.compile.options import jit, jit_no_alloc
+from vibroscope.engine.kernels.event_driven.chatter import room_for_sum, sum_up
+from vibroscope.engine.kernels.event_driven.events import joint_force_at
+from vibroscope.engine.kernels.event_driven.orbit_phase import (
+    BACKWARDS,
+    flow,
+    from_first,
+    lowest_minimum,
+    relative_state,
+    state_later,
+    write_section,
+)
+from vibroscope.engine.kernels.event_driven.saltation import (
+    add_row,
+    carry_over_sum,
+    hold_wall,
+    leave_event,
+    make_variation,
+    scale_row,
+    shift,
+    slope_of,
+)
+from vibroscope.engine.kernels.event_driven.setup import set_up_flow
+from vibroscope.engine.kernels.event_driven.state import absolute, unpack_system
+from vibroscope.engine.kernels.event_driven.two_stops import flight_of_other, turn_variation, turned
+from vibroscope.engine.kernels.linear.cos_sin import cos_sin
+from vibroscope.engine.kernels.linear.tables import CURVATURE, GAP
 
-from ..compile.options import jit, jit_no_alloc
-from ..linear.cos_sin import cos_sin
-from ..linear.tables import CURVATURE, GAP
-from .chatter import room_for_sum, sum_up
-from .events import joint_force_at
-from .orbit_phase import BACKWARDS, flow, lowest_minimum, relative_state, state_later, write_section
-from .saltation import add_row, carry_over_sum, hold_wall, leave_event, make_variation, scale_row, shift, slope_of
-from .setup import set_up_flow
-from .state import absolute, unpack_system
-
-# what happens at an event
+# what happens at an event; at the second stop its number is greater by SECOND
 IMPACT, STICK, CHATTER, RELEASE, TOUCH, PART = range(6)
-JOINS = (STICK, CHATTER, TOUCH)  # events after which the bodies touch
+SECOND = 6
+JOINS = (STICK, CHATTER, TOUCH, STICK + SECOND, CHATTER + SECOND, TOUCH + SECOND)  # after which the bodies touch
 ORDERS = (1, 0, 0, 3, 1, 1)  # derivatives of what is watched that vanish where the phase after an event begins
-CLOSING, PARTING, FORCE, LOWEST, WHERE, ROOM = range(6)  # columns of the facts of an event
-FACTS = 6
+# columns of the facts of an event: those of minima are followed by that of their instant
+CLOSING, PARTING, FORCE, LOWEST, WHERE, ROOM, ACROSS, WHERE_ACROSS = range(8)
+FACTS = 8
 
 
 @jit_no_alloc
@@ -146,14 +169,39 @@ def reset(p, d, y, end, kind):
 
 
 @jit_no_alloc
-def start_at(p, d, unknowns, touching):
-    """y₀ of the unknowns, with the derivatives of what it does not depend on set to zero."""
+def start_at(p, d, unknowns, touching, stop):
+    """y₀ of the unknowns as seen from a stop, with the derivatives of what it does not depend on set to zero."""
     if d is not None:
         hold_wall(p, d)
         if touching and p.rigid:
             d.state[2, 2] = d.state[3, 3] = 0.0
-    x1, v1 = unknowns[0], unknowns[1]
-    return (x1, v1, 0.0, 0.0) if touching and p.rigid else (x1, v1, unknowns[2], unknowns[3])
+        if stop == 1:
+            turn_variation(d)
+    x1, v1, gap, rate = from_first((unknowns[0], unknowns[1], unknowns[2], unknowns[3]), stop, p.play)
+    return (x1, v1, 0.0, 0.0) if touching and p.rigid else (x1, v1, gap, rate)
+
+
+@jit_no_alloc
+def stop_at_start(kinds, first):
+    """The stop, 0 or 1, from which the cycle is seen at τ = 0: that of its last event, or of a contact that lasts."""
+    m = kinds.shape[0]
+    return kinds[m - 1] // SECOND if m > 0 else int(first == 2)
+
+
+@jit_no_alloc
+def write_minima(p, phase, z, span, row, from_zero, whole, touching):
+    """Write the lowest minimum of what is watched in a phase, and of the gap of the other stop in a flight.
+
+    ``span``: when the phase begins, in excitation periods, and how long it lasts, in time.
+    """
+    turn, length = span
+    row[LOWEST], where = lowest_minimum(phase, z, length, from_zero, whole, p.scratch)
+    row[WHERE] = turn + where / p.period
+    row[ACROSS] = row[WHERE_ACROSS] = np.inf
+    if p.play < np.inf and not touching:
+        other, mirrored = flight_of_other(p, phase, z)
+        row[ACROSS], where = lowest_minimum(other, mirrored, length, False, whole, p.scratch)
+        row[WHERE_ACROSS] = turn + where / p.period
 
 
 @jit_no_alloc
@@ -194,15 +242,16 @@ def write_nan(out):
 
 
 @jit_no_alloc
-def find_orbit(p, kinds, touching, periods, unknowns, out, d, begun):
+def find_orbit(packed, kinds, first, periods, unknowns, out, d, begun):
     """Fill what :func:`evaluate_orbit` fills; False if a phase is too short for its tables, or ends far from the cycle.
 
     ``d``: the variation of all unknowns, or None, with which the residual alone is filled; ``begun``: work space,
     (4 + m,).
     """
     residual, jacobian, facts, after, section = out
-    m, order, turn = kinds.shape[0], 0, 0.0
-    y = start_at(p, d, unknowns, touching)
+    m, order, turn, touching, stop = kinds.shape[0], 0, 0.0, first > 0, stop_at_start(kinds, first)
+    p = unpack_system(packed[stop])
+    y = start_at(p, d, unknowns, touching, stop)
     for k in range(m + 1):
         end = unknowns[4 + k] if k < m else periods
         phase = p.contact if touching else p.flight
@@ -210,9 +259,11 @@ def find_orbit(p, kinds, touching, periods, unknowns, out, d, begun):
         if length < BACKWARDS * phase.spacing:
             return False
         if facts.shape[0] > 0:
-            facts[k, LOWEST], where = lowest_minimum(phase, z, length, order > 0, m == 0, p.scratch)
-            facts[k, WHERE] = turn + where / p.period
-            write_section(p, phase, z, turn, end, section)
+            write_minima(p, phase, z, (turn, length), facts[k], order > 0, m == 0, touching)
+            write_section(p, phase, z, turn, end, stop, section)
+        there = kinds[k] // SECOND if k < m else 0  # from where the end is seen
+        if there != stop:
+            order = 0  # the gap of the other stop is not zero where the flight begins
         if d is not None:
             for j in range(begun.shape[0]):
                 begun[j] = d.time[j] / p.period
@@ -223,23 +274,27 @@ def find_orbit(p, kinds, touching, periods, unknowns, out, d, begun):
         leave_event(phase, d, z)
         x1, v1, gap, rate = flow(phase, z, length, d)
         y = absolute(phase, (x1, v1, gap, rate))
-        if k == m:
-            break
-        if d is not None:
+        if d is not None and k < m:
             c, s = cos_sin(end - np.floor(end))
             d.time[4 + k] = p.period
             shift(d, slope_of(phase, (x1, v1, gap, rate, c, s)), 1.0)
+        if there != stop:
+            y, stop, p = turned(y, p.play), there, unpack_system(packed[there])
+            turn_variation(d)
+        if k == m:
+            break
+        kind = kinds[k] % SECOND
         if not short:
-            write_event_equation(p, d, y, end, kinds[k], k, residual, jacobian)
+            write_event_equation(p, d, y, end, kind, k, residual, jacobian)
             if order > 0:
                 divide_by_length(residual, jacobian, k, order, end - turn, begun)
         if facts.shape[0] > 0:
-            write_facts(p, kinds[k], y, end, facts[k])
-        y, turn = reset(p, d, y, end, kinds[k])
+            write_facts(p, kind, y, end, facts[k])
+        y, turn = reset(p, d, y, end, kind)
         if not -1.0 <= turn <= periods + 1.0:
             return False  # the sum of a chatter that does not end
-        write_after(after[k], y, turn)
-        touching, order = kinds[k] in JOINS, ORDERS[kinds[k]]
+        write_after(after[k], from_first(y, stop, p.play), turn)
+        touching, order = kind in JOINS, ORDERS[kind]
     close_cycle(y, periods, unknowns, out, d)
     return True
 
@@ -247,9 +302,19 @@ def find_orbit(p, kinds, touching, periods, unknowns, out, d, begun):
 @jit
 def touches(kinds, first):
     """Whether the bodies touch at some time of the cycle."""
+    touching = first > 0
     for kind in kinds:
-        first |= kind in JOINS
-    return first
+        touching |= kind in JOINS
+    return touching
+
+
+@jit
+def set_up_stops(tables, rows, problem, touching, exact):
+    """Set up the tables of each stop, :func:`.setup.set_up_flow`."""
+    packed, keys = tables
+    _, rigid, completion = problem
+    for stop in range(packed.shape[0]):
+        set_up_flow(packed[stop], keys[stop], rows[stop], rigid, touching, completion, exact)
 
 
 @jit
@@ -259,61 +324,64 @@ def evaluate_orbit(tables, problem, sequence, unknowns, out):
     Parameters
     ----------
     tables : tuple
-        A packed :class:`.state.HybridSystem` and its keys (:func:`.setup.set_up_flow`): set up where ``problem`` has
-        other numbers than they have.
+        A packed :class:`.state.HybridSystem` of each stop and their keys (:func:`.setup.set_up_flow`): set up where
+        ``problem`` has other numbers than they have.
     problem : tuple
-        The parameters (n,), whether the contact is the reference's, and how far a chatter must have come to be summed
-        up.
+        The parameters of each stop, (1, n) or (2, n), whether the contact is the reference's, and how far a chatter
+        must have come to be summed up.
     sequence : tuple
-        ``kinds`` (m,) of int64: what happens at each event, in the order of time; ``first``: whether the bodies touch
-        at τ = 0; the excitation periods after which the orbit returns.
+        ``kinds`` (m,) of int64: what happens at each event, in the order of time, and at which stop; ``first``: the
+        stop at which the bodies touch at τ = 0, 1 or 2, and 0 if they do not; the excitation periods after which the
+        orbit returns.
     unknowns : (4 + m,) float64
         y₀, then the instants in excitation periods.
     out : tuple
         ``residual`` (4 + m,), ``jacobian`` (4 + m, 4 + m), ``facts`` (m + 1, FACTS), ``after`` (m + 1, 5): filled, the
         first three with nan if there is no such orbit. Facts of each event: closing speed, parting speed, force of the
         joined bodies right after it, the lowest minimum of what is watched in the phase that it ends, with its
-        instant, and of a chatter the room for its sum; the last row belongs to the end of the cycle. ``after``: the
+        instant, of a chatter the room for its sum, and the lowest minimum of the gap of the other stop in a flight,
+        with its instant; the last row belongs to the end of the cycle. ``after``: the
         state right after each event and its time in periods, last that at the end. ``section`` (p, 4): the states at
         whole periods. ``facts`` and ``section`` are left out where they have no rows.
     """
-    packed, keys = tables
-    row, rigid, completion = problem
     kinds, first, periods = sequence
     n = unknowns.shape[0]
-    set_up_flow(packed, keys, row, rigid, touches(kinds, first), completion, True)
-    p, d = unpack_system(packed), make_variation(n)
-    if not are_within(unknowns, periods) or not find_orbit(p, kinds, first, periods, unknowns, out, d, np.zeros(n)):
+    set_up_stops(tables, problem[0], problem, touches(kinds, first), True)
+    packed, d = tables[0], make_variation(n)
+    if not are_within(unknowns, periods) or not find_orbit(
+        packed, kinds, first, periods, unknowns, out, d, np.zeros(n)
+    ):
         write_nan(out)
 
 
 @jit
-def orbit_slope(tables, row, problem, sequence, unknowns, residual, h):
-    """∂F/∂α₁, (4 + m,), by a difference; ``residual``: F without it, ``row``: the parameters with α₁ greater by h.
+def orbit_slope(tables, rows, problem, sequence, unknowns, residual, h):
+    """∂F/∂α₁, (4 + m,), by a difference; ``residual``: F without it, ``rows``: the parameters with α₁ greater by h.
 
     The other arguments are those of :func:`evaluate_orbit`, but for the tables: their transitions are not exact, since
     a difference errs more.
     """
-    packed, keys = tables
-    _, rigid, completion = problem
     kinds, first, periods = sequence
     m = kinds.shape[0]
     n = 4 + m
     there = np.zeros(n), np.zeros((n, n)), np.zeros((0, FACTS)), np.zeros((m + 1, 5)), np.zeros((0, 4))
-    set_up_flow(packed, keys, row, rigid, touches(kinds, first), completion, False)
-    p = unpack_system(packed)
+    set_up_stops(tables, rows, problem, touches(kinds, first), False)
     if not are_within(unknowns, periods) or not find_orbit(
-        p, kinds, first, periods, unknowns, there, None, np.zeros(n)
+        tables[0], kinds, first, periods, unknowns, there, None, np.zeros(n)
     ):
         write_nan(there)
     return (there[0] - residual) / h
 
 
 @jit
-def orbit_state_later(tables, problem, touching, y, turn, length):
-    """(ξ₁, ξ₁′, g, g′) a number of excitation periods after y, which belongs to a time in them; without an event."""
-    packed, keys = tables
-    row, rigid, completion = problem
-    set_up_flow(packed, keys, row, rigid, touching, completion, True)
-    p = unpack_system(packed)
-    return state_later(p, p.contact if touching else p.flight, y, turn, length * p.period)
+def orbit_state_later(tables, problem, kind, y, turn, length):
+    """(ξ₁, ξ₁′, g, g′) a number of excitation periods after y, which belongs to a time in them; without an event.
+
+    ``kind``: of the event that began the phase.
+    """
+    touching, stop = kind in JOINS, kind // SECOND
+    set_up_stops(tables, problem[0], problem, touching, True)
+    p = unpack_system(tables[0][stop])
+    y = from_first((y[0], y[1], y[2], y[3]), stop, p.play)
+    later = state_later(p, p.contact if touching else p.flight, y, turn, length * p.period)
+    return from_first(later, stop, p.play)

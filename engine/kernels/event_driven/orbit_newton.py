@@ -1,10 +1,17 @@
 """Newton's method to the orbit at given parameters, in one call: most orbits of a branch are found so."""
 
 import numpy as np
-
-from ..compile.options import jit
-from .orbit import evaluate_orbit
-from .orbit_steps import GO_ON, LOST, NEWTON_STEPS, STALLED, outcome_of_step, scales_of, step_at_value
+from vibroscope.engine.kernels.compile.options import jit
+from vibroscope.engine.kernels.event_driven.orbit import evaluate_orbit
+from vibroscope.engine.kernels.event_driven.orbit_steps import (
+    GO_ON,
+    LOST,
+    NEWTON_STEPS,
+    STALLED,
+    outcome_of_step,
+    scales_of,
+    step_at_value,
+)
 
 
 @jit

@@ -5,10 +5,12 @@ The event loop searches for the end of a phase; an orbit's equations (:mod:`.orb
 """
 
 import numpy as np
-
-from ..compile.options import jit_no_alloc
-from ..linear.cos_sin import cos_sin
-from ..linear.tables import (
+from vibroscope.engine.kernels.compile.options import jit_no_alloc
+from vibroscope.engine.kernels.event_driven.saltation import carry, multiply
+from vibroscope.engine.kernels.event_driven.state import absolute
+from vibroscope.engine.kernels.event_driven.two_stops import turned
+from vibroscope.engine.kernels.linear.cos_sin import cos_sin
+from vibroscope.engine.kernels.linear.tables import (
     CURVATURE,
     GAP,
     POINTS,
@@ -20,8 +22,6 @@ from ..linear.tables import (
     polynomial_at,
     state_after,
 )
-from .saltation import carry, multiply
-from .state import absolute
 
 BACKWARDS = -3.0  # intervals that a phase can be extended before its beginning
 MINIMUM_STEPS = 60  # of the search for a minimum
@@ -33,6 +33,12 @@ def relative_state(p, phase, y, turn):
     """z of y = (ξ₁, ξ₁′, g, g′) at a time in excitation periods."""
     c, s = cos_sin(turn - np.floor(turn))
     return y[0] - phase.position, y[1], y[2] - phase.gap, y[3], c, s
+
+
+@jit_no_alloc
+def from_first(y, stop, play):
+    """The motion y = (ξ₁, ξ₁′, g, g′) as seen from the first stop, of that seen from ``stop``, 0 or 1; or back."""
+    return y if stop == 0 else turned(y, play)
 
 
 @jit_no_alloc
@@ -83,13 +89,16 @@ def state_later(p, phase, y, turn, length):
 
 
 @jit_no_alloc
-def write_section(p, phase, z, begin, end, section):
-    """Write the states at whole periods from ``begin`` on and before ``end``, z being that at ``begin``."""
+def write_section(p, phase, z, begin, end, stop, section):
+    """Write the states at whole periods from ``begin`` on and before ``end``, z being that at ``begin``.
+
+    z is seen from ``stop``, 0 or 1, what is written from the first one.
+    """
     k = max(np.ceil(begin), 0.0)
     while k < min(end, float(section.shape[0])):
         u = (k - begin) * p.period / phase.spacing
         n = int(np.floor(u))
-        y = absolute(phase, state_at(phase, advanced(phase, z, n, None), u - n))
+        y = from_first(absolute(phase, state_at(phase, advanced(phase, z, n, None), u - n)), stop, p.play)
         section[int(k), 0], section[int(k), 1], section[int(k), 2], section[int(k), 3] = y
         k += 1.0
 

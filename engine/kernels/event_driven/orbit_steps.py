@@ -5,10 +5,9 @@ the same for both.
 """
 
 import numpy as np
-
-from ..compile.options import jit
-from ..linear.small_systems import null_vector, relative_determinant, solve
-from .orbit import FACTS, FORCE, IMPACT, PARTING
+from vibroscope.engine.kernels.compile.options import jit
+from vibroscope.engine.kernels.event_driven.orbit import FACTS, FORCE, IMPACT, PARTING, SECOND
+from vibroscope.engine.kernels.linear.small_systems import null_vector, relative_determinant, solve
 
 # what margins are made of, beside the facts of an event: for sticking, and a phase's length
 BEGINS, ENDS, LENGTH = range(FACTS, FACTS + 3)
@@ -274,7 +273,7 @@ def impact_that_may_stick(kinds, before, after, threshold, begin):
     may be neither. −1 if there is no such impact. ``before``, ``after``: facts, (m + 1, c).
     """
     for k in range(begin, kinds.shape[0]):
-        if kinds[k] != IMPACT:
+        if kinds[k] % SECOND != IMPACT:
             continue
         fast = before[k, PARTING] > threshold and after[k, PARTING] > threshold
         pulled = before[k, FORCE] < 0.0 and after[k, FORCE] < 0.0

@@ -1,11 +1,22 @@
 """What a run records between events: rows of the section, samples, contacts and impulses."""
 
 import numpy as np
-
-from ..compile.options import jit_inlined, jit_no_alloc
-from ..compile.record import record_contact, record_impact, with_impulse
-from ..equations.coordinates import displacements
-from ..linear.tables import (
+from vibroscope.engine.kernels.compile.options import jit_inlined, jit_no_alloc
+from vibroscope.engine.kernels.compile.record import record_contact, record_impact, with_impulse
+from vibroscope.engine.kernels.equations.coordinates import displacements
+from vibroscope.engine.kernels.event_driven.events import other_force
+from vibroscope.engine.kernels.event_driven.load import load_integral
+from vibroscope.engine.kernels.event_driven.state import (
+    COLLISION,
+    SLOW_CONTACT,
+    HybridState,
+    absolute,
+    in_contact,
+    later_state,
+    linear_state,
+    time_of,
+)
+from vibroscope.engine.kernels.linear.tables import (
     CURVATURE,
     GAP,
     INTEGRAL,
@@ -17,17 +28,6 @@ from ..linear.tables import (
     polynomial_at,
     position_at,
     state_after,
-)
-from .events import other_force
-from .state import (
-    COLLISION,
-    SLOW_CONTACT,
-    HybridState,
-    absolute,
-    in_contact,
-    later_state,
-    linear_state,
-    time_of,
 )
 
 # An event on the section itself: rounding must not make both of its phases leave the row to the other one.
@@ -132,6 +132,7 @@ def write_rows(p, phase, a, z, s, window, buffers):
             if in_contact(a):
                 row[4] = p.force_position * x1 + p.force_velocity * v1 + p.force_gap * gap + p.force_rate * rate
                 row[4] += other_force(p, phases[part])
+                row[4] *= p.sign
         j += 1
         part += 1
         if part == phases.shape[0]:
@@ -171,8 +172,11 @@ def add_impulse(p, phase, begin, end, z, buffers):
 def gather_impulse(p, phase, a, begin, end, length):
     """The hybrid state with the impulse of its open penalty contact between two states, ∫λ = K ∫(−g) − 2D Δg."""
     squeezed = phase.watched * length
-    for i in range(6):
+    for i in range(4):
         squeezed += phase.rows[i, INTEGRAL] * (end[i] - begin[i])
+    c, s = load_integral(p, begin, end, length)
+    squeezed += phase.rows[4, INTEGRAL] * c
+    squeezed += phase.rows[5, INTEGRAL] * s
     impulse = a.contact.impulse - p.force_gap * squeezed + p.force_rate * (end[2] - begin[2])
     contact = with_impulse(a.contact, impulse)
     return HybridState(a.period, a.tau, a.x1, a.v1, a.gap, a.rate, a.mode, a.order, a.events, contact)
@@ -188,7 +192,7 @@ def record_contact_end(p, begin, now, window, buffers):
 @jit_no_alloc
 def append_contact(p, now, window, buffers):
     """Append the contact that ends at ``now``; a penalty contact is an impact as well."""
-    contact = now.contact
+    contact = with_impulse(now.contact, p.sign * now.contact.impulse)
     impact = not p.rigid and contact.begun >= window[0] * p.period
     _, v1, _, v2 = displacements(p, now.x1, now.v1, now.gap, now.rate)
     record_contact(buffers, contact, time_of(p, now), (v1, v2), impact)

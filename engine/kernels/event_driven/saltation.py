@@ -39,12 +39,27 @@ The functions that the event loop calls do nothing where ``d`` is None: the loop
 from typing import NamedTuple
 
 import numpy as np
-
-from ..compile.options import jit, jit_no_alloc
-from ..linear.tables import CURVATURE, GAP, POINTS, POSITION, POWERS, gap_at, polynomial_at, position_at
-from .chatter import damper_terms, gap_acceleration_and_jerk
-from .output import evaluate
-from .state import COLLISION, CONTACT, SLOW_CONTACT, in_contact, linear_state, time_of
+from vibroscope.engine.kernels.compile.options import jit, jit_no_alloc
+from vibroscope.engine.kernels.event_driven.chatter import damper_terms, gap_acceleration_and_jerk
+from vibroscope.engine.kernels.event_driven.output import evaluate
+from vibroscope.engine.kernels.event_driven.state import (
+    COLLISION,
+    CONTACT,
+    SLOW_CONTACT,
+    in_contact,
+    linear_state,
+    time_of,
+)
+from vibroscope.engine.kernels.linear.tables import (
+    CURVATURE,
+    GAP,
+    POINTS,
+    POSITION,
+    POWERS,
+    gap_at,
+    polynomial_at,
+    position_at,
+)
 
 COURSES = 2**61 - 1  # a prime
 

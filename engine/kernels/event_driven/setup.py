@@ -7,10 +7,9 @@ and D alone share those of the flight. A reused table is bit-identical to a new 
 import math
 
 import numpy as np
-
-from ..compile.options import jit
-from ..equations.contact_law import force, joint_force, joint_force_constant
-from ..equations.motion import (
+from vibroscope.engine.kernels.compile.options import jit
+from vibroscope.engine.kernels.equations.contact_law import force, joint_force, joint_force_constant
+from vibroscope.engine.kernels.equations.motion import (
     coefficients,
     free_equilibrium,
     joined_equilibrium,
@@ -20,18 +19,18 @@ from ..equations.motion import (
     pressed_generator,
     separated_generator,
 )
-from ..equations.rates import free_rate, pressed_rate
-from ..linear.matrices import unit
-from ..linear.slow_subspace import SEPARATION, fast_projector
-from ..linear.tables import REACH, full_generator, tabulate, tabulate_flow
-from ..parameters import FOR_CONTACT, FOR_FLIGHT, renew_key, unpack_parameters
-from .state import SYSTEM, unpack_system
+from vibroscope.engine.kernels.equations.rates import free_rate, load_rate, pressed_rate
+from vibroscope.engine.kernels.event_driven.state import SYSTEM, unpack_system
+from vibroscope.engine.kernels.linear.matrices import unit
+from vibroscope.engine.kernels.linear.slow_subspace import SEPARATION, fast_projector
+from vibroscope.engine.kernels.linear.tables import REACH, full_generator, tabulate, tabulate_flow
+from vibroscope.engine.kernels.parameters import FOR_CONTACT, FOR_FLIGHT, renew_key, unpack_parameters
 
 _write_flight, _write_contact, _write_slow = (SYSTEM.writer(name) for name in ("flight", "contact", "slow_contact"))
 _write_fast, _write_numbers = SYSTEM.writer("fast"), SYSTEM.writer("period", "rigid", "stiff", "wall")
 _write_laws = SYSTEM.writer("force_position", "force_velocity", "force_gap", "force_rate")
 _write_other_force = SYSTEM.writer("force_cosine", "force_sine", "force_constant")
-_write_impact = SYSTEM.writer("clearance", "mass_share", "restitution", "threshold", "completion")
+_write_impact = SYSTEM.writer("clearance", "mass_share", "restitution", "threshold", "completion", "play", "sign")
 
 
 @jit
@@ -68,14 +67,14 @@ def watched_in_contact(p, rigid):
 def flight_phase(p):
     """Tables of the separated bodies, in which the gap is watched."""
     position, gap = free_equilibrium(p)
-    return tabulate(separated_generator(p), p.eta, unit(2), REACH / free_rate(p), (position, gap, gap))
+    return tabulate(separated_generator(p), load_rate(p), unit(2), REACH / free_rate(p), (position, gap, gap))
 
 
 @jit
 def contact_generator(p, rigid):
     """The generator of the bodies in contact, and its largest |eigenvalue| or a bound of that."""
     if rigid:
-        return joined_generator(p), max(p.kappa3, p.eta)
+        return joined_generator(p), max(p.kappa3, load_rate(p), 2.0 * p.damper3)
     return pressed_generator(p), pressed_rate(p)
 
 
@@ -84,7 +83,7 @@ def contact_phase(p, rigid):
     """Tables of the bodies in contact."""
     generator, fastest = contact_generator(p, rigid)
     row, equilibrium = watched_in_contact(p, rigid), contact_equilibrium(p, rigid)
-    return tabulate(generator, p.eta, row, REACH / fastest, equilibrium)
+    return tabulate(generator, load_rate(p), row, REACH / fastest, equilibrium)
 
 
 @jit
@@ -111,7 +110,7 @@ def slow_contact_phase(p, fast, slow_rate):
         contact_equilibrium(p, False),
         REACH / max(slow_rate, free_rate(p)),
     )
-    return tabulate(rest, p.eta, row, h, equilibrium)
+    return tabulate(rest, load_rate(p), row, h, equilibrium)
 
 
 @jit
@@ -130,7 +129,7 @@ def full_pressed_generators(rows):
     out = np.zeros((len(rows), 6, 6))
     for i in range(len(rows)):
         p = unpack_parameters(rows[i])
-        generator = full_generator(pressed_generator(p), p.eta)
+        generator = full_generator(pressed_generator(p), load_rate(p))
         for j in range(6):
             for k in range(6):
                 out[i, j, k] = generator[j, k]
@@ -145,7 +144,7 @@ def write_laws(packed, p, rigid, stiff, completion):
     _write_laws(packed, position, velocity, gap, rate)
     cosine, sine, constant = other_force_factors(p, rigid)
     _write_other_force(packed, cosine, sine, constant)
-    _write_impact(packed, p.clearance, joint_share(p), p.restitution, p.threshold, completion)
+    _write_impact(packed, p.clearance, joint_share(p), p.restitution, p.threshold, completion, p.play, p.sign)
 
 
 @jit
@@ -172,7 +171,7 @@ def set_up_events(packed, keys, row, rigid, circle, completion):
     if renew_key(keys[1], row, FOR_CONTACT):
         _write_contact(packed, contact_phase(p, rigid))
         if circle[0] > 0.0:
-            fast = fast_projector(pressed_generator(p), p.eta, circle[0])
+            fast = fast_projector(pressed_generator(p), load_rate(p), circle[0])
             _write_slow(packed, slow_contact_phase(p, fast, circle[1]))
             _write_fast(packed, fast)
 

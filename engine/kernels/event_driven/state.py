@@ -7,13 +7,12 @@ and from where: it is the state at an event, or at the beginning of the block in
 from typing import NamedTuple
 
 import numpy as np
-
-from ..compile.options import jit_inlined, jit_no_alloc
-from ..compile.packing import Layout
-from ..compile.record import OpenContact, no_contact
-from ..equations.coordinates import displacements
-from ..linear.cos_sin import cos_sin
-from ..linear.tables import PHASE, SCRATCH, Phase, Scratch
+from vibroscope.engine.kernels.compile.options import jit_inlined, jit_no_alloc
+from vibroscope.engine.kernels.compile.packing import Layout
+from vibroscope.engine.kernels.compile.record import OpenContact, no_contact
+from vibroscope.engine.kernels.equations.coordinates import displacements
+from vibroscope.engine.kernels.event_driven.load import NUMBERS, load_at
+from vibroscope.engine.kernels.linear.tables import PHASE, SCRATCH, Phase, Scratch
 
 # What follows a hybrid state. SLOW_CONTACT: a contact whose fast modes have decayed; COLLISION: an impact or a touch is
 # due.
@@ -49,10 +48,15 @@ class HybridSystem(NamedTuple):
     restitution: float  # of the reference, as are the next two
     threshold: float
     completion: float  # how far a chatter must have come to be summed up (see chatter.py)
+    load: np.ndarray  # (7,) the segment that the run stands in (see load.py); zeros: the load is cos ητ
+    play: float  # distance between two stops, as in ..parameters, and so the next one
+    sign: float
     scratch: Scratch
 
 
-SYSTEM = Layout(HybridSystem, flight=PHASE, contact=PHASE, slow_contact=PHASE, fast=(4, 6), scratch=SCRATCH)
+SYSTEM = Layout(
+    HybridSystem, flight=PHASE, contact=PHASE, slow_contact=PHASE, fast=(4, 6), load=(NUMBERS,), scratch=SCRATCH
+)
 unpack_system = SYSTEM.unpack
 
 
@@ -72,12 +76,13 @@ class HybridState(NamedTuple):
     rate: float  # g′
     mode: float  # FLIGHT, CONTACT, SLOW_CONTACT or COLLISION
     order: float  # of the first derivative of the watched quantity that is not zero
-    events: float  # in this period so far
+    events: float  # in this period, or in this segment of the load, so far
     contact: OpenContact
 
 
 STATE = Layout(HybridState, contact=Layout(OpenContact))
 unpack_state, write_state = STATE.unpack, STATE.write
+SEEN_FROM = STATE.size  # between two stops the next number is that of the stop from which a state is seen, 0 or 1
 
 
 @jit_inlined
@@ -89,7 +94,7 @@ def in_contact(a):
 @jit_inlined
 def linear_state(p, phase, a):
     """z of a hybrid state, relative to the equilibrium of a phase (see :mod:`..linear.tables`)."""
-    c, s = cos_sin(a.tau / p.period)
+    c, s = load_at(p, a.tau, a.tau / p.period)
     return a.x1 - phase.position, a.v1, a.gap - phase.gap, a.rate, c, s
 
 

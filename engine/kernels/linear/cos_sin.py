@@ -3,8 +3,7 @@
 import math
 
 import numpy as np
-
-from ..compile.options import jit_inlined
+from vibroscope.engine.kernels.compile.options import jit_inlined
 
 _TURNS = 64  # entries of the table
 _ANGLE = 2 * math.pi / _TURNS

@@ -9,9 +9,8 @@ Plain twin: mpmath's matrix product and exponential (tests/engine/kernels/test_d
 """
 
 import numpy as np
-
-from ..compile.options import jit, jit_inlined, jit_no_alloc
-from . import matrices
+from vibroscope.engine.kernels.compile.options import jit, jit_inlined, jit_no_alloc
+from vibroscope.engine.kernels.linear import matrices
 
 _SPLITTER = 134217729.0  # 2²⁷ + 1: splits a float64 into halves whose products are exact (Dekker)
 

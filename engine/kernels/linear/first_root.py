@@ -25,8 +25,8 @@ Plain twin: the sign of the quantity at 4096 instants of the block, and polynomi
 
 import math
 
-from ..compile.options import jit_inlined, jit_no_alloc
-from .tables import (
+from vibroscope.engine.kernels.compile.options import jit_inlined, jit_no_alloc
+from vibroscope.engine.kernels.linear.tables import (
     BERNSTEIN,
     DEEPEST,
     LOW,

@@ -6,8 +6,7 @@ the sums.
 """
 
 import numpy as np
-
-from ..compile.options import jit, jit_inlined, jit_no_alloc
+from vibroscope.engine.kernels.compile.options import jit, jit_inlined, jit_no_alloc
 
 
 @jit

@@ -18,8 +18,7 @@ import cmath
 import math
 
 import numpy as np
-
-from ..compile.options import jit
+from vibroscope.engine.kernels.compile.options import jit
 
 SEPARATION = 30.0  # least ratio of the two groups that is worth a table of its own
 NODES = 32  # SEPARATION to the power −NODES/2 is far below rounding

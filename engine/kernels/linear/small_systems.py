@@ -8,8 +8,7 @@ Plain twins: ``numpy.linalg`` (tests/engine/kernels/test_small_systems.py).
 import math
 
 import numpy as np
-
-from ..compile.options import jit
+from vibroscope.engine.kernels.compile.options import jit
 
 
 @jit

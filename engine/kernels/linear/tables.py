@@ -5,6 +5,7 @@ In flight, joined, or pressed together by a penalty contact, the state
     z = (ξ₁ − ξ₁*, ξ₁′, g − g*, g′, C, S),    C = cos ητ,  S = sin ητ,
 
 relative to the static equilibrium ξ₁*, g* of the phase obeys z′ = A z with a constant A (:mod:`..equations.motion`).
+Where the load is linear in time instead, C is its value and S its slope: then η = 0 stands for C′ = S, S′ = 0.
 So z(s) = E(s) z(0) with the state-transition matrix E(s) = exp(As), and every quantity f = f* + w·z, such as the gap or
 the contact force, is one row of numbers times z(0), and its value f* at the equilibrium. This holds for all dampings
 and at resonance; modes and steady amplitudes, which cancel where an oscillator is hardly damped and its excitation
@@ -23,11 +24,18 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-
-from ..compile.options import jit, jit_inlined, jit_no_alloc, variant
-from ..compile.packing import Layout
-from . import double_double
-from .matrices import image, multiply, raise_to_images, raise_within, row_times, rows_times, unit
+from vibroscope.engine.kernels.compile.options import jit, jit_inlined, jit_no_alloc, variant
+from vibroscope.engine.kernels.compile.packing import Layout
+from vibroscope.engine.kernels.linear import double_double
+from vibroscope.engine.kernels.linear.matrices import (
+    image,
+    multiply,
+    raise_to_images,
+    raise_within,
+    row_times,
+    rows_times,
+    unit,
+)
 
 POINTS = 64
 TERMS = 12
@@ -83,7 +91,10 @@ def full_generator(generator, eta):
     for i in range(4):
         for j in range(6):
             a[i, j] = generator[i, j]
-    a[4, 5], a[5, 4] = -eta, eta
+    if eta == 0.0:
+        a[4, 5] = 1.0
+    else:
+        a[4, 5], a[5, 4] = -eta, eta
     return a
 
 
@@ -99,8 +110,13 @@ def fill_polynomial(out, begin, row, a, h):
 
 
 @jit
-def write_turn(transition, turn):
-    """Write how cos ητ and sin ητ go on over an angle."""
+def write_load(transition, s, eta):
+    """Write how C and S of the load go on over a time s."""
+    if eta == 0.0:
+        transition[4, 4] = transition[5, 5] = 1.0
+        transition[4, 5] = s
+        return
+    turn = s * eta
     cosine, sine = math.cos(turn), math.sin(turn)
     transition[4, 4] = transition[5, 5] = cosine
     transition[5, 4], transition[4, 5] = sine, -sine
@@ -118,7 +134,7 @@ def tabulate_flow(old, generator, eta, row, h, equilibrium, exact):
     square = np.zeros((2, 6, 6))
     j = 1
     while j <= POINTS:
-        write_turn(transitions[j - 1], j * h * eta)
+        write_load(transitions[j - 1], j * h, eta)
         for i in range(4):
             for k in range(6):
                 transitions[j - 1, i, k] = step[0, i, k]
@@ -147,6 +163,7 @@ def tabulate(generator, eta, row, h, equilibrium):
     generator : (4, 6) float64
         Upper rows of A.
     eta : float
+        Frequency of the load; 0 where it is linear in time.
     row : (6,) float64
     h : float
         At most REACH over the largest |eigenvalue|.
@@ -160,7 +177,7 @@ def tabulate(generator, eta, row, h, equilibrium):
     a = full_generator(generator, eta)
     transitions = double_double.powers(double_double.exponential(a, h, _SERIES), POINTS)
     for j in range(1, POINTS + 1):
-        write_turn(transitions[j - 1], j * h * eta)
+        write_load(transitions[j - 1], j * h, eta)
     rows = np.zeros((6, INTEGRAL + 1))
     fill_polynomial(rows, POWERS, row, a, h)
     fill_polynomial(rows, POSITION, unit(0), a, h)

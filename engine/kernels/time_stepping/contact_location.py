@@ -23,11 +23,12 @@ the beginning.
 
 from typing import NamedTuple
 
-from ..compile.options import jit, jit_inlined, jit_no_alloc
-from ..compile.packing import Layout
-from ..equations.contact_law import KELVIN_VOIGT, law_force
-from ..linear.cos_sin import cos_sin
-from .law_step import solve_force
+import numpy as np
+from vibroscope.engine.kernels.compile.options import jit, jit_inlined, jit_no_alloc
+from vibroscope.engine.kernels.compile.packing import Layout
+from vibroscope.engine.kernels.equations.contact_law import KELVIN_VOIGT, law_force
+from vibroscope.engine.kernels.linear.cos_sin import cos_sin
+from vibroscope.engine.kernels.time_stepping.law_step import solve_force
 
 CUBIC_NEWTON = 3  # iterations for the zero of a cubic, which are cheap, and the step there is solved in any case
 PRECISION = 1e-14  # of an instant of change, as a share of its step: the rounding of the gap allows little more
@@ -88,11 +89,14 @@ class LocatedScheme(NamedTuple):
     steps: int  # n
     shortest_step: float  # Δτ T_c/T_f, the step with which a contact begins (see located.py)
     step_per_age: float  # 2Δτ/T_f, by how much the next ones grow with the time since then
+    load: np.ndarray  # (5,) 1 of a load that is linear between steps, f₁ and f at the step, their slopes; else zeros
+    sign: float  # as in ..parameters
+    reach: float  # gap beyond which steps are seen from another stop, else LIMIT of .newmark
     stages: Stages
 
 
 STAGES = Layout(Stages, numbers=(2, STAGE_NUMBERS))
-SCHEME = Layout(LocatedScheme, separated=Layout(Side), pressed=Layout(Side), forcing=(2, 3), stages=STAGES)
+SCHEME = Layout(LocatedScheme, separated=Layout(Side), pressed=Layout(Side), forcing=(2, 3), load=(5,), stages=STAGES)
 unpack_scheme = SCHEME.unpack
 
 
@@ -151,10 +155,21 @@ def forcing_with(m, cosine, sine):
 
 
 @jit_inlined
-def forcing_at(m, k, s):
-    """f₁ and f at the time s after step k of a period."""
+def forcing_at(m, at):
+    """f₁ and f at an instant: a step of the period, and the time after it."""
+    k, s = at
+    if m.load[0] > 0.0:
+        return m.load[1] + s * m.load[3], m.load[2] + s * m.load[4]
     cosine, sine = cos_sin((k * m.h + s) * m.frequency)
     return forcing_with(m, cosine, sine)
+
+
+@jit_inlined
+def begin_load_of_step(m, forces, k):
+    """Set the load of step k, if it is one that is linear between steps."""
+    if m.load[0] > 0.0:
+        for i in range(2):
+            m.load[1 + i], m.load[3 + i] = forces[k, i], (forces[k + 1, i] - forces[k, i]) / m.h
 
 
 @jit_inlined
@@ -176,13 +191,15 @@ def with_contact_accelerations(m, gain, pressed, z, forcing):
 
 
 @jit_inlined
-def stage_end(m, numbers, gain, pressed, z, former, begun, s, k, offset):
+def stage_end(m, numbers, gain, pressed, start, former, s, at):
     """The motion at the end of a stage, Eqs. (14) and (15), from that at the beginning of the step.
 
     (15) divided by the masses is (12) without contact, with λ felt by both. ``gain``: c, or h of Eq. (18), of the open
-    contact; ``former``: the motion at the end of the stage before; ``begun``: λ at the beginning of the step.
+    contact; ``start``: the motion and λ at the beginning of the step, which is ``at`` an instant as in
+    :func:`forcing_at`; ``former``: the motion at the end of the stage before.
     """
-    x, v, a, g, u, b = z
+    (x, v, a, g, u, b), begun = start
+    k, offset = at
     _, v1, a1, _, u1, b1 = former
     t, e = m.stages, m.separated
     end, d0, d1, e0, e1, beta, f0, f1, gamma, alpha_m, alpha_f, alpha_v, damped = numbers
@@ -192,10 +209,10 @@ def stage_end(m, numbers, gain, pressed, z, former, begun, s, k, offset):
     felt = now * xk + alpha_f * x, late * vk + alpha_v * v, 0.0, now * gk + alpha_f * g, late * uk + alpha_v * u, 0.0
     felt_q, felt_v = now * by_q, late * (s * damped)
     if t.averaged:
-        ended, started = forcing_at(m, k, offset + s * end), forcing_at(m, k, offset)
+        ended, started = forcing_at(m, (k, offset + s * end)), forcing_at(m, at)
         forcing = now * ended[0] + alpha_f * started[0], now * ended[1] + alpha_f * started[1]
     else:
-        forcing = forcing_at(m, k, offset + s * end * now)
+        forcing = forcing_at(m, (k, offset + s * end * now))
     _, _, p, _, _, q = with_accelerations(e, felt, forcing)
     p, q = p - alpha_m * a, q - alpha_m * b
     m11, m12 = 1.0 - alpha_m - e.ax * felt_q - e.av * felt_v, -e.ag * felt_q - e.au * felt_v
@@ -218,22 +235,22 @@ def stage_end(m, numbers, gain, pressed, z, former, begun, s, k, offset):
 
 
 @jit_no_alloc
-def step_of_stages(m, gain, pressed, z, s, k, offset):
-    """The motion after a step of length ``s``, the time ``offset`` after step k of a period."""
+def step_of_stages(m, gain, pressed, z, s, at):
+    """The motion after a step of length ``s`` that begins ``at`` an instant as in :func:`forcing_at`."""
     t = m.stages
-    begun = force_of(m, gain, pressed and t.averaged, z)
-    end = stage_end(m, t.numbers[0], gain, pressed, z, z, begun, s, k, offset)
+    start = z, force_of(m, gain, pressed and t.averaged, z)
+    end = stage_end(m, t.numbers[0], gain, pressed, start, z, s, at)
     if t.count > 1:
-        end = stage_end(m, t.numbers[1], gain, pressed, z, end, begun, s, k, offset)
+        end = stage_end(m, t.numbers[1], gain, pressed, start, end, s, at)
     return end
 
 
 @jit_inlined
-def step_from(m, gain, pressed, z, s, k, offset):
+def step_from(m, gain, pressed, z, s, at):
     """The same, by Newmark's own step where the scheme has no stages."""
     if m.stages.count > 0:
-        return step_of_stages(m, gain, pressed, z, s, k, offset)
-    return step(side(m, pressed), z, s, forcing_at(m, k, offset + s))
+        return step_of_stages(m, gain, pressed, z, s, at)
+    return step(side(m, pressed), z, s, forcing_at(m, (at[0], at[1] + s)))
 
 
 @jit_inlined

@@ -15,8 +15,8 @@ The search for its end begins at the end of the step, and takes only what falls 
 
 import math
 
-from ..compile.options import jit_inlined, jit_no_alloc
-from ..equations.contact_law import (
+from vibroscope.engine.kernels.compile.options import jit_inlined, jit_no_alloc
+from vibroscope.engine.kernels.equations.contact_law import (
     BEYOND,
     FREE,
     IMPACT,
@@ -30,7 +30,7 @@ from ..equations.contact_law import (
     kink,
     power,
 )
-from .contact_location import (
+from vibroscope.engine.kernels.time_stepping.contact_location import (
     AWAY,
     ITERATIONS,
     PRECISION,
@@ -122,7 +122,7 @@ def has_ended(piece, value):
 
 
 @jit_no_alloc
-def locate_end(m, gain, piece, which, z, end, length, k, s):
+def locate_end(m, gain, piece, which, z, end, length, at):
     """Where a piece ends that the step from ``z`` to ``end`` leaves, the motion there, and steps solved to find it.
 
     Arguments as those of :func:`locate_change`.
@@ -148,7 +148,7 @@ def locate_end(m, gain, piece, which, z, end, length, k, s):
         if not max(low, least * high) < better < high or i % 8 == 7:
             better = 0.5 * (low + high)
         former, earlier, before = there, theta, value
-        there = step_from(m, gain, piece != FREE, z, better, k, s)
+        there = step_from(m, gain, piece != FREE, z, better, at)
         value = margin(m, gain, piece, which, there)
         theta, solves = better, solves + 1
         if i == 0:
@@ -222,7 +222,7 @@ def stays(m, gain, piece, z, end, length):
 
 
 @jit_inlined
-def passed_by(m, gain, piece, which, z, end, length, k, s):
+def passed_by(m, gain, piece, which, z, end, length, at):
     """A time within a step by which one of its causes has ended a piece, or 0; the motion then; steps solved.
 
     The step that ends at the lowest point decides whether the piece has ended there.
@@ -230,7 +230,7 @@ def passed_by(m, gain, piece, which, z, end, length, k, s):
     reach = asked_at(m, gain, piece, which, z, end, length)
     if reach == 0.0 or reach == length:
         return reach, end, 0
-    there = step_from(m, gain, piece != FREE, z, reach, k, s)
+    there = step_from(m, gain, piece != FREE, z, reach, at)
     return (reach if has_ended(piece, margin(m, gain, piece, which, there)) else 0.0), there, 1
 
 
@@ -243,11 +243,11 @@ def following(piece, which):
 
 
 @jit_no_alloc
-def locate_change(m, gain, piece, z, end, length, k, s):
+def locate_change(m, gain, piece, z, end, length, at):
     """The end of a piece within a step: the first of all that may end it.
 
-    ``z`` and ``end`` are the motions at the beginning of the step, the time s after step k of the period, and
-    ``length`` later.
+    ``z`` and ``end`` are the motions at the beginning of the step, ``at`` an instant as in
+    :func:`.contact_location.forcing_at`, and ``length`` later.
 
     Returns
     -------
@@ -260,16 +260,16 @@ def locate_change(m, gain, piece, z, end, length, k, s):
     rests = not (margin(m, gain, piece, GAP, z) > 0.0 or margin_rate(m, gain, piece, GAP, z) > 0.0)
     which, left = GAP, 1 + kinks(m, piece)
     while left > 0:  # an end that is found shortens the step, in which the other causes are asked for again
-        reach, motion, more = passed_by(m, gain, piece, which, z, there, theta, k, s)
+        reach, motion, more = passed_by(m, gain, piece, which, z, there, theta, at)
         solves, left = solves + more, left - 1
         if reach > 0.0 and which == GAP and rests:
             after = following(piece, which) if reach == theta else after
         elif reach > 0.0:
-            at, motion, more = locate_end(m, gain, piece, which, z, motion, reach, k, s)
+            ended, motion, more = locate_end(m, gain, piece, which, z, motion, reach, at)
             solves += more
-            if which != GAP and at <= AT_ONCE * length:
+            if which != GAP and ended <= AT_ONCE * length:
                 after = piece_at(m, gain, there) if after == piece else after
-            elif cause == NOTHING or at < theta * (1.0 - SAME):
-                theta, there, after, cause, left = at, motion, following(piece, which), which, kinks(m, piece)
+            elif cause == NOTHING or ended < theta * (1.0 - SAME):
+                theta, there, after, cause, left = ended, motion, following(piece, which), which, kinks(m, piece)
         which = which + 1 if which < kinks(m, piece) else GAP
     return theta, there, after, solves

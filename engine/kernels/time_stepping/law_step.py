@@ -20,8 +20,8 @@ root lies beyond L(−g₀, −r₀).
 
 import math
 
-from ..compile.options import jit_inlined, jit_no_alloc
-from ..equations.contact_law import (
+from vibroscope.engine.kernels.compile.options import jit_inlined, jit_no_alloc
+from vibroscope.engine.kernels.equations.contact_law import (
     FLORES,
     HUNT_CROSSLEY,
     IMPACT,
@@ -138,4 +138,4 @@ def bracketed_root(m, gain, gap, rate, by_gap, by_rate):
 @jit_inlined
 def gain_of(m, contact):
     """c, or h of Eq. (18), of the open contact."""
-    return gain_at(m, contact.speed1 - contact.speed2)
+    return gain_at(m, m.sign * (contact.speed1 - contact.speed2))

@@ -22,14 +22,22 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-
-from ..compile.options import jit_inlined, jit_no_alloc
-from ..compile.packing import Layout
-from ..compile.record import OpenContact, no_room, with_impulse
-from ..equations.contact_law import CUT, gain_at, law_force
-from ..status import DIVERGED, FULL, OK, WITHOUT_SOLUTION
-from .law_step import solve_force
-from .newmark import LIMIT, Scheme, begin_contact, displaced, end_contact, write_output, write_sample
+from vibroscope.engine.kernels.compile.options import jit_inlined, jit_no_alloc
+from vibroscope.engine.kernels.compile.packing import Layout
+from vibroscope.engine.kernels.compile.record import OpenContact, no_room, with_impulse
+from vibroscope.engine.kernels.equations.contact_law import CUT, gain_at, law_force
+from vibroscope.engine.kernels.status import CROSSED, FULL, OK, WITHOUT_SOLUTION
+from vibroscope.engine.kernels.time_stepping.law_step import solve_force
+from vibroscope.engine.kernels.time_stepping.newmark import (
+    LIMIT,
+    Scheme,
+    begin_contact,
+    displaced,
+    end_contact,
+    ending_of,
+    write_output,
+    write_sample,
+)
 
 STATE_ROWS, FORCE = 7, 6  # y, and where λ stands in it
 GAP = STATE_ROWS  # row of the gap
@@ -51,7 +59,7 @@ class LinearScheme(NamedTuple):
     weights: tuple  # share of the impulse that each of two stages gives; the second is 0 if there is one
     at_end: bool  # whether the status is that of the end
     without: int  # STOP, KEEP or HALVE
-    turn: float  # ηΔτ
+    turn: float  # ηΔτ; 0: the load is linear in a step
     system: Scheme
 
 
@@ -148,9 +156,9 @@ def take_law_stage(m, level, k, former, x, ends):
 
 
 @jit_inlined
-def closing_speed(y, pressed, contact):
+def closing_speed(m, y, pressed, contact):
     """−g′ at touch: that of the open contact, or the one with which the coming step may begin a contact."""
-    return contact.speed1 - contact.speed2 if pressed else y[2] - y[3]
+    return m.system.sign * (contact.speed1 - contact.speed2) if pressed else y[2] - y[3]
 
 
 @jit_inlined
@@ -162,11 +170,11 @@ def motion_of(m, y):
 @jit_inlined
 def force_at(m, y, pressed, contact):
     """λ of a state y, as the step that now begins will feel it."""
-    s, gain = m.system, gain_at(m.system, contact.speed1 - contact.speed2)
+    if not pressed:
+        return 0.0
+    s, gain = m.system, gain_at(m.system, closing_speed(m, y, pressed, contact))
     depth, speed = s.touch - (y[1] - y[0]), y[2] - y[3]
-    return (
-        law_force(s.law, s.stiffness, gain, s.exponent, s.penetration, s.stiffening, depth, speed) if pressed else 0.0
-    )
+    return s.sign * law_force(s.law, s.stiffness, gain, s.exponent, s.penetration, s.stiffening, depth, speed)
 
 
 @jit_no_alloc
@@ -220,15 +228,18 @@ def take_parts(m, status, angle, x, ends):
     ``angle``: ητ at its beginning. A part without a solution is halved, and so are all that follow. Returns what
     :func:`take_step` does, of the whole; x is no longer that of the beginning.
     """
-    level, done, impulse, solutions = 1, 0, 0.0, 1
+    level, done, impulse, solutions, load, slope = 1, 0, 0.0, 1, x[STATE_ROWS], x[STATE_ROWS + 1]
     while done < PARTS:
         former = status if m.at_end else int(is_pressed(m, x))
         after, solutions, push = take_step(m, level, former, x, ends)
         if solutions != NONE:
             part = PARTS >> level
             done, status, impulse = done + part, after, impulse + push * part / PARTS
-            now = angle + done * m.turn / PARTS
-            begin_step(x, ends[status], math.cos(now), math.sin(now))
+            if m.turn == 0.0:
+                begin_step(x, ends[status], load + slope * m.system.h * done / PARTS, slope)
+            else:
+                now = angle + done * m.turn / PARTS
+                begin_step(x, ends[status], math.cos(now), math.sin(now))
         elif level < HALVINGS:
             level += 1
         else:
@@ -244,20 +255,21 @@ def advance(m, angles, y, at, work, window, buffers):
     -------
     tuple
         :class:`StepProgress`; OK, DIVERGED, FULL, or WITHOUT_SOLUTION: then y is that before the step that has none.
+        CROSSED: the next step is to be seen from the other stop; if this one is all in flight it is taken again.
     """
     n, recorded, x, ends = angles.shape[1], buffers.contacts.shape[0] > 0, work[0], work[1:]
     k, code = at.step % n, OK
     begin_step(x, y, angles[0, k], angles[1, k])
     former = at.status if m.at_end else int(at.pressed)
     if m.system.law > CUT:
-        x[CLOSING] = closing_speed(y, at.pressed, at.contact)
+        x[CLOSING] = closing_speed(m, y, at.pressed, at.contact)
     after, solutions, push = take_step(m, 0, former, x, ends)
     none, two = at.none + (solutions == NONE), at.two + (solutions == TWO)
     if solutions == NONE and m.without == HALVE:
         after, solutions, push = take_parts(m, former, k * m.turn, x, ends)
     if solutions == NONE and m.without != KEEP:
         return StepProgress(at.status, at.pressed, at.step, none, two, at.contact), WITHOUT_SOLUTION
-    before, was = y[1] - y[0], motion_of(m, y)
+    before, v1, v2 = y[1] - y[0], y[2], y[3]
     for j in range(STATE_ROWS):
         y[j] = ends[after, j]
     i, k = at.step + 1, (k + 1 if k + 1 < n else 0)
@@ -267,16 +279,21 @@ def advance(m, angles, y, at, work, window, buffers):
         now = motion_of(m, y)
         if pressed:
             if push != 0.0:  # the force has acted in this step already: the speeds are those before it
-                now = now[0], was[1], now[2], was[3]
+                _, v1, _, v2 = displaced(m.system, 0.0, v1, 0.0, v2)
+                now = now[0], v1, now[2], v2
             closing = (before - gap) / m.system.h if recorded else 0.0
             contact = with_impulse(begin_contact(m.system, i, now, closing), impulse)
         elif recorded:
-            end_contact(m.system, contact, i, now, buffers)
+            end_contact(m.system, contact, i, now, y[FORCE], buffers)
             code = FULL if no_room(buffers) else OK
     if recorded and (k == 0 or (i >= window[1] and k % window[2] == 0)):
         write_output(i, k, n, motion_of(m, y), force_at(m, y, pressed, contact), window, buffers)
-    if not abs(gap) < LIMIT:
-        code = DIVERGED
+    if not -LIMIT < gap < m.system.reach:
+        code = ending_of(gap)
+        if code == CROSSED and push == 0.0 and m.without != HALVE and not is_pressed(m, x):
+            i -= 1  # the step is taken again from the other stop, which it may have met
+            for j in range(STATE_ROWS):
+                y[j] = x[j]
     return StepProgress(after, pressed, i, none, two, contact), code
 
 

@@ -31,21 +31,30 @@ Plain twin: tests/naive_law_located.py.
 import math
 from typing import NamedTuple
 
-from ..compile.options import jit, jit_inlined, jit_no_alloc
-from ..compile.packing import Layout
-from ..compile.record import OpenContact, no_contact, no_room, record_contact, unpack_buffers, with_impulse
-from ..equations.contact_law import contact_rate
-from ..equations.coordinates import contact_coordinates, displacements
-from ..equations.motion import (
+import numpy as np
+from vibroscope.engine.kernels.compile.options import jit, jit_inlined, jit_no_alloc
+from vibroscope.engine.kernels.compile.packing import Layout
+from vibroscope.engine.kernels.compile.record import (
+    OpenContact,
+    no_contact,
+    no_room,
+    record_contact,
+    unpack_buffers,
+    with_impulse,
+)
+from vibroscope.engine.kernels.equations.contact_law import contact_rate
+from vibroscope.engine.kernels.equations.coordinates import contact_coordinates, displacements
+from vibroscope.engine.kernels.equations.motion import (
     coefficients,
     free_equilibrium,
     pressed_generator,
     separated_generator,
 )
-from ..equations.rates import free_rate
-from ..status import DIVERGED, OK, PAUSED, UNRESOLVED
-from .contact_location import (
+from vibroscope.engine.kernels.equations.rates import free_rate
+from vibroscope.engine.kernels.status import CROSSED, DIVERGED, OK, PAUSED, UNRESOLVED
+from vibroscope.engine.kernels.time_stepping.contact_location import (
     LocatedScheme,
+    begin_load_of_step,
     force_of,
     forcing_at,
     forcing_of,
@@ -58,9 +67,9 @@ from .contact_location import (
     with_accelerations,
     with_contact_accelerations,
 )
-from .law_pieces import FREE, locate_change, piece_at, stays
-from .law_step import gain_of
-from .newmark import LIMIT, next_output, write_output
+from vibroscope.engine.kernels.time_stepping.law_pieces import FREE, locate_change, piece_at, stays
+from vibroscope.engine.kernels.time_stepping.law_step import gain_of
+from vibroscope.engine.kernels.time_stepping.newmark import FAR_FROM_STOP, LIMIT, next_output, write_output
 
 MOST_HALVINGS = 60  # of a step of the grid
 # Of a piece, and of its longest length: a contact from a step of the grid on has whole ratios, which rounding must not
@@ -121,6 +130,9 @@ def located_scheme(p, stages, resolves):
         int(p.steps),
         h * fastest / rate if resolves else h,
         h * fastest / math.pi,
+        np.array([1.0 if p.pulse >= 0.0 else 0.0, 0.0, 0.0, 0.0, 0.0]),
+        p.sign,
+        min(FAR_FROM_STOP * p.play, LIMIT),
         stages,
     )
 
@@ -160,7 +172,7 @@ def begin_contact(m, now, z, kept):
 def end_contact(m, contact, now, z, buffers):
     """Record the contact that ends at τ = ``now``, and its impact if it began with a closing speed."""
     _, v1, _, v2 = displacements(m, z[0], z[1], z[3], z[4])
-    record_contact(buffers, contact, now, (v1, v2), True)
+    record_contact(buffers, with_impulse(contact, m.sign * contact.impulse), now, (v1, v2), True)
 
 
 @jit_inlined
@@ -172,7 +184,7 @@ def motion_of(s):
 @jit_inlined
 def write_motion(m, i, k, z, push, window, buffers):
     """Write the section row and the sample of step i, the k-th of its period, if they are asked for."""
-    write_output(i, k, m.steps, displacements(m, z[0], z[1], z[3], z[4]), push, window, buffers)
+    write_output(i, k, m.steps, displacements(m, z[0], z[1], z[3], z[4]), m.sign * push, window, buffers)
 
 
 @jit_inlined
@@ -199,11 +211,12 @@ def points_passed(piece, offset):
 
 
 @jit_inlined
-def step_of_grid(m, forces, gain, pressed, z, length, k, offset, ends):
+def step_of_grid(m, forces, gain, pressed, z, length, at, ends):
     """As :func:`.contact_location.step_from`; ``ends``: whether the step ends at the next step of the grid."""
     if m.stages.count > 0:
-        return step_of_stages(m, gain, pressed, z, length, k, offset)
-    forcing = (forces[k + 1, 0], forces[k + 1, 1]) if ends else forcing_at(m, k, offset + length)
+        return step_of_stages(m, gain, pressed, z, length, at)
+    k, offset = at
+    forcing = (forces[k + 1, 0], forces[k + 1, 1]) if ends else forcing_at(m, (k, offset + length))
     return step(side(m, pressed), z, length, forcing)
 
 
@@ -224,7 +237,8 @@ def advance(m, forces, s, stop, window, buffers):
     Returns
     -------
     tuple
-        :class:`LocatedState`; OK, PAUSED for want of room, DIVERGED or UNRESOLVED.
+        :class:`LocatedState`; OK, PAUSED for want of room, DIVERGED or UNRESOLVED; CROSSED before a step that is to be
+        seen from the other stop.
     """
     z, piece, i, offset, since, contact = motion_of(s), s.piece, s.step, s.offset, s.since, s.contact
     solves, before, status, k = s.solves, s.solves_before, OK, s.step % m.steps
@@ -232,11 +246,12 @@ def advance(m, forces, s, stop, window, buffers):
     last = min(next_output(i, m.steps, window, buffers.samples.shape[0] > 0), stop) - 1  # step without a record
     push = force_of(m, gain, pressed, z)
     while True:
+        begin_load_of_step(m, forces, k)
         parts, length_of_part, point = next_part(m, pressed, since, offset)
         length, ends = point * length_of_part - offset, point == parts
-        end = step_of_grid(m, forces, gain, pressed, z, length, k, offset, ends)
+        end = step_of_grid(m, forces, gain, pressed, z, length, (k, offset), ends)
         staying = stays(m, gain, piece, z, end, length)
-        goes_on = staying and abs(end[3]) < LIMIT and solves - before < SOLVES_PER_STEP
+        goes_on = staying and -LIMIT < end[3] < m.reach and solves - before < SOLVES_PER_STEP
         if not goes_on or (ends and i >= last):
             break
         if pressed:
@@ -246,14 +261,17 @@ def advance(m, forces, s, stop, window, buffers):
         if ends:
             i, k, offset, before = i + 1, k + 1, 0.0, solves
     following, more = piece, 0
+    crosses = staying and m.reach < end[3] < LIMIT
+    if crosses:
+        end, length, ends = z, 0.0, False
     if not staying:
-        length, end, following, more = locate_change(m, gain, piece, z, end, length, k, offset)
+        length, end, following, more = locate_change(m, gain, piece, z, end, length, (k, offset))
     changed = following != piece
     if pressed:
         since += length
         contact = with_impulse(contact, impulse + 0.5 * length * (push + force_of(m, gain, True, end)))
     solves += 1 + more
-    offset = offset + length if changed else point * length_of_part
+    offset = offset + length if changed or crosses else point * length_of_part
     z = end
     if changed:
         if not pressed:
@@ -264,7 +282,7 @@ def advance(m, forces, s, stop, window, buffers):
             if buffers.contacts.shape[0] > 0:
                 end_contact(m, contact, i * m.h + offset, z, buffers)
             since, contact = 0.0, no_contact()
-        z = with_contact_accelerations(m, gain, following != FREE, z, forcing_at(m, k, offset))
+        z = with_contact_accelerations(m, gain, following != FREE, z, forcing_at(m, (k, offset)))
         if no_room(buffers):
             status = PAUSED
     elif ends:
@@ -276,6 +294,8 @@ def advance(m, forces, s, stop, window, buffers):
         status = DIVERGED
     elif solves - before > SOLVES_PER_STEP:
         status = UNRESOLVED
+    elif crosses:
+        status = CROSSED
     x, v, a, g, u, b = z
     return LocatedState(x, v, a, g, u, b, following, i, offset, solves, before, since, contact), status
 
@@ -304,8 +324,8 @@ def integrate_located(packed, forces, state, stop, most, window, flat, sizes):
     Returns
     -------
     int
-        OK; PAUSED (call again), after ``most`` solves or for want of room; DIVERGED; UNRESOLVED if a step took more
-        than SOLVES_PER_STEP solves.
+        OK; CROSSED; PAUSED (call again), after ``most`` solves or for want of room; DIVERGED; UNRESOLVED if a step
+        took more than SOLVES_PER_STEP solves.
     """
     m, buffers, s, status = unpack_scheme(packed), unpack_buffers(flat, sizes), unpack_state(state), OK
     pause = s.solves + most

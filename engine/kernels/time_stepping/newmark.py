@@ -24,16 +24,26 @@ A step is with contact if the gap at its start is not positive (paper, section 4
 import math
 from typing import NamedTuple
 
-from ..compile.options import jit, jit_inlined, jit_uncontracted
-from ..compile.packing import Layout
-from ..compile.record import OpenContact, no_contact, no_room, record_contact, unrecorded_contact, with_impulse
-from ..equations.contact_law import force, force_of_law
-from ..equations.coordinates import contact_coordinates, users_displacements
-from ..equations.motion import accelerations, coefficients
-from ..parameters import unpack_parameters
-from ..status import DIVERGED, FULL, OK
+from vibroscope.engine.kernels.compile.options import jit, jit_inlined, jit_uncontracted
+from vibroscope.engine.kernels.compile.packing import Layout
+from vibroscope.engine.kernels.compile.record import (
+    OpenContact,
+    no_contact,
+    no_room,
+    record_contact,
+    unrecorded_contact,
+    with_impulse,
+)
+from vibroscope.engine.kernels.equations.contact_law import force, force_of_law
+from vibroscope.engine.kernels.equations.coordinates import contact_coordinates, users_displacements
+from vibroscope.engine.kernels.equations.motion import accelerations, coefficients
+from vibroscope.engine.kernels.parameters import unpack_parameters
+from vibroscope.engine.kernels.status import CROSSED, DIVERGED, FULL, OK
 
 LIMIT = 1e9  # a gap of 1e9 base amplitudes is no motion; far enough from overflow that no NaN is ever made
+# Share of the play between two stops beyond which steps are seen from the other one: not the half, so that rounding
+# does not send them back.
+FAR_FROM_STOP = 0.75
 
 
 class Scheme(NamedTuple):
@@ -56,7 +66,7 @@ class Scheme(NamedTuple):
     contact_a: float  # σ/Δτ² / (…)
     contact_gap: float  # −K gₛ / (…)
     touch: float  # −gₛ, at which ξ₂ − ξ₁ the bodies touch
-    law: float  # index in equations.contact_law.LAWS
+    law: float  # of equations.contact_law.LAWS
     cosine1: float  # cos ψ and sin ψ of each body
     sine1: float
     cosine2: float
@@ -70,6 +80,9 @@ class Scheme(NamedTuple):
     stiffening: float
     gain: float
     relative: float
+    late: float  # share of λ at the end of a step, times Δτ, that is felt after it: ½ of the trapezoidal rule
+    sign: float  # as in ..parameters
+    reach: float  # gap beyond which steps are seen from another stop, less the one at the equilibrium; else LIMIT
 
 
 class StepState(NamedTuple):
@@ -140,6 +153,9 @@ def scheme_of(p):
         p.stiffening,
         p.gain,
         p.relative,
+        0.5,
+        p.sign,
+        min(FAR_FROM_STOP * p.play - p.free_gap, LIMIT),
     )
 
 
@@ -182,7 +198,7 @@ def write_start(row, state, x1, v1, x2, v2):
 @jit_inlined
 def contact_force(m, x1, v1, x2, v2):
     """λ of bodies in contact, of ξ₁, ξ₁′, ξ₂ and ξ₂′."""
-    return force_of_law(m.law, force(m.stiffness, m.damper, m.clearance + (x2 - x1), v2 - v1))
+    return force_of_law(m.law, force(m.stiffness, m.damper, m.clearance + m.sign * (x2 - x1), m.sign * (v2 - v1)))
 
 
 @jit_inlined
@@ -224,15 +240,21 @@ def begin_contact(m, i, now, closing):
 
 
 @jit_inlined
-def end_contact(m, contact, i, now, buffers):
-    """Record the contact that ends with step i, and its impact if it began with a closing speed."""
-    record_contact(buffers, contact, i * m.h, (now[1], now[3]), True)
+def end_contact(m, contact, i, now, push, buffers):
+    """Record the contact that ends with step i, and its impact if it began with a closing speed.
+
+    ``push``: λ at the end of the step, which the speeds after the contact have felt wholly, those of ``now`` in part.
+    """
+    late = m.late * push / m.h
+    _, more1, _, more2 = users_displacements(m, 0.0, -m.react1 * late, 0.0, m.react2 * late)
+    signed = with_impulse(contact, m.sign * contact.impulse)
+    record_contact(buffers, signed, i * m.h, (now[1] + more1, now[3] + more2), True)
 
 
 @jit_inlined
 def force_at(m, now, pressed):
     """λ of a motion, as the step that now begins will feel it."""
-    return contact_force(m, now[0], now[1], now[2], now[3]) if pressed else 0.0
+    return m.sign * contact_force(m, now[0], now[1], now[2], now[3]) if pressed else 0.0
 
 
 @jit_inlined
@@ -240,6 +262,12 @@ def write_sample(row, now, push):
     """Write the motion ξ₁, ξ₁′, ξ₂, ξ₂′ and λ."""
     row[0], row[1], row[2], row[3] = now
     row[4] = push
+
+
+@jit_inlined
+def ending_of(gap):
+    """Why a loop ends at a gap beyond its reach."""
+    return CROSSED if abs(gap) < LIMIT else DIVERGED
 
 
 @jit_inlined
@@ -286,7 +314,7 @@ def integrate(m, cosines, state, stop, window, buffers):
     Returns
     -------
     int
-        OK, DIVERGED or FULL.
+        OK, DIVERGED, FULL or CROSSED.
     """
     p1, q1, p2, q2, a1, a2, gap, pressed, i, contact = unpack_state(state)
     cosines1, cosines2 = cosines
@@ -316,15 +344,15 @@ def integrate(m, cosines, state, stop, window, buffers):
                 contact = begin_contact(m, i, now, (before - gap) / m.h) if kept else unrecorded_contact(i * m.h)
                 impulse = 0.0
             elif kept:
-                end_contact(m, with_impulse(contact, impulse), i, now, buffers)
+                end_contact(m, with_impulse(contact, impulse), i, now, push, buffers)
                 status = FULL if no_room(buffers) else OK
         if k == n or (i >= sampled_from and k % stride == 0):
             k = 0 if k == n else k
             if kept:
                 now = motion(m, p1, q1, a1, p2, q2, a2)
                 write_output(i, k, n, now, force_at(m, now, pressed), window, buffers)
-        if not abs(gap) < LIMIT:
-            status = DIVERGED
+        if not -LIMIT < gap < m.reach:
+            status = ending_of(gap)
     contact = with_impulse(contact, impulse) if kept else contact
     write_state(state, StepState(p1, q1, p2, q2, a1, a2, gap, pressed, i, contact))
     return status

@@ -4,10 +4,10 @@ The bodies come with the same speed and touch at different instants within a ste
 have parted and a step changes their speed as in flight: methods that average over a step feel the contact after it.
 """
 
-from ..compile.options import jit_no_alloc
-from ..compile.record import no_contact
-from ..status import DIVERGED, OK
-from .linear_step import FORCE, STATE_ROWS, StepProgress, advance
+from vibroscope.engine.kernels.compile.options import jit_no_alloc
+from vibroscope.engine.kernels.compile.record import no_contact
+from vibroscope.engine.kernels.status import DIVERGED, OK
+from vibroscope.engine.kernels.time_stepping.linear_step import FORCE, STATE_ROWS, StepProgress, advance
 
 SAME_SPEED = 1e-12  # change of speed by a step, as a share of the closing speed, that is none
 SPEED, GAP, DEPTH, PUSH, PULL, STEPS, NONE, TWO, CODE = range(9)  # columns of what is found

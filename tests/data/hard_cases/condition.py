@@ -1,6 +1,6 @@
 """The conditioning of a problem, by solving it again with each number of the data changed by a tiny fraction."""
 
-from high_precision import solve
+from high_precision import solve, solve_case
 from high_precision.model import BASE_ONLY, TABLE, TOUCHING
 from mpmath import mp, mpf
 
@@ -15,21 +15,55 @@ def condition(problem):
     the bodies touch, stays zero. None if an event appears or disappears with the change, as in a graze.
     """
     with mp.workdps(DIGITS):
-        change = mpf(CHANGE)
-        states, kinds = _solved(problem.again())
-        total = mpf(0)
-        for changed in _changed(problem, change):
-            other, others_kinds = _solved(changed)
-            if others_kinds != kinds:
-                return None
-            moved = max(abs(x - y) for a, b in zip(states, other, strict=True) for x, y in zip(a, b, strict=True))
-            total += moved / change
-        return float(total)
+        return _total(solve, problem.again(), _changed(problem, mpf(CHANGE)))
 
 
-def _solved(problem):
-    solution = solve(problem)
-    return solution.states[1:], [kind for _, kind, _ in solution.events]
+def condition_of_case(case):
+    """The same of a case of high_precision/bodies.py; a load's samples are changed together."""
+    with mp.workdps(DIGITS):
+        return _total(solve_case, case, _changed_cases(case, 1 + mpf(CHANGE)))
+
+
+def _total(solver, problem, others):
+    states, kinds = _solved(solver, problem)
+    total = mpf(0)
+    for changed in others:
+        other, others_kinds = _solved(solver, changed)
+        if others_kinds != kinds:
+            return None
+        total += max(abs(x - y) for a, b in zip(states, other, strict=True) for x, y in zip(a, b, strict=True))
+    return float(total / mpf(CHANGE))
+
+
+def _solved(solver, problem):
+    solution = solver(problem)
+    return solution.states[1:], [event[1] for event in solution.events]
+
+
+def _changed_cases(case, factor):
+    """Yield the case with one number after the other times the factor; bodies that touch a stop stay there."""
+    x1, _, x2, _ = case["start"]
+    touching = case["clearance"] + x2 - x1 in (0, case.get("play"))
+    for name, value in case.items():
+        if name in ("samples", "periods", "threshold") or (touching and name in ("clearance", "play")):
+            continue
+        if isinstance(value, float) and value:
+            yield case | {name: value * factor}
+        if not isinstance(value, list):
+            continue
+        for k, each in enumerate(value):
+            places = [None] if isinstance(each, float) else each
+            for key in places:
+                new = times(each, factor) if key is None else each | {key: times(each[key], factor)}
+                if new != (each if key is None else {**each}) and not (touching and name == "start" and k in (0, 2)):
+                    yield case | {name: [*value[:k], new, *value[k + 1 :]]}
+
+
+def times(value, factor):
+    """A number, or each of a list of them, times a factor; a word stays."""
+    if isinstance(value, list):
+        return [x * factor for x in value]
+    return value if isinstance(value, str) else value * factor
 
 
 def _changed(problem, r):

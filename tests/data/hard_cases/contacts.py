@@ -3,7 +3,7 @@
 from high_precision import Problem
 from mpmath import mp, mpf
 
-from .methods import exact, reference
+from hard_cases.methods import exact, reference
 
 REST = (0.0, 0.0, 0.0, 0.0)
 # so far out, the springs press the pendulums together: chatter ends even at e = 0.99

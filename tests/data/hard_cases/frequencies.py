@@ -2,7 +2,7 @@
 
 from high_precision import Problem
 
-from .methods import exact, reference
+from hard_cases.methods import exact, reference
 
 
 def from_rest():

@@ -7,7 +7,7 @@ is after that rounding is written as "dip", with its instant "dip_time".
 from high_precision import Problem, format_number
 from mpmath import mp, mpf
 
-from .methods import exact, reference
+from hard_cases.methods import exact, reference
 
 # η, ξ₁′, ξ₂ near the graze, ξ₂′, time of the impact before (None: the first flight grazes), time of the minimum
 GRAZES = {

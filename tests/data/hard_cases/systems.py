@@ -7,7 +7,7 @@ import random
 
 from high_precision import Problem
 
-from .methods import exact, reference
+from hard_cases.methods import exact, reference
 
 SAMPLES = 2
 LIMIT = 1e-24  # a threshold that cannot be distinguished from its limit 0 in double precision

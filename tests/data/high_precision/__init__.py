@@ -19,15 +19,19 @@ zero; with one change of sign and no b within R of zero, it has exactly one (Des
 coefficients are integers in units of 2^-BITS; their rounding is part of R. Where a phase starts with f = 0, f ~ tᵐ, and
 the zeros of f/tᵐ are searched.
 
+Bodies with or without springs, two stops, pulses and records: :mod:`.bodies` and :mod:`.between_stops`, by the same
+series and zeros.
+
 All parameters are the exact values of the double-precision numbers given to the engine.
 """
 
 from mpmath import mp, mpf
 
-from .model import Problem
-from .run import IMPACT, solve
+from high_precision.between_stops import solve_case
+from high_precision.model import Problem
+from high_precision.run import IMPACT, solve
 
-__all__ = ["IMPACT", "Problem", "format_number", "solve"]
+__all__ = ["IMPACT", "Problem", "format_number", "solve", "solve_case"]
 DIGITS = 25
 
 

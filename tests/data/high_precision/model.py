@@ -4,7 +4,7 @@ from dataclasses import dataclass, field, replace
 
 from mpmath import mp, mpf
 
-from .series import Modal, Taylor
+from high_precision.series import Modal, Taylor
 
 STIFF = 100
 TABLE = {"kappa": 2.41, "d1": 0.0033, "d2": 0.0120, "kappa3": 1.80, "d3": 0.0330, "restitution": 0.5}

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 from mpmath import mp, mpf
 
-from .zeros import Undecided, first_zero
+from high_precision.zeros import Undecided, first_zero
 
 NODES_PER_DIGIT = 0.8
 IMPACT, JOIN, PART = 0, 1, 2  # events of the reference

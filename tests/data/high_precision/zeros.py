@@ -5,7 +5,7 @@ from math import comb
 
 from mpmath import mp, mpf
 
-from .series import horner
+from high_precision.series import horner
 
 BITS = 560  # of the integers whose signs decide: 1e-168
 

@@ -1,7 +1,7 @@
 """The published problems by the keys that assets/validation/cases.toml has: each yields (what, figure)."""
 
-from .driven_body import b2, b2_displacements, b2_step, b2_twin
-from .problems import (
+from published.driven_body import b2, b2_displacements, b2_step, b2_twin
+from published.problems import (
     b1,
     b3,
     b5,
@@ -10,8 +10,10 @@ from .problems import (
     contraction,
     grazing,
     orbit,
+    reference_fmu,
     restitution,
     sdnd105,
+    sdnd108,
     sdnd122,
     sticking,
 )
@@ -36,7 +38,9 @@ CASES = {
     "B6-2.6": lambda: iter([("force that grazes", grazing("2.6", 2, "0.2"))]),
     "SDND122": sdnd122,
     "SDND105": sdnd105,
+    "SDND108": sdnd108,
     "bounces": bounces,
+    "FMU": reference_fmu,
     "sticking-0": lambda: sticking("0"),
     "sticking-0.5": lambda: sticking("0.5"),
     "contraction": contraction,

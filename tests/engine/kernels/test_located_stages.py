@@ -45,7 +45,7 @@ def test_a_step_of_any_length_is_its_matrix(system, kind):
         begun = force_of(m, p.gain, pressed, z)
         y = (x, x + g, z[1], z[1] + z[4], z[2], z[2] + z[5], begun, math.cos(angle), math.sin(angle), 1.0)
         end = maps[int(pressed) if len(maps) == 2 else 2 + 3 * pressed] @ y
-        found = step_from(m, p.gain, pressed, z, s, k, 0.2 * m.h)
+        found = step_from(m, p.gain, pressed, z, s, (k, 0.2 * m.h))
         displaced = found[0] - p.free_position, found[1], found[2], *(np.add(found[3:], found[:3]))
         expected = end[[0, 2, 4, 1, 3, 5]] + (0, 0, 0, p.free_position + p.free_gap, 0, 0)
         np.testing.assert_allclose(displaced, expected, rtol=0, atol=1e-11)
@@ -77,12 +77,12 @@ def test_a_contact_whose_end_is_looked_for_at_its_beginning_ends_where_it_ends(m
     method = TimeStepping(2500.0, 8.0, 60, SemiImplicitEuler(), "located")
     p = parameters_of(System(), 1.08, method)
     m = scheme_of_run(p, method)
-    z = with_accelerations(m.pressed, (0.0, 0.0, 0.0, 0.0, -1.0, 0.0), forcing_at(m, 0, 0.0))
+    z = with_accelerations(m.pressed, (0.0, 0.0, 0.0, 0.0, -1.0, 0.0), forcing_at(m, (0, 0.0)))
     for length in np.linspace(0.6, 1.0, 100) * m.h:
-        end = step_from(m, p.gain, True, z, length, 0, 0.0)
+        end = step_from(m, p.gain, True, z, length, (0, 0.0))
         for begin in (1e-17, 1e-16, 1e-15):
             monkeypatch.setattr(law_pieces, "root_by_curvature", lambda *_, found=begin * length: found)
-            arguments = m, p.gain, law_pieces.MAIN, law_pieces.GAP, z, end, length, 0, 0.0
+            arguments = m, p.gain, law_pieces.MAIN, law_pieces.GAP, z, end, length, (0, 0.0)
             theta, *_ = uncompiled(law_pieces.locate_end)(*arguments)
             assert theta == pytest.approx(-z[4] / z[5], rel=1e-9)
 

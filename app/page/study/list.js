@@ -1,18 +1,15 @@
 // The branches of the diagram: what the search has found, the motions at the value that is set, and all points. A button
 // in a row opens its motion in Explore. Only textContent is ever set.
 
-import { button, choose, cueScroll, element, explainTerms, setText } from "../shared/dom.js";
+import { button, card, choose, cueScroll, drawCard, element, options, setText } from "../shared/dom.js";
 
 export function render({ model }) {
-  const root = element("section", "branches-list");
-  root.setAttribute("aria-label", model.label);
-  const status = element("p", "status");
-  status.setAttribute("role", "status");
+  const root = card("branches-list", model.label);
+  const status = element("p", "status", "", { role: "status" });
   const notes = element("div", "notes");
   const near = part("near");
   const points = part("points");
-  const filter = element("select");
-  filter.setAttribute("aria-label", "Kind of points");
+  const filter = element("select", "", "", { "aria-label": "Kind of points" });
   filter.addEventListener("change", () => show());
   points.head.append(filter);
   const stop = button("Stop", "", () => model.send_msg({ stop: stop.dataset.stop === "true" }), "stop");
@@ -36,16 +33,12 @@ export function render({ model }) {
     const kinds = ["", ...new Set((model.points.rows ?? []).map(({ kind }) => kind))];
     if ([...filter.options].map(({ value }) => value).join() !== kinds.join()) {
       const { value } = filter;
-      filter.replaceChildren(...kinds.map((kind) => Object.assign(element("option", "", kind || "all kinds"), { value: kind })));
+      filter.replaceChildren(...options(kinds.map((kind) => [kind, kind || "all kinds"])));
       choose(filter, kinds.includes(value) ? value : "");
     }
     show();
   };
-  for (const name of ["status", "near", "points"]) model.on(name, draw);
-  draw();
-  explainTerms(root);
-  cueScroll(root, true);
-  return root;
+  return cueScroll(drawCard(root, model, ["status", "near", "points"], draw), true);
 }
 
 // A title and a table that is written again only where its rows have changed; the focus stays on its row.
@@ -78,8 +71,7 @@ function line({ mark, kind, cells }, heads, open) {
     const cell = element("td", k ? "number" : "name");
     cell.dataset.label = heads[k];
     if (!k) {
-      const sign = element("span", "mark", mark);
-      sign.setAttribute("aria-hidden", "true");
+      const sign = element("span", "mark", mark, { "aria-hidden": "true" });
       cell.append(sign);
     }
     if (name) {

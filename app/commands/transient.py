@@ -1,0 +1,257 @@
+"""``vibroscope transient``: both solutions under a pulse, a sweep or a record, from rest."""
+
+from __future__ import annotations
+
+import argparse
+import math
+from collections.abc import Iterator, Sequence
+from functools import partial
+
+import numpy as np
+from vibroscope.app.commands.numbers import list_of, measured, span
+from vibroscope.app.commands.options import (
+    PENALTY_OPTIONS,
+    SCHEME_OPTIONS,
+    add_fields,
+    add_initial_option,
+    add_system_option,
+    law_of,
+    reference_of,
+    stepping_of,
+    system_of,
+    units_of,
+)
+from vibroscope.app.commands.output import write_csv
+from vibroscope.app.commands.parser import Command, OneLineParser
+from vibroscope.app.commands.peaks import peaks_in_units, peaks_json, table_of_peaks
+from vibroscope.app.commands.physical_units import add_units_option, unit_names, wanted_units
+from vibroscope.app.commands.report import Line, Report, Row
+from vibroscope.app.explorer.load_words import words_of_difference, words_of_load, words_of_run
+from vibroscope.app.export.tables import columns_in_units
+from vibroscope.engine import (
+    Difference,
+    ExactPenalty,
+    Load,
+    Method,
+    Transient,
+    Units,
+    absolute_accelerations,
+    finite_or_none,
+    read_record,
+    shock_response,
+    spaced,
+    transient,
+    transient_difference,
+)
+from vibroscope.engine.energy.result import EnergyBalance
+from vibroscope.engine.facts import Amount, joined, stated
+from vibroscope.engine.transients.run import CYCLE, FREE_CYCLES
+
+# Of each pulse: the numbers after its size, their quantities, an example, and what it is.
+PULSES = {
+    "half-sine": (Load.half_sine, ("time",), "T", "half a sine of the duration T"),
+    "trapezoid": (Load.trapezoid, ("time", "time"), "T[,R]", "a trapezoid of the duration T, which rises in R (T/10)"),
+    "sawtooth": (Load.sawtooth, ("time",), "T", "a terminal-peak sawtooth of the duration T"),
+    "sweep": (Load.sweep, ("frequency", "frequency", "time"), "F1,F2,T", "a sine from the frequency F1 to F2 in T"),
+}
+SIZES = {"base": "acceleration", "force": "force"}
+SHOWN = {"base": "acceleration of the base", "force": "force on a body"}
+HISTORY = (
+    "time",
+    "displacement1",
+    "displacement2",
+    "velocity1",
+    "velocity2",
+    "acceleration1",
+    "acceleration2",
+    "force",
+)
+QUANTITIES = ("time", *("displacement",) * 2, *("velocity",) * 2, *("acceleration",) * 2, "force")
+_EXAMPLES = """\
+examples:
+  vibroscope transient --system box.toml --base-half-sine '30 g,11 ms' --units
+  vibroscope transient --system box.toml --base-half-sine '30 g,11 ms' --K '1e6 N/m' --D '40 N s/m' --steps '0.1 ms'
+  vibroscope transient --system pair.toml --base-record quake.csv --K '93 MN/m' --D '1 MN s/m' --history motion.csv
+  vibroscope transient --system box.toml --base-sawtooth '50 g,6 ms' --shock-response 5:500:100 --write srs.csv
+"""
+
+
+def add(command: OneLineParser) -> None:
+    """Add the options."""
+    group = command.add_mutually_exclusive_group(required=True)
+    for what, quantity in SIZES.items():
+        for name, (_, more, letters, words) in PULSES.items():
+            read = partial(list_of, example=f"A,{letters}", quantities=(quantity, *more))
+            words = f"{SHOWN[what]} of the peak A: {words}"
+            group.add_argument(f"--{what}-{name}", type=read, metavar=f"A,{letters}", help=words)
+        words = f"{SHOWN[what]} over time, linear between the samples of a file (.csv, or .AT2 of PEER)"
+        group.add_argument(f"--{what}-record", metavar="FILE", help=words)
+    add = command.add_argument
+    add("--logarithmic", action="store_true", help="a sweep grows by equal factors in equal times, not linearly")
+    add("--body", type=int, choices=(1, 2), default=1, help="the body that a force acts on (default %(default)s)")
+    words = f"time for which the run goes on after the load (default {FREE_CYCLES:g} natural periods of body 1)"
+    add("--free", type=measured("time"), metavar="T", help=words)
+    add_fields(command, *PENALTY_OPTIONS, *SCHEME_OPTIONS, "joint_damping", "threshold")
+    command.set_defaults(eta=1.0)  # steps are those of a natural period of body 1
+    add_initial_option(command)
+    add_system_option(command)
+    words = "also the energy balance of each run, in closed form (some seconds for a record of 100,000 samples)"
+    add("--energy", action="store_true", help=words)
+    add("--history", metavar="FILE.csv", help="also write displacements, velocities, accelerations and force over time")
+    add(
+        "--shock-response",
+        type=partial(span, quantity="frequency", example="A:B:N, as 5:500:100, or '5 Hz:500 Hz:100'"),
+        metavar="A:B:N",
+        help="with --write: N natural frequencies of body 1 from A to B; largest motion with the stop and without it",
+    )
+    add("--write", metavar="FILE.csv", help="where --shock-response goes")
+    add_units_option(command)
+
+
+def load_of(options: argparse.Namespace) -> Load:
+    """The load that the options describe."""
+    for what in SIZES:
+        on = what if what == "base" else f"{what}{options.body}"
+        path = getattr(options, f"{what}_record")
+        if path is not None:
+            return read_record(path, units_of(options), on)
+        for name, (make, *_) in PULSES.items():
+            numbers = getattr(options, f"{what}_{name.replace('-', '_')}")
+            if numbers is not None:
+                more = {"logarithmic": options.logarithmic} if name == "sweep" else {}
+                wanted = len(PULSES[name][1]) + 1
+                if not (len(numbers) == wanted or (name == "trapezoid" and len(numbers) == wanted - 1)):
+                    raise ValueError(f"--{what}-{name} has {len(numbers)} numbers: give A,{PULSES[name][2]}")
+                return make(*numbers, **more, on=on)
+    raise ValueError("give a load, as --base-half-sine A,T")
+
+
+def penalty_of(options: argparse.Namespace) -> Method | None:
+    """The penalty solution: with steps, or without a step where none are given; None without K."""
+    if options.K is None:
+        return None
+    if options.steps is not None:
+        return stepping_of(options)
+    return ExactPenalty(options.K, options.D, **law_of(options))
+
+
+def run(options: argparse.Namespace) -> Report:
+    """Run the reference, the penalty solution if K is given, and what else is asked for."""
+    if (options.shock_response is None) != (options.write is None):
+        raise ValueError("--shock-response and --write go together: give frequencies, as 5:500:100, and a file")
+    system, load, penalty, units = system_of(options), load_of(options), penalty_of(options), wanted_units(options)
+    reference = reference_of(options)
+    given = {"free": FREE_CYCLES * CYCLE if options.free is None else options.free, "initial": options.initial}
+    if options.shock_response is not None:
+        _write_shock_response(options, load, penalty or reference)
+    runs, parts = {"reference": transient(system, load, reference, **given)}, None
+    if penalty is not None:
+        runs["penalty"] = transient(system, load, penalty, **given)
+        if all(each.ok for each in runs.values()):
+            parts = transient_difference(system, load, penalty, reference, **given).difference
+    if options.history:
+        _write_history(options.history, runs, units)
+    energies = {name: each.energy for name, each in runs.items() if options.energy and each.ok}
+    data = {"load": _load_json(load)} | {name: _json(each, energies.get(name)) for name, each in runs.items()}
+    data["difference"] = parts and {"total": finite_or_none(parts.total), "parts": parts.parts}
+    if units:
+        physical = {name: peaks_json(peaks_in_units(each.peaks, units)) for name, each in runs.items() if each.ok}
+        data["physical"] = {"units": unit_names(units, penalty or reference), **physical}
+    return Report(_lines(runs, load, energies, parts, units), data, units)
+
+
+def _load_json(load: Load) -> dict[str, object]:
+    return {"words": load.words, "on": load.on, "peak": load.peak, "end": load.end}
+
+
+def _json(found: Transient, energy: EnergyBalance | None) -> dict[str, object]:
+    response = found.response
+    data = {"status": str(response.status), "message": str(response.message), "end": response.window[1]}
+    if not found.ok:
+        return data
+    terms = "gain", "work", "dampers", "contact", "impacts", "residual"
+    return data | {
+        "peaks": peaks_json(found.peaks),
+        "impacts": len(response.impacts),
+        "contacts": len(response.contacts),
+        "residual": list(found.residual),
+        "later_peaks": found.later_peaks.tolist(),
+        "in_contact": found.in_contact,
+        "energy": energy and {name: finite_or_none(float(getattr(energy, name).sum())) for name in terms},
+    }
+
+
+def _lines(
+    runs: dict[str, Transient],
+    load: Load,
+    energies: dict[str, EnergyBalance],
+    parts: Difference | None,
+    units: Units | None,
+) -> Iterator[Line]:
+    whole = {name: each for name, each in runs.items() if each.ok}
+    first = next(iter(runs.values())).response
+    yield Row("load", words_of_load(load, first.window[1]))
+    yield from table_of_peaks({name: each.peaks for name, each in whole.items()}, units, first.system)
+    for name, each in whole.items():
+        yield Row(name, words_of_run(each))
+        if name not in energies:
+            continue
+        energy = energies[name]
+        sums = {
+            "work of the load": energy.work,
+            "dampers": energy.dampers,
+            "contact": energy.contact + energy.impacts,
+            "left over": energy.residual,
+        }
+        terms = (stated("{} {}", label, Amount(float(value.sum()), "energy")) for label, value in sums.items())
+        yield Row("", stated("energy: {}", joined(", ", terms)))
+    if parts is not None:
+        yield Row("difference", words_of_difference(parts), 110)
+    yield "Displacements and velocities are relative to the base, accelerations absolute. An impact of the reference"
+    yield "has no duration: its acceleration and force are not finite."
+    yield from (f"{name}: {each.response.ending}" for name, each in runs.items() if not each.ok)
+
+
+def _write_history(path: str, runs: dict[str, Transient], units: Units | None) -> None:
+    rows, quantities = [], dict(zip(HISTORY, QUANTITIES, strict=True))
+    for name, each in runs.items():
+        sampled = each.response.trajectory
+        if sampled is None:
+            raise ValueError(f"--history needs whole runs; {name}: {each.response.ending}")
+        moved = *sampled.displacement, *sampled.velocity, *absolute_accelerations(each.response)
+        columns = dict(zip(HISTORY, (sampled.time, *moved, sampled.force), strict=True))
+        columns = columns_in_units(columns, units, quantities)
+        rows += [[name, *row] for row in np.transpose(list(columns.values())).tolist()]
+    write_csv(path, ["solution", *columns], _cells(rows))
+
+
+def _write_shock_response(options: argparse.Namespace, load: Load, method: Method) -> None:
+    low, high, count = options.shock_response
+    ratios = spaced("frequency", low, high, int(count), logarithmic=True)
+    found = shock_response(system_of(options), load, ratios, method)
+    units, columns = units_of(options), dict(vars(found))
+    kinds = {"ratio": "frequency", "impulse": "impulse"}
+    if options.units:
+        scale = wanted_units(options) or units
+        named = {name: kinds.get(name, name.partition("_")[0]) for name in columns}
+        columns = columns_in_units(columns, scale, named)
+        columns = {name.replace("ratio", "frequency"): values for name, values in columns.items()}
+    write_csv(options.write, list(columns), _cells(np.transpose(list(columns.values())).tolist()))
+
+
+def _cells(rows: Sequence[Sequence[object]]) -> Iterator[list[object]]:
+    """Numbers with nine digits; nothing where there is none."""
+    for row in rows:
+        yield [x if not isinstance(x, float) else "" if math.isnan(x) else f"{x:.9g}" for x in row]
+
+
+COMMAND = Command(
+    "both solutions under a pulse, a sweep or a record, from rest",
+    "Run the reference, and with --K the penalty solution, from rest under a load that is no harmonic: largest values, "
+    "contacts, what is left of the motion, energy, and the parts of the difference. --steps are those in a natural "
+    "period of body 1.",
+    _EXAMPLES,
+    add,
+    run,
+    "one JSON object",
+)

@@ -1,0 +1,41 @@
+"""A run under a load that is no harmonic, in words: for the page and the command line. No panel import."""
+
+from __future__ import annotations
+
+from vibroscope.engine import PART_NAMES, Difference, Load, Transient, counted, percent
+from vibroscope.engine.facts import Amount, Statement, joined, stated
+
+
+def words_of_load(load: Load, end: float) -> Statement:
+    """What it is, its peak and its end; ``end``: that of the run."""
+    quantity = "acceleration" if load.on == "base" else "force"
+    what = "the acceleration of the base" if load.on == "base" else f"the force on body {load.on[-1]}"
+    return stated(
+        "{} of {}, peak {}; it ends at {}, the run at {}",
+        load.words,
+        what,
+        Amount(load.peak, quantity),
+        Amount(load.end, "time"),
+        Amount(end, "time"),
+    )
+
+
+def words_of_run(run: Transient) -> Statement:
+    """Contacts, and what is left of the motion."""
+    response, system = run.response, run.response.system
+    counts = f"{counted(len(response.impacts), 'impact')}, {counted(len(response.contacts), 'contact')}"
+    kind, words = ("displacement", "amplitude") if system.spring1 else ("velocity", "speed")
+    left = [
+        stated("body {} {}", str(body), Amount(value, kind))
+        for body, value in enumerate(run.residual[: 1 if system.wall else 2], 1)
+    ]
+    state = "in contact" if run.in_contact else "apart"
+    return stated(
+        "{}; at the end the bodies are {}, with the free vibration ({}) {}", counts, state, words, joined(", ", left)
+    )
+
+
+def words_of_difference(found: Difference) -> str:
+    """Its size and its parts."""
+    parts = ", ".join(f"{PART_NAMES[name]} {percent(value)}" for name, value in found.parts.items())
+    return f"{percent(found.total)} of the reference (rms of the displacements over the run): {parts}"

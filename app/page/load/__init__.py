@@ -1,0 +1,1 @@
+"""View Pulse or record, of the tab One impact."""

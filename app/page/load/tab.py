@@ -1,0 +1,240 @@
+"""Pulse or record: both solutions under a load that is no harmonic, with their peaks, and the shock response."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+import panel as pn
+from vibroscope.app.explorer.field_units import ShownField, beside_field, unit_of
+from vibroscope.app.explorer.link import LINEAR, LOGARITHMIC
+from vibroscope.app.explorer.load_words import words_of_difference, words_of_load, words_of_run
+from vibroscope.app.explorer.measured import LARGEST_FILE
+from vibroscope.app.explorer.state import Setting
+from vibroscope.app.export.formats import Figure, Series
+from vibroscope.app.export.scripts import load_command, load_python
+from vibroscope.app.export.tables import columns_in_units
+from vibroscope.app.page.load.figure import AXES, LEGENDS, LoadView
+from vibroscope.app.page.peaks.tab import peak_table
+from vibroscope.app.page.shared.upload import Upload
+from vibroscope.app.page.study.listed import ListPanel
+from vibroscope.app.page.study.tab import StudyView
+from vibroscope.app.studies.load import COLUMNS, LoadQuestion, PartialRuns, Pulse, RecordFile, grow_load
+from vibroscope.engine.facts import Statement, message_of, sentence, stated
+
+_KINDS = {
+    "half_sine": "half-sine",
+    "trapezoid": "trapezoid",
+    "sawtooth": "sawtooth (terminal peak)",
+    "sweep": "sine sweep",
+    "record": "record from a file",
+}
+_NUMBERS = {  # of each kind, in the order in which its function takes them
+    "half_sine": ("size", "duration"),
+    "trapezoid": ("size", "duration", "rise"),
+    "sawtooth": ("size", "duration"),
+    "sweep": ("size", "begin", "end", "duration"),
+    "record": (),
+}
+_ON = {"base": "acceleration of the base", "force1": "force on body 1", "force2": "force on body 2"}
+_TYPED = {  # symbol, meaning, quantity
+    "size": ("peak", "largest value", ""),
+    "duration": ("duration", "", "time"),
+    "rise": ("rise", "time to the peak; a tenth of the duration", "time"),
+    "begin": ("from", "frequency at the start", "frequency"),
+    "end": ("to", "frequency at the end", "frequency"),
+    "free": ("after it", "time of free motion", "time"),
+}
+_NATURAL = {"time": "1/ω₁", "frequency": "ω₁"}  # what one of them is without units
+_FREE = 25.0  # 1/ω₁: some four natural periods of body 1
+
+
+class LoadTab(StudyView):
+    """The load, both motions, the contact force, the shock response, and the table of peaks."""
+
+    key = "load"
+    title = "Pulse or record"
+    starts = True
+    grow = staticmethod(grow_load)
+    chosen = {  # noqa: RUF012 - read only
+        **{"kind": "half_sine", "on": "base", "size": 3.0, "duration": 3.0},
+        **{"rise": None, "begin": 0.5, "end": 3.0, "free": _FREE},
+    }
+    axes = {name: LOGARITHMIC if name == "ratio" else LINEAR for name in AXES}  # noqa: RUF012 - read only
+    legends = {n: tuple(entries) for n, entries in LEGENDS.items() if len(entries) > 1}  # noqa: RUF012 - read only
+    pictures = (
+        Figure("load_course", "Load", "The load over time."),
+        Figure("load_motion", "Displacements under the load", "Displacements of both solutions relative to the base."),
+        Figure("load_force", "Contact force under the load", "Contact force of both solutions."),
+        Figure(
+            "load_shock", "Shock response", "Largest acceleration over the natural frequency, with and without stop."
+        ),
+        Figure("load_peaks", "Peaks under the load", "Largest values of both solutions.", drawn=False),
+    )
+
+    def build(self) -> pn.viewable.Viewable:
+        """Four figures, the panel, and the table below."""
+        self.view = LoadView()
+        self._record: tuple[str, bytes] | None = None  # name and content of the file
+        page = self.lay_out(*(self.stretch(plot) for plot in self.view.figures.values()), classes=("halves", "load"))
+        self.panel.upload = Upload(self._begin, self._take_file)
+        self.list = ListPanel(label="Largest values of both solutions", visible=False)
+        self.list.css_classes = ["cell", "wide"]
+        page.append(self.list)
+        return page
+
+    @classmethod
+    def spec(cls) -> dict:
+        """The load by its kind and its numbers, or a file."""
+        least = {"size": -1e9, "rise": 0.0, "free": 0.0}
+        numbers = [
+            {"name": name, "label": label, "low": least.get(name, 1e-6), "high": 1e9, "whole": False}
+            | {"empty": name == "rise"}
+            for name, (label, *_) in _TYPED.items()
+        ]
+        return {
+            "switches": [
+                {"name": "kind", "label": "Load", "choices": _KINDS},
+                {"name": "on", "label": "it is", "choices": _ON},
+            ],
+            "numbers": numbers,
+            "file": {
+                "label": "Choose a file",
+                "drop": "Drop the record: a column of times and one of the load",
+                "largest": LARGEST_FILE,
+            },
+            "hint": "Both solutions run from the start that is set; the load replaces harmonic motion and forces. "
+            "Constant forces stay, and the time step is the one that is set. A record is CSV, as time [s], a [g], or "
+            ".AT2 of PEER. What needs a period (kind of motion, diagrams, branches, basins) has no meaning here.",
+        }
+
+    def away(self, setting: Setting) -> dict[str, list[str]]:
+        """The numbers that the load does not have, and body 2 beside a wall."""
+        kind = self.panel.chosen["kind"]
+        idle = [name for name in _TYPED if name not in (*_NUMBERS[kind], "free")]
+        idle += ["file"] if kind != "record" else []
+        return {name: [] for name in idle} | ({"on": ["force2"]} if setting.bodies == "wall" else {})
+
+    def obstacle(self, setting: Setting) -> str:
+        """Why there is no such load."""
+        chosen = self.panel.chosen
+        if chosen["kind"] == "record" and self._record is None:
+            return self._refused or "Choose the file of a record, or drop it on the page."
+        most = chosen["duration"] / 2
+        if chosen["kind"] == "trapezoid" and (chosen["rise"] or 0.0) > most:
+            field = self._field(setting, "rise")
+            rise, most = (f"{field.number(value)} {field.unit}".rstrip() for value in (chosen["rise"], most))
+            return f"A rise of {rise} is more than half of the duration: give at most {most}."
+        try:
+            self.question(setting)
+        except ValueError as error:
+            return sentence(message_of(error))
+        return ""
+
+    def question(self, setting: Setting) -> LoadQuestion:
+        """All that the runs depend on; the steps are those of a natural period of body 1 with the same time step."""
+        chosen, penalty = self.panel.chosen, setting.penalty
+        on = "force1" if setting.bodies == "wall" and chosen["on"] == "force2" else chosen["on"]
+        if chosen["kind"] == "record":
+            source = RecordFile(*(self._record or ("", b"")), on, setting.own_units)
+        else:
+            source = Pulse(chosen["kind"], on, tuple(chosen[name] for name in _NUMBERS[chosen["kind"]]))
+        steps = max(1, math.ceil(setting.eta * setting.steps * (1.0 - 1e-9)))
+        penalty = replace(penalty, steps=steps)
+        return LoadQuestion(setting.system, source, setting.reference, penalty, chosen["free"], setting.own_start)
+
+    def draw(self, setting: Setting, result: PartialRuns | None) -> None:
+        """Figures and table."""
+        self.panel.show_fields({name: self._field(setting, name) for name in _TYPED})
+        self.view.update(setting, result)
+        known = result is not None and "penalty" in result.runs
+        self.list.param.update(near=peak_table(result, setting) if known else {}, visible=known)
+        self.give_room(self.list)
+
+    def _field(self, setting: Setting, name: str) -> ShownField:
+        label, words, quantity = _TYPED[name]
+        quantity = quantity or ("acceleration" if self.panel.chosen["on"] == "base" else "force")
+        return beside_field(setting, label, words, quantity, _NATURAL.get(quantity) or unit_of(quantity, setting))
+
+    # -- the file -----------------------------------------------------------------
+
+    _refused = ""  # why the last file is not taken
+
+    def _begin(self, name: str, size: float) -> None:
+        self._record, self._refused = None, ""
+        if size > LARGEST_FILE:
+            self._refused = (
+                f"The file has {size / 2**20:.1f} MiB, and the page takes {LARGEST_FILE // 2**20}: give fewer samples "
+                "or fewer digits; `vibroscope transient` takes 16 MiB."
+            )
+        self.panel.file = name
+        self._choose(self.panel.chosen | {"kind": "record"})
+
+    def _take_file(self, content: bytes) -> None:
+        self._record = self.panel.file, content
+        self.refresh()
+
+    # -- what it says ---------------------------------------------------------------
+
+    def describe(self, setting: Setting, result: PartialRuns) -> list[list[str | Statement]]:
+        """The load, the difference and its parts, and both motions."""
+        if result.load is None:
+            return [["Nothing to show", sentence(result.ended)]]
+        end = max(run.response.window[1] for run in result.runs.values())
+        lines = [["Load", sentence(words_of_load(result.load, end))]]
+        if result.difference is not None:
+            lines.insert(0, ["Do they agree?", f"They differ by {words_of_difference(result.difference)}."])
+        elif result.ended:
+            lines.insert(0, ["Do they agree?", sentence(result.ended)])
+        for solver, run in result.runs.items():
+            text = stated("{}.", words_of_run(run)) if run.ok else sentence(run.response.ending)
+            lines.append([f"{solver.capitalize()} solution", text])
+        return lines
+
+    def figures(self) -> list[Figure]:
+        """Those of which something is known."""
+        known = {"load_shock": "response"}
+        return [each for each in super().figures() if getattr(self.result, known.get(each.name, "runs"))]
+
+    def table(self, name: str) -> list[Series]:
+        """The columns of a figure, in the units that are shown."""
+        result = self.result
+        tables = {
+            "load_course": {"load": result.load_over_time()},
+            "load_shock": {"shock response": result.response},
+            "load_peaks": {
+                solver: {n: np.array([peak]) for n, peak in run.peaks.items()} for solver, run in result.whole()
+            },
+        }
+        found = tables.get(name) or result.over_time()
+        series = (Series(label, columns) for label, columns in found.items())
+        return [each._replace(columns=self._shown_in_units(each.columns)) for each in series]
+
+    def data(self) -> dict[str, object]:
+        """The numbers so far, in the units that are shown."""
+        result = self.result
+        if result.load is None:
+            return {}
+        return self._shown_in_units(
+            {
+                "load": result.load_over_time(),
+                "runs": result.over_time(),
+                "peaks": {solver: run.peaks for solver, run in result.whole()},
+                "difference": None if result.difference is None else result.difference.parts,
+                "shock_response": result.response,
+            }
+        )
+
+    def _shown_in_units(self, data: Mapping[str, object]) -> dict[str, object]:
+        of_load = {"load": "acceleration" if self.result.load.on == "base" else "force"}
+        return columns_in_units(data, self._result_setting.scale, COLUMNS | of_load)
+
+    def python(self, setting: Setting) -> str:
+        """A script that runs both solutions."""
+        return "" if self.result is None else load_python(self.result.question)
+
+    def command(self, setting: Setting) -> str:
+        """``vibroscope transient``."""
+        return "" if self.result is None else load_command(self.shown_setting() or setting, self.result.question)

@@ -1,0 +1,119 @@
+"""The list below the figures of a tab: tables, and searches that fill them while a user watches."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from collections.abc import Callable, Mapping, Sequence
+from typing import ClassVar
+
+import param
+from vibroscope.app.page.asker import StudyAsker
+from vibroscope.app.page.shared.component import Component
+from vibroscope.app.page.tab import TabHost
+from vibroscope.app.studies.study_job import Grow, PartialResult
+from vibroscope.engine.facts import Statement, joined
+
+
+class ListPanel(Component):
+    """Two tables, of what can be opened, too. Sends ``{"open": name in a cell}``, ``{"stop": true or false}``."""
+
+    label = param.String(default="Branches of periodic motions", doc="For screen readers")
+    status = param.Dict(default={}, doc="text, running, stopped, notes")
+    near = param.Dict(default={}, doc="What is near to what is set: title, heads and rows")
+    points = param.Dict(default={}, doc="All that was found: title, heads and rows")
+
+    script = "study/list"
+    sheets = ("shared/scroll_cue", "shared/table")
+
+
+def cell(text: str, opens: str = "", title: str = "") -> dict[str, str]:
+    """A cell, and the name of what it opens; without what is empty, since there may be hundreds."""
+    return {"text": text} | ({"open": opens} if opens else {}) | ({"title": title} if title else {})
+
+
+def row(kind: str, *cells: str | dict[str, str], mark: str = "") -> dict[str, object]:
+    """A row of texts, or of what `cell` makes; rows can be chosen by their kind."""
+    return {"mark": mark, "kind": kind, "cells": [cell(each) if isinstance(each, str) else each for each in cells]}
+
+
+class ListedSearches:
+    """One search for each solver whose results are listed.
+
+    Attributes
+    ----------
+    view : ListPanel
+    studies : dict of str to StudyAsker
+        By solver.
+
+    Parameters
+    ----------
+    host : TabHost
+    names : mapping of str to str
+        Each solver in words.
+    grow : Grow
+    on_result : callable
+        Called when a search has found more.
+    """
+
+    head: ClassVar[str]  # of what is said of a search that is over; with the solver in braces
+
+    def __init__(self, host: TabHost, names: Mapping[str, str], grow: Grow, on_result: Callable[[], None]) -> None:
+        self.host, self._names, self._on_result = host, names, on_result
+        self.view = ListPanel(visible=False)
+        self.view.on_msg(lambda event: self._receive(event.data))
+        self.studies = {solver: StudyAsker(host, grow, on_result) for solver in names}
+
+    @abstractmethod
+    def open_named(self, name: object) -> None:
+        """Open what a cell names, in Explore."""
+
+    @property
+    def results(self) -> dict[str, PartialResult]:
+        """What was found, by solver, in the order of the names."""
+        return {solver: study.result for solver, study in self.studies.items() if study.result is not None}
+
+    def cancel(self) -> None:
+        """Stop all searches; what they have found stays."""
+        for study in self.studies.values():
+            study.drop()
+
+    def words(self) -> list[list[str | Statement]]:
+        """Head and text for the panel, of each search that is over."""
+        over = {solver: result for solver, result in self.results.items() if result.share == 1}
+        return [
+            [self.head.format(self._names[solver]), joined(" ", filter(None, (f"{result.words()}.", result.cut)))]
+            for solver, result in over.items()
+        ]
+
+    def _list(self, notes: Sequence[str], **tables: dict) -> None:
+        """Show the tables; ``notes`` are sentences about what is shown and what is not."""
+        notes = [*notes, *(self._note(solver, result.cut) for solver, result in self.results.items() if result.cut)]
+        notes += [
+            self._note(solver, f"the search ended early ({study.failed}); what it had found stays.")
+            for solver, study in self.studies.items()
+            if study.failed
+        ]
+        running = any(study.job for study in self.studies.values())
+        stopped = any(study.stopped for study in self.studies.values())
+        texts = [f"{self._names[solver].capitalize()}: {result.words()}" for solver, result in self.results.items()]
+        text = "; ".join([*texts, *(["searching …"] if running else ["stopped"] if stopped else [])])
+        new = {
+            "status": {"text": text, "running": running, "stopped": stopped, "notes": notes},
+            "visible": bool(notes) or any(study.question for study in self.studies.values()),
+            **tables,
+        }
+        self.view.param.update({name: value for name, value in new.items() if value != getattr(self.view, name)})
+
+    def _note(self, solver: str, text: str) -> str:
+        """A note on a search, which says which one where there are several."""
+        return f"{self._names[solver].capitalize()}: {text}" if len(self._names) > 1 else text[0].upper() + text[1:]
+
+    def _receive(self, message: object) -> None:
+        if not isinstance(message, dict):
+            return
+        if isinstance(message.get("stop"), bool):
+            for study in self.studies.values():
+                study.stop(message["stop"])
+            self._on_result()
+        else:
+            self.open_named(message.get("open"))

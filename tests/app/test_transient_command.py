@@ -1,0 +1,84 @@
+"""``vibroscope transient``: both solutions under a pulse or a record, their difference, files, and refusals."""
+
+import csv
+import json
+
+import numpy as np
+import pytest
+from vibroscope.app.commands.cli import main
+
+BOX = """\
+[physical]
+wall = true
+mass1_kg = 2.0
+frequency1_Hz = 20.0
+damping1_ratio = 0.05
+clearance_mm = 2.0
+restitution = 0.5
+"""
+CONTACT = ["--K", "1e6 N/m", "--D", "200 N s/m"]
+
+
+@pytest.fixture
+def box(tmp_path):
+    path = tmp_path / "box.toml"
+    path.write_text(BOX)
+    return ["transient", "--system", str(path)]
+
+
+def test_it_prints_both_solutions_in_the_units_that_are_asked_for(box, capsys):
+    assert main([*box, "--base-half-sine", "30 g,11 ms", *CONTACT, "--steps", "0.1 ms", "--units", "--energy"]) == 0
+    text = capsys.readouterr().out
+    assert "peak 294.2 m/s²; it ends at 11 ms, the run at 211 ms" in text
+    assert next(line for line in text.splitlines() if line.startswith("closing speed")).endswith("m/s")
+    assert "time step" in text
+    assert text.count("work of the load") == 2
+    assert main([*box, "--base-half-sine", "30 g,11 ms", *CONTACT, "--json", "--units", "--energy"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert found["reference"]["impacts"] == 3
+    assert found["physical"]["penalty"]["contact_force"] == pytest.approx(2000, rel=0.05)
+    assert abs(found["penalty"]["energy"]["residual"]) <= 1e-10 * found["penalty"]["energy"]["work"]
+    assert set(found["difference"]["parts"]) == {"time_step", "regularisation", "joint_damping"}
+
+
+def test_a_record_and_the_pulse_that_it_samples_give_the_same(box, tmp_path, capsys):
+    record = tmp_path / "a.csv"
+    record.write_text("time [ms], a [g]\n0, 0\n6, 50\n6, 0\n")
+    found = []
+    for load in (["--base-record", str(record)], ["--base-sawtooth", "50 g,6 ms"]):
+        assert main([*box, *load, "--json"]) == 0
+        found.append(json.loads(capsys.readouterr().out)["reference"]["peaks"])
+    finite = {name for name, value in found[1].items() if value is not None}
+    assert len(finite) == 9
+    assert [found[0][name] for name in finite] == pytest.approx([found[1][name] for name in finite], rel=1e-12)
+
+
+def test_history_and_shock_response_are_files(box, tmp_path):
+    history, response = tmp_path / "h.csv", tmp_path / "s.csv"
+    more = ["--shock-response", "10 Hz:40 Hz:3", "--write", str(response)]
+    assert main([*box, "--force-trapezoid", "500 N,20 ms", "--history", str(history), "--units"]) == 0
+    with history.open(newline="") as file:
+        head, *rows = csv.reader(file)
+    assert head[:3] == ["solution", "time [s]", "displacement1 [m]"]
+    assert max(float(row[2]) for row in rows) == pytest.approx(2e-3, rel=1e-9)  # it meets the wall
+    assert main([*box, "--base-sawtooth", "50 g,6 ms", *more, "--units"]) == 0
+    with response.open(newline="") as file:
+        head, *rows = csv.reader(file)
+    assert head[0] == "frequency [Hz]"
+    assert np.array([float(row[0]) for row in rows]) == pytest.approx([10, 20, 40])
+    assert all(float(row[1]) <= float(row[3]) + 1e-12 for row in rows)  # the stop holds the body back
+
+
+@pytest.mark.parametrize(
+    ("words", "error"),
+    [
+        (["--base-half-sine", "30 g"], "--base-half-sine has 1 numbers: give A,T"),
+        (["--base-half-sine", "30 N,11 ms"], "give it in m/s"),
+        (["--base-record", "missing.csv"], "missing.csv"),
+        (["--base-sawtooth", "50 g,6 ms", "--write", "s.csv"], "go together"),
+        (["--force-sawtooth", "5 N,6 ms", "--shock-response", "1:2:3", "--write", "s.csv"], "motion of the base"),
+    ],
+)
+def test_bad_input_is_answered_by_one_line(box, capsys, words, error):
+    assert main([*box, *words]) in (1, 2)
+    assert error in capsys.readouterr().err

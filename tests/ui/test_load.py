@@ -1,0 +1,51 @@
+"""Pulse or record in a browser: a pulse, a file that is chosen or dropped, units, what is wrong with a file."""
+
+import pytest
+
+from tests.ui.axe import AXE, serious
+from tests.ui.explorer import wait_until
+from tests.ui.test_measurement import DROP
+from tests.ui.test_peaks import cells, complete
+
+QUERY = "?view=load&eta=1.08&K=2500&D=8&steps=2000"
+RECORD = "time [s], a [g]\n" + "".join(f"{0.01 * i:.2f}, {0.1 * (-1) ** (i // 20)}\n" for i in range(100))
+
+
+def panel(explorer):
+    return explorer.page.locator("section.study").locator("visible=true")
+
+
+def said(explorer):
+    return panel(explorer).locator(".statements").inner_text()
+
+
+@pytest.mark.parametrize(("width", "height"), [(1440, 900), (390, 844)])
+def test_a_pulse_shows_both_motions_their_peaks_and_the_shock_response(kept, width, height):
+    explorer = complete(kept(QUERY).resized(width, height))
+    assert "They differ by 14 % of the reference" in said(explorer)
+    assert "Half-sine of the acceleration of the base, peak 3; it ends at 3, the run at 28." in said(explorer)
+    name, reference, penalty, off = cells(explorer, "closing speed")
+    assert name == "closing speed / (Aω₁)"
+    assert off == f"{'+' if float(penalty) > float(reference) else '−'}{off[1:]}"
+    force = explorer.source("load_force_penalty")
+    assert max(force["y"]) == pytest.approx(float(cells(explorer, "contact force")[2]), rel=1e-3)
+    assert len(explorer.source("load_shock_without")["x"]) == 41
+    explorer.page.evaluate(AXE)
+    assert serious(explorer.page) == []
+
+
+def test_a_record_is_chosen_or_dropped_and_stays_out_of_explore(visit, tmp_path):
+    explorer = complete(visit(f"{QUERY}&units=si&omega1=10"))
+    panel(explorer).locator("select").first.select_option("record")
+    wait_until(lambda: "Choose the file of a record" in said(explorer), what="why there is nothing")
+    file = tmp_path / "quake.csv"
+    file.write_text(RECORD)
+    explorer.page.set_input_files("section.study input[type=file]", file)
+    wait_until(lambda: "Record of the acceleration of the base, peak 0.9807 m/s²" in said(explorer), what="the record")
+    complete(explorer)
+    explorer.page.evaluate(DROP, ["other.csv", RECORD.replace("0.1\n", "0.2\n")])
+    wait_until(lambda: "peak 1.961 m/s²" in said(explorer), what="the record that was dropped")
+    explorer.page.evaluate(DROP, ["bad.csv", "x\n1, 2\n"])
+    wait_until(lambda: "Line 1: columns 'x'; give one named time" in said(explorer), what="what is wrong")
+    explorer.open_tab("Explore")
+    assert explorer.page.locator(".measurement-card").locator("visible=true").count() == 0
