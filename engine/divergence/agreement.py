@@ -1,8 +1,8 @@
 """Whether two solutions agree, in words: displacements, kinds of motion, impacts, and the scatter of the time step."""
 
-import numpy as np
 from vibroscope.engine.divergence.compare import Comparison
 from vibroscope.engine.divergence.tolerances import CLOSE_CURVE, SAME_COUNT, SAME_CURVE, VISIBLE
+from vibroscope.engine.drivers.section import sizes_of
 from vibroscope.engine.facts import Statement, stated
 from vibroscope.engine.motions.description import Motion
 from vibroscope.engine.motions.tolerances import UNBROKEN
@@ -40,7 +40,7 @@ def time_step_scatter(motion: Motion) -> float:
 
 def is_visible(scatter: float, comparison: Comparison) -> bool:
     """Whether a scatter is large enough to be mentioned."""
-    return scatter > VISIBLE * float(np.abs(comparison.runs.penalty.section).max())
+    return scatter > VISIBLE * float(sizes_of(comparison.runs.penalty.section[None])[0])
 
 
 def _agreement_of_sections(comparison: Comparison) -> tuple[str, str | Statement]:

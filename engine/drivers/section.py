@@ -2,11 +2,10 @@
 
 import numpy as np
 from vibroscope.engine.kernels import section_statistics as statistics
-from vibroscope.engine.kernels.section_statistics import LEAST_SECTION, LONGEST_NEAR_PERIOD, NEAR_TOLERANCE, TOLERANCE
+from vibroscope.engine.kernels.section_statistics import LONGEST_NEAR_PERIOD, NEAR_TOLERANCE, TOLERANCE
 from vibroscope.engine.result import Response
 
 __all__ = [
-    "LEAST_SECTION",
     "LONGEST_NEAR_PERIOD",
     "NEAR_TOLERANCE",
     "TOLERANCE",
@@ -15,6 +14,7 @@ __all__ = [
     "near_period_of",
     "period_of",
     "periods_of",
+    "sizes_of",
 ]
 UNKNOWN = -1
 
@@ -26,7 +26,7 @@ def period_of(section: np.ndarray, tolerance: float = TOLERANCE) -> int:
     ----------
     section : (n, 4) ndarray
     tolerance : float
-        Relative to the largest coordinate of the section, LEAST_SECTION at least.
+        Relative to the size of the section (:func:`sizes_of`).
     """
     return statistics.period_of(np.ascontiguousarray(section), len(section), tolerance)
 
@@ -39,6 +39,16 @@ def periods_of(sections: np.ndarray, tolerance: float = TOLERANCE, dying: float 
     """
     out = np.zeros(len(sections), dtype=np.int64)
     statistics.write_settled_periods(np.ascontiguousarray(sections), tolerance, dying, out)
+    return out
+
+
+def sizes_of(sections: np.ndarray) -> np.ndarray:
+    """Sizes of many sections, (n, rows, 4), beside which differences between their points are small or not: (n,).
+
+    The largest coordinate; or, beside a displacement that a constant force keeps, the largest deviation from the mean.
+    """
+    out = np.empty(len(sections))
+    statistics.write_sizes(np.ascontiguousarray(sections), out)
     return out
 
 

@@ -37,6 +37,7 @@ LONGEST_NEAR_PERIOD = 4
 # of a motion that has died out or of bodies that move as one, counts as one of this size. Points that differ by less
 # than 1e-10 of a unit are the same: what rounding leaves after thousands of periods.
 LEAST_SECTION = 1e-5
+UNIT = 1.0  # of length: bodies that stand still at the section may still move by so much
 
 
 @jit_no_alloc
@@ -118,12 +119,21 @@ def write_section(log, rows, section):
 
 @jit_no_alloc
 def size_of(section, rows):
-    """Largest coordinate of the section, or else `LEAST_SECTION`."""
-    most = LEAST_SECTION
-    for j in range(rows):
-        for c in range(4):
-            most = max(most, abs(section[j, c]))
-    return most
+    """Largest coordinate of the section, at least `LEAST_SECTION`.
+
+    Where a constant force displaces the bodies by many units, the largest speed or deviation of a displacement from its
+    mean counts, a UNIT at least: in shares of the displacement every motion would repeat itself.
+    """
+    whole, moving = LEAST_SECTION, UNIT
+    for c in range(4):
+        mean = 0.0
+        if c % 2 == 0:
+            for j in range(rows):
+                mean += section[j, c] / rows
+        for j in range(rows):
+            whole = max(whole, abs(section[j, c]))
+            moving = max(moving, abs(section[j, c] - mean))
+    return min(whole, moving)
 
 
 @jit_no_alloc
@@ -234,6 +244,13 @@ def write_settled_periods(sections, tolerance, dying, out):
     """Write :func:`settled_period` of each of many sections, (n, rows, 4), to ``out``, (n,)."""
     for k in range(sections.shape[0]):
         out[k] = settled_period(sections[k], sections.shape[1], tolerance, dying)
+
+
+@jit_no_alloc
+def write_sizes(sections, out):
+    """Write :func:`size_of` of each of many sections, (n, rows, 4), to ``out``, (n,)."""
+    for k in range(sections.shape[0]):
+        out[k] = size_of(sections[k], sections.shape[1])
 
 
 @jit_no_alloc

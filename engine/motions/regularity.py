@@ -1,7 +1,7 @@
 """Whether a Poincaré section is regular (periodic or quasi-periodic) or not, and its rotation number."""
 
 import numpy as np
-from vibroscope.engine.drivers.section import TOLERANCE
+from vibroscope.engine.drivers.section import TOLERANCE, sizes_of
 from vibroscope.engine.motions.averages import smooth_weights
 
 MOST_TUBES = 4  # of a torus, which the motion visits in turn
@@ -20,7 +20,7 @@ def irregularity(section: np.ndarray) -> float:
         Thousands of rows; a hundred do not suffice to separate the two cases.
     """
     half = len(section) // 2
-    size = max(section.std(axis=0).max(), TOLERANCE * np.abs(section).max(), 1e-300)
+    size = max(section.std(axis=0).max(), TOLERANCE * sizes_of(section[None])[0])
     scaled = (section - section.mean(axis=0)) / size
     observed = np.hstack([scaled, scaled**2])
     return float(np.abs(smooth_weights(half) @ (observed[:half] - observed[half : 2 * half])).max())

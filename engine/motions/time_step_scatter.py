@@ -25,7 +25,7 @@ from collections.abc import Callable, Iterable
 from typing import NamedTuple
 
 import numpy as np
-from vibroscope.engine.drivers.section import LEAST_SECTION, TOLERANCE, periods_of
+from vibroscope.engine.drivers.section import TOLERANCE, periods_of, sizes_of
 from vibroscope.engine.facts import Amount, Statement, Symbol, joined, stated
 from vibroscope.engine.methods import STEPS_RANGE
 from vibroscope.engine.motions.description import CellKind, Kind, Motion
@@ -112,7 +112,7 @@ def judge_bands(
     periodic = limits.kinds == CellKind.PERIODIC
     about = _points_of_bands(limits.periods, sections.shape[1])
     widths = band_widths(sections, about)
-    is_band = widths > TOLERANCE * np.abs(sections).max(axis=(1, 2), initial=LEAST_SECTION)
+    is_band = widths > TOLERANCE * sizes_of(sections)
     shown = _periods_shown(own_periods, limits.periods, is_band)
     is_about_cycle = _is_about_cycle(sections, about, widths, limits.spreads)
     shrinks, left = np.zeros(len(sections), bool), (shown == 0) & is_about_cycle

@@ -111,6 +111,17 @@ def test_bodies_that_nothing_damps_and_that_never_touch(capsys, tmp_path):
     assert err == "vibroscope: base displacement 1 mm is held over the frequency\n"
 
 
+def test_a_motion_about_a_point_thousands_of_amplitudes_away(capsys, tmp_path):
+    """In shares of where the constant force holds body 1, the section repeats itself after 80 periods."""
+    file = tmp_path / "my.toml"
+    file.write_text(UNDAMPED.replace("1.96341", "12"))
+    method = ["--eta", "2.76", "--K", "12000", "--D", "18", "--steps", "100"]
+    assert main(["motion", "--solver", "newmark", *method, "--system", str(file)]) == 0
+    said = " ".join(capsys.readouterr().out.split())
+    assert "motion quasi-periodic" in said
+    assert "repeats" not in said
+
+
 @given(st.floats(), st.floats() | st.none(), st.integers(1, 6))
 def test_wordings_of_any_number(value, beside, digits):
     texts = [percent(value, beside), rounded(value, digits), counted(value, "turn"), many(value)]

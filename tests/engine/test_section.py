@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from vibroscope.engine.drivers.section import TOLERANCE, near_period_of, period_of
+from vibroscope.engine.drivers.section import TOLERANCE, near_period_of, period_of, sizes_of
 from vibroscope.engine.motions.regularity import irregularity, rotation_number
 from vibroscope.engine.motions.section import band_width, band_widths, cycle_spreads, settled_period, settled_periods
 
@@ -20,6 +20,17 @@ def test_the_period_of_a_section_is_the_shortest_possible(period, cycles, seed):
     blurred = np.tile(cycle, (cycles, 1))
     blurred[-1, 2] += 100 * TOLERANCE * np.abs(cycle).max()
     assert period_of(blurred) != period
+
+
+@settings(max_examples=share(40))
+@given(st.integers(2, 5), st.floats(1e3, 1e6), st.integers(0, 2**32 - 1))
+def test_a_constant_displacement_hides_no_motion(period, afar, seed):
+    """In shares of where the bodies are held, points that are a share of an amplitude apart would be the same."""
+    near = np.tile(np.random.default_rng(seed).normal(size=(period, 4)), (9, 1))
+    held = near + [afar, 0, -afar, 0]
+    assert period_of(held, 1e-3) == period
+    assert near_period_of(held) == near_period_of(near)
+    assert sizes_of(held[None])[0] <= 2 * max(1.0, sizes_of(near[None])[0])
 
 
 def test_bands_of_many_sections_are_those_of_each():
