@@ -27,7 +27,7 @@ def test_the_period_of_a_section_is_the_shortest_possible(period, cycles, seed):
 def test_a_constant_displacement_hides_no_motion(period, afar, seed):
     """In shares of where the bodies are held, points that are a share of an amplitude apart would be the same."""
     near = np.tile(np.random.default_rng(seed).normal(size=(period, 4)), (9, 1))
-    held = near + [afar, 0, -afar, 0]
+    held = near + np.array([afar, 0, -afar, 0])
     assert period_of(held, 1e-3) == period
     assert near_period_of(held) == near_period_of(near)
     assert sizes_of(held[None])[0] <= 2 * max(1.0, sizes_of(near[None])[0])
