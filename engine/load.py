@@ -110,7 +110,7 @@ class Load:
         return cls._of_corners(time, amplitude * np.sin(phase), on, "sine sweep")
 
     @classmethod
-    def record(cls, time: Sequence[float], value: Sequence[float], on: str = "base") -> "Load":
+    def record(cls, time: Sequence[float], value: Sequence[float], on: str = "base", words: str = "record") -> "Load":
         """L of samples, linear between them; ``time`` does not fall, and two samples of one time are a jump.
 
         Raises
@@ -118,7 +118,7 @@ class Load:
         ValueError
             If there are fewer than two samples, or a number is none or out of range.
         """
-        return cls._of_corners(time, value, on, "record")
+        return cls._of_corners(time, value, on, words)
 
     @classmethod
     def _of_corners(cls, time: Sequence[float], value: Sequence[float], on: str, words: str) -> "Load":

@@ -176,6 +176,7 @@ def _json(found: Transient, energy: EnergyBalance | None) -> dict[str, object]:
         "contacts": len(response.contacts),
         "residual": list(found.residual),
         "later_peaks": found.later_peaks.tolist(),
+        "load_missed": found.load_missed,
         "in_contact": found.in_contact,
         "energy": energy and {name: finite_or_none(float(getattr(energy, name).sum())) for name in terms},
     }
