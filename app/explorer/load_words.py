@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from vibroscope.engine import PART_NAMES, Difference, Load, Transient, counted, percent
 from vibroscope.engine.facts import Amount, Statement, joined, stated
+from vibroscope.engine.load import ON, quantity_of
 
 _AS_GIVEN = 7  # digits of what was typed, so that its text in units is that
 
@@ -12,13 +13,14 @@ _SEEN = 0.02  # of a load that steps may miss without a word
 
 def words_of_load(load: Load, end: float) -> Statement:
     """What it is, its peak and its end; ``end``: that of the run."""
-    quantity = "acceleration" if load.on == "base" else "force"
-    what = "the acceleration of the base" if load.on == "base" else f"the force on body {load.on[-1]}"
     return stated(
-        "{} of {}, peak {}; it ends at {}, the run at {}",
+        "{} of the {}, peak {}; it ends at {}, the run at {}",
         load.words,
-        what,
-        *(Amount(value, kind, _AS_GIVEN) for value, kind in ((load.peak, quantity), (load.end, "time"), (end, "time"))),
+        ON[load.on],
+        *(
+            Amount(value, kind, _AS_GIVEN)
+            for value, kind in ((load.peak, quantity_of(load.on)), (load.end, "time"), (end, "time"))
+        ),
     )
 
 

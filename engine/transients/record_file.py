@@ -17,14 +17,14 @@ from pathlib import Path
 
 import numpy as np
 from vibroscope.engine.files import read_file
-from vibroscope.engine.load import ON, SIZE_RANGE, Load
+from vibroscope.engine.load import SIZE_RANGE, Load, quantity_of
 from vibroscope.engine.measurement.measurement_columns import ACCELERATIONS, name_and_unit, names_time, unit_factor
 from vibroscope.engine.measurement.measurement_lines import MEASUREMENT_SIZE_LIMIT, lines_of
 from vibroscope.engine.measurement.measurement_table import number_in, table_of
 from vibroscope.engine.units import Units
 from vibroscope.engine.wording import counted
 
-_NAMES = {"base": ("a", "acc", "acceleration", *ACCELERATIONS), "force": ("f", "force")}
+_NAMES = {"acceleration": ("a", "acc", "acceleration", *ACCELERATIONS), "force": ("f", "force")}
 _AS = {"time": "[s] or [ms]", "acceleration": "[m/s2] or [g]", "force": "[N] or [kN]"}
 _PEER = re.compile(r"NPTS\s*=\s*(\d+)\s*,\s*DT\s*=\s*([\d.eE+-]+)", re.IGNORECASE)
 
@@ -68,9 +68,9 @@ def parse_record(content: bytes, units: Units | None = None, on: str = "base") -
     if peer:
         return _peer(lines, peer, units, on)
     table = table_of(lines)
-    time, value = _places(table.header, table.where, on)
-    quantities, factors = ("time", "force" if on in ON[1:] else "acceleration"), []
-    for place, quantity in zip((time, value), quantities, strict=True):
+    time, value = _places(table.header, table.where, quantity_of(on))
+    factors = []
+    for place, quantity in (time, "time"), (value, quantity_of(on)):
         size = unit_factor(name_and_unit(table.header[place])[1], quantity)
         if size is None:
             cell = table.header[place].strip()
@@ -100,22 +100,21 @@ def parse_record(content: bytes, units: Units | None = None, on: str = "base") -
     return Load.record(columns[0] - min(columns[0, 0], 0.0), columns[1], on, words)
 
 
-def _places(header: list[str], where: str, on: str) -> tuple[int, int]:
+def _places(header: list[str], where: str, quantity: str) -> tuple[int, int]:
     """The columns of the time and of the load."""
     names = [name_and_unit(cell)[0].strip().lower() for cell in header]
     times = [i for i, cell in enumerate(header) if names_time(cell)] or ([0] if len(header) == 2 else [])
     others = [i for i in range(len(header)) if i not in times]
-    named = [i for i in others if names[i] in _NAMES["base" if on == ON[0] else "force"]] or others
+    named = [i for i in others if names[i] in _NAMES[quantity]] or others
     if len(times) != 1 or len(named) != 1:
         listed = ", ".join(map(repr, names[:20]))
-        what = "a (acceleration)" if on == ON[0] else "force"
-        raise ValueError(f"{where}: columns {listed}; give one named time and one named {what}")
+        raise ValueError(f"{where}: columns {listed}; give one named time and one named {quantity}")
     return times[0], named[0]
 
 
 def _peer(lines: list[str], head: re.Match, units: Units, on: str) -> Load:
     """The load of a file of PEER: numbers in g, some in a line, after the line that says how many there are."""
-    if on != ON[0]:
+    if on != "base":
         raise ValueError("a file with NPTS and DT is an acceleration of the ground: give it as that of the base")
     at = next(i for i, line in enumerate(lines) if head[0] in line)
     values = " ".join(lines[at + 1 :]).split()
