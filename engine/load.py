@@ -18,7 +18,7 @@ import numpy as np
 from vibroscope.engine.arguments import shown
 from vibroscope.engine.checks import one_of, require
 
-ON = ("base", "force1", "force2")  # what a load is: the acceleration of the base, or the force on a body
+ON = {"base": "acceleration of the base", "force1": "force on body 1", "force2": "force on body 2"}  # what a load is
 SHORTEST_LOAD, LONGEST_LOAD = 1e-6, 1e9  # of a duration, in 1/ω₁
 SIZE_RANGE = (-1e12, 1e12)
 SWEEP_SAMPLES = 256  # in a cycle of a sweep, linear between them: wrong by 8e-5 of its amplitude at most
@@ -51,7 +51,7 @@ class Load:
     --------
     >>> from vibroscope.engine import Load
     >>> Load.half_sine(peak=2.0, duration=1.0)
-    Load(half-sine of the base, to τ = 1)
+    Load(half-sine of the acceleration of the base, to τ = 1)
     >>> Load.record([0.0, 1.0, 3.0], [0.0, 2.0, 0.0], on="force1").at([0.5, 2.0, 9.0]).tolist()
     [1.0, 1.0, 0.0]
     """
@@ -110,7 +110,7 @@ class Load:
         return cls._of_corners(time, amplitude * np.sin(phase), on, "sine sweep")
 
     @classmethod
-    def record(cls, time: Sequence[float], value: Sequence[float], on: str = "base") -> "Load":
+    def record(cls, time: Sequence[float], value: Sequence[float], on: str = "base", words: str = "record") -> "Load":
         """L of samples, linear between them; ``time`` does not fall, and two samples of one time are a jump.
 
         Raises
@@ -118,7 +118,7 @@ class Load:
         ValueError
             If there are fewer than two samples, or a number is none or out of range.
         """
-        return cls._of_corners(time, value, on, "record")
+        return cls._of_corners(time, value, on, words)
 
     @classmethod
     def _of_corners(cls, time: Sequence[float], value: Sequence[float], on: str, words: str) -> "Load":
@@ -194,8 +194,12 @@ class Load:
             raise ValueError(_PERIODIC)
 
     def __repr__(self) -> str:
-        what = "the base" if self.on == ON[0] else f"a force on body {self.on[-1]}"
-        return f"Load({self.words} of {what}, to τ = {self.end:g})"
+        return f"Load({self.words} of the {ON[self.on]}, to τ = {self.end:g})"
+
+
+def quantity_of(on: str) -> str:
+    """What a load has the dimension of: an acceleration, or a force."""
+    return ON[on].partition(" ")[0]
 
 
 def refuse_period() -> None:
@@ -211,7 +215,7 @@ def _numbers(name: str, values: Sequence[float]) -> np.ndarray:
 
 
 def _kind(on: str) -> str:
-    return one_of("on", on, ON)
+    return one_of("on", on, tuple(ON))
 
 
 def _size(name: str, value: float) -> float:

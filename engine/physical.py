@@ -422,8 +422,8 @@ def _unit_of_time(given: dict, mass: float) -> float:
     omega1 = math.sqrt(acceleration / length) if length else 0.0
     if not Range(*OMEGA1_RANGE).holds(omega1):
         raise ValueError(
-            "frequency_Hz is missing: of a body without a spring time is counted in it, or in the root of a length "
-            f"over an acceleration; here that gives {f'{1 / omega1:.3g} s' if omega1 else 'nothing'}"
+            "time_s is missing: time of a body without a spring is counted in it, in 1/frequency_Hz or in the root of "
+            f"a length over an acceleration; here that gives {f'{1 / omega1:.3g} s' if omega1 else 'nothing'}"
         )
     return omega1
 

@@ -54,8 +54,7 @@ PULSES = {
     "sawtooth": (Load.sawtooth, ("time",), "T", "a terminal-peak sawtooth of the duration T"),
     "sweep": (Load.sweep, ("frequency", "frequency", "time"), "F1,F2,T", "a sine from the frequency F1 to F2 in T"),
 }
-SIZES = {"base": "acceleration", "force": "force"}
-SHOWN = {"base": "acceleration of the base", "force": "force on a body"}
+KINDS = {"base": ("acceleration", "acceleration of the base"), "force": ("force", "force on a body")}
 HISTORY = (
     "time",
     "displacement1",
@@ -79,12 +78,12 @@ examples:
 def add(command: OneLineParser) -> None:
     """Add the options."""
     group = command.add_mutually_exclusive_group(required=True)
-    for what, quantity in SIZES.items():
+    for what, (quantity, shown) in KINDS.items():
         for name, (_, more, letters, words) in PULSES.items():
             read = partial(list_of, example=f"A,{letters}", quantities=(quantity, *more))
-            words = f"{SHOWN[what]} of the peak A: {words}"
+            words = f"{shown} of the peak A: {words}"
             group.add_argument(f"--{what}-{name}", type=read, metavar=f"A,{letters}", help=words)
-        words = f"{SHOWN[what]} over time, linear between the samples of a file (.csv, or .AT2 of PEER)"
+        words = f"{shown} over time, linear between the samples of a file (.csv, or .AT2 of PEER)"
         group.add_argument(f"--{what}-record", metavar="FILE", help=words)
     add = command.add_argument
     add("--logarithmic", action="store_true", help="a sweep grows by equal factors in equal times, not linearly")
@@ -110,7 +109,7 @@ def add(command: OneLineParser) -> None:
 
 def load_of(options: argparse.Namespace) -> Load:
     """The load that the options describe."""
-    for what in SIZES:
+    for what in KINDS:
         on = what if what == "base" else f"{what}{options.body}"
         path = getattr(options, f"{what}_record")
         if path is not None:
@@ -176,6 +175,7 @@ def _json(found: Transient, energy: EnergyBalance | None) -> dict[str, object]:
         "contacts": len(response.contacts),
         "residual": list(found.residual),
         "later_peaks": found.later_peaks.tolist(),
+        "load_missed": found.load_missed,
         "in_contact": found.in_contact,
         "energy": energy and {name: finite_or_none(float(getattr(energy, name).sum())) for name in terms},
     }

@@ -4,19 +4,23 @@ from __future__ import annotations
 
 from vibroscope.engine import PART_NAMES, Difference, Load, Transient, counted, percent
 from vibroscope.engine.facts import Amount, Statement, joined, stated
+from vibroscope.engine.load import ON, quantity_of
+
+_AS_GIVEN = 7  # digits of what was typed, so that its text in units is that
+
+_SEEN = 0.02  # of a load that steps may miss without a word
 
 
 def words_of_load(load: Load, end: float) -> Statement:
     """What it is, its peak and its end; ``end``: that of the run."""
-    quantity = "acceleration" if load.on == "base" else "force"
-    what = "the acceleration of the base" if load.on == "base" else f"the force on body {load.on[-1]}"
     return stated(
-        "{} of {}, peak {}; it ends at {}, the run at {}",
+        "{} of the {}, peak {}; it ends at {}, the run at {}",
         load.words,
-        what,
-        Amount(load.peak, quantity),
-        Amount(load.end, "time"),
-        Amount(end, "time"),
+        ON[load.on],
+        *(
+            Amount(value, kind, _AS_GIVEN)
+            for value, kind in ((load.peak, quantity_of(load.on)), (load.end, "time"), (end, "time"))
+        ),
     )
 
 
@@ -29,9 +33,11 @@ def words_of_run(run: Transient) -> Statement:
         stated("body {} {}", str(body), Amount(value, kind))
         for body, value in enumerate(run.residual[: 1 if system.wall else 2], 1)
     ]
-    state = "in contact" if run.in_contact else "apart"
+    state, missed = "in contact" if run.in_contact else "apart", run.load_missed
+    note = f"; its steps miss {percent(missed)} of the load: take shorter ones" if missed > _SEEN else ""
     return stated(
-        "{}; at the end the bodies are {}, with the free vibration ({}) {}", counts, state, words, joined(", ", left)
+        "{}; at the end the bodies are {}, with the free vibration ({}) {}{}",
+        *(counts, state, words, joined(", ", left), note),
     )
 
 

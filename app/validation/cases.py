@@ -8,6 +8,7 @@ from functools import cache
 
 from vibroscope.app.runtime.files import asset
 from vibroscope.engine import (
+    CONTACT_LAWS,
     ExactPenalty,
     Method,
     Newmark,
@@ -127,7 +128,7 @@ def _method(run: dict, units: Units | None) -> Method:
         stiffness = units.model("contact_stiffness", run["contact_stiffness_N_per_m"])
         damping = units.model("contact_damping", run.get("contact_damping_Ns_per_m", 0.0))
     if run["method"] == ExactPenalty.name:
-        return ExactPenalty(stiffness, damping)
+        return ExactPenalty(stiffness, damping, run.get("law", CONTACT_LAWS[0]))
     return Newmark(stiffness, damping, run["steps"])
 
 

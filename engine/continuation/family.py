@@ -7,11 +7,12 @@ from vibroscope.engine.arguments import shown
 from vibroscope.engine.checks import require
 from vibroscope.engine.continuation.tolerances import LOGARITHMIC
 from vibroscope.engine.methods import CONTACT_LAWS, METHOD_NUMBERS, ExactPenalty, Reference
-from vibroscope.engine.model import System, check_eta
+from vibroscope.engine.model import SECOND_STOP, System, check_eta
+from vibroscope.engine.swept import check_has
 
 OF_METHOD = {"K": METHOD_NUMBERS["K"], "D": METHOD_NUMBERS["D"], "threshold": "threshold"}
 OF_SYSTEM = (
-    "kappa", "kappa3", "d1", "d2", "d3", "restitution", "clearance", "clearance2",
+    "kappa", "kappa3", "d1", "d2", "d3", "restitution", "clearance", "clearance2", *SECOND_STOP,
     "base", "force1", "force2", "constant1", "constant2", "base_phase", "force1_phase", "force2_phase",
 )  # fmt: skip
 LAW = CONTACT_LAWS[0]  # of the exact penalty solution whose orbits have equations
@@ -47,10 +48,7 @@ class Family:
             raise ValueError(
                 f"law = {self.method.law!r} has no branches: give {LAW!r}, or sweep the number over runs with this law"
             )
-        if self.over in OF_METHOD and self.over not in self.method.numbers:
-            raise ValueError(f"the {self.method.name} method has no {self.over}: give another number or solver")
-        if self.over == "restitution" and not self.method.rigid:
-            raise ValueError("the exact method has no impact law and so no restitution: follow the motion over D")
+        check_has(self.method, self.over, self.system)
         if self.over == "clearance2" and not self.system.two_stops:
             raise ValueError("clearance2: there is no second stop; give its clearance, too")
         check_eta(self.eta)
@@ -87,6 +85,8 @@ class Family:
             return self.eta
         if self.over in OF_METHOD:
             return self.method.numbers[self.over]
+        if self.over == "restitution2":
+            return self.system.second_restitution
         return getattr(self.system.excitation if hasattr(self.system.excitation, self.over) else self.system, self.over)
 
 

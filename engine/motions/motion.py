@@ -40,7 +40,7 @@ from vibroscope.engine.motions.poincare_map import unresolved
 from vibroscope.engine.motions.regularity import rotation_number
 from vibroscope.engine.motions.steady import REST, Steady, schedule_of, steady
 from vibroscope.engine.motions.time_step_scatter import SCATTER_TRANSIENT, section_judgement
-from vibroscope.engine.motions.tolerances import REPEATED_IMPACTS, REPEATED_IMPACTS_BY_STEPS, UNBALANCED
+from vibroscope.engine.motions.tolerances import DRIFTS, REPEATED_IMPACTS, REPEATED_IMPACTS_BY_STEPS, UNBALANCED
 from vibroscope.engine.result import Checkpoint, Record, Response
 from vibroscope.engine.simulate import FARTHEST, LONG, simulate
 from vibroscope.engine.wording import counted, end_text
@@ -170,7 +170,7 @@ def _closed_form_motion(runs: Runs, initial) -> Motion:
     if not run.ok:
         return describe(run)
     state = run.section[-1]
-    if np.abs(state).max() > FARTHEST:
+    if np.abs(state).max() > FARTHEST or flies_off(run):
         return _unbounded_motion(run)
     if not system.excitation.drives and (run.section == state).all() and not (state[[1, 3]].any() or len(run.impacts)):
         return _periodic_motion(runs.run(2, state, keep=1), 1, runs.multipliers(state, 1), cancelled)  # nothing moves
@@ -224,7 +224,19 @@ def _late_cycle(runs: Runs, section: np.ndarray, period: int) -> Motion:
 
 def _unbounded_motion(run: Response) -> Motion:
     reason = f"it has grown to more than {end_text(FARTHEST)} base amplitudes: nothing takes the energy that is put in"
-    return replace(describe(run, 0), type=Kind.UNDECIDED, reason=reason)
+    if flies_off(run):
+        reason = "nothing pulls the bodies back: they part, and do not meet again"
+    return replace(describe(run, 0), type=Kind.UNDECIDED, reason=reason, near_period=0)
+
+
+def flies_off(run: Response) -> bool:
+    """Whether a body without a spring leaves: no stop is ahead, and the gap grows by no less in each kept period."""
+    system = run.system
+    is_held = system.spring1 and (system.wall or system.kappa)
+    if is_held or system.two_stops or len(run.impacts) or len(run.contacts):
+        return False
+    growth = np.diff(system.gap(run.section[:, 0], run.section[:, 2]))
+    return len(growth) > 1 and growth.min() > 0.0 and bool((np.diff(growth) > -DRIFTS * growth.max()).all())
 
 
 def _periodic_motion(once: Response, period: int, values: np.ndarray, cancelled) -> Motion:
@@ -308,7 +320,7 @@ def _stepped_motion(runs: Runs, initial) -> Motion:
     if not run.ok:
         return describe(run)
     state = run.section[-1]
-    if np.abs(state).max() > FARTHEST:
+    if np.abs(state).max() > FARTHEST or flies_off(run):
         return _unbounded_motion(run)
     if not runs.system.excitation.drives and (own := own_period(run)) == own:
         return _free_motion(run, own, cancelled)

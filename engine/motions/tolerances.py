@@ -15,6 +15,7 @@ REPEATED_IMPACTS_BY_STEPS = 0.01  # of the size: the same with a time step, whic
 ALIKE_PHASE = 1e-4
 ALIKE_SPEED = 0.01  # … if their closing speeds differ by no more of the largest: less than a coarse step scatters them
 UNBROKEN = 1e-12  # share of the time that rounding may take from a contact without an end
+DRIFTS = 1e-6  # of its growth a period: a gap that grows by less than before by no more grows evenly, but for rounding
 UNBALANCED = 0.01  # of the energy: a balance with a larger residual says nothing about the losses
 
 # Newton's method for a periodic orbit

@@ -17,7 +17,6 @@ import numpy as np
 from vibroscope.engine.arguments import shown
 from vibroscope.engine.cells import CellResults, Cells
 from vibroscope.engine.checks import require, whole
-from vibroscope.engine.methods import METHOD_NUMBERS
 from vibroscope.engine.model import COORDINATES
 from vibroscope.engine.motions.description import CellKind
 from vibroscope.engine.motions.judge import classify
@@ -29,6 +28,7 @@ from vibroscope.engine.sweeps.codes import KIND_FLAGS, MISSING
 from vibroscope.engine.sweeps.study import CELLS_LIMIT, Study
 from vibroscope.engine.sweeps.tolerances import SAME_IMPACTS
 from vibroscope.engine.sweeps.variables import StudyArray, Variable, status_variable, variables_of
+from vibroscope.engine.swept import check_has
 
 OVER = tuple(vocabulary.SWEPT)
 DIRECTIONS = ("rest", "up", "down")
@@ -96,10 +96,7 @@ class EtaStudy(Study):
         over, method = self.over, self.method
         if over not in OVER:
             raise ValueError(f"over = {shown(over)} is no parameter that can be swept: give one of {', '.join(OVER)}")
-        if over in METHOD_NUMBERS and over not in method.numbers:
-            raise ValueError(f"the {method.name} method has no {over}: sweep another parameter, or give another solver")
-        if over == "restitution" and not method.rigid:
-            raise ValueError(f"the {method.name} method has no impact law and so no restitution: sweep D instead")
+        check_has(method, over, self.system)
         if self.direction not in DIRECTIONS:
             raise ValueError(f"direction = {self.direction!r} is not one of {', '.join(DIRECTIONS)}")
         if unknown := [name for name in self.coordinates if name not in COORDINATES]:

@@ -17,13 +17,15 @@ from pathlib import Path
 
 import numpy as np
 from vibroscope.engine.files import read_file
-from vibroscope.engine.load import ON, Load
+from vibroscope.engine.load import SIZE_RANGE, Load, quantity_of
 from vibroscope.engine.measurement.measurement_columns import ACCELERATIONS, name_and_unit, names_time, unit_factor
 from vibroscope.engine.measurement.measurement_lines import MEASUREMENT_SIZE_LIMIT, lines_of
 from vibroscope.engine.measurement.measurement_table import number_in, table_of
 from vibroscope.engine.units import Units
+from vibroscope.engine.wording import counted
 
-_NAMES = {"base": ("a", "acc", "acceleration", *ACCELERATIONS), "force": ("f", "force")}
+_NAMES = {"acceleration": ("a", "acc", "acceleration", *ACCELERATIONS), "force": ("f", "force")}
+_AS = {"time": "[s] or [ms]", "acceleration": "[m/s2] or [g]", "force": "[N] or [kN]"}
 _PEER = re.compile(r"NPTS\s*=\s*(\d+)\s*,\s*DT\s*=\s*([\d.eE+-]+)", re.IGNORECASE)
 
 
@@ -66,14 +68,14 @@ def parse_record(content: bytes, units: Units | None = None, on: str = "base") -
     if peer:
         return _peer(lines, peer, units, on)
     table = table_of(lines)
-    time, value = _places(table.header, table.where, on)
-    quantities, factors = ("time", "force" if on in ON[1:] else "acceleration"), []
-    for place, quantity in zip((time, value), quantities, strict=True):
+    time, value = _places(table.header, table.where, quantity_of(on))
+    factors = []
+    for place, quantity in (time, "time"), (value, quantity_of(on)):
         size = unit_factor(name_and_unit(table.header[place])[1], quantity)
         if size is None:
             cell = table.header[place].strip()
             raise ValueError(
-                f"{table.where}, column {place + 1}: {cell!r} has no unit of {quantity}; give [s], [g], [N]"
+                f"{table.where}, column {place + 1}: {cell!r} has no unit of {quantity}; give {_AS[quantity]}"
             )
         factors.append(size / units.factor(quantity) if size else 0.0)
     if (factors[0] == 0.0) != (factors[1] == 0.0):
@@ -83,31 +85,36 @@ def parse_record(content: bytes, units: Units | None = None, on: str = "base") -
         lines_read.append(number)
         rows.append([number_in(cells[at], table.delimiter) if at < len(cells) else math.nan for at in (time, value)])
     if len(rows) < 2:
-        raise ValueError(f"line {len(lines)}: the file ends after {len(rows)} samples; give at least 2")
+        raise ValueError(f"line {len(lines)}: the file ends after {counted(len(rows), 'sample')}; give at least 2")
     columns = np.array(rows).T * [[size or 1.0] for size in factors]
-    bad = np.isnan(columns).any(axis=0)
-    if bad.any():
-        at = lines_read[int(np.argmax(bad))]
-        raise ValueError(f"line {at}: {lines[at - 1].strip()[:40]!r} has no time and value; delete it")
-    return Load.record(columns[0] - min(columns[0, 0], 0.0), columns[1], on)
+    wrong = {
+        "has no time and value; delete it": np.isnan(columns).any(axis=0),
+        "goes back in time; sort the lines": np.diff(columns[0], prepend=-math.inf) < 0.0,
+        "is out of range; look at its digits": np.abs(columns[1]) > SIZE_RANGE[1],
+    }
+    for words, bad in wrong.items():
+        if bad.any():
+            at = lines_read[int(np.argmax(bad))]
+            raise ValueError(f"line {at}: {lines[at - 1].strip()[:40]!r} {words}")
+    words = "record" if factors[0] else "record, in a file without units,"
+    return Load.record(columns[0] - min(columns[0, 0], 0.0), columns[1], on, words)
 
 
-def _places(header: list[str], where: str, on: str) -> tuple[int, int]:
+def _places(header: list[str], where: str, quantity: str) -> tuple[int, int]:
     """The columns of the time and of the load."""
     names = [name_and_unit(cell)[0].strip().lower() for cell in header]
     times = [i for i, cell in enumerate(header) if names_time(cell)] or ([0] if len(header) == 2 else [])
     others = [i for i in range(len(header)) if i not in times]
-    named = [i for i in others if names[i] in _NAMES["base" if on == ON[0] else "force"]] or others
+    named = [i for i in others if names[i] in _NAMES[quantity]] or others
     if len(times) != 1 or len(named) != 1:
         listed = ", ".join(map(repr, names[:20]))
-        what = "a (acceleration)" if on == ON[0] else "force"
-        raise ValueError(f"{where}: columns {listed}; give one named time and one named {what}")
+        raise ValueError(f"{where}: columns {listed}; give one named time and one named {quantity}")
     return times[0], named[0]
 
 
 def _peer(lines: list[str], head: re.Match, units: Units, on: str) -> Load:
     """The load of a file of PEER: numbers in g, some in a line, after the line that says how many there are."""
-    if on != ON[0]:
+    if on != "base":
         raise ValueError("a file with NPTS and DT is an acceleration of the ground: give it as that of the base")
     at = next(i for i, line in enumerate(lines) if head[0] in line)
     values = " ".join(lines[at + 1 :]).split()

@@ -19,6 +19,7 @@ from vibroscope.engine.transients.extrema import largest, without_impacts
 from vibroscope.engine.transients.instants import Instants, instants_of
 
 CYCLE = 2 * math.pi  # of body 1, in 1/ω₁
+PULSE_SAMPLES = 400  # of a half-sine, between which it is straight
 FREE_CYCLES = 4.0  # that a run goes on after the load, unless said otherwise
 
 
@@ -87,6 +88,20 @@ class Transient:
             touches = touched[met] - at if response.method.rigid else np.zeros(0)
             found.append(max(between, float(np.abs(touches).max(initial=0.0))))
         return found[0], found[1]
+
+    @cached_property
+    def load_missed(self) -> float:
+        """The share of ∫|L|dτ that steps do not see, which read the load at their instants alone; 0 without steps."""
+        response, load = self.response, self.load
+        if not response.method.has_step:
+            return 0.0
+        step = response.window[1] / response.method.steps
+        read = np.arange(math.ceil(load.end / step) + 1) * step
+        inside = np.linspace(0.0, load.end, PULSE_SAMPLES) if load.frequency else np.empty(0)
+        time = np.unique(np.concatenate([read, load.segments[:, 0], inside]))
+        middle, length = 0.5 * (time[1:] + time[:-1]), np.diff(time)
+        seen, true = np.interp(middle, read, load.at(read)), load.at(middle)
+        return float(np.abs(true - seen) @ length / max(np.abs(true) @ length, np.finfo(float).tiny))
 
     @cached_property
     def residual(self) -> tuple[float, float]:

@@ -74,6 +74,17 @@ def test_a_measurement_without_its_start_asks_for_it():
         synthetic_measurement(FREE.system, FREE.eta)
 
 
+@pytest.mark.parametrize(
+    "command",
+    ["simulate --solver reference", "motion --solver reference", "compare --K 1e4 --D 20 --steps 2000"],
+)
+def test_a_drop_needs_no_frequency(capsys, tmp_path, command):
+    path = tmp_path / "drop.toml"
+    path.write_text("[physical]\nmass1_kg = 2.0\nwall = true\nclearance_mm = 500.0\nconstant1_N = 19.62\n")
+    assert main([*command.split(), "--system", str(path), "--initial=-0.5,0,0,0"]) == 0
+    assert "eta = 1" in capsys.readouterr().out
+
+
 def test_the_command_fits_the_restitution_to_a_drop(capsys, tmp_path):
     """A mass falls 1 m on a floor; its rebounds follow from the restitution 0.7."""
     (tmp_path / "drop.toml").write_text(

@@ -2,6 +2,7 @@
 
 import csv
 import json
+import math
 
 import numpy as np
 import pytest
@@ -51,6 +52,27 @@ def test_a_record_and_the_pulse_that_it_samples_give_the_same(box, tmp_path, cap
     finite = {name for name, value in found[1].items() if value is not None}
     assert len(finite) == 9
     assert [found[0][name] for name in finite] == pytest.approx([found[1][name] for name in finite], rel=1e-12)
+
+
+def test_a_record_ends_when_its_file_says_and_says_if_that_has_no_units(box, tmp_path, capsys):
+    for head, words in ("time [s], a [g]", "it ends at 20 ms,"), ("time, a", "record, in a file without units, of the"):
+        (tmp_path / "a.csv").write_text(f"{head}\n0, 0\n0.01, 1\n0.02, 0\n")
+        assert main([*box, "--base-record", str(tmp_path / "a.csv"), "--units"]) == 0
+        assert words in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("step", "share"), [(0.1, (math.pi / 110) ** 2 / 12), (1, (math.pi / 11) ** 2 / 12), (12.5, 1.0)]
+)
+def test_steps_that_miss_the_load_say_so(box, capsys, step, share):
+    """A chord of half a sine lies below it by a twelfth of the square of its angle, on average."""
+    asked = [*box, "--base-half-sine", "30 g,11 ms", *CONTACT, "--steps", f"{step} ms"]
+    assert main([*asked, "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert found["reference"]["load_missed"] == 0.0
+    assert found["penalty"]["load_missed"] == pytest.approx(share, rel=0.1)
+    assert main(asked) == 0
+    assert ("its steps miss 100 % of the load: take shorter ones" in capsys.readouterr().out) == (share == 1.0)
 
 
 def test_history_and_shock_response_are_files(box, tmp_path):

@@ -33,9 +33,11 @@ EXACT = ExactPenalty(4000.0, 5.0)
 CASES = [  # with grazings at either stop, sticking, contacts of the penalty at either, a loss of symmetry
     (WALL, 1.3, Reference(), "eta", (1.1, 1.6)),
     (WALL, 1.3, Reference(), "clearance2", (0.5, 1.0)),
+    (WALL, 1.3, Reference(), "restitution2", (0.7, 0.9)),
     (PAIR, 1.3, Reference(), "eta", (1.28, 1.32)),
     (SYMMETRIC, 2.76, Reference("derived"), "eta", (2.7, 2.8)),
     (replace(WALL, **STIFF), 1.3, EXACT, "eta", (1.1, 1.5)),
+    (replace(WALL, **STIFF), 1.3, EXACT, "damping_factor2", (0.4, 0.6)),
     (replace(PAIR, **STIFF), 2.2, EXACT, "eta", (2.18, 2.22)),
 ]
 

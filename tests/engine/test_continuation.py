@@ -157,7 +157,7 @@ def test_the_points_of_both_solvers_come_together_as_the_contact_stiffens():
         ({"method": ExactPenalty(12_000.0, 18.0, "hunt-crossley")}, "give 'kelvin-voigt'"),
         ({"over": "steps"}, "give one of eta, K, D"),
         ({"over": "K"}, "reference method has no K"),
-        ({"method": EXACT, "over": "restitution"}, "follow the motion over D"),
+        ({"method": EXACT, "over": "restitution"}, "give D in its place"),
         ({"low": 3.0, "high": 2.0}, "empty range"),
         ({"low": 3.0, "high": 4.0}, "begin within the range"),
         ({"low": float("nan")}, "eta = nan"),

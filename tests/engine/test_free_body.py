@@ -16,8 +16,10 @@ from vibroscope.engine import (
     System,
     TimeStepping,
     continue_branch,
+    motion,
     physical_entry,
     read_system,
+    repetition,
     simulate,
     steady,
     system_of_physical,
@@ -231,7 +233,7 @@ def test_without_a_frequency_time_is_counted_by_length_and_acceleration():
     system, units, eta, _ = system_of_physical(entry)
     assert (eta, 1e-3 * units.base_amplitude * units.omega1**2) == (None, pytest.approx(9.81))
     assert (system.clearance, system.excitation.constant1) == (1.0, pytest.approx(1.0))
-    with pytest.raises(ValueError, match="frequency_Hz is missing: of a body without a spring time is counted in it"):
+    with pytest.raises(ValueError, match="time_s is missing: time of a body without a spring is counted in it"):
         system_of_physical({"mass1_kg": 2.0, "wall": True, "clearance_mm": 500.0})
 
 
@@ -264,3 +266,21 @@ def test_a_file_that_names_no_spring_is_told_what_is_taken(tmp_path):
     file = tmp_path / "ball.toml"
     file.write_text("[physical]\n" + "\n".join(f"{name} = {str(value).lower()}" for name, value in TABLE.items()))
     assert "it is free, and time is counted in 0.002653 s, 1/(2 pi frequency_Hz)" in read_system(file).assumed[0]
+
+
+@pytest.mark.parametrize("method", [Reference(), ExactPenalty(1e3, 2.0), Newmark(1e3, 2.0, 200)])
+@pytest.mark.parametrize(
+    ("system", "start"),
+    [
+        (
+            System(mu=1.0, spring1=0.0, d1=0.0, kappa=0.0, d2=0.0, d3=None, excitation=Excitation(base=0.0)),
+            (0, 1, 0, -1),
+        ),
+        (System(wall=True, spring1=0.0, d1=0.0), (0.0, -1.0, 0.0, 0.0)),
+        (System(wall=True, spring1=0.0, d1=0.0, excitation=Excitation(constant1=-0.5)), (-1.0, 0.0, 0.0, 0.0)),
+    ],
+)
+def test_bodies_that_nothing_pulls_back_are_not_chaotic(system, start, method):
+    found = motion(system, 1.0, method, initial=start)
+    assert (found.type, repetition(found)) == ("undecided", "does not repeat")
+    assert found.reason == "nothing pulls the bodies back: they part, and do not meet again"

@@ -105,7 +105,10 @@ def test_a_strong_motion_file_of_peer_is_read():
         ("time [s], a, b\n0, 1, 2\n1, 2, 3\n", "mixes columns"),
         ("time, c, d\n0, 1, 2\n1, 2, 3\n", "one named a"),
         ("time [s], a [g]\n0, 1\nx, 2, 3\n2, 1\n", "line 3"),
-        ("time [s], a [g]\n0, 1\n", "at least 2"),
+        ("time [s], a [g]\n0, 1\n", "after 1 sample; give at least 2"),
+        ("time [s], a [g]\n0, 0\n2, 1\n1, 3\n", "line 4: '1, 3' goes back in time; sort the lines"),
+        ("time [s], a [g]\n0, 0\n2, 1e300\n3, 3\n", "line 3: '2, 1e300' is out of range"),
+        ("time [s], f [N]\n0, 0\n2, 1\n", r"no unit of acceleration; give \[m/s2\] or \[g\]"),
     ],
 )
 def test_a_file_that_is_no_record_is_refused_in_words(text, words):

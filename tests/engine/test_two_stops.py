@@ -11,6 +11,7 @@ from vibroscope.engine import (
     BranchQuestion,
     Cells,
     ComparisonQuestion,
+    EtaStudy,
     ExactPenalty,
     Excitation,
     Load,
@@ -30,6 +31,7 @@ from vibroscope.engine import (
     run_cells,
     simulate,
     steady,
+    sweep,
     system_text,
     transient,
     verdict,
@@ -438,6 +440,30 @@ def test_what_knows_one_stop_says_so():
         BranchQuestion(System(), 1.3, Reference(), over="clearance2", low=0.2, high=0.4)
 
 
+@pytest.mark.parametrize(
+    ("system", "method", "over", "words"),
+    [
+        (System(), Reference(), "restitution2", "there is no second stop; give its clearance, too"),
+        (WALL, ExactPenalty(K, D), "restitution2", "no impact law and so no restitution2: give D in its place"),
+        (WALL, Reference(), "stiffness_factor2", "no K and D, and so no stiffness_factor2: give another solver"),
+    ],
+)
+def test_a_range_of_what_has_no_effect_is_refused(system, method, over, words):
+    with pytest.raises(ValueError, match=words):
+        BranchQuestion(system, 1.3, method, over=over, low=0.2, high=0.4)
+    with pytest.raises(ValueError, match=words):
+        EtaStudy(system, method, 1.3, over=over, values=[0.2, 0.4])
+
+
+@pytest.mark.parametrize(("method", "name"), [(Reference(), "restitution2"), (ExactPenalty(K, D), "damping_factor2")])
+def test_cells_of_a_sweep_over_a_number_of_the_second_stop_are_runs_with_it(method, name):
+    values = [0.3, 0.5, 0.9]
+    found = sweep(EtaStudy(WALL, method, 1.3, over=name, values=values, transient=100, sample=3))
+    for value, row in zip(values, found["xi1"].values, strict=True):
+        run = simulate(replace(WALL, **{name: value}), 1.3, method, periods=103, keep=3)
+        assert row.tolist() == run.section[:, 0].tolist()
+
+
 def test_a_mass_between_two_elastic_stops_moves_as_the_equations_of_the_modelica_library_say():
     stiffness, damper, half = 10.0, 1.5, 0.5  # N/m, N·s/m, m: Modelica.Mechanics.Translational.Examples.ElastoGap
 
@@ -463,6 +489,42 @@ def test_a_mass_between_two_elastic_stops_moves_as_the_equations_of_the_modelica
     begins = shelf()["gap"].setting
     speed = begins.scale.physical("velocity", begins.initial[1])
     assert run.trajectory.velocity[0][inside][0] == pytest.approx(speed, rel=1e-9)
+
+
+def gear_pair(omega, mean=0.1, error=0.05, damping=0.05):
+    """x″ + 2ζx′ + f(x) = F + eω² cos ωτ with f of a dead zone ±1, and its penalty: the damper acts in flight, too.
+
+    A. Kahraman and R. Singh, J. Sound Vib. 142 (1990) 49: a spur gear pair with backlash, its transmission error.
+    """
+    drive = Excitation(base=0.0, constant1=mean, force1=error * omega**2)
+    system = System(
+        wall=True, spring1=0.0, d1=damping, clearance=1.0, clearance2=1.0, restitution=1.0, excitation=drive
+    )
+    return system, ExactPenalty(1.0, 0.0)
+
+
+def test_a_gear_pair_that_does_not_part_is_an_oscillator_about_its_mean_load():
+    system, method = gear_pair(0.5)
+    found = motion(system, 0.5, method, initial=(1.1, 0.0, 0.0, 0.0))
+    response = 0.05 * 0.25 / (1 - 0.25 + 2j * 0.05 * 0.5)
+    assert (found.type, found.period, found.contact_share) == ("periodic", 1, 1.0)
+    np.testing.assert_allclose(found.section[0, :2], [1.1 + response.real, -0.5 * response.imag], atol=1e-12)
+
+
+@pytest.mark.parametrize(("omega", "sides"), [(0.7, {1.0}), (0.6, {1.0, -1.0})])
+def test_a_gear_pair_that_rattles_moves_as_its_equation_says(omega, sides):
+    system, method = gear_pair(omega, error=0.3)
+
+    def rate(t, y):
+        torque = math.copysign(max(abs(y[0]) - 1.0, 0.0), y[0])
+        return y[1], 0.1 + 0.3 * omega**2 * math.cos(omega * t) - 2 * 0.05 * y[1] - torque
+
+    start = (1.1, 0.4, 0.0, 0.0) if sides == {1.0} else (0.0, -1.0, 0.0, 0.0)
+    end = 2 * math.pi / omega
+    twin = solve_ivp(rate, (0.0, 4 * end), start[:2], "DOP853", rtol=1e-12, atol=1e-13, max_step=1e-3)
+    run = simulate(system, omega, method, periods=4, keep=4, initial=start)
+    assert set(np.sign(run.impacts.impulse)) == sides
+    np.testing.assert_allclose(run.section[-1][:2], twin.y[:, -1], atol=1e-8)
 
 
 def test_a_verdict_tries_no_contact_between_two_stops_that_is_shorter_than_a_few_steps():

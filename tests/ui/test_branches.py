@@ -91,3 +91,18 @@ def test_a_motion_is_followed_from_explore_on_a_phone(visit):
     section.get_by_role("button", name="Stop").tap()
     section.get_by_role("button", name="Go on").wait_for()
     assert "stopped" in section.locator(".status").text_content()
+
+
+def test_a_branch_between_two_stops_opens_as_a_motion_from_wall_to_wall(visit):
+    system = "bodies=wall&d1=0.05&stops=two&clearance=0.5&clearance2=0.8&restitution=0.6&restitution2=0.8"
+    choice = "zoom=eta:1.469,1.471&choice=count:20;transient:200;branches:on"
+    explorer = visit(f"?view=bifurcation&eta=1.47&K=4000&D=5&steps=500&{system}&{choice}")
+    section = found(explorer)
+    assert explorer.source("branches_reference_stable")["eta"]
+    section.get_by_role("button", name="stable, period 1").first.click()
+    opened = explorer.page.locator("section.opened")
+    opened.wait_for()
+    explorer.settle()
+    assert "the reference repeats every period, stable" in opened.text_content()
+    closed = explorer.source("phase_closed")["x1"]
+    assert (min(closed), max(closed)) == pytest.approx((-0.8, 0.5), abs=0.01)

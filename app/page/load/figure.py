@@ -30,6 +30,7 @@ from vibroscope.app.page.shared.unit_axis import UnitAxis
 from vibroscope.app.studies.load import RATIOS, PartialRuns
 from vibroscope.app.studies.peaks import SOLVERS
 from vibroscope.engine.facts import Statement, stated
+from vibroscope.engine.load import ON, quantity_of
 
 _TITLES = {
     "load_course": "Load",
@@ -118,10 +119,9 @@ class LoadView:
             say(self.figures[name], _TITLES[name], seen, setting)
 
     def _label(self, setting: Setting, on: str) -> None:
-        words = "acceleration of the base" if on == "base" else f"force on body {on[-1]}"
         labels = {
             "time": ("time τ", "time"),
-            "load": (words, "acceleration" if on == "base" else "force"),
+            "load": (ON[on], quantity_of(on)),
             "motion": ("displacement ξ" if setting.bodies == "wall" else "displacements ξ₁, ξ₂", "displacement"),
             "force": ("contact force λ", "force"),
             "ratio": ("natural frequency of body 1", "frequency"),
@@ -139,7 +139,7 @@ class LoadView:
 
     def _seen(self, setting: Setting, on: str, drawn: dict) -> dict[str, str | Statement]:
         """What is seen in each figure."""
-        of_load = "acceleration" if on == "base" else "force"
+        of_load = quantity_of(on)
         quantities = {"load_course": of_load, "load_motion": "displacement", "load_force": "force"}
         quantities |= {"load_shock": "acceleration"}
         scale = setting.scale  # columns have no dimension, and the axes have the units

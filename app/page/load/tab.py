@@ -23,6 +23,7 @@ from vibroscope.app.page.study.listed import ListPanel
 from vibroscope.app.page.study.tab import StudyView
 from vibroscope.app.studies.load import COLUMNS, LoadQuestion, PartialRuns, Pulse, RecordFile, grow_load
 from vibroscope.engine.facts import Statement, message_of, sentence, stated
+from vibroscope.engine.load import ON, quantity_of
 
 _KINDS = {
     "half_sine": "half-sine",
@@ -38,7 +39,6 @@ _NUMBERS = {  # of each kind, in the order in which its function takes them
     "sweep": ("size", "begin", "end", "duration"),
     "record": (),
 }
-_ON = {"base": "acceleration of the base", "force1": "force on body 1", "force2": "force on body 2"}
 _TYPED = {  # symbol, meaning, quantity
     "size": ("peak", "largest value", ""),
     "duration": ("duration", "", "time"),
@@ -97,7 +97,7 @@ class LoadTab(StudyView):
         return {
             "switches": [
                 {"name": "kind", "label": "Load", "choices": _KINDS},
-                {"name": "on", "label": "it is", "choices": _ON},
+                {"name": "on", "label": "it is", "choices": ON},
             ],
             "numbers": numbers,
             "file": {
@@ -155,7 +155,7 @@ class LoadTab(StudyView):
 
     def _field(self, setting: Setting, name: str) -> ShownField:
         label, words, quantity = _TYPED[name]
-        quantity = quantity or ("acceleration" if self.panel.chosen["on"] == "base" else "force")
+        quantity = quantity or quantity_of(self.panel.chosen["on"])
         return beside_field(setting, label, words, quantity, _NATURAL.get(quantity) or unit_of(quantity, setting))
 
     # -- the file -----------------------------------------------------------------
@@ -228,8 +228,8 @@ class LoadTab(StudyView):
         )
 
     def _shown_in_units(self, data: Mapping[str, object]) -> dict[str, object]:
-        of_load = {"load": "acceleration" if self.result.load.on == "base" else "force"}
-        return columns_in_units(data, self._result_setting.scale, COLUMNS | of_load)
+        columns = COLUMNS | {"load": quantity_of(self.result.load.on)}
+        return columns_in_units(data, self._result_setting.scale, columns)
 
     def python(self, setting: Setting) -> str:
         """A script that runs both solutions."""

@@ -1,7 +1,7 @@
 """The other published problems: half cycles, orbits with one impact, grazing, bounces, restitution."""
 
 from high_precision import Problem, solve
-from mpmath import acos, asin, atan2, cos, exp, mp, mpf, pi, sin, sqrt
+from mpmath import acos, asin, atan, atan2, cos, exp, mp, mpf, pi, sin, sqrt
 
 
 def b1():
@@ -96,6 +96,47 @@ def sdnd108():
     for name, time in (("1", mpf(1)), ("1.1", mpf("1.1"))):
         later = time - leaves
         yield f"fall after {name} s", height - touching * later + g * later**2 / 2
+
+
+def oscillation(inertia, stiffness, damper, x, v):
+    """x(t) and x′(t) of inertia x″ + damper x′ + stiffness x = 0, and when damper x′ + stiffness x is zero next."""
+    rate = damper / (2 * inertia)
+    omega = sqrt(stiffness / inertia - rate**2)
+    sine = (v + rate * x) / omega
+
+    def at(t):
+        c, s = cos(omega * t), sin(omega * t)
+        place = exp(-rate * t) * (x * c + sine * s)
+        return place, exp(-rate * t) * omega * (sine * c - x * s) - rate * place
+
+    more = stiffness / damper - rate
+    return at, atan2(omega * sine + more * x, omega * x - more * sine) % pi / omega
+
+
+def backlash():
+    """ElastoBacklash: of a penetration x the torque is c x + min(d x′, c x), and none where that would be negative.
+
+    A contact begins with the torque 2 c x, until d x′ = c x; then both act until they cancel, at −d x′ = c x.
+    """
+    inertia, spring, damper, half = mpf(5), mpf(20000), mpf(50), pi / 8
+    time, side, x, v = mpf(0), 1, pi / 2 - half, mpf(0)
+    ratio, free, flights, contacts = spring / damper, sqrt(2 * spring / inertia), [], []
+    while len(flights) < 4:
+        if not x:
+            start, x = v, mpf(0)
+            eased = atan(free / ratio) / free  # x = start sin(free t)/free and x′ = ratio x
+            x, v, time = start * sin(free * eased) / free, start * cos(free * eased), time + eased
+        at, end = oscillation(inertia, spring, damper, x, v)
+        contacts.append((time, side, at))
+        (x, v), time = at(end), time + end
+        flights.append((time, side * (half + x), side * v))
+        time, side, x, v = time + (2 * half + x) / -v, -side, mpf(0), -v
+    for number, (left, place, speed) in enumerate(flights, 1):
+        yield f"speed of flight {number}", abs(speed)
+        yield f"end of flight {number}", left + (half + abs(place)) / abs(speed)
+    for text, number in (("0.02", 0), ("0.06", 1), ("0.13", 2), ("0.2", 3)):
+        begun, side, at = contacts[number]
+        yield f"angle after {text} s", side * (half + at(mpf(text) - begun)[0])
 
 
 def bounces():
