@@ -24,7 +24,7 @@ from vibroscope.engine.facts import Symbol, equation, stated
 from vibroscope.engine.motions.floquet import may_be_stable
 from vibroscope.engine.motions.orbit import fixed_point, near_returns
 from vibroscope.engine.motions.poincare_map import PoincareMap
-from vibroscope.engine.motions.starts import apart, random_states, reach_of
+from vibroscope.engine.motions.search import apart, random_states, reach_of
 from vibroscope.engine.motions.steady import steady
 from vibroscope.engine.motions.tolerances import LEAST_SIZE
 from vibroscope.engine.simulate import starting_checkpoint
