@@ -127,9 +127,11 @@ def search_attractors(
         some = states[begin : begin + TOGETHER]
         run = search.run(some, cancelled=cancelled)
         for k, start in enumerate(some):
-            index = search.led_to(run, k, known, cancelled)
+            index = search.led_to(run, k, known, cancelled, start)
             if index not in found:
-                found[index] = Attractor(motion(system, eta, method, initial=start, cancelled=cancelled), 0.0, start)
+                described = None if index is None else known[index].described
+                described = described or motion(system, eta, method, initial=start, cancelled=cancelled)
+                found[index] = Attractor(described, 0.0, start)
             counts[index] += 1
             shares = ((each, count / counts.total()) for each, count in counts.most_common())
             yield tuple(replace(found[each], share=share) for each, share in shares)

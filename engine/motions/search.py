@@ -38,6 +38,8 @@ class KnownMotion:
         What Newton's method found.
     limit : (period, 4) ndarray or None
         The cycle that one with a time step tends to without it, if it does.
+    described : Motion or None
+        From the first start, where that is how it was found out.
     others : list of (n, 4) ndarray
         Sections that differ, of the same motion but for what the time step makes of it.
     regions : list of Region
@@ -50,6 +52,7 @@ class KnownMotion:
     blurred: bool = False
     cycle: Steady | None = None
     limit: np.ndarray | None = None
+    described: Motion | None = None
     others: list[np.ndarray] = field(default_factory=list)
     regions: list[Region] = field(default_factory=list)
 
@@ -93,15 +96,24 @@ class MotionSearch:
         return run_cells(cells, transient=transient, sample=self.sample, **how)
 
     def led_to(
-        self, run: CellResults, k: int, motions: list[KnownMotion], cancelled: Callable[[], bool] | None = None
+        self,
+        run: CellResults,
+        k: int,
+        motions: list[KnownMotion],
+        cancelled: Callable[[], bool] | None = None,
+        start: np.ndarray | None = None,
     ) -> int | None:
-        """Index of the motion that the k-th run leads to, which is added where it is new; None if it ended early."""
+        """Index of the motion that the k-th run leads to, which is added where it is new; None if it ended early.
+
+        ``start``: from which a new motion is found out, by default the end of the run.
+        """
         if not run.ok[k]:
             return None
         index = self.index_of(run.section[k], motions)
-        return (
-            self.add(motions, self.clean(run.end[k : k + 1])[0], cancelled, run.section[k]) if index is None else index
-        )
+        if index is not None:
+            return index
+        start = self.clean(run.end[k : k + 1])[0] if start is None else start
+        return self.add(motions, start, cancelled, run.section[k])
 
     def index_of(self, section: np.ndarray, motions: list[KnownMotion]) -> int | None:
         """Index of the motion whose section it is; None if it is none of them."""
@@ -119,7 +131,7 @@ class MotionSearch:
         Parameters
         ----------
         section : (n, 4) ndarray, optional
-            The sample of a run that ended at the start, for solvers that find no cycle by Newton's method.
+            The sample of a run from there, for solvers that find no cycle by Newton's method.
         """
         found = self._motion_from(start, cancelled, section)
         if found is None:
@@ -169,7 +181,8 @@ class MotionSearch:
         period = described.period if described.type is Kind.PERIODIC else 0
         section = section if len(section) >= 2 * period else described.section
         limit = self._limit_of(described, section[-1], cancelled)
-        return KnownMotion(described.type, period, section, blurred=described.step_noise > 0, limit=limit)
+        blurred = described.step_noise > 0
+        return KnownMotion(described.type, period, section, blurred, limit=limit, described=described)
 
     def _limit_of(self, found: Motion, state: np.ndarray, cancelled) -> np.ndarray | None:
         """The cycle, (p, 4), that a cycle with a time step tends to without one; None without any."""
