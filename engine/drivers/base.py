@@ -8,7 +8,7 @@ from collections.abc import Callable
 import numpy as np
 from vibroscope.engine.facts import Ending
 from vibroscope.engine.kernels.compile.record import IMPACT_COLUMNS, Buffers, PackedBuffers, make_buffers
-from vibroscope.engine.result import Cancelled, Checkpoint, Cost, Impacts, Status, Trajectory
+from vibroscope.engine.result import Checkpoint, Cost, Impacts, Status, Trajectory, check_cancelled
 
 CAPACITY = 4096  # rows of impacts and contacts in the buffers, which the driver empties when they are full
 
@@ -52,8 +52,7 @@ class Driver(ABC):
         """
         buffers = self._buffers if record else self._no_buffers
         while self.periods < stop:
-            if cancelled is not None and cancelled():
-                raise Cancelled
+            check_cancelled(cancelled)
             upto = min(stop, self.periods + self.periods_per_call())
             self.prepare()
             begin = time.perf_counter()
