@@ -25,7 +25,7 @@ from vibroscope.engine.simulate import LONG, simulate
 REACH_OF_STARTS = 2.0  # of the starts, in amplitudes of the motion from rest
 STARTS = 64
 SAMPLE = 256  # last periods of a run, by which its motion is recognised
-TOGETHER = 8  # runs in a batch, after which the motions so far are shown
+STARTS_TOGETHER = 8  # runs in a batch, after which the motions so far are shown
 DECIMALS = 4  # of a start, so that its numbers can be read, typed and sent in full
 
 
@@ -123,8 +123,8 @@ def search_attractors(
     known: list[KnownMotion] = []
     found: dict[int | None, Attractor] = {}  # by the index of the motion; None: the runs that end early
     counts: Counter[int | None] = Counter()
-    for begin in range(0, starts, TOGETHER):
-        some = states[begin : begin + TOGETHER]
+    for begin in range(0, starts, STARTS_TOGETHER):
+        some = states[begin : begin + STARTS_TOGETHER]
         run = search.run(some, cancelled=cancelled)
         for k, start in enumerate(some):
             index = search.led_to(run, k, known, cancelled, start)
