@@ -1,5 +1,6 @@
 """The result of a run: plain arrays with the standard names of the field."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -22,6 +23,12 @@ __all__ = [
 
 class Cancelled(Exception):
     """The caller withdrew a run before it ended."""
+
+
+def check_cancelled(cancelled: Callable[[], bool] | None) -> None:
+    """Raise Cancelled if the caller asks for it."""
+    if cancelled is not None and cancelled():
+        raise Cancelled
 
 
 @dataclass(frozen=True)

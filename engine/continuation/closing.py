@@ -5,7 +5,7 @@ from vibroscope.engine.continuation.curve import Curve, CurvePoint
 from vibroscope.engine.continuation.kinds import DOUBLING, bifurcations_ahead, indicators
 from vibroscope.engine.continuation.orbit import Orbit
 from vibroscope.engine.continuation.tolerances import CLOSED_BRANCH, SAME_DOUBLING, SAME_ORBIT
-from vibroscope.engine.motions.tolerances import LEAST_SIZE
+from vibroscope.engine.motions.poincare_map import size_of
 
 
 def share_on_chord(point: np.ndarray, here: np.ndarray, there: np.ndarray, aside: float) -> float | None:
@@ -27,7 +27,7 @@ def share_of_first(start: CurvePoint, here: CurvePoint, there: CurvePoint) -> fl
 def is_first(start: CurvePoint, orbit: Orbit) -> bool:
     """Whether an orbit passes through a state of the first one at τ ≡ 0, with as many events."""
     rows = start.evaluation.section
-    near = np.abs(rows - orbit.unknowns[:4]).max(axis=1) < SAME_ORBIT * max(np.abs(rows).max(), LEAST_SIZE)
+    near = np.abs(rows - orbit.unknowns[:4]).max(axis=1) < SAME_ORBIT * size_of(rows)
     return bool(near.any()) and sorted(orbit.kinds) == sorted(start.orbit.kinds)
 
 

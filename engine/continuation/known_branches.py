@@ -10,7 +10,7 @@ from vibroscope.engine.continuation.kinds import STICKING_BEGINS, STICKING_ENDS
 from vibroscope.engine.continuation.orbit import Orbit
 from vibroscope.engine.continuation.tolerances import MARGIN_ROUNDING, SAME_ORBIT
 from vibroscope.engine.continuation.tracer import Trace
-from vibroscope.engine.motions.tolerances import LEAST_SIZE
+from vibroscope.engine.motions.poincare_map import size_of
 
 MOST_WALK = 8  # steps from an orbit to one between it and its neighbour on the branch
 
@@ -38,7 +38,7 @@ class KnownBranches:
     def have(self, point: CurvePoint) -> bool:
         """Whether an orbit lies on one of them."""
         orbit, value, rows = point.orbit, point.value, point.evaluation.section
-        size = max(np.abs(rows).max(), LEAST_SIZE)
+        size = size_of(rows)
         for points, values in self._pieces:
             for k in np.flatnonzero((values[:-1] - value) * (values[1:] - value) <= 0):
                 a, b = points[k], points[k + 1]

@@ -7,8 +7,8 @@ import numpy as np
 from vibroscope.engine.continuation.tolerances import INSTANT_ROUNDING, SAME_HALVES
 from vibroscope.engine.drivers.event_driven import hybrid_state
 from vibroscope.engine.drivers.orbit import Evaluation, OrbitEquations, event
-from vibroscope.engine.motions.tolerances import LEAST_SIZE
-from vibroscope.engine.result import Cancelled, Checkpoint
+from vibroscope.engine.motions.poincare_map import size_of
+from vibroscope.engine.result import Checkpoint
 from vibroscope.engine.simulate import simulate
 
 NAMES = {getattr(event, name.upper()): name for name in ("impact", "stick", "chatter", "release", "touch", "part")}
@@ -127,7 +127,7 @@ class KeptEquations:
 
 def least_period(rows: np.ndarray, same: float) -> int:
     """After how many excitation periods the section of a cycle, (p, 4), repeats itself, to a share of its size."""
-    size = same * max(np.abs(rows).max(), LEAST_SIZE)
+    size = same * size_of(rows)
     shorter = (p for p in range(1, len(rows)) if len(rows) % p == 0)
     return next((p for p in shorter if np.abs(rows - np.roll(rows, -p, axis=0)).max() <= size), len(rows))
 
@@ -230,9 +230,3 @@ def _length(orbit: Orbit, first: int, last: int) -> float:
     """From one event to a later one, across the end of the cycle if that has the smaller number."""
     length = orbit.instants[last] - orbit.instants[first]
     return float(length if last > first else length + orbit.period)
-
-
-def check_cancelled(cancelled) -> None:
-    """Raise Cancelled if it was asked for."""
-    if cancelled is not None and cancelled():
-        raise Cancelled

@@ -18,7 +18,7 @@ from vibroscope.engine.continuation.follow import BranchTracer
 from vibroscope.engine.continuation.journal import Journal
 from vibroscope.engine.continuation.kinds import BRANCH_POINT, DOUBLING, across, ways_at_loss
 from vibroscope.engine.continuation.known_branches import KnownBranches
-from vibroscope.engine.continuation.orbit import Orbit, check_cancelled
+from vibroscope.engine.continuation.orbit import Orbit
 from vibroscope.engine.continuation.question import BranchQuestion
 from vibroscope.engine.continuation.seeds import OrbitFinder
 from vibroscope.engine.continuation.sequences import on_its_sequence
@@ -27,7 +27,7 @@ from vibroscope.engine.continuation.tracer import Trace
 from vibroscope.engine.drivers.event_driven import check_apart
 from vibroscope.engine.facts import message_of, stated
 from vibroscope.engine.motions.floquet import SYMMETRY_BREAKING, may_be_stable
-from vibroscope.engine.result import Cancelled
+from vibroscope.engine.result import Cancelled, check_cancelled
 from vibroscope.engine.simulate import starting_checkpoint
 
 SEEDS = 40  # values of the number at which motions are looked for

@@ -23,10 +23,9 @@ from vibroscope.engine.continuation.tolerances import (
 from vibroscope.engine.facts import Symbol, equation, stated
 from vibroscope.engine.motions.floquet import may_be_stable
 from vibroscope.engine.motions.orbit import fixed_point, near_returns
-from vibroscope.engine.motions.poincare_map import PoincareMap
-from vibroscope.engine.motions.starts import apart, random_states, reach_of
+from vibroscope.engine.motions.poincare_map import PoincareMap, size_of
+from vibroscope.engine.motions.search import apart, random_states, reach_of
 from vibroscope.engine.motions.steady import steady
-from vibroscope.engine.motions.tolerances import LEAST_SIZE
 from vibroscope.engine.simulate import starting_checkpoint
 
 REACH_OF_SEEDS = 1.5  # of the largest displacement and velocity of the runs from rest, to where starts are drawn
@@ -84,7 +83,7 @@ class OrbitFinder:
         problem = self.family.at(value)
         poincare = PoincareMap(*problem, self.cancelled)
         y = poincare.coordinates(np.asarray(starting_checkpoint(state, *problem).state))
-        size, near = max(np.abs(y).max(), LEAST_SIZE), None
+        size, near = size_of(y), None
         for period in range(1, self.max_period + 1):
             returned = poincare(y, period)
             if returned is None or not returned.residual < NEARLY_RETURNS * size:
@@ -131,7 +130,7 @@ class OrbitFinder:
         """The orbit that Newton's method on the Poincaré map finds from a state; None if it finds none."""
         poincare = PoincareMap(*self.family.at(value), self.cancelled)
         y = poincare.coordinates(np.asarray(state, dtype=float))
-        found = fixed_point(poincare, y, period, max(np.abs(y).max(), LEAST_SIZE))
+        found = fixed_point(poincare, y, period, size_of(y))
         return found and self.at(value, poincare.displacements(found.state), period)
 
     def why_none(self) -> str:
@@ -198,7 +197,7 @@ class OrbitFinder:
     def _of_run(self, value: float, runs: CellResults, i: int, unstable: bool) -> Iterator[Orbit]:
         """The orbits that the section of one run leads to."""
         rows, period = runs.section[i], int(runs.period[i])
-        size = max(np.abs(rows).max(), LEAST_SIZE)
+        size = size_of(rows)
         if 0 < period <= self.max_period:
             guesses = [self.at(value, runs.end[i], period)]
         else:

@@ -12,8 +12,8 @@ from itertools import chain, zip_longest
 from typing import TYPE_CHECKING, NamedTuple, TypeVar
 
 import numpy as np
-from vibroscope.engine.continuation.orbit import check_cancelled
 from vibroscope.engine.continuation.tolerances import AT_BORDER
+from vibroscope.engine.result import check_cancelled
 
 if TYPE_CHECKING:
     from vibroscope.engine.continuation.branch import Point

@@ -7,7 +7,7 @@ from html import escape
 
 import numpy as np
 from vibroscope.engine.datasets import comparison_dataset
-from vibroscope.engine.divergence.encounters import Encounters, match_encounters
+from vibroscope.engine.divergence.encounters import Encounters, match_encounters, mean_closing_speed
 from vibroscope.engine.divergence.error import Target
 from vibroscope.engine.divergence.finer_parts import (
     Regularisation,
@@ -147,6 +147,11 @@ class Comparison:
     def _moved(self, run: Response, cancelled) -> float:
         before = run_again(run, periods=run.periods // 2, keep=SECTION, initial=self.start, cancelled=cancelled)
         return change_between(before.section[:, DISPLACEMENTS], run.section[:, DISPLACEMENTS])
+
+    @property
+    def closing_speed(self) -> float:
+        """The mean of the reference's impacts (:func:`.encounters.mean_closing_speed`)."""
+        return mean_closing_speed(self.runs.reference)
 
     @property
     def reference_rests(self) -> bool:

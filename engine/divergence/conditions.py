@@ -11,7 +11,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from vibroscope.engine.contact import contact_time, effective_restitution, equal_damping
 from vibroscope.engine.divergence.compare import Comparison
-from vibroscope.engine.divergence.encounters import delivered_restitution, mean_closing_speed
+from vibroscope.engine.divergence.encounters import delivered_restitution
 from vibroscope.engine.divergence.tolerances import RESOLVED, SAME_RESTITUTION, SHORT_CONTACT
 from vibroscope.engine.methods import DAMPING_RANGE, ExactPenalty, TimeStepping
 from vibroscope.engine.model import System
@@ -114,7 +114,7 @@ def contact_conditions(comparison: Comparison) -> Conditions:
     The steps are those of a contact alone, or of the motion's where these last far longer. Of a run that ended early
     nothing is measured.
     """
-    run, speed = comparison.runs.penalty, mean_closing_speed(comparison.runs.reference)
+    run, speed = comparison.runs.penalty, comparison.closing_speed
     found = conditions(run.system, run.eta, run.method, speed)
     found = replace(found, alone=contact_alone(run.system, run.eta, run.method, speed))
     if not run.ok:

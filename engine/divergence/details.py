@@ -9,7 +9,7 @@ from vibroscope.engine.contact import damping_ratio, equal_damping, equal_stiffn
 from vibroscope.engine.divergence.alone import Alone
 from vibroscope.engine.divergence.compare import Comparison
 from vibroscope.engine.divergence.conditions import Conditions
-from vibroscope.engine.divergence.encounters import delivered_restitution, mean_closing_speed
+from vibroscope.engine.divergence.encounters import delivered_restitution
 from vibroscope.engine.divergence.grid import run_again
 from vibroscope.engine.divergence.sentences import SENTENCE_DIGITS, share, value_text
 from vibroscope.engine.divergence.tolerances import AS_ASKED, HALF, SAME_DURATION, SAME_NUMBER
@@ -81,7 +81,7 @@ def _restitution_sentences(
 ) -> tuple[Statement, ...]:
     """Return how fast the bodies part, measured or as a contact alone has it, and what would give e."""
     run = comparison.runs.penalty
-    method, system, speed = run.method, run.system, mean_closing_speed(comparison.runs.reference)
+    method, system, speed = run.method, run.system, comparison.closing_speed
     if math.isnan(contact.given):
         return ()
     who = "In a contact of this K and D alone the bodies part" if math.isnan(contact.measured) else "The bodies part"

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from vibroscope.engine.contact import spring_duration
+from vibroscope.engine.divergence.grid import rms
 from vibroscope.engine.divergence.tolerances import NEAR_ENCOUNTER, SHORT_CONTACT
 from vibroscope.engine.result import Response
 
@@ -64,7 +65,7 @@ def match_encounters(reference: Response, penalty: Response, period: int, shift:
         lost=(int(inside.sum()) - matched) / keep,
         added=(len(kept) - matched) / keep,
         delay=float(np.mean(delays)) if matched else np.nan,
-        phase_error=float(np.sqrt(np.mean(delays**2))) if matched else np.nan,
+        phase_error=rms(delays) if matched else np.nan,
         restitution=delivered_restitution(penalty),
     )
 

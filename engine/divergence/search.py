@@ -18,7 +18,6 @@ from vibroscope.engine.contact import damping_for, equal_damping, equal_stiffnes
 from vibroscope.engine.divergence.alone import Alone, Change
 from vibroscope.engine.divergence.compare import Comparison
 from vibroscope.engine.divergence.conditions import conditions, with_equal_damping
-from vibroscope.engine.divergence.encounters import mean_closing_speed
 from vibroscope.engine.divergence.number_search import FINE, GridSearch, StepSearch, TogetherSearch
 from vibroscope.engine.divergence.remaining import Remaining
 from vibroscope.engine.divergence.tolerances import AMPLE, LEAST_IN_CONTACT, LESS, RESOLVED
@@ -71,7 +70,7 @@ def search_together(comparison: Comparison, remaining: Remaining, with_step: boo
 
     None where the law takes its damper from the restitution.
     """
-    run, speed = comparison.runs.penalty, mean_closing_speed(comparison.runs.reference)
+    run, speed = comparison.runs.penalty, comparison.closing_speed
     if run.method.damping is None:
         return None
 
@@ -107,7 +106,7 @@ def stiffness_ends(comparison: Comparison) -> tuple[float, float]:
     Between two stops no contact is shorter than LEAST_IN_CONTACT steps: one of a step or two gains energy without a
     bound, since the play never grows, and crosses it at every step.
     """
-    run, speed = comparison.runs.penalty, mean_closing_speed(comparison.runs.reference)
+    run, speed = comparison.runs.penalty, comparison.closing_speed
     system, present = run.system, run.method.stiffness
     soft = system.stiffer_spring
     ends = min(soft, present / 10.0), max(soft * 10.0**STIFFNESS_DECADES, present * 10.0)
@@ -119,7 +118,7 @@ def stiffness_ends(comparison: Comparison) -> tuple[float, float]:
 
 def _searches(comparison: Comparison, remaining: Remaining) -> dict[str, "GridSearch | StepSearch"]:
     run = comparison.runs.penalty
-    system, method, speed = run.system, run.method, mean_closing_speed(comparison.runs.reference)
+    system, method, speed = run.system, run.method, comparison.closing_speed
 
     def holds(changed: TimeStepping) -> bool:
         return conditions(system, run.eta, changed, speed).hold

@@ -13,6 +13,7 @@ from collections.abc import Callable
 from itertools import combinations
 
 import numpy as np
+from vibroscope.engine.divergence.grid import rms
 from vibroscope.engine.divergence.tolerances import BURSTS, DRAWS_NEARER, NARROW, NOTICED, SECTION_DRIFT
 from vibroscope.engine.drivers.section import period_of
 from vibroscope.engine.law_table import LAWS
@@ -102,7 +103,7 @@ def change_between(before: np.ndarray, section: np.ndarray) -> float:
 
     Chance is that of halves of either: a motion whose blocks are correlated over hundreds of periods has much of it.
     """
-    size = float(np.sqrt(np.mean(np.square(section))))
+    size = rms(section)
     moved = wasserstein_distance(before, section)
     by_chance = max(wasserstein_distance(*np.array_split(rows, 2)) for rows in (before, section))
     return moved / size if size > 0 and moved > max(SECTION_DRIFT * by_chance, NOTICED * size) else 0.0

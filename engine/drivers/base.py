@@ -8,19 +8,12 @@ from collections.abc import Callable
 import numpy as np
 from vibroscope.engine.facts import Ending
 from vibroscope.engine.kernels.compile.record import IMPACT_COLUMNS, Buffers, PackedBuffers, make_buffers
-from vibroscope.engine.result import Cancelled, Checkpoint, Cost, Impacts, Status, Trajectory
+from vibroscope.engine.result import Checkpoint, Cost, Impacts, Status, Trajectory, check_cancelled
 
 CAPACITY = 4096  # rows of impacts and contacts in the buffers, which the driver empties when they are full
 
 
-_USED = set()
-
-
-def is_first_use(kernel: Callable) -> bool:
-    """Whether this process has not used a kernel before, so that a call compiles or loads it."""
-    known = len(_USED)
-    _USED.add(kernel)
-    return len(_USED) > known
+_USED = set()  # loops that this process has called, so that they are compiled, or loaded
 
 
 class Driver(ABC):
@@ -41,6 +34,14 @@ class Driver(ABC):
         self._impacts: list[np.ndarray] = []
         self._contacts: list[np.ndarray] = []
 
+    def load_loop(self, stop: int) -> None:
+        """Compile or load the loop outside the measured seconds, by a call up to where nothing is left to do."""
+        if self.loop not in _USED:
+            state, self._state = self._state, self._state.copy()
+            self.call(stop, self._no_buffers)
+            self._state = state
+            _USED.add(self.loop)
+
     def advance(self, stop: int, cancelled: Callable[[], bool] | None, *, record: bool) -> tuple[Status, str]:
         """Run to the end of period ``stop``; returns status and message.
 
@@ -51,8 +52,7 @@ class Driver(ABC):
         """
         buffers = self._buffers if record else self._no_buffers
         while self.periods < stop:
-            if cancelled is not None and cancelled():
-                raise Cancelled
+            check_cancelled(cancelled)
             upto = min(stop, self.periods + self.periods_per_call())
             self.prepare()
             begin = time.perf_counter()
@@ -115,6 +115,15 @@ class Driver(ABC):
 
     def prepare(self) -> None:  # noqa: B027, most kernels ask for nothing
         """Make what the next call of the kernel needs, outside the measured seconds."""
+
+    @property
+    @abstractmethod
+    def loop(self) -> Callable:
+        """The loop that :meth:`call` calls."""
+
+    @abstractmethod
+    def call(self, stop: int, buffers: PackedBuffers):
+        """Call the loop up to the end of a period, or of a step; returns, maybe with more, the code of its end."""
 
     @abstractmethod
     def integrate(self, stop: int, buffers: PackedBuffers) -> tuple[Status, bool]:

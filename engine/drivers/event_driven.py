@@ -1,10 +1,11 @@
 """Driver of the event-driven solvers in closed form: the reference and the exact penalty solution."""
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from typing import ClassVar, NamedTuple
 
 import numpy as np
-from vibroscope.engine.drivers.base import Driver, is_first_use
+from vibroscope.engine.drivers.base import Driver
 from vibroscope.engine.drivers.parameters import parameters_of_stops
 from vibroscope.engine.drivers.slow_subspace import separating_circles
 from vibroscope.engine.facts import ETA, Ending, stated
@@ -139,10 +140,7 @@ class EventDriver(Driver):
         self._paused_in = -1.0
         self._window = (float(kept_from), float(self.sampled_from))
         self.begin(start)
-        if is_first_use(self.loop):  # compile, or load, outside the measured seconds
-            state, self._state = self._state, self._state.copy()
-            self.integrate(start.periods - 1, self._no_buffers)
-            self._state = state
+        self.load_loop(start.periods - 1)
 
     def begin(self, start: Checkpoint) -> None:
         """Set up the tables and the state that the run starts from."""
@@ -239,69 +237,69 @@ def hybrid_state(system: System, eta: float, method: Reference | ExactPenalty, y
     return _start_from(packed, (x1, v1, within(system, gap) if method.rigid else gap, rate))
 
 
-class LinearFlow(NamedTuple):
-    """The flow of a solution in closed form, from τ = 0 on, in y = (ξ₁, ξ₁′, g, g′)."""
+class Flow(ABC):
+    """The flow of a solution without a time step, from τ = 0 on, in y = (ξ₁, ξ₁′, g, g′)."""
 
-    system: EventDrivenSystem
-    periods_per_call: int = 512  # of a disturbance that is followed: some milliseconds
+    periods_per_call: ClassVar[int]  # of a disturbance that is followed: some milliseconds
 
+    @abstractmethod
     def start(self, y: Sequence[float]) -> np.ndarray:
         """The packed hybrid state at y."""
-        return start_at(self.system, y)
 
+    @abstractmethod
     def with_jacobian(self, start: np.ndarray, periods: float) -> tuple[np.ndarray, np.ndarray, int] | None:
-        """The result of :func:`integrate_variation`."""
-        return integrate_variation(self.system, start, periods)
+        """The motion after so many periods, with its derivative with respect to its start.
+
+        Returns
+        -------
+        (4,) ndarray, (4, 4) ndarray, int
+            y at the end; its Jacobian; a number that differs between different sequences of events. None if the
+            integration ends early, or there is no derivative.
+        """
+
+    @abstractmethod
+    def image(self, y: np.ndarray, direction: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
+        """y and a disturbance of it after a period; None if it ends early or has no derivative."""
 
     def follow(self, y: np.ndarray, direction: np.ndarray, growth: np.ndarray, section: np.ndarray) -> None:
         """The work of :func:`..kernels.event_driven.disturbance.follow_disturbance`, period by period."""
-        follow_by_periods(self, y, direction, growth, section)
+        growth[:] = np.nan
+        for n in range(len(growth)):
+            found = self.image(y, direction)
+            length = np.nan if found is None else float(np.linalg.norm(found[1]))
+            if not (length < np.inf and np.isfinite(found[0]).all()):
+                return
+            y[:] = section[n] = found[0]
+            direction[:] = found[1] / length if length > 0.0 else 0.5
+            growth[n] = np.log(length) if length > 0.0 else -np.inf
+
+
+class LinearFlow(Flow):
+    """The flow of a solution in closed form."""
+
+    periods_per_call = 512
+
+    def __init__(self, system: EventDrivenSystem):
+        self._system = system
+
+    def start(self, y: Sequence[float]) -> np.ndarray:
+        return start_at(self._system, y)
+
+    def with_jacobian(self, start: np.ndarray, periods: float) -> tuple[np.ndarray, np.ndarray, int] | None:
+        return self._with_variation(start, periods, uncompiled(make_variation)())
 
     def image(self, y: np.ndarray, direction: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
-        """y and a disturbance of it after a period; None if it ends early."""
         variation = uncompiled(make_variation)(1)
         variation.state[:, 0] = direction
-        found = integrate_variation(self.system, self.start(y), 1.0, variation)
+        found = self._with_variation(self.start(y), 1.0, variation)
         return found and (found[0].copy(), found[1][:, 0].copy())
 
-
-def follow_by_periods(flow, y: np.ndarray, direction: np.ndarray, growth: np.ndarray, section: np.ndarray) -> None:
-    """The work of :meth:`LinearFlow.follow` by the ``image`` of a flow, period by period."""
-    growth[:] = np.nan
-    for n in range(len(growth)):
-        found = flow.image(y, direction)
-        length = np.nan if found is None else float(np.linalg.norm(found[1]))
-        if not (length < np.inf and np.isfinite(found[0]).all()):
-            return
-        y[:] = section[n] = found[0]
-        direction[:] = found[1] / length if length > 0.0 else 0.5
-        growth[n] = np.log(length) if length > 0.0 else -np.inf
-
-
-def integrate_variation(
-    system: EventDrivenSystem, start: np.ndarray, periods: float, variation: Variation | None = None
-) -> tuple[np.ndarray, np.ndarray, int] | None:
-    """Integrate the motion with its derivative with respect to its start.
-
-    Parameters
-    ----------
-    system : EventDrivenSystem
-    start : ndarray
-        Packed hybrid state at τ = 0.
-    periods : float
-    variation : Variation, optional
-        Of other changes than those of the start.
-
-    Returns
-    -------
-    (4,) ndarray, (4, 4) ndarray, int
-        y = (ξ₁, ξ₁′, g, g′) at the end; its Jacobian; a number that differs between different sequences of events.
-        None if the integration ends early.
-    """
-    variation = uncompiled(make_variation)() if variation is None else variation
-    loop = kernel.integrate if system.second is None else integrate_between
-    status, _, _ = loop(system.packed, start, periods, (0.0, 0.0), NO_BUFFERS.flat, NO_BUFFERS.sizes, variation)
-    return (variation.end, variation.state, int(variation.course[0])) if status == OK else None
+    def _with_variation(self, start: np.ndarray, periods: float, variation: Variation):
+        """Integrate the motion with changes of its start."""
+        system, nothing = self._system, (NO_BUFFERS.flat, NO_BUFFERS.sizes)
+        loop = kernel.integrate if system.second is None else integrate_between
+        status, _, _ = loop(system.packed, start, periods, (0.0, 0.0), *nothing, variation)
+        return (variation.end, variation.state, int(variation.course[0])) if status == OK else None
 
 
 def packed_start(system: EventDrivenSystem, start: Checkpoint) -> np.ndarray:

@@ -4,20 +4,13 @@ from collections.abc import Sequence
 from typing import ClassVar, NamedTuple
 
 import numpy as np
-from vibroscope.engine.drivers.event_driven import NO_BUFFERS, EventDriver, follow_by_periods, integral_of
+from vibroscope.engine.drivers.event_driven import NO_BUFFERS, EventDriver, Flow, integral_of
+from vibroscope.engine.drivers.law_pieces import Piece, pieces_of
 from vibroscope.engine.drivers.parameters import parameters_of, parameters_of_stops
 from vibroscope.engine.facts import Ending
 from vibroscope.engine.kernels.compile.options import uncompiled
 from vibroscope.engine.kernels.compile.record import Buffers, PackedBuffers
-from vibroscope.engine.kernels.equations.contact_law import (
-    MAIN,
-    OTHER,
-    count_kinks,
-    factors,
-    force,
-    is_piecewise_linear,
-    kink,
-)
+from vibroscope.engine.kernels.equations.contact_law import MAIN, OTHER, force
 from vibroscope.engine.kernels.equations.coordinates import contact_coordinates
 from vibroscope.engine.kernels.equations.motion import (
     coefficients,
@@ -93,23 +86,20 @@ class _Watched(NamedTuple):
     mirrored: int = -1  # which of its watched quantities then begins at zero
 
 
-def _pieces(p: Parameters) -> dict[int, tuple[tuple[float, float, float], list[_Watched]]]:
-    """For each piece of a law: spring, damper, constant force, and what it watches."""
-    if not uncompiled(is_piecewise_linear)(p.law):
+def _watched_in(p: Parameters, pieces: dict[int, Piece]) -> dict[int, list[_Watched]]:
+    """What ends each piece of a law: its kinks, and where bodies part in it the gap."""
+    if not pieces:
         return {}
-    scale = np.array([p.stiffness, p.gain, p.stiffness * p.penetration])  # of δ, v and 1
     opening = int(uncompiled(kernel.first_piece)(p, 0.0, -1.0) - kernel.PIECES_FROM)  # that in which bodies part
     opens = _Watched(p.stiffness, 0.0, 0.0, FLIGHT)
-    watched: dict[int, list[_Watched]] = {MAIN: []}
-    for k, piece in enumerate(range(OTHER, OTHER + uncompiled(count_kinks)(p.law))):
-        row = np.array([uncompiled(kink)(p.law, piece, p.stiffening, *unit) for unit in np.diag(scale)])
-        own = [opens] if piece == opening else []
-        watched[MAIN].append(_Watched(*row, kernel.PIECES_FROM + piece, len(own)))
-        watched[piece] = [*own, _Watched(*-row, kernel.PIECES_FROM + MAIN, k)]
+    watched: dict[int, list[_Watched]] = {piece: [opens] if OTHER <= piece == opening else [] for piece in pieces}
+    for k, row in enumerate(pieces[MAIN].kinks):
+        other = OTHER + k
+        watched[MAIN].append(_Watched(*row, kernel.PIECES_FROM + other, len(watched[other])))
+        watched[other].append(_Watched(*pieces[other].kinks[0], kernel.PIECES_FROM + MAIN, k))
     if opening == MAIN:
         watched[MAIN].append(opens)
-    formulas = {piece: scale * uncompiled(factors)(p.law, piece, p.stiffening) for piece in watched}
-    return {piece: ((k, 0.5 * c, push), watched[piece]) for piece, (k, c, push) in formulas.items()}
+    return watched
 
 
 def set_up_law(p: Parameters, load: Load | None = None) -> LawSystem:
@@ -127,9 +117,10 @@ def set_up_law(p: Parameters, load: Load | None = None) -> LawSystem:
         "mirrored": np.full(2 * PIECES, -1, dtype=np.int64),
         "impulse": np.zeros((PIECES, 7)),
     }
-    flight = _add_piece(tables, p, 0, (0.0, 0.0, 0.0), [_Watched(-1.0, 0.0, 0.0, COLLISION)])
-    for piece, (contact, watched) in _pieces(p).items():
-        _add_piece(tables, p, piece, contact, watched)
+    flight = _add_piece(tables, p, 0, Piece(0.0, 0.0), [_Watched(-1.0, 0.0, 0.0, COLLISION)])
+    pieces = pieces_of(p)
+    for piece, watched in _watched_in(p, pieces).items():
+        _add_piece(tables, p, piece, pieces[piece], watched)
     now = np.zeros(NUMBERS_OF_LOAD)
     if load is not None:
         now[[GIVEN, FREQUENCY]] = 1.0, load.frequency
@@ -160,11 +151,9 @@ def set_up_law(p: Parameters, load: Load | None = None) -> LawSystem:
     )
 
 
-def _add_piece(
-    tables: dict, p: Parameters, piece: int, contact: tuple[float, float, float], watched: list[_Watched]
-) -> Phase:
-    """Add the tables of a piece, with its spring, damper and constant; returns those of what it watches first."""
-    stiffness, damping, push = contact
+def _add_piece(tables: dict, p: Parameters, piece: int, contact: Piece, watched: list[_Watched]) -> Phase:
+    """Add the tables of a piece; returns those of what it watches first."""
+    stiffness, damping, push, _ = contact
     own = p._replace(stiffness=stiffness, damping=damping)
     acts = stiffness > 0.0
     generator = pressed_generator(own) if acts else free_generator(p)
@@ -287,10 +276,10 @@ def remembers(system: System, method) -> bool:
     return needs_law(method) and damper_of(system, method)[1]
 
 
-class LawFlow:
-    """The flow of an exact penalty solution with such a law, from τ = 0 on, in y = (ξ₁, ξ₁′, g, g′)."""
+class LawFlow(Flow):
+    """The flow of an exact penalty solution with such a law; derivatives are central differences."""
 
-    periods_per_call = 1  # of a disturbance that is followed: some milliseconds
+    periods_per_call = 1
 
     def __init__(self, system: System, eta: float, method: ExactPenalty):
         if remembers(system, method):
@@ -301,7 +290,6 @@ class LawFlow:
         self._systems = set_up_stops(system, eta, method)
 
     def start(self, y: Sequence[float]) -> np.ndarray:
-        """The packed hybrid state at y."""
         return start_of_law(self._systems, y)
 
     def end(self, start: np.ndarray, periods: float) -> tuple[np.ndarray, int] | None:
@@ -319,12 +307,7 @@ class LawFlow:
         y, _ = motion_after(p, a, (periods - a.period) * p.period - a.tau)
         return np.array(turned(y, p.play) if here else y), events
 
-    def follow(self, y: np.ndarray, direction: np.ndarray, growth: np.ndarray, section: np.ndarray) -> None:
-        """Do as :meth:`.event_driven.LinearFlow.follow`, with the derivative by central differences."""
-        follow_by_periods(self, y, direction, growth, section)
-
     def image(self, y: np.ndarray, direction: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
-        """y and a disturbance of it after a period; None if it ends early or has no derivative."""
         start = self.start(y)
         found = self.end(start, 1.0)
         change = None if found is None else self._derivative(start, 1.0, direction, found[1])
@@ -343,7 +326,6 @@ class LawFlow:
         return (sides[0][0] - sides[1][0]) / (2 * width)
 
     def with_jacobian(self, start: np.ndarray, periods: float) -> tuple[np.ndarray, np.ndarray, int] | None:
-        """Do as :func:`.event_driven.integrate_variation`, with the Jacobian by central differences."""
         found, jacobian = self.end(start, periods), np.zeros((4, 4))
         if found is None:
             return None

@@ -21,7 +21,7 @@ from vibroscope.engine.kernels.status import FULL, OK
 from vibroscope.engine.kernels.time_stepping.newmark import STATE, write_start
 from vibroscope.engine.methods import Newmark
 from vibroscope.engine.model import System
-from vibroscope.engine.result import Cancelled, Record
+from vibroscope.engine.result import Record, check_cancelled
 
 
 class SkippedSamples:
@@ -75,8 +75,7 @@ class SkippedSamples:
         for begin, end, recorded in ((0, sampled, self._nothing), (sampled, periods, buffers)):
             at_once = max(1, STEPS_PER_CALL // steps)
             for stop in (*range(begin + at_once, end, at_once), end):
-                if cancelled is not None and cancelled():
-                    raise Cancelled
+                check_cancelled(cancelled)
                 if self._integrate(stop * steps, window, recorded) != OK:
                     return None, int(self._state[self._step])
         samples = buffers.views.samples[:-1, 0:3:2]

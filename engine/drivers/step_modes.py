@@ -6,45 +6,11 @@ All quantities are rows of factors of x before the step (:mod:`.step_maps`).
 from typing import NamedTuple
 
 import numpy as np
+from vibroscope.engine.drivers.law_pieces import Piece, pieces_of
 from vibroscope.engine.kernels.compile.options import uncompiled
-from vibroscope.engine.kernels.equations.contact_law import (
-    CUT,
-    KELVIN_VOIGT,
-    MAIN,
-    OTHER,
-    count_kinks,
-    factors,
-    is_piecewise_linear,
-    takes_larger,
-)
-from vibroscope.engine.kernels.time_stepping import law_pieces
+from vibroscope.engine.kernels.equations.contact_law import CUT, KELVIN_VOIGT, OTHER, takes_larger
 from vibroscope.engine.kernels.time_stepping.law_step import linear_root
 from vibroscope.engine.kernels.time_stepping.linear_step import BEFORE, COLUMNS, FORCE, GAP, OWN, RATE, LinearScheme
-from vibroscope.engine.kernels.time_stepping.newmark import Scheme
-
-
-class Piece(NamedTuple):
-    """A part of a contact in which λ = Kδ + 2Dv + f."""
-
-    stiffness: float
-    damping: float
-    push: float = 0.0  # f
-    kinks: tuple = ()  # factors of δ, v and 1 of what falls below zero at its end
-
-
-def pieces_of(law: Scheme) -> list[Piece]:
-    """The pieces of a law that is piecewise linear; none of another one."""
-    found, margin = [], uncompiled(law_pieces.margin_of)
-    if not uncompiled(is_piecewise_linear)(law.law):
-        return found
-    for piece in range(MAIN, OTHER + uncompiled(count_kinks)(law.law)):
-        scale = law.stiffness, law.gain, law.stiffness * law.penetration
-        stiffness, gain, push = np.multiply(scale, uncompiled(factors)(law.law, piece, law.stiffening))
-        causes = range(law_pieces.FIRST, law_pieces.FIRST + uncompiled(law_pieces.kinks)(law, piece))
-        units = np.diag([1.0, 1.0, scale[2]])
-        kinks = [[margin(law, law.gain, piece, which, *unit) for unit in units] for which in causes]
-        found.append(Piece(stiffness, 0.5 * gain, push, tuple(map(tuple, kinks))))
-    return found
 
 
 class Mode(NamedTuple):
@@ -65,7 +31,7 @@ def modes_of(m: LinearScheme) -> list[Mode]:
     if law <= CUT:
         found = [_mode_of_statuses(m, False, 0), _mode_of_statuses(m, True, 1)]
         return found if law == KELVIN_VOIGT else [*found, _mode_of_statuses(m, True, 0)]
-    pieces = pieces_of(m.system)
+    pieces = list(pieces_of(m.system).values())
     # the first piece, if bodies that part at touch are in it
     pulling = next((piece for piece in pieces[:1] if all(held > speed for _, speed, held in piece.kinks)), None)
     if not uncompiled(takes_larger)(law, OTHER):

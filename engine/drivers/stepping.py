@@ -1,12 +1,11 @@
 """The base of the drivers with a time step: its state, counting in steps, and the message of a divergence."""
 
 from abc import abstractmethod
-from collections.abc import Callable
 from functools import cached_property
 from typing import ClassVar
 
 import numpy as np
-from vibroscope.engine.drivers.base import Driver, is_first_use
+from vibroscope.engine.drivers.base import Driver
 from vibroscope.engine.drivers.parameters import parameters_of_stops
 from vibroscope.engine.facts import Ending
 from vibroscope.engine.kernels.compile.packing import Layout
@@ -56,7 +55,7 @@ class SteppingDriver(Driver):
         self._see_from(self._first_stop(start, own))
         self._state = np.array(start.state[: self.layout.size]) if own else self.start_state(start)
         self._started = self.steps_taken()
-        self._load()
+        self.load_loop(0)
 
     @abstractmethod
     def tables_of(self, p: Parameters) -> dict:
@@ -80,22 +79,6 @@ class SteppingDriver(Driver):
     @abstractmethod
     def start_state(self, start: Checkpoint) -> np.ndarray:
         """The packed state at τ = 0."""
-
-    @property
-    @abstractmethod
-    def loop(self) -> Callable:
-        """The loop that :meth:`call` calls."""
-
-    @abstractmethod
-    def call(self, last: int, buffers: PackedBuffers) -> int:
-        """Integrate to the end of step ``last``; returns the code of :mod:`..kernels.status`, FULL or PAUSED: again."""
-
-    def _load(self) -> None:
-        """Compile or load the loop outside the measured seconds; a call up to step 0 does nothing."""
-        if is_first_use(self.loop):
-            state, self._state = self._state, self._state.copy()
-            self.call(0, self._no_buffers)
-            self._state = state
 
     def integrate(self, stop: int, buffers: PackedBuffers) -> tuple[Status, bool]:
         code = self.call(stop * self._method.steps, buffers)

@@ -14,7 +14,7 @@ from vibroscope.engine.drivers.event_driven import contact_state
 from vibroscope.engine.drivers.parameters import seen_from_stops
 from vibroscope.engine.energy.quadratic_forms import EnergyForms, forms_of, phase_integrals
 from vibroscope.engine.energy.result import EnergyBalance
-from vibroscope.engine.result import Cancelled, Response
+from vibroscope.engine.result import Response, check_cancelled
 
 FLIGHT, CONTACT, CHATTER = range(3)  # phases, in the order of `EnergyForms.generators`
 QUARTERS = np.array([0.0, 0.25, 0.5, 0.75, 1.0])
@@ -30,8 +30,7 @@ def balance_between_events(
     segments = _segments(response, rows)
     walk = _Walk(response, forms, rows)
     for first in range(0, len(segments), _SEGMENTS_AT_ONCE):
-        if cancelled is not None and cancelled():
-            raise Cancelled
+        check_cancelled(cancelled)
         part = segments[first : first + _SEGMENTS_AT_ONCE]
         changes, integrals = _all_integrals(forms, part)
         # events of coarse located steps may lead beyond all numbers: then the sums are nan, see below

@@ -54,7 +54,7 @@ class Alignment:
 
     def is_within(self, noise: float) -> bool:
         """Whether the difference is no more than the noise of the measurement, in base amplitudes."""
-        return bool(np.sqrt(np.mean(self.channels**2)) <= WITHIN_NOISE * noise)
+        return rms(self.channels) <= WITHIN_NOISE * noise
 
 
 def align(cycle: Cycle, measurement: Measurement) -> Alignment:

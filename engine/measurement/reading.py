@@ -18,7 +18,7 @@ from vibroscope.engine.measurement.cycle import Cycle
 from vibroscope.engine.measurement.measurement import FRAMES, Measurement
 from vibroscope.engine.measurement.measurement_columns import PAIRS
 from vibroscope.engine.measurement.tolerances import EXPLAINS, HARDLY_MORE, SAME_SIZE, WITHIN_NOISE
-from vibroscope.engine.result import Cancelled
+from vibroscope.engine.result import check_cancelled
 from vibroscope.engine.units import written
 from vibroscope.engine.wording import percent
 
@@ -122,8 +122,7 @@ def explaining_reading(
     bodies = len(thin.displacement)
     for swapped in (False, True)[:bodies]:
         for frame, signs in itertools.product(FRAMES, itertools.product((1.0, -1.0), repeat=bodies)):
-            if cancelled is not None and cancelled():
-                raise Cancelled
+            check_cancelled(cancelled)
             found += _readings(cycle, thin, swapped, frame, np.array(signs))
     enough = max(HARDLY_MORE * min(reading.rms for reading in found), noise)
     best = min((reading for reading in found if reading.rms <= enough), key=lambda one: (one.changes, one.rms))

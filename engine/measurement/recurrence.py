@@ -15,6 +15,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
+from vibroscope.engine.divergence.grid import rms
 from vibroscope.engine.facts import OMEGA1, equation, stated
 from vibroscope.engine.measurement.measurement import Measurement
 from vibroscope.engine.measurement.tolerances import (
@@ -143,7 +144,7 @@ def free_record(measurement: Measurement, eta: float) -> Recurrence:
     return Recurrence(
         period=0,
         possible=(0,),
-        noise=float(np.sqrt(np.mean(size**2))),
+        noise=rms(size),
         eta=float("nan"),
         eta_error=float("nan"),
         strongest=_strongest_frequency(measurement),

@@ -7,23 +7,25 @@ the pendulums apart. A share p of n starts has the standard error √(p(1 − p)
 may be missed.
 """
 
+from collections import Counter
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from vibroscope.engine.checks import whole
 from vibroscope.engine.methods import Method
 from vibroscope.engine.model import System
-from vibroscope.engine.motions.description import Kind, Motion
-from vibroscope.engine.motions.motion import Runs, motion
-from vibroscope.engine.motions.sameness import least_size, same_cycle, same_motion
-from vibroscope.engine.motions.starts import apart, random_states, reach_of
-from vibroscope.engine.motions.steady import steady
-from vibroscope.engine.result import Response
+from vibroscope.engine.motions.description import Motion
+from vibroscope.engine.motions.motion import motion
+from vibroscope.engine.motions.sameness import least_size
+from vibroscope.engine.motions.search import KnownMotion, MotionSearch, apart, random_states, reach_of
+from vibroscope.engine.motions.steady import schedule_of
 from vibroscope.engine.simulate import LONG, simulate
 
 REACH_OF_STARTS = 2.0  # of the starts, in amplitudes of the motion from rest
 STARTS = 64
+SAMPLE = 256  # last periods of a run, by which its motion is recognised
+STARTS_TOGETHER = 8  # runs in a batch, after which the motions so far are shown
 DECIMALS = 4  # of a start, so that its numbers can be read, typed and sent in full
 
 
@@ -115,22 +117,24 @@ def search_attractors(
     Parameters and exceptions are those of :func:`attractors`, which returns the last of them.
     """
     starts = whole("starts", starts, 1, 100_000, "give the number of starts")
-    groups: list[_Group] = []
     states = _starts(system, eta, method, starts, seed, cancelled)
-    least = least_size(system, states)
-    for done, start in enumerate(states, start=1):
-        run = _long_term_response(system, eta, method, start, cancelled)
-        group = next((group for group in groups if group.includes(run, least)), None)
-        if group is None:
-            found = motion(system, eta, method, initial=start, cancelled=cancelled)
-            limit = _limit_cycle(system, eta, method, run, found, cancelled)
-            group = next((group for group in groups if group.tends_to(found, limit)), None)
-            if group is None:
-                group = _Group(found, run, start, limit)
-                groups.append(group)
-        group.count += 1
-        groups.sort(key=lambda group: -group.count)
-        yield tuple(Attractor(group.motion, group.count / done, group.start) for group in groups)
+    transient = (LONG if method.has_step else schedule_of(method).long) - SAMPLE
+    search = MotionSearch(system, eta, method, transient, SAMPLE, least_size(system, states))
+    known: list[KnownMotion] = []
+    found: dict[int | None, Attractor] = {}  # by the index of the motion; None: the runs that end early
+    counts: Counter[int | None] = Counter()
+    for begin in range(0, starts, STARTS_TOGETHER):
+        some = states[begin : begin + STARTS_TOGETHER]
+        run = search.run(some, cancelled=cancelled)
+        for k, start in enumerate(some):
+            index = search.led_to(run, k, known, cancelled, start)
+            if index not in found:
+                described = None if index is None else known[index].described
+                described = described or motion(system, eta, method, initial=start, cancelled=cancelled)
+                found[index] = Attractor(described, 0.0, start)
+            counts[index] += 1
+            shares = ((each, count / counts.total()) for each, count in counts.most_common())
+            yield tuple(replace(found[each], share=share) for each, share in shares)
 
 
 def _starts(system, eta, method, count, seed, cancelled) -> np.ndarray:
@@ -141,48 +145,3 @@ def _starts(system, eta, method, count, seed, cancelled) -> np.ndarray:
     states = apart(system, np.round(random_states(np.random.default_rng(seed), count, reach), DECIMALS))
     states[0] = system.rest
     return states
-
-
-def _long_term_response(system, eta, method, start, cancelled) -> Response:
-    """Return one cycle of the steady motion of a closed-form solver, or else the last periods of a long run."""
-    runs = Runs(system, eta, method, cancelled)
-    if not method.has_step:
-        found = runs.steady(start)
-        if found.periodic or not found.response.ok:
-            return found.response
-        start = found.response.section[-1]
-    return runs.run(LONG, start)
-
-
-def _limit_cycle(system, eta, method, run: Response, found: Motion, cancelled) -> np.ndarray | None:
-    """The cycle, (p, 4), that a periodic motion of a solver with a time step tends to without one; None without any."""
-    if not method.has_step or found.type is not Kind.PERIODIC:
-        return None
-    limit = steady(system, eta, method.limit, initial=run.section[-1], max_period=found.period, cancelled=cancelled)
-    return limit.response.section if limit.periodic and limit.period == found.period else None
-
-
-@dataclass
-class _Group:
-    """The starts that end in one motion; ``limit``: its cycle without a time step, if it has one."""
-
-    motion: Motion
-    run: Response
-    start: np.ndarray
-    limit: np.ndarray | None
-    count: int = 0
-
-    def tends_to(self, found: Motion, limit: np.ndarray | None) -> bool:
-        """Whether a motion, whose section differs, is the same but for what the time step makes of it.
-
-        From one start it may scatter a cycle, and from another lock it to a near one that repeats itself exactly.
-        """
-        if limit is None or self.limit is None or found.period != self.motion.period:
-            return False
-        return same_cycle(self.limit, limit, found.period)
-
-    def includes(self, run: Response, least: float) -> bool:
-        """Whether a run ends in the same motion; ``least``: size below which a motion counts as rest."""
-        if not (run.ok and self.run.ok):
-            return run.status is self.run.status
-        return same_motion(self.run.section, run.section, self.motion.period, self.motion.step_noise > 0, least)

@@ -5,8 +5,8 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from vibroscope.engine.methods import Method
 from vibroscope.engine.model import System
-from vibroscope.engine.motions.poincare_map import PoincareMap
-from vibroscope.engine.motions.tolerances import LEAST_SIZE, NEUTRAL, REAL_MULTIPLIER, STATE_DIFFERENCE, SURELY_STABLE
+from vibroscope.engine.motions.poincare_map import PoincareMap, size_of
+from vibroscope.engine.motions.tolerances import NEUTRAL, REAL_MULTIPLIER, STATE_DIFFERENCE, SURELY_STABLE
 from vibroscope.engine.simulate import simulate
 
 DOUBLING, FOLD, NEIMARK_SACKER, GRAZING = "period doubling", "fold", "Neimark-Sacker", "grazing"
@@ -45,7 +45,7 @@ def multipliers(
         poincare = PoincareMap(system, eta, method, cancelled)
         returned = poincare(poincare.coordinates(state), period)
         return np.empty(0, complex) if returned is None else eigenvalues_by_modulus(returned.jacobian)
-    width = STATE_DIFFERENCE * max(np.abs(state).max(), LEAST_SIZE)
+    width = STATE_DIFFERENCE * size_of(state)
     columns = []
     for disturbance in width * np.eye(4)[: 2 if system.wall else 4]:  # a wall does not move
         above, below = (

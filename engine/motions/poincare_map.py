@@ -14,8 +14,8 @@ from vibroscope.engine.drivers.law_driven import LawFlow, needs_law
 from vibroscope.engine.facts import Amount, Dimensionless, Statement, stated
 from vibroscope.engine.methods import ExactPenalty, Reference
 from vibroscope.engine.model import System
-from vibroscope.engine.motions.tolerances import LARGEST_PRESSING
-from vibroscope.engine.result import Cancelled
+from vibroscope.engine.motions.tolerances import LARGEST_PRESSING, LEAST_SIZE
+from vibroscope.engine.result import check_cancelled
 
 
 def unresolved(system: System) -> str | Statement:
@@ -33,6 +33,11 @@ def unresolved(system: System) -> str | Statement:
         Dimensionless(" units of length"),
         Amount(LARGEST_PRESSING, "displacement"),
     )
+
+
+def size_of(states: np.ndarray) -> float:
+    """Largest number of states, (…, 4), that counts as the size of a motion: LEAST_SIZE at least."""
+    return max(np.abs(states).max(), LEAST_SIZE)
 
 
 class Return(NamedTuple):
@@ -104,8 +109,7 @@ class PoincareMap:
         """
         growth, states = np.full(periods, np.nan), np.full((periods, 4), np.nan)
         for begin in range(0, periods, self.flow.periods_per_call):
-            if self.cancelled is not None and self.cancelled():
-                raise Cancelled
+            check_cancelled(self.cancelled)
             part = slice(begin, begin + self.flow.periods_per_call)
             self.flow.follow(y, direction, growth[part], states[part])
             if np.isnan(growth[part][-1]):
@@ -119,8 +123,7 @@ class PoincareMap:
         return np.inf if found is None else float(np.abs(found[0] - y).max())
 
     def _run(self, flow: Callable, y: np.ndarray, count: float, *more: np.ndarray):
-        if self.cancelled is not None and self.cancelled():
-            raise Cancelled
+        check_cancelled(self.cancelled)
         found = flow(self.start(y), float(count), *more)
         self.periods += count
         return None if found is None or not all(np.isfinite(array).all() for array in found[:-1]) else found

@@ -14,7 +14,7 @@ from vibroscope.engine.methods import DAMPING_RANGE, STIFFNESS_RANGE
 from vibroscope.engine.one_impact.forward import GAINED, WithStep, impact, outline
 from vibroscope.engine.one_impact.instants import EDGE, ROUGH, SAME, Instants, over_instants
 from vibroscope.engine.one_impact.question import Impact
-from vibroscope.engine.result import Cancelled
+from vibroscope.engine.result import check_cancelled
 
 STEPS_RANGE = (0.25, 500.0)  # steps per contact among which the fewest are sought
 PER_DECADE = 16  # tried before halving, of these and of K and D
@@ -114,8 +114,7 @@ def largest_step(
     wanted = question.without_step.restitution if asked is None else asked
 
     def at(steps: float) -> Impact:
-        if cancelled is not None and cancelled():
-            raise Cancelled
+        check_cancelled(cancelled)
         return question.with_steps_per_contact(steps)
 
     @cache

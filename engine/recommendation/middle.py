@@ -14,7 +14,7 @@ from vibroscope.engine.methods import DAMPING_RANGE, STIFFNESS_RANGE
 from vibroscope.engine.recommendation.limits import Limits
 from vibroscope.engine.recommendation.range_trials import RangeTrials
 from vibroscope.engine.recommendation.trials import NewmarkSetting, Trial
-from vibroscope.engine.wording import rounded_up
+from vibroscope.engine.wording import rounded_to, rounded_up
 
 RANGE_STRIDE = 1.05  # from point to point of a range, a factor
 CONFIRMED_PER_STRIDE, RANGE_MISS_IN = 6, 20  # points to a stride that confirm a range; one in so many of them may miss
@@ -142,7 +142,7 @@ class MiddleSearch:
 def _few_digits(low: float, high: float) -> float | None:
     """Return a number of few digits in the middle half of a range, on a logarithmic scale; None if there is none."""
     centre, quarter = math.sqrt(low * high), (high / low) ** 0.25
-    numbers = (float(f"{centre:.{digits}g}") for digits in MIDDLE_DIGITS)
+    numbers = (rounded_to(centre, digits) for digits in MIDDLE_DIGITS)
     return next((number for number in numbers if centre / quarter <= number <= centre * quarter), None)
 
 

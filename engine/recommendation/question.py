@@ -10,6 +10,7 @@ from vibroscope.engine.model import System, check_eta
 from vibroscope.engine.recommendation.contacts import Tolerances
 from vibroscope.engine.recommendation.limits import Limits
 from vibroscope.engine.recommendation.trials import NewmarkSetting, with_setting
+from vibroscope.engine.wording import rounded_to
 
 MOST_ETAS = 50
 DIGITS = 10  # of a question: what depends on further ones is rounding, and a search must not answer it differently
@@ -92,4 +93,4 @@ def round_numbers(value):
     if is_dataclass(value):
         numbers = {each.name: round_numbers(getattr(value, each.name)) for each in fields(value) if each.init}
         return replace(value, **numbers)
-    return float(f"{value:.{DIGITS}g}") if isinstance(value, float) else value
+    return rounded_to(value, DIGITS) if isinstance(value, float) else value

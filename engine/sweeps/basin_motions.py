@@ -13,23 +13,20 @@ the other cells nor on the order in which they are computed. Each cell is run un
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
-from vibroscope.engine.batch import run_cells
 from vibroscope.engine.cells import CellResults, Cells
 from vibroscope.engine.drivers import settle as driver
 from vibroscope.engine.drivers.batch import are_compiled
-from vibroscope.engine.drivers.law_driven import remembers
 from vibroscope.engine.drivers.section import period_of
 from vibroscope.engine.drivers.threads import thread_count
 from vibroscope.engine.methods import Method
 from vibroscope.engine.model import System
-from vibroscope.engine.motions.description import Kind
-from vibroscope.engine.motions.motion import Runs, motion
-from vibroscope.engine.motions.sameness import cycle_points, least_size, same_motion
-from vibroscope.engine.motions.trapping import Region, trapping_regions
+from vibroscope.engine.motions.sameness import cycle_points, least_size
+from vibroscope.engine.motions.search import KnownMotion, MotionSearch
+from vibroscope.engine.motions.trapping import trapping_regions
 from vibroscope.engine.result import STATUSES, Status
 from vibroscope.engine.sweeps.codes import MISSING
 from vibroscope.engine.sweeps.start_plane import StartPlane, can_begin
@@ -44,33 +41,6 @@ OK = STATUSES.index(Status.OK)
 OTHER = -2  # none of those that were found beforehand
 ENDED = -3  # the run ended early
 NO_START = -4  # the bodies of a reference would penetrate
-
-
-@dataclass(frozen=True)
-class BasinMotion:
-    """A motion that starts of the plane lead to.
-
-    Attributes
-    ----------
-    kind : Kind
-    period : int
-        Excitation periods after which it repeats itself; 0: never.
-    section : (n, 4) ndarray
-        One cycle of a closed-form solver, or else the sample of a run.
-    blurred : bool
-        Whether a time step scatters it.
-    regions : list of Region
-    """
-
-    kind: Kind
-    period: int
-    section: np.ndarray
-    blurred: bool = False
-    regions: list[Region] = field(default_factory=list)
-
-    def includes(self, section: np.ndarray, least: float) -> bool:
-        """Whether a section of the same solver is that of this motion."""
-        return same_motion(self.section, section, self.period, self.blurred, least)
 
 
 @dataclass(frozen=True)
@@ -104,7 +74,7 @@ class Reached:
         return cls(motion, period, np.full((n, 4), np.nan), np.zeros(n, np.int64), np.full(n, OK))
 
 
-class BasinSearch:
+class BasinSearch(MotionSearch):
     """The motions of a solver in a plane of starts, and the labels of cells.
 
     Parameters
@@ -117,15 +87,13 @@ class BasinSearch:
     """
 
     def __init__(self, system: System, eta: float, method: Method, plane: StartPlane, transient: int, sample: int):
-        self.system, self.eta, self.method, self.plane = system, eta, method, plane
-        self.transient, self.sample = transient, sample
-        self.closed_form = not method.has_step and not remembers(system, method)
+        super().__init__(system, eta, method, transient, sample)
+        self.plane = plane
         self._row = Cells(system, [eta], method).parameters()
         self.trapped = not method.has_step and bool(are_compiled(method, self._row)[0])
-        self._least = 0.0
-        self._found: list[BasinMotion] | None = None
+        self._found: list[KnownMotion] | None = None
 
-    def motions(self, threads: int | None = None, cancelled: Callable[[], bool] | None = None) -> list[BasinMotion]:
+    def motions(self, threads: int | None = None, cancelled: Callable[[], bool] | None = None) -> list[KnownMotion]:
         """The motions that starts of the lattice lead to, in the order in which they were found.
 
         Threads that ask before they are found search each on its own: a lock would be held while ``cancelled`` lets
@@ -139,7 +107,7 @@ class BasinSearch:
         if self._found is None:
             starts, phases = self.plane.lattice(PROBES if self.trapped else SLOW_PROBES)
             allowed = can_begin(self.system, self.method, starts)
-            self._least = least_size(self.system, starts)
+            self.least = least_size(self.system, starts)
             self._found = self._search(starts[allowed], phases[allowed], thread_count(threads), cancelled)
         return self._found
 
@@ -203,44 +171,33 @@ class BasinSearch:
         found.status[cells] = settled.status
         found.periods[cells] += settled.periods
         left = ~(trapped | ended)
-        return cells[left], self._clean(settled.end[left])
+        return cells[left], self.clean(settled.end[left])
 
     def _recognise(self, found: Reached, motions, cells, states, how: dict) -> None:
         """Label cells by their sections, and those that are none of the motions by what they come to later."""
-        run = self._run(states, 0 if self.trapped else self.transient, **how)
+        run = self.run(states, 0 if self.trapped else None, **how)
         found.status[cells], found.periods[cells] = run.status, found.periods[cells] + run.periods
         found.motion[cells[~run.ok]] = ENDED
         unknown = []
         for k in np.flatnonzero(run.ok):
-            index = self._index_of(run.section[k], motions)
+            index = self.index_of(run.section[k], motions)
             if index is None:
                 unknown.append(k)
             else:
                 found.motion[cells[k]], found.period[cells[k]] = index, motions[index].period
         sections = dict(zip(cells[unknown].tolist(), run.section[unknown], strict=True))
         if self.trapped and unknown:  # a long transient may be over later
-            states, phases = self._clean(run.end[unknown]), np.zeros(len(unknown))
+            states, phases = self.clean(run.end[unknown]), np.zeros(len(unknown))
             left = self._settle_cells(found, motions, cells[unknown], states, phases, LATER * self.transient, how)
             sections = {i: state[None] for i, state in zip(*left, strict=True)}
         for i, section in sections.items():
             self._search_from(found, i, section, motions, how["cancelled"])
 
-    def _run(self, states, transient: int, threads, progress, cancelled) -> CellResults:
-        cells = Cells(self.system, np.full(len(states), self.eta), self.method, initial=states)
-        how = {"threads": threads, "progress": progress, "cancelled": cancelled}
-        return run_cells(cells, transient=transient, sample=self.sample, **how)
-
-    def _clean(self, states: np.ndarray) -> np.ndarray:
-        """States from which a run can go on: those of a reference do not penetrate, not even by rounding."""
-        if not self.method.rigid:
-            return states
-        return np.array([self.system.without_penetration(state) for state in states]).reshape(-1, 4)
-
     def _search_from(self, found: Reached, i: int, section: np.ndarray, motions, cancelled) -> None:
         """Label cell i by the cycle that Newton's method finds from the end of a section, or else by the section."""
-        cycle = self._cycle_from(self._clean(section[-1:])[0], cancelled, trapped=False)
+        cycle = self.cycle_from(self.clean(section[-1:])[0], cancelled)
         section, period = (cycle.section, cycle.period) if cycle else (section, period_of(section))
-        index = self._index_of(section, motions)
+        index = self.index_of(section, motions)
         if index is None:
             found.motion[i], found.period[i] = OTHER, period
             points = cycle_points(section, period) if period else section.mean(axis=0)[None]
@@ -248,31 +205,28 @@ class BasinSearch:
         else:
             found.motion[i], found.period[i] = index, motions[index].period
 
-    def _index_of(self, section: np.ndarray, motions) -> int | None:
-        return next((k for k, each in enumerate(motions) if each.includes(section, self._least)), None)
-
     # -- the motions ----------------------------------------------------------------------------------------------
 
-    def _search(self, starts, phases, threads: int, cancelled) -> list[BasinMotion]:
+    def _search(self, starts, phases, threads: int, cancelled) -> list[KnownMotion]:
         """Each motion from the first start that leads to none of those before."""
         if not len(starts):
             return []
         if not self.trapped:
-            run = self._run(starts, self.transient, threads, None, cancelled)
+            run = self.run(starts, threads=threads, cancelled=cancelled)
             return self._motions_of_runs(run, [], cancelled)
-        motions: list[BasinMotion] = []
+        motions: list[KnownMotion] = []
         if not phases[0]:  # else the first cells come to a section before there is any region
-            self._add(motions, starts[0], cancelled)
+            self.add(motions, starts[0], cancelled)
         while len(motions) < MOST_MOTIONS:
             settled = self._settle(motions, starts, phases, PROBED, threads, None, cancelled)
             left = (settled.trap == driver.NO_TRAP) & (settled.status == OK)
-            starts, phases = self._clean(settled.end[left]), np.zeros(int(left.sum()))
+            starts, phases = self.clean(settled.end[left]), np.zeros(int(left.sum()))
             if not len(starts):
                 break
             before = len(motions)
-            index = self._add(motions, starts[0], cancelled)
+            index = self.add(motions, starts[0], cancelled)
             if index is None or not motions[index].regions:  # nothing is trapped by it
-                run = self._run(starts, self.transient, threads, None, cancelled)
+                run = self.run(starts, threads=threads, cancelled=cancelled)
                 return self._motions_of_runs(run, motions, cancelled)
             if index < before:  # a transient of a motion that was known
                 starts, phases = starts[1:], phases[1:]
@@ -280,68 +234,18 @@ class BasinSearch:
                 break
         return motions
 
-    def _add(
-        self, motions: list[BasinMotion], start: np.ndarray, cancelled, section: np.ndarray | None = None
-    ) -> int | None:
-        """Index of the motion that a start leads to, which is added where it is new; None if its run ends early.
-
-        ``section``: as in `_motion_from`.
-        """
-        found = self._motion_from(start, cancelled, section)
-        if found is None:
-            return None
-        index = self._index_of(found.section, motions)
-        if index is None:
-            motions.append(found)
-        return len(motions) - 1 if index is None else index
-
-    def _motions_of_runs(self, run: CellResults, motions: list[BasinMotion], cancelled) -> list[BasinMotion]:
+    def _motions_of_runs(self, run: CellResults, motions: list[KnownMotion], cancelled) -> list[KnownMotion]:
         """The motions so far, and those to which the runs tend beside them."""
-        for k in np.flatnonzero(run.ok):
-            if len(motions) == MOST_MOTIONS or self._index_of(run.section[k], motions) is not None:
-                continue
-            end = self._clean(run.end[k : k + 1])[0]
-            cycle = self._cycle_from(end, cancelled, trapped=False)
-            if cycle is None or self._index_of(cycle.section, motions) is None:
-                self._add(motions, end, cancelled, run.section[k])
+        for k in range(len(run.status)):
+            if len(motions) < MOST_MOTIONS:
+                self.led_to(run, k, motions, cancelled)
         return motions
 
-    def _motion_from(self, start: np.ndarray, cancelled, section: np.ndarray | None = None) -> BasinMotion | None:
-        """The motion that a start leads to; None if its run ends early.
-
-        Parameters
-        ----------
-        section : (n, 4) ndarray, optional
-            The sample of a run that ended at the start, for solvers that find no cycle by Newton's method.
-        """
-        cycle = self._cycle_from(start, cancelled)
-        if cycle is not None:
-            return cycle
-        described = motion(self.system, self.eta, self.method, initial=start, cancelled=cancelled)
-        if described.type is Kind.DIVERGED:
-            return None
-        if described.type is Kind.PERIODIC and self.closed_form:  # which it came to while it was followed
-            cycle = self._cycle_from(self._clean(described.section[-1:])[0], cancelled)
-            return cycle or BasinMotion(Kind.PERIODIC, described.period, described.section)
-        if section is None:
-            section = self._run(start[None], self.transient, 1, None, cancelled).section[0]
-        period = described.period if described.type is Kind.PERIODIC else 0
-        section = section if len(section) >= 2 * period else described.section
-        return BasinMotion(described.type, period, section, blurred=described.step_noise > 0)
-
-    def _cycle_from(self, start: np.ndarray, cancelled, trapped: bool = True) -> BasinMotion | None:
-        """The cycle that Newton's method finds from a start, with its regions where it is to have some.
-
-        None if there is no cycle, or no Newton's method.
-        """
-        if not self.closed_form:
-            return None
-        found = Runs(self.system, self.eta, self.method, cancelled).steady(start)
-        if not found.periodic:
-            return None
-        known = trapped and self.trapped
-        regions = trapping_regions(self.system, self.eta, self.method, found, cancelled) if known else []
-        return BasinMotion(Kind.PERIODIC, found.period, found.response.section, regions=regions)
+    def prepared(self, found: KnownMotion, cancelled: Callable[[], bool] | None) -> KnownMotion:
+        """A new motion with its trapping regions, where the kernel looks for them."""
+        if self.trapped and found.cycle is not None:
+            found.regions.extend(trapping_regions(self.system, self.eta, self.method, found.cycle, cancelled))
+        return found
 
 
 @lru_cache(maxsize=16)

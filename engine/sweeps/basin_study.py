@@ -16,12 +16,13 @@ from vibroscope.engine.methods import Method
 from vibroscope.engine.model import System
 from vibroscope.engine.motions.description import Kind
 from vibroscope.engine.motions.sameness import SECTION_BATCHES
+from vibroscope.engine.motions.search import KnownMotion
 from vibroscope.engine.motions.tolerances import SAME_CYCLE
 from vibroscope.engine.simulate import KEEP_LIMIT
 from vibroscope.engine.sweeps import variables as vocabulary
 from vibroscope.engine.sweeps.axis import ascending_values, start_of
 from vibroscope.engine.sweeps.basin_boundary import boundary, share_error
-from vibroscope.engine.sweeps.basin_motions import OTHER, BasinMotion, BasinSearch, basin_search
+from vibroscope.engine.sweeps.basin_motions import OTHER, BasinSearch, basin_search
 from vibroscope.engine.sweeps.codes import KIND_FLAGS
 from vibroscope.engine.sweeps.start_plane import AXES, StartPlane, can_begin
 from vibroscope.engine.sweeps.study import Study
@@ -203,7 +204,7 @@ class BasinStudy(Study):
         x, y = (values.ravel() for values in self.points(batch).values())
         return self.plane.starts(x, y)
 
-    def _numbered(self, values: dict[str, np.ndarray]) -> tuple[np.ndarray, list[BasinMotion]]:
+    def _numbered(self, values: dict[str, np.ndarray]) -> tuple[np.ndarray, list[KnownMotion]]:
         """The motion of each cell as an index, and the motions that any cell leads to, by their shares."""
         motion = values["reached"].astype(np.int64)
         motions = list(self._search.motions()) if (motion >= 0).any() else []
@@ -236,5 +237,5 @@ class BasinStudy(Study):
         return table[first].reshape(count, 5)
 
 
-def _motion_of_point(period: int, point: np.ndarray) -> BasinMotion:
-    return BasinMotion(Kind.PERIODIC if period else Kind.UNDECIDED, period, point[None])
+def _motion_of_point(period: int, point: np.ndarray) -> KnownMotion:
+    return KnownMotion(Kind.PERIODIC if period else Kind.UNDECIDED, period, point[None])

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from vibroscope.engine import Cancelled, ExactPenalty, Newmark, Reference, System, attractors, simulate
-from vibroscope.engine.motions.starts import apart, random_states
+from vibroscope.engine.motions.search import apart, random_states
 
 from tests.share import every
 

@@ -105,6 +105,14 @@ def test_a_motion_that_was_not_found_beforehand_is_found_by_its_cells(monkeypatc
     np.testing.assert_array_equal(found["motion_period"], whole["motion_period"])
 
 
+def test_a_cycle_that_steps_scatter_in_two_ways_is_one_motion():
+    """Two bands of different widths about one cycle were two motions, of which `attractors` lists one."""
+    values = np.linspace(-2, 2, 12)
+    plane = {"xi2": values, "v2": values}
+    found = sweep(BasinStudy.over(SYSTEM, Newmark(2500.0, 8.0, 500), 2.3, plane, transient=300))
+    assert found["motion_period"].values.tolist() == [1]
+
+
 def test_a_short_transient_changes_no_label():
     """What no region has decided by then is decided later."""
     for transient in (0, 20):

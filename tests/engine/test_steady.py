@@ -3,14 +3,15 @@
 import numpy as np
 import pytest
 from vibroscope.engine import Cancelled, ExactPenalty, Newmark, Record, Reference, System, motion, simulate, steady
-from vibroscope.engine.drivers.event_driven import integrate_variation, set_up, start_at
+from vibroscope.engine.drivers.event_driven import LinearFlow, set_up
 
 SYSTEM = System()
 WIDTH = 1e-6  # of a difference; the error of a central one is of the order of its square
 
 
 def map_state(system, y, periods):
-    end, jacobian, _ = integrate_variation(system, start_at(system, y), float(periods))
+    flow = LinearFlow(system)
+    end, jacobian, _ = flow.with_jacobian(flow.start(y), float(periods))
     return end, jacobian
 
 

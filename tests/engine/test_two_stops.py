@@ -41,7 +41,7 @@ from vibroscope.engine.drivers.parameters import parameters_of
 from vibroscope.engine.energy.balance import energy_balance
 from vibroscope.engine.integrators import HHT, Bathe, CentralDifference
 from vibroscope.engine.motions.floquet import half_cycle_multipliers
-from vibroscope.engine.motions.starts import apart, random_states
+from vibroscope.engine.motions.search import apart, random_states
 
 from tests import naive_stops
 

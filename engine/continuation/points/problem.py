@@ -22,7 +22,7 @@ from vibroscope.engine.continuation.tolerances import (
     SLOW,
 )
 from vibroscope.engine.drivers.orbit import Evaluation, OrbitEquations, steps
-from vibroscope.engine.motions.tolerances import LEAST_SIZE
+from vibroscope.engine.motions.poincare_map import size_of
 
 NEWTON = Convergence(12, far=0.2, converged=1e-11, stalled=1e-8)
 
@@ -110,7 +110,7 @@ class PointProblem(abc.ABC):
 
     def __init__(self, kind: str, plane: Plane, orbit: Orbit, event: int | None = None) -> None:
         self.kind, self.plane, self.event = kind, plane, event
-        size = max(np.abs(orbit.unknowns[:4]).max(), LEAST_SIZE)
+        size = size_of(orbit.unknowns[:4])
         self.scales = np.concatenate([np.full(4, size), np.ones(len(orbit.kinds))])
 
     # -- what is special to a kind -------------------------------------------------------------------------------------

@@ -1,0 +1,222 @@
+"""The search for the motions that starts lead to: runs in a batch, and those that end in the same motion put together.
+
+Starts are drawn from a box of states, with the bodies apart, or are those of a plane. Each run is compared with the
+motions that are known (:mod:`.sameness`). What is none of them is a new motion: the cycle that Newton's method finds
+from there (:mod:`.steady`), or else what the kind of its motion says (:mod:`.motion`).
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+from vibroscope.engine.batch import run_cells
+from vibroscope.engine.cells import CellResults, Cells
+from vibroscope.engine.drivers.law_driven import remembers
+from vibroscope.engine.methods import Method
+from vibroscope.engine.model import System
+from vibroscope.engine.motions.description import Kind, Motion
+from vibroscope.engine.motions.motion import Runs, motion
+from vibroscope.engine.motions.sameness import same_cycle, same_motion
+from vibroscope.engine.motions.steady import Steady, steady
+from vibroscope.engine.motions.trapping import Region
+
+
+@dataclass(frozen=True)
+class KnownMotion:
+    """A motion that starts lead to.
+
+    Attributes
+    ----------
+    kind : Kind
+    period : int
+        Excitation periods after which it repeats itself; 0: never.
+    section : (n, 4) ndarray
+        One cycle of a closed-form solver, or else the sample of a run.
+    blurred : bool
+        Whether a time step scatters it.
+    cycle : Steady or None
+        What Newton's method found.
+    limit : (period, 4) ndarray or None
+        The cycle that one with a time step tends to without it, if it does.
+    described : Motion or None
+        From the first start, where that is how it was found out.
+    others : list of (n, 4) ndarray
+        Sections that differ, of the same motion but for what the time step makes of it.
+    regions : list of Region
+        From which runs lead to it, where they are asked for.
+    """
+
+    kind: Kind
+    period: int
+    section: np.ndarray
+    blurred: bool = False
+    cycle: Steady | None = None
+    limit: np.ndarray | None = None
+    described: Motion | None = None
+    others: list[np.ndarray] = field(default_factory=list)
+    regions: list[Region] = field(default_factory=list)
+
+    def includes(self, section: np.ndarray, least: float) -> bool:
+        """Whether a section of the same solver is that of this motion; ``least``: size below which one is rest."""
+        known = (self.section, *self.others)
+        return any(same_motion(each, section, self.period, self.blurred, least) for each in known)
+
+    def tends_to(self, other: "KnownMotion") -> bool:
+        """Whether a motion, whose section differs, is the same but for what the time step makes of it.
+
+        From one start it may scatter a cycle, and from another lock it to a near one that repeats itself exactly.
+        """
+        if self.limit is None or other.limit is None or other.period != self.period:
+            return False
+        return same_cycle(self.limit, other.limit, self.period)
+
+
+class MotionSearch:
+    """The motions of one solver that starts lead to.
+
+    Parameters
+    ----------
+    system, eta, method
+        As in :func:`engine.simulate`.
+    transient, sample : int
+        Periods of a run, and of these the last ones, by which its motion is recognised.
+    least : float
+        Size below which a motion counts as rest (:func:`.sameness.least_size`).
+    """
+
+    def __init__(self, system: System, eta: float, method: Method, transient: int, sample: int, least: float = 0.0):
+        self.system, self.eta, self.method = system, eta, method
+        self.transient, self.sample, self.least = transient, sample, least
+        self.closed_form = not method.has_step and not remembers(system, method)
+
+    def run(self, states: np.ndarray, transient: int | None = None, **how) -> CellResults:
+        """Runs from states, (n, 4); ``how``: threads, progress and cancelled as of :func:`engine.run_cells`."""
+        cells = Cells(self.system, np.full(len(states), self.eta), self.method, initial=states)
+        transient = self.transient if transient is None else transient
+        return run_cells(cells, transient=transient, sample=self.sample, **how)
+
+    def led_to(
+        self,
+        run: CellResults,
+        k: int,
+        motions: list[KnownMotion],
+        cancelled: Callable[[], bool] | None = None,
+        start: np.ndarray | None = None,
+    ) -> int | None:
+        """Index of the motion that the k-th run leads to, which is added where it is new; None if it ended early.
+
+        ``start``: from which a new motion is found out, by default the end of the run.
+        """
+        if not run.ok[k]:
+            return None
+        index = self.index_of(run.section[k], motions)
+        if index is not None:
+            return index
+        start = self.clean(run.end[k : k + 1])[0] if start is None else start
+        return self.add(motions, start, cancelled, run.section[k])
+
+    def index_of(self, section: np.ndarray, motions: list[KnownMotion]) -> int | None:
+        """Index of the motion whose section it is; None if it is none of them."""
+        return next((k for k, each in enumerate(motions) if each.includes(section, self.least)), None)
+
+    def add(
+        self,
+        motions: list[KnownMotion],
+        start: np.ndarray,
+        cancelled: Callable[[], bool] | None,
+        section: np.ndarray | None = None,
+    ) -> int | None:
+        """Index of the motion that a start leads to, which is added where it is new; None if its run ends early.
+
+        Parameters
+        ----------
+        section : (n, 4) ndarray, optional
+            The sample of a run from there, for solvers that find no cycle by Newton's method.
+        """
+        found = self._motion_from(start, cancelled, section)
+        if found is None:
+            return None
+        index = self.index_of(found.section, motions)
+        if index is not None:
+            return index
+        for index, each in enumerate(motions):
+            if each.tends_to(found):
+                each.others.append(found.section)
+                return index
+        motions.append(self.prepared(found, cancelled))
+        return len(motions) - 1
+
+    def prepared(self, found: KnownMotion, cancelled: Callable[[], bool] | None) -> KnownMotion:
+        """A new motion with what later runs are compared with."""
+        return found
+
+    def clean(self, states: np.ndarray) -> np.ndarray:
+        """States from which a run can go on: those of a reference do not penetrate, not even by rounding."""
+        if not self.method.rigid:
+            return states
+        return np.array([self.system.without_penetration(state) for state in states]).reshape(-1, 4)
+
+    def cycle_from(self, start: np.ndarray, cancelled: Callable[[], bool] | None) -> KnownMotion | None:
+        """The cycle that Newton's method finds from a start; None if there is no cycle, or no Newton's method."""
+        if not self.closed_form:
+            return None
+        found = Runs(self.system, self.eta, self.method, cancelled).steady(start)
+        if not found.periodic:
+            return None
+        return KnownMotion(Kind.PERIODIC, found.period, found.response.section, cycle=found)
+
+    def _motion_from(self, start: np.ndarray, cancelled, section: np.ndarray | None) -> KnownMotion | None:
+        """The motion that a start leads to; None if its run ends early."""
+        cycle = self.cycle_from(start, cancelled)
+        if cycle is not None:
+            return cycle
+        described = motion(self.system, self.eta, self.method, initial=start, cancelled=cancelled)
+        if described.type is Kind.DIVERGED:
+            return None
+        if described.type is Kind.PERIODIC and self.closed_form:  # which it came to while it was followed
+            cycle = self.cycle_from(self.clean(described.section[-1:])[0], cancelled)
+            return cycle or KnownMotion(Kind.PERIODIC, described.period, described.section)
+        if section is None:
+            section = self.run(start[None], threads=1, cancelled=cancelled).section[0]
+        period = described.period if described.type is Kind.PERIODIC else 0
+        section = section if len(section) >= 2 * period else described.section
+        limit = self._limit_of(described, section[-1], cancelled)
+        blurred = described.step_noise > 0
+        return KnownMotion(described.type, period, section, blurred, limit=limit, described=described)
+
+    def _limit_of(self, found: Motion, state: np.ndarray, cancelled) -> np.ndarray | None:
+        """The cycle, (p, 4), that a cycle with a time step tends to without one; None without any."""
+        if not self.method.has_step or found.type is not Kind.PERIODIC:
+            return None
+        how = {"max_period": found.period, "cancelled": cancelled}
+        limit = steady(self.system, self.eta, self.method.limit, initial=state, **how)
+        return limit.response.section if limit.periodic and limit.period == found.period else None
+
+
+# --- starts -----------------------------------------------------------------------------------------------------------
+
+
+def reach_of(rows: np.ndarray) -> np.ndarray:
+    """The largest displacement and the largest velocity of either body in states, (n, 4); at least 1 each."""
+    return np.abs(rows).max(axis=0, initial=1.0).reshape(2, 2).max(axis=0)
+
+
+def random_states(random: np.random.Generator, count: int, reach: np.ndarray) -> np.ndarray:
+    """States ξ₁, ξ₁′, ξ₂, ξ₂′, (count, 4), up to a displacement and a velocity."""
+    return random.uniform(-1, 1, (count, 4)) * reach[[0, 1, 0, 1]]
+
+
+def apart(system: System, states: np.ndarray) -> np.ndarray:
+    """States, (…, 4), with bodies that overlap in exchanged places; at a wall, reflected from it.
+
+    Between two stops the gap is reflected from both until it lies within the play.
+    """
+    x1, v1, x2, v2 = np.moveaxis(states, -1, 0)
+    if system.two_stops:
+        x2 = np.zeros_like(x2) if system.wall else x2
+        gap = system.play - np.abs(np.mod(system.gap(x1, x2), 2 * system.play) - system.play)
+        return np.stack([system.clearance + x2 - gap, v1, x2, np.zeros_like(v2) if system.wall else v2], axis=-1)
+    if system.wall:
+        none = np.zeros_like(x1)
+        return np.stack([np.minimum(x1, 2 * system.clearance - x1), v1, none, none], axis=-1)
+    return np.stack([np.minimum(x1, x2 + system.clearance), v1, np.maximum(x2, x1 - system.clearance), v2], axis=-1)
