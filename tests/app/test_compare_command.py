@@ -168,8 +168,8 @@ def test_text_holds_the_verdict_and_the_parts(capsys):
 
 
 def test_columns_hold_the_longest_name_of_a_law(capsys):
-    short = "--periods 60 --keep 8"  # the search within a verdict takes long with this law
-    _, out, _ = run(capsys, f"--eta 2.76 --K 12000 --law constant-restitution --steps 500 --status located {short}")
+    short = "--steps 100 --periods 60 --keep 8"  # the search within a verdict takes long with this law
+    _, out, _ = run(capsys, f"--eta 1.08 --K 100 --law constant-restitution --status located {short}")
     begins = [re.search(r"\S  +(\S.*)", line) for line in out.splitlines()]
     rows = [found for found in begins if found and found.group(1)[0].isdigit()]
     assert any("(law constant-restitution)" in found.string for found in rows)

@@ -3,6 +3,7 @@
 import math
 import shlex
 from functools import cache
+from itertools import islice
 
 import numpy as np
 import pytest
@@ -31,9 +32,18 @@ def question(setting, **chosen):
     return tab.question(setting)
 
 
+def growing(setting, **chosen):
+    return grow_impact(question(setting, **chosen), None, lambda: False)
+
+
+def grown(setting=SETTING):
+    """All results on the way to what is known; those of one question are the same in all units."""
+    return answers(question(setting))
+
+
 @cache
-def grown(setting=SETTING, **chosen):
-    return list(grow_impact(question(setting, **chosen), None, lambda: False))
+def answers(asked):
+    return list(grow_impact(asked, None, lambda: False))
 
 
 def test_the_answer_comes_first_then_the_forces_the_largest_step_the_band_and_the_table():
@@ -52,10 +62,10 @@ def test_the_answer_comes_first_then_the_forces_the_largest_step_the_band_and_th
 
 def test_the_next_move_ends_what_the_answer_has_left_to_search_for():
     asked, polls = question(SETTING), []
-    growing = grow_impact(asked, None, lambda: len(polls) > 3 or polls.append(1))
-    assert [result.searched for result in (next(growing), next(growing))] == [False, False]
+    results = grow_impact(asked, None, lambda: len(polls) > 3 or polls.append(1))
+    assert [result.searched for result in (next(results), next(results))] == [False, False]
     with pytest.raises(Cancelled):
-        next(growing)
+        next(results)
 
 
 def test_by_default_bodies_meet_as_those_of_the_reference():
@@ -70,7 +80,7 @@ def test_by_default_bodies_meet_as_those_of_the_reference():
 def test_a_typed_speed_and_mass_need_no_system():
     typed = question(LAW, mass=1.0, speed=2.0)
     assert typed == question(LAW._replace(kappa=2.4), mass=1.0, speed=2.0)
-    result = grown(LAW, mass=1.0, speed=2.0)[0]
+    result = next(growing(LAW, mass=1.0, speed=2.0))
     assert (result.impact.mass, result.impact.speed, result.impacts) == (1.0, 2.0, 0)
     assert question(LAW) != question(LAW._replace(kappa=2.4))
 
@@ -127,7 +137,7 @@ def test_what_is_taken_over_keeps_what_was_asked_for():
 
 def test_a_contact_that_gives_something_else_without_a_step_is_offered_a_damper_alone():
     setting = SETTING._replace(K=12_000.0, D=18.0)
-    result = grown(setting)[1]
+    _, result = islice(growing(setting), 2)
     assert offers_of(result, setting).keys() == {"D"}
 
 
@@ -188,13 +198,13 @@ def test_the_figures_and_the_table_are_those_of_the_result(shown):
 
 @pytest.mark.parametrize("setting", [SETTING, LAW])
 def test_a_permitted_penetration_offers_the_k_for_it_which_is_set_here(setting):
-    result = grown(setting, depth=0.01, speed=1.0)[0]
+    result = next(growing(setting, depth=0.01, speed=1.0))
     texts = offers_of(result, setting)["contact"]
     assert texts.keys() == ({"K", "D"} if setting is SETTING else {"K"})
     changed = setting._replace(**{name: float(text) for name, text in texts.items()})
     alone = question(changed, speed=1.0).at(1.0).without_step
     assert 0.998 * 0.01 < alone.penetration <= 0.01
-    assert "contact" not in offers_of(grown(changed, depth=0.01, speed=1.0)[0], changed)  # it is set
+    assert "contact" not in offers_of(next(growing(changed, depth=0.01, speed=1.0)), changed)  # it is set
     if setting is SETTING:
         assert alone.restitution == pytest.approx(0.5, abs=1e-3)
     tab = OneImpact(host := FakeHost())
@@ -244,7 +254,7 @@ def test_a_row_of_the_table_sets_its_integrator_and_contact_status(shown):
 
 def test_a_k_and_d_that_give_something_else_whatever_the_step_are_named():
     setting = SETTING._replace(D=100.0)
-    said = {head: str(text) for head, text in OneImpact(FakeHost()).describe(setting, grown(setting)[0])}
+    said = {head: str(text) for head, text in OneImpact(FakeHost()).describe(setting, next(growing(setting)))}
     assert "No step makes up for K and D, which give 0.00 without one: take another D over." in said["Answer"]
 
 

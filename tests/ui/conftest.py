@@ -70,18 +70,20 @@ def browser(playwright):
 
 
 class Window:
-    """A browser of a person, and the size that its pages have.
+    """A browser of a person, the size that its pages have, and whether they are opened light or dark.
 
     It keeps on disk what it has fetched and compiled, as that of a person does, so that a page opens sooner.
     """
 
-    def __init__(self, context, viewport):
+    def __init__(self, context, viewport, scheme):
         self.context = context
         self.viewport = viewport
+        self.scheme = scheme
 
     def new_page(self):
         page = self.context.new_page()
         page.set_viewport_size(self.viewport)
+        page.emulate_media(color_scheme=self.scheme, reduced_motion="reduce")
         return page
 
 
@@ -90,7 +92,7 @@ def windows(playwright, tmp_path_factory):
     """Windows by their size and options; those of one person (``whose``) with the same options are one browser."""
     contexts = {}
 
-    def window(width=1440, height=900, whose="", **options):
+    def window(width=1440, height=900, whose="", scheme="light", **options):
         key = json.dumps([whose, options], sort_keys=True)
         if key not in contexts:
             contexts[key] = playwright.chromium.launch_persistent_context(
@@ -105,7 +107,7 @@ def windows(playwright, tmp_path_factory):
                 **options,
             )
             contexts[key].set_default_timeout(1000 * PATIENCE)
-        return Window(contexts[key], {"width": width, "height": height})
+        return Window(contexts[key], {"width": width, "height": height}, scheme)
 
     yield window
     for context in contexts.values():

@@ -22,7 +22,7 @@ def site(tmp_path_factory):
 
 @pytest.mark.parametrize("name", ["index", "glossary", "theory/model"])
 def test_a_page_can_be_read_on_a_phone_in_the_dark(site, windows, name):
-    page = windows(390, 844, color_scheme="dark").new_page()
+    page = windows(390, 844, scheme="dark").new_page()
     page.goto((site / f"{name}.html").as_uri())
     page.evaluate(AXE)
     assert serious(page) == []

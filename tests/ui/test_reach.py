@@ -99,12 +99,13 @@ def test_on_a_phone_legends_are_for_fingers_and_the_question_mark_is_help(visit)
     assert explorer.page.locator("dialog[open]").count() == 0
 
 
-def test_a_report_does_not_scroll_sideways_on_a_phone(visit):
-    page = visit(width=320, height=568).page
+def test_a_report_does_not_scroll_sideways_on_a_phone(windows):
+    page = windows(320, 568).new_page()
     source = {"program": "Vibroscope", "made": "today", "address": "?" + "&".join(f"name{i}={i}" for i in range(200))}
     words = {"A very_long_word" + "x" * 80: "y" * 200}
     page.set_content(as_report("Explore", Findings(words), Setting(), [], ["print(" + "z" * 300 + ")"], source))
     assert page.evaluate("document.scrollingElement.scrollWidth") == 320
+    page.close()
 
 
 def test_a_hover_over_the_bifurcation_diagram_reads_eta_value_and_period(visit):

@@ -3,7 +3,7 @@
 import pytest
 
 from tests.served import ROOT
-from tests.ui.axe import AXE, serious
+from tests.ui.axe import AXE, serious_in
 from tests.ui.explorer import wait_until
 
 PHONE = {"width": 320, "height": 640, "has_touch": True}
@@ -127,9 +127,8 @@ def test_the_diagram_of_another_system_covers_its_slider_in_its_units(kept):
     assert "x₁" in explorer.figure("bifurcation")["labels"][1]
 
 
-@pytest.mark.parametrize("scheme", ["light", "dark"])
-def test_the_panel_fits_a_narrow_phone_and_axe_finds_no_serious_fault(visit, scheme):
-    explorer = visit("?bodies=two&units=si&clearance=1", color_scheme=scheme, **PHONE)
+def test_the_panel_fits_a_narrow_phone_and_axe_finds_no_serious_fault_light_or_dark(visit):
+    explorer = visit("?bodies=two&units=si&clearance=1", scheme="dark", **PHONE)
     explorer.unfold("System")
     explorer.page.evaluate(AXE)
     assert explorer.page.evaluate("document.documentElement.scrollWidth") <= 320
@@ -137,4 +136,4 @@ def test_the_panel_fits_a_narrow_phone_and_axe_finds_no_serious_fault(visit, sch
         box = explorer.typed(name).bounding_box()
         assert box["x"] >= 0
         assert box["x"] + box["width"] <= 320
-    assert serious(explorer.page) == []
+    assert serious_in(explorer.page, "dark", "light") == []
