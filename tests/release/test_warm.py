@@ -14,6 +14,7 @@ PULSE = ["--base-half-sine", "30,1", "--K", "1000", "--D", "5"]
 CONTACT = ["--K", "1e6 N/m", "--restitution", "0.5", "--steps-per-contact", "5"]
 RANGE = ["--from", "1.6", "--to", "1.8", "--count", "20", "--out", "study.zarr"]
 PLANE = ["--K", "1000:5000:3", "--D", "10:20:2", "--out", "plane.zarr"]
+BETWEEN = ["--system", "between.toml"]  # two stops
 CALLS = [
     ["simulate", *EXACT],
     ["simulate", *EXACT, "--law", "hunt-crossley", "--json"],
@@ -22,6 +23,8 @@ CALLS = [
     ["motion", "--solver", "reference", "--eta", "3.2", "--attractors"],
     ["motion", "--solver", "exact", "--eta", "1.7", "--K", "12000", "--D", "18"],
     ["compare", *SCENE],
+    ["motion", "--solver", "reference", "--eta", "1.08", *BETWEEN],
+    ["compare", *SCENE, *BETWEEN],
     ["compare", *SCENE, "--law", "cut"],
     ["compare", *SCENE, "--law", "hunt-crossley", "--status", "located"],
     ["compare", *SCENE, "--integrator", "bathe", "--status", "end", "--without-solution", "halve"],
@@ -43,6 +46,7 @@ CALLS = [
 def cache(tmp_path_factory):
     """A cache folder in which everything has been compiled."""
     folder = tmp_path_factory.mktemp("cache")
+    (folder / "between.toml").write_text("[system]\nclearance2 = 1.0\n")
     call(folder, "warm")
     return folder
 
