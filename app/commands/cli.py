@@ -11,7 +11,6 @@ from collections.abc import Sequence
 from importlib import import_module
 
 from vibroscope.app import QUESTION
-from vibroscope.app.commands.compat import shorten_start
 from vibroscope.app.commands.output import open_streams
 from vibroscope.app.commands.parser import OneLineParser
 from vibroscope.app.commands.report import Report
@@ -134,7 +133,6 @@ def _end_process(status: list[int]) -> None:
 
 def _run(words: Sequence[str]) -> int:
     was_open = open_streams()
-    shorten_start()
     # Only the command that is run is imported: all of them together take as long as a short run.
     options = build_parser(words[:1] if words and words[0] in COMMANDS else COMMANDS).parse_args(words)
     if not gc.isenabled():  # this is a program

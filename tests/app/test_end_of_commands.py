@@ -1,0 +1,46 @@
+"""A program ends with the status of its command, after all that waits for its end."""
+
+import subprocess
+import sys
+
+import pytest
+
+END = """
+import atexit, sys, threading
+from vibroscope.app.commands.cli import main
+def thread():
+    threading.main_thread().join()
+    atexit.register(print, "file closed")
+    print("thread done")
+atexit.register(print, "memory cleared")  # registered before the program's own, it would run after that
+threading.Thread(target=thread).start()
+sys.exit(main())
+"""
+
+
+@pytest.mark.parametrize(("command", "status", "last"), [("--version", 0, "vibroscope"), ("simulate", 2, "simulate")])
+def test_a_program_ends_with_its_status_after_all_that_waits_for_its_end(command, status, last):
+    found = subprocess.run([sys.executable, "-c", END, command], capture_output=True, text=True, check=False)
+    assert found.returncode == status
+    assert last in (found.stdout if status == 0 else found.stderr)
+    assert found.stdout.splitlines()[-2:] == ["thread done", "file closed"]
+
+
+ENDING = """
+import sys
+from vibroscope.app.commands import cli
+def run(words):
+    raise SystemExit({code})
+cli._run = run
+sys.exit(cli.main())
+"""
+
+
+@pytest.mark.parametrize(
+    ("code", "status", "printed"),
+    [("None", 0, ""), ("3", 3, ""), ("259", 3, ""), ("True", 1, ""), ("'no such thing'", 1, "no such thing\n")],
+)
+def test_a_program_that_ends_in_another_way_has_the_status_that_python_gives_it(code, status, printed):
+    command = [sys.executable, "-c", ENDING.format(code=code)]
+    found = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert (found.returncode, found.stdout, found.stderr) == (status, "", printed)
