@@ -1,9 +1,26 @@
-"""A program ends with the status of its command, after all that waits for its end."""
+"""A short run begins without what it does not need, and ends with its status, after all that waits for its end."""
 
+import json
 import subprocess
 import sys
 
 import pytest
+
+PROGRAM = """
+import contextlib, io, json, sys
+from vibroscope.app.commands.cli import main
+with contextlib.redirect_stdout(io.StringIO()) as text:
+    main(["simulate", "--solver", "reference", "--eta", "1.08", "--json"])
+imported = [name for name in ("scipy", "yaml") if name in sys.modules]
+import scipy.linalg, yaml
+print(json.dumps([json.loads(text.getvalue())["status"], imported]))
+"""
+
+
+def test_a_short_run_needs_neither_blas_nor_files_of_settings():
+    found = subprocess.run([sys.executable, "-c", PROGRAM], capture_output=True, text=True, check=True)
+    assert json.loads(found.stdout) == ["ok", []]
+
 
 END = """
 import atexit, sys, threading
