@@ -1,9 +1,10 @@
 """The summaries that ``vibroscope sweep basin`` and ``vibroscope sweep basin-difference`` print."""
 
 import argparse
+import math
 
 from vibroscope.app.commands.report import Report
-from vibroscope.engine import basin_difference, finite_or_none
+from vibroscope.engine import basin_difference
 from vibroscope.engine.sweeps import KIND_FLAGS, check_store
 
 
@@ -11,9 +12,9 @@ def summary(found) -> tuple[dict, list[str]]:
     """The motions and the boundary, as numbers and as lines of text."""
     motions = _motions_of(found)
     names = ("boundary_dimension", "boundary_dimension_error")
-    numbers = {name: finite_or_none(float(found[name])) for name in names}
+    numbers = {name: float(found[name]) for name in names}
     lines = [_motion_text(motion) for motion in motions]
-    if numbers["boundary_dimension"] is not None:
+    if math.isfinite(numbers["boundary_dimension"]):
         lines.append("dimension of the boundary: {:.3f} ± {:.3f}".format(*numbers.values()))
     return {"motions": motions} | numbers, lines
 
@@ -25,7 +26,7 @@ def _motions_of(found) -> list[dict]:
         "period": [int(period) for period in found["motion_period"]],
         "share": [float(share) for share in found["motion_share"]],
         "share_error": [float(error) for error in found["motion_share_error"]],
-        "start": [start.tolist() for start in found["motion_start"].values],
+        "start": list(found["motion_start"].values),
     }
     return [dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)]
 
@@ -47,4 +48,4 @@ def difference(options: argparse.Namespace) -> Report:
     for path, each, alike in ((options.first, first, found.same.any(1)), (options.second, second, found.same.any(0))):
         for motion, in_both in zip(_motions_of(each), alike, strict=True):
             lines.append(f"{path}: {_motion_text(motion)}, {'in both' if in_both else 'not in the other'}")
-    return Report(lines, {"share": found.share, "error": found.error, "same": found.same.tolist()})
+    return Report(lines, {"share": found.share, "error": found.error, "same": found.same})

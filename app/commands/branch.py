@@ -1,6 +1,7 @@
 """``vibroscope branch``: periodic motions followed over a number, with the points at which they bifurcate."""
 
 import argparse
+import math
 from itertools import chain
 
 from vibroscope.app.commands.basin_seeds import read_basin
@@ -15,6 +16,7 @@ from vibroscope.app.commands.options import (
     add_system_option,
     default_of,
     note_held,
+    note_unused,
     problem_of,
 )
 from vibroscope.app.commands.output import note, progress_line, watch_interrupt
@@ -29,7 +31,6 @@ from vibroscope.engine import (
     Point,
     PointCurve,
     PointCurves,
-    finite_or_none,
     search_branches,
 )
 
@@ -94,9 +95,9 @@ def run(options: argparse.Namespace) -> Report:
 
 
 def _run(options: argparse.Namespace, kept: KeptBranches | None) -> Report:
-    if options.over == "eta" and options.eta is not None and options.initial is None and options.from_basin is None:
-        note("--eta has no effect where eta varies, unless --initial or --from-basin begins there")
     if options.over == "eta":
+        if options.initial is None and options.from_basin is None:
+            note_unused(options, ["eta"], "where eta varies, unless --initial or --from-basin begins there")
         note_held(options)
     seeds = read_basin(options.from_basin) if options.from_basin is not None else None
     if seeds is not None and options.eta is None:
@@ -150,9 +151,7 @@ def _question(options: argparse.Namespace) -> BranchQuestion:
 def _along(options: argparse.Namespace, question: BranchQuestion, cancelled) -> PointCurves | None:
     """The plane of both numbers, if a second one is asked for."""
     if not options.along:
-        for name in ("along_from", "along_to"):
-            if getattr(options, name) is not None:
-                note(f"--{name.replace('_', '-')} has no effect without --along")
+        note_unused(options, ["along_from", "along_to"], "without --along")
         return None
     if options.along_from is None or options.along_to is None:
         raise ValueError(f"--along {options.along} needs --along-from and --along-to, the ends of its range")
@@ -181,10 +180,10 @@ def _plain_curve(curve: PointCurve) -> dict:
     return {
         "kind": curve.kind,
         "period": curve.period,
-        curve.over: curve.values[:, 0].tolist(),
-        curve.along: curve.values[:, 1].tolist(),
+        curve.over: curve.values[:, 0],
+        curve.along: curve.values[:, 1],
         "meetings": [{"kind": kind, curve.over: value, curve.along: along} for kind, value, along in curve.meetings],
-        "ends": list(curve.ends),
+        "ends": curve.ends,
     }
 
 
@@ -206,19 +205,13 @@ def _plain(branch: Branch) -> dict:
     """A branch as JSON takes it."""
     return {
         "period": branch.period,
-        "from": float(branch.values.min()),
-        "to": float(branch.values.max()),
+        "from": branch.values.min(),
+        "to": branch.values.max(),
         "orbits": len(branch.values),
-        "stable": [list(part) for part in branch.stable_ranges],
-        "ends": list(branch.ends),
+        "stable": branch.stable_ranges,
+        "ends": branch.ends,
         "points": [
-            {
-                "kind": point.kind,
-                "stop": point.stop,
-                "value": point.value,
-                "multipliers": [[finite_or_none(m.real), finite_or_none(m.imag)] for m in point.multipliers.tolist()],
-                "state": point.state.tolist(),
-            }
+            {name: getattr(point, name) for name in ("kind", "stop", "value", "multipliers", "state")}
             for point in branch.points
         ],
     }
@@ -240,7 +233,7 @@ def _lines(branch: Branch) -> list[str]:
 
 def _multiplier(point) -> str:
     value, which = point.critical_multiplier, "critical" if point.is_crossing else "largest"
-    if finite_or_none(abs(value)) is None:
+    if not math.isfinite(abs(value)):
         return f"{which} multiplier infinite"
     return f"{which} multiplier {value:.5g}" if value.imag else f"{which} multiplier {value.real:.5g}"
 

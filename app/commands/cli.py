@@ -8,10 +8,11 @@ import os
 import re
 import sys
 from collections.abc import Sequence
+from functools import cache
 from importlib import import_module
+from pathlib import Path
 
 from vibroscope.app import QUESTION
-from vibroscope.app.commands.compat import shorten_start
 from vibroscope.app.commands.output import open_streams
 from vibroscope.app.commands.parser import OneLineParser
 from vibroscope.app.commands.report import Report
@@ -132,9 +133,26 @@ def _end_process(status: list[int]) -> None:
         os._exit(status[0])
 
 
+@cache
+def _leave_out_imports() -> None:
+    """Import Numba without SciPy and YAML, which stay usable: no kernel needs them, and a short run starts sooner.
+
+    Numba checks the version of SciPy, and looks for its BLAS when the module below is imported. It reads a file of
+    settings by YAML, if there is one.
+    """
+    names = ["scipy"] if Path(".numba_config.yaml").exists() else ["scipy", "yaml"]
+    hidden = [name for name in names if name not in sys.modules]
+    sys.modules.update(dict.fromkeys(hidden))  # whose import then fails, as where they are not installed
+    try:
+        import_module("numba.np.arraymath")
+    finally:
+        for name in hidden:
+            del sys.modules[name]
+
+
 def _run(words: Sequence[str]) -> int:
     was_open = open_streams()
-    shorten_start()
+    _leave_out_imports()
     # Only the command that is run is imported: all of them together take as long as a short run.
     options = build_parser(words[:1] if words and words[0] in COMMANDS else COMMANDS).parse_args(words)
     if not gc.isenabled():  # this is a program

@@ -7,7 +7,7 @@ from textwrap import wrap
 
 from vibroscope.app.codes.catalogue import Code, codes
 from vibroscope.app.commands.options import LAW_OPTIONS, STEPPING_OPTIONS
-from vibroscope.app.commands.parser import Command
+from vibroscope.app.commands.parser import Command, entries, option
 from vibroscope.app.commands.report import Report
 from vibroscope.app.commands.translate import TRANSLATE
 from vibroscope.engine import INTEGRATORS
@@ -18,7 +18,7 @@ _COLUMNS = "{:<18} {:<34} {:<9} {:<22} {}"
 
 def run(options: argparse.Namespace) -> Report:
     """Show the table, or entries of it."""
-    chosen = [code_of(key) for key in options.codes] or list(codes().values())
+    chosen = entries("code", options.codes, codes())
     lines = ["\n\n".join("\n".join(_entry(code)) for code in chosen)] if options.codes else _table(chosen)
     return Report(lines, [code.as_dict() for code in chosen])
 
@@ -30,21 +30,13 @@ def _table(chosen: Sequence[Code]) -> Iterator[str]:
         yield _COLUMNS.format(code.key, _integrator(code), code.status or "-", law, rules)
 
 
-def code_of(key: str) -> Code:
-    """The code with this key; raises ValueError with the known ones."""
-    if key not in codes():
-        raise ValueError(f"unknown code {key[:40]!r}; known: {', '.join(codes())}")
-    return codes()[key]
-
-
 def code_alone(options: argparse.Namespace) -> Code:
     """The code of ``--code``; raises ValueError where another option gives what it has."""
     names = ("located", *STEPPING_OPTIONS, *LAW_OPTIONS)
     given = [name for name in names if getattr(options, name, None) not in (None, False)]
     if given:
-        option = given[0].replace("_", "-")
-        raise ValueError(f"--code sets the integrator, status and law itself: leave --{option} out")
-    return code_of(options.code)
+        raise ValueError(f"--code sets the integrator, status and law itself: leave {option(given[0])} out")
+    return entries("code", [options.code], codes())[0]
 
 
 def _integrator(code: Code) -> str:

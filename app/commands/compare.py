@@ -9,19 +9,16 @@ from textwrap import wrap
 from vibroscope.app.commands.alone_table import alone_lines
 from vibroscope.app.commands.compare_measured import add_measured_options, measured_report
 from vibroscope.app.commands.options import (
-    PENALTY_OPTIONS,
-    SCHEME_OPTIONS,
-    add_fields,
-    add_initial_option,
+    add_both_solutions,
     add_run_length,
-    add_system_option,
     default_of,
     eta_of,
+    kept_periods,
+    note_unused,
     reference_of,
     stepping_of,
     system_of,
 )
-from vibroscope.app.commands.output import note
 from vibroscope.app.commands.parser import Command, OneLineParser
 from vibroscope.app.commands.physical_units import (
     add_units_option,
@@ -47,7 +44,6 @@ from vibroscope.engine import (
     Units,
     Verdict,
     compare,
-    finite_or_none,
     percent,
     print_statement,
     repetition,
@@ -65,13 +61,9 @@ _KEEP = default_of(ComparisonQuestion, "keep")
 def add(command: OneLineParser) -> None:
     """Add the options."""
     add = command.add_argument
-    add_fields(command, "eta", *PENALTY_OPTIONS, required=("K", "steps"))
-    add_fields(command, *SCHEME_OPTIONS)
+    add_both_solutions(command)
     usual = f"default {default_of(ComparisonQuestion, 'periods')}; where nothing drives the bodies {FREE_PERIODS}"
     add_run_length(command, usual, _KEEP, "compare")
-    add_fields(command, "joint_damping", "threshold")
-    add_initial_option(command)
-    add_system_option(command)
     add_measured_options(command)
     add("--alone", action="store_true", help="also the difference over K, over D and over the step, each alone")
     add("--series", action="store_true", help="with --json: also the difference and its parts at every sample")
@@ -81,7 +73,10 @@ def add(command: OneLineParser) -> None:
 def run(options: argparse.Namespace) -> Report:
     """Compare."""
     eta, system = eta_of(options), system_of(options)
-    _note_unused(options)
+    if options.measured is not None:
+        note_unused(options, ["series", "keep", "alone"], "with --measured")
+    elif not options.json:
+        note_unused(options, ["series"], "without --json")
     _set_length(options, system)
     if options.measured is not None:
         return measured_report(options)
@@ -109,15 +104,6 @@ def run(options: argparse.Namespace) -> Report:
     return Report(lines(), data, units and units.of_contact(method))
 
 
-def _note_unused(options: argparse.Namespace) -> None:
-    """Note on stderr what has no effect on what is printed."""
-    if options.series and options.measured is None and not options.json:
-        note("--series has no effect without --json")
-    for name in ("series", "keep", "alone") if options.measured is not None else ():
-        if getattr(options, name):
-            note(f"--{name} has no effect with --measured")
-
-
 def _splits(comparison: Comparison) -> tuple[Regularisation | None, TimeStepParts | None]:
     """The parts of K and D, and of the time step, each where it has some."""
     found = []
@@ -135,7 +121,7 @@ def _set_length(options: argparse.Namespace, system: System) -> None:
     if options.periods is None:
         options.periods = default_of(ComparisonQuestion, "periods") if drives else FREE_PERIODS
     if options.keep is None:
-        options.keep = min(_KEEP, options.periods) if drives else options.periods
+        options.keep = kept_periods(options, _KEEP) if drives else options.periods
 
 
 # --- for scripts ------------------------------------------------------------------------------------------------------
@@ -161,7 +147,7 @@ def as_json(comparison: Comparison, judgement: Verdict) -> dict:
         "steps_with_two": run.steps_with_two,
         "pointwise": comparison.pointwise,
         **_difference_json(comparison),
-        "residual": finite_or_none(comparison.residual),
+        "residual": comparison.residual,
         "split": split and _split_json(comparison, split),
         "split_time_step": of_step and _time_step_json(comparison, of_step),
         "impacts": _numbers(comparison.encounters),
@@ -180,7 +166,7 @@ def _difference_json(comparison: Comparison) -> dict:
     found = comparison.difference
     return {
         "measure": found.measure,
-        "total": finite_or_none(found.total),
+        "total": found.total,
         **{name: found.parts.get(name, None if name in comparison.part_names else 0.0) for name in PARTS},
     }
 
@@ -188,17 +174,17 @@ def _difference_json(comparison: Comparison) -> dict:
 def _split_json(comparison: Comparison, split: Regularisation) -> dict:
     """The parts of the regularisation's part, and the restitution that the contact delivers."""
     return {
-        **{name: finite_or_none(comparison.parts.relative(getattr(split, name))) for name in SPLIT},
+        **{name: comparison.parts.relative(getattr(split, name)) for name in SPLIT},
         "in_step": split.in_step,
-        "damping_ratio": finite_or_none(split.ratio),
+        "damping_ratio": split.ratio,
         "restitution": split.restitution,
-        "restitution_without_pull": finite_or_none(split.without_pull),
+        "restitution_without_pull": split.without_pull,
     }
 
 
 def _time_step_json(comparison: Comparison, parts: TimeStepParts) -> dict:
     """The parts of the time step's part, of the status and of the integrator."""
-    sizes = {name: finite_or_none(comparison.parts.relative(getattr(parts, name))) for name in TIME_STEP_PARTS}
+    sizes = {name: comparison.parts.relative(getattr(parts, name)) for name in TIME_STEP_PARTS}
     return {**sizes, "in_step": parts.in_step}
 
 
@@ -207,18 +193,14 @@ def _numbers(record) -> dict | None:
     if record is None:
         return None
     values = {each.name: getattr(record, each.name) for each in fields(record)}
-    return {name: finite_or_none(value) for name, value in values.items() if isinstance(value, float | int)}
+    return {name: value for name, value in values.items() if isinstance(value, float | int)}
 
 
 def _series_json(comparison: Comparison) -> dict | None:
     """xi1, xi2, xi1', xi2' of the difference and its parts at every sample."""
     if comparison.parts is None:
         return None
-    rows = {name: getattr(comparison.parts, name) for name in ("total", *PARTS)}
-    return {
-        "time": comparison.parts.time.tolist(),
-        **{name: [[finite_or_none(value) for value in row] for row in rows[name].tolist()] for name in rows},
-    }
+    return {name: getattr(comparison.parts, name) for name in ("time", "total", *PARTS)}
 
 
 # --- for people -------------------------------------------------------------------------------------------------------

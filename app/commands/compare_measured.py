@@ -16,7 +16,6 @@ from vibroscope.engine import (
     Units,
     UnknownColumns,
     compare_measured,
-    finite_or_none,
     fit,
     measured_verdict,
     read_measurement,
@@ -103,9 +102,9 @@ def as_json(comparison: MeasuredComparison, fitted: Fit | None = None) -> dict:
             "samples": len(comparison.measurement),
             "periods": comparison.periods,
             "frame": comparison.measurement.frame,
-            "left_out": list(comparison.measurement.left_out),
+            "left_out": comparison.measurement.left_out,
             "period": recurrence.period,
-            "possible_periods": list(recurrence.possible),
+            "possible_periods": recurrence.possible,
             "noise": recurrence.noise,
             "eta": recurrence.eta if recurrence.period else None,
             "eta_error": recurrence.eta_error if recurrence.period else None,
@@ -129,7 +128,7 @@ def _solution_json(solution: Solved) -> dict:
         "contact_share": solution.contact_share,
         "rms": aligned and aligned.rms,
         "phase": aligned and aligned.phase,
-        "offset": aligned and aligned.offset.tolist(),
+        "offset": aligned and aligned.offset,
         "closings_seen_per_period": aligned and aligned.sensor.per_period,
         "contact_share_seen": aligned and aligned.sensor.share,
         "closing_error": aligned and aligned.closing_error,
@@ -139,16 +138,16 @@ def _solution_json(solution: Solved) -> dict:
 def _fit_json(fitted: Fit) -> dict:
     return {
         "values": fitted.values,
-        "errors": {name: finite_or_none(error) for name, error in fitted.errors.items()},
+        "errors": fitted.errors,
         "correlation": {
             "names": [name for name, error in fitted.errors.items() if math.isfinite(error)],
-            "matrix": fitted.correlation.tolist(),
+            "matrix": fitted.correlation,
         },
         "deviation": fitted.deviation,
         "noise": fitted.noise,
         "starts": fitted.starts,
         "agreeing": fitted.agreeing,
-        "remarks": list(fitted.remarks),
+        "remarks": fitted.remarks,
     }
 
 

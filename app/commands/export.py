@@ -11,6 +11,7 @@ from vibroscope.app.commands.options import (
     add_run_length,
     add_system_option,
     eta_of,
+    kept_periods,
     method_of,
     system_of,
     units_of,
@@ -43,15 +44,16 @@ def run(options: argparse.Namespace) -> Report | None:
             f"{code.NAME} cannot express status = {options.status!r}: it has {code.STATUS!r}; give that, or none"
         )
     method, own = method_of(options), units_of(options)
-    periods = usual_periods(options.to, method.steps) if options.periods is None else options.periods
+    if options.periods is None:
+        options.periods = usual_periods(options.to, method.steps)
     problem = DeckProblem(
         system_of(options),
         eta_of(options),
         method,
         wanted_units(options) or (None if own == Units() else own),
         options.initial,
-        periods,
-        min(KEEP, periods) if options.keep is None else options.keep,
+        options.periods,
+        kept_periods(options, KEEP),
         options.out.stem if options.out else DeckProblem.name,
     )
     text = deck(options.to, problem)

@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from vibroscope.app.commands.numbers import measured, number
 from vibroscope.app.commands.options import SCHEME_OPTIONS, add_fields, law_of, stepping_of, system_file
-from vibroscope.app.commands.parser import Command, OneLineParser
+from vibroscope.app.commands.parser import Command, OneLineParser, entries, option
 from vibroscope.app.commands.report import Report, Row
-from vibroscope.engine import SystemFile, Units, finite_or_none, percent, written
+from vibroscope.engine import SystemFile, Units, percent, written
 from vibroscope.engine.law_table import HERTZ
 from vibroscope.engine.one_impact.choose import CLOSE_TO_ASKED
 from vibroscope.engine.one_impact.question import NO_STEPS
@@ -162,7 +162,7 @@ def _stiffness(options: argparse.Namespace) -> float:
         return 1.0
     if options.materials is None:
         return options.K
-    from vibroscope.app.codes.materials import material
+    from vibroscope.app.codes.materials import materials
     from vibroscope.engine import ExactPenalty, hertz_stiffness
 
     names = options.materials.split(",")
@@ -172,7 +172,7 @@ def _stiffness(options: argparse.Namespace) -> float:
         raise ValueError("--materials needs --radius: give that of the first surface, as '10 mm'")
     if ExactPenalty(1.0, 0.0, **law_of(options)).spring_exponent != HERTZ:
         raise ValueError("--materials gives the K of a force that grows as the 1.5th power: give --law hunt-crossley")
-    return hertz_stiffness(*map(material, names), options.radius, options.radius2)
+    return hertz_stiffness(*entries("material", names, materials()), options.radius, options.radius2)
 
 
 def _permitted(options: argparse.Namespace) -> dict[str, float]:
@@ -202,7 +202,7 @@ def _nonsmooth(options: argparse.Namespace) -> Report:
     given = [name for name in SCHEME_OPTIONS if getattr(options, name, None) is not None]
     given += [name for name in ("schemes", "bounds", "over", "steps_per_contact", "D") if getattr(options, name)]
     if given:
-        raise ValueError(f"--{given[0].replace('_', '-')} goes with a contact spring: leave it out with --moreau-jean")
+        raise ValueError(f"{option(given[0])} goes with a contact spring: leave it out with --moreau-jean")
     if options.time_step is None:
         raise ValueError("--moreau-jean needs a step: give --time-step, as '0.1 ms'")
     numbers = {name: getattr(options, name) for name in ("mass", "speed", "force", "restitution", "time_step")}
@@ -233,7 +233,7 @@ def _report(question: Impact, options: argparse.Namespace, speeds: np.ndarray | 
         "stiffness": question.method.stiffness,
         "damping": 2.0 * question.method.damping,
     }
-    asked_for |= {"damping_ratio": finite_or_none(question.ratio), "restitution": asked, "law": question.method.law}
+    asked_for |= {"damping_ratio": question.ratio, "restitution": asked, "law": question.method.law}
     data = {"asked": asked_for, "without_step": _data(alone, *alone._fields)}
     lines = [
         Row("contact", _contact_text(question)),
@@ -329,8 +329,7 @@ def _ends(bounds: dict[str, tuple[float, float] | None], of: str) -> dict[str, d
     """Bounds as JSON, those of D as of the damper: no least or no greatest where none was found."""
     size = 2.0 if of == "damping" else 1.0
     return {
-        name: ends and {"least": size * ends[0] or None, "greatest": finite_or_none(size * ends[1])}
-        for name, ends in bounds.items()
+        name: ends and {"least": size * ends[0] or None, "greatest": size * ends[1]} for name, ends in bounds.items()
     }
 
 
@@ -341,7 +340,7 @@ def _data(found: NamedTuple | WithStep, *names: str) -> dict[str, object]:
 
 def _plain(value: float | tuple) -> object:
     if not isinstance(value, tuple):
-        return finite_or_none(value)
+        return value
     return dict(zip(getattr(value, "_fields", ("least", "greatest")), map(_plain, value), strict=True))
 
 

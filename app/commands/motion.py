@@ -43,7 +43,7 @@ def run(options: argparse.Namespace) -> Report:
     data = {"solver": options.solver, "eta": eta, **plain_motion(found)}
     if options.attractors:
         data["attractors"] = [
-            {"share": each.share, "start": each.start.tolist(), **plain_motion(each.motion)} for each in others
+            {"share": each.share, "start": each.start, **plain_motion(each.motion)} for each in others
         ]
     lines: list[Line] = [f"{method}, eta = {eta:g}", *_motion_lines(found)]
     if units:

@@ -11,6 +11,7 @@ from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
 
+from vibroscope.app.commands.parser import option
 from vibroscope.app.explorer.parameters import FIELDS
 from vibroscope.app.runtime.number_text import parse_typed, quote, two_meanings
 from vibroscope.app.runtime.typed_units import list_units, scaled, seconds_of, sizes, steps_of_time
@@ -130,25 +131,24 @@ def _resolved(value: object, name: str, options: argparse.Namespace) -> object:
         return tuple(_resolved(each, name, options) for each in value)
     if not isinstance(value, Measured):
         return value
-    option, quantity = f"--{name.replace('_', '-')}", value.quantity
-    option = {"--low": "--from", "--high": "--to"}.get(option, option)
+    named, quantity = option({"low": "from", "high": "to"}.get(name, name)), value.quantity
     if quantity == _OF_FIELD:
         quantity = _quantity_of(getattr(options, _ENDS[name]))
     if not quantity:
-        raise ValueError(f"{option} {value.text!r}: this number is given without a unit")
+        raise ValueError(f"{named} {value.text!r}: this number is given without a unit")
     file = getattr(options, "system", None)
     if file is None or not file.has_units:
         raise ValueError(
-            f"{option} {value.text!r}: a unit has no meaning without a system in physical units: give --system FILE "
+            f"{named} {value.text!r}: a unit has no meaning without a system in physical units: give --system FILE "
             "with [physical] or [units], or the number without a unit"
         )
-    return _of_model(option, value, quantity, file, options)
+    return _of_model(named, value, quantity, file, options)
 
 
-def _of_model(option: str, value: Measured, quantity: str, file, options: argparse.Namespace) -> float:
+def _of_model(named: str, value: Measured, quantity: str, file, options: argparse.Namespace) -> float:
     scale, power = replace(file.units, system="si"), 0.0
     if quantity.startswith("contact_"):
-        scale = replace(scale, **_contact_law(option, value, options))
+        scale = replace(scale, **_contact_law(named, value, options))
         power = -scale.quantity(quantity).length
     of_step = quantity == STEPS
     quantity = "time" if of_step else quantity
@@ -156,16 +156,16 @@ def _of_model(option: str, value: Measured, quantity: str, file, options: argpar
     units = sizes(quantity, one, power)
     if value.unit not in units:
         of_law = f" of the contact law {scale.law} has no physical unit {value.unit}" if power else ""
-        raise ValueError(f"{option} {value.text!r}{of_law}: give it in {list_units(units)}, or without a unit")
+        raise ValueError(f"{named} {value.text!r}{of_law}: give it in {list_units(units)}, or without a unit")
     if not of_step:
         return scaled(value.number, units[value.unit])
     eta = file.eta if options.eta is None else options.eta
     if eta is None or not eta > 0 or not value.number > 0:
-        raise ValueError(f"{option} {value.text!r}: a time step is above 0 and needs --eta or frequency_Hz: give both")
+        raise ValueError(f"{named} {value.text!r}: a time step is above 0 and needs --eta or frequency_Hz: give both")
     return steps_of_time(2 * math.pi / eta * one, value.number * seconds_of(value.unit))
 
 
-def _contact_law(option: str, value: Measured, options: argparse.Namespace) -> dict[str, object]:
+def _contact_law(named: str, value: Measured, options: argparse.Namespace) -> dict[str, object]:
     """The law, and its exponent, that says what units K and D have; raises ValueError where that is every law."""
     given = options
     if getattr(options, "code", None) is not None:
@@ -174,5 +174,5 @@ def _contact_law(option: str, value: Measured, options: argparse.Namespace) -> d
         given = codes().get(options.code)  # an unknown one is refused where it is used
     own = {name: getattr(given, name, None) for name in ("law", "exponent")}
     if own["law"] == "all":
-        raise ValueError(f"{option} {value.text!r}: K and D have other units in each law: give it without a unit")
+        raise ValueError(f"{named} {value.text!r}: K and D have other units in each law: give it without a unit")
     return {name: number for name, number in own.items() if number}

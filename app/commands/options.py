@@ -1,12 +1,14 @@
 """Options that several commands share, and the objects that they describe."""
 
 import argparse
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import fields, replace
 from inspect import signature
+from itertools import chain
 
 from vibroscope.app.commands.numbers import count, of_field, state_numbers
 from vibroscope.app.commands.output import note
+from vibroscope.app.commands.parser import option
 from vibroscope.app.explorer.parameters import FIELDS, STEPPING_FIELDS
 from vibroscope.engine import (
     CONTACT_LAWS,
@@ -139,7 +141,7 @@ def add_fields(
     for name in names:
         place = either if name in ("K", STEP_SCALE) else command
         needed = {"required": True} if name in required and place is command else {}
-        place.add_argument(f"--{name.replace('_', '-')}", **_field(name, solvers) | needed | how.get(name, {}))
+        place.add_argument(option(name), **_field(name, solvers) | needed | how.get(name, {}))
 
 
 def _field(name: str, solvers: Sequence[str]) -> dict[str, object]:
@@ -175,6 +177,14 @@ def add_solver(command: argparse.ArgumentParser, **how) -> None:
     command.add_argument("--solver", **usual | how)
 
 
+def add_both_solutions(command: argparse.ArgumentParser) -> None:
+    """Add what the penalty solution with a time step and the reference beside it are computed from."""
+    add_fields(command, "eta", *PENALTY_OPTIONS, required=("K", "steps"))
+    add_fields(command, *SCHEME_OPTIONS, "joint_damping", "threshold")
+    add_initial_option(command)
+    add_system_option(command)
+
+
 def add_initial_option(command: argparse.ArgumentParser, name: str = "initial", more: str = "") -> None:
     """Add ``--initial``; a list that begins with a minus sign is given as ``--initial=-1,0,2,0``."""
     command.add_argument(
@@ -194,6 +204,11 @@ def add_run_length(command: argparse.ArgumentParser, usual: str, keep: int, what
     add("--keep", type=count, metavar="N", help=f"last periods to {what} (default {keep}, or all if fewer are run)")
 
 
+def kept_periods(options: argparse.Namespace, usual: int) -> int:
+    """How many of the last periods are kept: by default so many, or all if fewer are run."""
+    return min(usual, options.periods) if options.keep is None else options.keep
+
+
 def stiffness_of(options: argparse.Namespace) -> float | None:
     """K that the options give, by itself or by the time step; None if neither does."""
     scale = getattr(options, "stiffness_of_step", None)
@@ -204,13 +219,17 @@ def stiffness_of(options: argparse.Namespace) -> float | None:
 
 def problem_of(options: argparse.Namespace) -> tuple[System, float, Method]:
     """The system, eta and method that the options describe."""
-    system = system_of(options)
-    if "restitution" in _own_options(options) and options.restitution is not None:
-        system = replace(system, restitution=options.restitution)
+    system = system_of_solver(options)
     if not system.excitation.drives:
         loaded = system.excitation.constant1 or system.excitation.constant2
         note(UNDER_LOAD if loaded else FREE_VIBRATION)
     return system, eta_of(options), method_of(options)
+
+
+def system_of_solver(options: argparse.Namespace) -> System:
+    """The system, with the restitution that is given for a solver that has it."""
+    system, given = system_of(options), options.restitution
+    return system if given is None or "restitution" not in _own_options(options) else replace(system, restitution=given)
 
 
 def _own_options(options: argparse.Namespace) -> tuple[str, ...]:
@@ -222,7 +241,8 @@ def _own_options(options: argparse.Namespace) -> tuple[str, ...]:
 
 def method_of(options: argparse.Namespace) -> Method:
     """The method that the options describe; options of other solvers get a note on stderr."""
-    note_unused(options)
+    of_all, own = dict.fromkeys(chain(*SOLVER_OPTIONS.values())), _own_options(options)
+    note_unused(options, [name for name in of_all if name not in own], f"on the {options.solver} solver")
     by_restitution = getattr(options, "law", None) in LAWS_BY_RESTITUTION
     needed = [name for name in NEEDED[options.solver] if name != "D" or not by_restitution]
     missing = [f"--{name}" for name in needed if getattr(options, name) is None]
@@ -269,8 +289,8 @@ def stepping_of(options: argparse.Namespace, **numbers: float) -> TimeStepping:
         raise ValueError(f"--located is --status located, and goes with no --status {status}")
     kind = INTEGRATORS[given.pop("integrator", NewmarkBeta.name)]
     more = {name: given.pop(name) for name in ("without_solution", "initial_acceleration") if name in given}
-    if "without_solution" in more and status != "end":
-        note("--without-solution has no effect unless --status is end")
+    if status != "end":
+        note_unused(options, ["without_solution"], "unless --status is end")
     own = [each.name for each in fields(kind)]
     if unknown := [name for name in given if name not in own]:
         has = f"it has {' and '.join(f'--{name}' for name in own)}" if own else "it has no numbers"
@@ -286,9 +306,8 @@ def reference_of(options: argparse.Namespace) -> Reference:
     return Reference(**{name: value for name, value in given.items() if value is not None})
 
 
-def note_unused(options: argparse.Namespace) -> None:
-    """Note on stderr which of the given options belong to other solvers."""
-    own = _own_options(options)
-    for name in dict.fromkeys(name for names in SOLVER_OPTIONS.values() for name in names):
-        if name not in own and getattr(options, name, None) not in (None, False):
-            note(f"--{name.replace('_', '-')} has no effect on the {options.solver} solver")
+def note_unused(options: argparse.Namespace, names: Iterable[str], where: str) -> None:
+    """Note on stderr which of these options are given, and have no effect there."""
+    for name in names:
+        if getattr(options, name, None) not in (None, False):
+            note(f"{option(name)} has no effect {where}")

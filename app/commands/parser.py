@@ -2,12 +2,13 @@
 
 import argparse
 import difflib
-from collections.abc import Callable, Mapping
-from typing import NamedTuple
+from collections.abc import Callable, Mapping, Sequence
+from typing import NamedTuple, TypeVar
 
 # Whatever takes a file has a metavar that begins so. `vibroscope completion` says how a shell completes one.
 NAMES_OF_FILES = ("FILE", "PATH")
 COMPLETED_AS_FILES: dict[str, str] = {}
+Entry = TypeVar("Entry")
 
 
 class OneLineParser(argparse.ArgumentParser):
@@ -49,6 +50,19 @@ class OneLineParser(argparse.ArgumentParser):
         """Print the line and point to --help."""
         line = " ".join(message.splitlines())  # it may quote what holds line breaks
         self.exit(2, f"{self.prog}: {line} (see {self.prog} --help)\n")
+
+
+def option(name: str) -> str:
+    """The option of a name in the parsed options."""
+    return f"--{name.replace('_', '-')}"
+
+
+def entries(kind: str, names: Sequence[str], known: Mapping[str, Entry]) -> list[Entry]:
+    """The entries of a table that are named, all where none is; raises ValueError for one that it does not have."""
+    for name in names:
+        if name not in known:
+            raise ValueError(f"unknown {kind} {name[:60]!r}; known: {', '.join(known)}")
+    return [known[name] for name in names or known]
 
 
 class Command(NamedTuple):

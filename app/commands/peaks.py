@@ -5,11 +5,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 from vibroscope.app.commands.options import (
-    PENALTY_OPTIONS,
-    SCHEME_OPTIONS,
-    add_fields,
-    add_initial_option,
-    add_system_option,
+    add_both_solutions,
     eta_of,
     reference_of,
     stepping_of,
@@ -40,10 +36,7 @@ LABEL, COLUMN = 16, 16  # characters
 
 def add(command: OneLineParser) -> None:
     """Add the options."""
-    add_fields(command, "eta", *PENALTY_OPTIONS, required=("K", "steps"))
-    add_fields(command, *SCHEME_OPTIONS, "joint_damping", "threshold")
-    add_initial_option(command)
-    add_system_option(command)
+    add_both_solutions(command)
     add = command.add_argument
     add("--spectrum", metavar="FILE.csv", help="also write the amplitudes, without dimension, over orders of eta")
     add("--transmissibility", metavar="FILE.csv", help="also write the transmissibility over --eta-range")

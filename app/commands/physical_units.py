@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import argparse
+import math
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
+import numpy as np
 from vibroscope.app.commands.options import units_of
-from vibroscope.engine import QUANTITIES, UNIT_SYSTEMS, Method, Response, Units, finite_or_none, written
+from vibroscope.engine import QUANTITIES, UNIT_SYSTEMS, Method, Response, Units, written
 
 if TYPE_CHECKING:  # `vibroscope simulate` does without, and it imports the whole description of motions
     from vibroscope.engine import Motion
@@ -42,9 +44,9 @@ def physical_run(units: Units, response: Response) -> dict:
     impacts = units.impacts(response.impacts)
     return {
         "section": _section(units, response.section),
-        "impacts": [list(row) for row in zip(impacts.time.tolist(), impacts.closing_speed.tolist(), strict=True)],
-        "impulses": impacts.impulse.tolist(),
-        "contacts": units.physical("time", response.contacts).tolist(),
+        "impacts": np.column_stack([impacts.time, impacts.closing_speed]),
+        "impulses": impacts.impulse,
+        "contacts": units.physical("time", response.contacts),
     }
 
 
@@ -61,11 +63,8 @@ def physical_motion(units: Units, motion: Motion) -> dict:
     return {
         "peak_force": None,
         "section": _section(units, motion.section),
-        "closing_speeds": units.physical("velocity", motion.closing_speeds).tolist(),
-        **{
-            name: finite_or_none(units.physical(quantity, getattr(motion, name)))
-            for name, quantity in quantities.items()
-        },
+        "closing_speeds": units.physical("velocity", motion.closing_speeds),
+        **{name: units.physical(quantity, getattr(motion, name)) for name, quantity in quantities.items()},
     }
 
 
@@ -106,10 +105,10 @@ def _line(units: Units, names: dict[str, tuple[str, str]], values: dict) -> str:
     return ", ".join(
         f"{text} {written(values[name])} {units.unit(quantity).replace('·', '.')}"
         for name, (text, quantity) in names.items()
-        if values.get(name) is not None
+        if values.get(name) is not None and math.isfinite(values[name])
     )
 
 
-def _section(units: Units, section) -> list:
+def _section(units: Units, section: np.ndarray) -> np.ndarray:
     scale = [units.factor(quantity) for quantity in ("displacement", "velocity") * 2]
-    return (section * scale).tolist() if len(section) else []
+    return section * scale if len(section) else section

@@ -13,11 +13,12 @@ from vibroscope.app.commands.options import (
     add_system_option,
     eta_of,
     note_held,
+    note_unused,
     reference_of,
     stepping_of,
     system_of,
 )
-from vibroscope.app.commands.output import note, progress_line
+from vibroscope.app.commands.output import progress_line
 from vibroscope.app.commands.parser import Command, OneLineParser
 from vibroscope.app.commands.physical_units import add_units_option, wanted_units
 from vibroscope.app.commands.recommend_schemes import ALL, find_schemes, is_asked
@@ -107,8 +108,8 @@ def etas_of(low: float, high: float, n: int) -> list[float]:
 
 def run(options: argparse.Namespace) -> Report:
     """Search."""
-    if options.K is not None and options.K_max is not None:
-        note("--K-max has no effect where --K is held")
+    if options.K is not None:
+        note_unused(options, ["K_max"], "where --K is held")
     units, progress = wanted_units(options), progress_line(lambda share: f"searching {100 * share:3.0f} %", 1)
     if is_asked(options):
         return find_schemes(options, partial(question_of, options), progress, units)

@@ -1,13 +1,12 @@
 """What ``vibroscope recommend`` found, as text and as JSON."""
 
-import math
 from collections.abc import Iterator, Sequence
 
 from vibroscope.app.commands.physical_units import settings_text, unit_names
 from vibroscope.app.commands.report import Line, Row, rows
 from vibroscope.app.explorer.method_words import scheme_as_dict
 from vibroscope.app.explorer.suggestion_words import contact_words, force_words, range_words, verified_words
-from vibroscope.engine import Recommendation, Served, TimeStepping, Units, finite_or_none, percent, written
+from vibroscope.engine import Recommendation, Served, TimeStepping, Units, percent, written
 from vibroscope.engine.facts import joined
 from vibroscope.engine.one_impact.of_system import alone_as_dict
 from vibroscope.engine.recommendation.contacts import Contacts
@@ -30,7 +29,7 @@ def as_json(found: Recommendation, units: Units | None = None) -> dict:
         "met": found.met,
         "front": [_front_row(trial) for trial in found.front],
         "front_solves": [trial.cost * found.scheme.stages for trial in found.front],
-        "joint_damping": None if math.isnan(found.joint_damping) else found.joint_damping,
+        "joint_damping": found.joint_damping,
         "compensated": found.compensated,
         "kind": found.kind,
         "reason": found.reason,
@@ -49,7 +48,7 @@ def range_json(found: Recommendation, units: Units | None = None) -> dict:
         "robust": best and best.robust,
         "met": found.met,
         "etas": [_served_json(served) for served in found.served],
-        "left_out": list(found.left_out),
+        "left_out": found.left_out,
         "front": [_front_row(trial) for trial in found.front],
         "limit": found.limit,
         "kind": found.kind,
@@ -81,7 +80,7 @@ def _contacts_json(contacts: Contacts | None) -> dict:
         "peak_force_without_step": "without_step",
         "steps_per_contact": "steps",
     }
-    return {name: contacts and finite_or_none(getattr(contacts, each)) for name, each in numbers.items()}
+    return {name: contacts and getattr(contacts, each) for name, each in numbers.items()}
 
 
 def _served_json(served: Served) -> dict:

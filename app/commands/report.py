@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from textwrap import wrap
 from typing import TYPE_CHECKING, NamedTuple, TypeVar
@@ -42,7 +41,8 @@ class Report(NamedTuple):
     lines : iterable of str, Statement or Row
         The text. It is read only where it is printed, line by line.
     data : dict or list, or callable
-        The JSON; a function of no arguments where it takes time, or follows from what was run for it.
+        The JSON, as `app.runtime.json_text` writes it; a function of no arguments where it takes time, or follows from
+        what was run for it.
     units : Units, optional
         Those of the statements.
     status : int, or callable
@@ -57,7 +57,9 @@ class Report(NamedTuple):
     def show(self, as_json: bool) -> int:
         """Print it and return the exit status."""
         if as_json:
-            print(json.dumps(self.data() if callable(self.data) else self.data, allow_nan=False))
+            from vibroscope.app.runtime.json_text import json_text  # with NumPy, which the command has imported by now
+
+            print(json_text(self.data() if callable(self.data) else self.data, ascii_only=True))
         else:
             for line in self.lines:
                 print("\n".join(printed(line, self.units)), flush=True)

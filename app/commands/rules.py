@@ -18,7 +18,7 @@ from vibroscope.app.commands.options import (
     system_of,
 )
 from vibroscope.app.commands.output import progress_line
-from vibroscope.app.commands.parser import Command, OneLineParser
+from vibroscope.app.commands.parser import Command, OneLineParser, entries
 from vibroscope.app.commands.report import Report
 from vibroscope.app.explorer.method_words import full_words
 from vibroscope.app.explorer.state import Setting
@@ -48,7 +48,7 @@ def add(command: OneLineParser) -> None:
 
 def run(options: argparse.Namespace) -> Report:
     """Judge the rules."""
-    chosen = [_rule_of(key) for key in options.rules] or list(rules().values())
+    chosen = entries("rule", options.rules, rules())
     asked = RuleQuestion(system_of(options), eta_of(options), _method_of(options), options.element_stiffness)
     if not asked.system.excitation.drives:
         raise ValueError(
@@ -64,12 +64,6 @@ def run(options: argparse.Namespace) -> Report:
             progress(len(found))
     outcomes = [each.as_dict() for each in found]
     return Report(_lines(asked, found), {"eta": asked.eta, "method": str(asked.method), "rules": outcomes})
-
-
-def _rule_of(key: str):
-    if key not in rules():
-        raise ValueError(f"unknown rule {key[:40]!r}; known: {', '.join(rules())}")
-    return rules()[key]
 
 
 def _method_of(options: argparse.Namespace) -> TimeStepping:

@@ -9,7 +9,7 @@ from itertools import chain
 
 import numpy as np
 from vibroscope import engine
-from vibroscope.app.commands.options import add_run_length, add_solver_options, default_of, problem_of
+from vibroscope.app.commands.options import add_run_length, add_solver_options, default_of, kept_periods, problem_of
 from vibroscope.app.commands.parser import Command, OneLineParser
 from vibroscope.app.commands.physical_units import (
     add_units_option,
@@ -45,8 +45,8 @@ def run(options: argparse.Namespace) -> Report:
         found = engine.steady(*problem, initial=options.initial)
         response, data, lines = found.response, steady_json(found, options.solver), steady_lines(found, options.initial)
     else:
-        keep = min(_KEEP, options.periods) if options.keep is None else options.keep
-        response = simulate(*problem, periods=options.periods, keep=keep, initial=options.initial)
+        length = {"periods": options.periods, "keep": kept_periods(options, _KEEP)}
+        response = simulate(*problem, **length, initial=options.initial)
         data, lines = as_json(response, options.solver), run_lines(response, options.initial)
     units = wanted_units(options)
     if units:
@@ -65,9 +65,9 @@ def as_json(response: Response, solver: str) -> dict:
         "keep": response.keep,
         "status": str(response.status),
         "message": response.message,
-        "section": response.section.tolist(),
-        "impacts": [list(pair) for pair in zip(impacts.time.tolist(), impacts.closing_speed.tolist(), strict=True)],
-        "contacts": response.contacts.tolist(),
+        "section": response.section,
+        "impacts": np.column_stack([impacts.time, impacts.closing_speed]),
+        "contacts": response.contacts,
         "seconds": response.cost.seconds,
         "steps_without_solution": response.steps_without_solution,
         "steps_with_two": response.steps_with_two,
@@ -81,7 +81,7 @@ def steady_json(found: engine.Steady, solver: str) -> dict:
         "message": report["message"] or found.message,
         "periodic": found.periodic,
         "period": found.period,
-        "multipliers": [[value.real, value.imag] for value in found.multipliers.tolist()],
+        "multipliers": found.multipliers,
         "residual": found.residual if found.periodic else None,
         "periods_run": found.periods,
     }

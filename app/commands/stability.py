@@ -6,7 +6,6 @@ from collections.abc import Iterator, Sequence
 
 from vibroscope.app.commands.parser import Command
 from vibroscope.app.commands.report import Report, checks
-from vibroscope.engine import finite_or_none
 from vibroscope.engine.hardcases.cases import hard_cases
 from vibroscope.engine.hardcases.judgement import HardCaseOutcome, outcome
 
@@ -60,8 +59,8 @@ def as_dict(found: HardCaseOutcome) -> dict:
         "expected": [str(status) for status in found.case.statuses],
         "status": str(found.status),
         "message": found.message,
-        **{name: finite_or_none(getattr(found, name)) for name in numbers},
-        "failures": list(found.failures),
+        **{name: getattr(found, name) for name in numbers},
+        "failures": found.failures,
         "passed": found.passed,
     }
 

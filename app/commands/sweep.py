@@ -26,10 +26,12 @@ from vibroscope.app.commands.options import (
     law_of,
     method_of,
     note_held,
+    note_unused,
     stepping_of,
     system_of,
+    system_of_solver,
 )
-from vibroscope.app.commands.output import note, watch_interrupt
+from vibroscope.app.commands.output import watch_interrupt
 from vibroscope.app.commands.parser import Command, OneLineParser
 from vibroscope.app.commands.report import Report
 from vibroscope.app.explorer.parameters import FIELDS
@@ -46,7 +48,6 @@ from vibroscope.engine import (
     PlaneStudy,
     Progress,
     StepStudy,
-    System,
     TimeStepping,
     is_compiled,
     spaced,
@@ -189,14 +190,12 @@ def _start_axis(text: str) -> tuple[str, tuple]:
 
 
 def _eta(options: argparse.Namespace, **periods: int) -> EtaStudy:
-    system = _system(options)
-    if options.over == "eta" and options.eta is not None:
-        note("--eta has no effect where eta is swept")
     if options.over == "eta":
+        note_unused(options, ["eta"], "where eta is swept")
         note_held(options)
     values = spaced(options.over, options.low, options.high, options.count, logarithmic=options.logarithmic)
     return EtaStudy(
-        system,
+        system_of_solver(options),
         _method(options),
         values=values,
         over=options.over,
@@ -210,15 +209,10 @@ def _eta(options: argparse.Namespace, **periods: int) -> EtaStudy:
     )
 
 
-def _system(options: argparse.Namespace) -> System:
-    system = system_of(options)
-    return system if options.restitution is None else replace(system, restitution=options.restitution)
-
-
 def _basin(options: argparse.Namespace, **periods: int) -> BasinStudy:
     axes = {name: spaced(name, *span) for name, span in (options.x, options.y)}
     more = {"start": options.start, "phase": options.phase}
-    return BasinStudy.over(_system(options), _method(options), eta_of(options), axes, **more, **periods)
+    return BasinStudy.over(system_of_solver(options), _method(options), eta_of(options), axes, **more, **periods)
 
 
 def _method(options: argparse.Namespace) -> Method:
@@ -232,8 +226,8 @@ def _plane(options: argparse.Namespace, **periods: int) -> PlaneStudy:
     exact = options.solver == "exact"
     if not exact and options.steps is None:
         raise ValueError("the newmark solver needs --steps; the paper takes --steps 2000")
-    if exact and options.steps is not None:
-        note("--steps has no effect on the exact solver")
+    if exact:
+        note_unused(options, ["steps"], "on the exact solver")
     if exact and options.located:
         raise ValueError("the exact penalty method has no step that could be located: leave --located out")
     axes = {name: spaced(name, *getattr(options, name), logarithmic=True) for name in ("K", "D")}

@@ -4,9 +4,9 @@ import argparse
 from collections.abc import Sequence
 from textwrap import wrap
 
-from vibroscope.app.commands.parser import Command
+from vibroscope.app.commands.parser import Command, entries
 from vibroscope.app.commands.report import Report, checks
-from vibroscope.app.validation import ComparedFigure, PublishedCase, as_dict, cases, validate
+from vibroscope.app.validation import ComparedFigure, as_dict, cases, validate
 
 _COLUMNS = "  {:<46} {:>15} {:>15} {:>15} {:>10} {:>8}"
 _HEAD = _COLUMNS.format("what", "published", "recomputed", "ours", "difference", "seconds")
@@ -21,15 +21,13 @@ seconds      of the first figure of a case with its solution, and with what had 
 
 def run(options: argparse.Namespace) -> Report:
     """Compare all figures."""
-    return checks(validate(_chosen(options.cases)), _lines, as_dict, lambda each: each.agrees, _summary)
-
-
-def _chosen(keys: list[str]) -> list[PublishedCase]:
-    known = {case.key: case for case in cases()}
-    for key in keys:
-        if key not in known:
-            raise ValueError(f"unknown case {key[:60]!r}; known: {', '.join(known)}")
-    return [known[key] for key in keys] if keys else list(known.values())
+    return checks(
+        validate(entries("case", options.cases, {case.key: case for case in cases()})),
+        _lines,
+        as_dict,
+        lambda each: each.agrees,
+        _summary,
+    )
 
 
 def _lines(found: ComparedFigure) -> list[str]:

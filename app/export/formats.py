@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import csv
 import io
-import json
-import math
 from collections.abc import Iterable, Mapping
 from importlib.metadata import version
 from itertools import repeat
@@ -159,27 +157,6 @@ def _texts(column: np.ndarray) -> np.ndarray:
     column = np.asarray(column)
     texts = column.astype(str)
     return np.where(np.isfinite(column), texts, "") if column.dtype.kind == "f" else texts
-
-
-def as_json(content: Mapping[str, object]) -> str:
-    """Numbers, texts, arrays and mappings of those as JSON; infinite values and nan become null."""
-    return json.dumps(_plain(content), ensure_ascii=False, allow_nan=False)
-
-
-def _plain(value: object) -> object:
-    """``value`` with lists in place of arrays, and None in place of infinite values and nan."""
-    if isinstance(value, Mapping):
-        return {name: _plain(item) for name, item in value.items()}
-    if isinstance(value, list | tuple):
-        return [_plain(item) for item in value]
-    if isinstance(value, np.ndarray):
-        if value.dtype.kind != "f":
-            return value.tolist()
-        digits = value.astype(str).astype(float) if value.dtype == np.float32 else value
-        return np.where(np.isfinite(digits), digits.astype(object), None).tolist()
-    if isinstance(value, np.generic):
-        return _plain(value.item())
-    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 def program() -> str:

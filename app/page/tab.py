@@ -34,10 +34,10 @@ class Move(NamedTuple):
 
 
 class Look(NamedTuple):
-    """How the browser shows the figures: whether the page is dark, and the instant of the bodies in periods."""
+    """How the browser shows the figures: whether the page is dark, and the outlines of the bodies (`bodies.js`)."""
 
     dark: bool = False
-    time: float = 0.0
+    bodies: str = ""
 
 
 class TabHost(Protocol):

@@ -20,7 +20,6 @@ from vibroscope.app.export.formats import (
     Figure,
     Loaded,
     as_csv,
-    as_json,
     as_toml,
     join_parts,
     loaded_from_toml,
@@ -31,6 +30,7 @@ from vibroscope.app.export.report import Findings, as_report
 from vibroscope.app.export.tables import table_in_units
 from vibroscope.app.page.tab import Look, TabHost, TabView
 from vibroscope.app.runtime import logs
+from vibroscope.app.runtime.json_text import json_text
 from vibroscope.app.runtime.workers import lower_priority, pool
 from vibroscope.engine.facts import sentence
 
@@ -109,8 +109,8 @@ def file_writer(view: TabView, asked: str, setting: Setting, address: str) -> Ca
         ``"toml"``, ``"python"``, ``"command"``, ``"deck:CODE"``; where there are figures also ``"json"``,
         ``"report"``, and of each figure ``"csv:NAME"``, ``"plot:NAME"`` (a script that draws it), ``"png:NAME"``,
         ``"svg:NAME"``, ``"pdf:NAME"``. What is drawn has options, as in ``"png:force?width=85&dpi=600"``: ``width`` and
-        ``height`` in mm, ``dpi``, ``dark`` (1 if the page is), ``time`` of the bodies in periods, and the ``page``
-        without its query.
+        ``height`` in mm, ``dpi``, ``dark`` (1 if the page is), the outlines of the ``bodies``, and the ``page`` without
+        its query.
     setting : Setting
         The present setting, for the parameter file. The other files are of the setting that the view shows, if any.
     address : str
@@ -132,7 +132,7 @@ def file_writer(view: TabView, asked: str, setting: Setting, address: str) -> Ca
     if name in figures:
         return _figure_writer(view, kind, figures[name], setting, (address, options))
     if what == "json" and figures:
-        return partial(_write, f"vibroscope-{view.key}.json", "application/json", as_json, _content(view, address))
+        return partial(_write, f"vibroscope-{view.key}.json", "application/json", json_text, _content(view, address))
     if what == "report" and figures:
         look = _look(options)
         drawn = [(view.drawing(name, look), figure.caption) for name, figure in figures.items() if figure.drawn]
@@ -153,10 +153,8 @@ def _report(title: str, findings: Findings, setting: Setting | None, drawn: list
 
 
 def _look(options: Mapping[str, str]) -> Look:
-    """How the browser shows the figures; an instant that is none is the first."""
-    time = options.get("time", "")
-    is_time = re.fullmatch(r"[01](\.\d{1,20})?", time) is not None
-    return Look(options.get("dark") == "1", float(time) if is_time else 0.0)
+    """How the browser shows the figures."""
+    return Look(options.get("dark") == "1", options.get("bodies", ""))
 
 
 def _page(options: Mapping[str, str]) -> str:

@@ -18,6 +18,7 @@ from bokeh.plotting import figure
 from PIL import Image
 from vibroscope.app.export.drawing import Call, Drawing, Size, plot_script, write_picture
 from vibroscope.app.export.formats import program
+from vibroscope.app.page.explore.body_drawing import body_drawing
 from vibroscope.app.page.shared.declared import Key, declared
 from vibroscope.app.page.shared.figure import BLUE, DARK, legend, make_figure
 from vibroscope.app.page.shared.ranges import OwnedRange
@@ -36,8 +37,16 @@ IN_KEY |= dict.fromkeys(("basin_reference", "basin_penalty"), ("Motion:", "motio
 IN_KEY["bifurcation_strip"] = ("period 1", "artefact of the time step", "chaotic", "ended early")
 
 
+# As the browser writes down what it has drawn; of what is none of the page's nothing is drawn.
+BODIES = (
+    "view_0_0_260_190*base.rail_10_6_250_6*base.plate_60_10_200_10_200_20_60_20*base.pivot_110_26_3.5*"
+    "base.pivot_150_26_3.5*reference.rod_110_26_100_160*reference.rod_150_26_160_160*reference.bob_100_160_15*"
+    "reference.bob_160_160_15*penalty.rod_110_26_90_160*penalty.bob_90_160_15*sun_1_2_3*base.post_nan_0_1_1*base.post_1_2_3_4_5"
+)
+
+
 def taken(tab, what, query="width=85&height=90&page=http://localhost/x"):
-    file = file_writer(tab, f"{what}?{query}", SETTING, ADDRESS)()
+    file = file_writer(tab, f"{what}?{query}&bodies={BODIES}", SETTING, ADDRESS)()
     return base64.b64decode(file["bytes"]) if "bytes" in file else file["text"]
 
 
@@ -121,6 +130,20 @@ def test_the_script_draws_the_same_picture(filled, name, tmp_path):  # noqa: F81
     assert ours.shape == its.shape
     assert (abs(ours - its).max(axis=2) > 40).mean() < 0.002  # numbers in the script are rounded to their digits
     assert file.with_suffix(".pdf").read_bytes().startswith(b"%PDF-")
+
+
+def test_the_bodies_are_drawn_as_the_browser_has_drawn_them():
+    drawing = body_drawing(BODIES, dark=False)
+    kinds = [call.method for call in drawing.calls]
+    assert (kinds.count("plot"), kinds.count("fill"), kinds.count("text")) == (4, 6, 2)
+    first = next(call for call in drawing.calls if call.options.get("edgecolor") == BLUE)
+    across, down = first.given
+    assert (np.ptp(across), np.ptp(down)) == pytest.approx((30, 30), rel=1e-3)
+    assert (across.mean(), down.mean()) == pytest.approx((100, 160))
+    for text in ("", "view_0_0_1e99_5*reference.bob_1e99_1_1", "view_0_0_nan_5", "view_1", "*_*"):
+        empty = body_drawing(text, dark=True)
+        assert empty.size == (260, 190)
+        assert not {"plot", "fill", "text"} & {call.method for call in empty.calls}
 
 
 def line(**more):
@@ -208,7 +231,7 @@ def test_a_size_out_of_its_range_is_refused_in_words(query, why, filled):  # noq
 
 def test_what_the_browser_says_of_its_page_is_not_believed(filled):  # noqa: F811
     for page in ("javascript:alert(1)", 'http://x/"><script>', "http://" + "x" * 400):
-        report = taken(filled("explore"), "report", f"page={page}&time=inf&dark=yes")
+        report = taken(filled("explore"), "report", f"page={page}&dark=yes")
         assert "<a href" not in report
         assert "<script" not in report
 

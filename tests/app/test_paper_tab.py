@@ -5,7 +5,6 @@ from dataclasses import replace
 
 import pytest
 from bokeh.document import Document
-from vibroscope.app.export.formats import as_json
 from vibroscope.app.page.paper import tab as tab_module
 from vibroscope.app.page.paper.tab import Paper
 from vibroscope.app.page.session import Session
@@ -14,6 +13,7 @@ from vibroscope.app.paper import CLAIMS
 from vibroscope.app.paper import checks as module
 from vibroscope.app.paper.claims import is_cancelled
 from vibroscope.app.runtime.cache import Cache
+from vibroscope.app.runtime.json_text import json_text
 from vibroscope.engine import Cancelled
 
 SEEN, CANCEL = {"seen": True}, {"cancel": True}
@@ -106,7 +106,7 @@ def test_a_claim_is_checked_when_it_is_seen_and_once(checks, host):
     assert [key for key, slot in tab.slots.items() if len(slot) == 2] == ["4C"]
     title = tab.slots["4C"][1].object.title
     assert (title.text, title.visible) == (f"Figure 4 [C]: {tab.data()['claims'][0]['found']}", False)
-    assert [row["figure"] for row in json.loads(as_json(tab.data()))["claims"]] == ["Figure 4 [C]"]
+    assert [row["figure"] for row in json.loads(json_text(tab.data()))["claims"]] == ["Figure 4 [C]"]
     assert host.offers == [""]
 
 

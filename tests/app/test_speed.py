@@ -6,13 +6,13 @@ import math
 import numpy as np
 import pytest
 from vibroscope.app.explorer.state import Setting
-from vibroscope.app.export.formats import as_json
 from vibroscope.app.page.speed.figure import SpeedView
 from vibroscope.app.page.speed.tab import Speed, statements
 from vibroscope.app.page.time_step.tab import TimeStep
 from vibroscope.app.performance.contenders import CHECKED
 from vibroscope.app.performance.truth import true_state
 from vibroscope.app.runtime.files import ASSETS
+from vibroscope.app.runtime.json_text import json_text
 from vibroscope.app.studies import speed
 from vibroscope.app.studies.speed import KINDS, PartialSpeed, SolverKey, SpeedQuestion, grow_speed, steps_around
 from vibroscope.engine import Cancelled, ExactPenalty, Newmark, Reference, System
@@ -131,7 +131,7 @@ def test_what_blew_up_is_said_and_neither_drawn_nor_ringed():
     assert statements(SETTING, nothing)
     tab = Speed(None)
     tab.study.result = nothing
-    assert set(json.loads(as_json(nothing.data()))["error"]) == {None}
+    assert set(json.loads(json_text(nothing.data()))["error"]) == {None}
     assert [series.label for series in tab.table("speed")] == list(KINDS)
 
 

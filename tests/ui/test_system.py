@@ -85,7 +85,7 @@ def test_a_system_of_the_shelf_is_shown_and_moves_in_the_same_drawing(kept, key)
     explorer.explained()
     assert explorer.page.locator(f"[data-scene='{key}']").get_attribute("aria-pressed") == "true"
     assert " N/m" in explorer.page.locator(".lines").text_content()
-    bodies = explorer.page.locator("svg[data-time] .reference .bob")
+    bodies = explorer.page.locator("svg.moving .reference .bob")
     assert bodies.count() == (1 if key == "wall" else 2)
     phase = explorer.page.get_by_label("Phase τ/T in the last two periods")
     phase.fill("0")
@@ -94,7 +94,7 @@ def test_a_system_of_the_shelf_is_shown_and_moves_in_the_same_drawing(kept, key)
     phase.fill("0.5")
     wait_until(lambda: bodies.first.get_attribute("x") != before, what="motion")
     explorer.moved(lambda: explorer.scene("A"))
-    assert explorer.page.locator("svg[data-time] circle.bob").count() == 4
+    assert explorer.page.locator("svg.moving circle.bob").count() == 4
 
 
 def test_an_impact_pair_is_loaded_from_a_file_with_both_walls_and_its_symmetric_motion_in_words(visit):

@@ -138,8 +138,12 @@ def test_each_tab_offers_files_of_each_kind(kept, tab):
 @pytest.mark.parametrize("bodies", ["pendulums", "two", "wall"])
 def test_the_drawing_of_the_bodies_is_taken_as_any_picture(kept, bodies):
     explorer = kept() if bodies == "pendulums" else kept().at(bodies=bodies)
+    files = {kind: taken(explorer, f"Bodies as {kind}")[1] for kind in ("PNG", "SVG", "PDF")}
     for kind, begins in (("PNG", b"\x89PNG"), ("SVG", b"<?xml"), ("PDF", b"%PDF-1.4")):
-        assert taken(explorer, f"Bodies as {kind}")[1].startswith(begins)
+        assert files[kind].startswith(begins)
+    drawn, shown = files["SVG"].decode().lower(), explorer.page.locator("svg.moving .reference .bob")
+    assert drawn.count("fill: #0072b2") == shown.count() == (1 if bodies == "wall" else 2)
+    assert drawn.count("fill: none; stroke: #d55e00") + drawn.count('style="fill: none; stroke: #d55e00') > 1
     assert explorer.error() == ""
 
 

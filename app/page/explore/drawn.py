@@ -59,7 +59,7 @@ class DrawnFigures:
     def drawing(self, name: str, result: Result, look: Look) -> Callable[[], Drawing] | None:
         """A function that gives a figure that the page draws without Bokeh; None for others."""
         if name == "mechanism":
-            return lambda: body_drawing(result.setting, result.columns["displacements"], look.time, dark=look.dark)
+            return lambda: body_drawing(look.bodies, dark=look.dark)
         front, tolerance = self._suggester.front, self._suggester.tolerance
         return (lambda: _front(front, tolerance, look)) if name == "front" else None
 

@@ -24,6 +24,8 @@ export function render({ model }) {
 class Drawing extends SystemDrawing {
   constructor(model) {
     super(SOLVERS);
+    this.element.classList.add("moving");
+    this.element.outlines = () => this.outlines(); // for its file
     this.model = model;
     this.draw();
   }
@@ -52,7 +54,6 @@ class Drawing extends SystemDrawing {
   }
 
   at(instant) {
-    this.element.dataset.time = instant.time; // for its file
     const states = SOLVERS.map((solver) => [solver, [1, 2].map((body) => instant.state(solver, body)[0])]);
     this.show(instant.base, Object.fromEntries(states), (solver) => instant.contact(solver));
   }

@@ -136,7 +136,7 @@ function sizeFields() {
   box.title = "A column of a journal is about 85 mm wide, a page 170 mm. Empty: as large as on the page.";
   const read = () => new URLSearchParams({ // empty ones mean as on the page; the server checks them
     width: width.value, height: height.value, dpi: dpi.value, page: location.origin + location.pathname,
-    dark: Number(document.documentElement.dataset.theme === "dark"), time: inPage("svg[data-time]")?.dataset.time ?? 0,
+    dark: Number(document.documentElement.dataset.theme === "dark"), bodies: inPage("svg.moving")?.outlines() ?? "",
   });
   return { element: box, read };
 }

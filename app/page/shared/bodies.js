@@ -1,4 +1,5 @@
 // The drawing of the system to scale, each solution as shapes of its own: at rest in the panel System, moving on Explore.
+// Files draw what it draws: see `outlines`.
 
 import { element, svgElement } from "./dom.js";
 
@@ -24,23 +25,33 @@ const put = (shape, attributes) => {
 };
 export const clamp = (value, low, high) => Math.min(Math.max(value, low), high);
 
-// A spring between two points of one height.
-function spring(from, to, y) {
-  const end = 5;
-  const [begin, last] = [from + end, to - end];
-  const points = [];
-  for (let i = 0; i <= 2 * COILS; i++) {
-    const x = begin + ((last - begin) * i) / (2 * COILS);
-    points.push(`${x.toFixed(2)} ${y + (i % 2 ? (i % 4 === 1 ? -6 : 6) : 0)}`);
-  }
-  return `M${from} ${y} L${points.join(" L")} L${to} ${y}`;
+// Draws lines, each a list of points.
+function trace(path, lines) {
+  path.lines = lines;
+  put(path, { d: lines.map((points) => `M${points.map(([x, y]) => `${x.toFixed(2)} ${y.toFixed(2)}`).join(" L")}`).join(" ") });
 }
 
-const hatch = (x, top, bottom, out) => {
-  let path = `M${x} ${top} V${bottom}`;
-  for (let y = top + 6; y <= bottom; y += 9) path += ` M${x} ${y} l${out * 7} -7`;
-  return path;
-};
+// A spring between two points of one height.
+function spring(from, to, y) {
+  const [begin, last] = [from + 5, to - 5];
+  const coil = (_, i) => [begin + ((last - begin) * i) / (2 * COILS), y + [0, -6, 0, 6][i % 4]];
+  return [[[from, y], ...Array.from({ length: 2 * COILS + 1 }, coil), [to, y]]];
+}
+
+function hatch(x, top, bottom, out) {
+  const lines = [[[x, top], [x, bottom]]];
+  for (let y = top + 6; y <= bottom; y += 9) lines.push([[x, y], [x + out * 7, y - 7]]);
+  return lines;
+}
+
+// The numbers of a shape: points of its lines or corners, or the middle and the radius of a circle.
+function outline(shape, shift) {
+  const [x, y, width, height] = ["x", "y", "width", "height"].map((name) => Number(shape.getAttribute(name)));
+  const corners = [[x, y], [x + width, y], [x + width, y + height], [x, y + height]];
+  if (shape.tagName !== "circle") return (shape.lines ?? [corners]).map((points) => points.flatMap(([x, y]) => [x + shift, y]));
+  const [cx, cy, r] = ["cx", "cy", "r"].map((name) => Number(shape.getAttribute(name)));
+  return [[cx + shift, cy, r]];
+}
 
 const playOf = ({ clearance, clearance2 }) => (clearance2 === null ? Infinity : clearance + clearance2);
 
@@ -57,7 +68,8 @@ export class SystemDrawing {
   constructor(solvers) {
     this.element = svgElement("svg", { viewBox: `0 0 ${WIDE} ${HIGH}`, role: "img" });
     this.base = svgElement("g", { class: "base" });
-    this.element.append(svgElement("path", { class: "rail" }), this.base);
+    this.rail = svgElement("path", { class: "rail" });
+    this.element.append(this.rail, this.base);
     this.bodies = Object.fromEntries(solvers.map((solver) => [solver, new Bodies(solver)]));
     this.element.append(...Object.values(this.bodies).map(({ element }) => element));
     this.scale = 1;
@@ -71,7 +83,8 @@ export class SystemDrawing {
     this.gap = system.clearance + this.rest[1] - this.rest[0]; // at rest
     const hung = system.kind === "pendulums";
     put(this.element, { viewBox: `0 ${hung ? 0 : LOW} ${WIDE} ${hung ? HIGH + this.below : HIGH - LOW}` });
-    put(this.element.firstChild, { d: hung ? `M10 ${PIVOT - 20} H${WIDE - 10}` : `M4 ${FLOOR + 14} H${WIDE - 4}` });
+    const [edge, y] = hung ? [10, PIVOT - 20] : [4, FLOOR + 14];
+    trace(this.rail, [[[edge, y], [WIDE - edge, y]]]);
     this.base.replaceChildren();
     for (const bodies of Object.values(this.bodies)) bodies.set(system);
   }
@@ -90,29 +103,43 @@ export class SystemDrawing {
     const out = this.place.half + BOB;
     const plate = Math.max(70, out + 12);
     return [
-      svgElement("rect", { x: MIDDLE - plate, y: PIVOT - 16, width: 2 * plate, height: 10, rx: 2 }),
-      ...[-out, out].map((x) => svgElement("circle", { cx: MIDDLE + x, cy: PIVOT, r: 3.5 })),
+      svgElement("rect", { class: "plate", x: MIDDLE - plate, y: PIVOT - 16, width: 2 * plate, height: 10, rx: 2 }),
+      ...[-out, out].map((x) => svgElement("circle", { class: "pivot", cx: MIDDLE + x, cy: PIVOT, r: 3.5 })),
     ];
   }
 
   // The floor, and on it what the springs are fixed to, or the wall.
   posts() {
     const { left, right } = this.place;
-    return [
-      svgElement("rect", { x: left - POST, y: FLOOR, width: right - left + 2 * POST, height: 6, rx: 1 }),
-      svgElement("path", { class: "post", d: hatch(left, FLOOR - 56, FLOOR, -1) }),
-      svgElement("path", { class: "post", d: hatch(right, FLOOR - 56, FLOOR, 1) }),
-    ];
+    const posts = [left, right].map((x, i) => {
+      const post = svgElement("path", { class: "post" });
+      trace(post, hatch(x, FLOOR - 56, FLOOR, i ? 1 : -1));
+      return post;
+    });
+    return [svgElement("rect", { class: "plate", x: left - POST, y: FLOOR, width: right - left + 2 * POST, height: 6, rx: 1 }), ...posts];
   }
 
   // `base`: where the base is; `states`: ξ₁ and ξ₂ of each solution, relative to the base; `contact`: age and lasting.
   show(base, states, contact = () => null) {
     const shift = base * this.scale;
+    this.shift = shift;
     put(this.base, { transform: `translate(${shift} 0)` });
     for (const [solver, bodies] of Object.entries(this.bodies)) {
       const places = states[solver].map((x, i) => (x - this.rest[i]) * this.scale);
       bodies.show(places, shift, this.place, contact(solver));
     }
+  }
+
+  // What is drawn now, for a file: whose and what each shape is, with its numbers in px, after the part that is seen, as
+  // "view_0_0_260_190*base.plate_60_10_200_10_200_20_60_20*penalty.bob_99.5_162_15". The letters need no escape in a query.
+  outlines() {
+    const shapes = [["base", [this.rail], 0], ["base", [...this.base.children], this.shift]];
+    for (const [solver, { element, rods, stop, bobs }] of Object.entries(this.bodies)) {
+      if (element.style.display !== "none") shapes.push([solver, [...rods, stop, ...bobs], 0]);
+    }
+    const told = shapes.flatMap(([owner, each, shift]) => each.filter(({ style }) => style.display !== "none").flatMap((shape) =>
+      outline(shape, shift).map((numbers) => [`${owner}.${shape.classList[0]}`, ...numbers.map((x) => Number(x.toFixed(1)))].join("_"))));
+    return [`view_${this.element.getAttribute("viewBox").replaceAll(" ", "_")}`, ...told].join("*");
   }
 }
 
@@ -131,7 +158,7 @@ class Bodies {
     const hung = kind === "pendulums";
     this.sides = [mass < 1 ? 1 : 1 / mass, mass < 1 ? mass : 1].map((each) => clamp(SIDES[1] * Math.cbrt(each), ...SIDES));
     const make = (tag, name) => Array.from({ length: count }, () => svgElement(tag, { class: name }));
-    this.rods = make(hung ? "line" : "path", hung ? "rod" : "rod spring");
+    this.rods = make("path", hung ? "rod" : "rod spring");
     this.rods[0].style.display = share ? "" : "none"; // a body without a spring
     this.bobs = make(hung ? "circle" : "rect", "bob");
     for (const bob of this.bobs) if (hung) put(bob, { r: BOB });
@@ -151,9 +178,9 @@ class Bodies {
   }
 
   // Draws the second stop so far left of the right face of body 1 as there is play; returns where the bodies touch.
-  touch(right, left, play, side, path) {
+  touch(right, left, play, side, lines) {
     const stop = left - play - side;
-    put(this.stop, { d: play < Infinity ? path(stop) : "" });
+    trace(this.stop, play < Infinity ? lines(stop) : []);
     return left - right > play / 2 ? stop : (right + left) / 2;
   }
 
@@ -163,12 +190,13 @@ class Bodies {
       return { pivot, x: pivot + out, y: PIVOT + Math.sqrt(Math.max(ROD ** 2 - out ** 2, 0)) };
     });
     places.forEach(({ pivot, x, y }, i) => {
-      put(this.rods[i], { x1: pivot, y1: PIVOT, x2: x, y2: y });
+      trace(this.rods[i], [[[pivot, PIVOT], [x, y]]]);
       put(this.bobs[i], { cx: x, cy: y });
       put(this.names[i], { x, y: y + 4 });
     });
     const [one, two] = places;
-    const hook = (x) => `M${two.x} ${two.y - BOB} v-7 H${x} V${one.y + BOB}`;
+    const top = two.y - BOB;
+    const hook = (x) => [[[two.x, top], [two.x, top - 7], [x, top - 7], [x, one.y + BOB]]];
     return { x: this.touch(one.x + BOB, two.x - BOB, play, 2 * BOB, hook), y: (one.y + two.y) / 2 };
   }
 
@@ -182,11 +210,12 @@ class Bodies {
       put(bob, { x, y: FLOOR - side, width: side, height: side, rx: 3 });
       put(this.names[i], { x: x + side / 2, y: FLOOR - side / 2 + 4 });
       const ends = i ? [x + side, right + shift] : [left + shift, x];
-      put(this.rods[i], { d: spring(...ends, FLOOR - SIDES[0] / 2) });
+      trace(this.rods[i], spring(...ends, FLOOR - SIDES[0] / 2));
     });
     const [top, end] = [FLOOR - SIDES[1] - 6, FLOOR - 14]; // above the spring
-    const second = this.bobs[1] ? `M${faces[1] + this.sides[1] / 2} ${FLOOR - this.sides[1]} V${top} H` : "";
-    const stop = (x) => (second ? `${second}${x} V${end}` : hatch(x, FLOOR - 56, end, -1));
+    const from = faces[1] + this.sides[1] / 2;
+    const hook = (x) => [[[from, FLOOR - this.sides[1]], [from, top], [x, top], [x, end]]];
+    const stop = (x) => (this.bobs[1] ? hook(x) : hatch(x, FLOOR - 56, end, -1));
     return { x: this.touch(...faces, play, this.sides[0], stop), y: FLOOR - SIDES[0] / 2 };
   }
 }
