@@ -37,7 +37,7 @@ LONGEST_NEAR_PERIOD = 4
 # of a motion that has died out or of bodies that move as one, counts as one of this size. Points that differ by less
 # than 1e-10 of a unit are the same: what rounding leaves after thousands of periods.
 LEAST_SECTION = 1e-5
-UNIT = 1.0  # of length: bodies that stand still at the section may still move by so much
+MOST_STILL = 10.0  # units of length: bodies that stand still at the section are taken to move by so much at most
 
 
 @jit_no_alloc
@@ -121,10 +121,10 @@ def write_section(log, rows, section):
 def size_of(section, rows):
     """Largest coordinate of the section, at least `LEAST_SECTION`.
 
-    Where a constant force displaces the bodies by many units, the largest speed or deviation of a displacement from its
-    mean counts, a UNIT at least: in shares of the displacement every motion would repeat itself.
+    Where a constant force displaces the bodies by more than `MOST_STILL`, the largest speed or deviation of a
+    displacement from its mean counts, if it is more: in shares of such a displacement every motion repeats itself.
     """
-    whole, moving = LEAST_SECTION, UNIT
+    whole, moving = LEAST_SECTION, MOST_STILL
     for c in range(4):
         mean = 0.0
         if c % 2 == 0:

@@ -1,6 +1,5 @@
 """No sentence holds nan or inf, and no JSON: comparisons of random settings, extremes included, and every wording."""
 
-import json
 import math
 import re
 from dataclasses import replace
@@ -11,6 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from vibroscope.app.commands.cli import main
 from vibroscope.app.commands.compare import as_json, lines_of
+from vibroscope.app.runtime.json_text import json_text
 from vibroscope.engine import (
     ComparisonQuestion,
     Excitation,
@@ -70,7 +70,7 @@ def test_comparisons_hold_numbers_or_words():
         length = {"periods": 60, "keep": 8} if system.excitation.drives else {"periods": 2, "keep": 2}
         comparison = compare(ComparisonQuestion(system, eta, method, reference=reference, **length))
         arguments = comparison, verdict(comparison)
-        json.dumps(as_json(*arguments), allow_nan=False)
+        json_text(as_json(*arguments))
         text = "\n".join(map(str, lines_of(*arguments)))
         found += [(system, eta, method, text)] if NO_NUMBER.search(text) else []
     assert not found
