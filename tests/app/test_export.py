@@ -16,12 +16,13 @@ from vibroscope.app.explorer.explanation import describe, explain, paragraphs
 from vibroscope.app.explorer.present import present
 from vibroscope.app.explorer.reading import read_setting, read_values
 from vibroscope.app.explorer.state import Setting
-from vibroscope.app.export.formats import Series, as_csv, as_json, as_toml, loaded_from_toml
+from vibroscope.app.export.formats import Series, as_csv, as_toml, loaded_from_toml
 from vibroscope.app.export.report import Findings, as_report
 from vibroscope.app.export.scripts import as_command, as_python
 from vibroscope.app.export.tables import FIGURES, figure_table
 from vibroscope.app.page.tabs import VIEWS
 from vibroscope.app.runtime.cache import Cache
+from vibroscope.app.runtime.json_text import json_text
 
 from tests.app.fakes import QueueingHost
 from tests.app.settings_strategy import settings
@@ -145,7 +146,7 @@ def test_a_cell_that_holds_no_number_is_empty_and_texts_are_quoted():
 
 def test_the_data_file_holds_null_where_there_is_no_number():
     data = {"a": np.array([0.1, np.nan], np.float32), "b": [np.float64("inf"), {"c": np.array([[1, 2]])}], "d": True}
-    assert json.loads(as_json(data)) == {"a": [0.1, None], "b": [None, {"c": [[1, 2]]}], "d": True}
+    assert json.loads(json_text(data)) == {"a": [0.1, None], "b": [None, {"c": [[1, 2]]}], "d": True}
 
 
 def test_the_report_is_whole_and_asks_no_server():

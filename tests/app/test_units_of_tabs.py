@@ -8,13 +8,14 @@ import pytest
 from vibroscope.app.codes.rules import AS_SET, RuleOutcome, rules
 from vibroscope.app.explorer.compute import compute_runs
 from vibroscope.app.explorer.parameters import FIELD_QUANTITIES
-from vibroscope.app.export.formats import as_csv, as_json
+from vibroscope.app.export.formats import as_csv
 from vibroscope.app.export.tables import columns_in_units, table_in_units
 from vibroscope.app.page.bifurcation.swept import SWEPT
 from vibroscope.app.page.speed.figure import error_label
 from vibroscope.app.page.tab import Move
 from vibroscope.app.page.tabs import VIEWS
 from vibroscope.app.page.your_code.rules import rows_of
+from vibroscope.app.runtime.json_text import json_text
 from vibroscope.app.studies.your_code import Judged, PartialCode, question_of
 from vibroscope.engine import Units
 from vibroscope.engine.facts import Amount, Symbol, stated
@@ -50,7 +51,7 @@ def check(tab):
     for text in (word for words in tab.words().items() for word in words):
         check_words(text)
     check_names(tab.data())
-    as_json(tab.data())
+    json_text(tab.data())
     for figure in tab.figures():
         table = table_in_units(tab.table(figure.name), PHYSICAL.scale) if figure.tabled else []
         for series in table:
