@@ -137,7 +137,7 @@ def test_each_tab_offers_files_of_each_kind(kept, tab):
 
 @pytest.mark.parametrize("bodies", ["pendulums", "two", "wall"])
 def test_the_drawing_of_the_bodies_is_taken_as_any_picture(kept, bodies):
-    explorer = kept() if bodies == "pendulums" else kept().at(bodies=bodies)
+    explorer = kept() if bodies == "pendulums" else kept().at(bodies=bodies, steps="2000")
     files = {kind: taken(explorer, f"Bodies as {kind}")[1] for kind in ("PNG", "SVG", "PDF")}
     for kind, begins in (("PNG", b"\x89PNG"), ("SVG", b"<?xml"), ("PDF", b"%PDF-1.4")):
         assert files[kind].startswith(begins)
