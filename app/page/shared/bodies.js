@@ -137,9 +137,9 @@ export class SystemDrawing {
     for (const [solver, { element, rods, stop, bobs }] of Object.entries(this.bodies)) {
       if (element.style.display !== "none") shapes.push([solver, [...rods, stop, ...bobs], 0]);
     }
-    const told = shapes.flatMap(([owner, each, shift]) => each.filter(({ style }) => style.display !== "none").flatMap((shape) =>
+    const written = shapes.flatMap(([owner, each, shift]) => each.filter(({ style }) => style.display !== "none").flatMap((shape) =>
       outline(shape, shift).map((numbers) => [`${owner}.${shape.classList[0]}`, ...numbers.map((x) => Number(x.toFixed(1)))].join("_"))));
-    return [`view_${this.element.getAttribute("viewBox").replaceAll(" ", "_")}`, ...told].join("*");
+    return [`view_${this.element.getAttribute("viewBox").replaceAll(" ", "_")}`, ...written].join("*");
   }
 }
 
