@@ -17,7 +17,7 @@ from bokeh.server.tornado import BokehTornado
 from bokeh.util.token import generate_session_id
 from panel.io.server import server_html_page_for_session
 from panel.io.state import set_curdoc
-from vibroscope.app.page.files import style
+from vibroscope.app.page.files import address_of, style
 from vibroscope.app.page.page import create_app
 from vibroscope.app.runtime import logs, metrics
 from vibroscope.app.runtime.limits import Turns
@@ -30,9 +30,9 @@ _BROKEN = "This page could not be built. The fault is the server's, and it has b
 _STOPPING = "This server is being restarted. Please try again in a moment."
 _PLACEHOLDER = "THE-TOKEN-OF-THIS-SESSION"
 _TEMPLATE_SESSION = "the page itself"
-# The page draws without WebGL; for the other script see page/shared/compat.js.
+# The page draws without WebGL; for the other two scripts see page/shared/compat.js and tables.js.
 _UNUSED_SCRIPT = re.compile(r'<script[^>]*src="[^"]*/(?:bokeh-gl|es-module-shims)[^"]*"[^>]*></script>')
-
+_TABLES = re.compile(r'<script[^>]*src="[^"]*/bokeh-tables[^"]*"[^>]*></script>')
 _SCRIPT_OF_BOKEH = re.compile(r'<script type="text/javascript">(\s*Bokeh\.[^<]*)</script>')
 
 
@@ -55,7 +55,7 @@ class Admission:
             html = server_html_page_for_session(
                 session, app.resources(), doc.title, _PLACEHOLDER, doc.template, doc.template_variables
             )
-        self._page = _defer_scripts(_UNUSED_SCRIPT.sub("", html))
+        self._page = _defer_scripts(_without_unused(html))
         self.prewarmed = PrewarmedSession(self._context, self._new_id)
         garbage = GarbageCollection(lambda: self.sessions, self.prewarmed.quiet_seconds)
         for work in (self.prewarmed.run(lambda: not self.refusal()), garbage.run()):
@@ -91,6 +91,13 @@ class Admission:
         """Tell every session that it ends, so that it cancels what is still computed for it."""
         for session in list(self._context.sessions):
             await self._context.application.on_session_destroyed(session.document.session_context)
+
+
+def _without_unused(html: str) -> str:
+    """The page without the scripts that it has no use for."""
+    return _TABLES.sub(
+        f'<script type="module" src="{address_of("shared/tables")}"></script>', _UNUSED_SCRIPT.sub("", html)
+    )
 
 
 def _defer_scripts(html: str) -> str:

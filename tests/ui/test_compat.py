@@ -75,6 +75,7 @@ def test_a_page_that_was_just_opened_is_as_the_hooks_make_it(explorer):
     assert "panel.min.js" in sources
     assert "es-module-shims" not in sources
     assert "bokeh-gl" not in sources
+    assert "bokeh-tables" not in sources  # what Panel's bundle asks of it stands in tables.js
     assert explorer.page.evaluate("String(importShim).includes('import(')")
     assert explorer.page.evaluate(SHEET) == [1, 2]  # not written again with the same text
     assert explorer.page.evaluate("kept.map(({ el }) => [el.role, el.tabIndex, el.ariaChecked])") == [
