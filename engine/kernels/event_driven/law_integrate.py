@@ -57,7 +57,7 @@ from vibroscope.engine.kernels.event_driven.state import (
     unpack_state,
     write_state,
 )
-from vibroscope.engine.kernels.event_driven.two_stops import other_root, touch
+from vibroscope.engine.kernels.event_driven.two_stops import other_root, touch_other
 from vibroscope.engine.kernels.linear.first_root import first_root
 from vibroscope.engine.kernels.linear.tables import POINTS, Phase, gap_at, position_at, state_after
 from vibroscope.engine.kernels.status import CROSSED, FULL, OK, PAUSED, PILED_UP, UNRESOLVED
@@ -262,7 +262,7 @@ def cross(p, a, z, s, after):
     i, u, fall, examined = other_root(p, phase, z)
     there = (i + u) * phase.spacing
     if there < s:
-        return there, touch(p, phase, a, z, (i, u), fall, -1.0), CROSSED, examined
+        return there, touch_other(p, phase, a, z, (i, u), fall), CROSSED, examined
     return s, after, OK, examined
 
 
