@@ -99,8 +99,9 @@ def divide_by_length(residual, jacobian, k, order, length, begun):
 def write_short_phase(phase, d, z, span, order, k, begun, equations):
     """Write the equation of event k, gap = 0 over a power of the length of its phase, from the terms of the gap.
 
-    The phase begins at z, where the first ``order`` terms vanish. ``span``: the intervals of its tables that it lasts, and
-    those of an excitation period; δ is still that along the event that began it. ``equations``: residual and Jacobian.
+    The phase begins at z, where the first ``order`` terms vanish; δ is still that along the event that began it.
+    ``span``: the intervals of its tables that it lasts, and those of an excitation period; ``equations``: residual and
+    Jacobian.
     """
     (u, per_period), (residual, jacobian) = span, equations
     scale, value, rate = 1.0, 0.0, 0.0
