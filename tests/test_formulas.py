@@ -124,7 +124,7 @@ def test_contact_laws(number):
             "g′": -v,
         }
         symbols["S"] = lambda x: value(smooth_step(), {"x": min(x, 1.0)})
-        found = contact_law.law_force(law, K, c, n, d, r, depth, v)
+        found = contact_law.law_force(contact_law.ContactLaw(law, K, n, d, r, c, 0.0), c, depth, v)
         assert value(sides(PAGES[number])[1], symbols) == pytest.approx(found, rel=1e-12, abs=1e-12)
 
 

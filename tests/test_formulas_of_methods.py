@@ -135,10 +135,9 @@ def test_the_force_of_a_step(law):
     method = TimeStepping(700.0, 4.0, 60, law=law, **numbers)
     m = newmark.scheme_of(parameters_of(SYSTEM, ETA, method))
     for gap, rate, a, b in RANDOM.uniform((-1, -1, 0, 0), (0, 1, 1, 1), (5, 4)):
-        found = law_step.solve_force(m, 0.3, gap, rate, a, b)
+        found = law_step.solve_force(m.law, 0.3, gap, rate, a, b)
         symbols = {"g₀": gap, "r₀": rate, "a": a, "b": b, "λ": found}
-        numbers = m.law, m.stiffness, 0.3, m.exponent, m.penetration, m.stiffening
-        symbols["L"] = lambda depth, speed, numbers=numbers: law_force(*numbers, depth, speed)
+        symbols["L"] = lambda depth, speed: law_force(m.law, 0.3, depth, speed)
         assert value(sides(PAGES[27])[1], symbols) == pytest.approx(found, rel=1e-9, abs=1e-9)
 
 

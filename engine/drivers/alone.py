@@ -15,7 +15,7 @@ from vibroscope.engine.drivers.parameters import parameters_of
 from vibroscope.engine.drivers.time_stepping import linear_scheme
 from vibroscope.engine.kernels.compile.options import uncompiled
 from vibroscope.engine.kernels.compile.record import make_buffers, no_contact
-from vibroscope.engine.kernels.equations.contact_law import HUNT_CROSSLEY, gain_at, law_force
+from vibroscope.engine.kernels.equations.contact_law import HUNT_CROSSLEY, contact_law_of, gain_at, law_force
 from vibroscope.engine.kernels.event_driven import law_integrate
 from vibroscope.engine.kernels.event_driven.law_contact import LawSystem
 from vibroscope.engine.kernels.event_driven.state import HybridState
@@ -109,14 +109,15 @@ def force_alone(p: Parameters, until: float) -> tuple[np.ndarray, np.ndarray]:
 
 def _motion_alone(p: Parameters) -> tuple[np.ndarray, bool, HybridState, Callable[[float], tuple[float, float]]]:
     """Where steps of high order begin and the last ends; whether and how the gap opens; depth and force over time."""
-    gain, steps = uncompiled(gain_at)(p, 1.0), list(_steps_alone(p, 1.0))
+    law, steps = uncompiled(contact_law_of)(p), list(_steps_alone(p, 1.0))
+    gain = uncompiled(gain_at)(law, 1.0)
     begins = np.cumsum([0.0] + [step[2] for step in steps])
 
     def depth_and_force(t: float) -> tuple[float, float]:
         k = min(int(np.searchsorted(begins, t, "right")), len(steps)) - 1
         system, a, *_ = steps[k]
         _, _, gap, rate = law_integrate.law_motion(system, a, (0.0,) * 6, t - begins[k])
-        return -gap, law_force(p.law, p.stiffness, gain, p.exponent, p.penetration, p.stiffening, -gap, -rate)
+        return -gap, law_force(law, gain, -gap, -rate)
 
     *_, after, opens = steps[-1]
     return begins, opens, after, depth_and_force
@@ -126,7 +127,7 @@ def _steps_alone(p: Parameters, closing: float) -> Iterator[tuple[LawSystem, Hyb
     """The steps of high order of a contact: its system, state, length, the state after it, whether the gap opens."""
     system = set_up_law(p._replace(law=float(HUNT_CROSSLEY)))  # one without tables for pieces, which are not used
     spacing = deepest_penetration(p.stiffness, p.mu, closing, p.exponent) / closing
-    system = system._replace(law=int(p.law), flight=system.flight._replace(spacing=spacing))
+    system = system._replace(law=uncompiled(contact_law_of)(p), flight=system.flight._replace(spacing=spacing))
     opened = uncompiled(no_contact)()._replace(closing=closing)
     a = HybridState(
         period=0.0,

@@ -32,7 +32,7 @@ from vibroscope.engine.kernels.event_driven.state import (
     in_contact,
     write_start,
 )
-from vibroscope.engine.kernels.event_driven.two_stops import integrate_between, write_start_between
+from vibroscope.engine.kernels.event_driven.two_stops import write_start_between
 from vibroscope.engine.kernels.linear.tables import INTEGRAL
 from vibroscope.engine.kernels.parameters import Parameters, no_keys
 from vibroscope.engine.kernels.status import FULL, OK, PAUSED, STATUSES
@@ -150,7 +150,7 @@ class EventDriver(Driver):
     def call(self, stop: int, buffers: PackedBuffers) -> tuple[int, int, int]:
         """Call the event loop."""
         packed, window = self._system.packed, self._window
-        loop = self.loop if self._system.second is None else integrate_between
+        loop = self.loop if self._system.second is None else kernel.integrate_between
         return loop(packed, self._state, float(stop), window, buffers.flat, buffers.sizes, None)
 
     def periods_per_call(self) -> int:
@@ -297,7 +297,7 @@ class LinearFlow(Flow):
     def _with_variation(self, start: np.ndarray, periods: float, variation: Variation):
         """Integrate the motion with changes of its start."""
         system, nothing = self._system, (NO_BUFFERS.flat, NO_BUFFERS.sizes)
-        loop = kernel.integrate if system.second is None else integrate_between
+        loop = kernel.integrate if system.second is None else kernel.integrate_between
         status, _, _ = loop(system.packed, start, periods, (0.0, 0.0), *nothing, variation)
         return (variation.end, variation.state, int(variation.course[0])) if status == OK else None
 

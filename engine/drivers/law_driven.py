@@ -10,7 +10,7 @@ from vibroscope.engine.drivers.parameters import parameters_of, parameters_of_st
 from vibroscope.engine.facts import Ending
 from vibroscope.engine.kernels.compile.options import uncompiled
 from vibroscope.engine.kernels.compile.record import Buffers, PackedBuffers
-from vibroscope.engine.kernels.equations.contact_law import MAIN, OTHER, force
+from vibroscope.engine.kernels.equations.contact_law import MAIN, OTHER, ContactLaw, contact_law_of, force
 from vibroscope.engine.kernels.equations.coordinates import contact_coordinates
 from vibroscope.engine.kernels.equations.motion import (
     coefficients,
@@ -86,12 +86,12 @@ class _Watched(NamedTuple):
     mirrored: int = -1  # which of its watched quantities then begins at zero
 
 
-def _watched_in(p: Parameters, pieces: dict[int, Piece]) -> dict[int, list[_Watched]]:
+def _watched_in(law: ContactLaw, pieces: dict[int, Piece]) -> dict[int, list[_Watched]]:
     """What ends each piece of a law: its kinks, and where bodies part in it the gap."""
     if not pieces:
         return {}
-    opening = int(uncompiled(kernel.first_piece)(p, 0.0, -1.0) - kernel.PIECES_FROM)  # that in which bodies part
-    opens = _Watched(p.stiffness, 0.0, 0.0, FLIGHT)
+    opening = int(uncompiled(kernel.first_piece)(law, 0.0, -1.0) - kernel.PIECES_FROM)  # that in which bodies part
+    opens = _Watched(law.stiffness, 0.0, 0.0, FLIGHT)
     watched: dict[int, list[_Watched]] = {piece: [opens] if OTHER <= piece == opening else [] for piece in pieces}
     for k, row in enumerate(pieces[MAIN].kinks):
         other = OTHER + k
@@ -104,7 +104,7 @@ def _watched_in(p: Parameters, pieces: dict[int, Piece]) -> dict[int, list[_Watc
 
 def set_up_law(p: Parameters, load: Load | None = None) -> LawSystem:
     """Tables and numbers of a run; those of a law that is not piecewise linear are the flight's alone."""
-    c = uncompiled(coefficients)(p)
+    c, law = uncompiled(coefficients)(p), uncompiled(contact_law_of)(p)
     tables = {
         "spacing": np.zeros(PIECES),
         "position": np.zeros(PIECES),
@@ -118,8 +118,8 @@ def set_up_law(p: Parameters, load: Load | None = None) -> LawSystem:
         "impulse": np.zeros((PIECES, 7)),
     }
     flight = _add_piece(tables, p, 0, Piece(0.0, 0.0), [_Watched(-1.0, 0.0, 0.0, COLLISION)])
-    pieces = pieces_of(p)
-    for piece, watched in _watched_in(p, pieces).items():
+    pieces = pieces_of(law)
+    for piece, watched in _watched_in(law, pieces).items():
         _add_piece(tables, p, piece, pieces[piece], watched)
     now = np.zeros(NUMBERS_OF_LOAD)
     if load is not None:
@@ -132,13 +132,7 @@ def set_up_law(p: Parameters, load: Load | None = None) -> LawSystem:
         clearance=p.clearance,
         play=p.play,
         sign=p.sign,
-        law=int(p.law),
-        stiffness=p.stiffness,
-        gain=p.gain,
-        relative=p.relative,
-        exponent=p.exponent,
-        penetration=p.penetration,
-        stiffening=p.stiffening,
+        law=law,
         react1=c.react1,
         inverse_mass=c.inverse_mass,
         generator=free_generator(p),

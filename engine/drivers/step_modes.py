@@ -27,11 +27,11 @@ class Mode(NamedTuple):
 
 def modes_of(m: LinearScheme) -> list[Mode]:
     """The modes of steps of size Δτ: flight, then those in contact in the order in which they mostly follow."""
-    law = m.system.law
+    law = m.system.law.kind
     if law <= CUT:
         found = [_mode_of_statuses(m, False, 0), _mode_of_statuses(m, True, 1)]
         return found if law == KELVIN_VOIGT else [*found, _mode_of_statuses(m, True, 0)]
-    pieces = list(pieces_of(m.system).values())
+    pieces = list(pieces_of(m.system.law).values())
     # the first piece, if bodies that part at touch are in it
     pulling = next((piece for piece in pieces[:1] if all(held > speed for _, speed, held in piece.kinks)), None)
     if not uncompiled(takes_larger)(law, OTHER):
@@ -62,7 +62,7 @@ def _gap_at_end(m: LinearScheme, end: np.ndarray) -> np.ndarray:
 def _mode_of_statuses(m: LinearScheme, pressed: bool, status: int) -> Mode:
     """A mode of spring and damper, which with the law that is cut act in a contact where they push."""
     maps, side, deciding = m.maps[0], -1.0 if pressed else 1.0, []
-    cut, acts, pairs = m.system.law == CUT, 1.0 if status else -1.0, _stages(m.maps[0], status)
+    cut, acts, pairs = m.system.law.kind == CUT, 1.0 if status else -1.0, _stages(m.maps[0], status)
     for i, (without, with_force) in enumerate(pairs):
         if m.at_end:  # either status wants that of the mode; a force that pushes makes the gap larger
             ends = ((without, with_force)[status],) if cut else (without, with_force)
@@ -78,7 +78,7 @@ def _mode_of_statuses(m: LinearScheme, pressed: bool, status: int) -> Mode:
     if not status:
         return mode
     mean = sum(weight * pair[1][FORCE] for weight, pair in zip(m.weights, pairs, strict=False))
-    return mode._replace(force=Piece(m.system.stiffness, m.system.damper), mean_force=mean)
+    return mode._replace(force=Piece(m.system.law.stiffness, m.system.damper), mean_force=mean)
 
 
 def _mode_of_piece(m: LinearScheme, piece: Piece | None, pulling: Piece | None) -> Mode:
@@ -107,10 +107,10 @@ def _mode_of_piece(m: LinearScheme, piece: Piece | None, pulling: Piece | None) 
             deciding += [held * one - depth * end[GAP] - speed * end[RATE] for depth, speed, held in piece.kinks]
         if m.at_end or i + 1 < len(maps):  # where it is closed with these forces, it is without them, too
             deciding.append(side * end[GAP])
-        elif piece and piece.stiffness > m.system.stiffness:  # the damper at its limit pushes where the spring does
+        elif piece and piece.stiffness > m.system.law.stiffness:  # the damper at its limit pushes where the spring does
             deciding.append(-end[GAP])
     gap = side * _gap_at_end(m, end)
-    if m.system.relative != 0.0:  # the closing speed is that before the plain step which begins a contact
+    if m.system.law.relative != 0.0:  # the closing speed is that before the plain step which begins a contact
         deciding.append(gap)
     mode = Mode(end[: GAP + 1], piece is not None, int(piece is not None), deciding, gap)
     if not piece or piece.stiffness == 0.0:

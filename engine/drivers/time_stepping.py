@@ -83,9 +83,8 @@ class TimeSteppingDriver(SteppingDriver):
         x1, v1, gap, rate = uncompiled(contact_coordinates)(m, *start.state)
         pressed = gap <= 0.0
         closing = max(-rate, 0.0) if gap == 0.0 else 0.0
-        gain = uncompiled(gain_at)(m, closing)
-        force = uncompiled(law_force)(m.law, m.stiffness, gain, m.exponent, m.penetration, m.stiffening, -gap, -rate)
-        push = force if pressed else 0.0
+        gain = uncompiled(gain_at)(m.law, closing)
+        push = uncompiled(law_force)(m.law, gain, -gap, -rate) if pressed else 0.0
         x1, v2 = x1 - m.rest1, v1 + rate
         x2 = m.touch + gap + x1
         found = uncompiled(accelerations)(uncompiled(coefficients)(p), x1, v1, x2, v2, push, *self.load[:, 0])
@@ -118,7 +117,7 @@ class TimeSteppingDriver(SteppingDriver):
         return self.explain_divergence(self._now.step, self._explain_instability())
 
     def _explain_no_solution(self) -> Ending:
-        method, step, damping = self._method, self._now.step, self._scheme.system.gain / 2
+        method, step, damping = self._method, self._now.step, self._scheme.system.law.gain / 2
         cut = f", even in {kernel.PARTS} parts," if method.without_solution == "halve" else ""
         others = tuple(name for name in WITHOUT_SOLUTION[1:] if name != method.without_solution)
         advice = stated(

@@ -19,5 +19,5 @@ STATUSES = tuple(Status)  # a status is stored as its index in here
 OK, DIVERGED, PILED_UP, UNRESOLVED, WITHOUT_SOLUTION = range(len(STATUSES))
 # … and what a kernel returns that is not at an end yet: FULL: empty the buffers and call again; PAUSED: call again;
 # WITHDRAWN: the caller has asked it to stop.
-# Between two stops, CROSSED: go on as seen from the other one; FLYING: a flight begins
-FULL, PAUSED, WITHDRAWN, CROSSED, FLYING = range(len(STATUSES), len(STATUSES) + 5)
+# Between two stops, CROSSED: go on as seen from the other one
+FULL, PAUSED, WITHDRAWN, CROSSED = range(len(STATUSES), len(STATUSES) + 4)

@@ -223,7 +223,7 @@ def test_what_a_code_cannot_express_is_refused(kind):
 
 @pytest.mark.parametrize("law", ["flores", "jankowski", "hunt-crossley", "lankarani-nikravesh"])
 def test_opensees_has_materials_of_hertz(law, monkeypatch, tmp_path):
-    from vibroscope.engine.kernels.equations.contact_law import law_force
+    from vibroscope.engine.kernels.equations.contact_law import ContactLaw, law_force
     from vibroscope.engine.law_table import CONTACT_LAWS, damper_of
 
     method = TimeStepping(12000, None, STEPS, status="end", law=law)
@@ -240,7 +240,8 @@ def test_opensees_has_materials_of_hertz(law, monkeypatch, tmp_path):
         stiffness, ratio, gap, power = numbers
         found = stiffness * (depth * length) ** power * (1 + ratio * speed / touch)
     gain, by_speed = damper_of(problem.system, method)
-    ours = law_force(CONTACT_LAWS.index(law), 12000.0, gain / touch if by_speed else gain, 1.5, 0.0, 0.0, depth, speed)
+    numbers = ContactLaw(CONTACT_LAWS.index(law), 12000.0, 1.5, 0.0, 0.0, gain, float(by_speed))
+    ours = law_force(numbers, gain / touch if by_speed else gain, depth, speed)
     assert kind == ("JankowskiImpact" if law == "jankowski" else "Hertzdamp")
     assert gap == pytest.approx(-0.1 * length)
     assert found == pytest.approx(MM.physical("force", ours), rel=1e-12)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from vibroscope.engine import CONTACT_LAWS, INTEGRATORS, LAWS_BY_RESTITUTION, System, TimeStepping, simulate
 from vibroscope.engine.drivers.parameters import parameters_of
-from vibroscope.engine.kernels.equations.contact_law import law_force, law_slopes
+from vibroscope.engine.kernels.equations.contact_law import ContactLaw, law_force, law_slopes
 from vibroscope.engine.kernels.time_stepping import law_step, newmark
 
 from tests.law_numbers import law_numbers
@@ -55,7 +55,7 @@ def test_newton_s_method_finds_the_force_of_the_bracket(law):
     method = TimeStepping(700.0, 4.0, 60, law=law, **law_numbers(law, 1.7 if law == "impact" else None))
     m, found = newmark.scheme_of(parameters_of(System(), 1.3, method)), 0
     for numbers in np.random.default_rng(11).uniform((-1, -1, 0, 0), (0, 1, 2e-3, 0.1), (200, 4)):
-        one, other = law_step.newton_root(m, 0.3, *numbers), law_step.bracketed_root(m, 0.3, *numbers)
+        one, other = law_step.newton_root(m.law, 0.3, *numbers), law_step.bracketed_root(m.law, 0.3, *numbers)
         if not np.isnan(one):
             assert one == pytest.approx(other, rel=1e-14, abs=1e-15)
             found += 1
@@ -67,9 +67,9 @@ def test_newton_s_method_finds_the_force_of_the_bracket(law):
 def test_the_slopes_of_a_law_are_its_derivatives(law, exponent):
     law, step = CONTACT_LAWS.index(law), 1e-6
     for depth, speed in np.random.default_rng(12).uniform((0.05, -1.5), (2.0, 1.5), (50, 2)):
-        at = law, 7.0, 0.3, exponent, 0.8
+        at = ContactLaw(law, 7.0, exponent, 0.8, 0.0, 0.3, 0.0), 0.3
         by_depth, by_speed = law_slopes(*at, depth, speed)
-        expected = (law_force(*at, 0.0, depth + step, speed) - law_force(*at, 0.0, depth - step, speed)) / (2 * step)
+        expected = (law_force(*at, depth + step, speed) - law_force(*at, depth - step, speed)) / (2 * step)
         assert by_depth == pytest.approx(expected, rel=1e-6, abs=1e-6)
-        expected = (law_force(*at, 0.0, depth, speed + step) - law_force(*at, 0.0, depth, speed - step)) / (2 * step)
+        expected = (law_force(*at, depth, speed + step) - law_force(*at, depth, speed - step)) / (2 * step)
         assert by_speed == pytest.approx(expected, rel=1e-6, abs=1e-6)

@@ -9,7 +9,7 @@ from vibroscope.engine.contact import contact_frequency, spring_duration, spring
 from vibroscope.engine.drivers.law_driven import by_steps
 from vibroscope.engine.drivers.parameters import parameters_of
 from vibroscope.engine.kernels.equations.contact_law import LAWS as NUMBERS
-from vibroscope.engine.kernels.equations.contact_law import law_force
+from vibroscope.engine.kernels.equations.contact_law import ContactLaw, law_force
 from vibroscope.engine.law_table import LAW_NUMBERS, LAWS, formula_damper, laws_with, numbers_of
 
 from tests.law_numbers import law_numbers
@@ -20,7 +20,8 @@ LINEAR = [law for law in CONTACT_LAWS if LAWS[law].exponent == 1.0 and not LAWS[
 
 
 def force_of(law, gain=0.0, exponent=1.5, penetration=0.02, speed=0.0, stiffening=4.0):
-    return law_force(CONTACT_LAWS.index(law), K, gain, exponent, penetration, stiffening, DEPTH, speed)
+    law = ContactLaw(CONTACT_LAWS.index(law), K, exponent, penetration, stiffening, gain, 0.0)
+    return law_force(law, gain, DEPTH, speed)
 
 
 def test_the_table_has_every_law_of_the_kernels():
@@ -45,7 +46,8 @@ def test_a_law_takes_the_penetration_that_its_force_depends_on(law):
 
 @pytest.mark.parametrize("law", CONTACT_LAWS)
 def test_the_damper_of_a_law_that_jumps_acts_at_touch(law):
-    touch = law_force(CONTACT_LAWS.index(law), K, 3.0, LAWS[law].exponent, 0.02, 4.0, 1e-12, 0.1)
+    numbers = ContactLaw(CONTACT_LAWS.index(law), K, LAWS[law].exponent, 0.02, 4.0, 3.0, 0.0)
+    touch = law_force(numbers, 3.0, 1e-12, 0.1)
     assert touch == pytest.approx(0.3 if LAWS[law].jumps else 0.0, abs=1e-3)
 
 

@@ -170,13 +170,6 @@ def integrate_skipping(packed, state, stop, window, flat, sizes, full):
 def record_open_contact(packed, state, stop, buffers):
     """Take the steps that are left of an open contact up to ``stop``, and record it as if it ended there."""
     p, now = unpack_skipping(packed), unpack_state(state)
-    k = now.step % p.steps
     while now.step < stop:
-        k = (k + 1) % p.steps
-        c, s = cos_sin(k / p.steps)
-        cosine1, cosine2 = phased(p.scheme, c, s)
-        a1, a2, push = step(p.scheme, now.p1, now.q1, now.p2, now.q2, True, cosine1, cosine2)
-        q1, q2 = now.q1 + a1, now.q2 + a2
-        contact = with_impulse(now.contact, now.contact.impulse + p.scheme.h * push)
-        now = StepState(now.p1 + q1, q1, now.p2 + q2, q2, a1, a2, now.gap, True, now.step + 1, contact)
+        now = state_after_step(p, now, excitation_at(p, (now.step + 1) % p.steps))
     end_contact(p.scheme, now.contact, now.step, motion_of(p.scheme, now), 0.0, buffers)

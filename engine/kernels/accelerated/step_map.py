@@ -34,7 +34,7 @@ from vibroscope.engine.kernels.equations.motion import free_equilibrium, pressed
 from vibroscope.engine.kernels.equations.rates import free_rate, pressed_rate
 from vibroscope.engine.kernels.linear.matrices import fill_powers, image, raise_to_images, raise_within
 from vibroscope.engine.kernels.parameters import FOR_CONTACT, FOR_FLIGHT, renew_key, unpack_parameters
-from vibroscope.engine.kernels.time_stepping.newmark import Scheme, phased, scheme_of
+from vibroscope.engine.kernels.time_stepping.newmark import SCHEME, Scheme, phased, scheme_of
 
 FREE, PRESSED = 0, 1  # contact states
 LEVELS = 3
@@ -85,7 +85,7 @@ TABLES = Layout(
     origins=(2, 3),
     strides=(2, LEVELS),
 )
-SKIPPING = Layout(SkippingScheme, tables=TABLES, scheme=Layout(Scheme))
+SKIPPING = Layout(SkippingScheme, tables=TABLES, scheme=SCHEME)
 unpack_skipping = SKIPPING.unpack
 _write_numbers = SKIPPING.writer("steps", "scheme")
 

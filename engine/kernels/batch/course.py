@@ -24,15 +24,20 @@ BRIEFLY, NO_ORIGIN = np.bool_(False), np.int64(0)  # events without their motion
 
 
 @jit_no_alloc
-def integrate_events(work, plan, p, stop, log, record, signals):
-    """Integrate a motion in closed form to the end of period ``stop``; returns its status.
+def integrate_to(work, plan, p, stop, log, record, signals):
+    """Integrate a cell to the end of period ``stop``; returns its status.
 
     ``record``: packed buffers to fill, and the period with which they, and their samples, begin.
     """
     flat, sizes, origin = record
-    window, pauses, paused_in = (float(origin), float(origin)), 0, -1.0
+    n, pauses, paused_in = int(p.steps), 0, -1.0
     while signals[0] == 0:
-        status, _, _ = integrate(work.packed, work.state, float(stop), window, flat, sizes, None)
+        if plan.kind == SKIPPING:
+            window = (origin * n, origin * n, -(-n // sizes[3]))
+            status = integrate_skipping(work.packed, work.state, stop * n, window, flat, sizes, BRIEFLY)
+        else:
+            start = float(origin), float(origin)
+            status, _, _ = integrate(work.packed, work.state, float(stop), start, flat, sizes, None)
         if status == FULL:
             log_events(work, p, log, record)
         elif status == PAUSED:
@@ -44,28 +49,6 @@ def integrate_events(work, plan, p, stop, log, record, signals):
         else:
             return status
     return WITHDRAWN
-
-
-@jit_no_alloc
-def integrate_steps(work, plan, p, stop, log, record, signals):
-    """Integrate Newmark's solution to the end of period ``stop``, as :func:`integrate_events`."""
-    flat, sizes, origin = record
-    n = int(p.steps)
-    window = (origin * n, origin * n, -(-n // sizes[3]))
-    while signals[0] == 0:
-        status = integrate_skipping(work.packed, work.state, stop * n, window, flat, sizes, BRIEFLY)
-        if status != FULL:
-            return status
-        log_events(work, p, log, record)
-    return WITHDRAWN
-
-
-@jit_no_alloc
-def integrate_to(work, plan, p, stop, log, record, signals):
-    """Integrate to the end of period ``stop``."""
-    if plan.kind == SKIPPING:
-        return integrate_steps(work, plan, p, stop, log, record, signals)
-    return integrate_events(work, plan, p, stop, log, record, signals)
 
 
 @jit_no_alloc

@@ -45,6 +45,7 @@ other.
 """
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from vibroscope.engine.kernels.compile.options import jit, jit_inlined, jit_no_alloc, jit_uncontracted
@@ -79,6 +80,24 @@ for _law, _rows in _PIECES.items():
         PIECES[_law, _piece] = _row
 
 
+class ContactLaw(NamedTuple):
+    """The numbers of a contact law, as in :class:`..parameters.Parameters`; each law reads its own."""
+
+    kind: int  # of LAWS
+    stiffness: float  # K
+    exponent: float
+    penetration: float
+    stiffening: float
+    gain: float
+    relative: float
+
+
+@jit_inlined
+def contact_law_of(p):
+    """The contact law, from :class:`..parameters.Parameters`."""
+    return ContactLaw(int(p.law), p.stiffness, p.exponent, p.penetration, p.stiffening, p.gain, p.relative)
+
+
 @jit_uncontracted
 def force(stiffness, damping, gap, rate):
     """λ of a spring and a damper, Eq. (5)."""
@@ -86,64 +105,61 @@ def force(stiffness, damping, gap, rate):
 
 
 @jit_inlined
-def force_of_law(law, linear):
+def force_of_law(kind, linear):
     """λ of a penalty law, from what Eq. (5) gives.
 
     An implicit step finds λ = L/(1 + S) with S ≥ 0 from the linear force L after a step without contact. It has the
     sign of L, so that cutting it at zero is exact. Other laws are solved for (:mod:`..time_stepping.law_step`).
     """
-    return max(linear, 0.0) if law == CUT else linear  # Eqs. (5) and (6)
+    return max(linear, 0.0) if kind == CUT else linear  # Eqs. (5) and (6)
 
 
 @jit_inlined
-def is_piecewise_linear(law):
+def is_piecewise_linear(kind):
     """Whether a law is a spring, a damper and a constant in each of its pieces, all of them in :data:`PIECES`."""
-    return PIECEWISE_LINEAR[int(law)]
+    return PIECEWISE_LINEAR[int(kind)]
 
 
 @jit_inlined
-def factors(law, piece, stiffening):
+def factors(law, piece):
     """The factors a, b and f in the force aKδ + bcv + fKd of a piece."""
-    i = int(law)
-    spring = PIECES[i, piece, 0] + PIECES[i, piece, 4] * stiffening
-    return spring, PIECES[i, piece, 1], PIECES[i, piece, 2] + PIECES[i, piece, 5] * stiffening
+    i = law.kind
+    spring = PIECES[i, piece, 0] + PIECES[i, piece, 4] * law.stiffening
+    return spring, PIECES[i, piece, 1], PIECES[i, piece, 2] + PIECES[i, piece, 5] * law.stiffening
 
 
 @jit_inlined
-def takes_larger(law, piece):
+def takes_larger(kind, piece):
     """Whether the law takes the larger of a piece's force and of that without this piece, or the smaller."""
-    return PIECES[int(law), piece, 3] == LARGER
+    return PIECES[int(kind), piece, 3] == LARGER
 
 
 @jit_inlined
-def count_kinks(law):
+def count_kinks(kind):
     """How many pieces there are beyond MAIN."""
-    return KINKS[int(law)]
+    return KINKS[int(kind)]
 
 
 @jit_inlined
-def of_both(law, piece, before, own):
+def of_both(kind, piece, before, own):
     """The force of a law that is ``before`` without a piece and ``own`` in it; likewise what a step gives."""
-    return max(before, own) if takes_larger(law, piece) else min(before, own)
+    return max(before, own) if takes_larger(kind, piece) else min(before, own)
 
 
 @jit_inlined
-def kink(law, piece, stiffening, spring, damper, knee):
+def kink(law, piece, spring, damper, knee):
     """What falls below zero where a law goes from MAIN to a piece, of Kδ, cv and Kd."""
-    a, b, f = factors(law, piece, stiffening)
+    a, b, f = factors(law, piece)
     found = (1.0 - a) * spring + (1.0 - b) * damper - f * knee
-    return found if takes_larger(law, piece) else -found
+    return found if takes_larger(law.kind, piece) else -found
 
 
 @jit_inlined
-def gain_at(p, closing):
-    """c, or h of Eq. (18), of a contact that closed with this speed; 0 where it closed without and they depend on it.
-
-    ``p``: whatever has the fields ``gain`` and ``relative`` of :class:`..parameters.Parameters`.
-    """
-    if p.relative == 0.0:
-        return p.gain
-    return p.gain / closing if closing > 0.0 else 0.0
+def gain_at(law, closing):
+    """c, or h of Eq. (18), of a contact that closed with a speed; 0 where it closed without and they depend on it."""
+    if law.relative == 0.0:
+        return law.gain
+    return law.gain / closing if closing > 0.0 else 0.0
 
 
 @jit_inlined
@@ -165,49 +181,51 @@ def full_damping(share):
 
 
 @jit_no_alloc
-def law_force(law, stiffness, gain, exponent, penetration, stiffening, depth, speed):
+def law_force(law, gain, depth, speed):
     """λ of any law, Eqs. (5), (6), (16) to (21) and (60), from δ = ``depth`` and v = ``speed``.
 
     Beyond δ = 0 a law that jumps there, Eqs. (5), (6), (17), (60) and (20) with n = 1, goes on; the others are zero.
-    ``gain``: c, or h of Eq. (18).
+    ``law``: a :class:`ContactLaw`; ``gain``: c, or h of Eq. (18).
     """
-    if is_piecewise_linear(law) or (law == CONSTANT and exponent == 1.0):
-        spring, damper, knee = stiffness * depth, gain * speed, stiffness * penetration
+    kind, stiffness, exponent = law.kind, law.stiffness, law.exponent
+    if is_piecewise_linear(kind) or (kind == CONSTANT and exponent == 1.0):
+        spring, damper, knee = stiffness * depth, gain * speed, stiffness * law.penetration
         found = spring + damper
-        for piece in range(OTHER, OTHER + count_kinks(law)):  # Eqs. (6), (16), (17) and (60)
-            a, b, f = factors(law, piece, stiffening)
-            found = of_both(law, piece, found, a * spring + b * damper + f * knee)
+        for piece in range(OTHER, OTHER + count_kinks(kind)):  # Eqs. (6), (16), (17) and (60)
+            a, b, f = factors(law, piece)
+            found = of_both(kind, piece, found, a * spring + b * damper + f * knee)
         return found
     if not depth > 0.0:
         return 0.0
     spring = stiffness * power(depth, exponent)
-    if law <= FLORES:
+    if kind <= FLORES:
         return spring * (1.0 + gain * speed)  # Eq. (18)
-    if law == JANKOWSKI:
+    if kind == JANKOWSKI:
         return spring + gain * math.sqrt(math.sqrt(depth)) * max(speed, 0.0)  # Eq. (19)
-    if law == CONSTANT:
+    if kind == CONSTANT:
         return spring + gain * damper_growth(depth, exponent) * speed  # Eq. (20)
-    return max(spring + gain * full_damping(min(depth / penetration, 1.0)) * speed, 0.0)  # Eq. (21)
+    return max(spring + gain * full_damping(min(depth / law.penetration, 1.0)) * speed, 0.0)  # Eq. (21)
 
 
 @jit_no_alloc
-def law_slopes(law, stiffness, gain, exponent, penetration, depth, speed):
+def law_slopes(law, gain, depth, speed):
     """∂λ/∂δ and ∂λ/∂v of Eqs. (18) to (21) where δ > 0, as :func:`law_force`; at a kink that of one of its sides."""
-    spring = stiffness * power(depth, exponent)
+    kind, exponent = law.kind, law.exponent
+    spring = law.stiffness * power(depth, exponent)
     growth = exponent * spring / depth
-    if law <= FLORES:
+    if kind <= FLORES:
         return growth * (1.0 + gain * speed), gain * spring
-    if law == JANKOWSKI:
+    if kind == JANKOWSKI:
         damper = gain * math.sqrt(math.sqrt(depth)) if speed > 0.0 else 0.0
         return growth + 0.25 * damper * speed / depth, damper
-    if law == CONSTANT:
+    if kind == CONSTANT:
         damper = gain * damper_growth(depth, exponent)
         return growth + 0.5 * (exponent - 1.0) * damper * speed / depth, damper
-    share = min(depth / penetration, 1.0)
+    share = min(depth / law.penetration, 1.0)
     damper = gain * full_damping(share)
     if not spring + damper * speed > 0.0:
         return 0.0, 0.0
-    return growth + 6.0 * gain * share * (1.0 - share) / penetration * speed, damper
+    return growth + 6.0 * gain * share * (1.0 - share) / law.penetration * speed, damper
 
 
 @jit

@@ -8,7 +8,8 @@ events are evaluated only where a record asks for them (:mod:`.output`).
 The derivative of the motion with respect to its start, the Jacobian of the Poincaré map, is an optional part of the
 loop (:mod:`.saltation`): with ``variation`` = None Numba compiles the loop without it.
 
-Between two stops the loop ends where a flight begins, which may meet the other one (:mod:`.two_stops`).
+Between two stops a flight ends at the first of them. Where that is the other one the loop ends, and another one goes on
+as seen from there (:mod:`.two_stops`).
 """
 
 import math
@@ -48,6 +49,7 @@ from vibroscope.engine.kernels.event_driven.state import (
     FLIGHT,
     MOST_EFFORT,
     MOST_EVENTS,
+    SEEN_FROM,
     SLOW_CONTACT,
     SYSTEM,
     HybridState,
@@ -61,9 +63,16 @@ from vibroscope.engine.kernels.event_driven.state import (
     unpack_system,
     write_state,
 )
+from vibroscope.engine.kernels.event_driven.two_stops import (
+    carry_across,
+    flight_of_other,
+    touch_other,
+    turn_variation,
+    turned,
+)
 from vibroscope.engine.kernels.linear.first_root import first_root
 from vibroscope.engine.kernels.linear.tables import POINTS, dot, position_at, state_after
-from vibroscope.engine.kernels.status import FLYING, FULL, OK, PAUSED, PILED_UP, UNRESOLVED
+from vibroscope.engine.kernels.status import CROSSED, FULL, OK, PAUSED, PILED_UP, UNRESOLVED
 
 MOST_PAUSES = 8  # in one period, after which it is given up
 SYSTEM_SIZE = SYSTEM.size
@@ -103,9 +112,18 @@ def end_of_block(p, phase, a, z):
 
 
 @jit_inlined
-def flies_between(p, a):
-    """Whether a flight begins that may meet another stop."""
-    return p.play < math.inf and a.mode == FLIGHT
+def first_event(p, phase, a, z):
+    """What :func:`..linear.first_root.first_root` returns of a phase, and whether it is the other stop that is met."""
+    two, seen, seen_z, order = p.play < math.inf and a.mode == FLIGHT, phase, z, int(a.order)
+    i, u, slope, examined, crosses = POINTS, 1.0, 0.0, 0, False
+    for stop in range(1 + two):  # one call, of a function that is large and inlined
+        j, w, fall, tries = first_root(seen, seen_z, order, p.scratch)
+        examined += tries
+        if j + w < i + u:
+            i, u, slope, crosses = j, w, fall, stop == 1
+        if two:
+            (seen, seen_z), order = flight_of_other(p, phase, z), 0
+    return i, u, slope, examined, crosses
 
 
 @jit_no_alloc
@@ -138,9 +156,9 @@ def integrate(packed, state, stop, window, flat, sizes, variation):
     Returns
     -------
     (int, int, int)
-        Status: OK, PILED_UP or UNRESOLVED; FULL (empty the buffers and call again), PAUSED (call again); FLYING: a
-        flight between two stops begins. Events. Intervals examined. With a variation only OK and FLYING have a meaning
-        for it.
+        Status: OK, PILED_UP or UNRESOLVED; FULL (empty the buffers and call again), PAUSED (call again); CROSSED: the
+        state is that at the other stop, as seen from there, and so is δ before the event. Events. Intervals examined.
+        With a variation only OK and CROSSED have a meaning for it.
     """
     p, buffers, a = unpack_system(packed), unpack_buffers(flat, sizes), unpack_state(state)
     phases, segments = (p.flight, p.contact, p.slow_contact), packed[SYSTEM_SIZE:]
@@ -168,17 +186,16 @@ def integrate(packed, state, stop, window, flat, sizes, variation):
             carry_over_reset(p, variation, start, a)
         if not can_separate(p, a):
             a = remain_in_contact(p, a)
-        parts = can_separate(p, a)
-        if not parts or flies_between(p, a):
-            status = FLYING if parts else UNRESOLVED
-            break
+            if not in_contact(a):
+                status = UNRESOLVED
+                break
         touching, a = a, drop_fast_part(p, a)
         carry_over_fast_decay(p, variation, touching, a)
         # 2. The phase that begins here, up to its first event, the end of the block or the end of the run
         phase = phases[int(a.mode)]
         z = linear_state(p, phase, a)
         leave_event(phase, variation, z)
-        i, u, slope, tries = first_root(phase, z, int(a.order), p.scratch)
+        i, u, slope, tries, crosses = first_event(p, phase, a, z)
         examined += tries
         s, horizon = (i + u) * phase.spacing, (stop - a.period) * p.period - a.tau
         change = time_to_load_change(p, a.tau)
@@ -188,6 +205,11 @@ def integrate(packed, state, stop, window, flat, sizes, variation):
             status = OK
             break
         carry_along(p, phase, variation, i, u)
+        if crosses and s < change:
+            a, events = touch_other(p, phase, a, z, (i, u), slope), events + 1
+            carry_across(variation)
+            status = PILED_UP if a.events > MOST_EVENTS else CROSSED
+            break
         begin = a
         if s >= change:
             a = end_of_segment(p, phase, a, z, change)
@@ -207,4 +229,33 @@ def integrate(packed, state, stop, window, flat, sizes, variation):
             status = PAUSED
             break
     write_state(state, a)
+    return status, events, examined
+
+
+@jit_no_alloc
+def integrate_between(packed, state, stop, window, flat, sizes, variation):
+    """Integrate the motion between two stops; as :func:`integrate`, the events of both counted.
+
+    Parameters
+    ----------
+    packed : (2, n) float64
+        A :class:`.state.HybridSystem` of each stop.
+    state : (n + 1,) float64
+        A :class:`.state.HybridState`, and the number of the stop from which it is seen, 0 or 1.
+    variation : Variation or None
+        As seen from the first stop, at the beginning and in the end.
+    """
+    here, events, examined, status = int(state[SEEN_FROM]), 0, 0, CROSSED
+    if here == 1:
+        turn_variation(variation)
+    while status == CROSSED:
+        status, more, tries = integrate(packed[here], state, stop, window, flat, sizes, variation)
+        events, examined = events + more, examined + tries
+        if status == CROSSED:
+            here, status = 1 - here, CROSSED if examined <= MOST_EFFORT else PAUSED
+    state[SEEN_FROM] = here
+    if here == 1 and variation is not None:
+        turn_variation(variation)
+        end = variation.end
+        end[0], end[1], end[2], end[3] = turned(end, unpack_system(packed[0]).play)
     return status, events, examined

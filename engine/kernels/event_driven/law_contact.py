@@ -22,7 +22,7 @@ from typing import NamedTuple
 
 import numpy as np
 from vibroscope.engine.kernels.compile.options import jit_inlined, jit_no_alloc
-from vibroscope.engine.kernels.equations.contact_law import IMPACT, full_damping, gain_at, law_force, power
+from vibroscope.engine.kernels.equations.contact_law import IMPACT, ContactLaw, full_damping, gain_at, law_force, power
 from vibroscope.engine.kernels.event_driven.load import load_at
 from vibroscope.engine.kernels.linear.tables import Phase, Scratch
 
@@ -54,13 +54,7 @@ class LawSystem(NamedTuple):
     clearance: float
     play: float
     sign: float
-    law: int
-    stiffness: float
-    gain: float
-    relative: float
-    exponent: float
-    penetration: float
-    stiffening: float
+    law: ContactLaw
     react1: float  # what a unit of λ does to ξ₁″ and to g″
     inverse_mass: float
     generator: np.ndarray  # (4, 6) of the separated bodies
@@ -84,17 +78,17 @@ class LawSystem(NamedTuple):
 @jit_inlined
 def damping_of(p, depth, side):
     """S of Eq. (21) by the formula of a side."""
-    return 1.0 if side == BEYOND else full_damping(depth / p.penetration)
+    return 1.0 if side == BEYOND else full_damping(depth / p.law.penetration)
 
 
 @jit_inlined
 def force_of_side(p, gain, depth, speed, side):
     """λ in a step, by the formula of the side that it begins on."""
-    if p.law == IMPACT and depth > 0.0:
+    if p.law.kind == IMPACT and depth > 0.0:
         if side == PULLS:
             return 0.0
-        return p.stiffness * power(depth, p.exponent) + gain * damping_of(p, depth, side) * speed
-    return law_force(p.law, p.stiffness, gain, p.exponent, p.penetration, p.stiffening, depth, speed)
+        return p.law.stiffness * power(depth, p.law.exponent) + gain * damping_of(p, depth, side) * speed
+    return law_force(p.law, gain, depth, speed)
 
 
 @jit_no_alloc
@@ -102,12 +96,12 @@ def pushes(p, gain, gap, rate):
     """A number with the sign of what Eq. (21) cuts at zero: it over δⁿ, and in the limit where δ is not positive."""
     depth = -gap
     if depth > 0.0:
-        share = full_damping(min(depth / p.penetration, 1.0))
-        return p.stiffness - gain * share * rate / power(depth, p.exponent)
-    if p.exponent < 2.0:
-        return p.stiffness
-    damper = -3.0 * gain * rate / (p.penetration * p.penetration)
-    return p.stiffness + damper if p.exponent == 2.0 else damper
+        share = full_damping(min(depth / p.law.penetration, 1.0))
+        return p.law.stiffness - gain * share * rate / power(depth, p.law.exponent)
+    if p.law.exponent < 2.0:
+        return p.law.stiffness
+    damper = -3.0 * gain * rate / (p.law.penetration * p.law.penetration)
+    return p.law.stiffness + damper if p.law.exponent == 2.0 else damper
 
 
 @jit_inlined
@@ -163,7 +157,7 @@ def extrapolate(p, tau, gain, size):
 @jit_inlined
 def is_beyond(p, a):
     """Whether a contact goes on beyond the penetration of full damping."""
-    level = a.gap + p.penetration
+    level = a.gap + p.law.penetration
     return level < 0.0 or (level == 0.0 and a.rate < 0.0)
 
 
@@ -172,8 +166,8 @@ def set_start(p, a):
     """Let steps begin at a hybrid state; returns c or h of its contact."""
     row = p.work[START]
     row[0], row[1], row[2], row[3] = a.x1, a.v1, a.gap, a.rate
-    row[4], gain = BELOW, gain_at(p, a.contact.closing)
-    if p.law == IMPACT:
+    row[4], gain = BELOW, gain_at(p.law, a.contact.closing)
+    if p.law.kind == IMPACT:
         pulls = a.order < 0.0 or (a.order == 0.0 and pushes(p, gain, a.gap, a.rate) < 0.0)
         row[4] = PULLS if pulls else BEYOND if is_beyond(p, a) else BELOW
     return gain
@@ -191,8 +185,8 @@ def first_size(p, a):
     """The first step to try in a contact: a share of the time that the closing speed takes to use up its energy."""
     size = 0.1 * p.flight.spacing
     if a.rate < 0.0:
-        squared = 0.5 * (p.exponent + 1.0) * a.rate * a.rate / (p.inverse_mass * p.stiffness)
-        size = min(size, -0.02 * squared ** (1.0 / (p.exponent + 1.0)) / a.rate)
+        squared = 0.5 * (p.law.exponent + 1.0) * a.rate * a.rate / (p.inverse_mass * p.law.stiffness)
+        size = min(size, -0.02 * squared ** (1.0 / (p.law.exponent + 1.0)) / a.rate)
     return size
 
 
@@ -227,7 +221,7 @@ def step_to_depth(p, a, gain, size):
 
     A penetration that passes it and returns is sought at its turn. The work space holds the step that is returned.
     """
-    level, sign, passed_after = -p.penetration, 1.0 if is_beyond(p, a) else -1.0, size
+    level, sign, passed_after = -p.law.penetration, 1.0 if is_beyond(p, a) else -1.0, size
     _, _, gap, rate = stepped(p)
     if not sign * (gap - level) > 0.0:
         if not sign * a.rate > 0.0 > sign * rate:
@@ -243,10 +237,10 @@ def step_to_depth(p, a, gain, size):
 @jit_no_alloc
 def change_of_push(p, gain, gap, rate, acceleration):
     """The rate of what :func:`pushes` returns, at a positive penetration δ: that of K + cS(δ/d)v/δⁿ."""
-    depth, share = -gap, min(-gap / p.penetration, 1.0)
-    damping, slope = full_damping(share), 6.0 * share * (1.0 - share) / p.penetration
-    inner = rate * rate * (slope - p.exponent * damping / depth) - damping * acceleration
-    return gain * inner / power(depth, p.exponent)
+    depth, share = -gap, min(-gap / p.law.penetration, 1.0)
+    damping, slope = full_damping(share), 6.0 * share * (1.0 - share) / p.law.penetration
+    inner = rate * rate * (slope - p.law.exponent * damping / depth) - damping * acceleration
+    return gain * inner / power(depth, p.law.exponent)
 
 
 @jit_no_alloc
@@ -358,7 +352,7 @@ def take_step(p, a, longest):
     following = min(following, p.flight.spacing * 4.0)
     if size == longest:
         following = max(following, asked)
-    if p.law == IMPACT:
+    if p.law.kind == IMPACT:
         to_depth, more = step_to_depth(p, a, gain, size)
         shorter = step_to_cut(p, a, gain, to_depth)
         pulls = (p.work[START, 4] == PULLS) == (shorter == to_depth)

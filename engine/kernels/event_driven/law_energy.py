@@ -32,8 +32,7 @@ def add_powers(p, a, z, gain, t, weight, sums):
     sums[WORK] += weight * (load * v1 + mu * (load + push) * v2)
     sums[DAMPERS] -= weight * (g[1, 1] * v1 * v1 + mu * g[3, 3] * v2 * v2)
     if a.mode != FLIGHT:
-        force = law_force(p.law, p.stiffness, gain, p.exponent, p.penetration, p.stiffening, -gap, -rate)
-        sums[CONTACT] -= weight * force * rate
+        sums[CONTACT] -= weight * law_force(p.law, gain, -gap, -rate) * rate
 
 
 @jit_no_alloc

@@ -57,7 +57,7 @@ from vibroscope.engine.kernels.event_driven.state import (
     unpack_state,
     write_state,
 )
-from vibroscope.engine.kernels.event_driven.two_stops import other_root, touch
+from vibroscope.engine.kernels.event_driven.two_stops import other_root, touch_other
 from vibroscope.engine.kernels.linear.first_root import first_root
 from vibroscope.engine.kernels.linear.tables import POINTS, Phase, gap_at, position_at, state_after
 from vibroscope.engine.kernels.status import CROSSED, FULL, OK, PAUSED, PILED_UP, UNRESOLVED
@@ -70,15 +70,15 @@ SECOND_WATCHED = 8.0  # added to the order of the second watched quantity
 
 
 @jit_inlined
-def first_piece(p, depth, speed):
+def first_piece(law, depth, speed):
     """The mode of a contact with this δ and v."""
-    if not is_piecewise_linear(p.law):
+    if not is_piecewise_linear(law.kind):
         return SMOOTH
-    spring, damper, knee = p.stiffness * depth, p.gain * speed, p.stiffness * p.penetration
-    for piece in range(OTHER, OTHER + count_kinks(p.law)):
-        value = kink(p.law, piece, p.stiffening, spring, damper, knee)
+    spring, damper, knee = law.stiffness * depth, law.gain * speed, law.stiffness * law.penetration
+    for piece in range(OTHER, OTHER + count_kinks(law.kind)):
+        value = kink(law, piece, spring, damper, knee)
         # at a touch the damper acts before the spring does: a smaller force than both follows at once
-        if value < 0.0 or (value == 0.0 and not takes_larger(p.law, piece)):
+        if value < 0.0 or (value == 0.0 and not takes_larger(law.kind, piece)):
             return PIECES_FROM + piece
     return PIECES_FROM + MAIN
 
@@ -88,7 +88,7 @@ def begin_law_contact(p, a, rate, order):
     """The hybrid state from which the bodies touch; ``order``: of the first derivative of v that is not zero."""
     x1, v1, _, v2 = displacements(p, a.x1, a.v1, a.gap, a.rate)
     opened = OpenContact(time_of(p, a), max(-a.rate, 0.0), x1, v1, v2, 0.0)
-    mode = first_piece(p, 0.0, -rate)
+    mode = first_piece(p.law, 0.0, -rate)
     order = 0.0 if mode == SMOOTH else order_at_touch(p, int(mode - PIECES_FROM), order)
     return HybridState(a.period, a.tau, a.x1, a.v1, 0.0, rate, mode, order, a.events, opened)
 
@@ -106,7 +106,7 @@ def order_at_touch(p, piece, order):
 def resolve_law_event(p, a):
     """The hybrid state after a touch that is due, a start in contact, or a flight that begins too slowly."""
     if a.mode == CONTACT:
-        mode = first_piece(p, -a.gap, -a.rate)
+        mode = first_piece(p.law, -a.gap, -a.rate)
         return HybridState(a.period, a.tau, a.x1, a.v1, a.gap, a.rate, mode, 0.0, a.events, a.contact)
     start = 0
     if a.mode == COLLISION:
@@ -183,10 +183,7 @@ def write_law_rows(p, a, z, s, gain, window, buffers):
         if t >= SLACK * p.period:
             y = law_motion(p, a, z, max(t, 0.0))
             write_law_row(p, buffers.samples[j], y)
-            push = 0.0
-            if a.mode != FLIGHT:
-                push = law_force(p.law, p.stiffness, gain, p.exponent, p.penetration, p.stiffening, -y[2], -y[3])
-            buffers.samples[j, 4] = p.sign * push
+            buffers.samples[j, 4] = p.sign * (law_force(p.law, gain, -y[2], -y[3]) if a.mode != FLIGHT else 0.0)
         j += 1
 
 
@@ -262,7 +259,7 @@ def cross(p, a, z, s, after):
     i, u, fall, examined = other_root(p, phase, z)
     there = (i + u) * phase.spacing
     if there < s:
-        return there, touch(p, phase, a, z, (i, u), fall, -1.0), CROSSED, examined
+        return there, touch_other(p, phase, a, z, (i, u), fall), CROSSED, examined
     return s, after, OK, examined
 
 
@@ -276,7 +273,7 @@ def follow_smooth(p, a, longest):
     if ends:
         gap, mode, order = 0.0, (FLIGHT if rate > 0.0 else COLLISION), 1.0
     elif at_kink:
-        gap = -p.penetration
+        gap = -p.law.penetration
     return s, later_state(p, a, max(s, 0.0), (x1, v1, gap, rate), mode, order, contact), ends, STEP_EFFORT * tries
 
 

@@ -96,12 +96,14 @@ def divide_by_length(residual, jacobian, k, order, length, begun):
 
 
 @jit_no_alloc
-def write_short_phase(phase, d, z, u, order, k, per_period, begun, residual, jacobian):
+def write_short_phase(phase, d, z, span, order, k, begun, equations):
     """Write the equation of event k, gap = 0 over a power of the length of its phase, from the terms of the gap.
 
-    The phase begins at z, where the first ``order`` terms vanish, and lasts u intervals of its tables, of which there
-    are ``per_period`` in an excitation period; δ is still that along the event that began it.
+    The phase begins at z, where the first ``order`` terms vanish; δ is still that along the event that began it.
+    ``span``: the intervals of its tables that it lasts, and those of an excitation period; ``equations``: residual and
+    Jacobian.
     """
+    (u, per_period), (residual, jacobian) = span, equations
     scale, value, rate = 1.0, 0.0, 0.0
     for _ in range(order):
         scale *= per_period
@@ -269,8 +271,8 @@ def find_orbit(packed, kinds, first, periods, unknowns, out, d, begun):
                 begun[j] = d.time[j] / p.period
         short = order > 0 and k < m and length < phase.spacing
         if short:
-            per_period, u = p.period / phase.spacing, length / phase.spacing
-            write_short_phase(phase, d, z, u, order, k, per_period, begun, residual, jacobian)
+            span = length / phase.spacing, p.period / phase.spacing
+            write_short_phase(phase, d, z, span, order, k, begun, (residual, jacobian))
         leave_event(phase, d, z)
         x1, v1, gap, rate = flow(phase, z, length, d)
         y = absolute(phase, (x1, v1, gap, rate))

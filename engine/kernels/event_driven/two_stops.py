@@ -1,4 +1,4 @@
-"""Two stops: flights that may meet either, and the event loop between them.
+"""Two stops: flights that may meet either, and what is seen from the other one.
 
 Seen from its own stop a loop knows one surface (:class:`..parameters.Parameters`). The gap of the other one is
 play − g, whose tables are those of the flight with the other sign. Where a flight meets it first, the hybrid state is
@@ -6,28 +6,19 @@ mirrored, so that impact, chatter and contact there are those of a first stop.
 """
 
 from vibroscope.engine.kernels.compile.options import jit_no_alloc
-from vibroscope.engine.kernels.compile.record import no_contact, unpack_buffers
-from vibroscope.engine.kernels.event_driven.integrate import end_of_block, end_of_segment, integrate
-from vibroscope.engine.kernels.event_driven.load import time_to_load_change
-from vibroscope.engine.kernels.event_driven.output import write_output
-from vibroscope.engine.kernels.event_driven.saltation import COURSES, carry_along, carry_to_end, leave_event, scale_row
+from vibroscope.engine.kernels.compile.record import no_contact
+from vibroscope.engine.kernels.event_driven.saltation import COURSES, scale_row
 from vibroscope.engine.kernels.event_driven.state import (
     COLLISION,
-    MOST_EFFORT,
-    MOST_EVENTS,
     SEEN_FROM,
     SLOW_CONTACT,
     count_event,
     later_state,
-    linear_state,
-    unpack_state,
     unpack_system,
     write_start,
-    write_state,
 )
 from vibroscope.engine.kernels.linear.first_root import first_root
-from vibroscope.engine.kernels.linear.tables import POINTS, Phase, position_at, state_after
-from vibroscope.engine.kernels.status import CROSSED, FLYING, OK, PAUSED, PILED_UP
+from vibroscope.engine.kernels.linear.tables import Phase, position_at, state_after
 
 CROSSING = int(SLOW_CONTACT)  # in the course of events, in which it is no mode
 
@@ -49,14 +40,14 @@ def other_root(p, phase, z):
 
 
 @jit_no_alloc
-def touch(p, phase, a, z, at, slope, side):
-    """The hybrid state where a flight meets its own stop, ``side`` = 1, or the other one, −1, as seen from that.
+def touch_other(p, phase, a, z, at, slope):
+    """The hybrid state where a flight meets the other stop, as seen from there.
 
     ``at``: interval and share of it; ``slope``: of the gap of that stop.
     """
     i, u = at
     x1, v1 = position_at(phase, state_after(phase, z, i), u, p.scratch)
-    y = side * (x1 + phase.position), side * v1, 0.0, slope
+    y = -(x1 + phase.position), -v1, 0.0, slope
     return count_event(later_state(p, a, (i + u) * phase.spacing, y, COLLISION, 0.0, no_contact()))
 
 
@@ -74,77 +65,12 @@ def turn_variation(d):
 
 
 @jit_no_alloc
-def fly(packed, state, stop, window, flat, sizes, variation):
-    """Follow a flight between two stops to the first of them, the end of its block or the end of the run.
-
-    Arguments and results are those of :func:`.integrate.integrate`, with FLYING at the end of a block, where the load
-    changes, and at the stop that the state is seen from, CROSSED at the other one. δ is that before the event.
-    """
-    p, buffers, a = unpack_system(packed), unpack_buffers(flat, sizes), unpack_state(state)
-    phase = p.flight
-    z = linear_state(p, phase, a)
-    leave_event(phase, variation, z)
-    i, u, slope, examined = first_root(phase, z, int(a.order), p.scratch)
-    j, w, fall, more = other_root(p, phase, z)
-    crosses, events = j + w < i + u, 0
-    if crosses:
-        i, u = j, w
-    s, horizon = (i + u) * phase.spacing, (stop - a.period) * p.period - a.tau
-    change = time_to_load_change(p, a.tau)
-    write_output(p, phase, a, z, min(min(s, horizon), change), window, buffers)
-    if s >= horizon and change >= horizon:
-        carry_to_end(p, phase, variation, z, horizon)
-        return OK, events, examined + more
-    if s >= change:
-        write_state(state, end_of_segment(p, phase, a, z, change))
-        return FLYING, events, examined + more
-    carry_along(p, phase, variation, i, u)
-    status = CROSSED if crosses else FLYING
-    if i == POINTS:
-        a = end_of_block(p, phase, a, z)
-    else:
-        a = touch(p, phase, a, z, (i, u), fall if crosses else slope, -1.0 if crosses else 1.0)
-        events = 1
-        if variation is not None:
-            variation.course[0] = (variation.course[0] * 4 + (CROSSING if crosses else int(COLLISION))) % COURSES
-    if crosses:
-        turn_variation(variation)
-    write_state(state, a)
-    return (PILED_UP if a.events > MOST_EVENTS else status), events, examined + more
-
-
-@jit_no_alloc
-def integrate_between(packed, state, stop, window, flat, sizes, variation):
-    """Integrate the motion between two stops; as :func:`.integrate.integrate`, the events of both counted.
-
-    Parameters
-    ----------
-    packed : (2, n) float64
-        A :class:`.state.HybridSystem` of each stop.
-    state : (n + 1,) float64
-        A :class:`.state.HybridState`, and the number of the stop from which it is seen, 0 or 1.
-    variation : Variation or None
-        As seen from the first stop, at the beginning and in the end.
-    """
-    here, events, examined, status = int(state[SEEN_FROM]), 0, 0, FLYING
-    if here == 1:
-        turn_variation(variation)
-    while status == FLYING:
-        status, more, tries = integrate(packed[here], state, stop, window, flat, sizes, variation)
-        events, examined = events + more, examined + tries
-        if status == FLYING:
-            status, more, tries = fly(packed[here], state, stop, window, flat, sizes, variation)
-            events, examined = events + more, examined + tries
-            if status == CROSSED:
-                here, status = 1 - here, FLYING
-        if status == FLYING and examined > MOST_EFFORT:
-            status = PAUSED
-    state[SEEN_FROM] = here
-    if here == 1 and variation is not None:
-        turn_variation(variation)
-        end = variation.end
-        end[0], end[1], end[2], end[3] = turned(end, unpack_system(packed[0]).play)
-    return status, events, examined
+def carry_across(d):
+    """Mirror δ where a flight meets the other stop, which adds to the course of events."""
+    if d is None:
+        return
+    turn_variation(d)
+    d.course[0] = (d.course[0] * 4 + CROSSING) % COURSES
 
 
 @jit_no_alloc

@@ -26,7 +26,7 @@ from typing import NamedTuple
 import numpy as np
 from vibroscope.engine.kernels.compile.options import jit, jit_inlined, jit_no_alloc
 from vibroscope.engine.kernels.compile.packing import Layout
-from vibroscope.engine.kernels.equations.contact_law import KELVIN_VOIGT, law_force
+from vibroscope.engine.kernels.equations.contact_law import KELVIN_VOIGT, ContactLaw, law_force
 from vibroscope.engine.kernels.linear.cos_sin import cos_sin
 from vibroscope.engine.kernels.time_stepping.law_step import solve_force
 
@@ -76,13 +76,7 @@ class LocatedScheme(NamedTuple):
     forcing: tuple  # f₁ and f as factors of cos ητ and sin ητ, and constants: (2, 3)
     clearance: float
     wall: float  # 1 if body 1 is a wall, else 0
-    law: int
-    stiffness: float  # K
-    exponent: float
-    penetration: float
-    stiffening: float
-    gain: float  # as in :class:`..parameters.Parameters`
-    relative: float
+    law: ContactLaw
     eta: float
     frequency: float  # 1/T
     h: float  # T/n
@@ -96,7 +90,8 @@ class LocatedScheme(NamedTuple):
 
 
 STAGES = Layout(Stages, numbers=(2, STAGE_NUMBERS))
-SCHEME = Layout(LocatedScheme, separated=Layout(Side), pressed=Layout(Side), forcing=(2, 3), load=(5,), stages=STAGES)
+SIDE, LAW = Layout(Side), Layout(ContactLaw)
+SCHEME = Layout(LocatedScheme, separated=SIDE, pressed=SIDE, forcing=(2, 3), law=LAW, load=(5,), stages=STAGES)
 unpack_scheme = SCHEME.unpack
 
 
@@ -175,11 +170,9 @@ def begin_load_of_step(m, forces, k):
 @jit_inlined
 def force_of(m, gain, pressed, z):
     """λ of a motion."""
-    if m.law == KELVIN_VOIGT:  # of most runs, without a call
-        return -m.stiffness * z[3] - gain * z[4] if pressed else 0.0
-    return (
-        law_force(m.law, m.stiffness, gain, m.exponent, m.penetration, m.stiffening, -z[3], -z[4]) if pressed else 0.0
-    )
+    if m.law.kind == KELVIN_VOIGT:  # of most runs, without a call
+        return -m.law.stiffness * z[3] - gain * z[4] if pressed else 0.0
+    return law_force(m.law, gain, -z[3], -z[4]) if pressed else 0.0
 
 
 @jit_no_alloc
@@ -225,11 +218,11 @@ def stage_end(m, numbers, gain, pressed, start, former, s, at):
         if t.averaged:
             known = b1 + by_b * alpha_f * begun
             step_q, step_v = by_q * by_b * now, by_v * by_b * now
-            push = solve_force(m, gain, gk + by_q * known, uk + by_v * known, step_q, step_v)
+            push = solve_force(m.law, gain, gk + by_q * known, uk + by_v * known, step_q, step_v)
             push = now * push + alpha_f * begun
         else:
             step_q, step_v = felt_q * by_b, felt_v * by_b
-            push = solve_force(m, gain, felt[3] + felt_q * b1, felt[4] + felt_v * b1, step_q, step_v)
+            push = solve_force(m.law, gain, felt[3] + felt_q * b1, felt[4] + felt_v * b1, step_q, step_v)
         a1, b1 = a1 + by_a * push, b1 + by_b * push
     return xk + by_q * a1, vk + by_v * a1, a1, gk + by_q * b1, uk + by_v * b1, b1
 

@@ -55,7 +55,7 @@ AT_ONCE = 1e-9  # of a step: a kink that close to its beginning was just passed,
 
 
 @jit_inlined
-def margin_of(m, gain, piece, which, depth, speed, knee):
+def margin_of(law, gain, piece, which, depth, speed, knee):
     """What ends a piece where it falls below zero, of δ and v: the gap, or one of the kinks of the law.
 
     ``knee``: Kd of a law that is piecewise linear; without it the margin is linear in δ and v.
@@ -63,47 +63,47 @@ def margin_of(m, gain, piece, which, depth, speed, knee):
     if which == GAP:
         return depth if piece != FREE else -depth
     side = 1.0 if piece == MAIN else -1.0
-    if is_piecewise_linear(m.law):
+    if is_piecewise_linear(law.kind):
         beyond = OTHER + which - FIRST if piece == MAIN else piece
-        return side * kink(m.law, beyond, m.stiffening, m.stiffness * depth, gain * speed, knee)
-    if m.law == JANKOWSKI:
+        return side * kink(law, beyond, law.stiffness * depth, gain * speed, knee)
+    if law.kind == JANKOWSKI:
         return side * speed
     if not depth > 0.0:
         return 0.0
-    share = full_damping(min(depth / m.penetration, 1.0))
-    return side * (m.stiffness * power(depth, m.exponent) + gain * share * speed)
+    share = full_damping(min(depth / law.penetration, 1.0))
+    return side * (law.stiffness * power(depth, law.exponent) + gain * share * speed)
 
 
 @jit_inlined
 def margin(m, gain, piece, which, z):
     """What ends a piece where it falls below zero, of a motion."""
-    return margin_of(m, gain, piece, which, -z[3], -z[4], m.stiffness * m.penetration)
+    return margin_of(m.law, gain, piece, which, -z[3], -z[4], m.law.stiffness * m.law.penetration)
 
 
 @jit_inlined
 def margin_rate(m, gain, piece, which, z):
     """The derivative of :func:`margin` over time."""
     depth, speed, growth = -z[3], -z[4], -z[5]
-    if m.law != IMPACT or which == GAP:
-        return margin_of(m, gain, piece, which, speed, growth, 0.0)  # it is linear
+    if m.law.kind != IMPACT or which == GAP:
+        return margin_of(m.law, gain, piece, which, speed, growth, 0.0)  # it is linear
     if not depth > 0.0:
         return 0.0
-    share = min(depth / m.penetration, 1.0)
-    damper = 6.0 * share * (1.0 - share) / m.penetration * speed * speed + full_damping(share) * growth
-    rate = m.stiffness * m.exponent * power(depth, m.exponent) / depth * speed + gain * damper
+    share = min(depth / m.law.penetration, 1.0)
+    damper = 6.0 * share * (1.0 - share) / m.law.penetration * speed * speed + full_damping(share) * growth
+    rate = m.law.stiffness * m.law.exponent * power(depth, m.law.exponent) / depth * speed + gain * damper
     return rate if piece == MAIN else -rate
 
 
 @jit_inlined
 def kinks(m, piece):
     """How many kinks of the law may end a piece."""
-    return 0 if piece == FREE else count_kinks(m.law) if piece == MAIN else min(count_kinks(m.law), 1)
+    return 0 if piece == FREE else count_kinks(m.law.kind) if piece == MAIN else min(count_kinks(m.law.kind), 1)
 
 
 @jit_inlined
 def has_no_kinks(m, piece):
     """Whether a piece is a flight, or all of a contact of spring and damper alone: the gap alone ends it."""
-    return piece == FREE or m.law == KELVIN_VOIGT
+    return piece == FREE or m.law.kind == KELVIN_VOIGT
 
 
 @jit_no_alloc
@@ -158,7 +158,7 @@ def locate_end(m, gain, piece, which, z, end, length, at):
         slope = (value - before) / passed
         better = theta - value / slope if slope < 0.0 else -length  # outside, where it does not fall
         change = abs(better - theta)
-        if piece != FREE and not is_piecewise_linear(m.law):
+        if piece != FREE and not is_piecewise_linear(m.law.kind):
             if abs(passed) <= SETTLED * length and change <= FASTER * abs(passed):
                 high, beyond = theta, there
                 break

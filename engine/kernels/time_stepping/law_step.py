@@ -49,13 +49,12 @@ def linear_root(stiffness, gain, push, gap, rate, by_gap, by_rate):
 
 
 @jit_no_alloc
-def solve_force(m, gain, gap, rate, by_gap, by_rate):
+def solve_force(law, gain, gap, rate, by_gap, by_rate):
     """λ of Eq. (27).
 
     Parameters
     ----------
-    m : Scheme or LocatedScheme
-        Of :mod:`.newmark` or :mod:`.contact_location`.
+    law : ContactLaw
     gain : float
         c, or h of Eq. (18).
     gap, rate : float
@@ -63,37 +62,37 @@ def solve_force(m, gain, gap, rate, by_gap, by_rate):
     by_gap, by_rate : float
         a and b.
     """
-    if is_piecewise_linear(m.law):  # the force of a step grows with that of the law, so that it has the same form
-        found = linear_root(m.stiffness, gain, 0.0, gap, rate, by_gap, by_rate)
-        for piece in range(OTHER, OTHER + count_kinks(m.law)):
-            a, b, f = factors(m.law, piece, m.stiffening)
-            push = f * m.stiffness * m.penetration
-            own = linear_root(a * m.stiffness, b * gain, push, gap, rate, by_gap, by_rate)
-            found = of_both(m.law, piece, found, own)
+    if is_piecewise_linear(law.kind):  # the force of a step grows with that of the law, so that it has the same form
+        found = linear_root(law.stiffness, gain, 0.0, gap, rate, by_gap, by_rate)
+        for piece in range(OTHER, OTHER + count_kinks(law.kind)):
+            a, b, f = factors(law, piece)
+            push = f * law.stiffness * law.penetration
+            own = linear_root(a * law.stiffness, b * gain, push, gap, rate, by_gap, by_rate)
+            found = of_both(law.kind, piece, found, own)
         return found
-    push = newton_root(m, gain, gap, rate, by_gap, by_rate) if HUNT_CROSSLEY <= m.law <= IMPACT else math.nan
-    return push if push == push else bracketed_root(m, gain, gap, rate, by_gap, by_rate)
+    push = newton_root(law, gain, gap, rate, by_gap, by_rate) if HUNT_CROSSLEY <= law.kind <= IMPACT else math.nan
+    return push if push == push else bracketed_root(law, gain, gap, rate, by_gap, by_rate)
 
 
 @jit_inlined
-def excess(m, gain, gap, rate, by_gap, by_rate, push):
+def excess(law, gain, gap, rate, by_gap, by_rate, push):
     """What λ of Eq. (27) exceeds the force of the law by; it is zero at the root."""
     depth, speed = -gap - by_gap * push, -rate - by_rate * push
-    return push - law_force(m.law, m.stiffness, gain, m.exponent, m.penetration, m.stiffening, depth, speed)
+    return push - law_force(law, gain, depth, speed)
 
 
 @jit_inlined
-def newton_root(m, gain, gap, rate, by_gap, by_rate):
+def newton_root(law, gain, gap, rate, by_gap, by_rate):
     """λ of Eq. (27) by Newton's method from λ = 0, its second step with the curvature that two slopes show; or NaN."""
     push, last, before = 0.0, 0.0, 0.0
     for i in range(NEWTON):
         depth, speed = -gap - by_gap * push, -rate - by_rate * push
-        value = excess(m, gain, gap, rate, by_gap, by_rate, push)
+        value = excess(law, gain, gap, rate, by_gap, by_rate, push)
         if abs(value) <= CLOSE * abs(push):
             return push
         if not depth > 0.0:
             break
-        by_depth, by_speed = law_slopes(m.law, m.stiffness, gain, m.exponent, m.penetration, depth, speed)
+        by_depth, by_speed = law_slopes(law, gain, depth, speed)
         by_depth, by_speed = by_gap * by_depth, by_rate * by_speed
         slope = 1.0 + (by_depth + by_speed)
         if not slope > 0.0:
@@ -102,7 +101,7 @@ def newton_root(m, gain, gap, rate, by_gap, by_rate):
         change = -value * over
         if i > 0:
             change *= 1.0 - 0.5 * (slope - before) / (push - last) * change * over
-            if m.law <= FLORES and abs(change) * (abs(by_depth) + abs(by_speed)) <= SLIGHT * abs(push):
+            if law.kind <= FLORES and abs(change) * (abs(by_depth) + abs(by_speed)) <= SLIGHT * abs(push):
                 return push + change  # these laws have no kink between the two
         last, before = push, slope
         push += change
@@ -110,21 +109,21 @@ def newton_root(m, gain, gap, rate, by_gap, by_rate):
 
 
 @jit_no_alloc
-def bracketed_root(m, gain, gap, rate, by_gap, by_rate):
+def bracketed_root(law, gain, gap, rate, by_gap, by_rate):
     """λ of Eq. (27) of a law that is not linear."""
-    low, below = 0.0, excess(m, gain, gap, rate, by_gap, by_rate, 0.0)
+    low, below = 0.0, excess(law, gain, gap, rate, by_gap, by_rate, 0.0)
     push = high = -below
-    above = excess(m, gain, gap, rate, by_gap, by_rate, high)
+    above = excess(law, gain, gap, rate, by_gap, by_rate, high)
     if above == 0.0 or high == 0.0:
         return push
     for _ in range(WIDENINGS):
         if (above > 0.0) != (below > 0.0):
             break
         low, below, high = high, above, 2.0 * high
-        above = excess(m, gain, gap, rate, by_gap, by_rate, high)
+        above = excess(law, gain, gap, rate, by_gap, by_rate, high)
     for _ in range(SOLVES):
         push = high - above * (high - low) / (above - below)
-        value = excess(m, gain, gap, rate, by_gap, by_rate, push)
+        value = excess(law, gain, gap, rate, by_gap, by_rate, push)
         if abs(value) <= CLOSE * abs(push) or abs(high - low) <= CLOSE * abs(push):
             break
         if (value > 0.0) != (above > 0.0):
@@ -138,4 +137,4 @@ def bracketed_root(m, gain, gap, rate, by_gap, by_rate):
 @jit_inlined
 def gain_of(m, contact):
     """c, or h of Eq. (18), of the open contact."""
-    return gain_at(m, m.sign * (contact.speed1 - contact.speed2))
+    return gain_at(m.law, m.sign * (contact.speed1 - contact.speed2))

@@ -105,7 +105,7 @@ def write_end(m, level, k, x, end):
 @jit_inlined
 def wants_contact(m, gap, force):
     """Whether the end of a stage wants the force to act."""
-    return gap <= 0.0 and (m.system.law != CUT or force > 0.0)
+    return gap <= 0.0 and (m.system.law.kind != CUT or force > 0.0)
 
 
 @jit_inlined
@@ -127,7 +127,7 @@ def take_stage(m, level, k, former, x, ends):
         else:
             status = other
             write_end(m, level, k + other, x, ends[other])
-    elif former == 1 and m.system.law == CUT and ends[1, FORCE] < 0.0:
+    elif former == 1 and m.system.law.kind == CUT and ends[1, FORCE] < 0.0:
         status = 0
         write_end(m, level, k, x, ends[0])
     return status, solutions
@@ -142,8 +142,8 @@ def take_law_stage(m, level, k, former, x, ends):
     base[FORCE] = 0.0
     push = 0.0
     if m.at_end or former == 1:
-        gain = gain_at(m.system, x[CLOSING])
-        push = solve_force(m.system, gain, base[GAP], base[RATE], maps[GAP, OWN], maps[RATE, OWN])
+        gain = gain_at(m.system.law, x[CLOSING])
+        push = solve_force(m.system.law, gain, base[GAP], base[RATE], maps[GAP, OWN], maps[RATE, OWN])
     for i in range(RATE + 1):
         end[i] = base[i] + maps[i, OWN] * push
     end[FORCE] = push
@@ -172,9 +172,9 @@ def force_at(m, y, pressed, contact):
     """λ of a state y, as the step that now begins will feel it."""
     if not pressed:
         return 0.0
-    s, gain = m.system, gain_at(m.system, closing_speed(m, y, pressed, contact))
+    s, gain = m.system, gain_at(m.system.law, closing_speed(m, y, pressed, contact))
     depth, speed = s.touch - (y[1] - y[0]), y[2] - y[3]
-    return s.sign * law_force(s.law, s.stiffness, gain, s.exponent, s.penetration, s.stiffening, depth, speed)
+    return s.sign * law_force(s.law, gain, depth, speed)
 
 
 @jit_no_alloc
@@ -186,7 +186,7 @@ def take_step(m, level, former, x, ends):
     tuple
         s; NONE, 1 or TWO solutions; mean contact force over the step.
     """
-    law = m.system.law > CUT
+    law = m.system.law.kind > CUT
     if law:
         x[BEFORE] = 0.0
         status, solutions = take_law_stage(m, level, 0, former, x, ends)
@@ -261,7 +261,7 @@ def advance(m, angles, y, at, work, window, buffers):
     k, code = at.step % n, OK
     begin_step(x, y, angles[0, k], angles[1, k])
     former = at.status if m.at_end else int(at.pressed)
-    if m.system.law > CUT:
+    if m.system.law.kind > CUT:
         x[CLOSING] = closing_speed(m, y, at.pressed, at.contact)
     after, solutions, push = take_step(m, 0, former, x, ends)
     none, two = at.none + (solutions == NONE), at.two + (solutions == TWO)

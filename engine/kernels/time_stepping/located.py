@@ -42,7 +42,7 @@ from vibroscope.engine.kernels.compile.record import (
     unpack_buffers,
     with_impulse,
 )
-from vibroscope.engine.kernels.equations.contact_law import contact_rate
+from vibroscope.engine.kernels.equations.contact_law import contact_law_of, contact_rate
 from vibroscope.engine.kernels.equations.coordinates import contact_coordinates, displacements
 from vibroscope.engine.kernels.equations.motion import (
     coefficients,
@@ -117,13 +117,7 @@ def located_scheme(p, stages, resolves):
         forcing_of(separated, free_equilibrium(p)),
         p.clearance,
         p.wall,
-        int(p.law),
-        p.stiffness,
-        p.exponent,
-        p.penetration,
-        p.stiffening,
-        p.gain,
-        p.relative,
+        contact_law_of(p),
         p.eta,
         p.eta / (2.0 * math.pi),
         h,

@@ -34,7 +34,7 @@ from vibroscope.engine.kernels.compile.record import (
     unrecorded_contact,
     with_impulse,
 )
-from vibroscope.engine.kernels.equations.contact_law import force, force_of_law
+from vibroscope.engine.kernels.equations.contact_law import ContactLaw, contact_law_of, force, force_of_law
 from vibroscope.engine.kernels.equations.coordinates import contact_coordinates, users_displacements
 from vibroscope.engine.kernels.equations.motion import accelerations, coefficients
 from vibroscope.engine.kernels.parameters import unpack_parameters
@@ -59,14 +59,13 @@ class Scheme(NamedTuple):
     coupling: float  # of the place of a wall, as in equations.motion
     load2: float
     react2: float  # Δτ²/(μ m₂)
-    stiffness: float  # K
     damper: float  # D
     contact_p: float  # K / (1 + σ (1/m₁ + 1/(μ m₂)))
     contact_q: float  # 2D/Δτ / (…)
     contact_a: float  # σ/Δτ² / (…)
     contact_gap: float  # −K gₛ / (…)
     touch: float  # −gₛ, at which ξ₂ − ξ₁ the bodies touch
-    law: float  # of equations.contact_law.LAWS
+    law: ContactLaw
     cosine1: float  # cos ψ and sin ψ of each body
     sine1: float
     cosine2: float
@@ -75,14 +74,12 @@ class Scheme(NamedTuple):
     rest2: float
     clearance: float
     wall: float  # 1 if body 1 is a wall, else 0
-    exponent: float  # of the other laws, as in ..parameters
-    penetration: float
-    stiffening: float
-    gain: float
-    relative: float
     late: float  # share of λ at the end of a step, times Δτ, that is felt after it: ½ of the trapezoidal rule
     sign: float  # as in ..parameters
     reach: float  # gap beyond which steps are seen from another stop, less the one at the equilibrium; else LIMIT
+
+
+SCHEME = Layout(Scheme, law=Layout(ContactLaw))
 
 
 class StepState(NamedTuple):
@@ -132,14 +129,13 @@ def scheme_of(p):
         c.coupling * h * h / m2,
         load2 * h * h / m2,
         h * h / (c.mu * m2),
-        p.stiffness,
         p.damping,
         p.stiffness / shared,
         2 * p.damping / h / shared,
         sigma / (h * h) / shared,
         -p.stiffness * p.free_gap / shared,
         -p.free_gap,
-        p.law,
+        contact_law_of(p),
         cosine1,
         sine1,
         cosine2,
@@ -148,11 +144,6 @@ def scheme_of(p):
         p.free_position + p.free_gap - p.clearance,
         p.clearance,
         p.wall,
-        p.exponent,
-        p.penetration,
-        p.stiffening,
-        p.gain,
-        p.relative,
         0.5,
         p.sign,
         min(FAR_FROM_STOP * p.play - p.free_gap, LIMIT),
@@ -198,7 +189,8 @@ def write_start(row, state, x1, v1, x2, v2):
 @jit_inlined
 def contact_force(m, x1, v1, x2, v2):
     """λ of bodies in contact, of ξ₁, ξ₁′, ξ₂ and ξ₂′."""
-    return force_of_law(m.law, force(m.stiffness, m.damper, m.clearance + m.sign * (x2 - x1), m.sign * (v2 - v1)))
+    gap, rate = m.clearance + m.sign * (x2 - x1), m.sign * (v2 - v1)
+    return force_of_law(m.law.kind, force(m.law.stiffness, m.damper, gap, rate))
 
 
 @jit_inlined
@@ -210,7 +202,7 @@ def step(m, p1, q1, p2, q2, pressed, cosine1, cosine2):
     if not pressed:
         return a1, a2, 0.0
     push = m.contact_p * (p1 - p2) + (m.contact_q * (q1 - q2) + m.contact_gap) + m.contact_a * (a1 - a2)  # Eq. (11)
-    push = force_of_law(m.law, push)
+    push = force_of_law(m.law.kind, push)
     return a1 - m.react1 * push, a2 + m.react2 * push, push
 
 

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from vibroscope.engine.kernels.compile.options import jit, jit_inlined, jit_uncontracted
 from vibroscope.engine.kernels.compile.to_power import to_power
-from vibroscope.engine.kernels.equations.contact_law import IMPACT, law_force
+from vibroscope.engine.kernels.equations.contact_law import IMPACT, ContactLaw, law_force
 
 
 @pytest.fixture
@@ -32,7 +32,7 @@ def test_a_sum_with_a_known_rounding_is_not_fused_for_a_caller_that_fuses(compil
 def test_no_power_is_taken_where_none_is_needed(compile_in):
     """LLVM moves its own power, "llvm.pow", out of the case that needs it into all."""
     found = jit_uncontracted(law_force.py_func)
-    assert found(IMPACT, 2.0, 0.0, 2.3, 1.0, 0.0, 0.7, 0.0) == 2.0 * 0.7**2.3
+    assert found(ContactLaw(IMPACT, 2.0, 2.3, 1.0, 0.0, 0.0, 0.0), 0.0, 0.7, 0.0) == 2.0 * 0.7**2.3
     (code,) = found.inspect_llvm().values()
     assert "@pow(" in code
     assert "llvm.pow" not in code
