@@ -106,7 +106,7 @@ class Explorer:
         return self
 
     def again(self, query):
-        """Bring the page to Explore and the setting of a link, all folded; False if its address holds more than that."""
+        """Bring the page to Explore and the setting of a link, all folded; False if more than that stays."""
         if {"mute", "theme"} & self.address().keys():  # which stay
             return False
         setting = read_opening(query).setting

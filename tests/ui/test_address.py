@@ -24,13 +24,12 @@ def test_a_link_restores_its_state_in_a_session_that_is_independent(kept, visit)
     assert first.typed("eta").input_value() == "2.76"
 
 
-def test_the_view_is_part_of_the_address_and_an_unknown_one_is_refused(kept, visit):
+def test_the_view_is_part_of_the_address(kept, visit):
     explorer = kept.anew()
     assert "view" not in explorer.address()
     explorer.open_tab("Help")
     explorer.wait_for_address(view="help")
     assert visit(explorer.query()).page.get_by_role("tab", name="Help").get_attribute("aria-selected") == "true"
-    assert "There is no view “nonsense”" in visit("?view=nonsense").error()
 
 
 def test_a_half_valid_address_is_refused_as_a_whole_and_leaves_complete_controls(visit):
