@@ -3,14 +3,13 @@
 import json
 import re
 from contextlib import contextmanager
-from functools import cache
 from pathlib import Path
 
 import pytest
 from playwright.sync_api import sync_playwright
 
 from tests.served import ROOT, served
-from tests.ui.explorer import PATIENCE, Explorer
+from tests.ui.explorer import PATIENCE, Explorer, is_setting
 from tools.browser import find
 
 ARGUMENTS = [
@@ -138,14 +137,40 @@ def visit(windows, server):
         yield open_page
 
 
-@pytest.fixture(scope="module")
-def kept(windows, server):
-    """As `visit`, but one page for all tests of a file that ask for the same, which care not what others have set.
+class Kept:
+    """One page for each size and kind of window, for all tests of a file that care not what others have set.
 
-    A short test spends most of its time, some seven seconds of processor, on opening its page.
+    A short test spends most of its time, some four seconds of processor, on opening its page.
     """
+
+    def __init__(self, open_page, session):
+        self._open, self._session = open_page, session
+        self._pages = {}  # by window: the page, what was asked for, and how many tests had failed
+
+    def __call__(self, query="", width=1440, height=900, anew=False, **options):
+        """The page that was opened with ``query``, as the test before has left it or, ``anew``, as it was opened."""
+        window = str(options) + ("" if is_setting(query) else query)
+        explorer, shown, failed = self._pages.get(window, (None, "", 0))
+        known = explorer is not None and failed == self._session.testsfailed
+        if known and ((shown == query and not anew) or explorer.again(query)):
+            explorer.resized(width, height)
+        else:
+            if explorer is not None:
+                explorer.page.close()
+            explorer = self._open(query, width, height, **options)
+        self._pages[window] = explorer, query, self._session.testsfailed
+        return explorer
+
+    def anew(self, query="", *size, **options):
+        """The page that tests share, as if it had just been opened with a link to a setting."""
+        return self(query, *size, anew=True, **options)
+
+
+@pytest.fixture(scope="module")
+def kept(windows, server, request):
+    """As `visit`, but a page that tests of a file share (`Kept`)."""
     with visits(windows, server) as open_page:
-        yield cache(open_page)
+        yield Kept(open_page, request.session)
 
 
 @pytest.fixture

@@ -5,6 +5,9 @@ import re
 import time
 from urllib.parse import parse_qs
 
+from vibroscope.app.explorer.link import print_address
+from vibroscope.app.explorer.parameters import FIELDS
+from vibroscope.app.page.address import read_opening
 from vibroscope.app.page.tabs import TABS
 
 _EXPECTED_MESSAGES = re.compile(
@@ -18,13 +21,19 @@ PAPER = "?eta=1.08&K=2500&D=8&steps=2000"  # scene [A], where a test needs its n
 PATIENCE = 120.0  # s; what is waited for comes within some seconds, but not on a machine that does much else
 
 
+def is_setting(query):
+    """Whether a link sets numbers and choices of a setting alone, not a view or what is seen in it."""
+    return parse_qs(query[1:]).keys() <= set(FIELDS)
+
+
 def wait_until(holds, seconds=PATIENCE, what=""):
-    """Poll ``holds`` until it is true."""
-    end = time.monotonic() + seconds
+    """Poll ``holds`` until it is true, less often the longer that takes: each look costs as much as a small update."""
+    end, pause = time.monotonic() + seconds, 0.03
     while not holds():
         if time.monotonic() > end:
             raise AssertionError(f"not within {seconds} s: {what or holds}")
-        time.sleep(0.05)
+        time.sleep(pause)
+        pause = min(1.2 * pause, 0.2)
 
 
 class Explorer:
@@ -95,6 +104,22 @@ class Explorer:
         self.wait_for_address(**texts)
         self.settle()
         return self
+
+    def again(self, query):
+        """Bring the page to Explore and the setting of a link, all folded; False if more than that stays."""
+        if {"mute", "theme"} & self.address().keys():  # which stay
+            return False
+        setting = read_opening(query).setting
+        before = self.update()
+        self.page.evaluate(AGAIN, setting.texts())
+        wait_until(lambda: self.update() > before, what="the opening scene")
+        links = [f"?{print_address(setting, choice=held)}" for held in ("", "phase:0")]
+        try:
+            wait_until(lambda: self.query() in links, 20)
+        except AssertionError:
+            return False
+        self.settle()
+        return True
 
     def resized(self, width, height):
         """Give the window another size."""
@@ -200,12 +225,26 @@ class Explorer:
         return {name: self.source(name) for name in SOURCES}
 
     def zoom(self, name, x0, x1, y0, y1):
-        """Drag a box in a figure, in shares of its frame from the top left."""
-        box = self.figure(name)["frame"]
-        self.page.mouse.move(box["x"] + x0 * box["width"], box["y"] + y0 * box["height"])
-        self.page.mouse.down()
-        self.page.mouse.move(box["x"] + x1 * box["width"], box["y"] + y1 * box["height"], steps=4)
-        self.page.mouse.up()
+        """Drag a box in a figure, in shares of its frame from the top left, and wait until it is zoomed.
+
+        It is dragged again if nothing comes of it: where the page is busy between two events of the mouse, Bokeh takes
+        them for a long press.
+        """
+        before = self.ranges(name)
+
+        def is_zoomed():
+            box = self.figure(name)["frame"]
+            self.page.mouse.move(box["x"] + x0 * box["width"], box["y"] + y0 * box["height"])
+            self.page.mouse.down()
+            self.page.mouse.move(box["x"] + x1 * box["width"], box["y"] + y1 * box["height"], steps=4)
+            self.page.mouse.up()
+            try:
+                wait_until(lambda: self.ranges(name) != before, 5)
+            except AssertionError:
+                return False
+            return True
+
+        wait_until(is_zoomed, what=f"the zoom of {name}")
 
     def ranges(self, *figures):
         """Both ends of all axes of some figures; categories have none."""
@@ -226,6 +265,25 @@ def _almost_equal(ends, others):
     return all(math.isclose(one, other, rel_tol=2e-5, abs_tol=2e-4) for one, other in zip(ends, others, strict=True))
 
 
+# What is open is closed, a motion that is held is held at its begin, and then the setting is that of the link.
+AGAIN = """texts => {
+  const walk = (root) => root.querySelectorAll("*").forEach((node) => {
+    if (node.shadowRoot) walk(node.shadowRoot);
+    if (node.open && node.matches("dialog")) node.close();
+    if (node.open && node.matches("details")) node.open = false;
+    if (node.matches(".player input") && Number(node.value)) {
+      node.value = 0;
+      node.dispatchEvent(new Event("input"));
+    }
+  });
+  walk(document.body);
+  scrollTo({ top: 0, behavior: "instant" });
+  document.activeElement?.blur();
+  const tell = (name, detail) => document.dispatchEvent(new CustomEvent(`vibroscope:${name}`, { detail }));
+  tell("view", { value: "explore" });
+  tell("reset", {});
+  tell("set", texts);
+}"""
 RANGES = """names => names.map(name => {
   const figure = Bokeh.documents[0].get_model_by_name(name);
   return [figure.x_range, figure.y_range, ...Object.values(figure.extra_y_ranges ?? {})].map(r => [r.start, r.end]);

@@ -69,7 +69,7 @@ def test_a_move_takes_the_curves_away_and_brings_its_own(kept):
     explorer.page.get_by_role("heading", name="Change one number alone").wait_for(state="hidden")
 
 
-def test_a_phone_has_the_curves_below_each_other(visit):
-    explorer = searched(visit(OPENING, 390, 844))
+def test_a_phone_has_the_curves_below_each_other(kept):
+    explorer = searched(kept.anew(OPENING, 390, 844))
     assert seen(explorer, "alone_K")["width"] >= 350
     assert explorer.page.evaluate("document.documentElement.scrollWidth") <= 390

@@ -137,9 +137,37 @@ def test_a_glyph_that_was_not_seen_has_the_latest_data_when_it_is_painted(explor
     assert len(second["sx"]) == len(second["x"])
 
 
-def test_a_tooltip_waits_for_the_pointer_to_rest(visit):
+MARGIN = """() => ["displacement", "force", "strip"].map(name => {
+  const view = Bokeh.index.find_one_by_id(Bokeh.documents[0].get_model_by_name(name).id);
+  const { left, right } = view.frame.bbox;
+  return [widthOfAxes(view, "left"), widthOfAxes(view, "right"), left, view.bbox.width - right];
+})"""
+
+
+def test_time_figures_have_the_margins_that_their_present_labels_need(explorer):
+    explorer.page.evaluate("""() => {
+      const { y_range } = Bokeh.documents[0].get_model_by_name("displacement");
+      y_range.setv({ start: 99999.12341, end: 99999.12389 });
+    }""")
+    wide = wait_for_margins(explorer, lambda need: need[0][0] > 64)
+    assert {left for _, _, left, _ in wide} == {max(left for left, *_ in wide)}
+    explorer.page.evaluate("""() => {
+      const { y_range } = Bokeh.documents[0].get_model_by_name("displacement");
+      y_range.setv({ start: -1, end: 1 });
+    }""")
+    narrow = wait_for_margins(explorer, lambda need: need[0][2] < wide[0][2])
+    assert {left for _, _, left, _ in narrow} == {max(60, *(need for need, *_ in narrow))}
+
+
+def wait_for_margins(explorer, holds):
+    wait_until(lambda: holds(explorer.page.evaluate(MARGIN)), what="other margins")
+    explorer.settle()
+    return explorer.page.evaluate(MARGIN)
+
+
+def test_a_tooltip_waits_for_the_pointer_to_rest(kept):
     """The hook "tooltips": it appears where the pointer rests and vanishes as soon as the pointer moves on."""
-    explorer = visit()
+    explorer = kept.anew()
     explorer.page.evaluate(NEAR)
     x, y = explorer.page.evaluate("near")
     explorer.page.mouse.move(x, y)
@@ -167,8 +195,8 @@ def asked_for(page):
     return page.evaluate("window.frames") - before
 
 
-def test_frames_are_requested_only_while_the_pendulums_swing_and_are_visible(visit):
-    explorer = visit()
+def test_frames_are_requested_only_while_the_pendulums_swing_and_are_visible(kept):
+    explorer = kept.anew()
     page, play = explorer.page, explorer.page.get_by_role("button", name="Play", exact=True)
     page.evaluate(COUNT)
     assert asked_for(page) == 0
@@ -184,31 +212,3 @@ def test_frames_are_requested_only_while_the_pendulums_swing_and_are_visible(vis
     page.mouse.move(*page.evaluate("near"))  # the pendulums stand still at the time that is pointed at
     explorer.settle()
     assert asked_for(page) == 0
-
-
-MARGIN = """() => ["displacement", "force", "strip"].map(name => {
-  const view = Bokeh.index.find_one_by_id(Bokeh.documents[0].get_model_by_name(name).id);
-  const { left, right } = view.frame.bbox;
-  return [widthOfAxes(view, "left"), widthOfAxes(view, "right"), left, view.bbox.width - right];
-})"""
-
-
-def test_time_figures_have_the_margins_that_their_present_labels_need(explorer):
-    explorer.page.evaluate("""() => {
-      const { y_range } = Bokeh.documents[0].get_model_by_name("displacement");
-      y_range.setv({ start: 99999.12341, end: 99999.12389 });
-    }""")
-    wide = wait_for_margins(explorer, lambda need: need[0][0] > 64)
-    assert {left for _, _, left, _ in wide} == {max(left for left, *_ in wide)}
-    explorer.page.evaluate("""() => {
-      const { y_range } = Bokeh.documents[0].get_model_by_name("displacement");
-      y_range.setv({ start: -1, end: 1 });
-    }""")
-    narrow = wait_for_margins(explorer, lambda need: need[0][2] < wide[0][2])
-    assert {left for _, _, left, _ in narrow} == {max(60, *(need for need, *_ in narrow))}
-
-
-def wait_for_margins(explorer, holds):
-    wait_until(lambda: holds(explorer.page.evaluate(MARGIN)), what="other margins")
-    explorer.settle()
-    return explorer.page.evaluate(MARGIN)

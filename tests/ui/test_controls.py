@@ -65,8 +65,8 @@ def test_an_answer_does_not_change_what_is_being_typed(kept):
     assert explorer.address()["D"] != "8"
 
 
-def test_a_scene_comes_after_the_moves_that_still_wait(visit):
-    explorer = visit()
+def test_a_scene_comes_after_the_moves_that_still_wait(kept):
+    explorer = kept.anew()
     explorer.page.evaluate("""for (const eta of ["1.2", "1.25", "1.3"]) {
         document.dispatchEvent(new CustomEvent("vibroscope:set", { detail: { eta } }));
     }
@@ -184,8 +184,8 @@ def test_system_and_solver_are_unfolded_where_one_is_not_the_default(visit):
     assert "between 1 and kappa" in other.error()
 
 
-def test_a_damper_that_follows_the_restitution_locks_its_slider(visit):
-    explorer = visit("?eta=1.08&K=2500&D=8&steps=200")
+def test_a_damper_that_follows_the_restitution_locks_its_slider(kept):
+    explorer = kept.anew("?eta=1.08&K=2500&D=8&steps=200")
     switch = explorer.page.get_by_role("group", name="Damper")
     slider, typed = (explorer.page.locator(f"#vibroscope-D-{kind}") for kind in ("slider", "typed"))
     explorer.page.locator("summary", has_text="Solver").click()

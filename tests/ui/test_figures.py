@@ -11,7 +11,6 @@ FIGURES = ("phase1", "phase2", "displacement", "strip", "force", "diagram")
 def test_zoom_survives_updates_and_a_scene_gives_it_back(kept):
     explorer = kept()
     explorer.zoom("displacement", 0.2, 0.6, 0.2, 0.7)
-    wait_until(lambda: explorer.figure("displacement")["x"] != [0, 2], what="zoom")
     zoomed = explorer.figure("displacement")
     assert explorer.figure("force")["x"] == explorer.figure("strip")["x"] == zoomed["x"]
     explorer.wait_for_zoom("displacement")
@@ -40,8 +39,8 @@ def test_axes_have_units_a_click_in_the_diagram_sets_eta_and_no_figure_is_rebuil
     assert explorer.page.evaluate(identities) == before
 
 
-def test_a_diverged_penalty_run_is_reported_and_the_reference_stays(visit):
-    explorer = visit("?eta=1.08&K=100000&D=100&steps=2000")
+def test_a_diverged_penalty_run_is_reported_and_the_reference_stays(kept):
+    explorer = kept.anew("?eta=1.08&K=100000&D=100&steps=2000")
     before = explorer.sources()
     explorer.moved(lambda: explorer.type("steps", "100"))
     after = explorer.sources()
@@ -79,8 +78,8 @@ DISPLACEMENTS, PARTS = (
 )
 
 
-def test_the_curves_on_the_screen_are_those_of_the_choice(visit):
-    explorer = visit()
+def test_the_curves_on_the_screen_are_those_of_the_choice(kept, visit):
+    explorer = kept.anew()
     form = explorer.page.get_by_role("form", name="Settings")
     assert explorer.page.evaluate(DRAWN, "displacement") == DISPLACEMENTS
     explorer.unfold("Display")
@@ -92,73 +91,22 @@ def test_the_curves_on_the_screen_are_those_of_the_choice(visit):
     assert explorer.page.evaluate(DRAWN, "displacement") == DISPLACEMENTS
 
 
-def test_a_pin_keeps_the_result_and_the_link_brings_it_back(visit):
-    explorer = visit(PAPER)
+def test_a_pin_keeps_the_result_and_its_curves(kept):
+    explorer = kept.anew(PAPER)
     first = explorer.sources()
+    assert explorer.page.locator(".comparison-table").is_hidden()
     explorer.moved(lambda: explorer.page.get_by_role("button", name="Keep this result").click())
     wait_until(lambda: explorer.source("pinned1_phase_penalty") == first["phase_penalty"], what="the curves of the pin")
     explorer.moved(lambda: explorer.type("K", "9000"))
     assert explorer.source("pinned1_phase_penalty") == first["phase_penalty"] != explorer.source("phase_penalty")
     explorer.wait_for_address(K="9000", pin="eta=1.08&K=2500&D=8&steps=2000")
-    second = visit(explorer.query())
-    wait_until(lambda: second.source("pinned1_phase_penalty") == first["phase_penalty"], what="the pinned curves")
-    assert second.source("phase_penalty") == explorer.source("phase_penalty")
     explorer.moved(lambda: explorer.page.get_by_role("button", name="Unpin 1").click())
     assert explorer.source("pinned1_phase_penalty")["x1"] == []
     wait_until(lambda: "pin" not in explorer.address(), what="an address without a pin")
 
 
-def test_pins_are_compared_in_a_table_and_in_curves_of_their_own_colours(visit):
-    explorer = visit("?eta=1.3&K=2500&D=8&steps=2000").explained()
-    pin = explorer.page.get_by_role("button", name="Keep this result")
-    table = explorer.page.locator(".comparison-table")
-    assert table.is_hidden()
-    total = explorer.page.locator(".part.total .number").text_content()
-    explorer.moved(pin.click)
-    explorer.moved(lambda: explorer.type("eta", "1.08"))
-    for K in ("300", "100", "30"):
-        explorer.moved(lambda K=K: explorer.type("K", K))
-        explorer.moved(pin.click)
-    explorer.moved(lambda: explorer.type("K", "2500"))
-    wait_until(lambda: "computing" not in table.text_content(), what="the numbers of all pins")
-    cells = [row.locator("td.number").all_text_contents() for row in table.locator("tr").all()[1:]]
-    assert [row[1] for row in cells] == ["2500", "2500", "300", "100", "30"]
-    assert cells[1][4] == total
-    assert cells[0][4] == explorer.explained().page.locator(".part.total .number").text_content()
-    for width in (390, 1100, 1280, 1440):
-        explorer.resized(width, 900)
-        box, below = (explorer.page.locator(each).bounding_box() for each in (".comparison-table", ".lines"))
-        assert box["x"] >= 0, width
-        assert box["x"] + box["width"] <= width
-        assert box["y"] + box["height"] <= below["y"], width
-    coloured = [explorer.page.evaluate(COLOURED, "phase1")]
-    for entry in explorer.page.locator(".cell.phase1").get_by_role("switch", name="pin").all():
-        entry.press("Enter")
-        wait_until(lambda: explorer.page.evaluate(COLOURED, "phase1") != coloured[-1], what="a curve less")
-        coloured.append(explorer.page.evaluate(COLOURED, "phase1"))
-    assert len(set(coloured)) == 5  # each pin was painted
-    explorer.wait_for_address(mute="phase1:pinned,pinned2,pinned3,pinned4")
-    explorer.page.evaluate(AXE)
-    assert serious(explorer.page) == []
-    before = explorer.query()
-    pin.click()
-    wait_until(lambda: "At most 4 settings can be pinned" in explorer.error(), what="the bound")
-    assert explorer.query() == before
-    second = visit(before)
-    other = second.page.locator(".comparison-table")
-    wait_until(lambda: other.text_content() == table.text_content(), what="the same table from the link")
-    explorer.moved(lambda: table.get_by_role("button", name="Unpin 2").click())
-    wait_until(lambda: [row[1] for row in pinned_rows(table)] == ["2500", "100", "30"], what="one pin less")
-    explorer.moved(lambda: table.get_by_role("button", name="Set the sliders to pin 3").click())
-    assert explorer.typed("K").input_value() == "30"
-
-
-def pinned_rows(table):
-    return [row.locator("td.number").all_text_contents() for row in table.locator("tr").all()[2:]]
-
-
-def test_the_first_thing_to_change_is_a_button(visit):
-    explorer = visit("?eta=1.08&K=100&D=50&steps=2000").explained()
+def test_the_first_thing_to_change_is_a_button(kept):
+    explorer = kept.anew("?eta=1.08&K=100&D=50&steps=2000").explained()
     before = float(explorer.page.locator(".part.total .number").text_content().split()[0])
     explorer.moved(lambda: explorer.page.get_by_role("button", name="Try D =").click())
     explorer.explained()
@@ -166,33 +114,6 @@ def test_the_first_thing_to_change_is_a_button(visit):
     assert float(explorer.page.locator(".part.total .number").text_content().split()[0]) < before / 3
     explorer.moved(lambda: explorer.page.get_by_role("button", name="Undo").click())
     assert explorer.typed("D").input_value() == "50"
-
-
-COLOURED = """name => {
-  const view = Bokeh.index.find_one_by_id(Bokeh.documents[0].get_model_by_name(name).id);
-  const {x0, y0, x1, y1} = view.frame.bbox;
-  const copy = new OffscreenCanvas(x1 - x0 - 4, y1 - y0 - 4).getContext("2d", { willReadFrequently: true });
-  copy.drawImage(view.canvas_view.primary.canvas, -x0 - 2, -y0 - 2);
-  const { data } = copy.getImageData(0, 0, copy.canvas.width, copy.canvas.height);
-  let count = 0;
-  for (let i = 0; i < data.length; i += 4) {
-    const pixel = data.slice(i, i + 3);
-    count += Math.max(...pixel) - Math.min(...pixel) > 40;
-  }
-  return count;
-}"""
-
-
-def test_a_muted_legend_entry_hides_its_curve(visit):
-    explorer = visit("?eta=1.38")
-    for figure in ("phase1", "displacement", "force"):
-        coloured = [explorer.page.evaluate(COLOURED, figure)]
-        for entry in explorer.page.locator(f".cell.{figure}").get_by_role("switch").all():
-            entry.click()
-            what = f"something hidden in {figure}"
-            wait_until(lambda: explorer.page.evaluate(COLOURED, figure) not in coloured, what=what)  # noqa: B023
-            coloured.append(explorer.page.evaluate(COLOURED, figure))
-        assert coloured[-1] == 0, figure
 
 
 def test_scatter_of_the_time_step_is_named_an_artefact_and_looks_unlike_chaos(kept):
@@ -222,14 +143,85 @@ def test_the_verdict_of_another_setting_is_not_read_as_that_of_the_figures(kept)
     }"""
     for _ in range(3):  # as while a slider moves: each result starts without a verdict
         explorer.page.evaluate(set_pending, True)
-    mark.wait_for(timeout=2000)
+    mark.wait_for()
     assert not text.is_visible()
     explorer.page.evaluate(set_pending, False)
-    text.wait_for(timeout=2000)
+    text.wait_for()
     assert not mark.is_visible()
     set_moving = "on => document.dispatchEvent(new CustomEvent('vibroscope:moving', { detail: { value: on } }))"
     explorer.page.evaluate(set_moving, True)  # as while the figures of another setting are computed
-    mark.wait_for(timeout=2000)
+    mark.wait_for()
     assert not text.is_visible()
     explorer.page.evaluate(set_moving, False)
-    text.wait_for(timeout=2000)
+    text.wait_for()
+
+
+COLOURED = """name => {
+  const view = Bokeh.index.find_one_by_id(Bokeh.documents[0].get_model_by_name(name).id);
+  const {x0, y0, x1, y1} = view.frame.bbox;
+  const copy = new OffscreenCanvas(x1 - x0 - 4, y1 - y0 - 4).getContext("2d", { willReadFrequently: true });
+  copy.drawImage(view.canvas_view.primary.canvas, -x0 - 2, -y0 - 2);
+  const { data } = copy.getImageData(0, 0, copy.canvas.width, copy.canvas.height);
+  let count = 0;
+  for (let i = 0; i < data.length; i += 4) {
+    const pixel = data.slice(i, i + 3);
+    count += Math.max(...pixel) - Math.min(...pixel) > 40;
+  }
+  return count;
+}"""
+
+
+def test_pins_of_a_link_are_compared_in_a_table_and_in_curves_of_their_own_colours(visit):
+    pins = ";".join(f"eta=1.08%26K={K}%26D=8%26steps=2000" for K in (300, 100, 30))
+    explorer = visit(f"?eta=1.3&K=2500&D=8&steps=2000&pin={pins}").explained()
+    pin = explorer.page.get_by_role("button", name="Keep this result")
+    table = explorer.page.locator(".comparison-table")
+    total = explorer.page.locator(".part.total .number").text_content()
+    explorer.moved(pin.click)
+    explorer.moved(lambda: explorer.type("eta", "1.08"))
+    explorer.explained()
+    wait_until(lambda: "computing" not in table.text_content(), what="the numbers of all pins")
+    now, *pinned = rows_of(table)
+    assert [row[1] for row in pinned] == ["300", "100", "30", "2500"]
+    assert pinned[3][4] == total
+    assert now[4] == explorer.page.locator(".part.total .number").text_content()
+    for width in (390, 1100):  # others: see `test_sizes`
+        explorer.resized(width, 900)
+        box, below = (explorer.page.locator(each).bounding_box() for each in (".comparison-table", ".lines"))
+        assert box["x"] >= 0, width
+        assert box["x"] + box["width"] <= width
+        assert box["y"] + box["height"] <= below["y"], width
+    coloured = [explorer.page.evaluate(COLOURED, "phase1")]
+    for entry in explorer.page.locator(".cell.phase1").get_by_role("switch", name="pin").all():
+        entry.press("Enter")
+        wait_until(lambda: explorer.page.evaluate(COLOURED, "phase1") != coloured[-1], what="a curve less")
+        coloured.append(explorer.page.evaluate(COLOURED, "phase1"))
+    assert len(set(coloured)) == 5  # each pin was painted
+    explorer.wait_for_address(mute="phase1:pinned,pinned2,pinned3,pinned4")
+    explorer.page.evaluate(AXE)
+    assert serious(explorer.page) == []
+    before = explorer.query()
+    pin.click()
+    wait_until(lambda: "At most 4 settings can be pinned" in explorer.error(), what="the bound")
+    assert explorer.query() == before
+    explorer.moved(lambda: table.get_by_role("button", name="Unpin 1").click())
+    wait_until(lambda: [row[1] for row in rows_of(table)[1:]] == ["100", "30", "2500"], what="one pin less")
+    explorer.moved(lambda: table.get_by_role("button", name="Set the sliders to pin 2").click())
+    assert explorer.typed("K").input_value() == "30"
+    assert explorer.source("pinned2_phase_penalty") == explorer.source("phase_penalty")
+
+
+def rows_of(table):
+    return [row.locator("td.number").all_text_contents() for row in table.locator("tr").all()[1:]]
+
+
+def test_a_muted_legend_entry_hides_its_curve(kept):
+    explorer = kept.anew("?eta=1.38")
+    for figure in ("phase1", "displacement", "force"):
+        coloured = [explorer.page.evaluate(COLOURED, figure)]
+        for entry in explorer.page.locator(f".cell.{figure}").get_by_role("switch").all():
+            entry.click()
+            what = f"something hidden in {figure}"
+            wait_until(lambda: explorer.page.evaluate(COLOURED, figure) not in coloured, what=what)  # noqa: B023
+            coloured.append(explorer.page.evaluate(COLOURED, figure))
+        assert coloured[-1] == 0, figure

@@ -54,12 +54,12 @@ def test_no_term_is_marked_in_what_is_to_be_copied(visit):
     assert code.locator(".term").count() == 0
 
 
-def test_marked_terms_follow_from_the_texts_and_not_from_those_before(visit):
+def test_marked_terms_follow_from_the_texts_and_not_from_those_before(kept, visit):
     def marked(explorer):
         explorer.page.locator("form.panel details").evaluate_all("all => all.forEach(each => { each.open = true; })")
         return explorer.page.locator("form.panel .term:visible, .lines .term:visible").all_text_contents()
 
-    walked = visit("?bodies=wall&clearance=0.5&units=si").explained()
+    walked = kept.anew("?bodies=wall&clearance=0.5&units=si").explained()
     walked.moved(lambda: walked.scene("C"))
     walked.unfold("System")
     walked.moved(lambda: walked.page.get_by_text("non-dimensional", exact=True).click())

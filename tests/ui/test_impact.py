@@ -6,6 +6,8 @@ from tests.ui.axe import AXE, serious
 from tests.ui.explorer import wait_until
 from tests.ui.test_studies import place
 
+TAB = "?view=impact&eta=2.76&K=2500&D=8&steps=500"
+
 
 def complete(explorer):
     panel = explorer.page.locator("section.study").locator("visible=true")
@@ -46,14 +48,14 @@ def test_one_sentence_answers_for_another_speed_too_and_the_step_is_taken_over(v
     assert "you get 0.4" in said(explorer)
 
 
-def test_a_click_in_the_band_sets_the_step(visit):
-    explorer = complete(visit("?view=impact&eta=2.76&K=2500&D=8&steps=500"))
+def test_a_click_in_the_band_sets_the_step(kept):
+    explorer = complete(kept(TAB))
     explorer.page.mouse.click(*place(explorer, "impact_band", 50, 0.8))
     wait_until(lambda: 2400 < int(explorer.address()["steps"]) < 2800, what="fifty steps in a contact")
 
 
-def test_a_click_anywhere_in_a_row_sets_its_integrator_and_contact_status(visit):
-    explorer = complete(visit("?view=impact&eta=2.76&K=2500&D=8&steps=500"))
+def test_a_click_anywhere_in_a_row_sets_its_integrator_and_contact_status(kept):
+    explorer = complete(kept(TAB))
     rows = explorer.page.locator("section.branches-list tr").locator("visible=true")
     cell = rows.filter(has_text="Bathe").filter(has_text="end, iterated").locator("td").nth(2)
     cell.click(force=True)  # the button of the row lies over it
@@ -64,8 +66,8 @@ def test_a_click_anywhere_in_a_row_sets_its_integrator_and_contact_status(visit)
     assert "end, iterated" in chosen.inner_text()
 
 
-def test_nobody_needs_a_system_to_get_the_step_of_a_contact_in_seconds(visit):
-    explorer = visit("")
+def test_nobody_needs_a_system_to_get_the_step_of_a_contact_in_seconds(kept):
+    explorer = kept.anew()
     explorer.open_tab("One impact")
     explorer.unfold("System")
     explorer.page.get_by_role("radio", name="SI", exact=True).check()
@@ -84,9 +86,9 @@ def test_nobody_needs_a_system_to_get_the_step_of_a_contact_in_seconds(visit):
 
 
 @pytest.mark.parametrize(("width", "height"), [(1440, 900), (390, 844)])
-def test_a_permitted_penetration_leads_to_the_step_in_seconds(visit, width, height):
+def test_a_permitted_penetration_leads_to_the_step_in_seconds(kept, width, height):
     """For 1 kg at 1 m/s and e = 0.5, which is that of the system at first: K = 550,600 N/m, a step of 0.24 ms."""
-    explorer = visit("", width=width, height=height)
+    explorer = kept.anew("", width, height)
     explorer.open_tab("One impact")
     explorer.unfold("System")
     explorer.page.get_by_role("radio", name="SI", exact=True).check()

@@ -3,10 +3,11 @@
 from tests.ui.explorer import wait_until
 
 
-def test_located_steps_of_another_law_are_explained_and_judged_by_rules(visit):
-    explorer = visit("?eta=2.76&K=1200&D=18&steps=200&law=limited").explained()
+def test_located_steps_of_another_law_are_explained_and_judged_by_rules(kept):
+    explorer = kept.anew("?eta=2.76&K=1200&D=18&steps=200&law=limited").explained()
     whole = explorer.source("phase_penalty")["v2"]
-    switch = explorer.page.get_by_role("group", name="Contact changes")  # another law has opened the fold
+    explorer.unfold("Solver")
+    switch = explorer.page.get_by_role("group", name="Contact changes")
     explorer.moved(lambda: switch.get_by_label("cut at contact").check())
     explorer.wait_for_address(located="yes", law="limited")
     assert explorer.source("phase_penalty")["v2"] != whole
@@ -18,8 +19,8 @@ def test_located_steps_of_another_law_are_explained_and_judged_by_rules(visit):
     assert "steps cut where contact changes; contact law limited damper" in words.text_content()
 
 
-def test_a_stiffness_that_follows_the_step_locks_its_slider(visit):
-    explorer = visit("?eta=2.76&K=12000&D=18&steps=200")
+def test_a_stiffness_that_follows_the_step_locks_its_slider(kept):
+    explorer = kept.anew("?eta=2.76&K=12000&D=18&steps=200")
     switch = explorer.page.get_by_role("group", name="Stiffness")
     slider, typed = (explorer.page.locator(f"#vibroscope-K-{kind}") for kind in ("slider", "typed"))
     scale = explorer.typed("step_scale")

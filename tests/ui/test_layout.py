@@ -25,9 +25,9 @@ def resized(explorer, sizes):
         yield width, height
 
 
-def test_the_first_screen_of_a_small_window_shows_a_picture_and_the_sliders(visit):
+def test_the_first_screen_of_a_small_window_shows_a_picture_and_the_sliders(kept):
     """720 × 450 is a desktop at 200 %."""
-    explorer = visit(width=390, height=844).explained()
+    explorer = kept.anew("", 390, 844).explained()
     for width, height in resized(explorer, [(390, 844), (320, 568), (720, 450)]):
         sliders = explorer.page.locator(".sliders").bounding_box()
         frame = explorer.figure("displacement")["frame"]
@@ -66,8 +66,8 @@ END_OF_TITLE = """() => {
 }"""
 
 
-def test_the_button_for_a_measurement_covers_no_title(visit):
-    explorer = visit("?eta=1.08&K=100&D=50&steps=2000&frame=difference")
+def test_the_button_for_a_measurement_covers_no_title(kept):
+    explorer = kept.anew("?eta=1.08&K=100&D=50&steps=2000&frame=difference")
     explorer.explained().unfold("More: ")
     for width, _ in resized(explorer, [(1440, 900), (1100, 900), (390, 844), (320, 568)]):
         assert explorer.figure("displacement")["title"].startswith("Difference: up to ")
@@ -93,12 +93,12 @@ def test_on_a_phone_nothing_overflows_and_everything_is_there(kept):
     explorer.moved(lambda: explorer.scene("C"))
 
 
-def test_on_a_phone_the_verdict_on_a_system_of_ones_own_is_where_it_is_for_a_scene(visit):
+def test_on_a_phone_the_verdict_on_a_system_of_ones_own_is_where_it_is_for_a_scene(kept):
     own = "bodies=two&clearance=0.5&joint_damping=derived&start_xi2=1"
     place = "line => line.getBoundingClientRect().top + scrollY"
     tops = []
     for query in ("", f"?{own}", f"?{own}&units=si"):
-        explorer = visit(query, width=390, height=844, has_touch=True)
+        explorer = kept.anew(query, 390, 844, has_touch=True)
         tops.append(explorer.page.locator(".line.verdict").evaluate(place))
     assert max(tops) - min(tops) < 150  # px: a line for each slider that has a unit
     heads = explorer.page.locator("details.more > summary")
@@ -107,8 +107,8 @@ def test_on_a_phone_the_verdict_on_a_system_of_ones_own_is_where_it_is_for_a_sce
     assert explorer.typed("mass1_kg").is_visible()
 
 
-def test_on_a_desktop_everything_is_in_view_and_the_time_figures_stand_above_each_other(visit):
-    explorer = visit()
+def test_on_a_desktop_everything_is_in_view_and_the_time_figures_stand_above_each_other(kept):
+    explorer = kept.anew()
     boxes = {name: explorer.figure(name)["box"] for name in FIGURES}
     boxes |= {name: explorer.page.locator(name).bounding_box() for name in ("form.panel", ".lines .verdict")}
     for name, box in boxes.items():
@@ -122,8 +122,8 @@ def test_on_a_desktop_everything_is_in_view_and_the_time_figures_stand_above_eac
 
 
 @pytest.mark.parametrize("scene", ["eta=2.76&K=12000&D=18&steps=2000", "eta=1.7&K=12000&D=18&steps=8000"])
-def test_all_findings_are_in_view_on_a_desktop_with_units_too(visit, scene):
-    explorer = visit(f"?{scene}&units=si").explained().judged()
+def test_all_findings_are_in_view_on_a_desktop_with_units_too(kept, scene):
+    explorer = kept.anew(f"?{scene}&units=si").explained().judged()
     explorer.settle()
     assert explorer.page.locator(".cell.findings").get_attribute("data-more") is None
     assert explorer.page.locator(".line.further .rest").last.text_content().count("Peak force") == 1

@@ -87,8 +87,8 @@ def test_a_first_visit_begins_with_the_tour_and_the_second_does_not(visit, windo
     assert explorer.page.get_by_role("dialog", name="Tour").count() == 0
 
 
-def test_the_summary_is_of_the_open_view_and_follows_the_findings(visit):
-    explorer = visit().explained()
+def test_the_summary_is_of_the_open_view_and_follows_the_findings(kept):
+    explorer = kept.anew().explained()
     summary = explorer.page.locator(".summary")
     text = summary.text_content()
     assert text.startswith("Explore. Do they agree?")

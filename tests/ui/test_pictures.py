@@ -10,8 +10,16 @@ from tests.ui.explorer import wait_until
 from tests.ui.taking import menu, taken
 
 
-def test_a_picture_has_the_size_that_was_asked_for_and_says_what_it_shows(visit):
-    explorer = visit()
+def test_a_picture_is_as_large_as_on_the_page(kept):
+    explorer = kept.anew()
+    _, picture = taken(explorer, "Contact strip as PNG")
+    width = explorer.page.evaluate("Bokeh.documents[0].get_model_by_name('strip').outer_width")
+    with Image.open(io.BytesIO(picture)) as image:
+        assert image.width == pytest.approx(width / 96 * 300, abs=1)
+
+
+def test_a_picture_has_the_size_that_was_asked_for_and_says_what_it_shows(kept):
+    explorer = kept.anew()
     assert "Phase plot 1" in menu(explorer)
     page, before = explorer.page, explorer.figure("phase1")
     for name, value in {"Width in mm": "85", "Height in mm": "70", "PNG in dpi": "600"}.items():
@@ -54,11 +62,3 @@ def test_a_picture_has_the_colours_of_the_page_and_what_is_seen_in_it(visit, sch
     }""")
     wait_until(lambda: b">penalty</text>" not in taken(explorer, "Phase plot 1 as SVG")[1], 10)
     assert "CSV" not in menu(explorer)["Bodies"]
-
-
-def test_a_picture_is_as_large_as_on_the_page(visit):
-    explorer = visit()
-    _, picture = taken(explorer, "Contact strip as PNG")
-    width = explorer.page.evaluate("Bokeh.documents[0].get_model_by_name('strip').outer_width")
-    with Image.open(io.BytesIO(picture)) as image:
-        assert image.width == pytest.approx(width / 96 * 300, abs=1)

@@ -5,9 +5,9 @@ from tests.ui.explorer import wait_until
 TOLERANCE = "Tolerance: relative rms error in per cent"
 
 
-def test_the_tolerance_offered_is_met_at_the_first_click(visit):
+def test_the_tolerance_offered_is_met_at_the_first_click(kept):
     """The joint damping alone makes 7.7 % here."""
-    explorer = visit("?eta=1.08&K=2500&D=8&steps=2000").explained()
+    explorer = kept.anew("?eta=1.08&K=2500&D=8&steps=2000").explained()
     field = explorer.page.get_by_label(TOLERANCE)
     wait_until(lambda: field.input_value() == "10", what="a tolerance that can be met")
     explorer.page.get_by_role("button", name="Suggest K").click()
@@ -15,8 +15,8 @@ def test_the_tolerance_offered_is_met_at_the_first_click(visit):
     assert explorer.page.locator(".suggest .status").text_content() == "An error of 10 % is met"
 
 
-def test_a_suggestion_moves_the_sliders_and_is_one_step_back(visit):
-    explorer = visit("?eta=2.76&K=12000&D=18&steps=2000&located=yes")
+def test_a_suggestion_moves_the_sliders_and_is_one_step_back(kept):
+    explorer = kept.anew("?eta=2.76&K=12000&D=18&steps=2000&located=yes")
     explorer.page.get_by_label(TOLERANCE).fill("2")
     explorer.page.get_by_role("button", name="Suggest K").click()
     explorer.page.locator(".suggest[data-phase=done]").wait_for()
@@ -117,8 +117,8 @@ def test_what_a_system_file_leaves_out_is_said_until_the_next_move(kept):
     note.wait_for(state="hidden")
 
 
-def test_physical_units_reach_every_figure_and_the_address(visit):
-    explorer = visit("?eta=2.76&omega1=20&amplitude=2")
+def test_physical_units_reach_every_figure_and_the_address(kept):
+    explorer = kept.anew("?eta=2.76&omega1=20&amplitude=2")
     plain = explorer.source("displacements")
     explorer.unfold("System")
     explorer.moved(lambda: explorer.page.get_by_label("mm-t-s").check())

@@ -148,8 +148,11 @@ def test_the_line_in_the_diagram_is_dragged_in_the_browser_and_sets_eta(counted,
     assert explorer.figure("bifurcation")["x"] == [0.5, 4]  # the drag zoomed nothing
 
 
-def test_a_finger_drags_the_line_and_does_not_scroll(visit):
-    explorer = visit(f"?view=bifurcation&{SETTING}", width=390, height=844, has_touch=True, is_mobile=True)
+PHONE = {"width": 390, "height": 844, "has_touch": True, "is_mobile": True}
+
+
+def test_a_finger_drags_the_line_and_does_not_scroll(kept):
+    explorer = kept(f"?view=bifurcation&{SETTING}", **PHONE).open_view("bifurcation")
     wait_until(lambda: share(explorer) > 0, what="a first picture")
     page = explorer.page
     page.evaluate("""Bokeh.index.find_one_by_id(Bokeh.documents[0].get_model_by_name("bifurcation").id)
@@ -171,8 +174,8 @@ def test_a_finger_drags_the_line_and_does_not_scroll(visit):
     assert page.evaluate("scrollY") == scrolled
 
 
-def test_a_tap_marks_the_time_in_all_figures(visit):
-    explorer = visit(width=390, height=844, has_touch=True, is_mobile=True)
+def test_a_tap_marks_the_time_in_all_figures(kept):
+    explorer = kept(f"?view=bifurcation&{SETTING}", **PHONE).open_view("explore")
     page = explorer.page
     box = page.locator(".displacement").first
     box.scroll_into_view_if_needed()

@@ -26,8 +26,8 @@ def between(explorer):
     return found[1][0] - found[0][1]
 
 
-def test_an_analysts_system_is_entered_as_on_a_data_sheet(visit):
-    explorer = open_panel(visit("?units=si"))
+def test_an_analysts_system_is_entered_as_on_a_data_sheet(kept, visit):
+    explorer = open_panel(kept.anew("?units=si"))
     explorer.moved(lambda: panel(explorer).get_by_label("two bodies").check())
     panel(explorer).get_by_label("spring between body 1 and the base; 0: none: its unit").select_option("frequency1_Hz")
     panel(explorer).get_by_label("spring between body 2 and the base; 0: none: its unit").select_option("frequency2_Hz")
@@ -46,8 +46,9 @@ def test_an_analysts_system_is_entered_as_on_a_data_sheet(visit):
     assert "Two bodies" in second.page.locator(".at-rest").get_attribute("aria-label")
 
 
-def test_the_drawing_follows_what_is_typed_before_it_is_sent(visit):
-    explorer = visit("?bodies=two&clearance=1")
+def test_the_drawing_follows_what_is_typed_before_it_is_sent(kept):
+    explorer = kept.anew("?bodies=two&clearance=1")
+    explorer.unfold("System")
     wide = between(explorer)
     assert wide > 10
     explorer.typed("clearance").fill("0.5")  # not entered yet
@@ -58,8 +59,9 @@ def test_the_drawing_follows_what_is_typed_before_it_is_sent(visit):
     assert "preload" in explorer.page.locator(".at-rest").text_content()
 
 
-def test_a_field_tells_its_range_and_units_and_what_is_wrong_and_escape_brings_the_number_back(visit):
-    explorer = visit("?bodies=wall&units=si&clearance=1")
+def test_a_field_tells_its_range_and_units_and_what_is_wrong_and_escape_brings_the_number_back(kept):
+    explorer = kept.anew("?bodies=wall&units=si&clearance=1")
+    explorer.unfold("System")
     explorer.typed("clearance_mm").focus()
     about = explorer.page.locator("#vibroscope-clearance_mm-about")
     assert about.is_visible()
@@ -97,8 +99,8 @@ def test_a_system_of_the_shelf_is_shown_and_moves_in_the_same_drawing(kept, key)
     assert explorer.page.locator("svg.moving circle.bob").count() == 4
 
 
-def test_an_impact_pair_is_loaded_from_a_file_with_both_walls_and_its_symmetric_motion_in_words(visit):
-    explorer = visit()
+def test_an_impact_pair_is_loaded_from_a_file_with_both_walls_and_its_symmetric_motion_in_words(kept, visit):
+    explorer = kept.anew()
     explorer.moved(lambda: explorer.page.locator(".load input").set_input_files(ROOT / "docs/pair.toml"))
     explorer.wait_for_address(bodies="wall", stops="two", clearance2="5")
     assert explorer.typed("clearance2_mm").input_value() == "5"

@@ -66,10 +66,10 @@ def test_a_suggestion_is_offered_as_long_as_it_is_shown(kept):
     wait_until(lambda: "Suggestion" not in menu(explorer), what="a menu without it")
 
 
-def test_pictures_show_what_the_page_shows_after_a_move(visit):
+def test_pictures_show_what_the_page_shows_after_a_move(kept, visit):
     """Columns that a move changes reach the page otherwise than those that it was opened with."""
     opened = visit("?eta=1.12").explained()
-    moved = visit("?eta=1.08")
+    moved = kept.anew("?eta=1.08")
     moved.moved(lambda: moved.type("eta", "1.12"))
     moved.explained()
     for title in ("Phase plot 1", "Displacements", "Contact strip", "Contact force"):
