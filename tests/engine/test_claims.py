@@ -3,8 +3,9 @@
 from dataclasses import replace
 
 import pytest
-from vibroscope.engine import ComparisonQuestion, Newmark, System, compare, verdict
+from vibroscope.engine import Newmark, System
 
+from tests.answers import compared, verdict_of
 from tests.claims.__main__ import judged
 from tests.claims.judge import FALSE, judge_words
 from tests.claims.sentences import changes_in
@@ -52,7 +53,7 @@ WRONG = [  # what was said of these settings once, and the row that finds it out
 
 @pytest.mark.parametrize(("eta", "method", "headline", "blame", "row"), WRONG)
 def test_what_is_not_so_is_found_out(eta, method, headline, blame, row):
-    found = compare(ComparisonQuestion(System(), eta, method))
-    words = replace(verdict(found), headline=headline, blame=blame, together=False, details=())
+    found = compared(System(), eta, method)
+    words = replace(verdict_of(System(), eta, method), headline=headline, blame=blame, together=False, details=())
     wrong = [each.row for each in judge_words(Setting(System(), eta, method), found, words) if each.outcome == FALSE]
     assert row in wrong

@@ -4,8 +4,9 @@ import json
 
 import pytest
 from vibroscope.app.commands.cli import main
-from vibroscope.engine import HHT, ComparisonQuestion, ExactPenalty, System, TimeStepping, compare, recommend, simulate
+from vibroscope.engine import HHT, ExactPenalty, System, TimeStepping, recommend, simulate
 
+from tests.answers import compared
 from tests.recommended import question
 
 # Of the displacements alone: contacts have too few of these steps for a restitution or a force.
@@ -19,7 +20,7 @@ def test_every_setting_on_the_front_was_run_with_the_method():
     assert found.met
     k, d, n = found.best.setting
     assert found.method == TimeStepping(k, d, n, HHT(-0.1), "end", "keep")
-    assert compare(ComparisonQuestion(System(), 1.08, found.method)).total == pytest.approx(found.best.error, rel=1e-9)
+    assert compared(System(), 1.08, found.method).total == pytest.approx(found.best.error, rel=1e-9)
 
 
 def test_a_setting_that_stops_without_a_solution_is_not_offered():
