@@ -12,7 +12,7 @@ from vibroscope.engine.divergence.error import Target
 
 from tests.app.command_line import run_command
 
-QUICK = ["--tolerance", "0.5", "--steps-max", "128"]
+QUICK = ["--tolerance", "0.5", "--steps-max", "256", "--K", "100", "--D", "1.7"]
 
 
 @pytest.fixture(scope="module", autouse=True)

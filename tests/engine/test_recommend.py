@@ -132,7 +132,7 @@ def test_a_chaotic_reference_gives_no_recommendation():
 
 def test_a_search_is_repeatable_and_reports_progress():
     reported, fronts = [], []
-    options = {"tolerance": 0.5, "steps_max": 64}
+    options = {"tolerance": 0.5, "steps_max": 128, "stiffness": 200.0, "located": True}
     heard = {"progress": reported.append, "partial": lambda front, _: fronts.append(front)}
     once = recommend(question(SYSTEM, 3.25, **options), **heard)
     assert once.met
