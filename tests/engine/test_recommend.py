@@ -141,6 +141,9 @@ def test_a_search_is_repeatable_and_reports_progress():
     within = [trial for front in fronts for trial in front if trial.meets(0.5)]
     assert min(trial.cost for trial in within) <= once.best.cost  # which is verified with half the step, too
     assert recommend(question(SYSTEM, 3.25, **options)) == once
+    beside = recommend(question(SYSTEM, 3.25 * (1 + 1e-12), **options))
+    assert (beside.best.setting, beside.ranges) == (once.best.setting, once.ranges)
+    assert beside.eta == 3.25 * (1 + 1e-12)
     assert reported == sorted(reported)
     assert 0 < reported[0] < reported[-1] == 1
 
