@@ -10,6 +10,7 @@ from vibroscope.app.commands.cli import main
 from vibroscope.engine import Impact, Newmark, Record, System, impact, simulate
 from vibroscope.engine.divergence.error import Target
 
+from tests.answers import recommended
 from tests.app.command_line import run_command
 
 QUICK = ["--tolerance", "0.5", "--steps-max", "256", "--K", "100", "--D", "1.7"]
@@ -17,17 +18,9 @@ QUICK = ["--tolerance", "0.5", "--steps-max", "256", "--K", "100", "--D", "1.7"]
 
 @pytest.fixture(scope="module", autouse=True)
 def searched_once():
-    """Each question is searched once in this module: text and JSON are printed of one result."""
-    search, found = command.recommend, {}
-
-    def once(question, **options):
-        key = repr(question)
-        if key not in found:
-            found[key] = search(question, **options)
-        return found[key]
-
+    """Text and JSON are printed of one result."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(command, "recommend", once)
+        patch.setattr(command, "recommend", lambda question, **_: recommended(question))
         yield
 
 
