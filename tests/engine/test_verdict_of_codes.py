@@ -163,6 +163,15 @@ def test_a_law_without_the_dampers_jump_is_named_only_where_no_number_does_as_we
     assert named == [["law"], ["D"]]
 
 
+def test_what_leaves_more_than_half_is_not_blamed():
+    comparison = compared(SYSTEM, 2.76, Newmark(12000, 18, 500), **SHORT)
+    total, method = comparison.difference.total, comparison.runs.penalty.method
+    for left, blamed in ((0.6, []), (0.4, ["D"])):
+        change = Change("D", left * total, left * total, replace(method, damping=17))
+        blame = find_blame(comparison, Alone(total, 0.0, {}, (change,)), Remaining(comparison))
+        assert [each.changed for each in blame.changes] == blamed
+
+
 def test_a_choice_is_blamed_only_if_it_does_nearly_as_much_as_no_time_step():
     comparison = compared(SYSTEM, 2.76, TimeStepping(12000, 18, 500), **SHORT)
     method = TimeStepping(12000, 18, 500, status="end")
