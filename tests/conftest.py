@@ -19,12 +19,12 @@ def pytest_addoption(parser):
     parser.addoption(
         "--in-process",
         action="store_true",
-        help="skip each test that starts a process, and try one in seven of many like examples",
+        help="skip each test that starts a process",
     )
     parser.addoption(
         "--all-examples",
         action="store_true",
-        help="try all of many like examples, not one in three",
+        help="try all of many like examples, not one in seven",
     )
 
 
@@ -35,9 +35,7 @@ def pytest_configure(config):
     has a deadline: a busy machine is no fault of the code.
     """
     gc.disable()  # a collection of garbage visits millions of objects, and imports leave hardly any garbage
-    if config.getoption("--in-process"):
-        share.divisor = share.IN_PROCESS
-    elif config.getoption("--all-examples"):
+    if config.getoption("--all-examples"):
         share.divisor = 1
     fixed = not os.environ.get("VIBROSCOPE_FUZZ")
     hypothesis.settings.register_profile("vibroscope", derandomize=fixed, deadline=None, max_examples=share.share(100))

@@ -1,4 +1,4 @@
-"""How many of many like examples are tried: a third by `make test`, a seventh by `make check`, all by `make release`.
+"""How many of many like examples are tried: a seventh by `make test` and `make check`, all by `make release`.
 
 `tests/conftest.py` says which before any test is imported. Those that are tried are spread by the golden section: in a
 grid of cases, such as that of integrators and laws, they lie in all rows and in all columns, however long these are.
@@ -6,10 +6,8 @@ grid of cases, such as that of integrators and laws, they lie in all rows and in
 
 import math
 
-COMMON = 3
-IN_PROCESS = 7
 GOLDEN = (math.sqrt(5.0) - 1.0) / 2.0
-divisor = COMMON
+divisor = 7
 
 
 def share(count):

@@ -50,33 +50,3 @@ def test_the_share_in_which_two_solvers_differ(stores, capsys):
     said = capsys.readouterr().out
     assert f"{100 * answer['share']:.2f} ± {100 * answer['error']:.2f} % of the starts lead to different" in said
     assert said.count("not in the other") == 1
-
-
-@pytest.mark.parametrize(
-    ("arguments", "text"),
-    [
-        (["--x", "xi2:-8:8:8", "--y", "xi2:-8:8:8"], "two axes, not 1: give two different ones"),
-        (["--x", "xi2:8:-8:8", "--y", "v2:-8:8:6"], "empty range"),
-        (["--x", "xi2:-8:8:0", "--y", "v2:-8:8:6"], "count of xi2 = 0.0 is outside"),
-        (["--x", "xi2:-8:-7:4", "--y", "v2:-8:8:6"], "every start of this plane penetrates"),
-        (["--x", "xi2:-8:8:4", "--y", "v2:-8:8:6", "--phase", "2"], "phase = 2.0 is outside"),
-    ],
-)
-def test_bad_input_is_shown_in_one_line(tmp_path, capsys, arguments, text):
-    out = tmp_path / "basin"
-    assert main(["sweep", "basin", "--eta", "3.2", *arguments, *SOLVERS["reference"], "--out", str(out)]) == 2
-    said = capsys.readouterr().err
-    assert text in said
-    assert said.count("\n") == 1
-    assert not out.exists()
-
-
-def test_what_is_no_axis_is_shown(tmp_path, capsys):
-    with pytest.raises(SystemExit, match="2"):
-        main(["sweep", "basin", *PLANE[:2], "--x", "K:1:2:3", *PLANE[4:], *SOLVERS["exact"], "--out", str(tmp_path)])
-    assert "'K:1:2:3' is no axis: give one of xi1, v1, xi2, v2, phase" in capsys.readouterr().err
-
-
-def test_what_is_no_basin_is_shown(tmp_path, capsys, stores):
-    assert main(["sweep", "basin-difference", stores["reference"], str(tmp_path / "nothing")]) == 2
-    assert "is no result of a sweep" in capsys.readouterr().err

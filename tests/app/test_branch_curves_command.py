@@ -13,18 +13,6 @@ WORDS = (*WORDS, "--from", "2.7", "--to", "2.8", "--max-period", "1", "--along",
 RANGE = ("--along-from", "4000", "--along-to", "40000")
 
 
-def test_what_cannot_be_followed_is_refused_before_the_search(capsys, monkeypatch):
-    monkeypatch.setattr(branch, "search_branches", lambda *_, **__: (_ for _ in ()).throw(AssertionError("searched")))
-    for more, said in (
-        ((), "needs --along-from and --along-to"),
-        (("--along-from", "4", "--along-to", "3"), "empty range"),
-        (("--along-from", "1", "--along-to", "3"), "begin within the range"),
-    ):
-        code, _, error = run_command(capsys, *WORDS, *more)
-        assert code == 2
-        assert said in error
-
-
 def test_curves_stand_beside_the_branches_and_a_lost_point_with_its_reason(capsys, monkeypatch):
     branches = []
 

@@ -59,9 +59,3 @@ def test_a_motion_lies_on_its_branch_from_whichever_period_it_is_seen(basin):
 def test_basins_of_another_problem_are_refused(basin, capsys, more, said):
     code, _, error = run_command(capsys, *WORDS, "--from-basin", basin, *more)
     assert (code, said in error) == (2, True)
-
-
-def test_what_is_no_basin_is_refused(tmp_path, capsys):
-    code, _, error = run_command(capsys, *WORDS, "--from-basin", str(tmp_path))
-    assert code == 2
-    assert "vibroscope branch: " in error

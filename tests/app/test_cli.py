@@ -105,48 +105,6 @@ def test_all_options_reach_the_solver(capsys):
     assert json.loads(out)["section"] == expected.section.tolist()
 
 
-@pytest.mark.parametrize(
-    ("arguments", "words"),
-    [
-        (["--solver", "reference"], "--eta"),
-        (["--solver", "reference", "--eta", "nan"], "eta = nan is outside"),
-        (
-            ["--solver", "reference", "--eta", "two"],
-            "“two” is no number: write it as 12000, 1.08 or 1.2e4, without a unit",
-        ),
-        (["--solver", "guess", "--eta", "1"], "invalid choice: 'guess'"),
-        (["--solver", "newmark", "--eta", "1", "--K", "1"], "needs --D, --steps"),
-        (["--solver", "newmark", "--eta", "1", "--K", "-1", "--D", "1", "--steps", "100"], "K = -1.0 is outside"),
-        (["--solver", "newmark", "--eta", "1", "--K", "1", "--D", "1", "--steps", "100.5"], "not a whole number"),
-        (["--solver", "reference", "--eta", "1.08", "--keep", "0"], "keep = 0"),
-        (["--solver", "reference", "--eta", "1.08", "--periods", "1e99"], "periods = 1e+99"),
-        (["--solver", "reference", "--eta", "1.08", "--initial", "1,2"], "four numbers"),
-        (["--solver", "reference", "--eta", "1.08", "--initial", "a,b,c,d"], "not a list of numbers"),
-        (["--solver", "reference", "--eta", "1.08", "--initial", "1,0,0,0"], "gap"),
-        (["--solver", "reference", "--eta", "1.08", "--restitution", "2"], "restitution = 2.0"),
-        (
-            ["--solver", "reference", "--eta", "1.08", "--treshold", "2"],
-            "--treshold is no option: do you mean --threshold?",
-        ),
-        (["--solver", "reference", "--eta", "1.08", "--colour=2"], "simulate: --colour is no option (see"),
-        (["--solver", "reference", "--eta", "1.08", "one\nline"], "simulate: one line belongs to no option (see"),
-        ([*NEWMARK, "--steady"], "has a time step"),
-    ],
-)
-def test_bad_input_gives_one_line_and_status_2(capsys, arguments, words):
-    status, out, err = run(capsys, *arguments)
-    assert status == 2
-    assert out == ""
-    assert err.count("\n") == 1
-    assert words in err
-
-
-@pytest.mark.parametrize("port", ["65536", "-1", "http", "²"])
-def test_a_bad_port_is_refused(port):
-    with pytest.raises(SystemExit, match="2"):
-        main(["serve", "--port", port])
-
-
 def test_a_port_in_use_gives_one_line():
     with socket.create_server(("127.0.0.1", 0)) as taken:
         port = str(taken.getsockname()[1])

@@ -108,5 +108,3 @@ def test_the_command_prints_the_table_and_entries(capsys):
     assert main(["codes", "--json"]) == 0
     found = json.loads(capsys.readouterr().out)
     assert [each["key"] for each in found] == list(codes())
-    assert main(["codes", "excel"]) == 2
-    assert "known: abaqus-standard" in capsys.readouterr().err

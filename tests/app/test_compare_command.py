@@ -181,24 +181,6 @@ def test_steps_leave_and_a_number_leaves(capsys):
     assert re.search(r"[0-9] steps a period leave \d", text)
 
 
-@pytest.mark.parametrize(
-    ("arguments", "words"),
-    [
-        ("--eta 1.08 --K -1 --D 8 --steps 2000", "K = -1"),
-        ("--eta 1.08 --K 2500 --D 8 --steps 0", "steps = 0"),
-        ("--eta 1.08 --K 2500 --D 8 --steps 2000 --keep 0", "keep = 0"),
-        ("--eta nan --K 2500 --D 8 --steps 2000", "eta = nan"),
-        ("--eta 1.08 --K 2500 --D 8", "--steps"),
-        ("--eta 1.08 --K 2500 --D 8 --steps 2000 --fit", "--measured"),
-    ],
-)
-def test_bad_input_is_one_line(capsys, arguments, words):
-    status, out, err = run(capsys, arguments)
-    assert (status, out) == (2, "")
-    assert words in err
-    assert err.count("\n") == 1
-
-
 def test_the_verdict_is_in_units_where_units_are_asked_for(capsys, tmp_path):
     """K in N/m and 2D in N·s/m, as they are typed; the time in seconds."""
     file = tmp_path / "my.toml"

@@ -60,10 +60,3 @@ def test_other_shells_can_read_theirs(script, shell):
     assert "--without-solution" in path.read_text()
     if shutil.which(shell):
         subprocess.run([shell, "-n", path], check=True)
-
-
-def test_an_unknown_shell_is_refused_in_one_line(capsys):
-    status, _, error = run_command(capsys, "completion", "ksh")
-    assert status == 2
-    assert error.count("\n") == 1
-    assert "bash" in error

@@ -3,24 +3,29 @@
 import numpy as np
 import pytest
 from vibroscope.app.explorer import explanation
-from vibroscope.app.explorer.compute import compute_runs
 from vibroscope.app.explorer.explanation import describe, explain, paragraphs
 from vibroscope.app.explorer.present import present
 from vibroscope.app.explorer.reading import read_setting, read_values
 from vibroscope.app.explorer.scenes import scenes
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.explorer.statements import words_of_change
-from vibroscope.app.runtime.cache import Cache
 from vibroscope.engine import Verdict, percent
 
+from tests.app import explanations
 from tests.share import every
 
-CACHE = Cache(48)
+
+def setting_of(key=None, **numbers):
+    """That of a scene, or of numbers."""
+    return read_setting(scenes()[key].texts()) if key else Setting(**numbers)
 
 
 def runs_of(key=None, **numbers):
-    setting = read_setting(scenes()[key].texts()) if key else Setting(**numbers)
-    return compute_runs(setting, cache=CACHE)
+    return explanations.runs_of(setting_of(key, **numbers))
+
+
+def explanation_of(key=None, **numbers):
+    return explanations.explained(setting_of(key, **numbers))
 
 
 def test_chatter_and_permanent_contact():
@@ -55,7 +60,7 @@ def test_the_cost_is_that_of_an_fe_code():
 
 def test_the_numbers_say_what_each_change_leaves():
     begin = "What is left at best if one number alone is changed: "
-    found = explain(runs_of("9B"))
+    found = explanation_of("9B")
     line = next(line for line in found.details if line.startswith(begin))
     for name, curve in found.alone["curves"].items():
         if curve["best"]["left"] > found.parts["total"] / 2:
@@ -65,11 +70,13 @@ def test_the_numbers_say_what_each_change_leaves():
         assert f"{value} {percent(curve['best']['left'])}" in line
 
 
-@pytest.mark.parametrize("units", ["none", "si", "mm-t-s"])
-@pytest.mark.parametrize(("eta", "K", "D"), [(1.08, 123.4, 50.0), (1.2, 1234.5, 100.3), (2.76, 150.3, 9.0)])
-def test_the_change_that_is_offered_has_the_digits_of_its_sentence(eta, K, D, units):
+DIGITS = [(1.08, 123.4, 50.0), (1.2, 1234.5, 100.3), (2.76, 150.3, 9.0)]
+
+
+@pytest.mark.parametrize(("units", "eta", "K", "D"), every([(u, *n) for u in ("none", "si", "mm-t-s") for n in DIGITS]))
+def test_the_change_that_is_offered_has_the_digits_of_its_sentence(units, eta, K, D):
     setting = Setting(eta=eta, K=K, D=D, units=units, omega1=94.25, m1=2.0, amplitude=0.5)
-    found = explain(compute_runs(setting, cache=CACHE))
+    found = explanations.explained(setting)
     assert {*found.change} & {"K", "D"}
     for each in words_of_change(found.change, setting).split(", "):
         assert each.partition(" = ")[2] in found.in_units(setting.scale).headline
@@ -79,11 +86,11 @@ def test_a_change_is_offered_only_if_the_page_takes_it(monkeypatch):
     setting = Setting(steps=8)
     offer = Verdict("Take more steps.", "no", "steps", {"steps": 10_000_000})
     monkeypatch.setattr(explanation, "verdict", lambda *_, **__: offer)
-    found = explain(compute_runs(setting, cache=CACHE))
+    found = explain(explanations.runs_of(setting))
     assert found.change == {}
     assert "Not on this page: That is 10,000,000 steps × 2,050 periods" in found.headline
     offer.change.update(steps=20_000, K=120_000.0, D=0.0)
-    assert read_setting(explain(compute_runs(setting, cache=CACHE)).change).K == 120_000
+    assert read_setting(explain(explanations.runs_of(setting)).change).K == 120_000
 
 
 @pytest.mark.parametrize(
@@ -106,7 +113,7 @@ def test_a_change_is_offered_only_if_the_page_takes_it(monkeypatch):
 def test_the_page_takes_every_change_that_the_verdict_can_propose(monkeypatch, change, words, fields):
     setting = Setting(steps=8, integrator="hht", beta=0.4, gamma=0.7, status="end")
     monkeypatch.setattr(explanation, "verdict", lambda *_, **__: Verdict("Change it.", "no", change=change))
-    found = explain(compute_runs(setting, cache=CACHE))
+    found = explain(explanations.runs_of(setting))
     assert found.headline == "Change it."
     assert words_of_change(found.change, setting) == words
     assert read_setting(found.change, setting) == setting._replace(**fields)
@@ -114,22 +121,21 @@ def test_the_page_takes_every_change_that_the_verdict_can_propose(monkeypatch, c
 
 def test_what_finishes_a_run_without_a_solution_is_offered():
     setting = Setting(eta=2.76, K=12000.0, D=18.0, steps=500, status="end")
-    found = explain(compute_runs(setting, cache=CACHE))
+    found = explanations.explained(setting)
     assert "stopped at step" in found.headline
     assert "Not on this page" not in found.headline
-    assert compute_runs(read_setting(found.change, setting), cache=CACHE).penalty.response.ok
+    assert explanations.runs_of(read_setting(found.change, setting)).penalty.response.ok
 
 
 def test_the_parts_of_the_difference_are_given_where_the_motions_keep_step():
-    found = explain(runs_of("A"))
+    found = explanation_of("A")
     assert set(found.parts) == {"total", "time_step", "regularisation", "joint_damping"}
     assert found.parts["joint_damping"] > 10 * found.parts["time_step"]
     assert "joint damping" in found.headline
 
 
 def test_the_curves_of_the_parts_add_up_to_that_of_the_difference():
-    shown = runs_of("14A")
-    series = explain(shown).series
+    shown, series = runs_of("14A"), explanation_of("14A").series
     parts = series["time_step"] + series["regularisation"] + series["joint_damping"]
     np.testing.assert_allclose(parts, series["total"], atol=1e-5)
     columns = present(shown)["displacements"]
@@ -138,14 +144,14 @@ def test_the_curves_of_the_parts_add_up_to_that_of_the_difference():
 
 
 def test_an_irregular_motion_is_not_compared_point_by_point():
-    assert describe(runs_of("B")).reference[0].startswith("Does not repeat")
-    explanation = explain(runs_of("B"))
+    assert describe(runs_of(eta=1.7)).reference[0].startswith("Does not repeat")
+    explanation = explanation_of(eta=1.7)
     assert "sections" in explanation.measure
     assert explanation.series == {}
 
 
 def test_a_completely_different_motion_is_called_so_and_what_to_change_is_valid():
-    explanation = explain(runs_of("9B"))
+    explanation = explanation_of("9B")
     assert explanation.agree == "no"
     assert explanation.change
     assert read_values(explanation.change)["D"] < 50
@@ -154,14 +160,14 @@ def test_a_completely_different_motion_is_called_so_and_what_to_change_is_valid(
 def test_divergence_names_the_step():
     blown = runs_of(eta=2.76, K=1e5, D=100.0, steps=100)
     assert "step" in describe(blown).penalty[1]
-    explanation = explain(blown)
+    explanation = explanation_of(eta=2.76, K=1e5, D=100.0, steps=100)
     assert explanation.agree == "unknown"
     assert explanation.parts == {}
 
 
 @pytest.mark.parametrize("key", every(scenes()))
 def test_no_text_of_a_scene_holds_a_number_that_is_none(key):
-    lines = paragraphs(describe(runs_of(key)), explain(runs_of(key))).values()
+    lines = paragraphs(describe(runs_of(key)), explanation_of(key)).values()
     assert len(lines) >= 3
     for line in lines:
         assert line.endswith(".")
@@ -176,5 +182,5 @@ def test_motions_that_are_drawn_a_period_apart_are_announced():
     reference, penalty = (columns[f"{name}2"][:-1] for name in ("reference", "penalty"))
     half = len(reference) // 2
     assert np.std(penalty - reference) > 5 * np.std(np.roll(penalty, half) - reference)
-    assert "They are drawn 1 period apart" in explain(shown).headline
-    assert "drawn" not in explain(runs_of("C")).headline
+    assert "They are drawn 1 period apart" in explanation_of("D").headline
+    assert "drawn" not in explanation_of("C").headline

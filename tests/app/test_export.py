@@ -11,8 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from hypothesis import given
-from vibroscope.app.explorer.compute import compute_runs
-from vibroscope.app.explorer.explanation import describe, explain, paragraphs
+from vibroscope.app.explorer.explanation import describe, paragraphs
 from vibroscope.app.explorer.present import present
 from vibroscope.app.explorer.reading import read_setting, read_values
 from vibroscope.app.explorer.state import Setting
@@ -21,18 +20,17 @@ from vibroscope.app.export.report import Findings, as_report
 from vibroscope.app.export.scripts import as_command, as_python
 from vibroscope.app.export.tables import FIGURES, figure_table
 from vibroscope.app.page.tabs import VIEWS
-from vibroscope.app.runtime.cache import Cache
 from vibroscope.app.runtime.json_text import json_text
 
+from tests.app.explanations import explained, runs_of
 from tests.app.fakes import QueueingHost
 from tests.app.settings_strategy import settings
 
-CACHE = Cache(48)
 PLAIN = Setting()
 OTHER = PLAIN._replace(
     eta=2.3,
     K=9000.0,
-    steps=400,
+    steps=100,
     located="yes",
     restitution=0.7,
     joint_damping="derived",
@@ -59,15 +57,11 @@ STEPPED = read_setting(
 SETTINGS = pytest.mark.parametrize("setting", [PLAIN, OTHER, STEPPED], ids=["plain", "other", "stepped"])
 
 
-def runs_of(setting):
-    return compute_runs(setting, cache=CACHE)
-
-
 @SETTINGS
 def test_the_script_finds_the_numbers_of_the_page(setting, capsys):
     space = {}
     exec(as_python(setting), space)
-    printed, explanation = capsys.readouterr().out.splitlines(), explain(runs_of(setting))
+    printed, explanation = capsys.readouterr().out.splitlines(), explained(setting)
     assert explanation.headline in printed
     assert set(explanation.details) <= set(printed)
     named = {name: value for name, value in explanation.parts.items() if name != "total"}
@@ -90,7 +84,7 @@ def test_the_commands_find_the_numbers_of_the_page(setting, tmp_path):
     found = [json.loads(line) for line in run.stdout.splitlines()]
     np.testing.assert_array_equal(found[0]["section"], runs_of(setting).reference.response.section)
     np.testing.assert_array_equal(found[1]["section"], runs_of(setting).penalty.response.section)
-    explanation = explain(runs_of(setting))
+    explanation = explained(setting)
     assert found[2]["verdict"] == explanation.headline
     assert found[2]["details"] == list(explanation.details)
     assert {name: found[2][name] for name in explanation.parts} == explanation.parts

@@ -66,25 +66,6 @@ def test_numbers_have_units_where_the_system_has_them(code, capsys, tmp_path):
         text.encode("ascii")
 
 
-REFUSED = {
-    "status": (["--to", "calculix", "--status", "start"], "CalculiX cannot express status = 'start'"),
-    "located": (["--to", "ansys", "--located"], "Ansys Mechanical APDL cannot express status = 'located'"),
-    "integrator": (["--to", "opensees", "--integrator", "bathe"], "OpenSeesPy cannot express integrator = 'bathe'"),
-    "law": (["--to", "abaqus", "--law", "cut"], "Abaqus/Standard cannot express law = 'cut'"),
-    "periods": (["--to", "opensees", "--periods", "0"], "periods = 0"),
-    "keep": (["--to", "opensees", "--periods", "3", "--keep", "4"], "keep = 4"),
-}
-
-
-@pytest.mark.parametrize("kind", REFUSED)
-def test_what_cannot_be_written_is_refused_in_one_line(kind, capsys):
-    words, text = REFUSED[kind]
-    assert export(*words, *NUMBERS) == 2
-    error = capsys.readouterr().err
-    assert text in error
-    assert error.count("\n") == 1
-
-
 @pytest.mark.parametrize("law", modelica.LAWS)
 def test_modelica_has_the_laws_that_are_piecewise_linear(law, capsys):
     """The menu and the command alike, whatever contact status the page has."""

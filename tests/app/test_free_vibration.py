@@ -119,23 +119,6 @@ def fallen(time, height=1.0, gravity=9.81, restitution=0.7):
     return height - speed * time + gravity * time**2 / 2
 
 
-def test_the_command_refuses_an_example_of_a_motion_that_nothing_drives(capsys, tmp_path):
-    file = tmp_path / "free.toml"
-    file.write_text("[excitation]\nbase = 0\n")
-    assert main(["measurement", "--system", str(file)]) == 2
-    assert "nothing drives the bodies" in capsys.readouterr().err
-
-
-def test_rules_refuse_a_system_that_nothing_drives_in_one_line(capsys, tmp_path):
-    """17 rows of "not known" were printed."""
-    file = tmp_path / "free.toml"
-    file.write_text("[excitation]\nbase = 0\n")
-    assert main(["rules", "--eta", "1", "--system", str(file)]) == 2
-    said = capsys.readouterr()
-    assert said.out == ""
-    assert said.err.startswith("vibroscope rules: no rule can be judged, since nothing drives the bodies")
-
-
 @pytest.mark.parametrize(("load", "words"), [(0, "nothing drives the bodies"), (0.5, "only constant forces act")])
 def test_a_weight_is_named_where_it_is_all_that_acts(capsys, tmp_path, load, words):
     file = tmp_path / "free.toml"

@@ -72,28 +72,6 @@ def test_a_step_without_a_solution_ends_the_run_and_says_what_to_change(capsys):
     assert "2 steps without a solution, 0 with two" in out
 
 
-@pytest.mark.parametrize(
-    ("arguments", "words"),
-    [
-        ("--integrator euler", "invalid choice: 'euler'"),
-        ("--integrator hht --alpha 0.9", "alpha = 0.9 is outside [-0.333333, 0]"),
-        ("--integrator bathe --rho 1.2", "rho = 1.2 is outside [0, 1]"),
-        ("--integrator bathe --alpha 0", "--alpha is no number of the integrator bathe: it has --rho"),
-        ("--integrator tr-bdf2 --rho 0", "--rho is no number of the integrator tr-bdf2: it has no numbers"),
-        ("--beta 2", "beta = 2.0 is outside"),
-        ("--integrator hht --status end --located", "--located is --status located, and goes with no --status end"),
-        ("--status end --located", "--located is --status located, and goes with no --status end"),
-        ("--integrator central-difference --status end", "central-difference knows the gap before the force"),
-        ("--status middle", "invalid choice: 'middle'"),
-        ("--without-solution guess", "invalid choice: 'guess'"),
-    ],
-)
-def test_bad_options_are_one_line(capsys, arguments, words):
-    status, out, err = run(capsys, *arguments.split())
-    assert (status, out) == (2, "")
-    assert words in err.splitlines()[-1]
-
-
 def test_options_without_effect_are_noted(capsys):
     _, _, err = run(capsys, "--integrator", "hht", "--without-solution", "keep", *FEW)
     assert "--without-solution has no effect unless --status is end" in err

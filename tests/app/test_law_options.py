@@ -50,22 +50,6 @@ def test_options_reach_the_method(capsys, arguments, method, restitution):
     assert json.loads(out)["section"] == expected.section.tolist()
 
 
-@pytest.mark.parametrize(
-    ("arguments", "text"),
-    [
-        ("--solver exact --K 1200 --law cut", "the exact solver needs --D"),
-        ("--solver exact --K 1200 --law impact --D 1", "penetration is missing"),
-        ("--solver exact --K 1200 --law flores --restitution 0", "since its formula divides by it: give D"),
-        (f"{NEWMARK} --D 1 --stiffness-of-step -1", "stiffness_of_step = -1.0 is outside (0, 1e+06]"),
-    ],
-)
-def test_bad_input_is_named_in_one_line(capsys, arguments, text):
-    status, out, err = run(capsys, *arguments.split(), *FEW)
-    assert (status, out) == (2, "")
-    assert text in err
-    assert err.count("\n") == 1
-
-
 def test_what_has_no_effect_is_noted(capsys):
     status, _, err = run(capsys, "--solver", "reference", "--law", "cut", "--penetration", "1", *FEW)
     assert status == 0
@@ -74,26 +58,6 @@ def test_what_has_no_effect_is_noted(capsys):
 
 
 PENALTY = "--eta 2.76 --K 12000 --D 18 --steps 100"
-COMMANDS = [
-    f"simulate --solver newmark {PENALTY}",
-    f"simulate --solver exact {PENALTY}",
-    f"motion --solver newmark {PENALTY}",
-    f"compare {PENALTY}",
-    f"rules ansys-mode {PENALTY}",
-    f"export --to opensees {PENALTY}",
-    "recommend --eta 2.76",
-    "sweep eta --from 2 --to 3 --count 2 --solver newmark --K 100 --D 1 --steps 50 --out NOWHERE",
-]
-
-
-@pytest.mark.parametrize("command", COMMANDS)
-@pytest.mark.parametrize("option", ["--exponent 1.5", "--penetration 0.02", "--exponent 2 --law jankowski"])
-def test_a_number_that_the_law_does_not_have_is_refused_in_a_line(capsys, command, option):
-    status, out, err = run_command(capsys, *command.split(), *option.split())
-    line = err.splitlines()[-1]
-    assert (status, out) == (2, "")
-    assert f"{option.split()[0]} is no number of the law " in line
-    assert "give --law " in line
 
 
 def test_a_number_of_a_law_has_no_effect_on_the_reference(capsys):

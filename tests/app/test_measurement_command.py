@@ -68,15 +68,6 @@ def test_names_that_cannot_be_fitted_are_refused():
             fit_names(text)
 
 
-@pytest.mark.parametrize(
-    ("arguments", "words"),
-    [(["--seed", "-1"], "seed = -1"), (["--eta", "1.7"], "not periodic"), (["--per-period", "2"], "per_period = 2")],
-)
-def test_an_example_that_cannot_be_made_is_refused(capsys, arguments, words):
-    assert main(["measurement", *arguments]) == 2
-    assert words in capsys.readouterr().err
-
-
 def test_columns_of_other_names_are_asked_for_and_read(capsys, tmp_path):
     file = tmp_path / "other.csv"
     file.write_text(EXAMPLE.read_text(encoding="utf-8").replace("time [s], x1 [mm], x2 [mm]", "Zeit [s], Weg, w2"))
@@ -85,12 +76,3 @@ def test_columns_of_other_names_are_asked_for_and_read(capsys, tmp_path):
     assert '--columns "time=1 [s], xi1=2 [mm], xi2=3 [mm]"' in capsys.readouterr().err
     text = compare(capsys, "--measured", str(file), "--columns", "time=Zeit, x1=2 [mm], x2=w2 [mm]")
     assert "The reference agrees within the noise of the measurement" in text
-
-
-def test_columns_without_a_measurement_or_a_sense_are_refused(capsys):
-    setting = ["compare", "--eta", "2.76", "--K", "12000", "--D", "18", "--steps", "400"]
-    assert main([*setting, "--columns", "time=1"]) == 2
-    assert "--columns needs a measurement" in capsys.readouterr().err
-    with pytest.raises(SystemExit):
-        main([*setting, "--columns", "time"])
-    assert "is no list of columns: write it as" in capsys.readouterr().err

@@ -69,18 +69,3 @@ def test_another_system(capsys, tmp_path):
     here = as_json(capsys, "--solver", "reference", "--eta", "2.76", "--restitution", "0.9")
     assert there == here
     assert there["closing_speeds"] != as_json(capsys, "--solver", "reference", "--eta", "2.76")["closing_speeds"]
-
-
-@pytest.mark.parametrize(
-    ("arguments", "words"),
-    [
-        (["--solver", "reference", "--eta", "-1"], "eta = -1"),
-        (["--solver", "exact", "--eta", "2.76"], "needs --K"),
-        (["--solver", "reference", "--eta", "1.08", "--attractors", "--starts", "0"], "starts = 0"),
-    ],
-)
-def test_bad_input_is_one_line(capsys, arguments, words):
-    assert main(["motion", *arguments]) == 2
-    line = capsys.readouterr().err
-    assert words in line
-    assert line.count("\n") == 1

@@ -61,18 +61,3 @@ def test_laws_are_searched_and_the_best_comes_first(capsys, monkeypatch):
     assert met == sorted(met)
     assert [each["met"] for each in found] == sorted((each["met"] for each in found), reverse=True)
     assert "law impact is left out" in err
-
-
-@pytest.mark.parametrize(
-    ("options", "words"),
-    [
-        (["--integrator", "all"], "name one integrator or law"),
-        (["--one-setting"], "--law all searches at one frequency"),
-        (["--code", "opensees"], "leave --law out"),
-        (["--exponent", "0.5"], "exponent = 0.5 is outside"),
-    ],
-)
-def test_bad_input_is_one_line(capsys, options, words):
-    status, out, err = run(capsys, *FEW, "--law", "all", *options)
-    assert (status, out) == (2, "")
-    assert words in err.splitlines()[-1]

@@ -178,31 +178,6 @@ def test_a_code_without_a_setting_says_why_and_has_no_words(monkeypatch, capsys)
     assert "what to set" not in out
 
 
-@pytest.mark.parametrize(
-    ("options", "words"),
-    [
-        (["--code", "nothing"], "unknown code 'nothing'; known: abaqus-standard"),
-        (["--code", "opensees", "--integrator", "hht"], "leave --integrator out"),
-        (["--code", "opensees", "--status", "end"], "leave --status out"),
-        (["--code", "opensees", "--without-solution", "keep"], "leave --without-solution out"),
-        (["--integrator", "all", "--alpha", "0.5"], "alpha = 0.5 is outside"),
-        (["--integrator", "all", "--status", "end", "--located"], "goes with no --status end"),
-    ],
-)
-def test_bad_input_is_one_line(capsys, options, words):
-    status, out, err = run(capsys, *FEW, *options)
-    assert (status, out) == (2, "")
-    assert words in err.splitlines()[-1]
-
-
-@pytest.mark.parametrize("what", [["--integrator", "all"], ["--code", "opensees"]])
-@pytest.mark.parametrize("range_", [["--eta-range", "1:1.1:2"], ["--eta-range", "1:1.1:2", "--one-setting"]])
-def test_a_range_has_no_table(capsys, what, range_):
-    status, _, err = run(capsys, *range_, *what)
-    assert status == 2
-    assert "searches at one frequency: give --eta" in err
-
-
 def test_the_texts_of_a_scheme_are_those_of_its_code():
     for code in codes().values():
         assert scheme_texts(code.method(5.0, 2.0, 10)) == code.texts()

@@ -223,13 +223,3 @@ def test_the_command_prints_what_each_rule_gives(capsys):
     found = json.loads(capsys.readouterr().out)
     assert "HHT(alpha=-0.05)" in found["method"]
     assert [each["key"] for each in found["rules"]] == ["lsdyna-noise", "ansys-mode"]
-    assert main(["rules", "--eta", "2.76", "--code", "calculix", "--status", "end"]) == 2
-    assert "leave --status out" in capsys.readouterr().err
-    assert main(["rules", "--eta", "2.76", "thumb"]) == 2
-    assert "unknown rule 'thumb'" in capsys.readouterr().err
-
-
-@pytest.mark.parametrize("eta", ["-0", "1e-400"])
-def test_the_command_refuses_an_eta_of_zero_in_a_line(capsys, eta):
-    assert main(["rules", f"--eta={eta}"]) == 2
-    assert capsys.readouterr().err.startswith("vibroscope rules: eta = ")

@@ -1,11 +1,11 @@
 import pytest
-from vibroscope.app.explorer.compute import compute_runs
-from vibroscope.app.explorer.explanation import explain
 from vibroscope.app.explorer.parameters import MAIN_FIELDS
 from vibroscope.app.explorer.reading import read_setting
 from vibroscope.app.explorer.scenes import buttons, opening_setting, scene_key, scenes
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.page.address import read_opening
+
+from tests.app.explanations import explained, runs_of
 
 
 def test_scenes_carry_the_papers_numbers():
@@ -26,9 +26,9 @@ def test_every_scene_is_valid_and_recognised():
 
 
 def test_the_opening_scene_shows_a_wrong_motion_of_one_period_and_blames_a_number_that_can_be_set():
-    runs = compute_runs(opening_setting())
+    runs = runs_of(opening_setting())
     assert runs.penalty.motion.impacts_per_period == 1  # it looks plausible
-    explanation = explain(runs)
+    explanation = explained(opening_setting())
     assert explanation.agree == "no"
     assert explanation.change.keys() <= {"K", "D", "steps"}
     assert explanation.change
@@ -36,7 +36,7 @@ def test_the_opening_scene_shows_a_wrong_motion_of_one_period_and_blames_a_numbe
 
 @pytest.mark.parametrize(("key", "period", "impacts"), [("A", 1, 10), ("B", 0, None), ("C", 1, 1), ("D", 2, 0.5)])
 def test_titles_say_what_the_reference_does(key, period, impacts):
-    found = compute_runs(read_setting(scenes()[key].texts())).reference.motion
+    found = runs_of(read_setting(scenes()[key].texts())).reference.motion
     assert found.period == period
     assert impacts is None or found.impacts_per_period == impacts
 

@@ -5,19 +5,18 @@ from dataclasses import replace
 
 import pytest
 from vibroscope.app.codes.rules import AS_SET, RuleQuestion, judge, rules
-from vibroscope.app.explorer.compute import compute_runs
-from vibroscope.app.explorer.explanation import describe, explain, paragraphs
+from vibroscope.app.explorer.explanation import describe, paragraphs
 from vibroscope.app.explorer.method_words import words_of_method
 from vibroscope.app.explorer.motion_kind import describe_kind
 from vibroscope.app.explorer.parameters import FIELDS, LAW_NAMES
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.explorer.statements import shown_text, words_of_change
-from vibroscope.app.runtime.cache import Cache
 from vibroscope.engine import CONTACT_LAWS, INTEGRATORS, Units, motion
 from vibroscope.engine.facts import OMEGA1, Choice, Symbol, equation, parts_of, stated
 from vibroscope.engine.methods import WITHOUT_SOLUTION
 
-CACHE = Cache(48)
+from tests.app.explanations import explained, runs_of
+
 UNITS = {"units": "mm-t-s", "omega1": 20.0, "m1": 3.0, "amplitude": 2.5}
 SCALE = Units(20.0, 3.0, 2.5, "mm-t-s")
 NO_SOLUTION = {"integrator": "hht", "alpha": -0.1, "status": "end", "law": "cut", "K": 100.0, "D": 3.68, "steps": 32}
@@ -68,8 +67,8 @@ def test_text_of_the_page_stays(law):
 
 def test_the_sentences_on_a_step_without_a_solution_have_no_word_of_the_command_line():
     setting = Setting(**UNITS, **NO_SOLUTION)
-    runs = compute_runs(setting, cache=CACHE)
-    shown = " ".join(paragraphs(describe(runs), explain(runs).in_units(setting.scale)).values())
+    runs = runs_of(setting)
+    shown = " ".join(paragraphs(describe(runs), explained(setting).in_units(setting.scale)).values())
     assert "“halve step”" in shown
     assert "2D than 0.44" in shown
     assert not re.findall(r"without[-_]solution|'|\blaw [a-z]|\bstatus (?:start|end)", shown.replace("'s", ""))
@@ -88,8 +87,8 @@ def test_a_change_is_offered_in_units():
 )
 def test_no_sentence_keeps_a_number_without_dimension(numbers):
     setting = Setting(**numbers, **UNITS)
-    runs = compute_runs(setting, cache=CACHE)
-    plain = explain(runs)
+    runs = runs_of(setting)
+    plain = explained(setting)
     found = plain.in_units(setting.scale)
     text = " ".join(paragraphs(describe(runs), found).values())
     assert "ξ" not in text
@@ -101,7 +100,7 @@ def test_no_sentence_keeps_a_number_without_dimension(numbers):
 
 @pytest.mark.parametrize("law", ["cut", "hunt-crossley"])
 def test_the_parts_of_a_difference_name_the_law_by_its_control(law):
-    found = explain(compute_runs(Setting(**UNITS, law=law, K=5000.0, D=20.0, eta=2.76), cache=CACHE))
+    found = explained(Setting(**UNITS, law=law, K=5000.0, D=20.0, eta=2.76))
     (parts,) = (text for text in found.in_units(None).details if text.startswith("Of the "))
     assert f"K and D (law “{LAW_NAMES[law]}”)" in parts
 

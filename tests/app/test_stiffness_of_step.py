@@ -70,37 +70,3 @@ def test_each_number_of_steps_has_a_model_of_its_own(capsys, tmp_path, more):
         alone = found(f"alone{n}", str(n), "--K", repr(K))
         for name in ("error", "error_time_step", "xi2_section"):
             np.testing.assert_array_equal(both[name].sel(steps=n), alone[name].sel(steps=n))
-
-
-WITHOUT = {
-    "recommend": ["recommend", "--eta", "2.76"],
-    "branch": ["branch", "--solver", "exact", "--eta", "2.76", "--D", "18", "--from", "1", "--to", "2"],
-    "eta": ["sweep", "eta", "--from", "1", "--to", "2", "--count", "2", "--solver", "newmark"],
-    "plane": ["sweep", "plane", "--eta", "2.76", "--K", "10:20:2", "--D", "1:2:2", "--steps", "100"],
-    "no-solution": ["sweep", "no-solution", "--eta", "2.76", "--K", "10:20:2", "--D", "1", "--steps", "100:200:2"],
-}
-
-
-@pytest.mark.parametrize("name", WITHOUT)
-def test_where_k_cannot_follow_the_step_the_option_is_refused_in_one_line(capsys, tmp_path, name):
-    out = ["--out", str(tmp_path / "store")] if "sweep" in WITHOUT[name] else []
-    refuse(capsys, [*WITHOUT[name], *out, "--stiffness-of-step", "0.1"], "--stiffness-of-step is no option")
-
-
-@pytest.mark.parametrize("name", COMMANDS)
-def test_it_does_not_go_with_k(capsys, name):
-    both = [*COMMANDS[name], *SHORT, "--K", "1200", "--stiffness-of-step", "0.1"]
-    refuse(capsys, both, "--stiffness-of-step: not allowed with argument --K")
-
-
-def test_one_of_both_is_needed_where_nothing_else_gives_k(capsys):
-    refuse(capsys, ["compare", *SHORT], "--K --stiffness-of-step is required")
-
-
-def refuse(capsys, arguments, words):
-    with pytest.raises(SystemExit) as end:
-        main(arguments)
-    assert end.value.code == 2
-    error = capsys.readouterr().err
-    assert words in error
-    assert error.count("\n") == 1

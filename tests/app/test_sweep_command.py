@@ -53,17 +53,6 @@ def test_a_result_is_checked_and_damage_named(tmp_path, capsys):
     assert main(["sweep", "check", str(path), "--json"]) == 1
     assert json.loads(capsys.readouterr().out) == {"path": str(path), "damaged": ["xi2/zarr.json"], "finished": True}
     assert summary(capsys, *ETA, "--solver", "reference", "--out", str(path))["reused"] == 6
-    assert main(["sweep", "check", str(tmp_path)]) == 2
-    assert "is no result of a sweep" in capsys.readouterr().err
-
-
-@pytest.mark.parametrize("words", [("sweep", "check"), ("branch", "--from", "1", "--to", "2", "--from-basin")])
-@pytest.mark.parametrize("name", ["nowhere.zarr", "file.txt"])
-def test_looking_for_a_result_where_there_is_none_makes_none(tmp_path, capsys, words, name):
-    (tmp_path / "file.txt").touch()
-    assert main([*words, str(tmp_path / name)]) == 2
-    assert f"{tmp_path / name} is no result of a sweep" in capsys.readouterr().err
-    assert [path.name for path in tmp_path.iterdir()] == ["file.txt"]
 
 
 @pytest.mark.parametrize("solver", [["--steps", "500"], ["--steps", "100", "--located"], ["--solver", "exact"]])
@@ -86,34 +75,6 @@ def test_a_time_step_study_as_the_contract_says(tmp_path, capsys):
     found = xarray.open_zarr(path)
     assert found["spread"].sizes == {"steps": 2, "scheme": 2}
     assert {"order_of_spread", "scatter", "order_of_scatter", "xi1", "v1", "tau", "error", "period"} <= set(found)
-
-
-@pytest.mark.parametrize(
-    ("arguments", "status", "text"),
-    [
-        ([*ETA, "--solver", "newmark"], 2, "needs --K, --D, --steps"),
-        ([*ETA, "--solver", "reference", "--over", "K", "--eta", "2"], 2, "has no K"),
-        ([*ETA[:2], "--from", "3", "--to", "2", "--count", "6", "--solver", "reference"], 2, "empty range"),
-        ([*ETA[:2], "--from", "2", "--to", "3", "--count", "1e12", "--solver", "reference"], 2, "count of eta"),
-        ([*PLANE[:4], "--K", "1:2:1e6", "--D", "1:2:1e6", "--steps", "100"], 2, "sweep fewer values"),
-        ([*PLANE], 2, "needs --steps"),
-    ],
-)
-def test_bad_input_is_shown_in_one_line(tmp_path, capsys, arguments, status, text):
-    assert main([*arguments, "--out", str(tmp_path / "a.zarr")]) == status
-    said = capsys.readouterr().err
-    assert text in said
-    assert said.count("\n") == 1
-    assert not (tmp_path / "a.zarr").exists()
-
-
-@pytest.mark.parametrize("axis", ["1:2", "a:b:c", "1:2:3:4"])
-def test_what_is_no_range_is_shown(tmp_path, capsys, axis):
-    with pytest.raises(SystemExit, match="2"):
-        main(
-            ["sweep", "plane", "--eta", "2", "--K", axis, "--D", "1:2:3", "--steps", "9", "--out", str(tmp_path / "a")]
-        )
-    assert "a:b:n" in capsys.readouterr().err
 
 
 def test_what_cannot_be_written_is_shown(tmp_path, capsys):

@@ -26,24 +26,6 @@ def test_what_it_prints_is_taken_by_every_command(capsys, tmp_path):
     assert out == system_text(own)
 
 
-@pytest.mark.parametrize(
-    ("content", "words"),
-    [
-        ("[system]\nkapa = 2\n", "own.toml: unknown constant in [system]: 'kapa'; did you mean kappa?"),
-        ("[system]\nkappa = 2..\n", "own.toml: not valid TOML"),
-        ("[system]\nd1 = 2\n", "own.toml: d1 = 2.0 is outside [0, 1)"),
-        (None, "own.toml: cannot be read: No such file or directory"),
-    ],
-)
-def test_a_bad_file_gives_one_line_and_status_2(capsys, tmp_path, content, words):
-    path = tmp_path / "own.toml"
-    if content is not None:
-        path.write_text(content)
-    status, out, err = run_command(capsys, *SIMULATE, "--system", str(path))
-    assert (status, out, err.count("\n")) == (2, "", 1)
-    assert words in err
-
-
 def test_a_physical_file_is_converted_and_gives_the_frequency(capsys, tmp_path):
     path, plain = tmp_path / "own.toml", tmp_path / "plain.toml"
     path.write_text(PHYSICAL)

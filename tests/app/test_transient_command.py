@@ -89,18 +89,3 @@ def test_history_and_shock_response_are_files(box, tmp_path):
     assert head[0] == "frequency [Hz]"
     assert np.array([float(row[0]) for row in rows]) == pytest.approx([10, 20, 40])
     assert all(float(row[1]) <= float(row[3]) + 1e-12 for row in rows)  # the stop holds the body back
-
-
-@pytest.mark.parametrize(
-    ("words", "error"),
-    [
-        (["--base-half-sine", "30 g"], "--base-half-sine has 1 numbers: give A,T"),
-        (["--base-half-sine", "30 N,11 ms"], "give it in m/s"),
-        (["--base-record", "missing.csv"], "missing.csv"),
-        (["--base-sawtooth", "50 g,6 ms", "--write", "s.csv"], "go together"),
-        (["--force-sawtooth", "5 N,6 ms", "--shock-response", "1:2:3", "--write", "s.csv"], "motion of the base"),
-    ],
-)
-def test_bad_input_is_answered_by_one_line(box, capsys, words, error):
-    assert main([*box, *words]) in (1, 2)
-    assert error in capsys.readouterr().err

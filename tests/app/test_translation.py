@@ -229,27 +229,6 @@ def test_the_command_prints_both_and_the_middle(capsys):
     assert found["written"][0]["units"] == {"k": "N/mm", "c": "N·s/mm", "d": "mm"}
 
 
-@pytest.mark.parametrize(
-    ("words", "said"),
-    [
-        (["--from", "cad", "--to", "adams"], "give one of physical"),
-        (["--from", "adams", "k", "--to", "drake"], "give it as k=..."),
-        (["--from", "adams", "--to", "drake"], "--mass '1 kg'"),
-    ],
-)
-def test_the_command_refuses_in_one_line(words, said, capsys):
-    status, printed = run(capsys, *words)
-    assert status == 2
-    assert said in printed.err
-    assert printed.err.count("\n") == 1
-
-
-def test_a_mass_without_sense_is_refused_where_it_is_read(capsys):
-    with pytest.raises(SystemExit):
-        main(["codes", "translate", "--from", "mujoco", "--to", "adams", "--mass", "2 m"])
-    assert "typed in kg, g, t" in capsys.readouterr().err
-
-
 def test_codes_alone_shows_them(capsys):
     for words in (["codes", "calculix"], ["codes", "show", "calculix"]):
         assert main(words) == 0

@@ -6,8 +6,6 @@ import pytest
 from vibroscope.app.commands.numbers import count, number
 from vibroscope.app.commands.recommend import eta_range
 
-from tests.app.command_line import run_command
-
 
 @pytest.mark.parametrize(
     ("read", "text", "value"),
@@ -54,11 +52,3 @@ def test_the_numbers_of_a_range_are_read_too():
     assert eta_range("2,6:2.8:3") == (2.6, 2.8, 3)
     with pytest.raises(argparse.ArgumentTypeError, match=r"can mean 1125 or 1\.125"):
         eta_range("1,125:2.8:3")
-
-
-def test_an_ambiguous_number_is_one_line_that_says_how_to_write_it(capsys):
-    status, out, err = run_command(
-        capsys, "simulate", "--solver", "exact", "--eta", "2,76", "--K", "12,000", "--D", "18"
-    )
-    assert (status, out, err.count("\n")) == (2, "", 1)
-    assert "argument --K: “12,000” can mean 12000 or 12: write 12000 or 12.0 (see" in err

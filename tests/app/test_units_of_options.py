@@ -100,51 +100,6 @@ def test_a_run_with_units_is_the_run_without(own, capsys):
     assert first["section"] == second["section"]
 
 
-@pytest.mark.parametrize(
-    ("words", "said"),
-    [
-        (("--K", "1e6 N/m"), "--K '1e6 N/m': a unit has no meaning without a system in physical units"),
-        (("--eta", "10 Hz"), "--eta '10 Hz': a unit has no meaning"),
-        (("--steps", "10 us"), "--steps '10 us': a unit has no meaning"),
-    ],
-)
-def test_a_unit_without_a_system_in_units_is_refused_in_one_line(words, said, tmp_path, capsys):
-    plain = tmp_path / "plain.toml"
-    plain.write_text("[system]\nclearance = 0.1\n")
-    for more in ((), ("--system", str(plain))):
-        status, out, err = run_command(capsys, *RUN, "--eta", "2.76", *words, *more)
-        assert (status, out, err.count("\n")) == (2, "", 1)
-        assert said in err
-        assert "[physical] or [units]" in err
-
-
-@pytest.mark.parametrize(
-    ("words", "said"),
-    [
-        (("--K", "1e6 kg"), "--K '1e6 kg': give it in N/m, kN/m, MN/m, N/mm, kN/mm, or without a unit"),
-        (("--steps", "5 mm"), "--steps '5 mm': give it in s, ms, us"),
-        (("--steps", "-5 us"), "a time step is above 0"),
-        (("--initial", "1 mm,2 mm,0,0"), "--initial '2 mm': give it in m/s, cm/s, mm/s, or without a unit"),
-        (("--initial", "1 mm,2 apples,0,0"), "--initial '2 apples': give it in m/s, cm/s, mm/s, or without a unit"),
-        (("--K", "54476 lbf/in"), "--K '54476 lbf/in': give it in N/m, kN/m, MN/m, N/mm, kN/mm, or without a unit"),
-        (("--initial", "1 mm,0,0,0,5"), "initial"),
-    ],
-)
-def test_a_unit_of_something_else_is_refused_with_those_that_fit(words, said, own, capsys):
-    status, out, err = run_command(capsys, *RUN, *words, "--system", own)
-    assert (status, out, err.count("\n")) == (2, "", 1)
-    assert said in err
-
-
-def test_a_number_of_a_range_that_has_no_unit_says_so(own, capsys):
-    command = "sweep eta --over restitution --from 1mm --to 2 --count 3 --solver reference --out a"
-    status, _, err = run_command(capsys, *command.split(), "--system", own)
-    assert (status, err) == (2, "vibroscope sweep: --from '1mm': this number is given without a unit\n")
-    command = "sweep basin --x phase:0:1s:4 --y v1:-8:8:4 --solver reference --out a"
-    status, _, err = run_command(capsys, *command.split(), "--system", own)
-    assert (status, err) == (2, "vibroscope sweep: --x '1s': this number is given without a unit\n")
-
-
 @pytest.mark.parametrize("read", [measured("contact_stiffness"), measured(STEPS)])
 def test_what_has_two_meanings_or_none_is_no_number(read):
     with pytest.raises(argparse.ArgumentTypeError, match="is no number"):

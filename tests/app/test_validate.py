@@ -123,13 +123,6 @@ def test_a_figure_that_is_not_ours_gives_status_1(monkeypatch, capsys):
     assert "1 NOT as recomputed" in capsys.readouterr().out
 
 
-def test_an_unknown_case_is_refused_in_one_line(capsys):
-    assert cli.main(["validate", "B9"]) == 2
-    message = capsys.readouterr().err
-    assert "unknown case 'B9'; known: B1" in message
-    assert message.count("\n") == 1
-
-
 # ------------------------------------------------------------------------------------------------------------ the shelf
 
 

@@ -17,25 +17,6 @@ def no_search(monkeypatch):
     monkeypatch.setattr(branch, "search_branches", lambda question, **how: iter(()))
 
 
-@pytest.mark.parametrize(
-    ("options", "words"),
-    [
-        ("--solver newmark", "'newmark' has a time step, and so no branches: give 'reference', or 'exact'"),
-        ("--law limited --solver exact", "--law is no option"),
-        ("--every-step", "--every-step is no option"),
-    ],
-)
-def test_what_has_no_branches_is_refused(capsys, options, words):
-    status, out, err = run_command(capsys, *BRANCH, *options.split())
-    assert (status, out) == (2, "")
-    assert words in err.splitlines()[-1]
-
-
-def test_the_number_that_varies_is_not_said_to_have_no_effect_where_nobody_gave_it(capsys):
-    status, _, err = run_command(capsys, *BRANCH, "--over", "K", "--eta", "2.76")
-    assert (status, err) == (2, "vibroscope branch: the reference method has no K: give another number or solver\n")
-
-
 def test_eta_has_no_effect_on_branches_over_eta(capsys, no_search):
     status, _, err = run_command(capsys, *BRANCH, "--eta", "2.76")
     unless = "unless --initial or --from-basin begins there"

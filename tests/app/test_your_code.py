@@ -8,7 +8,6 @@ from vibroscope.app.codes.catalogue import codes
 from vibroscope.app.codes.rules import AS_SET, Rule, RuleOutcome, rules
 from vibroscope.app.explorer.compute import compute_runs
 from vibroscope.app.explorer.errors import Refused
-from vibroscope.app.explorer.explanation import explain
 from vibroscope.app.explorer.reading import read_setting
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.page.tab import Move
@@ -25,6 +24,7 @@ from vibroscope.app.studies.your_code import (
     rule_texts,
 )
 
+from tests.app.explanations import explained
 from tests.app.fakes import QueueingHost, send
 from tests.served import ROOT
 
@@ -224,9 +224,9 @@ def test_the_motions_are_those_that_explore_names(texts, monkeypatch):
     tab = YourCode(QueueingHost())
     tab.build()
     said = dict(tab.describe(setting, found))
-    kinds = explain(compute_runs(setting)).in_units(setting.scale).kinds
+    kinds = explained(setting).in_units(setting.scale).kinds
     assert (said["Reference"], said["Penalty"]) == (kinds["reference"], kinds["penalty"])
-    assert found.judged[0].outcome.motion.lower() in explain(compute_runs(setting)).kinds["penalty"].lower()
+    assert found.judged[0].outcome.motion.lower() in explained(setting).kinds["penalty"].lower()
 
 
 def test_steps_that_are_cut_where_contact_changes_have_solutions():

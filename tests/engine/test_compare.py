@@ -25,6 +25,8 @@ from vibroscope.engine.divergence.parts import PARTS
 from vibroscope.engine.divergence.statistics import wasserstein_distance
 from vibroscope.engine.law_table import restitution_of, restitution_without_pull
 
+from tests.answers import compared
+
 SYSTEM = System()
 EQUAL = 0.21545 * math.sqrt(2500 * SYSTEM.mass_share)  # D of equal restitution at K = 2500
 
@@ -39,7 +41,7 @@ EQUAL = 0.21545 * math.sqrt(2500 * SYSTEM.mass_share)  # D of equal restitution 
     ],
 )
 def test_the_parts_add_up_at_every_instant(eta, penalty):
-    found = compare(ComparisonQuestion(SYSTEM, eta, penalty))
+    found = compared(SYSTEM, eta, penalty)
     parts = found.parts
     total = parts.runs.penalty - parts.runs.reference
     assert np.abs(sum(getattr(parts, name) for name in PARTS) - total).max() < 1e-10
@@ -50,7 +52,7 @@ def test_the_parts_add_up_at_every_instant(eta, penalty):
 
 def test_each_series_is_that_of_an_ordinary_sampled_run():
     penalty = Newmark(2500, 8, 2000)
-    found = compare(ComparisonQuestion(SYSTEM, 1.08, penalty, periods=300, keep=4, per_period=250))
+    found = compared(SYSTEM, 1.08, penalty, periods=300, keep=4, per_period=250)
     methods = penalty, ExactPenalty(2500, 8), Reference("derived"), Reference()
     for method, rows in zip(methods, found.parts.runs, strict=True):
         sampled = simulate(SYSTEM, 1.08, method, periods=300, keep=4, record=Record(4, 250, 2000)).trajectory
@@ -64,55 +66,52 @@ def test_each_series_is_that_of_an_ordinary_sampled_run():
 def test_the_total_is_the_error_that_searches_use():
     for eta, penalty in ((1.08, Newmark(2500, 8, 2000)), (2.76, Newmark(12000, 18, 2000))):
         error = Target.find(SYSTEM, eta).error(simulate(SYSTEM, eta, penalty))
-        assert compare(ComparisonQuestion(SYSTEM, eta, penalty)).total == pytest.approx(error, rel=1e-6)
+        assert compared(SYSTEM, eta, penalty).total == pytest.approx(error, rel=1e-6)
 
 
 def test_each_part_responds_to_its_own_number_alone():
     """The time step, K and D, and the joint damping are changed one after the other."""
-    base = compare(ComparisonQuestion(SYSTEM, 1.08, Newmark(2500, 8, 2000)))
-    finer = compare(ComparisonQuestion(SYSTEM, 1.08, Newmark(2500, 8, 2000, located=True)))
+    base = compared(SYSTEM, 1.08, Newmark(2500, 8, 2000))
+    finer = compared(SYSTEM, 1.08, Newmark(2500, 8, 2000, located=True))
     assert finer.time_step < 0.5 * base.time_step
     assert finer.regularisation == pytest.approx(base.regularisation, rel=1e-3)
-    stiffer = compare(ComparisonQuestion(SYSTEM, 1.08, Newmark(250_000, 10 * EQUAL, 100, located=True)))
+    stiffer = compared(SYSTEM, 1.08, Newmark(250_000, 10 * EQUAL, 100, located=True))
     assert stiffer.regularisation < 0.5 * base.regularisation
     assert stiffer.joint_damping == pytest.approx(base.joint_damping, rel=1e-3)
-    derived = compare(ComparisonQuestion(SYSTEM, 1.08, Newmark(2500, 8, 2000), reference=Reference("derived")))
+    derived = compared(SYSTEM, 1.08, Newmark(2500, 8, 2000), reference=Reference("derived"))
     assert derived.joint_damping == 0
     assert derived.total < 0.1 * base.total
 
 
 def test_without_permanent_contact_the_part_of_the_joint_damping_vanishes():
-    found = compare(ComparisonQuestion(SYSTEM, 2.76, Newmark(12000, 18, 2000)))
+    found = compared(SYSTEM, 2.76, Newmark(12000, 18, 2000))
     assert found.joint_damping < 1e-10
     assert found.parts.without("time_step") == pytest.approx(found.regularisation, rel=1e-6)
 
 
 def test_a_doubled_motion_is_aligned_with_its_own_limit():
     """Newmark and its limit have two periods, the reference one: they must not end up one period apart."""
-    found = compare(ComparisonQuestion(SYSTEM, 2.76, Newmark(12000, 2, 8000)))
+    found = compared(SYSTEM, 2.76, Newmark(12000, 2, 8000))
     assert (found.reference.period, found.motions.exact.period) == (1, 2)
     assert found.time_step < 0.05 < found.regularisation
-    one, two = (
-        compare(ComparisonQuestion(SYSTEM, 3.25, Newmark(12000, 18, 2000, located=True), periods=p))
-        for p in (2050, 2051)
-    )
+    one, two = (compared(SYSTEM, 3.25, Newmark(12000, 18, 2000, located=True), periods=p) for p in (2050, 2051))
     assert two.total == pytest.approx(one.total, rel=1e-6)
 
 
 def test_existing_runs_are_reused_and_foreign_ones_refused():
     penalty = Newmark(12000, 18, 2000)
-    fresh = compare(ComparisonQuestion(SYSTEM, 2.76, penalty))
+    fresh = compared(SYSTEM, 2.76, penalty)
     again = compare(ComparisonQuestion(SYSTEM, 2.76, penalty), responses=fresh.runs)
     assert all(one is other for one, other in zip(fresh.runs, again.runs, strict=True))
     assert again.total == fresh.total
     with pytest.raises(ValueError, match="none of the four"):
         compare(ComparisonQuestion(SYSTEM, 2.76, penalty, periods=100), responses=fresh.runs)
     with pytest.raises(ValueError, match="no time step"):
-        compare(ComparisonQuestion(SYSTEM, 2.76, ExactPenalty(12000, 18)))
+        compared(SYSTEM, 2.76, ExactPenalty(12000, 18))
 
 
 def test_a_run_that_diverged_leaves_no_numbers():
-    found = compare(ComparisonQuestion(SYSTEM, 2.76, Newmark(60000, 1, 100)))
+    found = compared(SYSTEM, 2.76, Newmark(60000, 1, 100))
     assert np.isnan([found.total, found.time_step, found.residual]).all()
     assert (found.parts, found.pointwise, found.complete) == (None, False, False)
     assert found.penalty.type == "diverged"
@@ -145,7 +144,7 @@ def test_restitution_without_pull_is_continuous_at_critical_damping():
 
 
 def test_the_parts_of_the_regularisation_add_up():
-    found = compare(ComparisonQuestion(SYSTEM, 2.76, Newmark(12000, 18, 2000)))
+    found = compared(SYSTEM, 2.76, Newmark(12000, 18, 2000))
     split = found.split()
     together = split.contact_time + split.pulling + split.damper
     assert np.abs(together - found.parts.regularisation).max() < 1e-10
@@ -158,7 +157,7 @@ def test_at_equal_restitution_only_the_contact_time_is_left_and_falls_as_one_ove
     left = []
     for stiffness in (1e5, 1e7):
         damping = EQUAL * math.sqrt(stiffness / 2500)
-        found = compare(ComparisonQuestion(SYSTEM, 2.76, Newmark(stiffness, damping, 40, located=True), keep=10))
+        found = compared(SYSTEM, 2.76, Newmark(stiffness, damping, 40, located=True), keep=10)
         split = found.split()
         assert found.parts.relative(split.wrong_restitution) < 1e-3
         assert found.parts.relative(split.pulling) > 0.01
@@ -170,13 +169,13 @@ def test_at_equal_restitution_only_the_contact_time_is_left_and_falls_as_one_ove
 
 
 def test_a_lasting_contact_replaces_a_chatter():
-    found = compare(ComparisonQuestion(SYSTEM, 1.08, Newmark(2500, 8, 2000))).encounters
+    found = compared(SYSTEM, 1.08, Newmark(2500, 8, 2000)).encounters
     assert (found.matched + found.lost, found.matched + found.added) == (10, 3)
     assert found.phase_error < 0.01
 
 
 def test_a_single_impact_is_matched_and_its_restitution_delivered():
-    found = compare(ComparisonQuestion(SYSTEM, 2.76, Newmark(12000, 18, 200, located=True))).encounters
+    found = compared(SYSTEM, 2.76, Newmark(12000, 18, 200, located=True)).encounters
     assert (found.matched, found.lost, found.added) == (1, 0, 0)
     assert found.restitution == pytest.approx(restitution_of(18 / math.sqrt(12000 * SYSTEM.mass_share)), abs=0.01)
 
@@ -196,15 +195,13 @@ def test_a_known_delay_is_found_even_across_the_end_of_a_period():
 
 
 def test_chaotic_motions_are_compared_by_their_sections():
-    found = compare(ComparisonQuestion(SYSTEM, 1.7, Newmark(12000, 18, 8000)))
+    found = compared(SYSTEM, 1.7, Newmark(12000, 18, 8000))
     assert not found.pointwise
     statistics = found.statistics
     assert statistics.time_step < 3 * statistics.floor  # the distribution does not depend on the time step
     assert statistics.total > 5 * statistics.floor  # but on the restitution
     assert statistics.total > statistics.chance
-    same = compare(
-        ComparisonQuestion(SYSTEM, 1.7, Newmark(1e6, 0.21545 * math.sqrt(1e6 * SYSTEM.mass_share), 400, located=True))
-    )
+    same = compared(SYSTEM, 1.7, Newmark(1e6, 0.21545 * math.sqrt(1e6 * SYSTEM.mass_share), 400, located=True))
     assert same.statistics.total < 0.5 * statistics.total
 
 
@@ -219,16 +216,16 @@ def test_the_wasserstein_distance_is_that_of_scipy(seed):
 
 
 def test_evidence_adds_lyapunov_exponents_and_scatter():
-    found = compare(ComparisonQuestion(SYSTEM, 2.76, Newmark(12000, 18, 2000))).with_evidence()
+    found = compared(SYSTEM, 2.76, Newmark(12000, 18, 2000)).with_evidence()
     assert found.reference.lyapunov == pytest.approx(motion(SYSTEM, 2.76, Reference()).lyapunov)
     assert found.penalty.step_noise > 0
-    assert np.isnan(compare(ComparisonQuestion(SYSTEM, 2.76, Newmark(12000, 18, 2000))).reference.lyapunov)
+    assert np.isnan(compared(SYSTEM, 2.76, Newmark(12000, 18, 2000)).reference.lyapunov)
 
 
 def test_agreement_with_another_motion_of_the_reference_is_recognised():
     """At η = 3.2 the reference has a motion of two periods, from rest, and one of six, which Newmark reaches."""
-    found = compare(ComparisonQuestion(SYSTEM, 3.2, Newmark(2500, 8, 2000)))
+    found = compared(SYSTEM, 3.2, Newmark(2500, 8, 2000))
     assert (found.reference.period, found.motions.exact.period) == (2, 6)
     assert error_from_penalty_state(found) < 0.1 < 1.0 < found.total
-    alone = compare(ComparisonQuestion(SYSTEM, 2.76, Newmark(12000, 18, 2000)))
+    alone = compared(SYSTEM, 2.76, Newmark(12000, 18, 2000))
     assert error_from_penalty_state(alone) == pytest.approx(alone.total, rel=1e-6)

@@ -132,7 +132,7 @@ def test_a_chaotic_reference_gives_no_recommendation():
 
 def test_a_search_is_repeatable_and_reports_progress():
     reported, fronts = [], []
-    options = {"tolerance": 0.5, "steps_max": 64}
+    options = {"tolerance": 0.5, "steps_max": 128, "stiffness": 200.0, "located": True}
     heard = {"progress": reported.append, "partial": lambda front, _: fronts.append(front)}
     once = recommend(question(SYSTEM, 3.25, **options), **heard)
     assert once.met
@@ -141,6 +141,9 @@ def test_a_search_is_repeatable_and_reports_progress():
     within = [trial for front in fronts for trial in front if trial.meets(0.5)]
     assert min(trial.cost for trial in within) <= once.best.cost  # which is verified with half the step, too
     assert recommend(question(SYSTEM, 3.25, **options)) == once
+    beside = recommend(question(SYSTEM, 3.25 * (1 + 1e-12), **options))
+    assert (beside.best.setting, beside.ranges) == (once.best.setting, once.ranges)
+    assert beside.eta == 3.25 * (1 + 1e-12)
     assert reported == sorted(reported)
     assert 0 < reported[0] < reported[-1] == 1
 

@@ -3,9 +3,11 @@
 import json
 
 import pytest
+from vibroscope.app.commands import recommend as command
 from vibroscope.app.commands.cli import main
-from vibroscope.engine import HHT, ComparisonQuestion, ExactPenalty, System, TimeStepping, compare, recommend, simulate
+from vibroscope.engine import HHT, ExactPenalty, System, TimeStepping, recommend, simulate
 
+from tests.answers import compared, recommended
 from tests.recommended import question
 
 # Of the displacements alone: contacts have too few of these steps for a restitution or a force.
@@ -15,11 +17,11 @@ KEEP = TimeStepping(1, 0, 1000, HHT(-0.1), "end", "keep")
 
 
 def test_every_setting_on_the_front_was_run_with_the_method():
-    found = recommend(question(System(), 1.08, tolerance=0.3, scheme=KEEP, **FEW))
+    found = recommended(question(System(), 1.08, tolerance=0.3, scheme=KEEP, **FEW))
     assert found.met
     k, d, n = found.best.setting
     assert found.method == TimeStepping(k, d, n, HHT(-0.1), "end", "keep")
-    assert compare(ComparisonQuestion(System(), 1.08, found.method)).total == pytest.approx(found.best.error, rel=1e-9)
+    assert compared(System(), 1.08, found.method).total == pytest.approx(found.best.error, rel=1e-9)
 
 
 def test_a_setting_that_stops_without_a_solution_is_not_offered():
@@ -41,7 +43,8 @@ def test_what_has_no_time_step_is_refused():
         recommend(question(System(), 1.08, scheme=ExactPenalty(1, 0)))
 
 
-def test_the_command_takes_what_a_code_has(capsys):
+def test_the_command_takes_what_a_code_has(capsys, monkeypatch):
+    monkeypatch.setattr(command, "recommend", lambda asked, **_: recommended(asked))
     problem = "recommend --eta 1.08 --tolerance 0.3 --K 100 --D 3.68 --steps-max 32"
     problem += " --restitution-tolerance off --force-tolerance off"
     choice = "--integrator hht --alpha -0.1 --status end --without-solution keep"

@@ -5,12 +5,10 @@ import math
 import pytest
 from vibroscope.engine import (
     Cancelled,
-    ComparisonQuestion,
     ExactPenalty,
     Record,
     Reference,
     System,
-    compare,
     percent,
     recommend,
     simulate,
@@ -21,10 +19,11 @@ from vibroscope.engine.divergence.parts import PART_NAMES
 from vibroscope.engine.recommendation.range_trials import RangeTrials
 from vibroscope.engine.recommendation.trials import NewmarkSetting, Trial
 
+from tests.answers import compared
 from tests.recommended import question
 
 SYSTEM = System()
-QUICK = {"tolerance": 0.2, "steps_max": 2048}
+QUICK = {"tolerance": 0.5, "steps_max": 1024, "restitution_tolerance": None, "force_tolerance": None}
 
 
 FRONTS = []  # so far, with the η at which their steps count
@@ -41,7 +40,7 @@ def test_a_comparison_finds_the_tolerance_met_at_every_eta_of_the_range(found):
     assert not found.reason
     assert [served.eta for served in found.served] == pytest.approx([2.7, 2.73, 2.76])  # and between those asked for
     for served in found.served:
-        difference = compare(ComparisonQuestion(SYSTEM, served.eta, found.method_at(served.eta))).difference
+        difference = compared(SYSTEM, served.eta, found.method_at(served.eta)).difference
         assert difference.total <= found.tolerance
         assert difference.total == pytest.approx(served.error, rel=0.25)  # rounding changes the scatter of a step
         assert served.error <= served.robust <= found.best.robust
@@ -57,9 +56,7 @@ def test_the_time_step_is_one_and_the_same(found):
 
 def test_the_limit_names_the_worst_eta_and_its_largest_part(found):
     worst = max(found.served, key=lambda served: served.robust)
-    difference = compare(
-        ComparisonQuestion(SYSTEM, worst.eta, found.method_at(worst.eta), reference=Reference())
-    ).difference
+    difference = compared(SYSTEM, worst.eta, found.method_at(worst.eta), reference=Reference()).difference
     assert found.limit.startswith(
         f"the range is limited at eta = {worst.eta:g}: an error of {percent(worst.error, 0.2)}"
     )
@@ -104,9 +101,9 @@ def test_what_is_found_so_far_is_given_from_the_first_number_of_steps_on(found):
 
 
 def test_what_is_held_is_kept():
-    found = recommend(question(SYSTEM, [2.7, 2.76], **QUICK, stiffness=3333.3, damping=None))
-    assert found.best.setting.stiffness == 3333.3
-    assert {trial.setting.stiffness for trial in found.front} == {3333.3}
+    found = recommend(question(SYSTEM, [2.7, 2.76], **QUICK, stiffness=333.3, damping=None))
+    assert found.best.setting.stiffness == 333.3
+    assert {trial.setting.stiffness for trial in found.front} == {333.3}
 
 
 def test_a_range_that_is_not_met_says_where_it_is_and_why_not():

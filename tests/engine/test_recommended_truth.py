@@ -21,9 +21,6 @@ def test_what_is_printed_is_true_of_runs_from_rest(system, eta, tolerance):
     found = recommend(question(system, eta, tolerance=tolerance))
     assert found.met
     assert Question(system, eta, tolerance).complaints(found, 20) == []
-    again = recommend(question(system, eta * (1 + 1e-12), tolerance=tolerance))
-    assert (again.best.setting, again.ranges) == (found.best.setting, found.ranges)
-    assert again.eta == eta * (1 + 1e-12)
 
 
 def test_no_setting_nearby_does_with_half_the_steps():
@@ -58,10 +55,9 @@ def test_the_displacements_alone_hide_contacts_that_gain_energy():
 
 
 def test_without_tolerances_of_contacts_fewer_steps_do():
-    strict = recommend(question(PAPER, 3.25, tolerance=0.2, steps_max=1024))
-    loose = recommend(
-        question(PAPER, 3.25, tolerance=0.2, steps_max=1024, restitution_tolerance=None, force_tolerance=None)
-    )
+    asked = {"tolerance": 0.5, "steps_max": 256, "stiffness": 100.0}
+    strict = recommend(question(PAPER, 3.25, **asked))
+    loose = recommend(question(PAPER, 3.25, **asked, restitution_tolerance=None, force_tolerance=None))
     assert strict.met
     assert loose.met
     assert loose.best.setting.steps < strict.best.setting.steps

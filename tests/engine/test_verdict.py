@@ -1,17 +1,14 @@
 """The verdict blames the numbers whose change alone helps most, as independent runs of the tests confirm."""
 
 import math
-from functools import cache
 
 import numpy as np
 import pytest
 from vibroscope.engine import (
     Cancelled,
-    ComparisonQuestion,
     ExactPenalty,
     Newmark,
     System,
-    compare,
     motion,
     repetition,
     simulate,
@@ -19,6 +16,7 @@ from vibroscope.engine import (
 )
 from vibroscope.engine.divergence.error import Target
 
+from tests.answers import compared, verdict_of
 from tests.share import every
 
 SYSTEM = System()
@@ -27,29 +25,20 @@ ZETA = math.log(2) / math.hypot(math.pi, math.log(2))
 
 def test_a_blurred_motion_is_not_said_not_to_repeat():
     """It repeats over more periods than are kept, as its evidence shows; the sentence is of the kept ones."""
-    found = compare(ComparisonQuestion(SYSTEM, 2.76, Newmark(12000, 18, 500))).decided()
+    found = compared(SYSTEM, 2.76, Newmark(12000, 18, 500)).decided()
     assert repetition(found.penalty).startswith("repeats every period, blurred")
-    first = verdict(found).details[0]
+    first = verdict_of(SYSTEM, 2.76, Newmark(12000, 18, 500)).details[0]
     assert first == (
         "Over the 50 kept periods the penalty solution does not come back within 3 % of the section's size, so that "
         "the difference, an average over them, has no parts."
     )
 
 
-@cache
-def compared(eta, method):
-    return compare(ComparisonQuestion(SYSTEM, eta, method))
-
-
-@cache
-def verdict_of(eta, method):
-    return verdict(compared(eta, method))
-
-
 def equal(stiffness):
     return ZETA * math.sqrt(stiffness * SYSTEM.mass_share)
 
 
+FINE = Newmark(1e5, equal(1e5), 100, located=True)
 FIGURE_14 = [(2.76, Newmark(12000, 18, n)) for n in (2000, 4000, 6000)]
 CASES = [
     ("9 A", 1.08, Newmark(2500, 8, 2000), {"joint damping"}),
@@ -57,16 +46,16 @@ CASES = [
     ("14, T/2000", *FIGURE_14[0], {"status"}),
     ("14, T/4000", *FIGURE_14[1], {"K", "D"}),  # without a step 58 % of it are left
     ("step too long", 2.76, Newmark(2500, 8, 12, located=True), {"steps"}),
-    ("D too large", 2.76, Newmark(12000, 200, 8000), {"D"}),
-    ("D too small", 2.76, Newmark(12000, 2, 8000), {"D"}),
-    ("K too small", 2.76, Newmark(500, equal(500), 20000), {"K", "D"}),
-    ("fine", 1.08, Newmark(1e5, equal(1e5), 10000), {"joint damping"}),
+    ("D too large", 2.76, Newmark(12000, 200, 2000), {"D"}),
+    ("D too small", 2.76, Newmark(12000, 2, 2000), {"D"}),
+    ("K too small", 2.76, Newmark(500, equal(500), 4000), {"K", "D"}),
+    ("fine", 1.08, Newmark(1e4, equal(1e4), 2000), {"joint damping"}),
 ]
 
 
 @pytest.mark.parametrize(("eta", "method", "blame"), [case[1:] for case in CASES], ids=[case[0] for case in CASES])
 def test_the_verdict_names_the_number_that_is_to_blame(eta, method, blame):
-    found = verdict_of(eta, method)
+    found = verdict_of(SYSTEM, eta, method)
     assert blame <= set(found.blame)
     assert found.blame[0] in blame
     assert len(found.headline) <= 400
@@ -84,53 +73,53 @@ def test_only_a_smaller_or_located_step_removes_the_scatter(eta, method):
 
 @pytest.mark.parametrize(("eta", "method"), [case[1:3] for case in CASES if case[3] != {"joint damping"}])
 def test_following_the_advice_leaves_what_the_verdict_says(eta, method):
-    found = verdict_of(eta, method)
+    found = verdict_of(SYSTEM, eta, method)
     new = {"stiffness": found.change.get("K", method.stiffness), "damping": found.change.get("D", method.damping)}
     located = found.change.get("located", method.located)
     advised = Newmark(**new, steps=found.change.get("steps", method.steps), located=located)
-    before, after = (compared(eta, each).total for each in (method, advised))
+    before, after = (compared(SYSTEM, eta, each).total for each in (method, advised))
     assert after < before
     assert after == pytest.approx(found.left, rel=0.05)
 
 
 def test_the_verdict_mentions_time_step_scatter():
-    scattered = verdict_of(2.76, Newmark(12000, 18, 2000))
+    scattered = verdict_of(SYSTEM, 2.76, Newmark(12000, 18, 2000))
     assert "The time step blurs each point of the section" in scattered.headline
     assert 0.05 < scattered.scatter < 0.4  # over 50 periods its size depends on rounding
-    located = verdict(compare(ComparisonQuestion(SYSTEM, 2.76, Newmark(12000, 18, 2000, located=True))))
-    assert located.scatter == 0
+    assert verdict_of(SYSTEM, 2.76, FINE).scatter == 0
 
 
 def test_numbers_that_do_nothing_alone_are_changed_together():
     """K and D each leave 2.4 % of 2.4 %; together, with a step that resolves the contact, half of it at most."""
-    found = verdict(compare(ComparisonQuestion(SYSTEM, 3.25, Newmark(12000, 18, 8000))))
+    found = verdict_of(SYSTEM, 3.25, Newmark(12000, 18, 8000))
     assert "have to be changed together" in found.headline
     assert found.together
     assert {"K", "D"} <= set(found.blame) == set(found.change)
     steps = found.change.get("steps", 8000)
-    advised = compare(ComparisonQuestion(SYSTEM, 3.25, Newmark(found.change["K"], found.change["D"], steps)))
+    advised = compared(SYSTEM, 3.25, Newmark(found.change["K"], found.change["D"], steps))
     assert advised.total == pytest.approx(found.left, rel=0.02)  # scatter depends on rounding
     assert advised.total < 0.5 * 0.024
 
 
 def test_contacts_that_do_not_rebound_as_asked_are_named_where_motions_agree():
     """Without contacts that rebound, the lasting contact of this motion is still there."""
-    found = verdict(compare(ComparisonQuestion(SYSTEM, 1.08, Newmark(100, 5, 2000))))
+    found = verdict_of(SYSTEM, 1.08, Newmark(100, 5, 2000))
     assert found.agree == "partly"
     assert "But a contact alone rebounds with 0.0" in found.headline
     assert not found.contact.rebounds
 
 
 def test_agreement_is_graded():
-    fine = verdict(compare(ComparisonQuestion(SYSTEM, 2.76, Newmark(1e6, equal(1e6), 2000, located=True))))
+    fine = verdict_of(SYSTEM, 2.76, FINE)
     assert (fine.agree, fine.headline.startswith("They agree: ")) == ("yes", True)
-    assert verdict_of(1.08, Newmark(2500, 8, 2000)).agree == "partly"
-    assert verdict_of(1.08, Newmark(100, 50, 2000)).agree == "no"
+    near, far = (verdict_of(SYSTEM, 1.08, method) for method in (Newmark(2500, 8, 2000), Newmark(100, 50, 2000)))
+    assert (near.agree, near.headline.startswith("They agree roughly: ")) == ("partly", True)
+    assert (far.agree, far.headline.startswith("They disagree: ")) == ("no", True)
 
 
 def test_a_run_that_diverged_gets_the_number_of_steps_that_suffices():
     method = Newmark(60000, 1, 100)
-    found = verdict(compare(ComparisonQuestion(SYSTEM, 2.76, method)))
+    found = verdict_of(SYSTEM, 2.76, method)
     assert (found.agree, found.blame) == ("unknown", ("steps",))
     assert simulate(SYSTEM, 2.76, Newmark(60000, 1, found.change["steps"])).ok
     assert not simulate(SYSTEM, 2.76, Newmark(60000, 1, found.change["steps"] // 2)).ok
@@ -142,25 +131,22 @@ def test_a_motion_that_grows_without_end_is_run_until_it_is_seen_to_blow_up():
     """After 50 periods it is still finite, beyond every start that may be given."""
     system = System(kappa=1.38, kappa3=1.08, d1=0.014, d2=0.0043, d3=0.049, restitution=0.6)
     assert simulate(system, 0.6163, Newmark(2320, 0.331, 600), periods=50, keep=16).ok
-    comparison = compare(ComparisonQuestion(system, 0.6163, Newmark(2320, 0.331, 600), periods=50, keep=16))
+    comparison = compared(system, 0.6163, Newmark(2320, 0.331, 600), periods=50, keep=16)
     assert verdict(comparison).headline.startswith("The penalty solution blew up")
 
 
 def test_chaotic_motions_are_judged_by_statistics():
-    found = verdict(compare(ComparisonQuestion(SYSTEM, 1.7, Newmark(12000, 18, 8000))))
+    found = verdict_of(SYSTEM, 1.7, Newmark(12000, 18, 2000))
     assert "statistics" in found.headline
     assert set(found.blame) & {"K", "D"}
-    stiff = compare(ComparisonQuestion(SYSTEM, 1.7, Newmark(1e6, equal(1e6), 400, located=True)))
-    assert (
-        stiff.statistics.total
-        < 0.5 * compare(ComparisonQuestion(SYSTEM, 1.7, Newmark(12000, 18, 8000))).statistics.total
-    )
+    stiff = compared(SYSTEM, 1.7, Newmark(1e6, equal(1e6), 400, located=True))
+    assert stiff.statistics.total < 0.5 * compared(SYSTEM, 1.7, Newmark(12000, 18, 2000)).statistics.total
 
 
 def test_doubled_motions_are_compared_pointwise():
-    compared = compare(ComparisonQuestion(SYSTEM, 3.25, Newmark(12000, 18, 8000)))
-    found = verdict(compared)
-    assert compared.pointwise
+    comparison = compared(SYSTEM, 3.25, Newmark(12000, 18, 8000))
+    found = verdict_of(SYSTEM, 3.25, Newmark(12000, 18, 8000))
+    assert comparison.pointwise
     assert found.agree == "partly"
     assert "statistics" not in found.headline
     assert "repeats" not in found.headline  # both after two periods
@@ -168,7 +154,7 @@ def test_doubled_motions_are_compared_pointwise():
 
 def test_agreement_with_another_motion_of_the_reference_is_not_an_error():
     """At η = 3.2 the reference has a motion of two periods, from rest, and one of six."""
-    found = verdict(compare(ComparisonQuestion(SYSTEM, 3.2, Newmark(2500, 8, 2000))))
+    found = verdict_of(SYSTEM, 3.2, Newmark(2500, 8, 2000))
     assert "different but valid" in found.headline
     assert (found.agree, found.blame) == ("partly", ())
     assert found.left < 0.1
@@ -176,34 +162,34 @@ def test_agreement_with_another_motion_of_the_reference_is_not_an_error():
 
 @pytest.mark.parametrize("method", [Newmark(100, 50, 2000), Newmark(60000, 1, 100)])
 def test_a_verdict_can_be_cancelled(method):
-    found = compare(ComparisonQuestion(SYSTEM, 2.76, method))
+    found = compared(SYSTEM, 2.76, method)
     with pytest.raises(Cancelled):
         verdict(found, cancelled=lambda: True)
 
 
 @pytest.mark.parametrize("eta", every([1.6689, 3.5744]))
 def test_a_reference_that_repeats_only_nearly_is_compared_by_statistics(eta):
-    found = compare(ComparisonQuestion(System(), eta, Newmark(2500, 8, 2000)))
+    found = compared(SYSTEM, eta, Newmark(2500, 8, 2000))
     assert not found.motions.reference.period
     assert not found.pointwise
-    assert "only statistics can be compared" in verdict(found).headline
+    assert "only statistics can be compared" in verdict_of(SYSTEM, eta, Newmark(2500, 8, 2000)).headline
 
 
 @pytest.mark.parametrize(
     "method",
     [
-        *(Newmark(1e12, 1e9, 40), Newmark(1e-6, 0.0, 40), Newmark(1e6, 1e-9, 20_000), Newmark(1e3, 8, 4)),
+        *(Newmark(1e12, 1e9, 40), Newmark(1e-6, 0.0, 40), Newmark(1e6, 1e-9, 4000), Newmark(1e3, 8, 4)),
         pytest.param(Newmark(1e6, 1e-9, 200_000), marks=pytest.mark.release),  # a minute
     ],
 )
 def test_numbers_at_the_ends_of_their_ranges_have_a_verdict(method):
-    words = verdict(compare(ComparisonQuestion(SYSTEM, 2.76, method, periods=60, keep=8)))
+    words = verdict_of(SYSTEM, 2.76, method, periods=60, keep=8)
     assert words.headline
     assert "nan" not in words.headline
 
 
 def test_the_curves_hold_what_runs_with_their_values_leave():
-    found = verdict(compared(3.69, Newmark(66, 21, 3600))).alone
+    found = verdict_of(SYSTEM, 3.69, Newmark(66, 21, 3600)).alone
     assert sorted(found.curves) == ["D", "K", "steps"]
     target = Target.find(SYSTEM, 3.69)
     for name, curve in found.curves.items():
