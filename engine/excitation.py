@@ -91,6 +91,11 @@ class Excitation:
         """Whether anything that changes with time acts on the bodies."""
         return self.load is not None or any((self.base, self.force1, self.force2))
 
+    @property
+    def repeats(self) -> bool:
+        """Whether what changes with time is harmonic, so that a motion under it may repeat itself."""
+        return self.load is None and self.drives
+
     def base_motion(self, eta: float, time):
         """Displacement and velocity of the base at the instants τ, a number or an array."""
         (c, s), angle = self.harmonic("base", eta), eta * time

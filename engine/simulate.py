@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 from vibroscope.engine.arguments import shown
 from vibroscope.engine.checks import require, whole
@@ -11,7 +12,7 @@ from vibroscope.engine.drivers.law_driven import LawDriver, needs_law
 from vibroscope.engine.drivers.located import LocatedDriver
 from vibroscope.engine.drivers.newmark import NewmarkDriver, takes_own_loop
 from vibroscope.engine.drivers.time_stepping import TimeSteppingDriver
-from vibroscope.engine.load import refuse_period
+from vibroscope.engine.load import Load, refuse_period
 from vibroscope.engine.methods import Method
 from vibroscope.engine.model import System, check_eta
 from vibroscope.engine.result import Checkpoint, Record, Response, Status, Trajectory
@@ -122,6 +123,20 @@ def simulate_load(
     checkpoint = driver.checkpoint()
     status, message = driver.advance(1, cancelled, record=True)
     return Response(system, eta, method, 1, 1, status, message, checkpoint=checkpoint, **driver.results())
+
+
+def under_load(system: System, load: Load, method: Method, free: float) -> tuple[System, Method]:
+    """The system under a load that ends ``free`` before the run, and the method with the steps of the whole run.
+
+    ``method.steps`` are given as those of a natural period of body 1.
+    """
+    free = require("free", free, 0.0, 1e9, "give the time in 1/ω₁ for which the run goes on after the load")
+    load = replace(load, length=load.end + free)
+    if method.has_step:
+        steps = math.ceil(method.steps * load.length / (2 * math.pi) * (1 - 1e-12))
+        require("steps", steps, 1, min(SAMPLES_LIMIT, STEPS_LIMIT), "take fewer steps, or a shorter load")
+        method = replace(method, steps=max(4, steps))
+    return replace(system, excitation=replace(system.excitation, load=load)), method
 
 
 def check_lengths(periods: float, keep: float) -> tuple[int, int]:

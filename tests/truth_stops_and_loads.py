@@ -10,9 +10,8 @@ from pathlib import Path
 
 import numpy as np
 from vibroscope.engine import ExactPenalty, Excitation, Load, Record, Reference, System, simulate
-from vibroscope.engine.simulate import simulate_load
+from vibroscope.engine.simulate import simulate_load, under_load
 from vibroscope.engine.transients.instants import Instants
-from vibroscope.engine.transients.run import under_load
 
 from tests.truth_systems import LIMIT
 

@@ -7,7 +7,7 @@ from dataclasses import fields
 from textwrap import wrap
 
 from vibroscope.app.commands.alone_table import alone_lines
-from vibroscope.app.commands.compare_measured import add_measured_options, measured_report
+from vibroscope.app.commands.compare_measured import add_measured_options, measured_report, refuse_without_measurement
 from vibroscope.app.commands.options import (
     add_both_solutions,
     add_run_length,
@@ -79,10 +79,8 @@ def run(options: argparse.Namespace) -> Report:
         note_unused(options, ["series"], "without --json")
     _set_length(options, system)
     if options.measured is not None:
-        return measured_report(options)
-    for name in ("fit", "columns"):
-        if getattr(options, name) is not None:
-            raise ValueError(f"--{name} needs a measurement: give --measured FILE.csv")
+        return measured_report(options, system, periods=options.periods)
+    refuse_without_measurement(options)
     how = {name: getattr(options, name) for name in ("periods", "keep", "initial")}
     question = ComparisonQuestion(system, eta, stepping_of(options), reference=reference_of(options), **how)
     comparison = compare(question)

@@ -1,10 +1,10 @@
-"""``vibroscope compare --measured FILE.csv``: both solutions beside measured motion."""
+"""``vibroscope compare --measured FILE.csv``, and ``transient``: both solutions beside measured motion."""
 
 import argparse
 import math
 from collections.abc import Iterator
 
-from vibroscope.app.commands.options import reference_of, stepping_of, system_of, units_of
+from vibroscope.app.commands.options import reference_of, stepping_of, units_of
 from vibroscope.app.commands.physical_units import wanted_units
 from vibroscope.app.commands.report import Report
 from vibroscope.engine import (
@@ -13,6 +13,7 @@ from vibroscope.engine import (
     MeasuredComparison,
     Measurement,
     Solved,
+    System,
     Units,
     UnknownColumns,
     compare_measured,
@@ -24,7 +25,7 @@ from vibroscope.engine.facts import joined
 
 
 def add_measured_options(command: argparse.ArgumentParser) -> None:
-    """Add ``--measured`` and ``--fit``, for :func:`run_measured`."""
+    """Add ``--measured``, ``--columns`` and ``--fit``, for :func:`measured_report`."""
     command.add_argument(
         "--measured",
         metavar="FILE.csv",
@@ -48,6 +49,13 @@ def add_measured_options(command: argparse.ArgumentParser) -> None:
         help=f"with --measured: fit these to it first, of {','.join(FITTED)} (default: all that the system has but K "
         "and D, of the penalty solution, and the scale of the sensors)",
     )
+
+
+def refuse_without_measurement(options: argparse.Namespace) -> None:
+    """Refuse options that belong to ``--measured``, where it is not given."""
+    for name in ("fit", "columns"):
+        if getattr(options, name) is not None:
+            raise ValueError(f"--{name} needs a measurement: give --measured FILE.csv")
 
 
 def fit_names(text: str) -> tuple[str, ...]:
@@ -76,17 +84,19 @@ def _read(options: argparse.Namespace) -> Measurement:
         raise ValueError(f'{problem}: --columns "time=1 [s], xi1=2 [mm]{second}"') from None
 
 
-def measured_report(options: argparse.Namespace) -> Report:
-    """Align both solutions with the measurement; with ``--fit``, solutions of the fitted system."""
-    measurement = _read(options)
-    system, penalty, fitted = system_of(options), stepping_of(options), None
+def measured_report(options: argparse.Namespace, system: System, **how: int) -> Report:
+    """Align both solutions of a system with the measurement; with ``--fit``, solutions of the fitted system.
+
+    ``how``: more arguments of :func:`engine.compare_measured`.
+    """
+    measurement, penalty, fitted = _read(options), stepping_of(options), None
     if options.fit:
         names = None if options.fit is True else options.fit
         method = penalty.limit if names and {"K", "D"} & {*names} else None
         fitted = fit(system, options.eta, measurement, names=names, method=method, initial=options.initial)
         system, penalty, measurement = fitted.system, fitted.applied(penalty), fitted.corrected(measurement)
-    chosen = {"reference": reference_of(options), "periods": options.periods, "initial": options.initial}
-    comparison = compare_measured(system, options.eta, measurement, penalty, **chosen)
+    how |= {"reference": reference_of(options), "initial": options.initial}
+    comparison = compare_measured(system, options.eta, measurement, penalty, **how)
     units = wanted_units(options)
     units = units and units.of_contact(penalty)
     return Report(lines_of(comparison, fitted, units), as_json(comparison, fitted), units)
@@ -165,4 +175,5 @@ def lines_of(comparison: MeasuredComparison, fitted: Fit | None, scale: Units | 
 
 
 def _columns(cells: list[str]) -> str:
-    return "".join(f"{cell:20}" for cell in cells).rstrip()
+    first, *others = cells
+    return f"{first:28}{''.join(f'{cell:20}' for cell in others)}".rstrip()

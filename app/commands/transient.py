@@ -5,9 +5,11 @@ from __future__ import annotations
 import argparse
 import math
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
+from vibroscope.app.commands.compare_measured import add_measured_options, measured_report, refuse_without_measurement
 from vibroscope.app.commands.numbers import list_of, measured, span
 from vibroscope.app.commands.options import (
     PENALTY_OPTIONS,
@@ -16,6 +18,7 @@ from vibroscope.app.commands.options import (
     add_initial_option,
     add_system_option,
     law_of,
+    note_unused,
     reference_of,
     stepping_of,
     system_of,
@@ -96,6 +99,7 @@ def add(command: OneLineParser) -> None:
     add_system_option(command)
     words = "also the energy balance of each run, in closed form (some seconds for a record of 100,000 samples)"
     add("--energy", action="store_true", help=words)
+    add_measured_options(command)
     add("--history", metavar="FILE.csv", help="also write displacements, velocities, accelerations and force over time")
     add(
         "--shock-response",
@@ -139,6 +143,10 @@ def run(options: argparse.Namespace) -> Report:
     if (options.shock_response is None) != (options.write is None):
         raise ValueError("--shock-response and --write go together: give frequencies, as 5:500:100, and a file")
     system, load, penalty, units = system_of(options), load_of(options), penalty_of(options), wanted_units(options)
+    if options.measured is not None:
+        note_unused(options, ["free", "energy", "history", "shock_response", "write"], "with --measured")
+        return measured_report(options, replace(system, excitation=replace(system.excitation, load=load)))
+    refuse_without_measurement(options)
     reference = reference_of(options)
     given = {"free": FREE_CYCLES * CYCLE if options.free is None else options.free, "initial": options.initial}
     if options.shock_response is not None:
@@ -249,7 +257,7 @@ COMMAND = Command(
     "both solutions under a pulse, a sweep or a record, from rest",
     "Run the reference, and with --K the penalty solution, from rest under a load that is no harmonic: largest values, "
     "contacts, what is left of the motion, energy, and the parts of the difference. --steps are those in a natural "
-    "period of body 1.",
+    "period of body 1. With --measured both are compared with a measurement from the start.",
     _EXAMPLES,
     add,
     run,

@@ -11,6 +11,7 @@ from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
+from vibroscope.app.explorer.load_words import words_of_load
 from vibroscope.app.explorer.parameters import FIELDS
 from vibroscope.app.explorer.present import WINDOW, Columns, convert_units
 from vibroscope.app.explorer.state import Setting
@@ -31,7 +32,7 @@ from vibroscope.engine import (
     written,
 )
 from vibroscope.engine.arguments import shown
-from vibroscope.engine.facts import Statement, Symbol, equation
+from vibroscope.engine.facts import Statement, Symbol, equation, joined
 from vibroscope.engine.measurement.alignment import Alignment
 
 LARGEST_FILE = 2 * 2**20  # bytes that the page takes, some 50,000 samples; the command line takes more
@@ -104,9 +105,12 @@ def headline(comparison: MeasuredComparison) -> Statement:
     eta = equation("eta", comparison.reference.response.eta)
     bodies = "displacements" if len(measurement.displacement) > 1 else "displacement of body 1"
     bodies += "" if measurement.mean_known else " without their mean, from accelerations"
+    left_out = f"; left out: {', '.join(map(shown, measurement.left_out))}" if measurement.left_out else ""
+    if load := comparison.reference.response.system.excitation.load:
+        samples = f"; {len(measurement)} samples, {measurement.frame} {bodies}, from the start"
+        return joined("", (words_of_load(load, load.length), samples, left_out))
     text = f", {len(measurement)} samples over {comparison.periods:.3g} periods, {measurement.frame} {bodies}"
     text += ", from the start, since nothing drives the bodies" if comparison.is_free else ""
-    left_out = f"; left out: {', '.join(map(shown, measurement.left_out))}" if measurement.left_out else ""
     return eta + text + left_out
 
 
@@ -129,13 +133,14 @@ def comparison_rows(comparison: MeasuredComparison, scale: Units | None = None) 
 
     repeats = [" or ".join(map(str, recurrence.possible or (0,))), *(str(each.period) for each in solved)]
     repeats = ["-"] * 3 if comparison.is_free else repeats
+    contacts, periods = ("contacts", comparison.periods) if comparison.is_free else ("contacts per period", 1)
     begins = "begins at" if scale else Statement("begins at ", Symbol("tau"))
     return [
         ["", "measured", "reference", "penalty"],
         ["repeats after", *repeats],
         ["difference (rms)", f"{shown('displacement', recurrence.noise, 3)} noise", *both(lambda a: percent(a.rms))],
         [begins, "", *both(lambda a: shown("time", a.phase, 4))],
-        ["contacts per period", *of_sensor(lambda one: f"{one.per_period:.3g}")],
+        [contacts, *of_sensor(lambda one: f"{one.per_period * periods:.3g}")],
         ["time in contact, by samples", *of_sensor(lambda one: percent(one.share))],
         ["contact start error", "", *both(closings)],
         ["mean differs by", "", *both(lambda a: ", ".join(shown("displacement", value, 2) for value in a.offset))],

@@ -58,8 +58,18 @@ class Alignment:
 
 
 def align(cycle: Cycle, measurement: Measurement) -> Alignment:
-    """Align a cycle with a measurement at the phase of the least squares."""
+    """Align a cycle with a measurement at the phase of the least squares.
+
+    Raises
+    ------
+    ValueError
+        If the measurement is in a frame in which the motion is not known.
+    """
     frame = measurement.frame
+    if frame not in cycle.frames:
+        raise ValueError(
+            "an acceleration of the base does not show where the base is: give displacements relative to it, xi1, xi2"
+        )
     phase = best_phase(cycle, measurement, frame)
     displacement = cycle.displacement(measurement.time + phase, frame)
     difference = measurement.residual(displacement)

@@ -66,8 +66,8 @@ class MeasuredComparison:
 
     @property
     def is_free(self) -> bool:
-        """Whether nothing drives the bodies, so that the motions are compared from their start."""
-        return not self.reference.response.system.excitation.drives
+        """Whether nothing that repeats drives the bodies, so that the motions are compared from their start."""
+        return not self.reference.response.system.excitation.repeats
 
     @property
     def drift(self) -> float:
@@ -95,13 +95,14 @@ def compare_measured(
 ) -> MeasuredComparison:
     """Compare a measurement with both solutions, both from one start and each aligned by its own phase.
 
-    Where nothing drives the bodies, the measurement is compared from that start, and the phase is the time since then.
+    Where nothing drives the bodies, or a load that is no harmonic, the measurement is compared from that start, and the
+    phase is the time since then. Under such a load ``steps`` are those in 2π/ω₁, a natural period of body 1.
 
     Parameters
     ----------
     system : System
     eta : float
-        Excitation frequency η = Ω/ω₁ of the measurement.
+        Excitation frequency η = Ω/ω₁ of the measurement; of no use under a load that is no harmonic.
     measurement : Measurement
     penalty : TimeStepping
     reference : Reference, optional
@@ -133,10 +134,11 @@ def compare_measured(
     """
     eta, measurement = check_eta(eta), measurement.of(system)
     reference = reference or Reference()
-    if not system.excitation.drives:
-        own, span = free_record(measurement, eta), measurement.span
+    if not system.excitation.repeats:
+        span = measurement.span
         exact = free_motion(system, eta, reference, span, initial=initial, cancelled=cancelled)
         newmark = free_motion(system, eta, penalty, span, initial=initial, cancelled=cancelled)
+        own = free_record(measurement, exact.response.eta)
     else:
         own = recurrence(measurement, eta)
         exact = reference_cycle(system, eta, reference, initial=initial, cancelled=cancelled)

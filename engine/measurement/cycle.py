@@ -14,13 +14,14 @@ from typing import NamedTuple
 
 import numpy as np
 from vibroscope.engine.drivers.section import LONGEST_NEAR_PERIOD, near_period_of
+from vibroscope.engine.measurement.measurement import FRAMES
 from vibroscope.engine.measurement.tolerances import EARLY, INSTANT, LATE
 from vibroscope.engine.methods import ExactPenalty, Method, Reference, TimeStepping
 from vibroscope.engine.model import System
 from vibroscope.engine.motions.motion import SAMPLES_PER_PERIOD
 from vibroscope.engine.motions.steady import REST, steady
 from vibroscope.engine.result import Record, Response
-from vibroscope.engine.simulate import KEEP, LONG, simulate
+from vibroscope.engine.simulate import KEEP, LONG, simulate, simulate_load, under_load
 
 SHIFTS = 256  # instants per period at which a measurement may have begun, to be refined
 FREE_SAMPLES = 400_000  # of a motion from its start, at most
@@ -29,7 +30,7 @@ KNOTS_IN_CONTACT = 20  # of a penalty solution from its start
 
 @dataclass(frozen=True)
 class Cycle:
-    """A motion that repeats itself, or one from its start, where nothing drives the bodies.
+    """A motion that repeats itself, or one from its start, where nothing that repeats drives the bodies.
 
     Attributes
     ----------
@@ -56,6 +57,12 @@ class Cycle:
     values: np.ndarray
     slopes: np.ndarray
     repeats: bool = True
+
+    @property
+    def frames(self) -> tuple[str, ...]:
+        """In which frames it is known: not in a fixed one under a load that is an acceleration of the base."""
+        load = self.response.system.excitation.load
+        return FRAMES if load is None or load.on != "base" else ("relative",)
 
     @property
     def length(self) -> float:
@@ -155,14 +162,24 @@ def free_motion(
     initial: Sequence[float] | None = REST,
     cancelled: Callable[[], bool] | None = None,
 ) -> SettledRun:
-    """Return the motion from its start, of bodies that nothing drives, as long as a measurement of that span needs."""
-    periods = math.ceil((1 + LATE) * span * eta / (2 * np.pi))
+    """Return the motion from its start, as long as a measurement of that span needs.
+
+    Nothing drives the bodies, or a load that is no harmonic: then ``steps`` are those in 2π/ω₁.
+    """
+    load, options, end = system.excitation.load, {"initial": initial, "cancelled": cancelled}, (1 + LATE) * span
     contact = np.pi / math.sqrt(1.0 if method.rigid else method.stiffness)  # as long as a contact, at most about
-    samples = math.ceil(max(SAMPLES_PER_PERIOD, KNOTS_IN_CONTACT * 2 * np.pi / eta / contact))
+    if load is not None:
+        system, method = under_load(system, load, method, max(0.0, end - load.end))
+        periods, period, changes = 1, max(end, load.end), min(2 * np.pi, load.end)
+    else:
+        periods, period = math.ceil(end * eta / (2 * np.pi)), 2 * np.pi / eta
+        changes = period
+    samples = math.ceil(period * max(SAMPLES_PER_PERIOD / changes, KNOTS_IN_CONTACT / contact))
     record = Record(periods, max(2, min(samples, FREE_SAMPLES // periods)))
-    response = simulate(
-        system, eta, method, periods=periods, keep=periods, initial=initial, record=record, cancelled=cancelled
-    )
+    if load is not None:
+        response = simulate_load(system, method, record=record, **options)
+    else:
+        response = simulate(system, eta, method, periods=periods, keep=periods, record=record, **options)
     return SettledRun(response, replace(_last_cycle(response, periods), repeats=False) if response.ok else None)
 
 

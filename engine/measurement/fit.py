@@ -29,7 +29,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from vibroscope.engine.arguments import shown
 from vibroscope.engine.facts import Amount, Statement, equation, stated
-from vibroscope.engine.measurement.least_squares import CONTACT, SCALE, UPPER, ZEROS, FitProblem, constant
+from vibroscope.engine.measurement.least_squares import CONTACT, FREE_ROUNDS, SCALE, UPPER, ZEROS, FitProblem, constant
 from vibroscope.engine.measurement.measurement import Measurement
 from vibroscope.engine.measurement.recurrence import free_record, recurrence
 from vibroscope.engine.measurement.tolerances import (
@@ -40,6 +40,7 @@ from vibroscope.engine.measurement.tolerances import (
     INVISIBLE,
     NOISIER,
     SAME_MINIMUM,
+    WITHIN_NOISE,
 )
 from vibroscope.engine.methods import ExactPenalty, Reference, TimeStepping
 from vibroscope.engine.model import BODY_2, System, check_eta
@@ -120,7 +121,8 @@ def fit(
         By default the reference with the threshold 0, in whose limit the motion depends smoothly on e. K and D need a
         penalty solution, which has their initial guess.
     initial : (4,) sequence, optional
-        The start ξ₁, ξ₁′, ξ₂, ξ₂′ of bodies that nothing drives, from which they are followed; by default rest.
+        The start ξ₁, ξ₁′, ξ₂, ξ₂′ of bodies that nothing drives, or a load that is no harmonic, from which they are
+        followed; by default rest.
     cancelled : callable, optional
         Polled many times a second; when it returns true the fit is cancelled.
 
@@ -160,9 +162,17 @@ def fit(
     if idle := [name for name in names if name in ZEROS and name not in fitted_names(system, measurement)]:
         raise ValueError(f"cannot fit {', '.join(idle)}: no sensor shows the mean of this displacement, leave it out")
     eta, measurement = check_eta(eta), measurement.of(system)
-    noise = (recurrence if system.excitation.drives else free_record)(measurement, eta).noise
+    noise = (recurrence if system.excitation.repeats else free_record)(measurement, eta).noise
     problem = FitProblem(system, eta, measurement, names, method or Reference(threshold=0.0), cancelled, initial)
-    minima = [minimum for guess in problem.guesses() if (minimum := problem.minimum(guess)) is not None]
+    minima = _minima(problem, problem.guesses())
+    rounds = 0 if system.excitation.repeats or not minima else FREE_ROUNDS
+    for _ in range(rounds):  # the contact is searched again with what was found of the rest
+        best = min(minima, key=lambda minimum: minimum.cost)
+        if np.sqrt(np.mean(best.fun**2)) <= WITHIN_NOISE * noise:
+            break
+        minima += _minima(problem, problem.nearest([best.x[:-1]]))
+        if min(minimum.cost for minimum in minima) >= best.cost * (1 - SAME_MINIMUM):
+            break
     if not minima:
         where = equation("eta", eta)
         raise ValueError(
@@ -181,6 +191,11 @@ def fit(
             remark = stated(words, Amount(other.deviation, "displacement", 3), ", ".join(left))
             found = replace(found, remarks=(*found.remarks, remark))
     return found
+
+
+def _minima(problem: FitProblem, guesses: Sequence[np.ndarray]) -> list:
+    """What SciPy finds from each guess at which there is a motion to fit."""
+    return [minimum for guess in guesses if (minimum := problem.minimum(guess)) is not None]
 
 
 def fitted_names(system: System, measurement: Measurement | None = None) -> tuple[str, ...]:

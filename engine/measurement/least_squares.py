@@ -21,6 +21,7 @@ UPPER = {"restitution": 1.0, "d1": 0.5, "d2": 0.5, "d3": 0.5}
 GUESSES = ({}, {"restitution": 0.2}, {"restitution": 0.8}, {"damping": 0.5}, {"damping": 2.0})
 FREE_GUESSES = 41  # of the restitution, for a motion from its start …
 FREE_MINIMA = 3  # … of which the best are refined
+FREE_ROUNDS = 3  # at most, each with the other constants of the one before
 
 
 def constant(system: System, name: str, method: Reference | ExactPenalty | None = None) -> float:
@@ -82,10 +83,13 @@ class FitProblem:
             values = np.clip(values, 0.0, self.upper[:-1])
             if not any(np.array_equal(values, other) for other in guesses):
                 guesses.append(values)
-        return guesses if self.system.excitation.drives else self._nearest(guesses)
+        return guesses if self.system.excitation.repeats else self.nearest(guesses)
 
-    def _nearest(self, guesses: list[np.ndarray]) -> list[np.ndarray]:
-        """The best guesses for a motion from its start, whose later impacts fit only near the right contact."""
+    def nearest(self, guesses: list[np.ndarray]) -> list[np.ndarray]:
+        """The best guesses for a motion from its start, whose later impacts fit only near the right contact.
+
+        The other constants are those of the first of the given guesses.
+        """
         first = dict(zip(self.names, guesses[0].tolist(), strict=True))
         if "restitution" in first:
             guesses = [np.array([*(first | {"restitution": one}).values()]) for one in np.linspace(0, 1, FREE_GUESSES)]
@@ -111,7 +115,7 @@ class FitProblem:
         system, cancelled = self.system_of(parameters), self.cancelled
         fitted = zip(self.names, parameters[: len(self.names)].tolist(), strict=True)
         method = replace(self.method, **{CONTACT[name]: value for name, value in fitted if name in CONTACT})
-        if not system.excitation.drives:
+        if not system.excitation.repeats:
             span = self.measurement.span
             return free_motion(system, self.eta, method, span, initial=self.initial, cancelled=cancelled).cycle
         found = reference_cycle(system, self.eta, method, initial=self.last_state, cancelled=cancelled)

@@ -230,7 +230,7 @@ def _refuse_outlier(time: np.ndarray, values: np.ndarray, column: str, numbers: 
 def _fault(value: float, name: str, previous: float) -> str:
     """Say what is wrong with a number in units of the model; empty if nothing is."""
     if math.isnan(value):
-        return "is no finite number"
+        return "is no finite number; correct it, or delete the line"
     if abs(value) > WRONG_UNIT and name != "force":
         return f"is {value:.3g} in units of the model; is the unit right?"
     if name == "contact" and value not in (0.0, 1.0):

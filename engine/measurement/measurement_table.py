@@ -2,8 +2,9 @@
 
 Programs write titles above the header, units below it and words below the data. The first row of numbers shows what
 separates the columns. The header is the last row of words above it that names the time, or else the last one. Titles
-above the header are left out, and so are words below the data. A CalculiX file has a small table for each instant,
-which becomes a row with a column for each component and node.
+above the header are left out, and so are words below the data. LabVIEW names the time X_Value, and leaves its column
+empty where the instants follow from the first one and their interval. A CalculiX file has a small table for each
+instant, which becomes a row with a column for each component and node.
 """
 
 import csv
@@ -18,8 +19,9 @@ MOST_TITLE_LINES = 200  # among which the first row of numbers is looked for
 _SEPARATOR = re.compile(r"sep=([;,\t |:])\s*", re.IGNORECASE)  # first line that spreadsheets write and read
 _DELIMITERS = (";", "\t", ",", " ")  # tried in this order: between the first two, a comma may be that of a decimal
 _BETWEEN_WORDS = re.compile(r"\s*[,;\t]\s*|\s+(?![\s\[(])")  # of a header above blanks: "x1 [mm]" is one
-_CALCULIX = re.compile(r"\s*[\w ]+\(([\w,]+)\) for set (\S+) and time\s+(\S+)\s*")
-_LABVIEW_TIME, _LABVIEW_UNITS = "X_Value", "Y_Unit_Label"
+_CALCULIX = re.compile(r"\s*(\w[\w ]*) \(([\w,]+)\) for set \S+ and time\s+(\S+)\s*")
+_COMMENTS = ("#", "%")
+_LABVIEW_TIME, _LABVIEW_UNITS, _LABVIEW_INSTANTS = "X_Value", "Y_Unit_Label", ("X0", "Delta_X")
 
 
 class Table(NamedTuple):
@@ -57,7 +59,7 @@ def table_of(lines: list[str]) -> Table:
     if any(map(_CALCULIX.fullmatch, lines[:MOST_TITLE_LINES])):
         return _calculix_table(lines)
     # comments become empty lines, so that the others keep their numbers
-    texts = ["" if line.lstrip().startswith("#") else line.strip(" ") for line in lines]
+    texts = ["" if line.lstrip().startswith(_COMMENTS) else line.strip(" ") for line in lines]
     start = next((i for i, text in enumerate(texts) if text), None)
     named = _SEPARATOR.fullmatch(texts[start]) if start is not None else None
     if named:
@@ -66,17 +68,19 @@ def table_of(lines: list[str]) -> Table:
         raise ValueError("line 1: the file has no header; begin it with: time [s], x1 [mm], x2 [mm]")
     data, delimiter = _first_numbers(texts, start, named[1] if named else "")
     at = _header_line(texts, start, data, delimiter)
+    titles = {cells[0]: cells[1:] for text in texts[start:at] if (cells := cells_of(text, delimiter))}
     if at is None:
         at, begin, where = data, data, f"line {data + 1} (no header)"
         header = _commented_header(lines[:data], texts[data], delimiter) or cells_of(texts[data], delimiter)
     else:
         where = f"line {at + 1}"
-        header, begin = _with_units(texts, start, at, delimiter)
+        header, begin = _with_units(texts, at, delimiter, titles)
     if not any(map(str.strip, header)):
         raise ValueError(f"{where}: the header names no column; begin the file with: time [s], x1 [mm], x2 [mm]")
     end = next((i for i in range(len(texts), begin, -1) if _has_number(texts[i - 1], delimiter)), len(texts))
     left_out = (*_named_lines(texts, start, at), *_named_lines(texts, end, len(texts)))
-    return Table(header, where, _rows(texts[begin:end], begin, delimiter), delimiter, left_out)
+    rows = _with_instants(_rows(texts[begin:end], begin, delimiter), titles, delimiter)
+    return Table(header, where, rows, delimiter, left_out)
 
 
 def number_in(cell: str, delimiter: str) -> float:
@@ -133,38 +137,52 @@ def _first_numbers(texts: list[str], start: int, named: str) -> tuple[int, str]:
 
 
 def _header_line(texts: list[str], start: int, data: int, delimiter: str) -> int | None:
-    """The line of the header; None if the data begin without one."""
+    """The line of the header, which names more than one column; None if the data begin without one."""
     if data == start:  # a row of numbers, or there is none in the file
         return None if is_number(texts[start].split(delimiter)[0], delimiter) else start
     words = [i for i in range(start, data) if texts[i] and not _has_number(texts[i], delimiter)]
-    named = [i for i in words if any(map(names_time, cells_of(texts[i], delimiter)))]
+    named = [i for i in words if any(map(_is_time, cells_of(texts[i], delimiter)))]
     others = [i for i in words if not is_units_row(cells_of(texts[i], delimiter))]
     found = (named or others or [start])[-1]
-    return None if is_number(cells_of(texts[found], delimiter)[0], delimiter) else found
+    cells = cells_of(texts[found], delimiter)
+    return found if len(cells) > 1 and not is_number(cells[0], delimiter) else None
+
+
+def _is_time(cell: str) -> bool:
+    """Whether a cell of a header is the name of the time, also as LabVIEW writes it."""
+    return cell == _LABVIEW_TIME or names_time(cell)
 
 
 def _commented_header(lines: list[str], first: str, delimiter: str) -> list[str] | None:
     """The header in the last comment before the data that names the time and has as many columns as they."""
     for line in reversed(lines):
-        header = cells_of(line.strip(" #"), delimiter)
+        header = cells_of(line.strip("".join((" ", *_COMMENTS))), delimiter)
         if len(header) == len(cells_of(first, delimiter)) and any(map(names_time, header)):
             return header
     return None
 
 
-def _with_units(texts: list[str], start: int, at: int, delimiter: str) -> tuple[list[str], int]:
-    """The header with the units of the row below it, and the line at which the data begin."""
+def _with_units(texts: list[str], at: int, delimiter: str, titles: dict[str, list[str]]) -> tuple[list[str], int]:
+    """The header with the units of the row below it, or of a title, and the line at which the data begin."""
     header = cells_of(texts[at], delimiter)
-    if _LABVIEW_TIME in header:
-        header[header.index(_LABVIEW_TIME)] = "time [s]"
-        titles = [cells_of(text, delimiter) for text in texts[start:at]]
-        units = next((cells[1:] for cells in titles if cells and cells[0] == _LABVIEW_UNITS), [])
-        return header[:1] + with_units(header[1:], units), at + 1
+    if header[:1] == [_LABVIEW_TIME]:
+        return ["time [s]", *with_units(header[1:], titles.get(_LABVIEW_UNITS, []))], at + 1
     below = next((i for i in range(at + 1, len(texts)) if texts[i]), None)
     units = cells_of(texts[below], delimiter) if below is not None else []
     if not is_units_row(units) or len(units) > len(header) or any(name_and_unit(cell)[1] for cell in header):
         return header, at + 1
     return with_units(header, units), below + 1
+
+
+def _with_instants(
+    rows: Iterator[tuple[int, list[str]]], titles: dict[str, list[str]], delimiter: str
+) -> Iterator[tuple[int, list[str]]]:
+    """The rows, in which LabVIEW's instants are written where their cells are empty."""
+    first, step = (titles.get(name) for name in _LABVIEW_INSTANTS)
+    for count, (number, cells) in enumerate(rows):
+        if first and step and not cells[0].strip():
+            cells[0] = repr(number_in(first[0], delimiter) + count * number_in(step[0], delimiter))
+        yield number, cells
 
 
 def _named_lines(texts: list[str], begin: int, end: int) -> list[str]:
@@ -187,15 +205,25 @@ def _rows(texts: list[str], begin: int, delimiter: str) -> Iterator[tuple[int, l
 
 
 def _calculix_table(lines: list[str]) -> Table:
-    """A column "vx 3" for each component and node, and a row for each instant."""
+    """A column "vx 3" for each component and node, "velocities vx 3" if it is none of displacements; a row per instant.
+
+    Raises
+    ------
+    ValueError
+        If a node has two values at one time, which is printed with too few digits then.
+    """
     rows: dict[str, tuple[int, dict[str, str]]] = {}
-    components, row = [], {}
+    names, row = [], {}
     for number, line in enumerate(lines, 1):
         if block := _CALCULIX.fullmatch(line):
-            components, time = block[1].split(","), block[3]
+            quantity, components, time = block.groups()
+            names = [name if quantity == "displacements" else f"{quantity} {name}" for name in components.split(",")]
             _, row = rows.setdefault(time, (number, {"time": time}))
-        elif len(cells := line.split()) == len(components) + 1:
-            row |= {f"{component} {cells[0]}": cell for component, cell in zip(components, cells[1:], strict=True)}
+        elif len(cells := line.split()) == len(names) + 1:
+            values = {f"{name} {cells[0]}": cell for name, cell in zip(names, cells[1:], strict=True)}
+            if any(row.get(name, cell) != cell for name, cell in values.items()):
+                raise ValueError(f"line {number}: a second value of node {cells[0]} at the time {row['time']}")
+            row |= values
     header = list(dict.fromkeys(name for _, row in rows.values() for name in row))
     found = ((number, [row.get(name, "") for name in header]) for number, row in rows.values())
     return Table(header, f"line {next(iter(rows.values()))[0]}", found, ",")

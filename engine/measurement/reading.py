@@ -15,7 +15,7 @@ from vibroscope.engine.divergence.grid import rms
 from vibroscope.engine.facts import Amount, Statement, joined, stated
 from vibroscope.engine.measurement.alignment import best_phase
 from vibroscope.engine.measurement.cycle import Cycle
-from vibroscope.engine.measurement.measurement import FRAMES, Measurement
+from vibroscope.engine.measurement.measurement import Measurement
 from vibroscope.engine.measurement.measurement_columns import PAIRS
 from vibroscope.engine.measurement.tolerances import EXPLAINS, HARDLY_MORE, SAME_SIZE, WITHIN_NOISE
 from vibroscope.engine.result import check_cancelled
@@ -121,7 +121,7 @@ def explaining_reading(
     found: list[Reading] = []
     bodies = len(thin.displacement)
     for swapped in (False, True)[:bodies]:
-        for frame, signs in itertools.product(FRAMES, itertools.product((1.0, -1.0), repeat=bodies)):
+        for frame, signs in itertools.product(cycle.frames, itertools.product((1.0, -1.0), repeat=bodies)):
             check_cancelled(cancelled)
             found += _readings(cycle, thin, swapped, frame, np.array(signs))
     enough = max(HARDLY_MORE * min(reading.rms for reading in found), noise)

@@ -75,7 +75,9 @@ def _solution_sentence(name: str, solved: Solved, compared: MeasuredComparison) 
     if measured is not None:
         solution = aligned.sensor.per_period
         if abs(measured.per_period - solution) > SENSOR * max(measured.per_period, 1.0):
-            sentence += f", and would close the sensor {solution:.3g} times a period, not {measured.per_period:.3g}"
+            of, times = (" a period", 1) if not compared.is_free else ("", compared.periods)
+            sentence += f", and would close the sensor {times * solution:.3g} times{of}, not "
+            sentence += f"{times * measured.per_period:.3g}"
     return sentence + "."
 
 

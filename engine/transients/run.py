@@ -2,11 +2,10 @@
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from vibroscope.engine.checks import require
 from vibroscope.engine.energy.balance import energy_balance
 from vibroscope.engine.energy.result import EnergyBalance
 from vibroscope.engine.load import Load
@@ -14,7 +13,7 @@ from vibroscope.engine.methods import Method
 from vibroscope.engine.model import System
 from vibroscope.engine.outputs import peaks
 from vibroscope.engine.result import Record, Response
-from vibroscope.engine.simulate import SAMPLES_LIMIT, STEPS_LIMIT, simulate_load
+from vibroscope.engine.simulate import simulate_load, under_load
 from vibroscope.engine.transients.extrema import largest, without_impacts
 from vibroscope.engine.transients.instants import Instants, instants_of
 
@@ -188,17 +187,6 @@ def transient(
         record = Instants.of(shares)
         response = simulate_load(system, method, record=record, initial=initial, cancelled=cancelled)
     return Transient(load, response, tuple(map(float, system.rest if initial is None else initial)))
-
-
-def under_load(system: System, load: Load, method: Method, free: float) -> tuple[System, Method]:
-    """The system under a load that ends ``free`` before the run, and the method with the steps of the whole run."""
-    free = require("free", free, 0.0, 1e9, "give the time in 1/ω₁ for which the run goes on after the load")
-    load = replace(load, length=load.end + free)
-    if method.has_step:
-        steps = math.ceil(method.steps * load.length / CYCLE * (1 - 1e-12))
-        require("steps", steps, 1, min(SAMPLES_LIMIT, STEPS_LIMIT), "take fewer steps, or a shorter load")
-        method = replace(method, steps=max(4, steps))
-    return replace(system, excitation=replace(system.excitation, load=load)), method
 
 
 def samples_of(system: System, method: Method) -> Record:

@@ -71,7 +71,10 @@ def test_the_page_says_what_the_command_line_says(overlay):
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        ("time [s], x1 [mm], x2 [mm]\n0, 1, 2\n1, one, 2\n", "Line 3, column 2 (x1): 'one' is no finite number."),
+        (
+            "time [s], x1 [mm], x2 [mm]\n0, 1, 2\n1, one, 2\n",
+            "Line 3, column 2 (x1): 'one' is no finite number; correct it, or delete the line.",
+        ),
         ("time, x1, x2\n0, 1, 2\n", "Line 3: the file ends after 1 samples; give at least 16."),
         ("", "Line 1: the file has no header; begin it with: time [s], x1 [mm], x2 [mm]."),
     ],

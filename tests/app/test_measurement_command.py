@@ -47,7 +47,7 @@ def test_a_fit_comes_first_and_its_system_is_compared(capsys):
     assert fit["errors"]["d3"] is None
     assert fit["correlation"]["names"] == ["restitution"]
     text = compare(capsys, "--measured", str(EXAMPLE), "--fit", "restitution")
-    assert "restitution         0.50" in text
+    assert "restitution                 0.50" in text
     assert "+- " in text
     assert "contacts per period" in text
 

@@ -89,3 +89,24 @@ def test_history_and_shock_response_are_files(box, tmp_path):
     assert head[0] == "frequency [Hz]"
     assert np.array([float(row[0]) for row in rows]) == pytest.approx([10, 20, 40])
     assert all(float(row[1]) <= float(row[3]) + 1e-12 for row in rows)  # the stop holds the body back
+
+
+def test_a_measured_response_to_a_pulse_is_compared_and_fitted(box, tmp_path, capsys):
+    pulse = ["--base-half-sine=-30 g,11 ms"]
+    history, record = tmp_path / "history.csv", tmp_path / "record.csv"
+    assert main([*box, *pulse, "--history", str(history), "--units"]) == 0
+    with history.open() as lines:
+        rows = list(csv.DictReader(lines))
+    lines = [f"{row['time [s]']},{row['displacement1 [m]']}" for row in rows[::10]]
+    record.write_text("\n".join(["time [s],xi1 [m]", *lines]))
+    wrong = tmp_path / "wrong.toml"
+    wrong.write_text(BOX.replace("restitution = 0.5", "restitution = 0.7"))
+    asked = ["transient", "--system", str(wrong), *pulse, *CONTACT, "--steps", "0.1 ms", "--measured", str(record)]
+    capsys.readouterr()
+    assert main([*asked, "--units", "--fit", "restitution,zero1"]) == 0
+    text = capsys.readouterr().out
+    assert text.startswith("half-sine of the acceleration of the base, peak 294.2 m/s²; it ends at 11 ms")
+    assert f"{len(lines)} samples, relative displacement of body 1, from the start" in text
+    assert next(line for line in text.splitlines() if line.startswith("restitution")).split()[1].startswith("0.5")
+    assert main([*box, *pulse, "--fit"]) == 2
+    assert "--fit needs a measurement: give --measured FILE.csv" in capsys.readouterr().err

@@ -1,4 +1,4 @@
-"""Measurements of bodies that nothing drives: compared and fitted from their start."""
+"""Measurements of bodies that nothing drives, or a pulse: compared and fitted from their start."""
 
 from dataclasses import replace
 
@@ -7,6 +7,7 @@ import pytest
 from vibroscope.engine import (
     ExactPenalty,
     Excitation,
+    Load,
     Measurement,
     Newmark,
     Record,
@@ -16,6 +17,7 @@ from vibroscope.engine import (
     fit,
     measured_verdict,
     simulate,
+    transient,
 )
 
 FREE = Excitation(base=0.0)
@@ -93,3 +95,51 @@ def test_a_contact_is_fitted_with_a_penalty_solution_that_has_its_number():
         fit(WALL, 0.2, recorded(WALL), names=("K",), initial=START)
     with pytest.raises(ValueError, match="cannot fit D, which follows from the restitution: give D"):
         fit(WALL, 0.2, recorded(WALL), names=("D",), method=ExactPenalty(60, None, law="flores"), initial=START)
+
+
+PULSE = Load.half_sine(peak=-2.0, duration=1.5)
+
+
+def shaken(system, load=PULSE, method=None, *, noise=0.002, late=0.0):
+    """The displacements under a load, since ``late`` after its beginning."""
+    run = transient(system, load, method or Reference()).response.trajectory
+    time = np.arange(late, run.time[-1], 0.05)
+    exact = np.stack([np.interp(time, run.time, row) for row in run.displacement])
+    exact += noise * np.random.default_rng(2).standard_normal(exact.shape)
+    return Measurement(time - time[0], exact, None, "relative").of(system)
+
+
+@pytest.mark.parametrize("system", [PAIR, WALL])
+def test_a_measured_response_to_a_pulse_is_compared_and_fitted_from_its_start(system):
+    made = shaken(system, late=0.5)
+    loaded = replace(system, excitation=replace(FREE, load=PULSE))
+    found = compare_measured(loaded, 1.0, made, Newmark(200, 5, 20_000))
+    assert len(found.reference.response.impacts) > 0
+    assert found.reference.alignment.phase == pytest.approx(0.5, abs=0.01)
+    assert measured_verdict(found).startswith("The reference agrees within the noise of the measurement")
+    fitted = fit(replace(loaded, restitution=0.4, d1=0.03), 1.0, made, names=("restitution", "d1"))
+    assert fitted.values["restitution"] == pytest.approx(0.6, abs=1e-3)
+    assert fitted.values["d1"] == pytest.approx(0.02, abs=5e-4)  # from another one, other impacts fit nearly as well
+    assert fitted.deviation < 1.1 * fitted.noise
+    assert fitted.system.excitation.load is PULSE
+
+
+def test_a_contact_is_fitted_to_a_measured_response_to_a_pulse():
+    made = shaken(WALL, method=ExactPenalty(300, 1.5))
+    loaded = replace(WALL, excitation=replace(FREE, load=PULSE))
+    fitted = fit(loaded, 1.0, made, names=("K", "D"), method=ExactPenalty(100, 0.5))
+    for name, true in (("K", 300), ("D", 1.5)):
+        assert fitted.errors[name] < 0.2 * true
+        assert abs(fitted.values[name] - true) < 4 * fitted.errors[name]
+    words = measured_verdict(compare_measured(loaded, 1.0, made, fitted.applied(Newmark(100, 0.5, 20_000))))
+    assert "The penalty solution agrees within the noise" in words
+
+
+def test_a_fixed_sensor_does_not_see_the_base_under_an_acceleration_of_it():
+    made = replace(shaken(WALL), frame="absolute")
+    with pytest.raises(ValueError, match="does not show where the base is: give displacements relative to it"):
+        compare_measured(replace(WALL, excitation=replace(FREE, load=PULSE)), 1.0, made, Newmark(200, 5, 2000))
+    push = replace(PULSE, on="force1")
+    loaded = replace(WALL, excitation=replace(FREE, load=push))
+    found = compare_measured(loaded, 1.0, replace(shaken(WALL, push), frame="absolute"), Newmark(200, 5, 2000))
+    assert "The reference agrees within the noise" in measured_verdict(found)

@@ -34,26 +34,56 @@ def _semicolons(scale=1):
     return [f"{0.1 * scale * i:.3f};{i};{-i}".replace(".", ",") for i in range(FEWEST_SAMPLES)]
 
 
-LABVIEW = "\n".join(
-    [
-        "LabVIEW Measurement\t",
-        "Separator\tTab",
-        "Decimal_Separator\t,",
-        "***End_of_Header***\t",
-        "\t",
-        "Channels\t2\t\t",
-        "Samples\t16\t16\t",
-        "Y_Unit_Label\tVolts\tVolts\t",
-        "X0\t0,0000E+0\t0,0000E+0\t",
-        "Delta_X\t0,1\t0,1\t",
-        "***End_of_Header***\t\t\t",
-        "X_Value\tUntitled\tUntitled 1\tComment",
-        *(row.replace(";", "\t") for row in _semicolons()),
-    ]
+def labview(instants, unit="mm"):
+    """What LabVIEW writes with no, one or several columns of the instants, and decimal commas."""
+    gap = "\t\t" if instants == "Multi" else "\t"
+
+    def tag(name, value):
+        return f"{name}\t{gap.join([value] * 2)}\t"
+
+    def row(time, *values):
+        if instants == "Multi":
+            return f"{time}\t{values[0]}\t{time}\t{values[1]}"
+        return "\t".join([time if instants == "One" else "", *values])
+
+    return "\r\n".join(
+        [
+            "LabVIEW Measurement\t",
+            "Writer_Version\t2",
+            "Separator\tTab",
+            "Decimal_Separator\t,",
+            f"X_Columns\t{instants}",
+            "Date\t2019/07/22",
+            "Time\t17:18:18,938945770263671875",
+            "***End_of_Header***\t",
+            "\t",
+            "Channels\t2\t\t",
+            tag("Samples", "16"),
+            tag("Date", "2019/07/22"),
+            tag("Time", "17:18:18,938945770263671875"),
+            tag("Y_Unit_Label", unit),
+            tag("X_Dimension", "Time"),
+            tag("X0", "7,0000000000000000E+0"),
+            tag("Delta_X", "0,100000"),
+            "***End_of_Header***\t\t\t",
+            "X_Value\tUntitled\t" + "X_Value\t" * (instants == "Multi") + "Untitled 1\tComment",
+            *(row(f"{7 + 0.1 * i:.6f}", f"{i:.6f}", f"{-i:.6f}").replace(".", ",") for i in range(FEWEST_SAMPLES)),
+            "",
+        ]
+    ).encode()
+
+
+OPENSEES = (
+    b'<?xml version="1.0"?>\n<OpenSees\nxmlns:xsi="http://www.w3.org/2001/XMLSchema-instance">\n<TimeOutput>\n'
+    b"<ResponseType>time</ResponseType>\n</TimeOutput>\n<Data>\n"
+    + b"\n".join(row.replace(",", " ").encode() + b" " for row in ROWS)
+    + b"\n</Data>\n</OpenSees>\n"
 )
 CALCULIX = "".join(
     f"\n displacements (vx,vy,vz) for set N1 and time  {0.1 * i:.7E}\n\n         2  {i:.6E}  0.0E+00  0.0E+00\n"
     f"         3  0.0E+00  {-i:.6E}  0.0E+00\n"
+    f"\n velocities (vx,vy,vz) for set N1 and time  {0.1 * i:.7E}\n\n         2  1.0E+01  0.0E+00  0.0E+00\n"
+    f"         3  0.0E+00 -1.0E+01  0.0E+00\n"
     f"\n total force (fx,fy,fz) for set N1 and time  {0.1 * i:.7E}\n\n        1.0E+00  2.0E+00  3.0E+00\n"
     for i in range(FEWEST_SAMPLES)
 )
@@ -101,6 +131,7 @@ def test_a_written_file_is_read_back(tmp_path):
         text("time [s]  x1 [mm]  x2 [mm]", [row.replace(",", "   ") for row in ROWS]),
         text("time [s], x1 [mm], x2 [mm]", [row.replace(",", " ") for row in ROWS]),
         b"# of an oscilloscope\n# time [s] x1 [mm] x2 [mm]\n" + text("", [row.replace(",", " ") for row in ROWS]),
+        b"% Model: drop\n% time [s]  x1 [mm]  x2 [mm]\n" + text("", [row.replace(",", " ") for row in ROWS]),
     ],
 )
 def test_every_format_of_the_same_measurement_is_read_alike(content):
@@ -128,8 +159,12 @@ def test_every_format_of_the_same_measurement_is_read_alike(content):
             text("Time;Channel A;Channel B", ["(ms);(mV);(V)", "", *_semicolons(scale=1000)]),
             {"time": "Time", "x1": "Channel A [mm]", "x2": "Channel B [mm]"},
         ),
-        (LABVIEW.replace("Volts", "mm").encode(), {"time": "time", "x1": "Untitled", "x2": "Untitled 1"}),
-        (LABVIEW.encode(), {"time": "1", "x1": "2 [mm]", "x2": "3 [mm]"}),
+        *(
+            (labview(instants), {"time": "time", "x1": "Untitled", "x2": "Untitled 1"})
+            for instants in ("No", "One", "Multi")
+        ),
+        (labview("One", "Volts"), {"time": "1", "x1": "2 [mm]", "x2": "3 [mm]"}),
+        (OPENSEES, {"time": "1 [s]", "x1": "2 [mm]", "x2": "3 [mm]"}),
         (CALCULIX.encode(), {"time": "time [s]", "x1": "vx 2 [mm]", "x2": "vy 3 [mm]"}),
     ],
 )
@@ -160,6 +195,11 @@ def test_titles_above_the_header_and_words_below_the_data_are_left_out_by_line()
         (b"PK\x03\x04\n\0\0", "line 2: a byte 0, so that this is no text; save the file as CSV"),
         (text(rows=["(furlong),(mm),(mm)", *ROWS]).replace(b" [mm]", b"").replace(b" [s]", b""), "unit 'furlong'"),
         (text(rows=["Uhr,links,rechts", *ROWS]), r"line 2, column 1 \(time\): 'Uhr' is no finite number"),
+        (text(rows=with_line(4, "0.2,∞,-∞")), r"line 4, column 2 \(x1\): '∞' is no finite number; .*delete the line"),
+        (
+            CALCULIX.replace("1.0000000E-01", "0.0000000E+00").encode(),
+            "line 18: a second value of node 2 at the time 0",
+        ),
     ],
 )
 def test_what_cannot_be_read_of_an_instrument_is_refused(content, words):
