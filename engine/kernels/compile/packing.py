@@ -13,6 +13,7 @@ from typing import NamedTuple
 import numba
 import numpy as np
 from vibroscope.engine.kernels.compile.options import uncompiled
+from vibroscope.engine.kernels.compile.views import shaped
 
 LANES = 8  # numbers in a cache line and in the longest vector register
 
@@ -107,7 +108,8 @@ class Layout:
         if self.kind.__annotations__[name] is tuple:
             return _nested_reading(field, at)
         if field is not None:
-            return f"packed[{at}:{end}]" + (f".reshape({field})" if len(field) > 1 else "")
+            part = f"packed[{at}:{end}]"
+            return f"shaped({part}, {field})" if len(field) > 1 else part
         conversion = {bool: "packed[{}] > 0.0", int: "int(packed[{}])"}
         return conversion.get(self.kind.__annotations__[name], "packed[{}]").format(at)
 
@@ -132,7 +134,7 @@ class Layout:
 
     def _generate(self, arguments: str, lines: list[str]):
         # Not cached by itself: with inline="always" it becomes part of the cached functions that call it.
-        names = dict(self._kinds())
+        names = dict(self._kinds()) | {"shaped": shaped}
         body = "\n    ".join(lines)
         exec(f"def generated({arguments}):\n    {body}\n", names)
         return numba.njit(names["generated"], inline="always")

@@ -4,6 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 from vibroscope.engine.kernels.compile.options import jit_inlined, jit_spliced, uncompiled
+from vibroscope.engine.kernels.compile.views import shaped
 
 IMPACT_COLUMNS = 8  # τ, ξ, ξ₁′ and ξ₂′ before, ξ₁′ and ξ₂′ after, impulse, closing speed
 
@@ -53,8 +54,8 @@ def unpack_buffers(flat, sizes):
     c = b + sizes[2] * 2
     d = c + sizes[3]
     e = d + sizes[4] * 5
-    section, impacts = flat[:a].reshape((sizes[0], 4)), flat[a:b].reshape((sizes[1], IMPACT_COLUMNS))
-    contacts, samples = flat[b:c].reshape((sizes[2], 2)), flat[d:e].reshape((sizes[4], 5))
+    section, impacts = shaped(flat[:a], (sizes[0], 4)), shaped(flat[a:b], (sizes[1], IMPACT_COLUMNS))
+    contacts, samples = shaped(flat[b:c], (sizes[2], 2)), shaped(flat[d:e], (sizes[4], 5))
     return Buffers(section, impacts, contacts, flat[c:d], samples, sizes[5:])
 
 

@@ -5,6 +5,7 @@ from typing import NamedTuple
 import numba
 import numpy as np
 from vibroscope.engine.kernels.compile.packing import LANES, Layout
+from vibroscope.engine.kernels.compile.views import shaped
 
 
 class Inner(NamedTuple):
@@ -62,3 +63,24 @@ def test_fields_lie_where_the_layout_says():
 
 def test_a_packed_array_begins_with_a_cache_line():
     assert LAYOUT.zeros().ctypes.data % (8 * LANES) == 0
+
+
+@numba.njit
+def parts_of_view(flat, rows):
+    """Of a view of ``rows`` rows: along each dimension a slice, and what is left of the array that it looks at."""
+    view = shaped(flat[2:], (rows, 2, 4))
+    view[1, 0, 3] = -1.0
+    return view[:, 1, 2].copy(), view[rows - 1, :, 0].copy(), view[0].copy(), view.shape
+
+
+def test_views_are_those_of_reshape():
+    flat, other = np.arange(26.0), np.arange(26.0)
+    view = other[2:].reshape(3, 2, 4)
+    *parts, shape = parts_of_view(flat, 3)
+    *wanted, _ = parts_of_view.py_func(other, 3)
+    assert shape == view.shape
+    for part, same, direct in zip(parts, wanted, (view[:, 1, 2], view[2, :, 0], view[0]), strict=True):
+        np.testing.assert_array_equal(part, same)
+        np.testing.assert_array_equal(part, direct)
+    np.testing.assert_array_equal(flat, other)
+    assert flat[2 + 8 + 3] == -1.0
