@@ -198,6 +198,15 @@ def piece_impulse(p, piece, z, end, s):
     return total + p.impulse[piece, 5] * sine
 
 
+@jit_inlined
+def with_piece_impulse(p, piece, phase, z, a, s):
+    """The hybrid state a, at which a piece has lasted s from z on, with the impulse on the way."""
+    if piece == 0:
+        return a
+    contact = with_impulse(a.contact, a.contact.impulse + piece_impulse(p, piece, z, linear_state(p, phase, a), s))
+    return HybridState(a.period, a.tau, a.x1, a.v1, a.gap, a.rate, a.mode, a.order, a.events, contact)
+
+
 @jit_no_alloc
 def resolve_law_load_change(p, a):
     """The hybrid state where the load jumps or bends: what a piece watches, and is zero there, may fall at once."""
@@ -230,7 +239,6 @@ def follow_piece(p, a, z):
     phase = phase_of(p, piece, 0)
     i, u, k, examined = first_event(p, piece, z, a.order)
     s, y, mode, order = (i + u) * phase.spacing, absolute(phase, state_after(phase, z, i)), a.mode, 0.0
-    contact = a.contact
     if i < POINTS:
         at = state_after(phase, z, i)
         x1, v1 = position_at(phase, at, u, p.scratch)
@@ -241,12 +249,8 @@ def follow_piece(p, a, z):
         if mode in (FLIGHT, COLLISION):
             gap, order, mode = 0.0, 1.0, (FLIGHT if rate > 0.0 else COLLISION)
         y = (x1 + phase.position, v1, gap, rate)
-    after = later_state(p, a, s, y, mode, order, contact)
-    if piece > 0:
-        length = piece_impulse(p, piece, z, linear_state(p, phase, after), s)
-        contact = with_impulse(contact, contact.impulse + length)
-        after = later_state(p, a, s, y, mode, order, contact)
-    return s, after, i < POINTS, examined
+    after = later_state(p, a, s, y, mode, order, a.contact)
+    return s, with_piece_impulse(p, piece, phase, z, after, s), i < POINTS, examined
 
 
 @jit_no_alloc
@@ -298,10 +302,7 @@ def follow(p, a):
         if s < change:
             return z, s, after, ends, effort
         y = evaluate(p, phase, z, change)
-        after = later_state(p, a, change, y, a.mode, 0.0, a.contact)
-        if piece > 0:
-            length = piece_impulse(p, piece, z, linear_state(p, phase, after), change)
-            after = later_state(p, a, change, y, a.mode, 0.0, with_impulse(a.contact, a.contact.impulse + length))
+        after = with_piece_impulse(p, piece, phase, z, later_state(p, a, change, y, a.mode, 0.0, a.contact), change)
     x1, v1, gap, rate = y
     after = HybridState(a.period, p.load[END], x1, v1, gap, rate, a.mode, after.order, 0.0, after.contact)
     return z, change, after, False, effort
