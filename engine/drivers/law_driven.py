@@ -38,6 +38,7 @@ from vibroscope.engine.kernels.event_driven.state import (
     linear_state,
     start_state,
 )
+from vibroscope.engine.kernels.event_driven.two_stops import turned
 from vibroscope.engine.kernels.linear.tables import (
     DEEPEST,
     INTEGRAL,
@@ -186,14 +187,8 @@ def set_up_stops(system: System, eta: float, method: ExactPenalty) -> list[LawSy
 def start_of_law(systems: Sequence[LawSystem], y: Sequence[float]) -> np.ndarray:
     """The packed hybrid state at y = (ξ₁, ξ₁′, g, g′), and after it the number of the stop from which it is seen."""
     y, other = tuple(map(float, y)), y[2] > 0.5 * systems[0].play
-    y = turned(y, systems[0].play) if other else y
+    y = uncompiled(turned)(y, systems[0].play) if other else y
     return np.append(STATE.pack(uncompiled(start_state)(systems[int(other)], y)), float(other))
-
-
-def turned(y: Sequence[float], play: float) -> tuple[float, float, float, float]:
-    """A motion y as seen from the other stop."""
-    x1, v1, gap, rate = y
-    return -x1, -v1, play - gap, -rate
 
 
 def integrate_law(
@@ -299,7 +294,7 @@ class LawFlow(Flow):
         a, here = STATE.read(state), int(state[SEEN_FROM])
         p = self._systems[here]
         y, _ = motion_after(p, a, (periods - a.period) * p.period - a.tau)
-        return np.array(turned(y, p.play) if here else y), events
+        return np.array(uncompiled(turned)(y, p.play) if here else y), events
 
     def image(self, y: np.ndarray, direction: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
         start = self.start(y)
@@ -311,7 +306,7 @@ class LawFlow(Flow):
         """The derivative by a central difference; None if a neighbour has other events. A wall does not move."""
         a, other = STATE.read(start), start[SEEN_FROM]
         y = np.array([a.x1, a.v1, a.gap, a.rate])
-        y = np.array(turned(y, self._systems[0].play)) if other else y
+        y = np.array(uncompiled(turned)(y, self._systems[0].play)) if other else y
         width = DIFFERENCE * max(float(np.abs(y).max()), DIFFERENCE)
         change = width * direction * ([0.0, 0.0, 1.0, 1.0] if self._systems[0].wall else 1.0)
         sides = [self.end(self.start(y + sign * change), periods) for sign in (1.0, -1.0)]

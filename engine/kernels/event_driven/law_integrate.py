@@ -57,7 +57,7 @@ from vibroscope.engine.kernels.event_driven.state import (
     unpack_state,
     write_state,
 )
-from vibroscope.engine.kernels.event_driven.two_stops import other_root, touch_other
+from vibroscope.engine.kernels.event_driven.two_stops import flight_of_other, touch_other
 from vibroscope.engine.kernels.linear.first_root import first_root
 from vibroscope.engine.kernels.linear.tables import POINTS, Phase, gap_at, position_at, state_after
 from vibroscope.engine.kernels.status import CROSSED, FULL, OK, PAUSED, PILED_UP, UNRESOLVED
@@ -66,6 +66,7 @@ from vibroscope.engine.kernels.status import CROSSED, FULL, OK, PAUSED, PILED_UP
 PIECES_FROM = 3.0
 SMOOTH = 7.0
 STEP_EFFORT = 10  # intervals examined, as which a step of a contact counts
+GOES_ON, ENDS, CROSSES = range(3)  # how a phase has ended
 SECOND_WATCHED = 8.0  # added to the order of the second watched quantity
 
 
@@ -133,15 +134,18 @@ def phase_of(p, piece, k):
 
 @jit_no_alloc
 def first_event(p, piece, z, order):
-    """Interval, share of it, which quantity falls to zero there, intervals examined."""
-    i, u, k, examined = POINTS, 0.0, 0, 0
-    for j in range(p.counts[piece]):
+    """Interval, share of it, which quantity falls to zero there and at which rate, intervals examined."""
+    i, u, k, fall, examined = POINTS, 0.0, 0, 0.0, 0
+    for j in range(p.counts[piece] + int(piece == 0 and p.play < math.inf)):
         own = int(order) % 8 if (order >= SECOND_WATCHED) == (j == 1) else 0
-        at, share, _, tries = first_root(phase_of(p, piece, j), z, own, p.scratch)
+        phase, seen = phase_of(p, piece, j), z
+        if piece == 0 and j == 1:  # the gap of the other stop
+            phase, seen = flight_of_other(p, phase_of(p, piece, 0), z)
+        at, share, slope, tries = first_root(phase, seen, own, p.scratch)
         examined += tries
         if at + share < i + u:
-            i, u, k = at, share, j
-    return i, u, k, examined
+            i, u, k, fall = at, share, j, slope
+    return i, u, k, fall, examined
 
 
 @jit_no_alloc
@@ -198,6 +202,15 @@ def piece_impulse(p, piece, z, end, s):
     return total + p.impulse[piece, 5] * sine
 
 
+@jit_inlined
+def with_piece_impulse(p, piece, phase, z, a, s):
+    """The hybrid state a, at which a piece has lasted s from z on, with the impulse on the way."""
+    if piece == 0:
+        return a
+    contact = with_impulse(a.contact, a.contact.impulse + piece_impulse(p, piece, z, linear_state(p, phase, a), s))
+    return HybridState(a.period, a.tau, a.x1, a.v1, a.gap, a.rate, a.mode, a.order, a.events, contact)
+
+
 @jit_no_alloc
 def resolve_law_load_change(p, a):
     """The hybrid state where the load jumps or bends: what a piece watches, and is zero there, may fall at once."""
@@ -224,13 +237,15 @@ def follow_piece(p, a, z):
     Returns
     -------
     tuple
-        Time that passes; the hybrid state then; whether that is an event; intervals examined.
+        Time that passes; the hybrid state then; GOES_ON, ENDS if that is an event, CROSSES if it is seen from the other
+        stop; intervals examined.
     """
     piece = piece_of(a)
     phase = phase_of(p, piece, 0)
-    i, u, k, examined = first_event(p, piece, z, a.order)
+    i, u, k, fall, examined = first_event(p, piece, z, a.order)
     s, y, mode, order = (i + u) * phase.spacing, absolute(phase, state_after(phase, z, i)), a.mode, 0.0
-    contact = a.contact
+    if piece == 0 and k == 1:
+        return s, touch_other(p, phase, a, z, (i, u), fall), CROSSES, examined
     if i < POINTS:
         at = state_after(phase, z, i)
         x1, v1 = position_at(phase, at, u, p.scratch)
@@ -241,26 +256,8 @@ def follow_piece(p, a, z):
         if mode in (FLIGHT, COLLISION):
             gap, order, mode = 0.0, 1.0, (FLIGHT if rate > 0.0 else COLLISION)
         y = (x1 + phase.position, v1, gap, rate)
-    after = later_state(p, a, s, y, mode, order, contact)
-    if piece > 0:
-        length = piece_impulse(p, piece, z, linear_state(p, phase, after), s)
-        contact = with_impulse(contact, contact.impulse + length)
-        after = later_state(p, a, s, y, mode, order, contact)
-    return s, after, i < POINTS, examined
-
-
-@jit_no_alloc
-def cross(p, a, z, s, after):
-    """What ends a flight: what :func:`follow_piece` has found, or the other stop before that.
-
-    Returns time, hybrid state, CROSSED or OK, and intervals examined.
-    """
-    phase = phase_of(p, 0, 0)
-    i, u, fall, examined = other_root(p, phase, z)
-    there = (i + u) * phase.spacing
-    if there < s:
-        return there, touch_other(p, phase, a, z, (i, u), fall), CROSSED, examined
-    return s, after, OK, examined
+    after = later_state(p, a, s, y, mode, order, a.contact)
+    return s, with_piece_impulse(p, piece, phase, z, after, s), ENDS if i < POINTS else GOES_ON, examined
 
 
 @jit_no_alloc
@@ -269,12 +266,12 @@ def follow_smooth(p, a, longest):
     s, following, ends, at_kink, tries = take_step(p, a, longest)
     x1, v1, gap, rate = stepped(p)
     contact = with_impulse(a.contact, a.contact.impulse + p.work[TABLE, 4])
-    mode, order = SMOOTH, following
+    mode, order, how = SMOOTH, following, GOES_ON
     if ends:
-        gap, mode, order = 0.0, (FLIGHT if rate > 0.0 else COLLISION), 1.0
+        gap, mode, order, how = 0.0, (FLIGHT if rate > 0.0 else COLLISION), 1.0, ENDS
     elif at_kink:
         gap = -p.law.penetration
-    return s, later_state(p, a, max(s, 0.0), (x1, v1, gap, rate), mode, order, contact), ends, STEP_EFFORT * tries
+    return s, later_state(p, a, max(s, 0.0), (x1, v1, gap, rate), mode, order, contact), how, STEP_EFFORT * tries
 
 
 @jit_no_alloc
@@ -298,13 +295,10 @@ def follow(p, a):
         if s < change:
             return z, s, after, ends, effort
         y = evaluate(p, phase, z, change)
-        after = later_state(p, a, change, y, a.mode, 0.0, a.contact)
-        if piece > 0:
-            length = piece_impulse(p, piece, z, linear_state(p, phase, after), change)
-            after = later_state(p, a, change, y, a.mode, 0.0, with_impulse(a.contact, a.contact.impulse + length))
+        after = with_piece_impulse(p, piece, phase, z, later_state(p, a, change, y, a.mode, 0.0, a.contact), change)
     x1, v1, gap, rate = y
     after = HybridState(a.period, p.load[END], x1, v1, gap, rate, a.mode, after.order, 0.0, after.contact)
-    return z, change, after, False, effort
+    return z, change, after, GOES_ON, effort
 
 
 @jit_no_alloc
@@ -347,9 +341,6 @@ def integrate_law(p, state, stop, window, flat, sizes):
         horizon = (stop - a.period) * p.period - a.tau
         z, s, after, ends, work = follow(p, a)
         effort += work
-        if a.mode == FLIGHT and p.play < math.inf:
-            s, after, status, work = cross(p, a, z, s, after)
-            effort += work
         if s < 0.0:
             status = UNRESOLVED
             break
@@ -359,11 +350,11 @@ def integrate_law(p, state, stop, window, flat, sizes):
         if s >= horizon and time_to_load_change(p, a.tau) >= horizon:
             status = OK
             break
-        if status == CROSSED:
+        if ends == CROSSES:
             a, events = after, events + 1
             status = PILED_UP if a.events > MOST_EVENTS else CROSSED
             break
-        if ends:
+        if ends == ENDS:
             events += 1
             if a.mode != FLIGHT and after.mode in (FLIGHT, COLLISION) and records(buffers):
                 append_contact(p, after, window, buffers)

@@ -17,7 +17,6 @@ from vibroscope.engine.kernels.event_driven.state import (
     unpack_system,
     write_start,
 )
-from vibroscope.engine.kernels.linear.first_root import first_root
 from vibroscope.engine.kernels.linear.tables import Phase, position_at, state_after
 
 CROSSING = int(SLOW_CONTACT)  # in the course of events, in which it is no mode
@@ -30,13 +29,6 @@ def flight_of_other(p, phase, z):
     gap = p.play - phase.gap
     other = Phase(phase.spacing, -phase.position, gap, gap, phase.rows, phase.transitions)
     return other, (-z0, -z1, -z2, -z3, -z4, -z5)
-
-
-@jit_no_alloc
-def other_root(p, phase, z):
-    """What :func:`..linear.first_root.first_root` returns of the gap of the other stop in a flight."""
-    other, mirrored = flight_of_other(p, phase, z)
-    return first_root(other, mirrored, 0, p.scratch)
 
 
 @jit_no_alloc
