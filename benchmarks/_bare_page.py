@@ -18,13 +18,12 @@ from bokeh.server.server import Server
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
 from vibroscope.app.explorer.compute import compute_runs
-from vibroscope.app.explorer.diagrams import load_diagram
 from vibroscope.app.explorer.present import WINDOW, present
+from vibroscope.app.explorer.shipped import load_diagram
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.page.explore.displacement import DisplacementView
-from vibroscope.app.page.explore.eta_map import EtaMapView
+from vibroscope.app.page.explore.eta_map import EtaMapView, MapPoints
 from vibroscope.app.page.explore.force import ForceView
-from vibroscope.app.page.explore.map_source import MapPoints
 from vibroscope.app.page.explore.phase import PhaseView
 from vibroscope.app.page.shared.figure import THEME, write
 from vibroscope.app.runtime.cache import Cache

@@ -13,7 +13,7 @@ import time
 import numpy as np
 from vibroscope.engine import BasinStudy, ExactPenalty, Reference, System, run_cells, sweep
 from vibroscope.engine.cells import Cells
-from vibroscope.engine.motions.sameness import same_cycle
+from vibroscope.engine.motions.section import same_cycle
 from vibroscope.engine.sweeps.basin_motions import basin_search
 
 SYSTEM, ETA, REACH = System(), 3.2, 8.0

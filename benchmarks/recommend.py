@@ -28,8 +28,7 @@ from vibroscope.engine import (
 from vibroscope.engine.contact import damping_for, stiffness_for
 from vibroscope.engine.divergence.error import Target
 from vibroscope.engine.law_table import ratio_of_restitution
-from vibroscope.engine.recommendation.range_trials import RangeTrials
-from vibroscope.engine.recommendation.trials import NewmarkSetting, Trials
+from vibroscope.engine.recommendation.trials import NewmarkSetting, RangeTrials, Trials
 
 SYSTEM = System()
 CASES = (

@@ -22,6 +22,7 @@ import _scipy_peers
 import _svg
 import numpy as np
 from vibroscope.app.performance import bench, peers
+from vibroscope.app.performance.bench import state_error, true_state
 from vibroscope.app.performance.contenders import (
     PERIODS,
     SYSTEM,
@@ -30,7 +31,6 @@ from vibroscope.app.performance.contenders import (
     peer_contender,
     run_seconds,
 )
-from vibroscope.app.performance.truth import state_error, true_state
 from vibroscope.engine import ExactPenalty, Newmark
 from vibroscope.engine.sweeps.digest import solver_digest
 

@@ -4,28 +4,35 @@ A kernel is compiled when it is first called, once for each processor and each v
 is kept in the cache folder. It takes minutes, most of it in a few kernels, into which everything is inlined that they
 call. So progress is counted in compiled functions, not in kernels.
 
-Several processes fill one cache (:mod:`.compile_helpers`). Each makes the calls that no other has begun, the first
+Several processes fill one cache (:mod:`.compilation`). Each makes the calls that no other has begun, the first
 process from the first call on and those that help it from the last: calls that share functions stand beside each other,
 so that one process makes them. In the end the first process makes all calls: it loads what others have compiled, and
 compiles what is missing.
+
+Processes that help to compile the kernels: each makes the calls that no other process has begun.
+
+All of them write machine code into one cache folder. A process that helps reads nothing from its input, and ends where
+that ends: with the process that it helps, however that ends.
 """
 
 import itertools
+import json
 import os
+import subprocess
 import sys
+import tempfile
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 from enum import IntEnum
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
-from vibroscope.engine.batch import run_cells
-from vibroscope.engine.cells import Cells
-from vibroscope.engine.compile_helpers import Claims, Helpers, end_with_input, report
+from vibroscope.engine.cells import Cells, run_cells
 from vibroscope.engine.divergence.compare import ComparisonQuestion, compare
 from vibroscope.engine.divergence.verdict import verdict
-from vibroscope.engine.drivers import settle
+from vibroscope.engine.drivers import batch
 from vibroscope.engine.drivers.code_cache import CompileListener, compilable_functions, complete_mark, is_cache_private
 from vibroscope.engine.drivers.event_driven import hybrid_state
 from vibroscope.engine.drivers.orbit import OrbitEquations, event, numbers_of, steps
@@ -44,6 +51,118 @@ from vibroscope.engine.result import Record
 from vibroscope.engine.simulate import simulate
 from vibroscope.engine.sweeps.plane_study import PlaneStudy
 from vibroscope.engine.transients.run import transient
+
+COMMAND = sys.executable, "-m", f"{__package__}.compilation"
+
+
+class Claims:
+    """Which calls have been begun by any process: each has a file in a folder that they share."""
+
+    def __init__(self, folder: str | Path):
+        self._folder = Path(folder)
+
+    def take(self, call: int) -> bool:
+        """Whether this process makes a call: it is the first to ask."""
+        try:
+            (self._folder / str(call)).touch(exist_ok=False)
+        except FileExistsError:
+            return False
+        return True
+
+
+class Helpers:
+    """Processes that help this one, for the time of a block.
+
+    Parameters
+    ----------
+    count : int
+        How many.
+    compiled : callable
+        Called, in other threads, with the name of each function that one of them has compiled.
+    command : sequence of str
+        What starts one; the folder of the claims is added to it.
+
+    Attributes
+    ----------
+    claims : Claims
+        Those of all.
+    """
+
+    def __init__(self, count: int, compiled: Callable[[str], None], command: Sequence[str] = COMMAND):
+        self._count, self._compiled, self._command = count, compiled, command
+        self._changed = threading.Condition()
+        self._done: set[int] = set()
+        self._running = 0
+
+    def __enter__(self) -> "Helpers":
+        self._folder = tempfile.TemporaryDirectory(prefix="vibroscope-compile-")
+        self.claims = Claims(self._folder.name)
+        self._processes, self._listeners = [], []
+        for _ in range(self._count):
+            try:
+                self._start()
+            except OSError:  # there can be no more processes: this one compiles alone
+                break
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        for process in self._processes:
+            process.stdin.close()  # which ends it
+        for process, listener in zip(self._processes, self._listeners, strict=True):
+            process.wait()
+            listener.join()
+            process.stdout.close()
+        self._folder.cleanup()
+
+    def wait(self, calls: Iterable[int]) -> None:
+        """Wait until the calls are made by those who have begun them, unless one of the processes has failed."""
+        calls = set(calls)
+        with self._changed:
+            self._changed.wait_for(lambda: self._done >= calls or self._running < self._count)
+
+    def made(self, call: int) -> None:
+        """Note that a call is made, by this process."""
+        with self._changed:
+            self._done.add(call)
+
+    def _start(self) -> None:
+        pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "text": True}
+        process = subprocess.Popen([*self._command, self._folder.name], **pipes)
+        self._processes.append(process)
+        self._running += 1
+        listener = threading.Thread(target=self._listen, args=(process,), name="compiles", daemon=True)
+        self._listeners.append(listener)
+        listener.start()
+
+    def _listen(self, process: subprocess.Popen) -> None:
+        try:
+            for line in process.stdout:
+                what = json.loads(line)
+                if isinstance(what, int):
+                    with self._changed:
+                        self._done.add(what)
+                        self._changed.notify_all()
+                else:
+                    self._compiled(what)
+        finally:
+            with self._changed:
+                self._running -= 1
+                self._changed.notify_all()
+
+
+def report(what: str | int) -> None:
+    """Report to the process that is helped which function is compiled, or which call is made."""
+    print(json.dumps(what), flush=True)
+
+
+def end_with_input() -> None:
+    """Let this process end as soon as its input does."""
+
+    def watch() -> None:
+        sys.stdin.read()
+        os._exit(0)
+
+    threading.Thread(target=watch, name="input", daemon=True).start()
 
 
 class Compiled(IntEnum):
@@ -159,9 +278,9 @@ def _run(system: System, method: Method) -> None:
 
 
 def _settle(cells: Cells) -> None:
-    traps = settle.Traps(np.zeros((0, 4)), np.zeros((0, 4, 4)))
+    traps = batch.Traps(np.zeros((0, 4)), np.zeros((0, 4, 4)))
     start = cells.starts(), np.zeros(len(cells))
-    settle.settle(cells.method, cells.parameters(), *start, traps, periods=2, stride=1, threads=1)
+    batch.settle(cells.method, cells.parameters(), *start, traps, periods=2, stride=1, threads=1)
 
 
 def _step(system: System) -> None:

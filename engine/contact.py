@@ -43,8 +43,7 @@ from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
-from vibroscope.engine.arguments import shown
-from vibroscope.engine.checks import require, whole
+from vibroscope.engine.arguments import require, shown, whole
 from vibroscope.engine.drivers.alone import parameters_alone, restitution_alone
 from vibroscope.engine.law_table import (
     HERTZ,

@@ -5,7 +5,7 @@ from dataclasses import dataclass, fields, replace
 from functools import cached_property
 
 import numpy as np
-from vibroscope.engine.checks import one_of
+from vibroscope.engine.arguments import one_of
 from vibroscope.engine.fields import Range, check_numbers, described
 from vibroscope.engine.load import Load
 

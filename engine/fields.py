@@ -8,7 +8,7 @@ from dataclasses import field, fields
 from functools import cache
 from typing import Any, NamedTuple
 
-from vibroscope.engine.checks import require
+from vibroscope.engine.arguments import require
 from vibroscope.engine.wording import end_text
 
 

@@ -20,7 +20,7 @@ from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from typing import ClassVar, NamedTuple
 
-from vibroscope.engine.checks import require
+from vibroscope.engine.arguments import require
 
 BETA_RANGE = (0.0, 1.0)
 GAMMA_RANGE = (0.0, 2.0)

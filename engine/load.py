@@ -15,8 +15,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from vibroscope.engine.arguments import shown
-from vibroscope.engine.checks import one_of, require
+from vibroscope.engine.arguments import one_of, require, shown
 
 ON = {"base": "acceleration of the base", "force1": "force on body 1", "force2": "force on body 2"}  # what a load is
 SHORTEST_LOAD, LONGEST_LOAD = 1e-6, 1e9  # of a duration, in 1/ω₁
@@ -39,7 +38,7 @@ class Load:
         The acceleration of the base, or a force on body 1 or 2.
     segments : (n, 3) ndarray
         τ at the beginning of each segment, the load there, and its slope; of a pulse −L′/ω in place of the slope
-        (:mod:`.kernels.event_driven.load`). From the last segment on the load is zero.
+        (:mod:`.kernels.event_driven.state`). From the last segment on the load is zero.
     frequency : float
         ω of a pulse L″ = −ω²L; 0 where segments are linear in time.
     words : str

@@ -21,13 +21,14 @@ Other modules ask a method for these, never for its class:
 All have the ``limit`` that they tend to with smaller steps, and ``made_by``: the names that Python writes them with.
 Those that are not rigid have ``law``, ``stiffness``, ``damping``, the numbers of the law and ``spring_exponent``, those
 with a step ``integrator`` and ``status``. Those with a step are one class: :func:`Newmark` makes the paper's.
+
+Which numbers may vary: what the motions of a method and a system do not have is refused.
 """
 
 from dataclasses import dataclass, field, fields, replace
 from typing import ClassVar
 
-from vibroscope.engine.arguments import shown
-from vibroscope.engine.checks import flag, one_of, require, whole
+from vibroscope.engine.arguments import flag, one_of, require, shown, whole
 from vibroscope.engine.integrators import Integrator, NewmarkBeta
 from vibroscope.engine.law_table import (
     CONTACT_LAWS,
@@ -40,6 +41,7 @@ from vibroscope.engine.law_table import (
     numbers_of,
     powers_of,
 )
+from vibroscope.engine.model import SECOND_STOP, System
 
 JOINT_DAMPINGS = ("table", "derived")
 THRESHOLD_RANGE = (0.0, 1e3)
@@ -450,3 +452,21 @@ def _check_number(method: ExactPenalty | TimeStepping, law: str, name: str, span
 
 Method = Reference | ExactPenalty | TimeStepping
 METHOD_NUMBERS = {"K": "stiffness", "D": "damping", "steps": "steps"}  # by their symbols: attributes of a method
+
+
+def check_has(method: Method, name: str, system: System) -> None:
+    """Refuse a number that is to vary and has no effect, by its symbol or as of :class:`System`.
+
+    Raises
+    ------
+    ValueError
+        If the method does not have it, or there is no second stop to have it.
+    """
+    if name in (*METHOD_NUMBERS, "threshold") and name not in method.numbers:
+        raise ValueError(f"the {method.name} method has no {name}: give another number or solver")
+    if name in ("restitution", "restitution2") and not method.rigid:
+        raise ValueError(f"the {method.name} method has no impact law and so no {name}: give D in its place")
+    if name in SECOND_STOP[1:] and method.rigid:
+        raise ValueError(f"the {method.name} method has no K and D, and so no {name}: give another solver")
+    if name in SECOND_STOP and not system.two_stops:
+        raise ValueError(f"{name}: there is no second stop; give its clearance, too")

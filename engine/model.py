@@ -13,8 +13,7 @@ from functools import cached_property
 from typing import ClassVar
 
 import numpy as np
-from vibroscope.engine.arguments import shown
-from vibroscope.engine.checks import flag, require
+from vibroscope.engine.arguments import flag, require, shown
 from vibroscope.engine.excitation import Excitation
 from vibroscope.engine.fields import Range, check_numbers, described, described_fields
 

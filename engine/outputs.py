@@ -3,7 +3,7 @@
 from typing import NamedTuple
 
 import numpy as np
-from vibroscope.engine.motions.contact_force import peak_force
+from vibroscope.engine.motions.description import peak_force
 from vibroscope.engine.result import Response
 
 # The numbers of `peaks`, each with its quantity (`units.QUANTITIES`), in the order of tables.

@@ -25,8 +25,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
-from vibroscope.engine.arguments import shown
-from vibroscope.engine.checks import flag
+from vibroscope.engine.arguments import flag, shown
 from vibroscope.engine.excitation import AMPLITUDE_RANGE, HELD, PHASE_RANGE, Excitation
 from vibroscope.engine.fields import Range
 from vibroscope.engine.law_table import critical_damping

@@ -4,8 +4,7 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
-from vibroscope.engine.arguments import shown
-from vibroscope.engine.checks import require, whole
+from vibroscope.engine.arguments import require, shown, whole
 from vibroscope.engine.drivers.base import Driver
 from vibroscope.engine.drivers.event_driven import EventDriver
 from vibroscope.engine.drivers.law_driven import LawDriver, needs_law

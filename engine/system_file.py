@@ -14,23 +14,48 @@ Or in place of these three one table [physical], with the unit in each name (:mo
 
 :func:`system_text` writes such a file and explains every constant. :func:`read_system` refuses names that it does not
 know: otherwise a misspelt constant would silently keep its default.
+
+Read files that users give: bounded in size, and with errors that name the file.
 """
 
 import difflib
 import math
 import tomllib
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 from vibroscope.engine.excitation import HELD, Excitation
 from vibroscope.engine.fields import described_fields
-from vibroscope.engine.files import read_file
 from vibroscope.engine.methods import Reference
 from vibroscope.engine.model import BODY_2, FORCES_ON_BODY_2, SECOND_STOP, System
 from vibroscope.engine.physical import KEYS, NOT_AT_A_WALL, WALL, physical_entry, refuse_body_2, system_of_physical
 from vibroscope.engine.units import Units
+
+T = TypeVar("T")
+
+
+def read_file(path: str | Path, size_limit: int, parse: Callable[[bytes], T]) -> T:
+    """Read a file and return what ``parse`` makes of its bytes.
+
+    At most ``size_limit + 1`` bytes are read, so ``parse`` recognises a file that is too large by its length.
+
+    Raises
+    ------
+    ValueError
+        If the file cannot be read or ``parse`` refuses its content: one line that begins with the path.
+    """
+    try:
+        with open(path, "rb") as file:
+            content = file.read(size_limit + 1)
+    except OSError as problem:
+        raise ValueError(f"{path}: cannot be read: {problem.strerror or problem}") from None
+    try:
+        return parse(content)
+    except ValueError as problem:
+        raise ValueError(f"{path}: {problem}") from None
+
 
 SYSTEM_SIZE_LIMIT = 65_536  # bytes; a hundred times the size of a commented file
 _MOST_DOTS = 200  # in a line: tomllib reads a.a.a … in quadratic time, seconds for a file of SYSTEM_SIZE_LIMIT

@@ -28,7 +28,7 @@ from decimal import Decimal
 from typing import NamedTuple, TypeVar
 
 import numpy as np
-from vibroscope.engine.checks import one_of
+from vibroscope.engine.arguments import one_of
 from vibroscope.engine.fields import Range, check_numbers, described
 from vibroscope.engine.law_table import CONTACT_LAWS, HERTZ, powers_of
 from vibroscope.engine.methods import Method

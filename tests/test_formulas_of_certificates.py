@@ -7,12 +7,11 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 from vibroscope.engine import ExactPenalty, Newmark, Reference, System
-from vibroscope.engine.drivers.event_driven import set_up
+from vibroscope.engine.drivers.event_driven import separating_circles, set_up
 from vibroscope.engine.drivers.parameters import parameters_of
-from vibroscope.engine.drivers.slow_subspace import separating_circles
 from vibroscope.engine.kernels.accelerated.step_map import ENTRIES, FREE, PRESSED, TABLES, fill_tables, step_map
 from vibroscope.engine.kernels.equations.motion import pressed_generator, separated_generator
-from vibroscope.engine.kernels.linear.slow_subspace import fast_projector
+from vibroscope.engine.kernels.event_driven.setup import fast_projector
 from vibroscope.engine.kernels.linear.tables import POINTS, POWERS, curvature_bound, full_generator
 from vibroscope.engine.kernels.time_stepping.newmark import scheme_of
 

@@ -9,7 +9,7 @@ from vibroscope.engine import Reference, System
 from vibroscope.engine.drivers.event_driven import set_up
 from vibroscope.engine.drivers.parameters import parameters_of
 from vibroscope.engine.kernels.equations.motion import separated_generator
-from vibroscope.engine.kernels.event_driven import chatter, saltation
+from vibroscope.engine.kernels.event_driven import events, saltation
 from vibroscope.engine.kernels.linear.tables import POWERS
 
 from tests.displayed import Matrix, compares, of_pages, sides, value
@@ -29,7 +29,7 @@ def states(count, size):
 
 def chatter_symbols(z, r):
     """What (36) to (42) are written with, of a common motion z that parts at the rate r."""
-    a, jerk = chatter.gap_acceleration_and_jerk(REFERENCE.flight, z, REFERENCE.scratch)
+    a, jerk = events.gap_acceleration_and_jerk(REFERENCE.flight, z, REFERENCE.scratch)
     c1, c2 = 2 * SYSTEM.d1, 2 * SYSTEM.d2 * SYSTEM.kappa
     symbols = {"c₁": c1, "c₂": c2, "μ̂": SYSTEM.mass_share, "r": r, "e": SYSTEM.restitution, "a_g": a, "g‴": jerk}
     symbols["γ"] = value(sides(PAGES[36], 1)[1], symbols)
@@ -45,7 +45,7 @@ def common_motions(count):
     """Of the free motion z, relative to its equilibrium, bodies that touch without speed and press."""
     gap = -PARAMETERS.free_gap
     found = [np.array([x, v, gap, 0.0, c, s]) for x, v, _, _, c, s in states(30 * count, 6)]
-    pressing = [z for z in found if chatter.gap_acceleration_and_jerk(REFERENCE.flight, z, REFERENCE.scratch)[0] > 0.2]
+    pressing = [z for z in found if events.gap_acceleration_and_jerk(REFERENCE.flight, z, REFERENCE.scratch)[0] > 0.2]
     return pressing[:count]
 
 
@@ -74,7 +74,7 @@ def test_the_length_of_a_chatter():
     for z in common_motions(5):
         r = 1e-3
         before = (z[0], z[1] - SYSTEM.mass_share * r, z[2], r, z[4], z[5])
-        found, *_ = chatter.sum_up(REFERENCE.flight, before, SYSTEM.restitution, SYSTEM.mass_share, REFERENCE.scratch)
+        found, *_ = events.sum_up(REFERENCE.flight, before, SYSTEM.restitution, SYSTEM.mass_share, REFERENCE.scratch)
         assert value(without_order(sides(PAGES[38])[1]), chatter_symbols(z, r)) == pytest.approx(found, rel=1e-9)
 
 
@@ -124,7 +124,7 @@ def test_the_lengthening_of_a_chatter():
         d, parting, out, r = variation(RANDOM.uniform(-1, 1, 4)), RANDOM.uniform(-1, 1, 4), np.zeros(4), 1e-2
         saltation.chatter_lengthening(REFERENCE, d, z, r, parting, out)
         symbols = chatter_symbols(z, r)
-        length, *_ = chatter.sum_up(
+        length, *_ = events.sum_up(
             REFERENCE.flight,
             (z[0], z[1] - SYSTEM.mass_share * r, z[2], r, z[4], z[5]),
             SYSTEM.restitution,
@@ -135,7 +135,7 @@ def test_the_lengthening_of_a_chatter():
         for k in range(4):
             # the common motion at the event is moved by δ_e, and the excitation by the time of the event
             moved = np.array([*d.state[:, k], -ETA * z[5] * d.time[k], ETA * z[4] * d.time[k]])
-            da, dj = chatter.gap_acceleration_and_jerk(REFERENCE.flight, moved, REFERENCE.scratch)
+            da, dj = events.gap_acceleration_and_jerk(REFERENCE.flight, moved, REFERENCE.scratch)
             own = symbols | {"da_g": da, "dg‴": dj, "dr": parting[k], "B_c": curve, "t∞": length}
             own["dB_c"] = value(sides(PAGES[42])[1], own)
             assert value(sides(PAGES[41])[1], own) == pytest.approx(out[k], rel=1e-9, abs=1e-12)

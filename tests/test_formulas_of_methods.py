@@ -35,9 +35,9 @@ from vibroscope.engine.drivers.located import scheme_of_run
 from vibroscope.engine.drivers.parameters import parameters_of
 from vibroscope.engine.drivers.step_maps import bodies_of, step_maps
 from vibroscope.engine.energy.balance import energy_balance
-from vibroscope.engine.energy.quadratic_forms import energy_forms, phase_integrals
-from vibroscope.engine.hardcases.condition import EPSILON, SimulationSetup, accumulated_rounding, sensitivity
-from vibroscope.engine.hardcases.condition import attainable_error as attainable
+from vibroscope.engine.energy.events import energy_forms, phase_integrals
+from vibroscope.engine.hardcases.cases import EPSILON, SimulationSetup, accumulated_rounding, sensitivity
+from vibroscope.engine.hardcases.cases import attainable_error as attainable
 from vibroscope.engine.kernels.compile.options import uncompiled
 from vibroscope.engine.kernels.equations.contact_law import contact_rate, law_force
 from vibroscope.engine.kernels.equations.motion import accelerations, coefficients, separated_generator

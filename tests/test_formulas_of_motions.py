@@ -12,11 +12,10 @@ from vibroscope.engine.drivers.parameters import parameters_of
 from vibroscope.engine.kernels.equations.motion import pressed_generator, separated_generator
 from vibroscope.engine.kernels.event_driven.orbit import IMPACT, PART, TOUCH
 from vibroscope.engine.kernels.linear.tables import full_generator
-from vibroscope.engine.measurement.alignment import align
-from vibroscope.engine.measurement.cycle import reference_cycle
-from vibroscope.engine.measurement.least_squares import FitProblem
-from vibroscope.engine.motions.orbit import Contraction, FixedPoint, norm_factor
+from vibroscope.engine.measurement.cycle import align, reference_cycle
+from vibroscope.engine.measurement.fit import FitProblem
 from vibroscope.engine.motions.poincare_map import PoincareMap
+from vibroscope.engine.motions.steady import Contraction, FixedPoint, norm_factor
 
 from tests.displayed import Matrix, compares, of_pages, sides, value
 

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 from vibroscope.engine import ExactPenalty, Excitation, Load, Record, Reference, System, simulate
 from vibroscope.engine.simulate import simulate_load, under_load
-from vibroscope.engine.transients.instants import Instants
+from vibroscope.engine.transients.run import Instants
 
 from tests.truth_systems import LIMIT
 

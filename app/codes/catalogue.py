@@ -1,6 +1,8 @@
 """The table of codes, read from ``assets/codes.toml`` and validated.
 
 What no source says is empty: ours then takes its default.
+
+The table of materials, read from ``assets/materials.toml``, for the stiffness of Hertz' contact.
 """
 
 from __future__ import annotations
@@ -22,16 +24,25 @@ from vibroscope.engine import (
     INTEGRATORS,
     WITHOUT_SOLUTION,
     Integrator,
+    Material,
     NewmarkBeta,
     TimeStepping,
     Units,
     effective_restitution,
     written,
 )
-from vibroscope.engine.checks import one_of
+from vibroscope.engine.arguments import one_of
 from vibroscope.engine.contact import contact_frequency, damping_ratio
 from vibroscope.engine.law_table import numbers_of
 from vibroscope.engine.model import System, check_eta
+
+
+@cache
+def materials() -> dict[str, Material]:
+    """Elastic constants by the name of the material, each with its source."""
+    rows = tomllib.loads(asset("materials.toml"))
+    return {name: Material(row["E_GPa"] * 1e9, row["nu"], row["title"], row["source"]) for name, row in rows.items()}
+
 
 _PENETRATION = 0.01  # of full damping where no source says one, in units of length
 _DIGITS = 6  # of a number in an input

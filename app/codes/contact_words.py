@@ -31,9 +31,9 @@ from typing import NamedTuple
 
 from vibroscope.app.explorer.errors import Refused
 from vibroscope.app.explorer.typed import read_typed_number
-from vibroscope.app.runtime.typed_units import TYPED_UNITS, sizes
+from vibroscope.app.runtime.number_text import TYPED_UNITS, sizes
 from vibroscope.engine import QUANTITIES, Units, damping_of_restitution, restitution_of_damping, written
-from vibroscope.engine.checks import one_of, require
+from vibroscope.engine.arguments import one_of, require
 from vibroscope.engine.contact import ContactUnits
 from vibroscope.engine.law_table import HERTZ, LAWS, critical_damping, deepest_penetration
 from vibroscope.engine.methods import EXPONENT_RANGE

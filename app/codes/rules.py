@@ -53,7 +53,7 @@ from vibroscope.engine import (
     simulate,
     touching,
 )
-from vibroscope.engine.checks import require
+from vibroscope.engine.arguments import require
 from vibroscope.engine.contact import contact_frequency, damping_for, equal_restitution_damping
 from vibroscope.engine.divergence.encounters import mean_closing_speed
 from vibroscope.engine.divergence.remaining import Remaining

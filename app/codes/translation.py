@@ -14,7 +14,7 @@ from vibroscope.app.codes.catalogue import Code, codes
 from vibroscope.app.codes.contact_words import Around, Contact, Form, Missing
 from vibroscope.app.explorer.parameters import LAW_NAMES
 from vibroscope.engine import written
-from vibroscope.engine.checks import one_of
+from vibroscope.engine.arguments import one_of
 from vibroscope.engine.law_table import LAWS, deepest_penetration, powers_of
 
 SAME = ("numbers", "restitution")

@@ -1,11 +1,22 @@
-"""``vibroscope branch``: periodic motions followed over a number, with the points at which they bifurcate."""
+"""``vibroscope branch``: periodic motions followed over a number, with the points at which they bifurcate.
+
+``vibroscope branch --from-basin``: the motions that a study of basins found, and which of them are on no branch.
+
+The place of ``vibroscope branch --out``: a Zarr group of the branches so far, and what the search goes on with.
+"""
 
 import argparse
+import contextlib
+import json
 import math
+import shutil
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
 from itertools import chain
+from pathlib import Path
+from typing import NamedTuple
 
-from vibroscope.app.commands.basin_seeds import read_basin
-from vibroscope.app.commands.kept_branches import KeptBranches
+import numpy as np
 from vibroscope.app.commands.numbers import count, end_of_range
 from vibroscope.app.commands.options import (
     NEEDED,
@@ -19,9 +30,8 @@ from vibroscope.app.commands.options import (
     note_unused,
     problem_of,
 )
-from vibroscope.app.commands.output import note, progress_line, watch_interrupt
 from vibroscope.app.commands.parser import Command, OneLineParser
-from vibroscope.app.commands.report import Report
+from vibroscope.app.commands.report import Report, note, progress_line, watch_interrupt
 from vibroscope.engine import (
     FOLLOWED_KINDS,
     PARAMETERS,
@@ -31,8 +41,143 @@ from vibroscope.engine import (
     Point,
     PointCurve,
     PointCurves,
+    branches_dataset,
+    continue_branch,
     search_branches,
 )
+from vibroscope.engine.sweeps import KIND_FLAGS, check_store
+from vibroscope.engine.sweeps.store_location import StoreLocation
+
+BESIDE = 0.1  # of the distance of two neighbouring orbits: so far from the chord between them one may lie
+SAME = 1e-6  # of the size of a motion: closer is equal
+
+
+class BasinSeeds(NamedTuple):
+    """The periodic motions of a study of basins.
+
+    Attributes
+    ----------
+    target : str
+        Where it is.
+    eta : float
+    numbers : dict
+        Those of the system and of the method, by name.
+    sections : tuple of (p, 4) ndarray
+        ξ₁, ξ₁′, ξ₂, ξ₂′ of each motion at τ = 0, T, … (p − 1)T.
+    """
+
+    target: str
+    eta: float
+    numbers: dict[str, dict]
+    sections: tuple[np.ndarray, ...]
+
+    def check(self, question: BranchQuestion) -> None:
+        """Raise a ValueError if the study is of another system, η or method, or lies outside the range."""
+        of_method = {name: getattr(question.method, name, None) for name in self.numbers["method"]}
+        ours = {"eta": question.eta} | question.system.as_dict() | of_method
+        theirs = {"eta": self.eta} | self.numbers["system"] | self.numbers["method"]
+        for name, value in theirs.items():
+            if ours.get(name) != value:
+                raise ValueError(
+                    f"{self.target} is of {name} = {value}, and here it is {ours.get(name)}: branches begin at the "
+                    "motions of the same problem; give its numbers"
+                )
+        low, value, high = question.low, question.value, question.high
+        if not low <= value <= high:
+            raise ValueError(
+                f"{question.over} = {value:g} of {self.target} lies outside {low:g} … {high:g}: take it in"
+            )
+
+    def unknown(self, question: BranchQuestion, found: list[Branch], cancelled: Callable[[], bool]) -> Iterator[Branch]:
+        """Follow each motion that lies on no branch found so far."""
+        for rows in self.sections:
+            known = any(passes(branch, question.value, rows) for branch in found)
+            if len(rows) <= question.max_period and not known:
+                yield continue_branch(replace(question, initial=rows[0]), cancelled=cancelled)
+
+
+def read_basin(target: str) -> BasinSeeds:
+    """The motions of a result of ``vibroscope sweep basin``.
+
+    Raises
+    ------
+    ValueError
+        If it is none, or not complete.
+    """
+    import xarray
+
+    check_store(target)  # raises a ValueError in words where there is no result
+    found = xarray.open_zarr(target)
+    if "motion_section" not in found:
+        raise ValueError(f"{target} is no complete result of `vibroscope sweep basin`")
+    numbers = {name: json.loads(found.attrs[name]) for name in ("system", "method")}
+    names = ("motion_kind", "motion_period", "motion_section")
+    kinds, periods, sections = (found[name].values for name in names)
+    periodic = KIND_FLAGS["periodic"]
+    motions = (rows[:period] for kind, period, rows in zip(kinds, periods, sections, strict=True) if kind == periodic)
+    return BasinSeeds(target, float(found.attrs["eta"]), numbers, tuple(motions))
+
+
+def passes(branch: Branch, value: float, rows: np.ndarray) -> bool:
+    """Whether a branch passes a motion (p, 4) where its number has a value, whichever period of the cycle is first."""
+    if branch.period != len(rows):
+        return False
+    sides = branch.values - value
+    for k in np.flatnonzero(sides[:-1] * sides[1:] <= 0):
+        (low, high), ends = sides[[k, k + 1]], branch.sections[[k, k + 1]]
+        share = 0.0 if low == high else low / (low - high)
+        between, apart = ends[0] + share * (ends[1] - ends[0]), np.abs(ends[1] - ends[0]).max()
+        away = min(np.abs(np.roll(rows, turn, axis=0) - between).max() for turn in range(len(rows)))
+        if away <= BESIDE * apart + SAME * np.abs(rows).max():
+            return True
+    return False
+
+
+_SEARCH = "search"  # the folder in that of the group which `search_branches` keeps its branches in
+
+
+class KeptBranches:
+    """Branches at a place, a folder or a URL; a search into a folder goes on where it was stopped or killed."""
+
+    def __init__(self, target: str) -> None:
+        self._location = StoreLocation(target)
+
+    @property
+    def search_folder(self) -> Path | None:
+        """The folder in which the search keeps the branches that it has followed."""
+        return self._location.folder and self._location.folder / _SEARCH
+
+    @contextlib.contextmanager
+    def held(self) -> Iterator["KeptBranches"]:
+        """Hold the place for this process.
+
+        Raises
+        ------
+        ValueError
+            If there is something else.
+        BlockingIOError
+            If another process holds it.
+        """
+        folder = self._location.folder
+        known = folder is None or not folder.exists() or self.search_folder.exists()
+        if not known and (not folder.is_dir() or any(folder.iterdir())):
+            raise ValueError(f"{folder} exists and is no result of such a search: give a new place")
+        with self._location.lock():
+            if folder is not None:
+                import zarr
+
+                zarr.open_group(self._location.root, path=_SEARCH, mode="a")  # Zarr warns of folders that are no groups
+            yield self
+
+    def write(self, found: Sequence[Branch], over: str, *, complete: bool) -> None:
+        """Write the branches over a number in place of those before; there may be none."""
+        with self._location.readable_errors():
+            for path in self._location.folder.iterdir() if self._location.folder else ():
+                if path.name != _SEARCH:
+                    shutil.rmtree(path) if path.is_dir() else path.unlink()
+            dataset = branches_dataset(found, over).assign_attrs(complete=int(complete))
+            dataset.to_zarr(self._location.root, mode="a" if self._location.folder else "w", consolidated=False)
+
 
 _LONGEST, _MOST_ORBITS = (default_of(BranchQuestion, name) for name in ("max_period", "most_orbits"))
 _FOLLOWED = "period doubling"

@@ -13,9 +13,8 @@ from importlib import import_module
 from pathlib import Path
 
 from vibroscope.app import QUESTION
-from vibroscope.app.commands.output import open_streams
 from vibroscope.app.commands.parser import OneLineParser
-from vibroscope.app.commands.report import Report
+from vibroscope.app.commands.report import Report, open_streams
 
 # In the order of `vibroscope --help`; each is a module of this package with its `Command`.
 COMMANDS = (

@@ -162,7 +162,7 @@ def _stiffness(options: argparse.Namespace) -> float:
         return 1.0
     if options.materials is None:
         return options.K
-    from vibroscope.app.codes.materials import materials
+    from vibroscope.app.codes.catalogue import materials
     from vibroscope.engine import ExactPenalty, hertz_stiffness
 
     names = options.materials.split(",")

@@ -7,7 +7,7 @@ from vibroscope.app.commands.options import add_fields, add_system_option, syste
 from vibroscope.app.commands.parser import Command, OneLineParser
 from vibroscope.app.commands.report import Report
 from vibroscope.engine import measurement_text, synthetic_measurement
-from vibroscope.engine.checks import whole
+from vibroscope.engine.arguments import whole
 
 _ETA = 2.76  # of the paper's figures
 

@@ -5,7 +5,6 @@ from collections.abc import Iterator, Sequence
 
 from vibroscope.app.commands.numbers import count
 from vibroscope.app.commands.options import add_solver_options, default_of, problem_of
-from vibroscope.app.commands.output import note, progress_line
 from vibroscope.app.commands.parser import Command, OneLineParser
 from vibroscope.app.commands.physical_units import (
     add_units_option,
@@ -15,7 +14,7 @@ from vibroscope.app.commands.physical_units import (
     settings_text,
     wanted_units,
 )
-from vibroscope.app.commands.report import Line, Report, Row, rows
+from vibroscope.app.commands.report import Line, Report, Row, note, progress_line, rows
 from vibroscope.app.explorer.force import has_peak_force, plain_motion
 from vibroscope.engine import Attractor, Motion, Statement, attractors, counted, motion, repetition, touching
 from vibroscope.engine.facts import joined

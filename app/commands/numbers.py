@@ -13,8 +13,16 @@ from functools import partial
 
 from vibroscope.app.commands.parser import option
 from vibroscope.app.explorer.parameters import FIELDS
-from vibroscope.app.runtime.number_text import parse_typed, quote, two_meanings
-from vibroscope.app.runtime.typed_units import list_units, scaled, seconds_of, sizes, steps_of_time
+from vibroscope.app.runtime.number_text import (
+    list_units,
+    parse_typed,
+    quote,
+    scaled,
+    seconds_of,
+    sizes,
+    steps_of_time,
+    two_meanings,
+)
 
 # Quantities of the numbers of a state.
 STATE = {"xi1": "displacement", "v1": "velocity", "xi2": "displacement", "v2": "velocity"}

@@ -7,8 +7,8 @@ from inspect import signature
 from itertools import chain
 
 from vibroscope.app.commands.numbers import count, of_field, state_numbers
-from vibroscope.app.commands.output import note
 from vibroscope.app.commands.parser import option
+from vibroscope.app.commands.report import note
 from vibroscope.app.explorer.parameters import FIELDS, STEPPING_FIELDS
 from vibroscope.engine import (
     CONTACT_LAWS,

@@ -11,11 +11,10 @@ from vibroscope.app.commands.options import (
     stepping_of,
     system_of,
 )
-from vibroscope.app.commands.output import write_csv
 from vibroscope.app.commands.parser import Command, OneLineParser
 from vibroscope.app.commands.physical_units import add_units_option, physical_part, wanted_units
 from vibroscope.app.commands.recommend import eta_range, etas_of
-from vibroscope.app.commands.report import Line, Report
+from vibroscope.app.commands.report import Line, Report, write_csv
 from vibroscope.app.studies.peaks import FEW, PERIODS, off_text, sampled
 from vibroscope.engine import (
     FREE_PERIODS,

@@ -1,13 +1,159 @@
-"""What a command returns, and how it is printed: as text, or as JSON for scripts."""
+"""What a command returns, and how it is printed: as text, or as JSON for scripts.
+
+Output that the commands share: notes, progress, and numbers for JSON.
+"""
 
 from __future__ import annotations
 
+import codecs
+import contextlib
+import os
+import signal
+import sys
+import unicodedata
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from textwrap import wrap
 from typing import TYPE_CHECKING, NamedTuple, TypeVar
 
-if TYPE_CHECKING:  # each command imports this module
-    from vibroscope.engine import Statement, Units
+if TYPE_CHECKING:
+    from vibroscope.engine import CompileProgress, Statement, Units
+
+
+_BAR = 20  # characters
+# What stands for a character that is neither a Greek letter nor made of ASCII characters.
+_ASCII = {
+    "′": "'",
+    "−": "-",
+    "–": "-",
+    "×": "x",
+    "·": ".",
+    "±": "+-",
+    "√": "sqrt",
+    "≈": "~",
+    "≤": "<=",
+    "≥": ">=",
+    "→": "->",
+}
+_ASCII |= {
+    "∞": "inf",
+    "≡": "==",
+    "∫": "int",
+    "∮": "oint",
+    "’": "'",
+    "“": '"',
+    "”": '"',
+    "≫": ">>",
+    "∝": "~",
+    "∓": "-+",
+}
+_ASCII |= {
+    "∂": "d",
+    "○": "o",
+    "□": "[]",
+    "△": "^",
+    "▲": "^",
+    "◆": "<>",
+    "★": "*",
+    "⊠": "[x]",
+    "⊞": "[+]",
+    "⊗": "(x)",
+    "⬢": "(.)",
+    "━": "-",
+    "╌": "-",
+    "✚": "+",
+}
+_ASCII |= {"µ": "u", "°": " deg", "✗": "x", "⁻": "-", "₋": "-", "⋅": ".", "″": "''", "‴": "'''", "⁗": "''''", "ø": "o"}
+
+
+def open_streams() -> bool:
+    """Make both output streams usable by any text; returns whether the standard output was open.
+
+    A terminal or pipe whose encoding lacks Greek letters gets their names. A closed stream gets nothing.
+    """
+    was_open = sys.stdout is not None
+    codecs.register_error("vibroscope", _as_ascii)
+    for name in ("stdout", "stderr"):
+        if getattr(sys, name) is None:
+            setattr(sys, name, open(os.devnull, "w"))  # noqa: SIM115 - for the rest of the process
+        elif hasattr(getattr(sys, name), "reconfigure"):
+            getattr(sys, name).reconfigure(errors="vibroscope")
+    return was_open
+
+
+def _as_ascii(problem: UnicodeError) -> tuple[str, int]:
+    """Handler of `codecs`: names in place of characters that cannot be written."""
+    found = problem.object[problem.start : problem.end]
+    return "".join(map(ascii_name, found)), problem.end
+
+
+def ascii_name(character: str) -> str:
+    """A character in ASCII: "eta" for η, "Omega" for Ω, "1" for ₁."""
+    if character in _ASCII:
+        return _ASCII[character]
+    if unicodedata.combining(character):
+        return ""
+    words = unicodedata.name(character, "").split()
+    if words[:1] == ["GREEK"] and "LETTER" in words:
+        return words[-1].capitalize() if "CAPITAL" in words else words[-1].lower()
+    plain = unicodedata.normalize("NFKD", character).encode("ascii", "ignore").decode()
+    return plain or "?"
+
+
+def write_csv(path: str, heads: Sequence[str], rows: Iterable[Iterable[object]]) -> None:
+    """Write a table."""
+    import csv  # few commands write a file
+
+    with open(path, "w", newline="", encoding="utf-8") as file:
+        csv.writer(file).writerows([heads, *rows])
+
+
+def note(text: str) -> None:
+    """Print a remark on stderr, so that it is no part of the output."""
+    print(f"vibroscope: {text}", file=sys.stderr)
+
+
+def progress_line(text: Callable[[float], str], end: float) -> Callable[[float], None] | None:
+    """A function that prints ``text(done)`` on one line of the terminal until ``end``; None if there is no terminal."""
+    if not sys.stderr.isatty():
+        return None
+
+    def show(done: float) -> None:
+        print(f"\r{text(done)}", end="\n" if done >= end else "", file=sys.stderr, flush=True)
+
+    return show
+
+
+def show_compilation(progress: CompileProgress | None) -> None:
+    """Print how far the compilation is as a bar on one line of the terminal, which the next line overwrites.
+
+    None: it is over.
+    """
+    if sys.stderr.isatty():
+        text = "" if progress is None else compilation_text(progress)
+        print(f"\x1b[K{text}", end="\r", file=sys.stderr, flush=True)
+
+
+def compilation_text(progress: CompileProgress) -> str:
+    """How far the compilation is, short enough for a terminal."""
+    done = round(_BAR * progress.share)
+    return f"Compiling, once: [{'#' * done}{'.' * (_BAR - done)}] {100 * progress.share:3.0f} % {progress.what}"
+
+
+@contextlib.contextmanager
+def watch_interrupt() -> Iterator[Callable[[], bool]]:
+    """Gives whether Ctrl-C was pressed: the first one ends the computation, the second ends the process as usual."""
+    pressed = []
+
+    def note(*_) -> None:
+        pressed.append(True)
+        signal.signal(signal.SIGINT, before)
+
+    before = signal.signal(signal.SIGINT, note)
+    try:
+        yield lambda: bool(pressed)
+    finally:
+        signal.signal(signal.SIGINT, before)
+
 
 WIDTH = 18  # of the labels of rows
 Line = "str | Statement | Row"  # what stands on a line of its own, or more

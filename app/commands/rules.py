@@ -17,9 +17,8 @@ from vibroscope.app.commands.options import (
     stiffness_of,
     system_of,
 )
-from vibroscope.app.commands.output import progress_line
 from vibroscope.app.commands.parser import Command, OneLineParser, entries
-from vibroscope.app.commands.report import Report
+from vibroscope.app.commands.report import Report, progress_line
 from vibroscope.app.explorer.method_words import full_words
 from vibroscope.app.explorer.state import Setting
 from vibroscope.engine import METHOD_NUMBERS, ComparisonQuestion, TimeStepping, counted, percent, written

@@ -39,7 +39,7 @@ def run(options: argparse.Namespace) -> int:
     chosen = from_environment(given=given)
     settings.use_settings(chosen)
 
-    from vibroscope.app.commands.output import show_compilation
+    from vibroscope.app.commands.report import show_compilation
     from vibroscope.app.explorer import compute
     from vibroscope.app.runtime.compilation import compilation
 

@@ -4,9 +4,8 @@ import argparse
 from textwrap import wrap
 
 from vibroscope.app.commands.options import add_system_option, system_of, units_of
-from vibroscope.app.commands.output import note
 from vibroscope.app.commands.parser import Command, OneLineParser
-from vibroscope.app.commands.report import Report
+from vibroscope.app.commands.report import Report, note
 from vibroscope.engine import physical_text, read_system, system_text
 
 

@@ -24,11 +24,10 @@ from vibroscope.app.commands.options import (
     system_of,
     units_of,
 )
-from vibroscope.app.commands.output import write_csv
 from vibroscope.app.commands.parser import Command, OneLineParser
 from vibroscope.app.commands.peaks import peaks_in_units, peaks_json, table_of_peaks
 from vibroscope.app.commands.physical_units import add_units_option, unit_names, wanted_units
-from vibroscope.app.commands.report import Line, Report, Row
+from vibroscope.app.commands.report import Line, Report, Row, write_csv
 from vibroscope.app.explorer.load_words import words_of_difference, words_of_load, words_of_run
 from vibroscope.app.export.tables import columns_in_units
 from vibroscope.engine import (
@@ -46,7 +45,7 @@ from vibroscope.engine import (
     transient,
     transient_difference,
 )
-from vibroscope.engine.energy.result import EnergyBalance
+from vibroscope.engine.energy.events import EnergyBalance
 from vibroscope.engine.facts import Amount, joined, stated
 from vibroscope.engine.transients.run import CYCLE, FREE_CYCLES
 

@@ -2,8 +2,8 @@
 
 import argparse
 
-from vibroscope.app.commands.output import show_compilation
 from vibroscope.app.commands.parser import Command
+from vibroscope.app.commands.report import show_compilation
 from vibroscope.engine import compile_kernels
 
 

@@ -10,7 +10,7 @@ from vibroscope.app.explorer.compute import SolverRun
 from vibroscope.app.explorer.present import Columns, orbit_columns
 from vibroscope.app.explorer.state import Setting
 from vibroscope.engine import ExactPenalty, Record, Reference, System, simulate
-from vibroscope.engine.motions.floquet import multipliers
+from vibroscope.engine.motions.poincare_map import multipliers
 
 _SAMPLES = 1000  # per period
 _CLOSED = 1e-3  # of its largest number: how closely a cycle returns to a start that was printed and read again

@@ -9,12 +9,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 from vibroscope.app.explorer.compute import RunPair, SolverRun, run_length
 from vibroscope.app.explorer.errors import Refused
+from vibroscope.app.explorer.field_units import shown_text
 from vibroscope.app.explorer.force import force_text
 from vibroscope.app.explorer.method_words import words_of_method
 from vibroscope.app.explorer.present import TIME_POINTS, WINDOW
 from vibroscope.app.explorer.reading import read_setting
 from vibroscope.app.explorer.state import Setting, is_driven
-from vibroscope.app.explorer.statements import shown_text
 from vibroscope.app.runtime.number_text import print_value
 from vibroscope.app.runtime.settings import current_settings
 from vibroscope.engine import (
@@ -36,9 +36,9 @@ from vibroscope.engine import (
     repetition,
     verdict,
 )
-from vibroscope.engine.divergence.agreement import agreement
 from vibroscope.engine.divergence.alone import Alone, Curve
 from vibroscope.engine.divergence.sentences import change_of
+from vibroscope.engine.divergence.verdict import agreement
 from vibroscope.engine.facts import Statement, message_of, sentence, stated
 
 _WITHOUT_IMPACTS = {  # by the share of contact

@@ -18,7 +18,7 @@ from vibroscope.engine import (
     written,
 )
 from vibroscope.engine.facts import Amount, stated
-from vibroscope.engine.one_impact.words import restitution_text, shares_text, span_text, steps_text
+from vibroscope.engine.one_impact.of_system import restitution_text, shares_text, span_text, steps_text
 from vibroscope.engine.units import time_text
 
 

@@ -11,11 +11,11 @@ from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
+from vibroscope.app.explorer.field_units import shown_text
 from vibroscope.app.explorer.load_words import words_of_load
 from vibroscope.app.explorer.parameters import FIELDS
 from vibroscope.app.explorer.present import WINDOW, Columns, convert_units
 from vibroscope.app.explorer.state import Setting
-from vibroscope.app.explorer.statements import shown_text
 from vibroscope.app.runtime.job import Answer
 from vibroscope.app.runtime.number_text import print_number
 from vibroscope.app.runtime.workers import background_worker, lower_priority, pool
@@ -33,7 +33,7 @@ from vibroscope.engine import (
 )
 from vibroscope.engine.arguments import shown
 from vibroscope.engine.facts import Statement, Symbol, equation, joined
-from vibroscope.engine.measurement.alignment import Alignment
+from vibroscope.engine.measurement.cycle import Alignment
 
 LARGEST_FILE = 2 * 2**20  # bytes that the page takes, some 50,000 samples; the command line takes more
 _MOST_POINTS = 300  # drawn; more would hide the curves

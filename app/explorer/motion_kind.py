@@ -17,7 +17,7 @@ from vibroscope.app.runtime.cache import Cache
 from vibroscope.app.runtime.workers import Workers, lower_priority, own_time, pool
 from vibroscope.engine import Cancelled, Kind, Motion, motion, percent
 from vibroscope.engine.facts import Statement, joined, message_of, sentence, stated
-from vibroscope.engine.motions.floquet import is_stable
+from vibroscope.engine.motions.poincare_map import is_stable
 from vibroscope.engine.motions.time_step_scatter import widths_text
 
 SECONDS = 20.0  # for one motion

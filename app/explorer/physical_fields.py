@@ -23,9 +23,8 @@ from vibroscope.app.explorer.parameters import (
     START_FIELDS,
     bounds_of,
 )
-from vibroscope.app.explorer.ranges import slider_range
 from vibroscope.app.explorer.reading import read_number
-from vibroscope.app.explorer.state import Setting
+from vibroscope.app.explorer.state import Setting, slider_range
 from vibroscope.app.runtime.number_text import plain_unit, print_value
 from vibroscope.engine import QUANTITIES, UNIT_SYSTEMS, System, Units
 from vibroscope.engine.excitation import HELD

@@ -12,7 +12,7 @@ from collections.abc import Mapping
 import numpy as np
 from vibroscope.app.explorer.compute import RunPair, SolverRun
 from vibroscope.app.explorer.state import Setting
-from vibroscope.engine.motions.contact_force import FEWEST_IN_CONTACT
+from vibroscope.engine.motions.description import FEWEST_IN_CONTACT
 
 Columns = dict[str, np.ndarray]
 

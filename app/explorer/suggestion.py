@@ -9,12 +9,11 @@ from typing import NamedTuple
 
 from vibroscope.app.explorer.errors import Refused
 from vibroscope.app.explorer.explanation import Explanation
-from vibroscope.app.explorer.field_units import held_in_words, shown_field
+from vibroscope.app.explorer.field_units import held_in_words, shown_field, shown_text, words_of_change
 from vibroscope.app.explorer.method_words import name_of_method, scheme_texts
 from vibroscope.app.explorer.parameters import bounds_of
 from vibroscope.app.explorer.reading import most_steps
 from vibroscope.app.explorer.state import Setting
-from vibroscope.app.explorer.statements import shown_text, words_of_change
 from vibroscope.app.explorer.suggestion_words import contact_words, force_words, range_words, verified_words
 from vibroscope.app.explorer.typed import read_typed_number
 from vibroscope.app.runtime.cache import Cache
@@ -37,7 +36,7 @@ from vibroscope.engine import (
 )
 from vibroscope.engine.facts import ALL_DIGITS, Amount, Statement, Symbol, equation, joined, sentence, stated
 from vibroscope.engine.recommendation.contacts import FORCE_RANGE, RESTITUTION_RANGE
-from vibroscope.engine.recommendation.limits import STEPS_MAX_RANGE, STIFFNESS_MAX_RANGE, largest_stiffness
+from vibroscope.engine.recommendation.question import STEPS_MAX_RANGE, STIFFNESS_MAX_RANGE, largest_stiffness
 from vibroscope.engine.recommendation.trials import Trial
 
 _THREADS = 2  # searches that run at the same time, of all sessions

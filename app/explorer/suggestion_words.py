@@ -8,7 +8,7 @@ from collections.abc import Callable
 from vibroscope.app.explorer.method_words import words_of_scheme
 from vibroscope.engine import Recommendation, percent, rounded, written
 from vibroscope.engine.facts import Statement, equation, joined, span, stated
-from vibroscope.engine.one_impact.words import steps_text
+from vibroscope.engine.one_impact.of_system import steps_text
 
 OF_THE_MODEL = "a number of the contact model, not of the system: it grows with K"
 

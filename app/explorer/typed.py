@@ -14,8 +14,17 @@ from vibroscope.app.explorer.field_units import ShownField, shown_field
 from vibroscope.app.explorer.parameters import FIELDS, START_FIELDS, range_text
 from vibroscope.app.explorer.physical_fields import PHYSICAL_FIELDS, physical_bounds, physical_field
 from vibroscope.app.explorer.state import Setting
-from vibroscope.app.runtime.number_text import parse_typed, print_number, quote, two_meanings
-from vibroscope.app.runtime.typed_units import is_unit, list_units, scaled, seconds_of, steps_of_time
+from vibroscope.app.runtime.number_text import (
+    is_unit,
+    list_units,
+    parse_typed,
+    print_number,
+    quote,
+    scaled,
+    seconds_of,
+    steps_of_time,
+    two_meanings,
+)
 
 _PART = re.compile(r"\s*[1T]\s*/(.*)", re.DOTALL)
 _NO_UNITS = {"": 1.0}

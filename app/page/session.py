@@ -2,11 +2,21 @@
 
 Everything here runs on the loop of the session's document, but for what `add_models` calls. Data run one way: message →
 setting → open view → compute → present → figures.
+
+Messages from the browser: each calls one method of the session. A message of another form is ignored.
+
+A message is a dictionary with the browser's number of the move and one of the names below, such as
+``{"move": 7, "set": {"eta": "1.2"}}``. Its content is unchecked text, and the called method decides whether it is
+accepted; ``{"painted": 12}`` says that an update is on the screen.
+
+Undo and redo of the setting. No panel import.
 """
 
 from __future__ import annotations
 
+import math
 import time
+from collections import deque
 from collections.abc import Callable, Mapping
 from concurrent.futures import Future
 from functools import partial
@@ -14,8 +24,8 @@ from typing import ClassVar
 
 import panel as pn
 from vibroscope.app.explorer.errors import Refused
-from vibroscope.app.explorer.history import History
 from vibroscope.app.explorer.link import MOST_PINS, View
+from vibroscope.app.explorer.parameters import FIELDS
 from vibroscope.app.explorer.physical_fields import entered
 from vibroscope.app.explorer.reading import read_setting
 from vibroscope.app.explorer.scenes import opening_setting, scene_key, scenes
@@ -25,7 +35,6 @@ from vibroscope.app.explorer.typed import plain_texts
 from vibroscope.app.page.address import THEMES, Address
 from vibroscope.app.page.controls.controls import Controls
 from vibroscope.app.page.header.header import Header
-from vibroscope.app.page.messages import route
 from vibroscope.app.page.tab import Move, TabView
 from vibroscope.app.page.tabs import TABS, VIEWS, TabArea
 from vibroscope.app.page.take_away import TakeAway, offered_figures
@@ -33,6 +42,106 @@ from vibroscope.app.page.updates import SessionLoop, UpdateChannel
 from vibroscope.app.runtime.compilation import compilation
 from vibroscope.engine import CompileProgress
 from vibroscope.engine.facts import sentence
+
+
+def route(session: Session, message: object) -> None:
+    """Call the method of ``session`` that ``message`` asks for."""
+    if not isinstance(message, dict):
+        return
+    if "painted" in message:
+        session.painted(message["painted"])
+        return
+    if isinstance(message.get("move"), int):
+        session.move = message["move"]
+    for name, act in _ACTIONS.items():
+        if name in message:
+            act(session, message[name])
+            return
+
+
+def _set(session: Session, texts: object) -> None:
+    if isinstance(texts, dict):
+        session.set(texts)
+
+
+def _choose_scene(session: Session, key: object) -> None:
+    if isinstance(key, str) and key in scenes():
+        session.set(scenes()[key].texts(), fresh=True)  # fresh also for the same scene: a way back from any zoom
+
+
+def _choose_shelf(session: Session, key: object) -> None:
+    if isinstance(key, str) and key in shelf():
+        session.set(shelf()[key].texts(), fresh=True)
+
+
+def _if_text(act: Callable[[Session, str], None]) -> Callable[[Session, object], None]:
+    return lambda session, text: act(session, text) if isinstance(text, str) else None
+
+
+_ACTIONS: dict[str, Callable[[Session, object], None]] = {
+    "set": _set,
+    "scene": _choose_scene,
+    "shelf": _choose_shelf,
+    "undo": lambda session, _: session.undo(),
+    "redo": lambda session, _: session.redo(),
+    "reset": lambda session, _: session.reset(),
+    "pin": lambda session, on: session.pin(bool(on)),
+    "unpin": lambda session, place: session.unpin(place) if isinstance(place, int) else None,
+    "theme": _if_text(lambda session, theme: session.choose_theme(theme)),
+    "view": _if_text(lambda session, key: session.open(key)),
+    "take": _if_text(lambda session, what: session.take(what)),
+    "load": lambda session, parts: session.load(parts),
+}
+
+
+# Moves of the same control within so many seconds count as one move, so that a drag is undone as a whole.
+_SAME_MOVE = 0.8  # s
+
+
+class History:
+    """The settings before the present one, and those that were undone."""
+
+    def __init__(self) -> None:
+        self._past: deque[Setting] = deque(maxlen=200)
+        self._undone: list[Setting] = []
+        self._last_move: tuple[frozenset[str], float] = (frozenset(), -math.inf)
+
+    @property
+    def can_undo(self) -> bool:
+        """Whether there is a setting to go back to."""
+        return bool(self._past)
+
+    @property
+    def can_redo(self) -> bool:
+        """Whether there is an undone setting."""
+        return bool(self._undone)
+
+    def add(self, before: Setting, after: Setting, now: float) -> None:
+        """Add the user's move from ``before`` to ``after`` at the time ``now`` (s)."""
+        names = frozenset(name for name in FIELDS if getattr(before, name) != getattr(after, name))
+        if not names:
+            return
+        last_names, last_time = self._last_move
+        if not (self._past and names == last_names and now - last_time < _SAME_MOVE):
+            self._past.append(before)
+        self._last_move = names, now
+        self._undone.clear()
+
+    def undo(self, current: Setting) -> Setting | None:
+        """The setting before the last move, or None."""
+        return self._step(self._past, self._undone, current)
+
+    def redo(self, current: Setting) -> Setting | None:
+        """The setting that was undone last, or None."""
+        return self._step(self._undone, self._past, current)
+
+    def _step(self, source: deque | list, target: deque | list, current: Setting) -> Setting | None:
+        self._last_move = frozenset(), -math.inf
+        if not source:
+            return None
+        target.append(current)
+        return source.pop()
+
 
 _OWN_SETTING = (
     "No scene, but a setting of your own: the findings say whether its motion is real, and what to change first."
@@ -82,7 +191,7 @@ class Session:
         self._loop.close()
         self.tab_area.close()
 
-    # -- from the browser, see `app.page.messages` ------------------------------------
+    # -- from the browser, see `app.page.session` ------------------------------------
 
     def set(self, texts: Mapping[str, object], *, fresh: bool = False) -> None:
         """Accept all of ``texts``, also typed ones (`plain_texts`), and show the new setting, or say why not."""

@@ -25,8 +25,7 @@ from vibroscope.app.export.formats import (
     loaded_from_toml,
     program,
 )
-from vibroscope.app.export.label import figure_label
-from vibroscope.app.export.report import Findings, as_report
+from vibroscope.app.export.report import Findings, as_report, figure_label
 from vibroscope.app.export.tables import table_in_units
 from vibroscope.app.page.tab import Look, TabHost, TabView
 from vibroscope.app.runtime import logs

@@ -6,18 +6,22 @@ from dataclasses import replace
 
 import numpy as np
 from vibroscope.app.explorer.scenes import Scene
-from vibroscope.app.paper.claims import Claim, Finding, count_text, cycle_text, percent
-from vibroscope.app.paper.pictures import PhasePlots, TimeHistory
-from vibroscope.app.paper.runs import (
+from vibroscope.app.paper.claims import (
     SYSTEM,
     TWO_PERIODS,
     VISIBLE_SCATTER,
+    Claim,
+    Finding,
+    count_text,
+    cycle_text,
+    percent,
     run_exact,
     run_method,
     run_newmark,
     run_reference,
     section_size,
 )
+from vibroscope.app.paper.pictures import PhasePlots, TimeHistory
 from vibroscope.engine import ComparisonQuestion, Newmark, Response, compare, motion
 
 SUDDEN_STEPS = 30  # steps of T/2000: a shorter contact counts as a sudden impact (section 4.2)

@@ -12,10 +12,9 @@ from typing import NamedTuple
 
 import numpy as np
 from vibroscope.app.explorer.scenes import Scene, scenes
-from vibroscope.app.paper.claims import Claim, Finding, is_cancelled, percent
+from vibroscope.app.paper.claims import SYSTEM, VISIBLE_SCATTER, Claim, Finding, is_cancelled, percent, section_size
 from vibroscope.app.paper.penalty_claims import SUDDEN_STEPS
 from vibroscope.app.paper.pictures import CellMap
-from vibroscope.app.paper.runs import SYSTEM, VISIBLE_SCATTER, section_size
 from vibroscope.engine import CellResults, Cells, ExactPenalty, Newmark, run_cells
 
 _THIRD = 2 ** (1 / 3)

@@ -4,9 +4,17 @@ from __future__ import annotations
 
 import numpy as np
 from vibroscope.app.explorer.scenes import Scene, scenes
-from vibroscope.app.paper.claims import Claim, Finding, count_text, cycle_text, percent
+from vibroscope.app.paper.claims import (
+    SYSTEM,
+    TWO_PERIODS,
+    Claim,
+    Finding,
+    count_text,
+    cycle_text,
+    percent,
+    run_reference,
+)
 from vibroscope.app.paper.pictures import PhasePlots, TimeHistory
-from vibroscope.app.paper.runs import SYSTEM, TWO_PERIODS, run_reference
 from vibroscope.engine import Reference, diagram, motion
 
 _TOLERANCE = 1e-5  # of the largest displacement; the diagram holds single precision

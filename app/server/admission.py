@@ -3,6 +3,11 @@
 A page request costs about a millisecond, because the page is the same for everyone but for a signed token and is made
 once. A session is built only when the browser opens its websocket with that token, from the address that Bokeh's script
 sends along; a flood of page requests therefore builds no session.
+
+The token of a page: it names the session that its websocket may open, for some minutes.
+
+Its age is what the monotonic clock says: the time of day may jump by a year when it is set. Another replica's token has
+no other age than the time of day in it, so that a jump there costs the visitors of that moment one reload.
 """
 
 from __future__ import annotations
@@ -10,20 +15,48 @@ from __future__ import annotations
 import asyncio
 import logging
 import re
+import secrets
+import time
 
 import panel as pn
 from bokeh.server.session import ServerSession
 from bokeh.server.tornado import BokehTornado
-from bokeh.util.token import generate_session_id
+from bokeh.util.token import check_token_signature, generate_jwt_token, generate_session_id, get_token_payload
 from panel.io.server import server_html_page_for_session
 from panel.io.state import set_curdoc
 from vibroscope.app.page.files import address_of, style
 from vibroscope.app.page.page import create_app
 from vibroscope.app.runtime import logs, metrics
 from vibroscope.app.runtime.limits import Turns
+from vibroscope.app.server.building import PLAIN_REQUEST, PrewarmedSession
 from vibroscope.app.server.housekeeping import GarbageCollection
-from vibroscope.app.server.prewarmed import PLAIN_REQUEST, PrewarmedSession
-from vibroscope.app.server.tokens import make_token
+
+TOKEN_SECONDS = 300
+PROCESS = secrets.token_hex(8)  # whose monotonic clock it is
+
+
+def make_token(session_id: str, key: bytes) -> str:
+    """Return the signed token of a session."""
+    made = {"process": PROCESS, "made": time.monotonic()}
+    return generate_jwt_token(
+        session_id, secret_key=key, signed=True, expiration=TOKEN_SECONDS, extra_payload={"vibroscope": made}
+    )
+
+
+def is_valid_token(token: str, key: bytes) -> bool:
+    """Return whether this server, or a replica with the same key, signed the token and it has not expired."""
+    try:
+        return check_token_signature(token, secret_key=key, signed=True) and not _has_expired(get_token_payload(token))
+    except (ValueError, KeyError, TypeError):  # this is no token
+        return False
+
+
+def _has_expired(payload: dict) -> bool:
+    own = payload["vibroscope"]
+    if own["process"] == PROCESS:
+        return time.monotonic() - own["made"] > TOKEN_SECONDS
+    return time.time() > payload["session_expiry"]
+
 
 _FULL = "This server holds as many sessions as it can. Please try again in a minute."
 _BROKEN = "This page could not be built. The fault is the server's, and it has been noted. Please load the page again."

@@ -20,7 +20,7 @@ from tornado.ioloop import IOLoop
 from tornado.netutil import bind_sockets
 from tornado.web import ErrorHandler, StaticFileHandler
 from vibroscope.app.explorer import compute
-from vibroscope.app.explorer.diagrams import load_diagram
+from vibroscope.app.explorer.shipped import load_diagram
 from vibroscope.app.page.files import folder_of_modules
 from vibroscope.app.page.page import TITLE
 from vibroscope.app.runtime import logs, settings
@@ -29,14 +29,11 @@ from vibroscope.app.runtime.files import ASSETS
 from vibroscope.app.runtime.settings import Settings
 from vibroscope.app.runtime.workers import jobs, shut_down, workers
 from vibroscope.app.server import connections, endpoints
-from vibroscope.app.server.admission import Admission, page_or_apology
+from vibroscope.app.server.admission import TOKEN_SECONDS, Admission, page_or_apology
 from vibroscope.app.server.building import SWITCH_SECONDS, ThreadedApplication
-from vibroscope.app.server.documentation import documentation_routes
-from vibroscope.app.server.hosts import Misdirected, OtherHost, allowed_hosts, allowed_origins
 from vibroscope.app.server.housekeeping import limit_cache, set_up_collection, trim_cache
-from vibroscope.app.server.security import SecurityHeaders
-from vibroscope.app.server.static_files import Module, StaticFile
-from vibroscope.app.server.tokens import TOKEN_SECONDS
+from vibroscope.app.server.security import Misdirected, OtherHost, SecurityHeaders, allowed_hosts, allowed_origins
+from vibroscope.app.server.static_files import Module, StaticFile, documentation_routes
 from vibroscope.app.server.websocket import SessionSocket
 from vibroscope.engine import CompileProgress
 

@@ -22,10 +22,10 @@ from vibroscope.app.compat import stop_compressing, stream_of
 from vibroscope.app.runtime import logs, metrics
 from vibroscope.app.runtime.limits import TokenBucket
 from vibroscope.app.runtime.workers import ahead_of_jobs
+from vibroscope.app.server.admission import is_valid_token
 from vibroscope.app.server.building import pull
-from vibroscope.app.server.hosts import is_allowed_origin, log_refused
 from vibroscope.app.server.protocol import PageProtocol
-from vibroscope.app.server.tokens import is_valid_token
+from vibroscope.app.server.security import is_allowed_origin, log_refused
 from vibroscope.app.server.validation import cost_of, is_worth_logging, valid_events
 
 # Budget of one session over all its connections, per second and at once: one for each frame that is read (a message has

@@ -23,8 +23,7 @@ from vibroscope.engine.sweeps import (
     grow_picture,
     nearest_known,
 )
-from vibroscope.engine.sweeps.basin_motions import ENDED
-from vibroscope.engine.sweeps.start_plane import PHASE
+from vibroscope.engine.sweeps.basin_motions import ENDED, PHASE
 
 COUNT, SLOW_COUNT = 96, 24  # cells along each axis; of a method whose cells are run one by one
 TRANSIENT, SAMPLE = 1800, 256

@@ -1,7 +1,7 @@
 """The motions that coexist at one setting, while they are searched for. No panel import.
 
 Both solvers are run from many starts, in turn, and each motion that starts end in is listed once
-(:mod:`engine.motions.attractors`).
+(:mod:`engine.motions.search`).
 """
 
 from __future__ import annotations
@@ -10,13 +10,12 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from vibroscope.app.explorer.field_units import shown_field
+from vibroscope.app.explorer.field_units import shown_field, shown_text
 from vibroscope.app.explorer.force import plain_motion
 from vibroscope.app.explorer.method_words import brief_name
 from vibroscope.app.explorer.motion_kind import describe_kind
 from vibroscope.app.explorer.parameters import START_FIELDS
 from vibroscope.app.explorer.state import Setting
-from vibroscope.app.explorer.statements import shown_text
 from vibroscope.app.runtime.number_text import print_number
 from vibroscope.engine import (
     Attractor,
@@ -31,7 +30,7 @@ from vibroscope.engine import (
     search_attractors,
     written,
 )
-from vibroscope.engine.motions.attractors import STARTS
+from vibroscope.engine.motions.search import STARTS
 
 _SOLVERS = "reference", "penalty"
 

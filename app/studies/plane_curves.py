@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 from vibroscope.app.runtime.settings import current_settings
-from vibroscope.app.studies.time_limit import TimeLimit
+from vibroscope.app.studies.branches import TimeLimit
 from vibroscope.engine import (
     POINT_KINDS,
     BranchQuestion,

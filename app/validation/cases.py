@@ -39,7 +39,7 @@ class PublishedFigure:
     within : float
         Largest allowed |ours − recomputed|, relative to ``recomputed``.
     measure : str
-        Name of a function of :mod:`.measures`.
+        Name of a function of :mod:`.outcome`.
     arguments : dict
         Its further arguments.
     note : str

@@ -1,13 +1,205 @@
-"""Solve the published cases and compare."""
+"""Solve the published cases and compare.
+
+Measures of a run: peaks, instants, impulses, multipliers. Each takes a `SolvedCase` and returns a number.
+
+Numbers are those of the model; `outcome` converts them. Contacts and impacts are counted from 1.
+"""
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
 
+import numpy as np
 from vibroscope.app.validation.cases import PublishedCase, PublishedFigure, cases
-from vibroscope.app.validation.measures import MEASURES, SolvedCase
+from vibroscope.engine import Record, Response, Trajectory, simulate, steady
+
+SAMPLES = 400_000  # of a run in closed form: so dense that interpolation between them errs by rounding
+BISECTIONS = 60
+
+
+class SolvedCase:
+    """One case, solved when a measure asks for it."""
+
+    def __init__(self, case: PublishedCase):
+        self.case = case
+
+    @cached_property
+    def response(self) -> Response:
+        """The run with all periods kept, not sampled."""
+        return self._solve(self.case.periods)
+
+    @cached_property
+    def samples(self) -> Trajectory:
+        """Samples of the whole run: of every step of Newmark's method, else SAMPLES of them."""
+        steps = self.case.method.steps or SAMPLES // self.case.periods
+        return self._solve(self.case.periods, record=Record(self.case.periods, steps)).trajectory
+
+    def _solve(self, keep: int, **options) -> Response:
+        case = self.case
+        found = simulate(
+            case.system, case.eta, case.method, periods=case.periods, keep=keep, initial=case.initial, **options
+        )
+        if not found.ok:
+            raise ValueError(f"{case.key}: {found.ending}")
+        return found
+
+
+def impact_time(run: SolvedCase, number: int) -> float:
+    """Instant of an impact; for penalty contact, at which the contact begins."""
+    return float(run.response.impacts.time[number - 1])
+
+
+def impact_speed(run: SolvedCase, number: int) -> float:
+    """Closing speed of an impact; number 0 is the last one."""
+    return float(run.response.impacts.closing_speed[number - 1])
+
+
+def rebound(run: SolvedCase, number: int) -> float:
+    """Speed at which the bodies part after an impact, over the closing speed."""
+    impacts = run.response.impacts
+    after = impacts.velocity_after[number - 1]
+    return float((after[1] - after[0]) / impacts.closing_speed[number - 1])
+
+
+def impulse(run: SolvedCase, number: int) -> float:
+    """Time integral of the contact force over a contact."""
+    return float(run.response.impacts.impulse[number - 1])
+
+
+def contact_duration(run: SolvedCase, number: int) -> float:
+    """Duration of a contact."""
+    begin, end = run.response.contacts[number - 1]
+    return float(end - begin)
+
+
+def contact_begin(run: SolvedCase, number: int) -> float:
+    """Instant at which a contact begins; for the reference, a permanent one."""
+    return float(run.response.contacts[number - 1][0])
+
+
+def contact_end(run: SolvedCase, number: int) -> float:
+    """Instant at which a contact ends."""
+    return float(run.response.contacts[number - 1][1])
+
+
+def impacts(run: SolvedCase) -> float:
+    """Number of impacts of the whole run."""
+    return float(len(run.response.impacts))
+
+
+def frequency(run: SolvedCase) -> float:
+    """Angular frequency of a motion that hits once in each of its cycles: 2π over the time from impact to impact."""
+    first, second = run.response.impacts.time[:2]
+    return float(2 * math.pi / (second - first))
+
+
+def displacement(run: SolvedCase, time: float) -> float:
+    """ξ₁ at an instant, by the cubic through the two samples around it and their velocities."""
+    samples = run.samples
+    i = min(np.searchsorted(samples.time, time, "right"), len(samples.time) - 1) - 1
+    h = samples.time[i + 1] - samples.time[i]
+    s = (time - samples.time[i]) / h
+    (x, y), (v, w) = samples.displacement[0, i : i + 2], h * samples.velocity[0, i : i + 2]
+    return float(x + s * (v + s * (3 * (y - x) - 2 * v - w + s * (2 * (x - y) + v + w))))
+
+
+def peak_force(run: SolvedCase, number: int = 0) -> float:
+    """Greatest contact force: of one contact, or of all of them (number 0), by the parabola through three samples."""
+    return _peak(run, number)[1]
+
+
+def peak_time(run: SolvedCase, number: int = 0) -> float:
+    """Instant of the greatest contact force."""
+    return _peak(run, number)[0]
+
+
+def _peak(run: SolvedCase, number: int) -> tuple[float, float]:
+    samples, force = run.samples, run.samples.force
+    if number:
+        begin, end = run.response.contacts[number - 1]
+        force = np.where((samples.time > begin) & (samples.time < end), force, 0.0)
+    i = int(np.argmax(force))
+    left, top, right = force[i - 1 : i + 2]
+    bend = left - 2 * top + right
+    shift = (left - right) / (2 * bend)
+    h = samples.time[i + 1] - samples.time[i]
+    return float(samples.time[i] + shift * h), float(top - (left - right) * shift / 4)
+
+
+def greatest_sample(run: SolvedCase, every: int = 1) -> float:
+    """Greatest contact force among the states after every step, or every second one, …, as a code keeps them."""
+    return float(run.samples.force[::every].max())
+
+
+def time_of_force(run: SolvedCase, force: float) -> float:
+    """Instant at which the contact force first reaches a value, between two samples."""
+    samples = run.samples
+    i = int(np.argmax(samples.force >= force))
+    (low, high), (begin, end) = samples.force[i - 1 : i + 1], samples.time[i - 1 : i + 1]
+    return float(begin + (force - low) / (high - low) * (end - begin))
+
+
+def multiplier_product(run: SolvedCase) -> float:
+    """Product of the two largest Floquet multipliers of the periodic motion that the run leads to."""
+    case = run.case
+    found = steady(case.system, case.eta, case.method, initial=case.initial)
+    if not found.periodic:
+        raise ValueError(f"{case.key}: {found.message}")
+    return float(np.prod(found.multipliers[:2]).real)
+
+
+def grazing_force(run: SolvedCase) -> float:
+    """Amplitude of the force on body 1 at which its steady motion without contact grazes the wall, by bisection.
+
+    Each trial begins in that motion, and its impacts in one period decide.
+    """
+    case, low, high = run.case, 0.0, run.case.system.excitation.force1
+    if not _impacts(case, high):
+        raise ValueError(f"{case.key}: no impact with force1 = {high:g}; give the case a larger one")
+    for _ in range(BISECTIONS):
+        middle = (low + high) / 2
+        low, high = (low, middle) if _impacts(case, middle) else (middle, high)
+    return high
+
+
+def _impacts(case: PublishedCase, force: float) -> int:
+    """Impacts of one period that begins in the steady motion which body 1 would have without contact."""
+    system, eta = case.system, case.eta
+    cosine, sine = replace(system.excitation, force1=force).harmonic("force1", eta)
+    response = (cosine - 1j * sine) / (1 - eta**2 + 2j * system.d1 * eta)  # ξ₁ = Re(response e^(iητ))
+    start = (response.real, -eta * response.imag, 0.0, 0.0)
+    if start[0] > system.clearance:  # the motion goes beyond the wall, and begins there
+        return 1
+    driven = replace(system, excitation=replace(system.excitation, force1=force))
+    return len(simulate(driven, eta, case.method, periods=1, keep=1, initial=start).impacts)
+
+
+MEASURES = {
+    each.__name__: each
+    for each in (
+        impact_time,
+        impact_speed,
+        rebound,
+        impulse,
+        contact_duration,
+        contact_begin,
+        contact_end,
+        impacts,
+        frequency,
+        displacement,
+        peak_force,
+        peak_time,
+        greatest_sample,
+        time_of_force,
+        multiplier_product,
+        grazing_force,
+    )
+}
+
 
 # unit of a figure: the quantity of `Units` that it belongs to
 _KINDS = {

@@ -7,11 +7,10 @@ the ``tracer``.
 """
 
 from vibroscope.engine.continuation.branch import Branch, Point, branches_dataset
-from vibroscope.engine.continuation.family import PARAMETERS
+from vibroscope.engine.continuation.family import PARAMETERS, BranchQuestion
 from vibroscope.engine.continuation.kinds import POINT_KINDS, PointKind
 from vibroscope.engine.continuation.point_curve import PointCurve, PointCurves, continue_point
 from vibroscope.engine.continuation.points import FOLLOWED_KINDS
-from vibroscope.engine.continuation.question import BranchQuestion
 from vibroscope.engine.continuation.search import continue_branch, find_branches, search_branches
 
 __all__ = [

@@ -12,8 +12,7 @@ from functools import cached_property
 
 import numpy as np
 from vibroscope.engine.continuation.family import Family, ParameterRange
-from vibroscope.engine.continuation.margins import Margin, least_margin, margins
-from vibroscope.engine.continuation.orbit import KeptEquations, Orbit, within_cycle
+from vibroscope.engine.continuation.orbit import KeptEquations, Margin, Orbit, least_margin, margins, within_cycle
 from vibroscope.engine.continuation.roots import Convergence, converges
 from vibroscope.engine.continuation.tolerances import (
     ANOTHER_MOTION,

@@ -3,7 +3,7 @@
 A *bifurcation* is where a test function changes its sign along a curve of orbits, if that is what it seems to be. An
 orbit that is symmetric between two stops may lose its symmetry at what otherwise is a branch point, or a fold of those
 that have lost it; its multiplier over half a cycle decides (:func:`...motions.floquet.bifurcation_of`). Each
-other kind is the zero of a margin, where the sequence of events changes (:mod:`.margins`).
+other kind is the zero of a margin, where the sequence of events changes (:mod:`.orbit`).
 """
 
 from collections.abc import Callable
@@ -14,7 +14,7 @@ from vibroscope.engine.continuation.roots import changes_ahead, zero_ahead
 from vibroscope.engine.continuation.tolerances import NEAR_LOSS, REAL_PAIR, SINGULAR, UNLIKE
 from vibroscope.engine.drivers.event_driven import displaced_state
 from vibroscope.engine.drivers.orbit import steps
-from vibroscope.engine.motions.floquet import (
+from vibroscope.engine.motions.poincare_map import (
     DOUBLING,
     FOLD,
     GRAZING,

@@ -1,7 +1,7 @@
 """Equations solved: by Newton's method, or for the zero of a function that has different signs at two ends.
 
 Newton's method is one loop over steps, of whatever equations, and what ends it; most orbits of a branch are found by
-its compiled twin for one α₁ (:mod:`..kernels.event_driven.orbit_newton`). Zeros are those on an interval (Chandrupatla
+its compiled twin for one α₁ (:mod:`..kernels.event_driven.orbit_steps`). Zeros are those on an interval (Chandrupatla
 1997) or along a curve.
 """
 

@@ -3,32 +3,115 @@
 At some values of the number runs from several starts show the motions that attract there. Each that lies on no branch
 yet is followed both ways through the range. Branches of twice the period begin at period doublings, and others at
 branch points; they are followed, too, up to the longest cycle that is asked for.
+
+What a search for branches has finished, in a folder: the same search takes it up where it was stopped or killed.
+
+A search makes the same traces in the same order each time. So trace k is read instead of followed if it begins at the
+same orbit. A trace is a file that is written whole or not at all; its numbers are written so that they are read to the
+last bit, and what follows from them is computed again.
 """
 
-from collections.abc import Callable, Iterator
+import json
+import os
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from functools import partial
 from itertools import chain
 from pathlib import Path
 
 import numpy as np
 from vibroscope.engine.arguments import checked
-from vibroscope.engine.continuation.branch import Branch, branch_of_traces
+from vibroscope.engine.continuation.branch import Branch, KnownBranches, branch_of_traces, point_on_branch
 from vibroscope.engine.continuation.curve import Curve, CurvePoint
+from vibroscope.engine.continuation.family import BranchQuestion
 from vibroscope.engine.continuation.follow import BranchTracer
-from vibroscope.engine.continuation.journal import Journal
 from vibroscope.engine.continuation.kinds import BRANCH_POINT, DOUBLING, across, ways_at_loss
-from vibroscope.engine.continuation.known_branches import KnownBranches
 from vibroscope.engine.continuation.orbit import Orbit
-from vibroscope.engine.continuation.question import BranchQuestion
 from vibroscope.engine.continuation.seeds import OrbitFinder
 from vibroscope.engine.continuation.sequences import on_its_sequence
 from vibroscope.engine.continuation.tolerances import SAME_JOIN
 from vibroscope.engine.continuation.tracer import Trace
+from vibroscope.engine.drivers.code_cache import source_digest
 from vibroscope.engine.drivers.event_driven import check_apart
 from vibroscope.engine.facts import message_of, stated
-from vibroscope.engine.motions.floquet import SYMMETRY_BREAKING, may_be_stable
+from vibroscope.engine.motions.poincare_map import SYMMETRY_BREAKING, may_be_stable
 from vibroscope.engine.result import Cancelled, check_cancelled
 from vibroscope.engine.simulate import starting_checkpoint
+
+QUESTION = "question.json"
+ENGINE = Path(__file__).parents[1]
+
+
+class Journal:
+    """The finished traces of one search.
+
+    Parameters
+    ----------
+    folder : Path
+        Made if it is missing.
+    question : mapping
+        All that the search depends on, as JSON takes it.
+
+    Raises
+    ------
+    ValueError
+        If the folder holds the traces of another search, or of another version of the engine.
+    """
+
+    def __init__(self, folder: Path, question: Mapping[str, object]) -> None:
+        self._folder = folder
+        wanted = json.dumps({**question, "engine": source_digest(ENGINE)}, sort_keys=True).encode()
+        folder.mkdir(parents=True, exist_ok=True)
+        file = folder / QUESTION
+        if not file.exists():
+            _write(file, wanted)
+        elif file.read_bytes() != wanted:
+            raise ValueError(f"{folder} holds another search, or one of another engine: give a new place")
+
+    def read(self, k: int, start: CurvePoint, curve: Curve) -> Trace | None:
+        """Trace k; None if it is not there, or begins elsewhere."""
+        try:
+            kept = json.loads(self._file(k).read_bytes())
+        except (OSError, ValueError):
+            return None
+        if kept["start"] != _plain(start):
+            return None
+        points = [_read_point(each, curve) for each in kept["points"]]
+        marked = ((kind, index, stop, _read_point(each, curve)) for kind, index, stop, each in kept["marks"])
+        marks = [(point_on_branch(curve, kind, point, index, stop), point) for kind, index, stop, point in marked]
+        return Trace(points, marks, kept["reason"], joined=kept["joined"])
+
+    def write(self, k: int, trace: Trace) -> None:
+        """Keep trace k, which is finished."""
+        kept = {
+            "start": _plain(trace.points[0]),
+            "points": [_plain(point) for point in trace.points],
+            "marks": [(point.kind, point.index, point.stop, _plain(where)) for point, where in trace.marks],
+            "reason": trace.reason,
+            "joined": trace.joined,
+        }
+        _write(self._file(k), json.dumps(kept).encode())
+
+    def _file(self, k: int) -> Path:
+        return self._folder / f"trace-{k}.json"
+
+
+def _write(file: Path, content: bytes) -> None:
+    unfinished = file.with_suffix(".partial")
+    unfinished.write_bytes(content)
+    os.replace(unfinished, file)
+
+
+def _plain(point: CurvePoint) -> list:
+    orbit = point.orbit
+    numbers: Iterable[np.ndarray] = (point.unknowns, point.tangent)
+    return [orbit.period, [int(kind) for kind in orbit.kinds], int(orbit.first), *(each.tolist() for each in numbers)]
+
+
+def _read_point(kept: list, curve: Curve) -> CurvePoint:
+    period, kinds, first, unknowns, tangent = kept
+    orbit = Orbit(period, tuple(kinds), first, np.array(unknowns[:-1]))
+    return CurvePoint(curve, orbit, unknowns[-1], np.array(tangent))
+
 
 SEEDS = 40  # values of the number at which motions are looked for
 STARTS_AT_EACH = 6  # at each, the first of them rest

@@ -8,8 +8,7 @@ from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
-from vibroscope.engine.batch import run_cells
-from vibroscope.engine.cells import CellResults, Cells
+from vibroscope.engine.cells import CellResults, Cells, run_cells
 from vibroscope.engine.continuation.curve import Curve, CurvePoint
 from vibroscope.engine.continuation.orbit import Orbit, least_period, orbit_of_run
 from vibroscope.engine.continuation.sequences import on_its_sequence
@@ -21,11 +20,9 @@ from vibroscope.engine.continuation.tolerances import (
     ZERO_MARGIN,
 )
 from vibroscope.engine.facts import Symbol, equation, stated
-from vibroscope.engine.motions.floquet import may_be_stable
-from vibroscope.engine.motions.orbit import fixed_point, near_returns
-from vibroscope.engine.motions.poincare_map import PoincareMap, size_of
+from vibroscope.engine.motions.poincare_map import PoincareMap, may_be_stable, size_of
 from vibroscope.engine.motions.search import apart, random_states, reach_of
-from vibroscope.engine.motions.steady import steady
+from vibroscope.engine.motions.steady import fixed_point, near_returns, steady
 from vibroscope.engine.simulate import starting_checkpoint
 
 REACH_OF_SEEDS = 1.5  # of the largest displacement and velocity of the runs from rest, to where starts are drawn

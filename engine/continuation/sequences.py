@@ -4,23 +4,220 @@
   where the gap of a flight falls to zero: the same orbit with an impact, or a contact, more. Likewise a contact of the
   penalty that opens in between. Both sequences have the orbit at this point in common.
 - *Sticking*: with the threshold ε an impact that leaves a parting speed of ε takes the whole relative velocity instead,
-  so that the motion jumps by as much (:mod:`.jumps`).
+  so that the motion jumps by as much (:mod:`.sequences`).
 
 Its own margins say which way the new curve goes.
+
+Where an impact begins or ceases to stick the motion jumps by about ε: the first orbit behind the jump.
+
+What is zero where a sequence ends, the parting speed less ε or the force that presses the bodies together, is so at an
+orbit of the sequence beyond the jump, too, at another α₁. There its curve begins, and leads to where that grows. So a
+branch has the same orbits and points whichever way it is followed: a jump has two ends, and both are points.
 """
 
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from itertools import chain, pairwise, tee
 
 import numpy as np
 from vibroscope.engine.continuation.curve import Curve, CurvePoint
-from vibroscope.engine.continuation.jumps import after_jump
-from vibroscope.engine.continuation.kinds import GRAZING, OPENS
-from vibroscope.engine.continuation.margins import LATER_SUM, STAYS_SHUT, Margin
-from vibroscope.engine.continuation.orbit import Orbit, at_stop_of, least_period, short_phase
+from vibroscope.engine.continuation.kinds import GRAZING, OPENS, STICKING_BEGINS, STICKING_ENDS
+from vibroscope.engine.continuation.orbit import (
+    LATER_SUM,
+    STAYS_SHUT,
+    Margin,
+    Orbit,
+    at_stop_of,
+    least_period,
+    orbit_of_run,
+    short_phase,
+    touching_at_start,
+    within_cycle,
+)
 from vibroscope.engine.continuation.roots import zero_ahead
-from vibroscope.engine.continuation.tolerances import REPEATED, SHORTEST_CONTACT, SHORTEST_FLIGHT, ZERO_MARGIN
-from vibroscope.engine.continuation.tracer import first_ahead
+from vibroscope.engine.continuation.tolerances import (
+    INSIDE_CURVE,
+    LOCATED_JUMP,
+    REPEATED,
+    SHORTEST_CONTACT,
+    SHORTEST_FLIGHT,
+    ZERO_MARGIN,
+)
+from vibroscope.engine.continuation.tracer import first_ahead, walk
 from vibroscope.engine.drivers.orbit import event
+
+JUMPS = 10.0 ** np.arange(-7, -3)  # of the range, to where runs show a sequence that follows
+SPLICED = 3  # events of a run, from the first that differs on, with which the last orbit may go on
+
+
+def after_jump(curve: Curve, last: CurvePoint, margin: Margin | None) -> tuple[CurvePoint | None, CurvePoint | None]:
+    """The nearest orbit with another sequence that runs from the last one show, where a margin is zero.
+
+    Without a margin the sequence has a complete chatter. There may be no orbit with a sequence where the run shows it,
+    but on the other side of the last orbit.
+
+    Returns
+    -------
+    CurvePoint or None
+        The first orbit beyond the jump, its tangent away from there.
+    CurvePoint or None
+        The end of its curve from which it comes; None if it is not known.
+    """
+    sticking = margin and Sticking.of(curve, last, margin)
+    last = last.within_cycle()  # its state at τ = 0, from which runs begin, lies before all its events
+    onwards = 1.0 if last.tangent[-1] >= 0 else -1.0
+    first, second = tee(_starts(curve, last, onwards, complete=margin is None))
+    found = (sticking.first_orbit(start) for start in first if sticking is not None)
+    other = ((_leading_on(curve, start, last.value, onwards), None) for start in second)
+    return next((both for both in chain(found, other) if both[0] is not None), (None, None))
+
+
+def _starts(curve: Curve, last: CurvePoint, onwards: float, complete: bool) -> Iterator[CurvePoint]:
+    """Solutions near the last orbit with the sequences of events that runs from there show; ``complete``: as above."""
+    seen, runs = {last.orbit.kinds}, []
+    places = [last.value + way * jump for jump in JUMPS * curve.width for way in (onwards, -onwards)]
+    places = [value for value in places if curve.low <= value <= curve.high]
+
+    def near(guess: Orbit, values: Sequence[float]) -> Iterator[CurvePoint]:
+        seen.add(guess.kinds)
+        found = (last.neighbour(guess, value, onwards) for value in values)
+        return (start for start in found if start is not None)
+
+    for shown in places:
+        guess = orbit_of_run(curve.family.at(shown), last.evaluation.section[0], last.orbit.period)
+        if guess is None or guess.kinds in seen or (complete and event.CHATTER not in guess.at_any_stop):
+            continue
+        runs.append((shown, guess))
+        yield from near(guess, (shown, *places))
+        sticks = [k for k, pair in enumerate(pairwise(guess.at_any_stop)) if pair == (event.STICK, event.RELEASE)]
+        pairs = zip(guess.kinds, last.orbit.kinds, strict=False)
+        differs = next((k for k, (kind, before) in enumerate(pairs) if kind != before), 0)
+        for k in sorted({differs, *sticks}):
+            yield from _with_phase_of(curve, last, guess, k)
+        for k in sticks:
+            yield from _with_phase_of(curve, last, _parting(guess, k), k - 1)
+    for shown, run in runs:
+        for guess in (*_spliced(last.orbit, run), *_second_cycle(curve, run, shown)):
+            if guess.kinds not in seen and not complete:
+                yield from near(guess, places)
+
+
+def _second_cycle(curve: Curve, run: Orbit, value: float) -> Iterator[Orbit]:
+    """What the cycle after that of a run suggests: in the first, the last orbit may still have had to come to rest."""
+    end = curve.evaluate(run, value).after[-1, :4]
+    guess = orbit_of_run(curve.family.at(value), end, run.period)
+    if guess is not None:
+        yield guess
+
+
+def _spliced(last: Orbit, run: Orbit) -> Iterator[Orbit]:
+    """The last orbit with the first events of a run that it does not have; the run is still far from its own orbit."""
+    pairs = enumerate(zip(run.kinds, last.kinds, strict=False))
+    differs = next((k for k, (kind, before) in pairs if kind != before), len(run.kinds))
+    for k in range(differs + 1, min(differs + SPLICED, len(run.kinds)) + 1):
+        later = int((last.instants <= run.instants[k - 1]).sum())
+        while last.at_any_stop[later : later + 1] == (event.RELEASE,) and run.kinds[k - 1] not in event.JOINS:
+            later += 1
+        kinds = run.kinds[:k] + last.kinds[later:]
+        instants = np.concatenate([run.instants[:k], last.instants[later:]])
+        yield Orbit(
+            last.period, kinds, touching_at_start(kinds, last.first), np.concatenate([run.unknowns[:4], instants])
+        )
+
+
+def _with_phase_of(curve: Curve, last: CurvePoint, guess: Orbit, k: int) -> Iterator[CurvePoint]:
+    """The solution near the last orbit in which the phase after event k lasts as long as in a guess, at any α₁."""
+    if not 0 <= k < len(guess.kinds) - 1:
+        return
+    start = curve.with_phase(guess, last.value, k, k + 1)
+    if start is not None and last.is_near(start.orbit):
+        yield start
+
+
+def _parting(orbit: Orbit, k: int) -> Orbit:
+    """The orbit whose impact k parts instead of sticking until a release: beyond a jump it may not be pressed."""
+    kinds = (*orbit.kinds[:k], *at_stop_of(orbit.kinds[k], (event.IMPACT,)), *orbit.kinds[k + 2 :])
+    return replace(orbit, kinds=kinds, unknowns=np.delete(orbit.unknowns, 5 + k))
+
+
+@dataclass(frozen=True)
+class Sticking:
+    """Where an impact begins or ceases to stick: what is zero there, of the orbits on either side of the jump.
+
+    Attributes
+    ----------
+    curve : Curve
+    event : int
+        The impact, as it is numbered where all events lie in [0, p).
+    sticks : bool
+        Whether it sticks beyond the jump.
+    column : int
+        Of the facts: PARTING if the parting speed is ε there, FORCE if the bodies are not pressed together.
+    """
+
+    curve: Curve
+    event: int
+    sticks: bool
+    column: int
+
+    @classmethod
+    def of(cls, curve: Curve, last: CurvePoint, margin: Margin) -> "Sticking | None":
+        """That of the last orbit before the jump; None if its margin is another one."""
+        k, kinds = margin.event, last.orbit.at_any_stop
+        if margin.kind not in (STICKING_BEGINS, STICKING_ENDS) or kinds[k] == event.CHATTER:
+            return None
+        parting, force = last.evaluation.facts[k, [event.PARTING, event.FORCE]]
+        column = event.PARTING if abs(parting - last.method.threshold) < abs(force) else event.FORCE
+        _, turned = within_cycle(last.orbit, last.evaluation, curve.equations(last.value))
+        return cls(curve, (k + turned) % len(kinds), kinds[k] == event.IMPACT, column)
+
+    def first_orbit(self, start: CurvePoint) -> tuple[CurvePoint | None, CurvePoint | None]:
+        """The first orbit of a curve beyond the jump, with the tangent away from it, and the end of that curve.
+
+        ``start`` is any orbit nearby.
+        """
+        kind = event.STICK if self.sticks else event.IMPACT
+        ahead = next(walk(self.curve, start), None)
+        if ahead is None or start.orbit.at_any_stop[self.event : self.event + 1] != (kind,):
+            return None, None
+        inwards = start if self._value(ahead) > self._value(start) else start.turned()
+        beyond_end = self._value(start) <= 0
+        way = inwards if beyond_end else inwards.turned()
+        for here, there in pairwise(chain((way,), walk(self.curve, way))):
+            if (self._value(there) <= 0) != beyond_end:
+                return self._last_before(there, here) if beyond_end else self._last_before(here.turned(), there)
+        return None, None
+
+    def _last_before(self, inside: CurvePoint, outside: CurvePoint) -> tuple[CurvePoint | None, CurvePoint | None]:
+        """The orbit right before the end of its curve, which lies between two others, and that end.
+
+        With the tangent of the first.
+        """
+        zero = zero_ahead(self.curve.along(inside), inside.way_to(outside), self._value, LOCATED_JUMP)
+        point = None if zero is None else self.curve.ahead(inside, (1 - INSIDE_CURVE) * zero[0])
+        if point is None or not point.holds:
+            return None, None
+        return point, zero[1]
+
+    def _value(self, point: CurvePoint) -> float:
+        """What is zero at the jump, and positive where the sequence beyond it holds."""
+        facts = point.evaluation.facts[self.event]
+        if self.column == event.FORCE:
+            return float(facts[event.FORCE] if self.sticks else -facts[event.FORCE])
+        slower = float(point.method.threshold - facts[event.PARTING])
+        return slower if self.sticks else -slower
+
+
+def _leading_on(curve: Curve, start: CurvePoint, last: float, onwards: float) -> CurvePoint | None:
+    """The first orbit from another one on beyond the last α₁, or else away from it: between them it may lead back."""
+    low, high = sorted((start.value, last))
+    found = None
+    if (start.value - last) * onwards < 0:
+        found = first_ahead(curve, (start,), lambda there: (there - last) * onwards > 0)
+    if found is None:
+        found = first_ahead(curve, (start, start.turned()), lambda there: not low <= there <= high)
+    return found
+
 
 STEPS = 10.0 ** np.arange(-7, -2.5, 0.5)  # scaled, along the new curve: the first that shows which way it goes
 

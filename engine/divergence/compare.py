@@ -1,38 +1,186 @@
-"""Comparison of a penalty solution with the reference: how far it is from it, and what the difference consists of."""
+"""Comparison of a penalty solution with the reference: how far it is from it, and what the difference consists of.
 
-from collections.abc import Callable, Iterable
-from dataclasses import dataclass, replace
+What a comparison of a penalty solution with the reference is asked.
+
+Comparison of motions that do not repeat in step: the distributions of their Poincaré sections.
+
+Two chaotic motions separate at the rate of their Lyapunov exponent, so that their difference at an instant says nothing
+about either. The distribution of the section does not depend on the initial state. Two distributions differ by their
+Wasserstein distance: how far the points of one must move, on average, to become those of the other. For equally many
+points on a line it is the mean of |aᵢ − bᵢ| over the sorted values. (The tests check it against
+scipy.stats.wasserstein_distance; the engine does not need SciPy.) It is taken for ξ₁ and ξ₂, relative to the rms of the
+reference's section, from the static equilibrium.
+
+Finite sections of one motion differ by chance, too: by as much as neighbouring blocks of it do, less the longer they
+are (:func:`.window.chance_distance`). Blocks that follow each other show chance and not drift. That of both motions
+together is the floor: a total of a few floors may be chance.
+"""
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import KW_ONLY, dataclass, field, replace
 from functools import cached_property
 from html import escape
 
 import numpy as np
-from vibroscope.engine.datasets import comparison_dataset
+from vibroscope.engine.arguments import check_fields
 from vibroscope.engine.divergence.encounters import Encounters, match_encounters, mean_closing_speed
 from vibroscope.engine.divergence.error import Target
-from vibroscope.engine.divergence.finer_parts import (
-    Regularisation,
-    TimeStepParts,
-    split_regularisation,
-    split_time_step,
+from vibroscope.engine.divergence.grid import (
+    PER_PERIOD,
+    SECTION,
+    about_rest,
+    chance_distance,
+    change_between,
+    rms,
+    run_again,
+    settled_length,
+    wasserstein_distance,
 )
-from vibroscope.engine.divergence.grid import run_again
 from vibroscope.engine.divergence.parts import (
     PARTS,
     Difference,
     DifferenceSeries,
     PerSolution,
+    Regularisation,
+    TimeStepParts,
     difference_series,
     known,
+    split_regularisation,
+    split_time_step,
 )
-from vibroscope.engine.divergence.question import ComparisonQuestion
-from vibroscope.engine.divergence.statistics import Statistics, statistics
-from vibroscope.engine.divergence.window import SECTION, change_between, settled_length
+from vibroscope.engine.divergence.tolerances import CHANCE
 from vibroscope.engine.drivers.section import period_of
-from vibroscope.engine.model import DISPLACEMENTS
+from vibroscope.engine.methods import Reference, TimeStepping
+from vibroscope.engine.model import DISPLACEMENTS, System, check_eta
 from vibroscope.engine.motions.description import Motion, describe
 from vibroscope.engine.motions.motion import motion
-from vibroscope.engine.result import Checkpoint, Record, Response
-from vibroscope.engine.simulate import FARTHEST, simulate
+from vibroscope.engine.motions.steady import REST
+from vibroscope.engine.result import Checkpoint, Record, Response, comparison_dataset
+from vibroscope.engine.simulate import FARTHEST, KEEP, LONG, check_lengths, simulate
+
+
+@dataclass(frozen=True)
+class ComparisonQuestion:
+    """The difference of a penalty solution from the reference is asked for, both from one start.
+
+    Attributes
+    ----------
+    system : System
+    eta : float
+        Excitation frequency η = Ω/ω₁.
+    penalty : TimeStepping
+        Its ``limit``, the exact penalty solution, is run as well.
+    reference : Reference
+        By default the paper's. With derived joint damping the part of the joint damping vanishes.
+    periods, keep : int
+        Excitation periods to run at least, and the last of them to compare. Where the solutions are not settled by
+        then, more are run, and SECTION of them are compared if the reference does not repeat itself (:mod:`.grid`).
+    initial : (4,) sequence, optional
+        ξ₁, ξ₁′, ξ₂, ξ₂′ at τ = 0, by default rest.
+    per_period : int
+        Samples per period at most; they are Newmark's own steps.
+
+    Raises
+    ------
+    ValueError
+        If η is out of range, or the penalty solution has no time step.
+
+    Examples
+    --------
+    >>> from vibroscope.engine import ComparisonQuestion, Newmark, System
+    >>> ComparisonQuestion(System(), 2.76, Newmark(12000, 18, 2000)).keep
+    50
+    """
+
+    system: System
+    eta: float
+    penalty: TimeStepping
+    _: KW_ONLY
+    reference: Reference = field(default_factory=Reference)
+    periods: int = LONG
+    keep: int = KEEP
+    initial: Sequence[float] | None = REST
+    per_period: int = PER_PERIOD
+
+    def __post_init__(self) -> None:
+        check_fields(self)
+        if not self.penalty.has_step:
+            raise ValueError(f"{self.penalty} has no time step: compare Newmark, whose limit it is")
+        object.__setattr__(self, "eta", check_eta(self.eta))
+        periods, keep = check_lengths(self.periods, self.keep)
+        object.__setattr__(self, "periods", periods)
+        object.__setattr__(self, "keep", keep)
+        object.__setattr__(self, "initial", None if self.initial is None else tuple(self.initial))
+
+    @property
+    def start(self) -> tuple[float, ...]:
+        """ξ₁, ξ₁′, ξ₂, ξ₂′ at τ = 0."""
+        return self.system.rest if self.initial is None else tuple(map(float, self.initial))
+
+
+@dataclass(frozen=True)
+class Statistics:
+    """Wasserstein distances of the sections, relative to ``size``; nan where a run ended early.
+
+    Attributes
+    ----------
+    total : float
+        Distance of Newmark's section from the reference's.
+    time_step, regularisation, joint_damping : float
+        Distance between neighbours in the chain of :mod:`.parts`. Distances do not add up: the total is at most
+        their sum.
+    floor : float
+        Distance that chance alone causes between sections of this length.
+    sections : PerSolution of (SECTION, 2) ndarray
+        ξ₁ and ξ₂ of each run.
+    size : float
+        Rms of the reference's section from the static equilibrium.
+    """
+
+    total: float
+    time_step: float
+    regularisation: float
+    joint_damping: float
+    floor: float
+    sections: PerSolution[np.ndarray] = field(repr=False)
+    size: float = field(repr=False)
+
+    @property
+    def chance(self) -> float:
+        """The largest distance that may be chance."""
+        return CHANCE * self.floor
+
+    def total_of(self, section: np.ndarray) -> float:
+        """Return the relative distance of another section, (SECTION, 2), from the reference's."""
+        return wasserstein_distance(section, self.sections.reference) / self.size
+
+    @property
+    def without_joint_damping(self) -> float:
+        """Relative distance of Newmark's section from that of the reference with derived joint damping."""
+        return wasserstein_distance(self.sections.penalty, self.sections.derived) / self.size
+
+
+def statistics(runs: PerSolution[Response], cancelled: Callable[[], bool] | None = None) -> Statistics:
+    """Compare the sections of four runs over their SECTION kept periods, or as many from their checkpoints."""
+    sections = PerSolution(*(_section(run, cancelled) for run in runs))
+    size = rms(about_rest(sections.reference.T, runs.reference.system))
+    return Statistics(
+        total=wasserstein_distance(sections.penalty, sections.reference) / size,
+        time_step=wasserstein_distance(sections.penalty, sections.exact) / size,
+        regularisation=wasserstein_distance(sections.exact, sections.derived) / size,
+        joint_damping=wasserstein_distance(sections.derived, sections.reference) / size,
+        floor=rms(np.array([chance_distance(each) for each in (sections.penalty, sections.reference)])) / size,
+        sections=sections,
+        size=size,
+    )
+
+
+def _section(run: Response, cancelled: Callable[[], bool] | None) -> np.ndarray:
+    """Return ξ₁ and ξ₂ of the section, (SECTION, 2); nan if the run ends early."""
+    if run.ok and run.keep != SECTION:
+        run = run_again(run, periods=SECTION, keep=SECTION, initial=run.checkpoint, cancelled=cancelled)
+    return run.section[:, DISPLACEMENTS] if run.ok else np.full((SECTION, 2), np.nan)
+
 
 # What a motion with evidence takes from the kept periods, so that everything that is counted is counted in them.
 COUNTS = ("impacts_per_period", "contacts_per_period", "contact_share", "permanent_per_period", "permanent_share")
@@ -49,7 +197,7 @@ class Comparison:
     ----------
     runs : PerSolution of Response
         Newmark, exact penalty, reference with derived joint damping, reference; all of the same periods, in which the
-        reference and Newmark are settled as far as is known (:mod:`.window`).
+        reference and Newmark are settled as far as is known (:mod:`.grid`).
     motions : PerSolution of Motion
         Descriptions of their kept periods.
     reference, penalty : Motion

@@ -20,8 +20,8 @@ from vibroscope.engine.divergence.grid import (
     samples_on_grid,
     simulate_samples,
 )
+from vibroscope.engine.drivers.newmark import SkippedSamples
 from vibroscope.engine.drivers.section import period_of
-from vibroscope.engine.drivers.skipped_samples import SkippedSamples
 from vibroscope.engine.methods import ExactPenalty, Reference, TimeStepping
 from vibroscope.engine.model import System
 from vibroscope.engine.motions.steady import steady

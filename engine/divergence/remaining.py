@@ -4,18 +4,16 @@ Each run begins where the compared runs begin, and takes the periods that were a
 user gets who sets the same numbers. Where steps are not skipped, a search makes short runs, which begin on the
 reference's motion. What it finds is confirmed by whole runs (:meth:`Remaining.whole`). Where the reference repeats
 itself what is left is the error of :class:`.error.Target`, otherwise the distance of the Poincaré sections
-(:mod:`.statistics`).
+(:mod:`.compare`).
 """
 
 from collections.abc import Callable, Iterable
 from typing import NamedTuple
 
 import numpy as np
-from vibroscope.engine.divergence.compare import Comparison
+from vibroscope.engine.divergence.compare import SECTION, Comparison
 from vibroscope.engine.divergence.error import SampledRuns, Target
-from vibroscope.engine.divergence.grid import PER_PERIOD
-from vibroscope.engine.divergence.statistics import SECTION
-from vibroscope.engine.divergence.window import LONGER, skips_steps
+from vibroscope.engine.divergence.grid import LONGER, PER_PERIOD, skips_steps
 from vibroscope.engine.drivers.threads import share_out, thread_count
 from vibroscope.engine.methods import ExactPenalty, TimeStepping
 from vibroscope.engine.model import DISPLACEMENTS

@@ -1,20 +1,20 @@
 """A comparison in words: what agrees, which number is to blame, and what to change first.
 
-Every sentence follows from computed numbers: :mod:`.agreement` says what agrees, :mod:`.alone` searches over each
+Every sentence follows from computed numbers: :mod:`.verdict` says what agrees, :mod:`.alone` searches over each
 number, :mod:`.blame` names those whose change helps, and :mod:`.conditions` says what the contact itself does.
+
+Whether two solutions agree, in words: displacements, kinds of motion, impacts, and the scatter of the time step.
 """
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from vibroscope.engine.divergence.agreement import agreement, closeness, is_visible, time_step_scatter
 from vibroscope.engine.divergence.alone import Alone
 from vibroscope.engine.divergence.blame import Blame, find_blame
 from vibroscope.engine.divergence.compare import Comparison, error_from_penalty_state
 from vibroscope.engine.divergence.conditions import Conditions, contact_conditions
-from vibroscope.engine.divergence.details import contact_sentences, detail_sentences
-from vibroscope.engine.divergence.grid import rms, run_again
+from vibroscope.engine.divergence.grid import SECTION, rms, run_again
 from vibroscope.engine.divergence.remaining import Remaining
 from vibroscope.engine.divergence.search import search_alone, without_jump
 from vibroscope.engine.divergence.sentences import (
@@ -22,18 +22,83 @@ from vibroscope.engine.divergence.sentences import (
     blame_sentence,
     change_of,
     chosen,
+    contact_sentences,
+    detail_sentences,
     few_steps_text,
     rebound_text,
 )
-from vibroscope.engine.divergence.tolerances import CLOSE_CURVE, SAME_CURVE
-from vibroscope.engine.divergence.window import SECTION
+from vibroscope.engine.divergence.tolerances import CLOSE_CURVE, SAME_COUNT, SAME_CURVE, VISIBLE
+from vibroscope.engine.drivers.section import sizes_of
 from vibroscope.engine.facts import Amount, Choice, Dimensionless, Statement, Symbol, equation, joined, sentence, stated
 from vibroscope.engine.law_table import LAWS
 from vibroscope.engine.methods import STEPS_RANGE, WITHOUT_SOLUTION, TimeStepping
 from vibroscope.engine.motions.description import Motion
-from vibroscope.engine.motions.words import SYMBOLS, repetition, touching
+from vibroscope.engine.motions.tolerances import UNBROKEN
+from vibroscope.engine.motions.words import SYMBOLS, difference_in_kind, repetition, touching
 from vibroscope.engine.result import Status
-from vibroscope.engine.wording import finite_or_none, percent, rounded_to
+from vibroscope.engine.wording import counted, finite_or_none, percent, rounded_to
+
+
+def agreement(comparison: Comparison) -> tuple[str, str | Statement]:
+    """Return how far the solutions agree, as in :class:`.verdict.Verdict`, and a sentence about it."""
+    if comparison.difference.measure == "sections":
+        return _agreement_of_sections(comparison)
+    reference, penalty, total = comparison.reference, comparison.penalty, comparison.difference.total
+    impacts, kinds = _impacts_clause(reference, penalty), difference_in_kind(reference, penalty)
+    amount = f"the displacements differ by {percent(total)} (rms)"
+    if kinds and total <= CLOSE_CURVE:
+        return "partly", stated("They agree roughly, but not in kind: {}, and {}{}.", kinds, amount, impacts)
+    if kinds:
+        return "no", stated("They disagree: {}, and {}{}.", kinds, amount, impacts)
+    if total <= SAME_CURVE:
+        return ("partly" if impacts else "yes"), f"They agree: {amount}{impacts and ', but' + impacts[1:]}."
+    if total <= CLOSE_CURVE:
+        return "partly", f"They agree roughly: {amount}{impacts}."
+    return "no", f"They disagree: {amount}{impacts}."
+
+
+def closeness(total: float) -> str:
+    """How far two solutions agree whose displacements differ by so much, as in :class:`.verdict.Verdict`."""
+    return "yes" if total <= SAME_CURVE else "partly" if total <= CLOSE_CURVE else "no"
+
+
+def time_step_scatter(motion: Motion) -> float:
+    """Return the scatter of a motion's section, a standard deviation, if the time step causes it; else 0."""
+    return motion.scatter if motion.step_noise > 0 else 0.0
+
+
+def is_visible(scatter: float, comparison: Comparison) -> bool:
+    """Whether a scatter is large enough to be mentioned."""
+    return scatter > VISIBLE * float(sizes_of(comparison.runs.penalty.section[None])[0])
+
+
+def _agreement_of_sections(comparison: Comparison) -> tuple[str, str | Statement]:
+    reference, penalty, difference = comparison.reference, comparison.penalty, comparison.difference
+    kinds, impacts = difference_in_kind(reference, penalty), _impacts_clause(reference, penalty)
+    if kinds:
+        first = stated("They differ in kind: {}; only statistics can be compared", kinds)
+    elif reference.near_period:
+        first = "They repeat too late to be compared instant by instant, so that only statistics can be compared"
+    else:
+        first = "Neither repeats, so that only statistics can be compared"
+    total, chance = difference.total, f"up to {percent(difference.chance)}"
+    head = stated("{}: the sections differ by {}", first, percent(total))
+    if total <= difference.chance:
+        agree = "yes" if total <= CLOSE_CURVE and not kinds else "partly"
+        return agree, head + f", no more than chance explains ({chance})."
+    agree = "partly" if total <= CLOSE_CURVE and not impacts and not kinds else "no"
+    return agree, head + f" (chance explains {chance}){impacts}."
+
+
+def _impacts_clause(reference: Motion, penalty: Motion) -> str:
+    """Impacts and contacts per period, if their numbers differ; else empty."""
+    impacts, contacts = reference.impacts_per_period, penalty.impacts_per_period
+    if abs(impacts - contacts) <= max(SAME_COUNT, SAME_COUNT * impacts):
+        return ""
+    lasting = penalty.contact_share >= 1.0 - UNBROKEN
+    held = "always in contact" if lasting else f"with {counted(contacts, 'contact')} a period"
+    return f", {held} for {counted(impacts, 'impact')}"
+
 
 # Relative: shifts of η at which what finishes must do so, too.
 NEARBY = (0.0, -1e-6, 1e-6, -2.5e-6, 2.5e-6, -1e-5, 1e-5, -1e-4, 1e-4)

@@ -3,6 +3,10 @@
 Event-driven and skipping solvers take less time for a cell than Python takes to set it up, so compiled code runs them
 from the parameters of a cell to its description (:mod:`engine.kernels.batch`). Cells whose steps are all taken go
 through :func:`engine.simulate`. Which way a cell goes depends on its own numbers alone.
+
+Driver of disturbances that are followed along the motions of many cells (:mod:`..kernels.batch.run`).
+
+Driver of many cells that are run until their section enters a trapping region (:mod:`..kernels.batch.run`).
 """
 
 from collections.abc import Callable
@@ -11,21 +15,22 @@ from typing import NamedTuple
 
 import numpy as np
 from vibroscope.engine.drivers.base import CAPACITY
-from vibroscope.engine.drivers.event_driven import COMPLETION
+from vibroscope.engine.drivers.event_driven import COMPLETION, separating_circles
 from vibroscope.engine.drivers.newmark import can_skip
-from vibroscope.engine.drivers.slow_subspace import separating_circles
-from vibroscope.engine.drivers.threads import Worker
+from vibroscope.engine.drivers.threads import Worker, share_out
 from vibroscope.engine.kernels import section_statistics
 from vibroscope.engine.kernels.accelerated.step_map import SKIPPING as SKIPPING_LAYOUT
 from vibroscope.engine.kernels.batch import run as kernel
-from vibroscope.engine.kernels.batch.course import EXACT, REFERENCE, SKIPPING
-from vibroscope.engine.kernels.batch.recurrence import CYCLE, RECURRENCE
+from vibroscope.engine.kernels.batch.course import CYCLE, EXACT, RECURRENCE, REFERENCE, SKIPPING
+from vibroscope.engine.kernels.batch.run import NO_TRAP, LateCells, Settled, Traps, settle_cells
+from vibroscope.engine.kernels.compile.options import uncompiled
 from vibroscope.engine.kernels.compile.record import make_buffers
+from vibroscope.engine.kernels.event_driven.saltation import make_variation
 from vibroscope.engine.kernels.event_driven.state import STATE as EVENT_STATE
 from vibroscope.engine.kernels.event_driven.state import SYSTEM
 from vibroscope.engine.kernels.parameters import Parameters, no_keys
 from vibroscope.engine.kernels.time_stepping.newmark import STATE as STEP_STATE
-from vibroscope.engine.methods import Method
+from vibroscope.engine.methods import ExactPenalty, Method, Reference
 
 # Transient after which it is first seen whether a cell that the kernel does not run is periodic; how much later again.
 SHORTEST, LATER = 96, (0, 10 * CYCLE, 40 * CYCLE, 80 * CYCLE)
@@ -72,7 +77,7 @@ def lengths(task: Task) -> list[int]:
 
 
 def section_recurs(section: np.ndarray, tolerance: float) -> bool:
-    """Whether the rows of a section are those of CYCLE periods before, as in :mod:`..kernels.batch.recurrence`."""
+    """Whether the rows of a section are those of CYCLE periods before, as in :mod:`..kernels.batch.course`."""
     allowed = tolerance * np.abs(section).sum(axis=1).min()
     return bool((np.abs(section[CYCLE:] - section[:-CYCLE]) <= allowed).all())
 
@@ -177,3 +182,126 @@ def make_work_space(kind: int, sample: int, phases: np.ndarray | None = None) ->
         cycle_log=np.zeros((CYCLE, section_statistics.COLUMNS)),
         log=np.zeros((sample, section_statistics.COLUMNS)),
     )
+
+
+def follow(
+    method: Reference | ExactPenalty,
+    rows: np.ndarray,
+    initial: np.ndarray,
+    periods: int,
+    settling: int,
+    found: Callable[[int, np.ndarray, np.ndarray], None],
+    by_itself: Callable[[int, np.ndarray, np.ndarray, np.ndarray], bool],
+    **how,
+) -> None:
+    """Follow a disturbance of the motion of each cell.
+
+    Parameters
+    ----------
+    method : Reference or ExactPenalty
+    rows : (n, len(Parameters)) ndarray
+    initial : (n, 4) ndarray
+        ξ₁, ξ₁′, ξ₂, ξ₂′ at τ ≡ 0 mod T.
+    periods, settling : int
+        Periods to follow, and those before them, at most as many, in which the disturbance finds its direction.
+    found : callable
+        ``found(i, growth, section)`` takes what :func:`..kernels.batch.follow.follow_cell` finds, in the thread that
+        found it. The arrays are used again.
+    by_itself : callable
+        ``by_itself(i, growth, section, signals)`` follows a cell that the kernel does not run; false if it was
+        cancelled.
+    **how
+        ``threads`` and ``cancelled`` of :func:`.threads.share_out`.
+
+    Raises
+    ------
+    Cancelled
+        If ``cancelled`` returned true.
+    """
+    compiled = are_compiled(method, rows)
+    cells, plan = batch_of(method, rows, initial, Task(0, 1, (), recurrence=0.0))
+
+    def worker() -> Worker:
+        variation = uncompiled(make_variation)(1)
+        space = kernel.FollowSpace(make_work_space(plan.kind, 1), variation, np.empty((2, 4)))
+        growth, section = np.empty(periods), np.empty((periods, 4))
+
+        def run(places: tuple[int, int], signals: np.ndarray, slot: int) -> None:
+            for i in range(*places):
+                if compiled[i]:
+                    done = kernel.follow_cell(cells, i, plan, space, settling, growth, section, signals)
+                else:
+                    done = by_itself(i, growth, section, signals)
+                if not done:
+                    return
+                found(i, growth, section)
+                signals[slot] += 1
+
+        return run
+
+    share_out(np.arange(1, len(rows) + 1), worker, grain=1, **how)
+
+
+TOGETHER = 16  # cells that a thread takes at a time
+
+__all__ = ["NO_TRAP", "Settled", "Traps", "settle"]
+
+
+def settle(
+    method: Method,
+    rows: np.ndarray,
+    initial: np.ndarray,
+    taus: np.ndarray,
+    traps: Traps,
+    *,
+    periods: int,
+    stride: int,
+    **how,
+) -> Settled:
+    """Run each cell until its section lies in a trapping region, or to the end.
+
+    Parameters
+    ----------
+    method : Reference or ExactPenalty
+        Of the first contact law: what the kernels of many cells solve in closed form.
+    rows : (n, len(Parameters)) ndarray
+        All of the same bodies.
+    initial : (n, 4) ndarray
+        ξ₁, ξ₁′, ξ₂, ξ₂′ of each cell; a reference without penetration but for rounding.
+    taus : (n,) ndarray
+        When each cell begins, 0 ≤ τ < T.
+    traps : Traps
+    periods : int
+        Most periods of a cell.
+    stride : int
+        Periods between two looks at the section, 1 to CYCLE. It changes no result but the time that it takes.
+    **how
+        ``threads``, ``progress`` and ``cancelled`` of :func:`.threads.share_out`.
+
+    Raises
+    ------
+    Cancelled
+        If ``cancelled`` returned true.
+    """
+    n = len(rows)
+    kind = kind_of_events(method)
+    results = Settled(
+        np.zeros(n, np.int64), np.full(n, NO_TRAP, np.int64), np.zeros(n, np.int64), np.full((n, 4), np.nan)
+    )
+    if n == 0:
+        return results
+    plan = kernel.BatchPlan(kind, periods, min(stride, CYCLE), 0.0, np.zeros(0, np.int64), COMPLETION)
+    circles = separating_circles(rows[:1]).repeat(n, axis=0) if kind == EXACT else np.zeros((n, 2))
+    cells = LateCells(kernel.BatchCells(np.arange(n), np.zeros(n, bool), rows, initial, circles), taus)
+
+    def worker() -> Worker:
+        work = make_work_space(kind, 1)
+
+        def run(places: tuple[int, int], signals: np.ndarray, slot: int) -> None:
+            settle_cells(cells, places, plan, traps, work, results, signals, slot)
+
+        return run
+
+    ends = np.append(np.arange(TOGETHER, n, TOGETHER), n)
+    share_out(ends, worker, **how)
+    return results

@@ -8,8 +8,8 @@ import numpy as np
 from vibroscope.engine.drivers.batch import Task, are_compiled, batch_of, make_work_space
 from vibroscope.engine.drivers.threads import Worker, share_out
 from vibroscope.engine.kernels.batch import differences as kernel
+from vibroscope.engine.kernels.batch.course import CYCLE
 from vibroscope.engine.kernels.batch.differences import ALONE, BESIDE, DIFFERENCES, OWN_LIMIT, Cycles
-from vibroscope.engine.kernels.batch.recurrence import CYCLE
 from vibroscope.engine.methods import Method
 
 __all__ = ["ALONE", "BESIDE", "OWN_LIMIT", "Cycles", "Grid", "Motions", "Sampling", "differences", "shortest_cycle"]

@@ -1,4 +1,7 @@
-"""Driver of the event-driven solvers in closed form: the reference and the exact penalty solution."""
+"""Driver of the event-driven solvers in closed form: the reference and the exact penalty solution.
+
+Contacts with slow and fast modes, whose slow modes can be followed at their own pace.
+"""
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
@@ -7,23 +10,25 @@ from typing import ClassVar, NamedTuple
 import numpy as np
 from vibroscope.engine.drivers.base import Driver
 from vibroscope.engine.drivers.parameters import parameters_of_stops
-from vibroscope.engine.drivers.slow_subspace import separating_circles
 from vibroscope.engine.facts import ETA, Ending, stated
 from vibroscope.engine.kernels.compile.options import uncompiled
 from vibroscope.engine.kernels.compile.packing import aligned_zeros
 from vibroscope.engine.kernels.compile.record import Buffers, PackedBuffers, make_buffers
-from vibroscope.engine.kernels.equations.coordinates import contact_coordinates, displacements
+from vibroscope.engine.kernels.equations.motion import contact_coordinates, displacements
 from vibroscope.engine.kernels.event_driven import integrate as kernel
-from vibroscope.engine.kernels.event_driven.load import FREQUENCY, GIVEN
+from vibroscope.engine.kernels.event_driven import setup
 from vibroscope.engine.kernels.event_driven.output import record_open_contact
 from vibroscope.engine.kernels.event_driven.saltation import Variation, make_variation
 from vibroscope.engine.kernels.event_driven.setup import (
+    SEPARATION,
     full_pressed_generators,
     set_up_events,
     watched_in_contact,
     write_laws,
 )
 from vibroscope.engine.kernels.event_driven.state import (
+    FREQUENCY,
+    GIVEN,
     SEEN_FROM,
     STATE,
     SYSTEM,
@@ -40,6 +45,33 @@ from vibroscope.engine.load import Load
 from vibroscope.engine.methods import ExactPenalty, Reference
 from vibroscope.engine.model import System
 from vibroscope.engine.result import Checkpoint, Cost, Record, Status
+
+
+def separating_circles(rows: np.ndarray) -> np.ndarray:
+    """A circle between the slow and the fast eigenvalues of each penalty contact.
+
+    Parameters
+    ----------
+    rows : (n, len(Parameters)) ndarray
+        Rows of :class:`engine.kernels.parameters.Parameters`.
+
+    Returns
+    -------
+    (n, 2) ndarray
+        Radius of the circle (see :mod:`engine.kernels.event_driven.setup`) and largest |eigenvalue| inside; zeros
+        where the eigenvalues do not fall into groups.
+    """
+    circles = np.zeros((len(rows), 2))
+    stiff = np.flatnonzero(setup.are_stiff(rows))
+    if len(stiff) == 0:
+        return circles
+    sizes = np.sort(np.abs(np.linalg.eigvals(setup.full_pressed_generators(rows[stiff]))), axis=1)
+    wide = sizes[:, 1:] > SEPARATION * sizes[:, :-1]
+    last = wide.shape[1] - 1 - np.argmax(wide[:, ::-1], axis=1)  # between the fastest of the separate groups
+    inner, outer = (np.take_along_axis(sizes, k[:, None], axis=1)[:, 0] for k in (last, last + 1))
+    circles[stiff] = np.where(wide.any(axis=1)[:, None], np.column_stack([np.sqrt(inner * outer), inner]), 0.0)
+    return circles
+
 
 PERIODS_PER_CALL = 2000
 NO_BUFFERS = make_buffers(0, np.zeros(1), 0, 0)

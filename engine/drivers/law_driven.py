@@ -11,25 +11,27 @@ from vibroscope.engine.facts import Ending
 from vibroscope.engine.kernels.compile.options import uncompiled
 from vibroscope.engine.kernels.compile.record import Buffers, PackedBuffers
 from vibroscope.engine.kernels.equations.contact_law import MAIN, OTHER, ContactLaw, contact_law_of, force
-from vibroscope.engine.kernels.equations.coordinates import contact_coordinates
 from vibroscope.engine.kernels.equations.motion import (
     coefficients,
+    contact_coordinates,
     free_equilibrium,
+    free_rate,
+    load_rate,
     pressed_equilibrium,
     pressed_generator,
+    pressed_rate,
 )
 from vibroscope.engine.kernels.equations.motion import separated_generator as free_generator
-from vibroscope.engine.kernels.equations.rates import free_rate, load_rate, pressed_rate
 from vibroscope.engine.kernels.event_driven import law_integrate as kernel
 from vibroscope.engine.kernels.event_driven.integrate import MOST_PAUSES
 from vibroscope.engine.kernels.event_driven.law_contact import NUMBERS, TABLE, WORK, LawSystem
 from vibroscope.engine.kernels.event_driven.law_energy import integrate_powers
-from vibroscope.engine.kernels.event_driven.load import FREQUENCY, GIVEN
-from vibroscope.engine.kernels.event_driven.load import NUMBERS as NUMBERS_OF_LOAD
 from vibroscope.engine.kernels.event_driven.output import append_contact
 from vibroscope.engine.kernels.event_driven.state import (
     COLLISION,
     FLIGHT,
+    FREQUENCY,
+    GIVEN,
     MOST_EFFORT,
     SEEN_FROM,
     STATE,
@@ -38,6 +40,7 @@ from vibroscope.engine.kernels.event_driven.state import (
     linear_state,
     start_state,
 )
+from vibroscope.engine.kernels.event_driven.state import NUMBERS as NUMBERS_OF_LOAD
 from vibroscope.engine.kernels.event_driven.two_stops import turned
 from vibroscope.engine.kernels.linear.tables import (
     DEEPEST,

@@ -3,8 +3,8 @@
 from collections.abc import Callable
 
 import numpy as np
+from vibroscope.engine.drivers.base import SteppingDriver
 from vibroscope.engine.drivers.parameters import at_start
-from vibroscope.engine.drivers.stepping import SteppingDriver
 from vibroscope.engine.drivers.time_stepping import as_steps_see
 from vibroscope.engine.facts import Ending
 from vibroscope.engine.integrators import Integrator, NewmarkBeta

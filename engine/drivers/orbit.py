@@ -15,7 +15,7 @@ from vibroscope.engine.kernels.compile.packing import aligned_zeros
 from vibroscope.engine.kernels.event_driven import orbit as event
 from vibroscope.engine.kernels.event_driven import orbit_steps as steps
 from vibroscope.engine.kernels.event_driven.orbit import evaluate_orbit, orbit_slope, orbit_state_later
-from vibroscope.engine.kernels.event_driven.orbit_newton import solve_orbit
+from vibroscope.engine.kernels.event_driven.orbit_steps import solve_orbit
 from vibroscope.engine.kernels.event_driven.state import SYSTEM
 from vibroscope.engine.kernels.parameters import ETA, no_keys
 from vibroscope.engine.methods import ExactPenalty, Reference

@@ -10,11 +10,11 @@ from vibroscope.engine.kernels.equations.motion import (
     free_equilibrium,
     joined_equilibrium,
     joined_generator,
+    load_rate,
     pressed_equilibrium,
     pressed_generator,
     separated_generator,
 )
-from vibroscope.engine.kernels.equations.rates import load_rate
 from vibroscope.engine.kernels.linear.tables import full_generator
 from vibroscope.engine.kernels.parameters import Parameters
 from vibroscope.engine.law_table import CONTACT_LAWS, damper_of

@@ -14,8 +14,7 @@ import numpy as np
 from vibroscope.engine.integrators import Integrator, Stage
 from vibroscope.engine.kernels.compile.options import uncompiled
 from vibroscope.engine.kernels.equations.contact_law import force
-from vibroscope.engine.kernels.equations.motion import coefficients
-from vibroscope.engine.kernels.equations.rates import load_rate
+from vibroscope.engine.kernels.equations.motion import coefficients, load_rate
 from vibroscope.engine.kernels.parameters import Parameters
 from vibroscope.engine.kernels.time_stepping.linear_step import BEFORE, CLOSING, COLUMNS, FORCE, OWN, STATE_ROWS
 

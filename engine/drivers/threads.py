@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor, wait
 
 import numpy as np
-from vibroscope.engine.checks import whole
+from vibroscope.engine.arguments import whole
 from vibroscope.engine.result import Cancelled
 
 GRAIN = 4  # cells that a thread takes at a time, at least, unless they are few; chains stay together

@@ -3,19 +3,22 @@
 from collections.abc import Callable
 
 import numpy as np
-from vibroscope.engine.drivers.base import CAPACITY
+from vibroscope.engine.drivers.base import CAPACITY, SteppingDriver
 from vibroscope.engine.drivers.newmark import has_strides
 from vibroscope.engine.drivers.skip_tables import skip_tables
 from vibroscope.engine.drivers.step_maps import bodies_of, felt_late, is_stable, law_maps, step_maps
-from vibroscope.engine.drivers.stepping import SteppingDriver
 from vibroscope.engine.facts import Choice, Ending, equation, stated
 from vibroscope.engine.kernels.accelerated import matrix_skip
 from vibroscope.engine.kernels.compile.options import uncompiled
 from vibroscope.engine.kernels.compile.record import Buffers, PackedBuffers, make_buffers, no_contact
 from vibroscope.engine.kernels.equations.contact_law import CONSTANT, CUT, KELVIN_VOIGT, gain_at, law_force
-from vibroscope.engine.kernels.equations.coordinates import contact_coordinates
-from vibroscope.engine.kernels.equations.motion import accelerations, coefficients
-from vibroscope.engine.kernels.equations.rates import free_rate, load_rate
+from vibroscope.engine.kernels.equations.motion import (
+    accelerations,
+    coefficients,
+    contact_coordinates,
+    free_rate,
+    load_rate,
+)
 from vibroscope.engine.kernels.parameters import Parameters
 from vibroscope.engine.kernels.status import FULL
 from vibroscope.engine.kernels.time_stepping import linear_step as kernel

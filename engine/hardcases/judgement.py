@@ -1,6 +1,6 @@
 """Judge the outcome of a hard case: errors, events, energy and penetration against what is allowed.
 
-The allowed error is what double precision can attain (:mod:`.condition`). That of a constant step follows from the
+The allowed error is what double precision can attain (:mod:`.cases`). That of a constant step follows from the
 order of the method. ``vibroscope stability`` prints the outcomes; the tests run the same list.
 """
 
@@ -11,15 +11,18 @@ from itertools import pairwise
 
 import numpy as np
 from vibroscope.engine.energy.balance import energy_balance
-from vibroscope.engine.hardcases.cases import HardCase, hard_cases, setup_of, solutions
-from vibroscope.engine.hardcases.condition import (
+from vibroscope.engine.hardcases.cases import (
     EPSILON,
+    HardCase,
     accumulated_rounding,
     attainable_error,
     attainable_grazing_error,
+    hard_cases,
+    setup_of,
+    solutions,
 )
 from vibroscope.engine.hardcases.tolerances import MARGIN
-from vibroscope.engine.motions.averages import standard_error
+from vibroscope.engine.motions.section import standard_error
 from vibroscope.engine.result import Record, Response, Status
 from vibroscope.engine.simulate import simulate
 

@@ -3,8 +3,7 @@
 from dataclasses import dataclass, replace
 
 import numpy as np
-from vibroscope.engine.arguments import shown
-from vibroscope.engine.checks import one_of
+from vibroscope.engine.arguments import one_of, shown
 from vibroscope.engine.model import System
 
 FRAMES = ("absolute", "relative")

@@ -15,6 +15,15 @@ several curves with the time in excitation periods, the measured curve is read, 
 
 A file is either read completely or refused with an error that names line and column, since a measurement that is
 misread silently looks like a discovery. Words before and after the table are left out, which is said.
+
+Displacements from accelerations: integrated twice, without the drift that integration adds.
+
+The integral x̃ of an acceleration differs from the displacement by what the velocity and the displacement at the start
+and a bias of the sensor add, a polynomial c₀ + c₁t + c₂t². A motion in step with the excitation has no part that grows,
+so that the polynomial is found by a least-squares fit to x̃ together with harmonics of η/p. It takes the mean of the
+displacement with it, which an accelerometer does not show.
+
+Outliers of a record: samples that no body can have been at, such as a sensor's dropout or an overflow.
 """
 
 import math
@@ -24,8 +33,6 @@ from pathlib import Path
 
 import numpy as np
 from vibroscope.engine.facts import ETA, stated
-from vibroscope.engine.files import read_file
-from vibroscope.engine.measurement.acceleration import integrated
 from vibroscope.engine.measurement.measurement import Measurement
 from vibroscope.engine.measurement.measurement_columns import (
     ACCELERATIONS,
@@ -35,11 +42,85 @@ from vibroscope.engine.measurement.measurement_columns import (
     UnknownColumns,
     find_columns,
 )
-from vibroscope.engine.measurement.measurement_lines import MEASUREMENT_SIZE_LIMIT, lines_of
-from vibroscope.engine.measurement.measurement_table import Table, is_number, number_in, table_of
-from vibroscope.engine.measurement.outliers import first_outlier
-from vibroscope.engine.measurement.tolerances import CONTACT_FORCE, WRONG_UNIT
+from vibroscope.engine.measurement.measurement_table import (
+    MEASUREMENT_SIZE_LIMIT,
+    Table,
+    is_number,
+    lines_of,
+    number_in,
+    table_of,
+)
+from vibroscope.engine.measurement.recurrence import HARMONIC_SAMPLES, LONGEST, coefficients, harmonics
+from vibroscope.engine.measurement.tolerances import COMMON, CONTACT_FORCE, FAR_OUT, JUMP, OVERLAP, TOO_FAST, WRONG_UNIT
+from vibroscope.engine.system_file import read_file
 from vibroscope.engine.units import Units
+
+
+def integrated(time: np.ndarray, acceleration: np.ndarray, eta: float) -> np.ndarray:
+    """Displacements without their means, (k, n), from accelerations of fixed sensors, (k, n), in units of the model.
+
+    Parameters
+    ----------
+    time : (n,) ndarray
+        τ, increasing from 0.
+    acceleration : (k, n) ndarray
+    eta : float
+        Excitation frequency, about.
+    """
+    moved = Measurement(time, _integral(time, _integral(time, acceleration)), None, "absolute")
+    thin = moved.thinned(HARMONIC_SAMPLES)
+    period = max(1, min(LONGEST, int(moved.span * eta / (2 * np.pi) / OVERLAP)))
+    basis, _ = harmonics(thin, eta, period)
+    growing = np.vander(thin.time / moved.span, 3, increasing=True)
+    found = coefficients(np.hstack([growing, basis[:, 1:]]), thin.displacement.T)[:3]
+    rest = moved.displacement - (np.vander(time / moved.span, 3, increasing=True) @ found).T
+    return rest - rest.mean(axis=1, keepdims=True)
+
+
+def _integral(time: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """The integral from the first sample on, by the trapezoidal rule, (k, n)."""
+    steps = np.diff(time) * (values[:, 1:] + values[:, :-1]) / 2
+    return np.concatenate([np.zeros((len(values), 1)), np.cumsum(steps, axis=1)], axis=1)
+
+
+def first_outlier(time: np.ndarray, values: np.ndarray) -> tuple[int, float] | None:
+    """Find the first sample that lies too far out to belong to the motion.
+
+    A body moves on and does not jump: a sample is an outlier if it lies FAR_OUT sizes of the motion from its middle and
+    the body got there between two samples, or if the body moved to it and back with TOO_FAST times the speed that it
+    has in all but few of the other intervals. An impact turns a velocity and moves no body between two samples.
+
+    Parameters
+    ----------
+    time, values : (n,) ndarray
+
+    Returns
+    -------
+    (int, float) or None
+        Its number, and its distance from the middle in sizes of the motion.
+    """
+    low, middle, high = np.quantile(values, [(1 - COMMON) / 2, 0.5, (1 + COMMON) / 2])
+    size = max(high - middle, middle - low)
+    if size == 0.0:
+        return None
+    distance = np.abs(values - middle) / size
+    slopes = np.diff(values) / np.diff(time)
+    fast = np.abs(slopes) > TOO_FAST * np.quantile(np.abs(slopes), COMMON)
+    spike = np.zeros(len(values), bool)
+    spike[1:-1] = fast[:-1] & fast[1:] & (slopes[:-1] * slopes[1:] < 0)
+    found = np.flatnonzero(_beyond_a_jump(values, distance > FAR_OUT, distance * size) | (spike & (distance > 1)))
+    return (int(found[0]), float(distance[found[0]])) if len(found) else None
+
+
+def _beyond_a_jump(values: np.ndarray, far: np.ndarray, excursion: np.ndarray) -> np.ndarray:
+    """Which of the samples that lie far out, (n,) of bool, belong to a row of such that begins or ends with a jump."""
+    found = np.zeros(len(values), bool)
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], far, [False]]).astype(int)))
+    for start, end in edges.reshape(-1, 2):
+        sides = [pair for pair in ((start - 1, start), (end, end - 1)) if 0 <= pair[0] < len(values)]
+        found[start:end] = any(abs(values[out] - values[into]) > JUMP * excursion[into] for out, into in sides)
+    return found
+
 
 FEWEST_SAMPLES = 16
 

@@ -1,7 +1,7 @@
 """A synthetic measurement, to try the tools on and to test them: the reference's steady motion plus noise."""
 
 import numpy as np
-from vibroscope.engine.checks import require, whole
+from vibroscope.engine.arguments import require, whole
 from vibroscope.engine.measurement.cycle import reference_cycle
 from vibroscope.engine.measurement.measurement import Measurement
 from vibroscope.engine.methods import Reference

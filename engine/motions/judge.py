@@ -17,16 +17,14 @@ from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
-from vibroscope.engine.batch import run_cells
-from vibroscope.engine.cells import CellResults, Cells
+from vibroscope.engine.cells import CellResults, Cells, run_cells
 from vibroscope.engine.drivers.law_driven import remembers
 from vibroscope.engine.drivers.section import periods_of
 from vibroscope.engine.model import System
 from vibroscope.engine.motions.description import CellKind, Kind
 from vibroscope.engine.motions.lyapunov import Lyapunov, follow_cells
 from vibroscope.engine.motions.poincare_map import unresolved
-from vibroscope.engine.motions.regularity import rotation_number
-from vibroscope.engine.motions.section import band_widths, cycle_spreads, settled_periods
+from vibroscope.engine.motions.section import band_widths, cycle_spreads, rotation_number, settled_periods
 from vibroscope.engine.motions.steady import schedule_of
 from vibroscope.engine.motions.time_step_scatter import (
     FINER,

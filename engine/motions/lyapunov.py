@@ -21,16 +21,15 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
+from vibroscope.engine.arguments import whole
 from vibroscope.engine.cells import Cells
-from vibroscope.engine.checks import whole
-from vibroscope.engine.drivers.follow import follow
+from vibroscope.engine.drivers.batch import follow
 from vibroscope.engine.drivers.parameters import parameters_of_stops
 from vibroscope.engine.drivers.threads import thread_count
 from vibroscope.engine.methods import ExactPenalty, Method, Reference
 from vibroscope.engine.model import System, check_eta
-from vibroscope.engine.motions.averages import batch_means, smooth_weights, standard_error
 from vibroscope.engine.motions.poincare_map import PoincareMap
-from vibroscope.engine.motions.regularity import irregularity
+from vibroscope.engine.motions.section import batch_means, irregularity, smooth_weights, standard_error
 from vibroscope.engine.motions.steady import REST
 from vibroscope.engine.motions.tolerances import EXPONENT_DRIFT, REGULAR
 from vibroscope.engine.result import Cancelled

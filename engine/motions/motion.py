@@ -25,19 +25,26 @@ from vibroscope.engine.drivers.law_driven import remembers
 from vibroscope.engine.energy.balance import energy_balance, is_balance_known
 from vibroscope.engine.methods import Method
 from vibroscope.engine.model import System
-from vibroscope.engine.motions.contact_force import impulse_per_period, peak_force
-from vibroscope.engine.motions.description import CellKind, Kind, Motion, describe, sampled_periods
-from vibroscope.engine.motions.floquet import (
+from vibroscope.engine.motions.description import (
+    CellKind,
+    Kind,
+    Motion,
+    describe,
+    impulse_per_period,
+    peak_force,
+    sampled_periods,
+)
+from vibroscope.engine.motions.judge import LONGEST_SEEN, SETTLED_PERIODS, Evidence, classify, judge
+from vibroscope.engine.motions.lyapunov import lyapunov
+from vibroscope.engine.motions.poincare_map import (
     fate_of_disturbances,
     half_cycle_multipliers,
     lyapunov_exponent,
     multipliers,
     nearest_bifurcation,
+    unresolved,
 )
-from vibroscope.engine.motions.judge import LONGEST_SEEN, SETTLED_PERIODS, Evidence, classify, judge
-from vibroscope.engine.motions.lyapunov import lyapunov
-from vibroscope.engine.motions.poincare_map import unresolved
-from vibroscope.engine.motions.regularity import rotation_number
+from vibroscope.engine.motions.section import rotation_number
 from vibroscope.engine.motions.steady import REST, Steady, schedule_of, steady
 from vibroscope.engine.motions.time_step_scatter import SCATTER_TRANSIENT, section_judgement
 from vibroscope.engine.motions.tolerances import DRIFTS, REPEATED_IMPACTS, REPEATED_IMPACTS_BY_STEPS, UNBALANCED

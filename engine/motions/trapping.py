@@ -1,7 +1,7 @@
 """Trapping regions of stable cycles: ellipsoids of the Poincaré section from which every motion comes to the cycle.
 
 Let P be the map over so many turns of a cycle that disturbances fall to a half, y* a point of the cycle and |F·| a norm
-in which DP shrinks every vector at least by ψ < 1 (:mod:`.orbit`). The ball |F (y − y*)| ≤ r is trapping if each y in
+in which DP shrinks every vector at least by ψ < 1 (:mod:`.steady`). The ball |F (y − y*)| ≤ r is trapping if each y in
 it satisfies
 
     |F (P(y) − y* − DP (y − y*))| ≤ ½ (1 − ψ) |F (y − y*)|                                       (48)
@@ -26,9 +26,8 @@ import numpy as np
 from vibroscope.engine.drivers.event_driven import contact_state
 from vibroscope.engine.methods import ExactPenalty, Reference
 from vibroscope.engine.model import System
-from vibroscope.engine.motions.orbit import Contraction, FixedPoint, contraction
 from vibroscope.engine.motions.poincare_map import PoincareMap
-from vibroscope.engine.motions.steady import Steady
+from vibroscope.engine.motions.steady import Contraction, FixedPoint, Steady, contraction
 from vibroscope.engine.motions.tolerances import FALLEN, JOINED
 
 DIRECTIONS = 128

@@ -9,7 +9,7 @@ import math
 from dataclasses import dataclass, replace
 from functools import cached_property
 
-from vibroscope.engine.checks import require
+from vibroscope.engine.arguments import require
 from vibroscope.engine.contact import (
     ContactUnits,
     check_mass,

@@ -13,12 +13,12 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from vibroscope.engine.checks import require
+from vibroscope.engine.arguments import require
 from vibroscope.engine.contact import effective_restitution
 from vibroscope.engine.divergence.encounters import delivered_restitution, mean_closing_speed, short_contacts
 from vibroscope.engine.divergence.error import Target
 from vibroscope.engine.divergence.grid import simulate_samples
-from vibroscope.engine.motions.contact_force import peak_force
+from vibroscope.engine.motions.description import peak_force
 from vibroscope.engine.result import Record, Response
 
 DISPLACEMENT_RANGE = (1e-6, 1.0)

@@ -10,9 +10,7 @@ there the levels lie closer.
 import math
 from collections.abc import Callable, Iterator
 
-from vibroscope.engine.recommendation.contact_search import ContactSearch
-from vibroscope.engine.recommendation.front import pareto_front
-from vibroscope.engine.recommendation.middle import MiddleSearch
+from vibroscope.engine.recommendation.contact_search import ContactSearch, MiddleSearch, pareto_front
 from vibroscope.engine.recommendation.tolerances import GAIN, LUCK, STARTS_APART
 from vibroscope.engine.recommendation.trials import NewmarkSetting, Trial
 

@@ -9,15 +9,14 @@ or in a `store`, which lies in a folder or at a URL (`store_location`). `cache` 
 from typing import TYPE_CHECKING
 
 from vibroscope.engine.model import COORDINATES
-from vibroscope.engine.sweeps.basin_difference import BasinDifference, basin_difference, difference_of
-from vibroscope.engine.sweeps.basin_study import BasinStudy
-from vibroscope.engine.sweeps.batches import COARSEST, nearest_known
+from vibroscope.engine.sweeps.basin_motions import AXES, StartPlane
+from vibroscope.engine.sweeps.basin_study import BasinDifference, BasinStudy, basin_difference, difference_of
+from vibroscope.engine.sweeps.batches import COARSEST, Progress, empty_values, nearest_known
 from vibroscope.engine.sweeps.cache import cached_dataset, grow_cached, grow_picture
 from vibroscope.engine.sweeps.codes import KIND_FLAGS, MISSING
 from vibroscope.engine.sweeps.digest import engine_digest
 from vibroscope.engine.sweeps.eta_study import DIRECTIONS, OVER, EtaStudy
 from vibroscope.engine.sweeps.growth import Partial, RunOptions, grow, run
-from vibroscope.engine.sweeps.memory import empty_values
 from vibroscope.engine.sweeps.motion_kinds import (
     CellKind,
     judge_cells,
@@ -28,8 +27,6 @@ from vibroscope.engine.sweeps.motion_kinds import (
 )
 from vibroscope.engine.sweeps.no_solution_study import NoSolutionStudy
 from vibroscope.engine.sweeps.plane_study import PlaneStudy
-from vibroscope.engine.sweeps.progress import Progress
-from vibroscope.engine.sweeps.start_plane import AXES, StartPlane
 from vibroscope.engine.sweeps.step_study import SCHEMES, StepStudy
 from vibroscope.engine.sweeps.store import check_store
 from vibroscope.engine.sweeps.study import Study

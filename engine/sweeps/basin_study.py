@@ -2,32 +2,189 @@
 
 Every cell is certified by its own run (:mod:`.basin_motions`), never by its neighbours. Once all cells are known the
 motions are numbered in the order of their shares, with those that a cell met for the first time.
+
+Shares of a plane, and the dimension of the boundary between the basins.
+
+The uncertainty exponent α (Grebogi, McDonald, Ott and Yorke, Physics Letters A 99 (1983) 415) says how the share f(ε)
+of starts whose motion an error ε may change falls with that error, f ∝ ε^α. The boundary then has the dimension 2 − α
+in a plane: 1 for a smooth curve, and the closer to 2 the less a smaller error helps. f(ε) is the share of the pairs of
+cells ε apart along an axis that lead to different motions, and α the slope of log f over log ε. Its standard error has
+two parts: that of the fit, since f of a fractal waves about the straight line, and that of a jackknife over the plane,
+which leaves out one tile after the other.
+
+Starts from which two solvers end on different motions: two basins of one plane, cell by cell.
 """
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import ClassVar
+from typing import TYPE_CHECKING, ClassVar, NamedTuple
 
 import numpy as np
-from vibroscope.engine.arguments import checked
-from vibroscope.engine.checks import whole
+from vibroscope.engine.arguments import checked, whole
 from vibroscope.engine.methods import Method
 from vibroscope.engine.model import System
 from vibroscope.engine.motions.description import Kind
-from vibroscope.engine.motions.sameness import SECTION_BATCHES
 from vibroscope.engine.motions.search import KnownMotion
+from vibroscope.engine.motions.section import SECTION_BATCHES, same_between_solvers
 from vibroscope.engine.motions.tolerances import SAME_CYCLE
 from vibroscope.engine.simulate import KEEP_LIMIT
 from vibroscope.engine.sweeps import variables as vocabulary
-from vibroscope.engine.sweeps.axis import ascending_values, start_of
-from vibroscope.engine.sweeps.basin_boundary import boundary, share_error
-from vibroscope.engine.sweeps.basin_motions import OTHER, BasinSearch, basin_search
+from vibroscope.engine.sweeps.basin_motions import AXES, OTHER, BasinSearch, StartPlane, basin_search, can_begin
 from vibroscope.engine.sweeps.codes import KIND_FLAGS
-from vibroscope.engine.sweeps.start_plane import AXES, StartPlane, can_begin
-from vibroscope.engine.sweeps.study import Study
+from vibroscope.engine.sweeps.step_study import observed_order
+from vibroscope.engine.sweeps.study import Study, ascending_values, start_of
 from vibroscope.engine.sweeps.tolerances import SCATTERED
 from vibroscope.engine.sweeps.variables import StudyArray, Variable, status_variable, variables_of
+
+if TYPE_CHECKING:
+    import xarray
+
+
+SMALLEST_DISTANCE, LARGEST_DISTANCE = 1, 16  # cells between the two of a pair, doubled from one to the other
+LARGEST_SHARE = 8  # of the shorter side: a larger distance compares the sides of the plane
+TILES = 4  # along each side
+FEWEST_DISTANCES = 3  # distances of a fit with an error
+
+
+class Boundary(NamedTuple):
+    """Uncertainty exponent α and dimension 2 − α of a boundary; nan where there is none, or too few cells.
+
+    Attributes
+    ----------
+    exponent, dimension, error : float
+        The standard error is that of both.
+    """
+
+    exponent: float
+    dimension: float
+    error: float
+
+
+def share_error(share: float, cells: int) -> float:
+    """Standard error of a share of so many starts: √(p(1 − p)/n), for a lattice an upper bound."""
+    return float(np.sqrt(share * (1 - share) / cells)) if cells else np.nan
+
+
+def boundary(motion: np.ndarray) -> Boundary:
+    """The boundary between basins in a plane.
+
+    Parameters
+    ----------
+    motion : (n, m) ndarray of int
+        The motion of each cell; negative: none, and no pair.
+    """
+    distances = _distances(motion.shape)
+    counts = np.array([_counts(motion, distance) for distance in distances]).reshape(-1, 2, TILES * TILES)
+    slope, of_fit = _slope(distances, counts.sum(axis=2))
+    without = [_slope(distances, np.delete(counts, tile, axis=2).sum(axis=2))[0] for tile in range(TILES * TILES)]
+    of_plane = np.sqrt((len(without) - 1) * np.var(without)) if np.isfinite(without).all() else np.nan
+    return Boundary(slope, 2 - slope, float(np.hypot(of_fit, of_plane)))
+
+
+def _distances(shape: tuple[int, int]) -> list[int]:
+    longest = min(LARGEST_DISTANCE, min(shape) // LARGEST_SHARE)
+    return [2**k for k in range(LARGEST_DISTANCE.bit_length()) if SMALLEST_DISTANCE <= 2**k <= longest]
+
+
+def _counts(motion: np.ndarray, distance: int) -> np.ndarray:
+    """Pairs of cells so far apart that lead to different motions, and all pairs, by tile: (2, TILES²)."""
+    found = np.zeros((2, TILES * TILES))
+    tiles = np.add.outer(
+        *(np.arange(n) * TILES // n * factor for n, factor in zip(motion.shape, (TILES, 1), strict=True))
+    )
+    for axis in range(2):
+        near = np.take(motion, range(motion.shape[axis] - distance), axis)
+        far = np.take(motion, range(distance, motion.shape[axis]), axis)
+        tile = np.take(tiles, range(motion.shape[axis] - distance), axis)
+        pairs = (near >= 0) & (far >= 0)
+        for row, which in enumerate((pairs & (near != far), pairs)):
+            found[row] += np.bincount(tile[which], minlength=TILES * TILES)
+    return found
+
+
+def _slope(distances: list[int], counts: np.ndarray) -> tuple[float, float]:
+    """α and the standard error of the fit; ``counts`` (distances, 2): different pairs and all of them."""
+    if (counts > 0).all(axis=1).sum() < FEWEST_DISTANCES:
+        return np.nan, np.nan
+    return observed_order(1 / np.array(distances), counts[:, 0] / np.maximum(counts[:, 1], 1))
+
+
+DIFFERENT, SAME_MOTION, NO_STATEMENT = 1, 0, -1  # of a cell
+
+
+@dataclass(frozen=True, eq=False)
+class BasinDifference:
+    """The starts from which two solvers end on different motions.
+
+    Attributes
+    ----------
+    cells : (n, m) ndarray of int8
+        DIFFERENT, SAME_MOTION, or NO_STATEMENT where one of them knows no start or no end.
+    share, error : float
+        Share of the cells with a statement in which they differ, with its standard error; nan without any.
+    same : (k, l) ndarray of bool
+        Which motions of the first are which of the second (:mod:`..motions.section`).
+    """
+
+    cells: np.ndarray
+    share: float
+    error: float
+    same: np.ndarray
+
+    def __repr__(self) -> str:
+        first, second = self.same.shape
+        motions = f"{first} and {second} motions, {self.same.any(1).sum()} in both"
+        return f"BasinDifference({100 * self.share:.2f} ± {100 * self.error:.2f} % of the starts; {motions})"
+
+
+def basin_difference(first: "xarray.Dataset", second: "xarray.Dataset") -> BasinDifference:
+    """The starts from which two solvers end on different motions.
+
+    Parameters
+    ----------
+    first, second : xarray.Dataset
+        Of a :class:`engine.BasinStudy`, over the same cells.
+
+    Raises
+    ------
+    ValueError
+        If these are no basins of the same cells.
+    """
+    tables = []
+    for each in (first, second):
+        if "motion_section" not in each:
+            raise ValueError("the dataset is no complete basin: give the result of a BasinStudy")
+        names = ("motion", "motion_period", "motion_section")
+        tables.append({name: np.asarray(each[name].values) for name in names})
+    axes = first["motion"].dims
+    if axes != second["motion"].dims or not all(np.array_equal(first[name], second[name]) for name in axes):
+        raise ValueError("the basins are not of the same cells: sweep both over the same axes and values")
+    return difference_of(*tables)
+
+
+def difference_of(first: Mapping[str, np.ndarray], second: Mapping[str, np.ndarray]) -> BasinDifference:
+    """Compare the arrays ``motion``, ``motion_period`` and ``motion_section`` of two basins of the same cells."""
+    same = np.array(
+        [
+            [same_between_solvers(one, period, other, other_period) for other, other_period in _motions(second)]
+            for one, period in _motions(first)
+        ],
+        dtype=bool,
+    ).reshape(len(first["motion_period"]), len(second["motion_period"]))
+    one, other = first["motion"], second["motion"]
+    both = (one >= 0) & (other >= 0)
+    cells = np.full(one.shape, NO_STATEMENT, np.int8)
+    cells[both] = np.where(same[one[both], other[both]], SAME_MOTION, DIFFERENT)
+    known = int(both.sum())
+    share = float((cells == DIFFERENT).sum() / known) if known else np.nan
+    return BasinDifference(cells, share, share_error(share, known), same)
+
+
+def _motions(table: Mapping[str, np.ndarray]) -> list[tuple[np.ndarray, int]]:
+    """Section and period of each motion."""
+    sections = [rows[np.isfinite(rows).all(axis=1)] for rows in table["motion_section"]]
+    return list(zip(sections, map(int, table["motion_period"]), strict=True))
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

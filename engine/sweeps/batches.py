@@ -3,18 +3,148 @@
 A batch is an index of the study's grid: a box (slices) or single cells (index arrays). Boxes are the chunks of a store:
 some seconds of work each, the unit that is written, lost in a kill, and sent to a cluster. For a picture that refines
 while one watches, batches are single cells spread over the grid and take some tenths of a second.
+
+How far a study is.
+
+The results of a study in memory: arrays over the whole grid.
+
+The origin of a result, which its attributes hold.
+
+Two kinds, kept apart. `origin` follows from what was asked and from the engine, and is the same in every run.
+`account` is of the run that finished the result (date, cost) and is written last, so that all else is the same, byte
+for byte, however often a run was killed and on how many machines it was taken up again.
 """
 
+import datetime
+import importlib.metadata
 import itertools
+import json
 import math
+import platform
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
+from vibroscope.engine.sweeps.codes import MISSING
+from vibroscope.engine.sweeps.study import Study
 
 if TYPE_CHECKING:
-    from vibroscope.engine.sweeps.study import Study
+    import xarray
+
+
+@dataclass(frozen=True)
+class Progress:
+    """The argument of a study's ``progress`` callable.
+
+    Attributes
+    ----------
+    done, total : int
+        Cells; refinement raises the total.
+    computed, reused, failed : int
+        Of those done: computed by this run, found in the store, ended early (with their status in the result).
+    seconds : float
+        Since the study began.
+    """
+
+    done: int
+    total: int
+    computed: int
+    reused: int
+    failed: int
+    seconds: float
+
+    @property
+    def rate(self) -> float:
+        """Cells computed a second."""
+        return self.computed / self.seconds if self.seconds > 0 else 0.0
+
+    @property
+    def seconds_left(self) -> float:
+        """The seconds left at this rate; inf before the first cell."""
+        return (self.total - self.done) / self.rate if self.rate else float("inf")
+
+
+ProgressCallback = Callable[[Progress], None]
+
+
+class ProgressCounter:
+    """Counts the cells of a study and calls the callback, from before the first batch to the last cell."""
+
+    def __init__(self, callback: ProgressCallback | None = None) -> None:
+        self._callback = callback
+        self._begun = time.perf_counter()
+        self.total = self.computed = self.reused = self.failed = 0
+
+    def now(self, in_hand: int = 0) -> Progress:
+        """The progress, with so many cells done of the batch that is being computed."""
+        computed, seconds = self.computed + in_hand, time.perf_counter() - self._begun
+        return Progress(computed + self.reused, self.total, computed, self.reused, self.failed, seconds)
+
+    def add(self, status: np.ndarray, *, reused: bool) -> None:
+        """Count a batch whose cells have these statuses."""
+        if reused:
+            self.reused += status.size
+        else:
+            self.computed += status.size
+        self.failed += int(np.count_nonzero(status))
+        self.report()
+
+    def report(self, in_hand: int = 0) -> None:
+        """Call the callback."""
+        if self._callback is not None:
+            self._callback(self.now(in_hand))
+
+
+SOURCE = "Penalty-regularization of a dissipative vibro-impacting system (the model and its Table 1)"
+
+
+def engine_version() -> str:
+    """Version of the package; ``unknown`` if it is not installed."""
+    try:
+        return importlib.metadata.version("vibroscope")
+    except importlib.metadata.PackageNotFoundError:
+        return "unknown"
+
+
+def origin(study: Study) -> dict[str, object]:
+    """Attributes that are known before a study is run; groups of numbers as JSON, which every file format can hold."""
+    numbers = study.numbers()
+    return {
+        "title": f"vibroscope sweep {study.kind}",
+        "source": SOURCE,
+        "system": json.dumps(numbers["system"]),
+        "method": json.dumps(numbers["method"]),
+        "options": json.dumps(numbers["options"]),
+        **{name: numbers[name] for name in ("eta", "transient", "sample") if name in numbers},
+        "engine_version": engine_version(),
+        "engine_digest": numbers["engine"],
+        "key": study.key,
+        "complete": 0,
+    }
+
+
+def account(progress: Progress, where: str) -> dict[str, object]:
+    """Attributes of the run that finished a result."""
+    return {
+        "date": datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds"),
+        **cost(progress),
+        "computed_on": f"{where}, {platform.machine()}, Python {platform.python_version()}, "
+        f"NumPy {importlib.metadata.version('numpy')}, Numba {importlib.metadata.version('numba')}",
+        "complete": 1,
+    }
+
+
+def cost(progress: Progress) -> dict[str, object]:
+    """Seconds and cells of a run."""
+    return {
+        "seconds": progress.seconds,
+        "computed": progress.computed,
+        "reused": progress.reused,
+        "failed": progress.failed,
+    }
+
 
 Chunk = tuple[slice, ...]
 Batch = Chunk | tuple[np.ndarray, ...]
@@ -128,3 +258,79 @@ def adaptive_batches(order: np.ndarray) -> Iterator[np.ndarray]:
         begin += len(piece)
         passed = max(time.monotonic() - started, 1e-3)
         size = int(np.clip(size * BATCH_SECONDS / passed, FEWEST_CELLS, MOST_CELLS))
+
+
+def empty_values(study: Study) -> dict[str, np.ndarray]:
+    """The variables of a study of which no cell is known."""
+    lengths = study.lengths
+    return {
+        name: np.full(tuple(lengths[dim] for dim in variable.dims), variable.fill, variable.dtype)
+        for name, variable in study.variables.items()
+    }
+
+
+class Memory:
+    """One study's results; the same methods as `Store`.
+
+    Parameters
+    ----------
+    values : mapping of str to ndarray, optional
+        The variables that an earlier run of the same study left.
+    """
+
+    def __init__(self, values: Mapping[str, np.ndarray] | None = None) -> None:
+        self._values = {name: array.copy() for name, array in (values or {}).items()}
+        self._account: dict[str, object] = {}
+
+    def claim(self, study: Study) -> None:
+        """Make these results those of a study."""
+        self._claimed = study
+
+    def create(self, study: Study, sides: tuple[int, ...]) -> tuple[int, ...]:
+        """Create every array that is missing; returns the sides of the chunks."""
+        self._study = study  # a refined study: with all its cells, which were not known when it was claimed
+        self._values = self._values or empty_values(study)
+        return sides
+
+    def part(self, name: str) -> "Memory":
+        """Results that are a part of these: a round of refinement."""
+        return Memory()
+
+    def read(self, batch: Batch) -> dict[str, np.ndarray] | None:
+        """The variables of a batch; None if any of its cells is missing."""
+        if (self._values["status"][batch] == MISSING).any():
+            return None
+        return {name: array[batch] for name, array in self._values.items()}
+
+    def write(self, batch: Batch, values: dict[str, np.ndarray]) -> None:
+        """Take the variables of a batch."""
+        for name, array in self._values.items():
+            array[batch] = values[name]
+
+    @property
+    def known(self) -> np.ndarray:
+        """Whether each cell is known, in the shape of the grid."""
+        known = self._values["status"] != MISSING
+        return known.all(axis=tuple(range(len(self._study.shape), known.ndim)))
+
+    def values(self) -> dict[str, np.ndarray]:
+        """Copies of all variables."""
+        return {name: array.copy() for name, array in self._values.items()}
+
+    def finish(self, progress: Progress, where: str) -> None:
+        """Note that the results are complete, when and at what cost."""
+        self._account = account(progress, where)
+
+    def dataset(self) -> "xarray.Dataset":
+        """The results as a labelled dataset."""
+        import xarray
+
+        study, values = self._study, self._values
+        arrays = study.arrays | study.conclusions(values)
+        found = {name: (item.dims, np.asarray(item.values), item.attributes) for name, item in arrays.items()}
+        for name, variable in study.variables.items():
+            found[name] = (variable.dims, values[name], variable.attributes)
+        return xarray.Dataset(found, attrs=origin(self._claimed) | self._account)
+
+    def close(self) -> None:
+        """Nothing is open."""

@@ -12,10 +12,8 @@ from collections.abc import Callable, Iterable, Iterator
 
 import numpy as np
 from vibroscope.engine.result import Cancelled
-from vibroscope.engine.sweeps.batches import Chunk
+from vibroscope.engine.sweeps.batches import Chunk, Memory, ProgressCounter
 from vibroscope.engine.sweeps.digest import engine_digest
-from vibroscope.engine.sweeps.memory import Memory
-from vibroscope.engine.sweeps.progress import ProgressCounter
 from vibroscope.engine.sweeps.store import Store
 from vibroscope.engine.sweeps.store_location import StoreLocation
 from vibroscope.engine.sweeps.study import Study

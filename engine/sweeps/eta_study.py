@@ -14,21 +14,19 @@ from functools import cached_property
 from typing import ClassVar
 
 import numpy as np
-from vibroscope.engine.arguments import shown
+from vibroscope.engine.arguments import require, shown, whole
 from vibroscope.engine.cells import CellResults, Cells
-from vibroscope.engine.checks import require, whole
+from vibroscope.engine.methods import check_has
 from vibroscope.engine.model import COORDINATES
 from vibroscope.engine.motions.description import CellKind
 from vibroscope.engine.motions.judge import classify
 from vibroscope.engine.motions.lyapunov import PERIODS_RANGE, Lyapunov, follow_cells
 from vibroscope.engine.simulate import FARTHEST
 from vibroscope.engine.sweeps import variables as vocabulary
-from vibroscope.engine.sweeps.axis import start_of
 from vibroscope.engine.sweeps.codes import KIND_FLAGS, MISSING
-from vibroscope.engine.sweeps.study import CELLS_LIMIT, Study
+from vibroscope.engine.sweeps.study import CELLS_LIMIT, Study, start_of
 from vibroscope.engine.sweeps.tolerances import SAME_IMPACTS
 from vibroscope.engine.sweeps.variables import StudyArray, Variable, status_variable, variables_of
-from vibroscope.engine.swept import check_has
 
 OVER = tuple(vocabulary.SWEPT)
 DIRECTIONS = ("rest", "up", "down")

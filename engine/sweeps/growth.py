@@ -14,11 +14,19 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from vibroscope.engine.result import Cancelled
-from vibroscope.engine.sweeps import provenance
-from vibroscope.engine.sweeps.batches import Batch, chunk_shape, chunks, chunks_in_order, coarse_first
+from vibroscope.engine.sweeps import batches
+from vibroscope.engine.sweeps.batches import (
+    Batch,
+    Memory,
+    Progress,
+    ProgressCallback,
+    ProgressCounter,
+    chunk_shape,
+    chunks,
+    chunks_in_order,
+    coarse_first,
+)
 from vibroscope.engine.sweeps.eta_study import EtaStudy
-from vibroscope.engine.sweeps.memory import Memory
-from vibroscope.engine.sweeps.progress import Progress, ProgressCallback, ProgressCounter
 from vibroscope.engine.sweeps.store import Store
 from vibroscope.engine.sweeps.store_location import StoreLocation
 from vibroscope.engine.sweeps.study import Study
@@ -86,7 +94,7 @@ class Partial:
 
     def dataset(self) -> "xarray.Dataset":
         """The results as a Dataset; its attributes include ``computed``, ``reused``, ``failed`` and ``seconds``."""
-        return self.results.dataset().assign_attrs(provenance.cost(self.progress))
+        return self.results.dataset().assign_attrs(batches.cost(self.progress))
 
 
 def run(study: Study, options: RunOptions) -> "xarray.Dataset":

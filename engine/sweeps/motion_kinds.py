@@ -9,8 +9,7 @@ from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
-from vibroscope.engine.batch import run_cells
-from vibroscope.engine.cells import Cells
+from vibroscope.engine.cells import Cells, run_cells
 from vibroscope.engine.motions.description import CellKind, Kind
 from vibroscope.engine.motions.judge import judge, late_runs, unknown_kinds
 from vibroscope.engine.motions.section import scatter, settled_periods

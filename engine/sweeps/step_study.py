@@ -20,9 +20,8 @@ from vibroscope.engine.motions.section import scatter
 from vibroscope.engine.result import Record
 from vibroscope.engine.simulate import simulate
 from vibroscope.engine.sweeps import variables as vocabulary
-from vibroscope.engine.sweeps.axis import start_of
 from vibroscope.engine.sweeps.errors import ReferenceMotion, reference_motion
-from vibroscope.engine.sweeps.study import Study
+from vibroscope.engine.sweeps.study import Study, start_of
 from vibroscope.engine.sweeps.variables import StudyArray, Variable, status_variable, variables_of
 
 PLOTTED = 2  # periods of a phase plot

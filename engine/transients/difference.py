@@ -11,8 +11,7 @@ from vibroscope.engine.methods import ExactPenalty, Reference, TimeStepping
 from vibroscope.engine.model import System
 from vibroscope.engine.result import Response
 from vibroscope.engine.simulate import simulate_load, under_load
-from vibroscope.engine.transients.instants import Instants
-from vibroscope.engine.transients.run import CYCLE, FREE_CYCLES, Transient, samples_of, transient
+from vibroscope.engine.transients.run import CYCLE, FREE_CYCLES, Instants, Transient, samples_of, transient
 
 COMPARED_SAMPLES = 20_000  # of a run, at most so many steps of which are compared
 

@@ -16,11 +16,10 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-from vibroscope.engine.files import read_file
 from vibroscope.engine.load import SIZE_RANGE, Load, quantity_of
 from vibroscope.engine.measurement.measurement_columns import ACCELERATIONS, name_and_unit, names_time, unit_factor
-from vibroscope.engine.measurement.measurement_lines import MEASUREMENT_SIZE_LIMIT, lines_of
-from vibroscope.engine.measurement.measurement_table import number_in, table_of
+from vibroscope.engine.measurement.measurement_table import MEASUREMENT_SIZE_LIMIT, lines_of, number_in, table_of
+from vibroscope.engine.system_file import read_file
 from vibroscope.engine.units import Units
 from vibroscope.engine.wording import counted
 

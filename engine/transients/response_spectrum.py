@@ -4,8 +4,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from vibroscope.engine.arguments import shown
-from vibroscope.engine.checks import require
+from vibroscope.engine.arguments import require, shown
 from vibroscope.engine.load import Load
 from vibroscope.engine.methods import Method, Reference
 from vibroscope.engine.model import FAR_OPEN, System

@@ -1,21 +1,102 @@
-"""A run from rest under a load that is no harmonic, and what is left of it after the load."""
+"""A run from rest under a load that is no harmonic, and what is left of it after the load.
+
+Largest values between samples, from the cubic that has the values and the slopes of both ends of an interval.
+
+The instants at which a run under a load is sampled, so that its peaks are known.
+"""
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
+from vibroscope.engine.arguments import require
 from vibroscope.engine.energy.balance import energy_balance
-from vibroscope.engine.energy.result import EnergyBalance
+from vibroscope.engine.energy.events import EnergyBalance
 from vibroscope.engine.load import Load
 from vibroscope.engine.methods import Method
 from vibroscope.engine.model import System
 from vibroscope.engine.outputs import peaks
-from vibroscope.engine.result import Record, Response
-from vibroscope.engine.simulate import simulate_load, under_load
-from vibroscope.engine.transients.extrema import largest, without_impacts
-from vibroscope.engine.transients.instants import Instants, instants_of
+from vibroscope.engine.result import Impacts, Record, Response, Trajectory
+from vibroscope.engine.simulate import SAMPLES_LIMIT, simulate_load, under_load
+
+
+def largest(time: np.ndarray, value: np.ndarray, slope: np.ndarray, smooth: np.ndarray) -> float:
+    """The largest |f| of samples f and f′ at instants τ, (n,) each.
+
+    ``smooth``, (n − 1,): the intervals within which f′ does not jump. The error is that of a cubic, of fourth order.
+    """
+    h, found = np.diff(time), float(np.abs(value).max(initial=0.0))
+    turning = np.flatnonzero(smooth & (h > 0.0) & (slope[:-1] * slope[1:] < 0.0))
+    if not len(turning):
+        return found
+    h, first, begin, end = h[turning], value[turning], slope[turning], slope[turning + 1]
+    mean = (value[turning + 1] - first) / h
+    square, cube = (3.0 * mean - 2.0 * begin - end) / h, (begin + end - 2.0 * mean) / (h * h)
+    # f′ = begin + 2 square s + 3 cube s² has one root within; the form that does not cancel
+    root = np.sqrt(np.maximum(square * square - 3.0 * cube * begin, 0.0))
+    turn = -(square + np.copysign(root, square))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        s, other = begin / turn, turn / (3.0 * cube)
+    s = np.where((s >= 0.0) & (s <= h), s, np.clip(other, 0.0, h))
+    extreme = first + s * (begin + s * (square + s * cube))
+    return max(found, float(np.nanmax(np.abs(extreme))))
+
+
+def without_impacts(sampled: Trajectory, impacts: Impacts) -> np.ndarray:
+    """The intervals between samples, (n − 1,) of bool, in which no impact falls."""
+    places = np.searchsorted(impacts.time, sampled.time, side="right")
+    return np.diff(places) == 0
+
+
+CYCLE_SAMPLES = 128  # in the fastest cycle without contact: a peak between them is missed by 3e-4 of it at most
+CONTACT_SAMPLES = 64  # in a contact
+CONTACT_CYCLE = 12  # … at least so many in a cycle of a penalty contact that lasts
+
+
+@dataclass(frozen=True, eq=False)
+class Instants(Record):
+    """A request for samples at given shares of a run."""
+
+    shares: np.ndarray = field(default_factory=lambda: np.zeros(1))
+
+    @classmethod
+    def of(cls, shares: np.ndarray) -> "Instants":
+        """The record of these shares, of one period."""
+        return cls(1, len(shares), None, shares)
+
+    def phases(self, steps: int) -> np.ndarray:
+        """The shares themselves."""
+        return self.shares
+
+
+def instants_of(system: System, method: Method, contacts: np.ndarray, depth: float = 0.0) -> np.ndarray:
+    """Shares of the run at which it is sampled: even ones, the beginnings of segments of the load, and contacts.
+
+    ``depth``: the deepest penetration, at which a spring of another law than Kδ is stiffest.
+    """
+    load = system.excitation.load
+    fastest = max(1.0, 1.0 if system.wall else system.kappa, load.frequency)
+    count = int(np.ceil(CYCLE_SAMPLES * fastest * load.length / (2 * np.pi)))
+    stiffer = max(1.0, system.stiffness_factor2)  # of two stops
+    rate = 0.0
+    if not method.rigid:
+        n = method.spring_exponent
+        stiffer *= (method.stiffening or 1.0) * n * depth ** (n - 1.0)
+        rate = np.sqrt(stiffer * method.stiffness / system.mass_share)
+    lengths = contacts[:, 1] - contacts[:, 0]
+    within = CONTACT_SAMPLES + (CONTACT_CYCLE * rate * lengths / (2 * np.pi)).astype(int)
+    total = count + len(load.segments) + int(within.sum())
+    require("samples", total, 1, SAMPLES_LIMIT, "take a shorter load, or a shorter time after it")
+    spans = zip(contacts, within, strict=True)
+    inside = [np.linspace(*span, number, endpoint=False) for span, number in spans]
+    shares = np.concatenate(
+        [np.arange(count) / count, load.segments[:, 0] / load.length, *(x / load.length for x in inside)]
+    )
+    shares = np.unique(shares)
+    return shares[shares < 1.0]
+
 
 CYCLE = 2 * math.pi  # of body 1, in 1/ω₁
 PULSE_SAMPLES = 400  # of a half-sine, between which it is straight

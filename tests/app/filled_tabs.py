@@ -5,7 +5,7 @@ from vibroscope.app.explorer.compute import compute_runs
 from vibroscope.app.explorer.link import print_address
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.page.paper import tab as paper
-from vibroscope.app.page.paper.card import ClaimCard
+from vibroscope.app.page.paper.tab import ClaimCard
 from vibroscope.app.page.study.tab import StudyView
 from vibroscope.app.page.tab import Move
 from vibroscope.app.page.tabs import VIEWS

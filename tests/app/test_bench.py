@@ -6,7 +6,7 @@ from functools import partial
 import numpy as np
 import pytest
 from vibroscope.app.commands.cli import main
-from vibroscope.app.performance import bench, contenders, peers, truth
+from vibroscope.app.performance import bench, contenders, peers
 from vibroscope.app.performance.contenders import CHECKED, SYSTEM
 from vibroscope.engine import ExactPenalty, Newmark, Reference, simulate
 
@@ -57,12 +57,12 @@ def test_text_names_every_solver(capsys):
 
 @pytest.mark.usefixtures("no_heyoka")
 def test_without_the_solutions_errors_are_null_with_a_reason(monkeypatch, tmp_path):
-    monkeypatch.setattr(truth, "TRUTH", tmp_path)
-    truth.solutions.cache_clear()
+    monkeypatch.setattr(bench, "TRUTH", tmp_path)
+    bench.solutions.cache_clear()
     try:
         found = bench.measure_scene(*SCENES["C"], periods=2, rounds=1)
     finally:
-        truth.solutions.cache_clear()
+        bench.solutions.cache_clear()
     errors = found["errors"]
     assert errors["reference"] is errors["exact"] is errors["newmark_fast"]["2000"] is None
     assert sum("assets/truth are not here" in note for note in found["notes"]) == 2
@@ -71,11 +71,11 @@ def test_without_the_solutions_errors_are_null_with_a_reason(monkeypatch, tmp_pa
 @pytest.mark.parametrize(("eta", "stiffness", "damping"), SCENES.values())
 def test_there_is_a_solution_for_every_scene(eta, stiffness, damping):
     for method in (bench.REFERENCE, ExactPenalty(stiffness, damping)):
-        state = truth.true_state(eta, method)
+        state = bench.true_state(eta, method)
         assert state is not None
         found = simulate(SYSTEM, eta, method, periods=CHECKED, keep=1).section[-1]
         assert np.abs(found - state).max() < 1e-10
-    assert truth.true_state(eta, Reference("derived", threshold=0.5)) is None
+    assert bench.true_state(eta, Reference("derived", threshold=0.5)) is None
 
 
 def test_costs_are_medians_and_ratios_are_those_of_the_turns():
@@ -106,4 +106,4 @@ def test_heyoka_solves_both_problems(eta, stiffness, damping):
     penalty = peers.heyoka_penalty(SYSTEM, eta, stiffness, damping)
     for run, method in ((reference, bench.REFERENCE), (penalty, ExactPenalty(stiffness, damping))):
         for _ in range(2):  # a run leaves nothing behind
-            assert np.abs(run(CHECKED) - truth.true_state(eta, method)).max() < 1e-12
+            assert np.abs(run(CHECKED) - bench.true_state(eta, method)).max() < 1e-12

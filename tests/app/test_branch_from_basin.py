@@ -5,7 +5,7 @@ import json
 import numpy as np
 import pytest
 from vibroscope.app.commands import branch
-from vibroscope.app.commands.basin_seeds import passes, read_basin
+from vibroscope.app.commands.branch import passes, read_basin
 from vibroscope.engine import BasinStudy, BranchQuestion, Reference, System, continue_branch, sweep
 
 from tests.app.command_line import run_command

@@ -6,12 +6,11 @@ from vibroscope.app.explorer.field_units import shown_field
 from vibroscope.app.explorer.link import parse_address, print_address, print_choice
 from vibroscope.app.explorer.reading import read_setting
 from vibroscope.app.explorer.state import Setting
-from vibroscope.app.page.bifurcation.branch_lines import Place, place_named, stretches, thinned
-from vibroscope.app.page.bifurcation.branches import Branches, opened
+from vibroscope.app.page.bifurcation.branches import Branches, Place, opened, place_named, stretches, thinned
 from vibroscope.app.page.explore.opened import OpenedMotion
 from vibroscope.app.page.explore.tab import Explore
 from vibroscope.app.page.shared.figure import make_figure
-from vibroscope.app.page.shared.stability import stability_words
+from vibroscope.app.page.shared.seen import stability_words
 from vibroscope.app.studies import branches as study
 from vibroscope.app.studies.branches import BranchesQuestion, grow_branches, matched, why_none
 from vibroscope.engine import (

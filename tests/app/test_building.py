@@ -17,8 +17,7 @@ from panel.io.state import set_curdoc, state
 from tornado.ioloop import IOLoop
 from vibroscope.app.page.tabs import VIEWS
 from vibroscope.app.page.updates import SessionLoop
-from vibroscope.app.server.building import ThreadedApplication, pull
-from vibroscope.app.server.prewarmed import PLAIN_REQUEST
+from vibroscope.app.server.building import PLAIN_REQUEST, ThreadedApplication, pull
 
 from tests.app.fakes import FakeHost
 

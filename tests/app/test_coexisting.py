@@ -12,7 +12,7 @@ from vibroscope.app.page.explore import coexisting
 from vibroscope.app.page.explore.coexisting import CoexistingMotions
 from vibroscope.app.runtime.cache import Cache
 from vibroscope.app.studies.coexisting import Coexisting, CoexistingQuestion, coexisting_content, search_coexisting
-from vibroscope.engine.motions.attractors import STARTS
+from vibroscope.engine.motions.search import STARTS
 
 from tests.app.fakes import QueueingHost, send
 

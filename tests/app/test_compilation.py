@@ -9,8 +9,8 @@ import sys
 import threading
 
 import pytest
-from vibroscope.app.commands.output import compilation_text, show_compilation
-from vibroscope.app.explorer import diagrams
+from vibroscope.app.commands.report import compilation_text, show_compilation
+from vibroscope.app.explorer import shipped
 from vibroscope.app.explorer.compute import needed
 from vibroscope.app.explorer.scenes import opening_setting
 from vibroscope.app.page.explore import tab as explore
@@ -216,15 +216,15 @@ def test_a_first_start_compiles_into_an_empty_cache_in_another_process(tmp_path)
     assert not list(tmp_path.rglob("complete-*"))
 
 
-@pytest.mark.parametrize("shipped", ["shipped", None])
-def test_a_diagram_that_must_be_computed_waits_for_the_solvers_and_a_shipped_one_does_not(monkeypatch, shipped):
+@pytest.mark.parametrize("kept", ["shipped", None])
+def test_a_diagram_that_must_be_computed_waits_for_the_solvers_and_a_shipped_one_does_not(monkeypatch, kept):
     compilation = Compilation()
     compilation.progress = HALF
-    monkeypatch.setattr(diagrams, "FUTURES", {})
-    monkeypatch.setattr(diagrams, "compilation", compilation)
-    monkeypatch.setattr(diagrams, "shipped_diagram", lambda system, method: shipped)
-    monkeypatch.setattr(diagrams, "diagram", lambda system, method: f"computed, progress {compilation.progress}")
-    future = diagrams.load_diagram("table")
-    if shipped is None:
+    monkeypatch.setattr(shipped, "FUTURES", {})
+    monkeypatch.setattr(shipped, "compilation", compilation)
+    monkeypatch.setattr(shipped, "shipped_diagram", lambda system, method: kept)
+    monkeypatch.setattr(shipped, "diagram", lambda system, method: f"computed, progress {compilation.progress}")
+    future = shipped.load_diagram("table")
+    if kept is None:
         compilation.finish()
-    assert future.result(20) == (shipped or "computed, progress None")
+    assert future.result(20) == (kept or "computed, progress None")

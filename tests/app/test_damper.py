@@ -14,7 +14,7 @@ from vibroscope.app.explorer.state import Setting
 from vibroscope.app.explorer.suggestion import make_question
 from vibroscope.app.export.decks import deck, problem_of
 from vibroscope.app.export.formats import as_toml, loaded_from_toml
-from vibroscope.app.export.label import setting_rows
+from vibroscope.app.export.report import setting_rows
 from vibroscope.app.export.scripts import as_command, as_python
 from vibroscope.app.page.controls.controls import Controls
 from vibroscope.app.page.tabs import VIEWS

@@ -9,7 +9,7 @@ from tornado.httpserver import HTTPServer
 from tornado.testing import bind_unused_port
 from tornado.web import Application
 from vibroscope.app.page.help.tab import Help
-from vibroscope.app.server.documentation import SOURCES, documentation_routes
+from vibroscope.app.server.static_files import SOURCES, documentation_routes
 
 
 @pytest.fixture

@@ -18,11 +18,10 @@ from bokeh.plotting import figure
 from PIL import Image
 from vibroscope.app.export.drawing import Call, Drawing, Size, plot_script, write_picture
 from vibroscope.app.export.formats import program
-from vibroscope.app.page.explore.body_drawing import body_drawing
+from vibroscope.app.page.explore.drawn import body_drawing
 from vibroscope.app.page.shared.declared import Key, declared
 from vibroscope.app.page.shared.figure import BLUE, DARK, legend, make_figure
-from vibroscope.app.page.shared.ranges import OwnedRange
-from vibroscope.app.page.shared.unit_axis import UnitAxis
+from vibroscope.app.page.shared.ranges import OwnedRange, UnitAxis
 from vibroscope.app.page.take_away import TakeAway, file_writer, offered_figures
 
 from tests.app.fakes import QueueingHost

@@ -8,12 +8,11 @@ import pytest
 from bokeh.io.doc import patch_curdoc
 from bokeh.models import Label
 from vibroscope.app.explorer.compute import compute_runs
-from vibroscope.app.explorer.diagrams import load_diagram
+from vibroscope.app.explorer.shipped import load_diagram
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.page.asker import Asker
-from vibroscope.app.page.explore import map_source
-from vibroscope.app.page.explore.eta_map import EtaMapView
-from vibroscope.app.page.explore.map_source import NOTHING, MapPoints
+from vibroscope.app.page.explore import eta_map
+from vibroscope.app.page.explore.eta_map import NOTHING, EtaMapView, MapPoints
 from vibroscope.app.page.explore.phase import PhaseView
 from vibroscope.app.page.tab import Move
 from vibroscope.app.page.tabs import VIEWS
@@ -44,8 +43,8 @@ class Document(bokeh.document.Document):
 @pytest.fixture
 def explore(monkeypatch):
     """Explore without a browser, and a function that shows a setting there; diagrams have few values of η."""
-    monkeypatch.setattr(map_source, "Asker", MapAsker)
-    monkeypatch.setattr(map_source, "DiagramQuestion", partial(DiagramQuestion, count=16, transient=200))
+    monkeypatch.setattr(eta_map, "Asker", MapAsker)
+    monkeypatch.setattr(eta_map, "DiagramQuestion", partial(DiagramQuestion, count=16, transient=200))
     tab = VIEWS["explore"](QueueingHost(doc=Document()))
     tab.build()
 
@@ -155,7 +154,7 @@ def test_a_map_is_that_of_the_solver(explore, change):
     tab, setting = explore(Setting()), Setting()._replace(**change)
     explore(setting)
     tab.host.catch_up_until(lambda: title(tab) == TITLE)
-    assert map_source.is_shipped(setting) == ("joint_damping" in change)
+    assert eta_map.is_shipped(setting) == ("joint_damping" in change)
     assert np.unique(tab.eta_map.in_view()["eta"]).size == (1401 if "joint_damping" in change else 16)
 
 
@@ -167,7 +166,7 @@ def test_no_map_is_computed_while_the_system_moves_or_the_tab_is_hidden(explore,
         jobs.append(StudyJob(*asked))
         return jobs[-1]
 
-    monkeypatch.setattr(map_source, "StudyJob", start)
+    monkeypatch.setattr(eta_map, "StudyJob", start)
     tab = explore(OTHER)
     assert jobs == []
     monkeypatch.setattr(Document, "waits", False)

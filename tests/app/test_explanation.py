@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 from vibroscope.app.explorer import explanation
 from vibroscope.app.explorer.explanation import describe, explain, paragraphs
+from vibroscope.app.explorer.field_units import words_of_change
 from vibroscope.app.explorer.present import present
 from vibroscope.app.explorer.reading import read_setting, read_values
 from vibroscope.app.explorer.scenes import scenes
 from vibroscope.app.explorer.state import Setting
-from vibroscope.app.explorer.statements import words_of_change
 from vibroscope.engine import Verdict, percent
 
 from tests.app import explanations

@@ -1,7 +1,7 @@
 from itertools import pairwise
 
-from vibroscope.app.explorer.history import History
 from vibroscope.app.explorer.state import Setting
+from vibroscope.app.page.session import History
 
 DEFAULT = Setting()
 

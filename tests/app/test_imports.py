@@ -21,7 +21,7 @@ def imported(*command):
 
 def test_a_run_imports_neither_studies_nor_searches_nor_the_page_nor_scipy():
     modules = imported("simulate", "--solver", "reference", "--eta", "2.76", "--periods", "10", "--keep", "5", "--json")
-    heavy = ("vibroscope.engine.batch", "vibroscope.engine.compilation", "vibroscope.engine.motions")
+    heavy = ("vibroscope.engine.cells", "vibroscope.engine.compilation", "vibroscope.engine.motions")
     heavy += ("vibroscope.engine.sweeps", "vibroscope.engine.recommendation", "vibroscope.engine.measurement")
     heavy += ("vibroscope.app.page", "vibroscope.app.explorer", "vibroscope.app.paper")
     heavy += ("bokeh", "panel", "param", "scipy.linalg", "xarray", "zarr")

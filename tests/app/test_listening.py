@@ -5,7 +5,7 @@ import socket
 
 import pytest
 from vibroscope.app.runtime.settings import Settings
-from vibroscope.app.server.hosts import allowed_hosts, allowed_origins
+from vibroscope.app.server.security import allowed_hosts, allowed_origins
 
 from tests.browserless import Client
 from tests.served import served

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 from vibroscope.app.explorer import measured
 from vibroscope.app.explorer.compute import compute_runs
+from vibroscope.app.explorer.field_units import shown_text
 from vibroscope.app.explorer.measured import LARGEST_FILE, MeasuredFile, own_eta, place
 from vibroscope.app.explorer.present import present
 from vibroscope.app.explorer.state import Setting
-from vibroscope.app.explorer.statements import shown_text
 from vibroscope.app.export.formats import as_csv
 from vibroscope.app.export.scripts import as_command
 from vibroscope.app.export.tables import figure_table

@@ -4,7 +4,7 @@ from unittest.mock import Mock, call
 
 import pytest
 from vibroscope.app.explorer.scenes import scenes
-from vibroscope.app.page.messages import route
+from vibroscope.app.page.session import route
 
 
 def calls(message):

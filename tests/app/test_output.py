@@ -5,7 +5,7 @@ import sys
 
 import pytest
 from vibroscope.app.commands.cli import COMMANDS, main
-from vibroscope.app.commands.output import ascii_name
+from vibroscope.app.commands.report import ascii_name
 
 from tests.served import ROOT
 

@@ -8,8 +8,7 @@ import pytest
 from vibroscope.app.explorer.scenes import scenes
 from vibroscope.app.page.paper.figures import draw
 from vibroscope.app.paper import CLAIMS, as_dict, plane_claims, reference_claims
-from vibroscope.app.paper.claims import is_cancelled
-from vibroscope.app.paper.runs import SYSTEM, VISIBLE_SCATTER, section_size
+from vibroscope.app.paper.claims import SYSTEM, VISIBLE_SCATTER, is_cancelled, section_size
 from vibroscope.engine import Cancelled, ExactPenalty, Newmark, Reference, simulate
 
 

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from vibroscope.app.explorer.scenes import scenes
 from vibroscope.app.paper import CLAIMS
+from vibroscope.app.paper.claims import SYSTEM, run_newmark, run_reference
 from vibroscope.app.paper.penalty_claims import scatter
-from vibroscope.app.paper.runs import SYSTEM, run_newmark, run_reference
 from vibroscope.engine import Reference, motion, simulate
 
 

@@ -12,8 +12,7 @@ from vibroscope.app.explorer.link import MOST_PINS, print_address, read_pins
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.export.formats import Series
 from vibroscope.app.export.tables import table_in_units
-from vibroscope.app.page.explore.comparison import PinComparison
-from vibroscope.app.page.explore.pinned import PinnedResults
+from vibroscope.app.page.explore.comparison import PinComparison, PinnedResults
 from vibroscope.app.page.explore.result import prepare
 from vibroscope.app.page.shared.figure import PINS
 from vibroscope.engine import percent

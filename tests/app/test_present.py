@@ -9,7 +9,7 @@ from vibroscope.app.explorer.present import envelope, present
 from vibroscope.app.explorer.scenes import scenes
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.runtime.cache import Cache
-from vibroscope.app.studies.raster import raster
+from vibroscope.app.studies.bifurcation import raster
 
 CACHE = Cache(48)
 

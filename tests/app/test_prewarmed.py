@@ -7,8 +7,8 @@ import json
 import pytest
 from bokeh.document import Document
 from bokeh.models import Range1d
-from vibroscope.app.server import prewarmed as module
-from vibroscope.app.server.prewarmed import PrewarmedSession
+from vibroscope.app.server import building as module
+from vibroscope.app.server.building import PrewarmedSession
 
 from tests.browserless import Client
 from tests.served import served

@@ -3,7 +3,7 @@
 import json
 
 import pytest
-from vibroscope.app.commands import recommend_schemes as command
+from vibroscope.app.commands import recommend as command
 from vibroscope.engine import CONTACT_LAWS
 from vibroscope.engine.law_table import numbers_of
 

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import pytest
 from vibroscope.app.codes.catalogue import codes
-from vibroscope.app.commands import recommend_schemes as command
+from vibroscope.app.commands import recommend as command
 from vibroscope.app.commands.cli import main
 from vibroscope.app.explorer.method_words import scheme_texts
 from vibroscope.engine import (
@@ -69,7 +69,7 @@ def test_the_best_comes_first_and_two_stages_cost_twice(monkeypatch):
         progress(0.5)
         return made(question.scheme, **answers[question.scheme.integrator.name])
 
-    monkeypatch.setattr("vibroscope.engine.recommendation.recommend.recommend", answered)
+    monkeypatch.setattr("vibroscope.engine.recommendation.search.recommend", answered)
     schemes = [TimeStepping(1, 0, 1000, INTEGRATORS[name]()) for name in answers]
     found = recommend_schemes(question(System(), 1.08), schemes, progress=shares.append, cancelled=None)
     order = [each.scheme.integrator.name for each in found]

@@ -8,16 +8,15 @@ from vibroscope.app.explorer.errors import Refused
 from vibroscope.app.explorer.explanation import describe, explain
 from vibroscope.app.explorer.link import parse_address, print_address
 from vibroscope.app.explorer.parameters import FIELDS, MAIN_FIELDS, bounds_of
-from vibroscope.app.explorer.ranges import slider_range, widened
 from vibroscope.app.explorer.reading import read_setting
 from vibroscope.app.explorer.scenes import scene_key, scenes
 from vibroscope.app.explorer.shelf import shelf, shelf_key
-from vibroscope.app.explorer.state import Setting
+from vibroscope.app.explorer.state import Setting, slider_range, widened
 from vibroscope.app.explorer.suggestion import make_question
 from vibroscope.app.export.formats import as_toml, loaded_from_toml
 from vibroscope.app.export.scripts import as_command, as_python
 from vibroscope.app.page.controls.controls import Controls
-from vibroscope.app.page.messages import route
+from vibroscope.app.page.session import route
 from vibroscope.engine import System
 
 SYSTEMS = {

@@ -9,8 +9,8 @@ from vibroscope.app.explorer.state import Setting
 from vibroscope.app.page.speed.figure import SpeedView
 from vibroscope.app.page.speed.tab import Speed, statements
 from vibroscope.app.page.time_step.tab import TimeStep
+from vibroscope.app.performance.bench import true_state
 from vibroscope.app.performance.contenders import CHECKED
-from vibroscope.app.performance.truth import true_state
 from vibroscope.app.runtime.files import ASSETS
 from vibroscope.app.runtime.json_text import json_text
 from vibroscope.app.studies import speed

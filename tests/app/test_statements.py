@@ -6,11 +6,11 @@ from dataclasses import replace
 import pytest
 from vibroscope.app.codes.rules import AS_SET, RuleQuestion, judge, rules
 from vibroscope.app.explorer.explanation import describe, paragraphs
+from vibroscope.app.explorer.field_units import shown_text, words_of_change
 from vibroscope.app.explorer.method_words import words_of_method
 from vibroscope.app.explorer.motion_kind import describe_kind
 from vibroscope.app.explorer.parameters import FIELDS, LAW_NAMES
 from vibroscope.app.explorer.state import Setting
-from vibroscope.app.explorer.statements import shown_text, words_of_change
 from vibroscope.engine import CONTACT_LAWS, INTEGRATORS, Units, motion
 from vibroscope.engine.facts import OMEGA1, Choice, Symbol, equation, parts_of, stated
 from vibroscope.engine.methods import WITHOUT_SOLUTION

@@ -28,7 +28,7 @@ from vibroscope.engine import (
     impact,
 )
 from vibroscope.engine.one_impact.of_system import contact_alone
-from vibroscope.engine.recommendation.limits import largest_stiffness
+from vibroscope.engine.recommendation.question import largest_stiffness
 from vibroscope.engine.recommendation.trials import NewmarkSetting as Chosen
 from vibroscope.engine.recommendation.trials import Trial
 

@@ -4,10 +4,9 @@ import numpy as np
 import pytest
 from bokeh.events import Tap
 from vibroscope.app.commands.cli import main
-from vibroscope.app.explorer.ranges import slider_range
-from vibroscope.app.explorer.state import Setting
+from vibroscope.app.explorer.state import Setting, slider_range
 from vibroscope.app.page import asker
-from vibroscope.app.page.bifurcation.swept import SWEPT
+from vibroscope.app.page.bifurcation.statements import SWEPT
 from vibroscope.app.page.bifurcation.tab import Bifurcation
 from vibroscope.app.page.tab import Move
 from vibroscope.app.studies.bifurcation import DiagramQuestion, grow_diagram

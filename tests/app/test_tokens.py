@@ -5,8 +5,8 @@ import json
 import pytest
 from bokeh.util import token as bokeh_token
 from bokeh.util.token import generate_jwt_token, generate_session_id
-from vibroscope.app.server import tokens
-from vibroscope.app.server.tokens import TOKEN_SECONDS, is_valid_token, make_token
+from vibroscope.app.server import admission
+from vibroscope.app.server.admission import TOKEN_SECONDS, is_valid_token, make_token
 
 KEY, OTHER = b"k" * 48, b"o" * 48
 DAY = 24 * 3600
@@ -18,7 +18,7 @@ def clocks(monkeypatch):
     """The monotonic clock and the time of day, in seconds; a test sets them."""
     now = {"monotonic": 1000.0, "time": 1.8e9}
     for name in now:
-        monkeypatch.setattr(tokens.time, name, lambda name=name: now[name])
+        monkeypatch.setattr(admission.time, name, lambda name=name: now[name])
     return now
 
 
@@ -36,7 +36,7 @@ def test_a_token_ages_by_the_monotonic_clock(clocks, jump):
 def test_a_token_of_another_replica_ages_by_the_time_of_day(clocks, monkeypatch):
     token = make_token(SESSION, KEY)
     made = json.loads(bokeh_token._base64_decode(token.split(".")[0]))["session_expiry"] - TOKEN_SECONDS
-    monkeypatch.setattr(tokens, "PROCESS", "another")
+    monkeypatch.setattr(admission, "PROCESS", "another")
     clocks["monotonic"] = 0
     for age, valid in ((0, True), (TOKEN_SECONDS - 2, True), (TOKEN_SECONDS + 2, False)):
         clocks["time"] = made + age

@@ -9,8 +9,7 @@ from vibroscope.app.export.tables import table_in_units
 from vibroscope.app.page.bifurcation.figure import BifurcationView
 from vibroscope.app.page.plane.figure import PlaneView
 from vibroscope.app.page.shared.figure import make_figure
-from vibroscope.app.page.shared.ranges import OwnedRange
-from vibroscope.app.page.shared.unit_axis import UnitAxis
+from vibroscope.app.page.shared.ranges import OwnedRange, UnitAxis
 from vibroscope.app.page.time_step.figure import TimeStepView
 from vibroscope.engine import Units
 

@@ -7,9 +7,8 @@ import re
 import pytest
 from vibroscope.app.codes.catalogue import codes
 from vibroscope.app.commands.numbers import measured
-from vibroscope.app.explorer.field_units import shown_field
+from vibroscope.app.explorer.field_units import shown_field, shown_text
 from vibroscope.app.explorer.reading import read_setting
-from vibroscope.app.explorer.statements import shown_text
 from vibroscope.app.explorer.suggestion import OfSchemes, make_question, suggestion_content
 from vibroscope.app.explorer.typed import plain_texts
 from vibroscope.app.export.tables import columns_in_units

@@ -11,7 +11,7 @@ from vibroscope.app.commands import compare as command
 from vibroscope.app.explorer.compute import compute_runs
 from vibroscope.app.explorer.explanation import describe, explain
 from vibroscope.app.explorer.state import Setting
-from vibroscope.app.page.explore.findings import Findings
+from vibroscope.app.page.explore.result import Findings
 from vibroscope.app.runtime.cache import Cache
 from vibroscope.engine import (
     Comparison,

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from vibroscope.engine.sweeps.basin_boundary import boundary, share_error
+from vibroscope.engine.sweeps.basin_study import boundary, share_error
 
 CELLS = 243
 

@@ -20,7 +20,7 @@ from vibroscope.engine import (
     search_branches,
     simulate,
 )
-from vibroscope.engine.motions.floquet import multipliers
+from vibroscope.engine.motions.poincare_map import multipliers
 
 from tests import naive_stops
 from tests.engine.test_continuation import orbits_at

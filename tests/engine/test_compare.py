@@ -18,11 +18,10 @@ from vibroscope.engine import (
     motion,
     simulate,
 )
-from vibroscope.engine.divergence.compare import error_from_penalty_state
+from vibroscope.engine.divergence.compare import error_from_penalty_state, wasserstein_distance
 from vibroscope.engine.divergence.encounters import match_encounters
 from vibroscope.engine.divergence.error import Target
 from vibroscope.engine.divergence.parts import PARTS
-from vibroscope.engine.divergence.statistics import wasserstein_distance
 from vibroscope.engine.law_table import restitution_of, restitution_without_pull
 
 from tests.answers import compared

@@ -6,7 +6,7 @@ import time
 
 import pytest
 from vibroscope.engine import compilation
-from vibroscope.engine.compile_helpers import Claims, Helpers
+from vibroscope.engine.compilation import Claims, Helpers
 
 # Of a process that helps: it makes the calls 3, 2, 1, and compiles a function in each.
 HELP = """

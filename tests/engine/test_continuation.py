@@ -23,7 +23,7 @@ from vibroscope.engine import (
     search_branches,
     simulate,
 )
-from vibroscope.engine.motions.floquet import multipliers
+from vibroscope.engine.motions.poincare_map import multipliers
 
 from tests.few_seeds import few_seeds
 from tests.share import every

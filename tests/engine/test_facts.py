@@ -46,8 +46,7 @@ from vibroscope.engine.facts import (
     span,
     stated,
 )
-from vibroscope.engine.measurement.comparison import compare_measured
-from vibroscope.engine.measurement.verdict import measured_verdict
+from vibroscope.engine.measurement.comparison import compare_measured, measured_verdict
 from vibroscope.engine.units import QUANTITIES
 
 UNITS = Units(20.0, 3.0, 2.5, "mm-t-s")

@@ -4,7 +4,7 @@ import threading
 
 import numpy as np
 import pytest
-from vibroscope.engine import Cells, Newmark, System, batch, run_cells, simulate
+from vibroscope.engine import Cells, Newmark, System, cells, run_cells, simulate
 
 STEPS = (60, 100, 80)
 
@@ -18,9 +18,9 @@ def run_few(monkeypatch):
             watched(method.steps)
             return simulate(system, eta, method, **options)
 
-        monkeypatch.setattr(batch, "simulate", watch)
-        cells = Cells(System(), np.full(3, 2.76), Newmark(12000, 18, 60, located=True), steps=STEPS)
-        return run_cells(cells, transient=3, sample=2, threads=threads)
+        monkeypatch.setattr(cells, "simulate", watch)
+        few = Cells(System(), np.full(3, 2.76), Newmark(12000, 18, 60, located=True), steps=STEPS)
+        return run_cells(few, transient=3, sample=2, threads=threads)
 
     return run_few
 

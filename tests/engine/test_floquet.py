@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from vibroscope.engine import Reference, System, motion
-from vibroscope.engine.motions.floquet import nearest_bifurcation
+from vibroscope.engine.motions.poincare_map import nearest_bifurcation
 
 SYSTEM = System()
 

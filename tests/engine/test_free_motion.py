@@ -18,7 +18,7 @@ from vibroscope.engine import (
     simulate,
 )
 from vibroscope.engine.excitation import Excitation
-from vibroscope.engine.motions.floquet import fate_of_disturbances
+from vibroscope.engine.motions.poincare_map import fate_of_disturbances
 
 # A mass of natural frequency 1 beside a stop at its rest, which gives back all of its speed: flights of half a turn.
 BOUNCING = System(wall=True, d1=0.0, clearance=0.0, restitution=1.0, excitation=Excitation(base=0.0))

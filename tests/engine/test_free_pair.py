@@ -30,8 +30,7 @@ from vibroscope.engine import (
     system_of_physical,
     transient,
 )
-from vibroscope.engine.energy.balance import energy_balance
-from vibroscope.engine.energy.steps import balance_of_steps
+from vibroscope.engine.energy.balance import balance_of_steps, energy_balance
 from vibroscope.engine.motions.poincare_map import PoincareMap
 from vibroscope.engine.system_file import brief_system_text, parse_system, system_text
 

@@ -1,14 +1,14 @@
 """All hard cases of hard.json: every event in kind and order, its time and speed, and every state.
 
-What is allowed is what double precision can attain (engine/hardcases/condition.py), not what the engine happens to get.
+What is allowed is what double precision can attain (engine/hardcases/cases.py), not what the engine happens to get.
 """
 
 import numpy as np
 import pytest
 from vibroscope.engine import Status
-from vibroscope.engine.hardcases.condition import SimulationSetup as Run
-from vibroscope.engine.hardcases.condition import attainable_error as attainable
-from vibroscope.engine.hardcases.condition import attainable_grazing_error as at_the_edge
+from vibroscope.engine.hardcases.cases import SimulationSetup as Run
+from vibroscope.engine.hardcases.cases import attainable_error as attainable
+from vibroscope.engine.hardcases.cases import attainable_grazing_error as at_the_edge
 from vibroscope.engine.hardcases.tolerances import MARGIN
 
 from tests import hard

@@ -6,11 +6,10 @@ from vibroscope.engine import Measurement, Newmark, Record, Reference, System, m
 from vibroscope.engine.cells import Cells
 from vibroscope.engine.continuation.branch import Branch
 from vibroscope.engine.continuation.point_curve import PointCurve
-from vibroscope.engine.motions.attractors import Attractor
-from vibroscope.engine.recommendation.question import SettingQuestion
-from vibroscope.engine.recommendation.recommendation import Recommendation
+from vibroscope.engine.motions.search import Attractor
+from vibroscope.engine.recommendation.question import Recommendation, SettingQuestion
 from vibroscope.engine.recommendation.trials import NewmarkSetting, Trial
-from vibroscope.engine.sweeps.basin_difference import BasinDifference
+from vibroscope.engine.sweeps.basin_study import BasinDifference
 
 SYSTEM, ETA = System(), 2.76
 

@@ -21,7 +21,7 @@ from vibroscope.engine import (
     steady,
 )
 from vibroscope.engine.energy.balance import energy_balance
-from vibroscope.engine.motions.contact_force import peak_force
+from vibroscope.engine.motions.description import peak_force
 
 from tests.law_numbers import law_numbers
 from tests.naive_laws import Motion, force, gain_of

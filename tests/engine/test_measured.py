@@ -19,8 +19,7 @@ from vibroscope.engine import (
     simulate,
     synthetic_measurement,
 )
-from vibroscope.engine.measurement.alignment import align
-from vibroscope.engine.measurement.cycle import reference_cycle
+from vibroscope.engine.measurement.cycle import align, reference_cycle
 from vibroscope.engine.measurement.recurrence import recurrence, summarise_sensor
 
 from tests.share import every

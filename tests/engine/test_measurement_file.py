@@ -16,9 +16,8 @@ from vibroscope.engine import (
     simulate,
     synthetic_measurement,
 )
-from vibroscope.engine.measurement.measurement_file import FEWEST_SAMPLES, parse_measurement
-from vibroscope.engine.measurement.measurement_lines import MEASUREMENT_SIZE_LIMIT
-from vibroscope.engine.measurement.outliers import first_outlier
+from vibroscope.engine.measurement.measurement_file import FEWEST_SAMPLES, first_outlier, parse_measurement
+from vibroscope.engine.measurement.measurement_table import MEASUREMENT_SIZE_LIMIT
 
 UNITS = Units(omega1=5.0, m1=2.0, base_amplitude=0.5)
 ROWS = [f"{0.1 * i:.1f},{i},{-i}" for i in range(FEWEST_SAMPLES)]

@@ -376,7 +376,7 @@ def test_the_speeds_of_a_chaotic_motion_are_a_histogram_whose_ends_are_solved_th
 def test_a_linear_law_is_solved_once_for_all_speeds(monkeypatch):
     asked, solved = question("limited"), []
     monkeypatch.setattr(
-        "vibroscope.engine.one_impact.speeds.instants_of", lambda one: solved.append(one) or instants_of(one)
+        "vibroscope.engine.one_impact.of_system.instants_of", lambda one: solved.append(one) or instants_of(one)
     )
     found = over_motion(asked, [0.5, 2.0, 3.0])
     assert len(solved) == 1

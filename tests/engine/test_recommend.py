@@ -18,7 +18,7 @@ from vibroscope.engine import (
     simulate,
 )
 from vibroscope.engine.contact import damping_for, damping_ratio, stiffness_for
-from vibroscope.engine.drivers.skipped_samples import SkippedSamples
+from vibroscope.engine.drivers.newmark import SkippedSamples
 from vibroscope.engine.law_table import ratio_of_restitution
 from vibroscope.engine.recommendation import reasons
 

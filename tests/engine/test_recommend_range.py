@@ -16,8 +16,7 @@ from vibroscope.engine import (
 )
 from vibroscope.engine.divergence.error import Target
 from vibroscope.engine.divergence.parts import PART_NAMES
-from vibroscope.engine.recommendation.range_trials import RangeTrials
-from vibroscope.engine.recommendation.trials import NewmarkSetting, Trial
+from vibroscope.engine.recommendation.trials import NewmarkSetting, RangeTrials, Trial
 
 from tests.answers import compared
 from tests.recommended import question

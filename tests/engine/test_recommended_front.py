@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from vibroscope.engine.recommendation.front import monotone_front, pareto_front
+from vibroscope.engine.recommendation.contact_search import monotone_front, pareto_front
 from vibroscope.engine.recommendation.trials import NewmarkSetting, Trial, neighbourhood, tolerant_maximum
 
 

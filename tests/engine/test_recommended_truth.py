@@ -7,8 +7,7 @@ import pytest
 from vibroscope.engine import Newmark, TimeStepping, recommend, simulate
 from vibroscope.engine.divergence.encounters import delivered_restitution
 from vibroscope.engine.recommendation.contacts import Contacts, Tolerances
-from vibroscope.engine.recommendation.limits import Limits
-from vibroscope.engine.recommendation.question import round_numbers
+from vibroscope.engine.recommendation.question import Limits, round_numbers
 
 from tests.recommended import FORCED, PAPER, SOFTER, WALL, Question, question
 from tests.share import every

@@ -3,10 +3,9 @@
 import numpy as np
 import pytest
 from vibroscope.engine import ExactPenalty, Reference, System, steady
-from vibroscope.engine.motions.sameness import distance_between_solvers, same_between_solvers
+from vibroscope.engine.motions.section import distance_between_solvers, same_between_solvers
 from vibroscope.engine.motions.tolerances import BETWEEN_SOLVERS
-from vibroscope.engine.sweeps.basin_motions import basin_search
-from vibroscope.engine.sweeps.start_plane import StartPlane
+from vibroscope.engine.sweeps.basin_motions import StartPlane, basin_search
 
 SYSTEM, PENALTY = System(), ExactPenalty(12000.0, 18.0)
 PLANE = StartPlane(("xi2", "v2"), ((-8.0, 8.0), (-8.0, 8.0)), (0.0, 0.0, 0.0, 0.0))

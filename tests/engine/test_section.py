@@ -5,8 +5,15 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from vibroscope.engine.drivers.section import TOLERANCE, near_period_of, period_of, sizes_of
-from vibroscope.engine.motions.regularity import irregularity, rotation_number
-from vibroscope.engine.motions.section import band_width, band_widths, cycle_spreads, settled_period, settled_periods
+from vibroscope.engine.motions.section import (
+    band_width,
+    band_widths,
+    cycle_spreads,
+    irregularity,
+    rotation_number,
+    settled_period,
+    settled_periods,
+)
 
 from tests.share import share
 

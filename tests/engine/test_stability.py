@@ -9,8 +9,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from vibroscope.engine import ExactPenalty, Reference, Status, System, simulate
-from vibroscope.engine.hardcases.cases import HardCase, hard_cases
-from vibroscope.engine.hardcases.condition import EPSILON, SimulationSetup, attainable_error, sensitivity
+from vibroscope.engine.hardcases.cases import (
+    EPSILON,
+    HardCase,
+    SimulationSetup,
+    attainable_error,
+    hard_cases,
+    sensitivity,
+)
 from vibroscope.engine.hardcases.judgement import outcome
 
 from tests.share import every

@@ -10,9 +10,8 @@ import xarray
 import zarr
 from vibroscope.engine import Cancelled, EtaStudy, Reference, System
 from vibroscope.engine.sweeps import check_store
-from vibroscope.engine.sweeps.manifest import FOLDER, STUDY, read_seal
 from vibroscope.engine.sweeps.store import Store
-from vibroscope.engine.sweeps.store_location import StoreLocation
+from vibroscope.engine.sweeps.store_location import FOLDER, STUDY, StoreLocation, read_seal
 
 from tests.engine.store_files import files
 from tests.share import every, share

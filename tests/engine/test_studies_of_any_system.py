@@ -23,7 +23,7 @@ from vibroscope.engine import (
     with_located_steps,
 )
 from vibroscope.engine.law_table import ratio_of_restitution
-from vibroscope.engine.recommendation.recommend import recommend
+from vibroscope.engine.recommendation.search import recommend
 
 from tests.recommended import question
 

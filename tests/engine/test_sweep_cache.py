@@ -13,7 +13,7 @@ import pytest
 from vibroscope.engine import Reference, System
 from vibroscope.engine.drivers.code_cache import cache_root, source_digest
 from vibroscope.engine.sweeps import EtaStudy, RunOptions, cache, grow_cached, grow_picture
-from vibroscope.engine.sweeps.manifest import FOLDER
+from vibroscope.engine.sweeps.store_location import FOLDER
 
 ETAS = np.linspace(2.6, 3.3, 24)
 

@@ -16,9 +16,8 @@ import xarray
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from vibroscope.engine import Cancelled, EtaStudy, Newmark, PlaneStudy, Reference, System, sweep
-from vibroscope.engine.sweeps.arrays import DAMAGE
 from vibroscope.engine.sweeps.digest import engine_digest
-from vibroscope.engine.sweeps.store import Store
+from vibroscope.engine.sweeps.store import DAMAGE, Store
 
 from tests.engine.store_files import files
 from tests.share import every, share

@@ -6,7 +6,7 @@ from vibroscope.engine import ExactPenalty, Newmark, System, motion, simulate
 from vibroscope.engine.drivers.parameters import parameters_of
 from vibroscope.engine.kernels.time_stepping.newmark import scheme_of
 from vibroscope.engine.motions.description import CellKind
-from vibroscope.engine.motions.floquet import multipliers
+from vibroscope.engine.motions.poincare_map import multipliers
 from vibroscope.engine.motions.time_step_scatter import FINER, Limits, judge_bands
 
 SYSTEM = System()

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 from vibroscope.engine import ExactPenalty, Excitation, Reference, System, simulate, steady
 from vibroscope.engine.cells import Cells
-from vibroscope.engine.drivers.settle import NO_TRAP, Traps, settle
-from vibroscope.engine.motions.orbit import Contraction, FixedPoint
+from vibroscope.engine.drivers.batch import NO_TRAP, Traps, settle
 from vibroscope.engine.motions.poincare_map import Return
-from vibroscope.engine.motions.sameness import same_cycle
+from vibroscope.engine.motions.section import same_cycle
+from vibroscope.engine.motions.steady import Contraction, FixedPoint
 from vibroscope.engine.motions.trapping import trapping_regions
 
 WALL = System(wall=True, clearance=1.0, restitution=0.7)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from vibroscope.engine import Newmark, Record, Reference, System, recommend, simulate, steady
 from vibroscope.engine.divergence.error import Target
-from vibroscope.engine.drivers import skipped_samples
+from vibroscope.engine.drivers import newmark
 from vibroscope.engine.recommendation.trials import NewmarkSetting, Trials
 
 from tests.recommended import question
@@ -49,7 +49,7 @@ def test_the_error_of_a_trial_is_that_of_a_single_run(system, eta, located):
 def test_contacts_that_fill_their_buffer_change_no_trial(trials, monkeypatch):
     setting = NewmarkSetting(20_000.0, 20.0, 3000)
     usual = trials.screen(setting)
-    monkeypatch.setattr(skipped_samples, "CAPACITY", 3)
+    monkeypatch.setattr(newmark, "CAPACITY", 3)
     with ThreadPoolExecutor(1) as pool:
         again = Trials(steady(System(), ETA, Reference()), Newmark(1, 0, 1000), pool).screen(setting)
     assert again == usual

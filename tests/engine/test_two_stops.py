@@ -40,7 +40,7 @@ from vibroscope.engine.contact import equal_restitution_damping
 from vibroscope.engine.drivers.parameters import parameters_of
 from vibroscope.engine.energy.balance import energy_balance
 from vibroscope.engine.integrators import HHT, Bathe, CentralDifference
-from vibroscope.engine.motions.floquet import half_cycle_multipliers
+from vibroscope.engine.motions.poincare_map import half_cycle_multipliers
 from vibroscope.engine.motions.search import apart, random_states
 
 from tests import naive_stops

@@ -18,7 +18,7 @@ from vibroscope.engine import (
     simulate,
     verdict,
 )
-from vibroscope.engine.divergence.window import repeats
+from vibroscope.engine.divergence.grid import repeats
 from vibroscope.engine.drivers.section import period_of
 
 from tests.answers import compared, verdict_of

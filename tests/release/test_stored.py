@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 import xarray
 from vibroscope.engine import EtaStudy, Reference, System, sweep
-from vibroscope.engine.sweeps.diagrams import Diagram, load_diagram, save_diagram
+from vibroscope.engine.sweeps.cache import Diagram, load_diagram, save_diagram
 
 from tests.release.odd import damaged
 from tests.release.test_cache import small_disk

@@ -18,7 +18,7 @@ from vibroscope.engine import (
     simulate,
     with_located_steps,
 )
-from vibroscope.engine.checks import whole
+from vibroscope.engine.arguments import whole
 from vibroscope.engine.integrators import Integrator
 from vibroscope.engine.model import check_eta
 

@@ -21,12 +21,11 @@ from vibroscope.app.page.shared.cells import (
     write_cells,
 )
 from vibroscope.app.page.shared.figure import divisor, empty_source, hover_tool, legend_above, write
-from vibroscope.app.page.shared.ranges import OwnedRange
+from vibroscope.app.page.shared.ranges import OwnedRange, UnitAxis
 from vibroscope.app.page.shared.seen import say
-from vibroscope.app.page.shared.unit_axis import UnitAxis
 from vibroscope.app.studies.basin import PALETTE, SIDES, BasinQuestion, PartialBasin
 from vibroscope.engine import COORDINATES, System, percent
-from vibroscope.engine.sweeps.start_plane import PHASE
+from vibroscope.engine.sweeps.basin_motions import PHASE
 
 REACH = 8.0  # of the starts at first, in units of what drives the bodies
 WHOLE = (0.0, 1.0)  # of a period

@@ -30,7 +30,7 @@ from vibroscope.app.studies.basin import (
 )
 from vibroscope.app.studies.cell_classes import DIVERGED, NO_NUMBER, SPECIAL
 from vibroscope.engine import CONTACT_LAWS, COORDINATES, Method, percent
-from vibroscope.engine.sweeps.start_plane import PHASE
+from vibroscope.engine.sweeps.basin_motions import PHASE
 
 _PLANE_NAMES = {
     "xi2-v2": "state of body 2",

@@ -14,11 +14,9 @@ from bokeh.models import ColumnDataSource, Range1d
 from bokeh.plotting import figure
 from vibroscope.app.explorer.field_units import ShownField, shown_field
 from vibroscope.app.explorer.method_words import CUT, name_of_method
-from vibroscope.app.explorer.ranges import slider_range
 from vibroscope.app.explorer.scenes import scenes
-from vibroscope.app.explorer.state import Setting
-from vibroscope.app.page.bifurcation.statements import motion_at, nearest_cell, shares
-from vibroscope.app.page.bifurcation.swept import SWEPT
+from vibroscope.app.explorer.state import Setting, slider_range
+from vibroscope.app.page.bifurcation.statements import SWEPT, motion_at, nearest_cell, shares
 from vibroscope.app.page.shared.figure import (
     BARE,
     BLUE,
@@ -37,9 +35,8 @@ from vibroscope.app.page.shared.figure import (
     scene_line,
     write,
 )
-from vibroscope.app.page.shared.ranges import OwnedRange
+from vibroscope.app.page.shared.ranges import OwnedRange, UnitAxis
 from vibroscope.app.page.shared.seen import say
-from vibroscope.app.page.shared.unit_axis import UnitAxis
 from vibroscope.app.studies.bifurcation import MOST_BESIDE, MOST_POINTS, SAMPLE, PartialDiagram, kind_names
 from vibroscope.app.studies.cell_classes import KINDS, PERIODS, period_class
 from vibroscope.engine import System

@@ -11,12 +11,18 @@ from vibroscope.app.explorer.parameters import START_FIELDS
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.export.formats import Figure, Series
 from vibroscope.app.page.bifurcation.branches import NAMES, Branches
-from vibroscope.app.page.bifurcation.calls import diagram_command, diagram_python
 from vibroscope.app.page.bifurcation.figure import BifurcationView, legend, name_of
-from vibroscope.app.page.bifurcation.followed import Followed, link_numbers, linked_motion, without_motion
-from vibroscope.app.page.bifurcation.panel import DIRECTION_NAMES, panel_spec
-from vibroscope.app.page.bifurcation.statements import statements
-from vibroscope.app.page.bifurcation.swept import SWEPT
+from vibroscope.app.page.bifurcation.panel import (
+    DIRECTION_NAMES,
+    Followed,
+    diagram_command,
+    diagram_python,
+    link_numbers,
+    linked_motion,
+    panel_spec,
+    without_motion,
+)
+from vibroscope.app.page.bifurcation.statements import SWEPT, statements
 from vibroscope.app.page.study.tab import StudyView, engine_obstacle, free_obstacle
 from vibroscope.app.page.tab import Move
 from vibroscope.app.runtime.number_text import print_number

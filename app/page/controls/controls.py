@@ -14,10 +14,9 @@ from vibroscope.app.explorer.drawing import drawing, drawing_in_words
 from vibroscope.app.explorer.field_units import shown_field
 from vibroscope.app.explorer.parameters import FIELDS, MAIN_FIELDS, START_FIELDS
 from vibroscope.app.explorer.physical_fields import CONTACT_OF_SYSTEM
-from vibroscope.app.explorer.ranges import slider_range
 from vibroscope.app.explorer.scenes import OPENING, Scene, buttons, scene_key
 from vibroscope.app.explorer.shelf import shelf, shelf_key
-from vibroscope.app.explorer.state import LAWS_OF_RATIO, Setting, integrator_numbers, law_numbers
+from vibroscope.app.explorer.state import LAWS_OF_RATIO, Setting, integrator_numbers, law_numbers, slider_range
 from vibroscope.app.page.controls.system import (
     group_spec,
     plain_description,

@@ -1,20 +1,150 @@
-"""The comparison: the numbers of the present setting and of the pinned ones in a table, with the errors of each."""
+"""The comparison: the numbers of the present setting and of the pinned ones in a table, with the errors of each.
+
+The pinned results beside the live one: each is computed once, and drawn again when it is drawn in another way.
+"""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
+import numpy as np
+import panel as pn
 import param
-from vibroscope.app.explorer.explanation import Explanation
+from vibroscope.app.explorer.compute import RunPair, cached_runs, compute_runs, needed
+from vibroscope.app.explorer.errors import error_text
+from vibroscope.app.explorer.explanation import AloneFacts, Explanation
 from vibroscope.app.explorer.field_units import shown_field
 from vibroscope.app.explorer.parameters import DRAWING_FIELDS, FIELDS, MAIN_FIELDS
+from vibroscope.app.explorer.present import Columns
 from vibroscope.app.explorer.state import Setting
-from vibroscope.app.page.explore.explainer import known_explanation
-from vibroscope.app.page.explore.result import Result
+from vibroscope.app.page.asker import Asker
+from vibroscope.app.page.explore.explainer import begin_explanation, known_explanation
+from vibroscope.app.page.explore.result import Result, prepare
 from vibroscope.app.page.shared.component import Component
 from vibroscope.app.page.shared.figure import PARTS, name_of_part
-from vibroscope.engine import Excitation, percent
+from vibroscope.app.page.tab import TabHost, on_loop
+from vibroscope.app.runtime.job import Answer, Job
+from vibroscope.app.runtime.workers import workers
+from vibroscope.engine import Compiled, Excitation, percent
+
+
+def begin_runs(setting: Setting, deliver: Callable[[Job, object], None]) -> Answer:
+    """Compute a setting, to be drawn, in one of the threads of the figures."""
+    return Answer(setting, _compute, deliver, workers(), "pin", needs=needed(setting, Compiled.MOTIONS))
+
+
+def _compute(setting: Setting, cancelled: Callable[[], bool], _: Callable) -> Result:
+    return prepare(compute_runs(setting, cancelled))
+
+
+class PinnedResults:
+    """Finds the results of the host's pinned settings, one after the other, then their explanations.
+
+    ``draw`` is called when one has come, or a pin has come or gone. ``begin`` and ``explain`` begin the jobs of the
+    computations, ``(setting, deliver)``, and ``cached`` gives the runs that need none.
+    """
+
+    def __init__(
+        self,
+        host: TabHost,
+        draw: Callable[[], None],
+        begin: Callable[..., Job] = begin_runs,
+        explain: Callable[..., Job] = begin_explanation,
+        cached: Callable[[Setting], RunPair | None] = cached_runs,
+    ) -> None:
+        self.host = host
+        self._draw = draw
+        self._begin, self._explain, self._cached = begin, explain, cached
+        self._computed, self._explained = Asker(host), Asker(host)
+        self._wanted: tuple[Setting, ...] = ()
+        self._results: dict[Setting, Result | None] = {}  # None: it could not be computed
+        self._ready: dict[Setting, Result] = {}  # prepared ahead
+        self._unexplained: set[Setting] = set()  # their explanation has failed
+
+    @property
+    def results(self) -> list[tuple[Setting, Result | None]]:
+        """The pinned settings, drawn like the present one, with the results that are there."""
+        return [(setting, self._results.get(setting)) for setting in self._wanted]
+
+    def columns(self, live: Setting) -> list[dict[str, Columns]]:
+        """The columns to be drawn of each pin; a reference that is the live one is left out."""
+        return [_without_reference(result, live) if result else {} for _, result in self.results]
+
+    def prepare_like(self, setting: Setting) -> None:
+        """Prepare the pinned settings that are cached to be drawn like ``setting``; in a worker, ahead of `follow`."""
+        pins = (pinned.drawn_like(setting) for pinned in self.host.pinned)
+        known = self._results
+        runs = {pinned: self._cached(pinned) for pinned in pins if pinned not in known}
+        self._ready = {pinned: prepare(found) for pinned, found in runs.items() if found is not None}
+
+    def follow(self, setting: Setting) -> None:
+        """Draw the pinned settings like ``setting``: those that are cached now, the others when they come."""
+        wanted = tuple(pinned.drawn_like(setting) for pinned in self.host.pinned)
+        if not (wanted or self._wanted):
+            return
+        self._wanted, ready = wanted, self._ready
+        self._results = {pinned: result for pinned, result in self._results.items() if pinned in wanted}
+        for pinned in wanted:
+            if pinned in self._results:
+                continue
+            if pinned in ready:
+                self._results[pinned] = ready[pinned]
+            elif (runs := self._cached(pinned)) is not None:
+                self._results[pinned] = prepare(runs)
+        self._draw()
+        self._continue()
+
+    def cancel(self) -> None:
+        """The session has ended."""
+        self._computed.drop()
+        self._explained.drop()
+
+    def _continue(self) -> None:
+        """Ask for what comes next, unless something is under way that is still wanted."""
+        self._ask(self._computed, [pinned for pinned in self._wanted if pinned not in self._results], self._begin)
+        ready = [pinned for pinned in self._wanted if self._results.get(pinned) and pinned not in self._unexplained]
+        self._ask(self._explained, [pinned for pinned in ready if known_explanation(pinned) is None], self._explain)
+
+    def _ask(self, asker: Asker, missing: list[Setting], begin: Callable[..., Job]) -> None:
+        if asker.job is not None and asker.job.question in missing:
+            return
+        asker.drop()
+        if missing:
+            asker.ask(lambda: begin(missing[0], on_loop(self.host, self._take)))
+
+    def _take(self, job: Job, found: Result | AloneFacts | Explanation | Exception) -> None:
+        """Also while another tab is open, since nothing would ask for the result again."""
+        failed = isinstance(found, Exception)
+        if job is self._explained.job:
+            self._unexplained |= {job.question} if failed else set()
+        else:
+            self._results[job.question] = None if failed else found
+            if failed:
+                self.host.report_error(
+                    f"A pinned setting could not be computed ({error_text(found)}). Unpin it, or pin another setting."
+                )
+        with pn.io.hold(self.host.doc):
+            self._draw()
+        self._continue()
+
+
+def _reference_run(setting: Setting) -> tuple:
+    return setting.system, setting.eta, setting.reference, setting.initial
+
+
+def _without_reference(result: Result, live: Setting) -> dict[str, Columns]:
+    setting = result.setting
+    if _reference_run(setting) != _reference_run(live):
+        return result.columns
+    return {
+        source: {
+            name: np.full_like(column, np.nan) if "reference" in source or name.startswith("reference") else column
+            for name, column in columns.items()
+        }
+        for source, columns in result.columns.items()
+    }
+
 
 _OTHER_FIELDS = [name for name in FIELDS if name not in (*MAIN_FIELDS, *DRAWING_FIELDS)]
 

@@ -10,6 +10,7 @@ from collections.abc import Callable, Mapping
 import param
 from bokeh.models import LegendItem, Scatter
 from vibroscope.app.explorer.errors import error_text
+from vibroscope.app.explorer.field_units import shown_text, words_of_change
 from vibroscope.app.explorer.measured import (
     FITTED_NAMES,
     LARGEST_FILE,
@@ -25,14 +26,12 @@ from vibroscope.app.explorer.measured import (
 )
 from vibroscope.app.explorer.present import Columns
 from vibroscope.app.explorer.state import Setting
-from vibroscope.app.explorer.statements import shown_text, words_of_change
 from vibroscope.app.page.asker import Asker
 from vibroscope.app.page.explore.displacement import DisplacementView
 from vibroscope.app.page.explore.phase import PhaseView
-from vibroscope.app.page.shared.component import Component
+from vibroscope.app.page.shared.component import LONGEST_NAME, Component, Upload
 from vibroscope.app.page.shared.figure import INK, add_glyph, empty_source, write
 from vibroscope.app.page.shared.muting import show_entry
-from vibroscope.app.page.shared.upload import LONGEST_NAME, Upload
 from vibroscope.app.page.tab import TabHost, on_loop
 from vibroscope.app.runtime.job import Answer
 from vibroscope.engine import FITTED, Fit, MeasuredComparison, UnknownColumns, fitted_names, measured_verdict

@@ -9,7 +9,7 @@ from vibroscope.app.explorer.closed_orbit import ClosedOrbit, linked_orbit
 from vibroscope.app.explorer.present import Columns
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.page.shared.component import Component
-from vibroscope.app.page.shared.stability import orbit_words
+from vibroscope.app.page.shared.seen import orbit_words
 
 
 class OpenedMotion(Component):

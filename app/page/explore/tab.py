@@ -25,20 +25,17 @@ from vibroscope.app.export.scripts import as_command
 from vibroscope.app.page.explore.alone import AloneView
 from vibroscope.app.page.explore.coexisting import CoexistingMotions
 from vibroscope.app.page.explore.column_sender import ColumnSender
-from vibroscope.app.page.explore.comparison import PinComparison
+from vibroscope.app.page.explore.comparison import PinComparison, PinnedResults
 from vibroscope.app.page.explore.displacement import DisplacementView
 from vibroscope.app.page.explore.drawn import DrawnFigures
-from vibroscope.app.page.explore.eta_map import EtaMapView
+from vibroscope.app.page.explore.eta_map import EtaMapView, MapPoints, MapSource
 from vibroscope.app.page.explore.explainer import Explainer, MotionJudge
-from vibroscope.app.page.explore.findings import Findings
 from vibroscope.app.page.explore.force import ForceView
-from vibroscope.app.page.explore.map_source import MapPoints, MapSource
 from vibroscope.app.page.explore.measurement import MeasuredPoints, Overlay
 from vibroscope.app.page.explore.mechanism import Mechanism
 from vibroscope.app.page.explore.opened import OpenedMotion
 from vibroscope.app.page.explore.phase import PhaseView
-from vibroscope.app.page.explore.pinned import PinnedResults
-from vibroscope.app.page.explore.result import Interpretation, Result, prepare
+from vibroscope.app.page.explore.result import Findings, Interpretation, Result, prepare
 from vibroscope.app.page.explore.suggest import Suggester
 from vibroscope.app.page.files import style
 from vibroscope.app.page.shared.figure import PARTS, PIN_NAMES

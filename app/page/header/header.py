@@ -9,7 +9,7 @@ from vibroscope.app.page.shared.figure import DARK
 
 
 class Header(Component):
-    """Sends the view, file or theme that the user chooses, and uploaded parameters; `app.page.messages` reads them."""
+    """Sends the view, file or theme that the user chooses, and uploaded parameters; `app.page.session` reads them."""
 
     question = param.String(default=QUESTION, constant=True, doc="What the page answers")
     caption = param.String(

@@ -24,9 +24,8 @@ from vibroscope.app.page.shared.figure import (
     write,
 )
 from vibroscope.app.page.shared.muting import show_entry
-from vibroscope.app.page.shared.ranges import OwnedRange, extent
+from vibroscope.app.page.shared.ranges import OwnedRange, UnitAxis, extent
 from vibroscope.app.page.shared.seen import amount, largest, of_both, say
-from vibroscope.app.page.shared.unit_axis import UnitAxis
 from vibroscope.app.studies.load import RATIOS, PartialRuns
 from vibroscope.app.studies.peaks import SOLVERS
 from vibroscope.engine.facts import Statement, stated

@@ -18,7 +18,7 @@ from vibroscope.app.export.scripts import load_command, load_python
 from vibroscope.app.export.tables import columns_in_units
 from vibroscope.app.page.load.figure import AXES, LEGENDS, LoadView
 from vibroscope.app.page.peaks.tab import peak_table
-from vibroscope.app.page.shared.upload import Upload
+from vibroscope.app.page.shared.component import Upload
 from vibroscope.app.page.study.listed import ListPanel
 from vibroscope.app.page.study.tab import StudyView
 from vibroscope.app.studies.load import COLUMNS, LoadQuestion, PartialRuns, Pulse, RecordFile, grow_load

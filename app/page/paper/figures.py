@@ -12,7 +12,7 @@ from vibroscope.app.explorer.scenes import scenes
 from vibroscope.app.page.shared.figure import BLUE, CLICK, INK, PENALTY, REFERENCE, VERMILLION, make_figure, scene_line
 from vibroscope.app.page.shared.ranges import OwnedRange, extent
 from vibroscope.app.paper import CellMap, PhasePlots, Picture, TimeHistory
-from vibroscope.app.studies.raster import raster
+from vibroscope.app.studies.bifurcation import raster
 from vibroscope.engine import Diagram, Response, motion
 
 _LOOKS = {"reference": REFERENCE, "penalty": PENALTY}

@@ -21,9 +21,8 @@ from vibroscope.app.page.shared.figure import (
     quantity_axis,
     write,
 )
-from vibroscope.app.page.shared.ranges import OwnedRange
+from vibroscope.app.page.shared.ranges import OwnedRange, UnitAxis
 from vibroscope.app.page.shared.seen import say
-from vibroscope.app.page.shared.unit_axis import UnitAxis
 from vibroscope.app.studies.peaks import SOLVERS, PartialPeaks
 from vibroscope.engine import written
 from vibroscope.engine.facts import Amount, Statement, joined, stated

@@ -11,8 +11,7 @@ from bokeh.models import LegendItem
 from bokeh.plotting import figure
 from vibroscope.app.explorer.field_units import shown_field
 from vibroscope.app.explorer.method_words import CUT
-from vibroscope.app.explorer.ranges import slider_range, widened
-from vibroscope.app.explorer.state import Setting
+from vibroscope.app.explorer.state import Setting, slider_range, widened
 from vibroscope.app.page.shared.cells import (
     add_cells,
     add_mark,
@@ -23,9 +22,8 @@ from vibroscope.app.page.shared.cells import (
     write_cells,
 )
 from vibroscope.app.page.shared.figure import BLUE, INK, divisor, empty_source, legend_above, write
-from vibroscope.app.page.shared.ranges import OwnedRange
+from vibroscope.app.page.shared.ranges import OwnedRange, UnitAxis
 from vibroscope.app.page.shared.seen import say
-from vibroscope.app.page.shared.unit_axis import UnitAxis
 from vibroscope.app.studies import cell_classes as classes
 from vibroscope.app.studies.plane import SIDES, PartialPlane, PlaneQuestion
 from vibroscope.engine import System, equal_restitution_damping

@@ -9,8 +9,7 @@ import param
 from vibroscope.app.explorer.errors import Refused
 from vibroscope.app.explorer.field_units import ShownField
 from vibroscope.app.explorer.typed import read_shown_number, read_typed_number
-from vibroscope.app.page.shared.component import Component
-from vibroscope.app.page.shared.upload import Upload
+from vibroscope.app.page.shared.component import Component, Upload
 
 LONGEST_TEXT = 200
 

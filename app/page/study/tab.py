@@ -12,9 +12,9 @@ from typing import ClassVar
 
 import panel as pn
 from bokeh.plotting import figure
+from vibroscope.app.explorer.field_units import shown_text
 from vibroscope.app.explorer.link import View
 from vibroscope.app.explorer.state import Setting
-from vibroscope.app.explorer.statements import shown_text
 from vibroscope.app.export.formats import Figure
 from vibroscope.app.export.tables import columns_in_units
 from vibroscope.app.page.asker import StudyAsker

@@ -22,9 +22,8 @@ from vibroscope.app.page.shared.figure import (
     quantity_axis,
     write,
 )
-from vibroscope.app.page.shared.ranges import OwnedRange
+from vibroscope.app.page.shared.ranges import OwnedRange, UnitAxis
 from vibroscope.app.page.shared.seen import say
-from vibroscope.app.page.shared.unit_axis import UnitAxis
 from vibroscope.app.studies.time_step import STEPS, PartialStep
 from vibroscope.engine import percent
 from vibroscope.engine.facts import Amount, Statement, joined, stated

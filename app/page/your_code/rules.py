@@ -8,9 +8,8 @@ from collections.abc import Callable, Sequence
 import numpy as np
 import param
 from vibroscope.app.codes.rules import AS_SET, ENDED
-from vibroscope.app.explorer.field_units import shown_field
+from vibroscope.app.explorer.field_units import shown_field, shown_text
 from vibroscope.app.explorer.state import Setting
-from vibroscope.app.explorer.statements import shown_text
 from vibroscope.app.page.shared.component import Component
 from vibroscope.app.studies.your_code import Judged
 from vibroscope.engine import METHOD_NUMBERS, counted, percent

@@ -10,11 +10,10 @@ from vibroscope.app.codes.catalogue import Code, codes
 from vibroscope.app.codes.rules import rules
 from vibroscope.app.codes.translation import translated_codes
 from vibroscope.app.explorer.explanation import describe, motion_texts
-from vibroscope.app.explorer.field_units import ShownField, beside_field
+from vibroscope.app.explorer.field_units import ShownField, beside_field, shown_text
 from vibroscope.app.explorer.link import LINEAR
 from vibroscope.app.explorer.method_words import name_of_method, words_of_method
 from vibroscope.app.explorer.state import Setting
-from vibroscope.app.explorer.statements import shown_text
 from vibroscope.app.export.formats import Figure, Series
 from vibroscope.app.export.scripts import as_command
 from vibroscope.app.export.tables import column_title
@@ -23,7 +22,7 @@ from vibroscope.app.page.tab import Move
 from vibroscope.app.page.your_code import words
 from vibroscope.app.page.your_code.figure import YourCodeView
 from vibroscope.app.page.your_code.rules import RulesTable, rows_of
-from vibroscope.app.runtime.typed_units import sizes
+from vibroscope.app.runtime.number_text import sizes
 from vibroscope.app.studies.your_code import (
     CodeQuestion,
     PartialCode,

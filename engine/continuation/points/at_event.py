@@ -9,8 +9,7 @@ from collections.abc import Iterator
 
 import numpy as np
 from vibroscope.engine.continuation.kinds import GRAZING, OPENS, STICKING_BEGINS, STICKING_ENDS
-from vibroscope.engine.continuation.margins import Margin
-from vibroscope.engine.continuation.orbit import Orbit, short_phase
+from vibroscope.engine.continuation.orbit import Margin, Orbit, short_phase
 from vibroscope.engine.continuation.points.problem import Place, Plane, PointProblem
 from vibroscope.engine.continuation.tolerances import SAME_TOUCH, TOUCH_LENGTH
 from vibroscope.engine.drivers.orbit import event

@@ -11,8 +11,7 @@ from typing import ClassVar
 
 import numpy as np
 from vibroscope.engine.continuation.family import Family, ParameterRange
-from vibroscope.engine.continuation.margins import Margin, margins
-from vibroscope.engine.continuation.orbit import KeptEquations, Orbit
+from vibroscope.engine.continuation.orbit import KeptEquations, Margin, Orbit, margins
 from vibroscope.engine.continuation.roots import Convergence, converges
 from vibroscope.engine.continuation.tolerances import (
     AT_BORDER,

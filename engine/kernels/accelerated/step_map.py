@@ -30,8 +30,7 @@ from typing import NamedTuple
 import numpy as np
 from vibroscope.engine.kernels.compile.options import jit, jit_no_alloc
 from vibroscope.engine.kernels.compile.packing import Layout
-from vibroscope.engine.kernels.equations.motion import free_equilibrium, pressed_equilibrium
-from vibroscope.engine.kernels.equations.rates import free_rate, pressed_rate
+from vibroscope.engine.kernels.equations.motion import free_equilibrium, free_rate, pressed_equilibrium, pressed_rate
 from vibroscope.engine.kernels.linear.matrices import fill_powers, image, raise_to_images, raise_within
 from vibroscope.engine.kernels.parameters import FOR_CONTACT, FOR_FLIGHT, renew_key, unpack_parameters
 from vibroscope.engine.kernels.time_stepping.newmark import SCHEME, Scheme, phased, scheme_of

@@ -8,8 +8,7 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from vibroscope.engine.kernels.batch.course import NO_ORIGIN, integrate_to
-from vibroscope.engine.kernels.batch.recurrence import CYCLE, RECURRENCE, close
+from vibroscope.engine.kernels.batch.course import CYCLE, NO_ORIGIN, RECURRENCE, close, integrate_to
 from vibroscope.engine.kernels.batch.run import BatchCells, BatchPlan, WorkSpace, begin, set_up
 from vibroscope.engine.kernels.compile.options import jit, jit_no_alloc
 from vibroscope.engine.kernels.compile.record import unpack_buffers

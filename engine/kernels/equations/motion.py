@@ -34,13 +34,69 @@ series, the bodies rest at
 
 A *wall* takes the place of body 1 (:mod:`..parameters`): neither −b″ and f₁ nor λ act in (1), so that ξ₁ stays zero,
 and the f of (3), which drives the gap between the wall and the body, is b″ − f₁.
+
+Coordinates of the kernels and of the user: (ξ₁, ξ₁′, g, g′) and (ξ₁, ξ₁′, ξ₂, ξ₂′), with the gap g = g₀ + ξ₂ − ξ₁.
+
+At a wall the kernels see the body as body 2 and the wall as body 1 (:mod:`..parameters`): the user's ξ₁ is −ξ₂ of the
+kernels, whose ξ₁ is zero. With w = 1 there and w = 0 for two bodies (the field ``wall``) one formula serves both. Of
+a second stop they see the mirrored system, whose ξ are the negative of the user's: ``sign`` is −1 there, else 1. The
+functions take numbers or arrays, and whatever has the fields ``wall``, ``clearance`` and ``sign``.
+
+How fast a motion can be: bounds of the eigenvalues |ν| by which tables choose their spacing and steps their size.
 """
 
 from typing import NamedTuple
 
 import numpy as np
-from vibroscope.engine.kernels.compile.options import jit, jit_uncontracted
-from vibroscope.engine.kernels.equations.contact_law import force
+from vibroscope.engine.kernels.compile.options import jit, jit_inlined, jit_uncontracted
+from vibroscope.engine.kernels.equations.contact_law import contact_rate, force
+
+
+@jit_inlined
+def displacements(p, x1, v1, gap, rate):
+    """ξ₁, ξ₁′, ξ₂, ξ₂′ as the user counts them."""
+    x2, v2 = p.sign * (x1 + (gap - p.clearance)), p.sign * (v1 + rate)
+    x1, v1 = p.sign * x1, p.sign * v1
+    return x1 - p.wall * x2, v1 - p.wall * v2, x2 - p.wall * x2, v2 - p.wall * v2
+
+
+@jit_inlined
+def users_displacements(p, x1, v1, x2, v2):
+    """The same from the displacements of both of the kernels' bodies: by their difference it would round once more."""
+    x1, v1, x2, v2 = p.sign * x1, p.sign * v1, p.sign * x2, p.sign * v2
+    return x1 - p.wall * x2, v1 - p.wall * v2, x2 - p.wall * x2, v2 - p.wall * v2
+
+
+@jit_inlined
+def contact_coordinates(p, x1, v1, x2, v2):
+    """(ξ₁, ξ₁′, g, g′) as kernels count them."""
+    x1, v1, x2, v2 = p.sign * x1, p.sign * v1, p.sign * x2, p.sign * v2
+    x2, v2 = x2 - p.wall * (x1 + x2), v2 - p.wall * (v1 + v2)
+    x1, v1 = x1 - p.wall * x1, v1 - p.wall * v1
+    return x1, v1, p.clearance + (x2 - x1), v2 - v1
+
+
+@jit
+def load_rate(p):
+    """Frequency of the load: η, or that of a pulse; 0 where it is linear in time (:mod:`..event_driven.state`)."""
+    return p.eta if p.pulse < 0.0 else p.pulse
+
+
+@jit
+def free_rate(p):
+    """Largest |ν| of the separated bodies and the excitation."""
+    damper = 2.0 * p.damper2 if p.kappa < 1.0 else 0.0  # no spring need be stronger than it
+    return max(1.0, p.kappa, load_rate(p), damper, 2.0 * p.d1 if p.spring1 == 0.0 else 0.0)
+
+
+@jit
+def pressed_rate(p):
+    """A bound of the largest |ν| of the bodies pressed together.
+
+    The bodies' own springs, and the coupling of the relative to the common motion, add to the contact mode at most the
+    largest |ν| of the separated bodies.
+    """
+    return free_rate(p) + contact_rate(p.stiffness, p.damping, 1.0 / p.mass_share)
 
 
 class Coefficients(NamedTuple):

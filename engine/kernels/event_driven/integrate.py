@@ -24,7 +24,6 @@ from vibroscope.engine.kernels.event_driven.events import (
     resolve_flight_start,
     resolve_load_change,
 )
-from vibroscope.engine.kernels.event_driven.load import END, advance_load, time_to_load_change
 from vibroscope.engine.kernels.event_driven.output import (
     add_impulse,
     evaluate,
@@ -46,6 +45,7 @@ from vibroscope.engine.kernels.event_driven.saltation import (
 from vibroscope.engine.kernels.event_driven.state import (
     COLLISION,
     CONTACT,
+    END,
     FLIGHT,
     MOST_EFFORT,
     MOST_EVENTS,
@@ -54,11 +54,13 @@ from vibroscope.engine.kernels.event_driven.state import (
     SYSTEM,
     HybridState,
     absolute,
+    advance_load,
     count_event,
     in_contact,
     later_state,
     linear_state,
     time_of,
+    time_to_load_change,
     unpack_state,
     unpack_system,
     write_state,
@@ -140,7 +142,7 @@ def integrate(packed, state, stop, window, flat, sizes, variation):
     Parameters
     ----------
     packed : (n,) float64
-        A :class:`.state.HybridSystem`, and behind it the segments of its load, if it has any (:mod:`.load`).
+        A :class:`.state.HybridSystem`, and behind it the segments of its load, if it has any (:mod:`.state`).
     state : (n,) float64
         The :class:`.state.HybridState` from which to go on, changed in place to the last one before the end of
         ``stop``. A run that goes on from there gives the same bits as one that never stopped.

@@ -23,7 +23,7 @@ from typing import NamedTuple
 import numpy as np
 from vibroscope.engine.kernels.compile.options import jit_inlined, jit_no_alloc
 from vibroscope.engine.kernels.equations.contact_law import IMPACT, ContactLaw, full_damping, gain_at, law_force, power
-from vibroscope.engine.kernels.event_driven.load import load_at
+from vibroscope.engine.kernels.event_driven.state import load_at
 from vibroscope.engine.kernels.linear.tables import Phase, Scratch
 
 COLUMNS = 6

@@ -10,8 +10,7 @@ from vibroscope.engine.kernels.compile.options import jit_no_alloc
 from vibroscope.engine.kernels.equations.contact_law import law_force
 from vibroscope.engine.kernels.event_driven.law_contact import set_start
 from vibroscope.engine.kernels.event_driven.law_integrate import SMOOTH, follow, law_motion, piece_of, resolve_law
-from vibroscope.engine.kernels.event_driven.load import load_at, time_to_load_change
-from vibroscope.engine.kernels.event_driven.state import FLIGHT, unpack_state, write_state
+from vibroscope.engine.kernels.event_driven.state import FLIGHT, load_at, time_to_load_change, unpack_state, write_state
 from vibroscope.engine.kernels.linear.tables import TERMS
 from vibroscope.engine.kernels.status import OK, UNRESOLVED
 

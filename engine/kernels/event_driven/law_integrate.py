@@ -23,7 +23,7 @@ from vibroscope.engine.kernels.equations.contact_law import (
     law_force,
     takes_larger,
 )
-from vibroscope.engine.kernels.equations.coordinates import displacements
+from vibroscope.engine.kernels.equations.motion import displacements
 from vibroscope.engine.kernels.event_driven.events import (
     HIGHEST_ORDER,
     begin_flight,
@@ -32,7 +32,6 @@ from vibroscope.engine.kernels.event_driven.events import (
     is_hidden,
 )
 from vibroscope.engine.kernels.event_driven.law_contact import TABLE, extrapolate, set_start, stepped, take_step
-from vibroscope.engine.kernels.event_driven.load import END, advance_load, load_integral, time_to_load_change
 from vibroscope.engine.kernels.event_driven.output import (
     SLACK,
     append_contact,
@@ -45,15 +44,19 @@ from vibroscope.engine.kernels.event_driven.output import (
 from vibroscope.engine.kernels.event_driven.state import (
     COLLISION,
     CONTACT,
+    END,
     FLIGHT,
     MOST_EFFORT,
     MOST_EVENTS,
     HybridState,
     absolute,
+    advance_load,
     count_event,
     later_state,
     linear_state,
+    load_integral,
     time_of,
+    time_to_load_change,
     unpack_state,
     write_state,
 )

@@ -28,8 +28,7 @@ Plain twin: the same orbits solved with many digits (tests/naive_orbit.py, tests
 
 import numpy as np
 from vibroscope.engine.kernels.compile.options import jit, jit_no_alloc
-from vibroscope.engine.kernels.event_driven.chatter import room_for_sum, sum_up
-from vibroscope.engine.kernels.event_driven.events import joint_force_at
+from vibroscope.engine.kernels.event_driven.events import joint_force_at, room_for_sum, sum_up
 from vibroscope.engine.kernels.event_driven.orbit_phase import (
     BACKWARDS,
     flow,

@@ -3,9 +3,8 @@
 import numpy as np
 from vibroscope.engine.kernels.compile.options import jit_inlined, jit_no_alloc
 from vibroscope.engine.kernels.compile.record import record_contact, record_impact, with_impulse
-from vibroscope.engine.kernels.equations.coordinates import displacements
+from vibroscope.engine.kernels.equations.motion import displacements
 from vibroscope.engine.kernels.event_driven.events import other_force
-from vibroscope.engine.kernels.event_driven.load import load_integral
 from vibroscope.engine.kernels.event_driven.state import (
     COLLISION,
     SLOW_CONTACT,
@@ -14,6 +13,7 @@ from vibroscope.engine.kernels.event_driven.state import (
     in_contact,
     later_state,
     linear_state,
+    load_integral,
     time_of,
 )
 from vibroscope.engine.kernels.linear.tables import (

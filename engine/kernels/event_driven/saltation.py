@@ -21,7 +21,7 @@ which is known as the saltation matrix. Only the resets have to be written down:
 - *Release*: no reset. If the joined bodies feel no other damping than the free ones, y′ does not jump either (the force
   is zero); with the measured joint damping ξ₁″ jumps by the rest of it.
 - *Contact of the exact penalty*: no reset, but the damper's 2D g′ sets in, and ends, at once: y′ jumps.
-- *End of a chatter*, which moves by dτ + dt∞. In the names of :mod:`.chatter`, with B_c = 2J_g/(3a_g²) − γ/(3a_g) =
+- *End of a chatter*, which moves by dτ + dt∞. In the names of :mod:`.events`, with B_c = 2J_g/(3a_g²) − γ/(3a_g) =
   2g‴/(3a_g²) − γ/a_g, it lasts t∞ = 2r(1 + rB_c/(1 − e)) / ((1 − e)a_g), and
 
       dt∞ = t∞ (dr/r − da_g/a_g) + 2r (B_c dr + r dB_c) / ((1 − e)²a_g),                         (41)
@@ -40,7 +40,7 @@ from typing import NamedTuple
 
 import numpy as np
 from vibroscope.engine.kernels.compile.options import jit, jit_no_alloc
-from vibroscope.engine.kernels.event_driven.chatter import damper_terms, gap_acceleration_and_jerk
+from vibroscope.engine.kernels.event_driven.events import damper_terms, gap_acceleration_and_jerk
 from vibroscope.engine.kernels.event_driven.output import evaluate
 from vibroscope.engine.kernels.event_driven.state import (
     COLLISION,

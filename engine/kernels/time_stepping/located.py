@@ -43,14 +43,15 @@ from vibroscope.engine.kernels.compile.record import (
     with_impulse,
 )
 from vibroscope.engine.kernels.equations.contact_law import contact_law_of, contact_rate
-from vibroscope.engine.kernels.equations.coordinates import contact_coordinates, displacements
 from vibroscope.engine.kernels.equations.motion import (
     coefficients,
+    contact_coordinates,
+    displacements,
     free_equilibrium,
+    free_rate,
     pressed_generator,
     separated_generator,
 )
-from vibroscope.engine.kernels.equations.rates import free_rate
 from vibroscope.engine.kernels.status import CROSSED, DIVERGED, OK, PAUSED, UNRESOLVED
 from vibroscope.engine.kernels.time_stepping.contact_location import (
     LocatedScheme,

@@ -35,8 +35,12 @@ from vibroscope.engine.kernels.compile.record import (
     with_impulse,
 )
 from vibroscope.engine.kernels.equations.contact_law import ContactLaw, contact_law_of, force, force_of_law
-from vibroscope.engine.kernels.equations.coordinates import contact_coordinates, users_displacements
-from vibroscope.engine.kernels.equations.motion import accelerations, coefficients
+from vibroscope.engine.kernels.equations.motion import (
+    accelerations,
+    coefficients,
+    contact_coordinates,
+    users_displacements,
+)
 from vibroscope.engine.kernels.parameters import unpack_parameters
 from vibroscope.engine.kernels.status import CROSSED, DIVERGED, FULL, OK
 

@@ -6,7 +6,7 @@ from vibroscope.engine import Excitation, Reference, System, simulate
 from vibroscope.engine.drivers import event_driven
 from vibroscope.engine.drivers.event_driven import COMPLETION
 from vibroscope.engine.drivers.parameters import parameters_of
-from vibroscope.engine.kernels.event_driven.chatter import can_sum, sum_up
+from vibroscope.engine.kernels.event_driven.events import can_sum, sum_up
 from vibroscope.engine.kernels.event_driven.setup import set_up_events
 from vibroscope.engine.kernels.event_driven.state import SYSTEM
 from vibroscope.engine.kernels.parameters import no_keys

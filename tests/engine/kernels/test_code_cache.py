@@ -79,7 +79,7 @@ def test_a_cache_folder_that_cannot_be_made_does_not_stop_the_engine(tmp_path):
 
 CALL = """
 import numpy as np
-from vibroscope.engine.kernels.linear.small_systems import eliminate, solve
+from vibroscope.engine.kernels.linear.matrices import eliminate, solve
 {}
 for each in (solve, eliminate):
     print(sum(each.stats.cache_hits.values()), sum(each.stats.cache_misses.values()))

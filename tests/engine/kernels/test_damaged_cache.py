@@ -5,7 +5,7 @@ import resource
 
 import numba
 import pytest
-from vibroscope.engine.kernels.compile.dispatch import Kernel
+from vibroscope.engine.kernels.compile.options import Kernel
 
 NAMES = "twice", "thrice"
 

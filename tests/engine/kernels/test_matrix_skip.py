@@ -21,7 +21,7 @@ from vibroscope.engine import (
 from vibroscope.engine.drivers.parameters import parameters_of
 from vibroscope.engine.drivers.skip_tables import skip_tables
 from vibroscope.engine.drivers.time_stepping import linear_scheme
-from vibroscope.engine.kernels.accelerated.skip_search import AFTER_STEP
+from vibroscope.engine.kernels.accelerated.matrix_skip import AFTER_STEP
 from vibroscope.engine.law_table import numbers_of
 
 from tests.law_numbers import law_numbers

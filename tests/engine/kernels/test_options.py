@@ -4,8 +4,7 @@ import numba
 import numpy as np
 import pytest
 from vibroscope.engine.kernels.compile.options import jit, jit_inlined, jit_uncontracted
-from vibroscope.engine.kernels.compile.to_power import to_power
-from vibroscope.engine.kernels.equations.contact_law import IMPACT, ContactLaw, law_force
+from vibroscope.engine.kernels.equations.contact_law import IMPACT, ContactLaw, law_force, to_power
 
 
 @pytest.fixture

@@ -8,7 +8,7 @@ import pytest
 from vibroscope.engine import Newmark, Record, Status, System, simulate
 from vibroscope.engine.drivers.parameters import parameters_of
 from vibroscope.engine.kernels.accelerated.certificate import SKIP_ON, TAKE_STEP, single_steps
-from vibroscope.engine.kernels.accelerated.output import entries_of, next_entries
+from vibroscope.engine.kernels.accelerated.skip import entries_of, next_entries
 from vibroscope.engine.kernels.accelerated.step_map import (
     ENTRIES,
     FREE,

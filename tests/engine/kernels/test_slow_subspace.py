@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 from vibroscope.engine import ExactPenalty, System, simulate
-from vibroscope.engine.drivers import event_driven, slow_subspace
+from vibroscope.engine.drivers import event_driven
 from vibroscope.engine.drivers.parameters import parameters_of
 from vibroscope.engine.kernels.equations.motion import pressed_generator
-from vibroscope.engine.kernels.linear.slow_subspace import fast_projector
+from vibroscope.engine.kernels.event_driven.setup import fast_projector
 from vibroscope.engine.kernels.linear.tables import full_generator
 
 STIFF = System(), 2.76, ExactPenalty(1e8, 3e4)
@@ -14,7 +14,7 @@ STIFF = System(), 2.76, ExactPenalty(1e8, 3e4)
 
 def test_the_fast_part_is_that_of_the_eigenvectors():
     rows = pressed_generator(parameters_of(*STIFF))
-    radius, slowest = slow_subspace.separating_circles(np.array([parameters_of(*STIFF)]))[0]
+    radius, slowest = event_driven.separating_circles(np.array([parameters_of(*STIFF)]))[0]
     values, vectors = np.linalg.eig(full_generator(rows, 2.76))
     fast = np.abs(values) > radius
     assert 0 < fast.sum() < 6

@@ -10,7 +10,7 @@ from vibroscope.engine.kernels.event_driven.orbit_steps import (
     neimark_sacker_indicator,
     step_in_plane,
 )
-from vibroscope.engine.kernels.linear.small_systems import null_vector, relative_determinant, solve
+from vibroscope.engine.kernels.linear.matrices import null_vector, relative_determinant, solve
 
 
 def relative(matrix):

@@ -23,7 +23,7 @@ from vibroscope.engine.drivers.event_driven import LinearFlow, set_up
 from vibroscope.engine.drivers.parameters import parameters_of
 from vibroscope.engine.kernels.accelerated import skip
 from vibroscope.engine.kernels.compile.options import uncompiled
-from vibroscope.engine.kernels.equations import coordinates
+from vibroscope.engine.kernels.equations import motion
 from vibroscope.engine.kernels.equations.motion import joined_generator, pressed_generator, separated_generator
 from vibroscope.engine.kernels.event_driven import integrate, law_integrate, state
 from vibroscope.engine.kernels.time_stepping import linear_step, located, newmark
@@ -117,8 +117,8 @@ def test_two_multipliers_of_a_branch_are_zero(method):
 
 def test_coordinates_of_a_wall_and_of_two_bodies():
     contact_coordinates, displacements = (
-        uncompiled(coordinates.contact_coordinates),
-        uncompiled(coordinates.displacements),
+        uncompiled(motion.contact_coordinates),
+        uncompiled(motion.displacements),
     )
     x, v, y, w = 0.3, -0.7, 0.45, 0.2
     for system in (System(clearance=0.1), System(mu=0.4, clearance=-0.3)):
