@@ -1,6 +1,6 @@
 """The border of the engine: the arguments of its public functions are what the annotations say, or refused in words.
 
-Within the engine nothing is checked twice. Ranges are checked where the numbers are used (`checks.require`).
+Within the engine nothing is checked twice. Ranges are checked where the numbers are used (`require`).
 
 Checks of numbers, choices and flags, with errors that name the value, what is allowed and what to do.
 """

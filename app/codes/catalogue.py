@@ -1,8 +1,6 @@
-"""The table of codes, read from ``assets/codes.toml`` and validated.
+"""The tables of codes and of materials, read from ``assets/codes.toml`` and ``assets/materials.toml``, and validated.
 
-What no source says is empty: ours then takes its default.
-
-The table of materials, read from ``assets/materials.toml``, for the stiffness of Hertz' contact.
+What no source says of a code is empty: ours then takes its default. Materials are for the stiffness of Hertz' contact.
 """
 
 from __future__ import annotations

@@ -9,7 +9,7 @@ A message is a dictionary with the browser's number of the move and one of the n
 ``{"move": 7, "set": {"eta": "1.2"}}``. Its content is unchecked text, and the called method decides whether it is
 accepted; ``{"painted": 12}`` says that an update is on the screen.
 
-Undo and redo of the setting. No panel import.
+Undo and redo are a history of settings.
 """
 
 from __future__ import annotations

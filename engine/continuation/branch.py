@@ -1,6 +1,6 @@
 """A branch of periodic motions and the points on it: what traces of a curve make, also as labelled arrays (xarray).
 
-The branches that a search has followed, and whether an orbit lies on one of them.
+A search also asks whether an orbit lies on one of the branches that it has followed (`KnownBranches`).
 """
 
 from collections.abc import Sequence

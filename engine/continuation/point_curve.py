@@ -2,7 +2,7 @@
 
 A curve is followed by pseudo-arclength in all unknowns (:mod:`.points`), so that its turning points and its
 cusps are nothing special. Where another bifurcation lies on it, or where the sequence of events ceases to hold, both
-conditions are solved together: a point of codimension two, the same from either curve (:mod:`.point_curve`).
+conditions are solved together: a point of codimension two, the same from either curve.
 
 Points of codimension two: where another bifurcation, or a change of the sequence of events, lies on a curve.
 

@@ -4,7 +4,7 @@
   where the gap of a flight falls to zero: the same orbit with an impact, or a contact, more. Likewise a contact of the
   penalty that opens in between. Both sequences have the orbit at this point in common.
 - *Sticking*: with the threshold ε an impact that leaves a parting speed of ε takes the whole relative velocity instead,
-  so that the motion jumps by as much (:mod:`.sequences`).
+  so that the motion jumps by as much.
 
 Its own margins say which way the new curve goes.
 

@@ -182,7 +182,7 @@ class Difference:
     total : float
         Relative to the reference; nan if a solution does not reach the end of the longer runs for the sections.
     parts : dict of str to float
-        The same of each of PARTS (:mod:`.parts`), of the joint damping only where the reference has one of its own;
+        The same of each of PARTS, of the joint damping only where the reference has one of its own;
         empty where the displacements are compared and not all four motions repeat themselves. They add up at each
         instant, not as numbers.
     chance : float

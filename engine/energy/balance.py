@@ -17,8 +17,8 @@ An impact dissipates μ/(1 + μ) (g′⁻² − g′⁺²)/2.
 
 The balance is independent of the integration that it checks. For the reference, the exact penalty and located steps it
 follows the motion from one row of the section to the next through the events of the response (:mod:`.events`). An event
-that is missing, misplaced or wrong leaves a residual. For a constant step the sums are those of the discrete solution
-(:mod:`.balance`). Their residual is the energy that the time-stepping creates, or removes if it is negative: where
+that is missing, misplaced or wrong leaves a residual. For a constant step the sums are those of the discrete solution.
+Their residual is the energy that the time-stepping creates, or removes if it is negative: where
 contact changes, and by numerical damping. The losses of such a solution include what it creates.
 
 With another contact law the contact takes ∫λδ′ dτ less what its spring stores, Kδⁿ⁺¹/(n + 1); the integrals are

@@ -1,8 +1,8 @@
 """Energy balance of a motion that is known in closed form between its events, followed from event to event.
 
 The way from one row of the section to the next is cut into segments of a single phase: at the events, and at the
-quarters of the period, where the stored energy is evaluated as well. On each segment the powers are integrated exactly
-(:mod:`.events`). The state starts anew from each row of the section, so that errors do not add up.
+quarters of the period, where the stored energy is evaluated as well. On each segment the powers are integrated exactly.
+The state starts anew from each row of the section, so that errors do not add up.
 
 Powers as quadratic forms of the state, and their integrals over a phase.
 

@@ -1,13 +1,8 @@
-"""The period that a Poincaré section settles to, and how wide its band is about the points of a cycle.
-
-Averages over a motion and how uncertain they are.
+"""What a Poincaré section says: its period and band, averages, whether it is regular, whether two motions are the same.
 
 Two kinds of averages are used. For *irregular* motion, batch means: the mean over each of several long batches scatters
 as independent numbers do, so that their spread gives the standard error of the mean. For *regular* (periodic or
 quasi-periodic) motion, an average with smooth weights, which converges faster than any power of 1/n.
-
-Whether two motions are the same one: of one solver from two starts, or of two solvers.
-
 Two runs of **one solver** that tend to the same cycle agree to rounding, but for what a time step scatters; two
 irregular motions are the same if their averages agree within their standard errors.
 
@@ -16,8 +11,6 @@ after equally many periods, or neither does, and if their sections lie within BE
 one, after the shift by whole periods that brings cycles together; of irregular motions, mean and standard deviation of
 the section. The tolerance lies above what a penalty model moves a motion and below what separates coexisting motions of
 equal period; `tests/engine/test_sameness.py` measures both on the paper's system.
-
-Whether a Poincaré section is regular (periodic or quasi-periodic) or not, and its rotation number.
 """
 
 from collections.abc import Callable

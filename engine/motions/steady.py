@@ -6,7 +6,7 @@ alone would need the more periods the weaker the damping is. The Jacobian DP is 
 (:mod:`..kernels.event_driven.saltation`). Its eigenvalues, the Floquet multipliers, are the factors by which small
 disturbances change in each cycle.
 
-An orbit is accepted only if the run converges to it (:mod:`.steady`). Otherwise the run continues to four times as many
+An orbit is accepted only if the run converges to it. Otherwise the run continues to four times as many
 periods, and the search starts again. With a contact law that has no closed form a period takes some tens of times as
 long: the search ends earlier there, and the message says after how many periods.
 

@@ -9,9 +9,9 @@ linearly, u → Φ u. Whatever the plain loop decides a step by is a row w times
 the forces of which a law takes the larger or the smaller, and with the status from the end the gaps at the end of each
 stage with either status. Given signs by which they are positive, these are the *watched rows* of the mode. While the
 *deciding* rows are positive, every step belongs to the mode, none has no solution or two. While the gap at the end has
-its sign, too, contact does not change. Of the steps for which all rows are positive :mod:`.matrix_skip` says how many
-follow. The next step, at whose end the gap has changed sides, is part of the skip where it belongs to the mode. A skip
-may begin with such a step: with the status from the end, contact changes in the first step of its new status.
+its sign, too, contact does not change. It is known for how many steps all rows are positive. The next step, at whose
+end the gap has changed sides, is part of the skip where it belongs to the mode. A skip may begin with such a step: with
+the status from the end, contact changes in the first step of its new status.
 
 The deciding rows exclude each other, so that one mode at most takes a step. Where no mode certainly does, the plain
 loop's own step follows.
@@ -24,7 +24,7 @@ contact are watched alone, except with (5) and (6).
 
 Plain twin: :func:`..time_stepping.linear_step.integrate_linear` (tests/engine/kernels/test_matrix_skip.py).
 
-How many steps keep a mode, by tables of what many of them do (:mod:`.matrix_skip`).
+How many steps keep a mode, by tables of what many of them do.
 
 The values of a row w at the ends of the next steps, or of every s-th of them, are the rows w Φʲ⁻¹ times one u. Where
 the second differences of single steps, rows w(Φ − 1)²Φʲ⁻², are at most B, a row lies between two entries of the coarser

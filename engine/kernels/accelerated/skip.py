@@ -1,7 +1,7 @@
 """Newmark's discrete solution, the same steps as the plain loop, without taking each of them.
 
 :mod:`.certificate` says of how many steps it is certain that contact does not change; these are skipped, and what a
-record asks of them is read off tables (:mod:`.skip`). Where rounding could change the sign of the gap, a step is
+record asks of them is read off tables. Where rounding could change the sign of the gap, a step is
 taken as the plain loop takes it; only there may contact change at another step than in the plain loop. Skips do not
 depend on where a run is cut: one that reaches beyond its end is not made, what is asked for within it is read off, and
 the next call begins with it.
