@@ -196,20 +196,9 @@ def numerical():
 
 def test_what_computes_is_numerical_and_what_keeps_or_explains_is_not(numerical):
     found = {str(path) for path in numerical}
-    assert {"model.py", "methods.py", "simulate.py", "batch.py", "cells.py", "sweeps/errors.py"} <= found
+    assert {"model.py", "methods.py", "simulate.py", "cells.py", "sweeps/errors.py"} <= found
     assert any(path.startswith("drivers/") for path in found)
-    kept = (
-        "store",
-        "arrays",
-        "store_location",
-        "cluster",
-        "growth",
-        "memory",
-        "cache",
-        "progress",
-        "provenance",
-        "batches",
-    )
+    kept = ("store", "store_location", "cluster", "growth", "cache", "batches")
     assert not found & {f"sweeps/{name}.py" for name in kept}
     assert not [path for path in found if path.startswith(("recommendation/", "measurement/", "hardcases/"))]
 

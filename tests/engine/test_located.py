@@ -167,7 +167,7 @@ def test_a_dip_within_a_step_is_found_if_it_crosses(depth, contact):
         gap -= side * there[3] + depth
     assert (end[3] <= 0.0) == contact  # the same side at both ends
     piece = law_pieces.MAIN if contact else law_pieces.FREE
-    theta, at, after, _ = law_pieces.locate_change(m, m.gain, piece, z, end, h, (0, 0.0))
+    theta, at, after, _ = law_pieces.locate_change(m, m.law.gain, piece, z, end, h, (0, 0.0))
     assert (after == piece) == (depth < 0)
     if depth > 0:
         assert 0 < theta < vertex
