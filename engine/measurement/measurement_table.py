@@ -120,7 +120,7 @@ def table_of(lines: list[str]) -> Table:
         raise ValueError("line 1: the file has no header; begin it with: time [s], x1 [mm], x2 [mm]")
     data, delimiter = _first_numbers(texts, start, named[1] if named else "")
     at = _header_line(texts, start, data, delimiter)
-    titles = {cells[0]: cells[1:] for text in texts[start:at] if (cells := cells_of(text, delimiter))}
+    titles = {cells[0]: cells[1:] for text in texts[start:data] if (cells := cells_of(text, delimiter))}
     if at is None:
         at, begin, where = data, data, f"line {data + 1} (no header)"
         header = _commented_header(lines[:data], texts[data], delimiter) or cells_of(texts[data], delimiter)
