@@ -48,6 +48,7 @@ _LOOKS = {
     "exact": {"line_color": VIOLET, "line_width": 1.6, "line_dash": "dashed"},
 }
 _INSTANTS, _FORCES = "Restitution over the instant of touch", "Contact force over time"
+_OVER_STEPS = "Restitution over the steps in a contact"
 AXES = ("instant", "steps", "restitution", "time", "force")
 _SPAN = ("steps", "least", "mean", "greatest")
 _TOP, _HIGHEST = 1.05, 2.0  # of the restitution that is drawn: at first, and at most
@@ -94,7 +95,7 @@ class ImpactView:
     def _over_steps(self) -> figure:
         axes = axes_of(self.ranges, "steps", "restitution", "x")
         words = "steps in a contact, t_c/Δτ", "restitution e, whenever the bodies touch"
-        plot = make_figure("", *words, name="impact_band", **axes)
+        plot = make_figure(_OVER_STEPS, *words, name="impact_band", **axes)
         area = {"left": "left", "right": "right", "bottom": "least", "top": "greatest"}
         band = add_glyph(plot, Quad(**area, fill_color=VERMILLION, fill_alpha=0.3, line_color=None), self.band)
         mean = add_glyph(plot, Line(x="steps", y="mean", line_color=VERMILLION, line_width=1.5), self.band)
@@ -164,7 +165,7 @@ class ImpactView:
         for source, values in columns.items():
             write(source, as_float32({name: np.asarray(column, float) for name, column in values.items()}))
         steps_here = written(one.steps_per_contact, 3)
-        say(self.figures[1], "Restitution over the steps in a contact", f"you are at {steps_here}")
+        say(self.figures[1], _OVER_STEPS, f"you are at {steps_here}")
         seen = f"{written(e.least, 3)} to {written(e.greatest, 3)}" if math.isfinite(e.mean) else "none"
         say(self.figures[0], _INSTANTS, seen)
         top = np.nanmax([_TOP, 1.05 * e.greatest, *(1.05 * known["greatest"])])
