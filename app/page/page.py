@@ -17,7 +17,6 @@ from vibroscope.app.page.shared.figure import THEME
 TITLE = "Vibroscope"
 
 _FIRST = ("shared", "header", "controls", "explore")  # folders of what the first tab shows
-_LATER = ("header/pdf",)  # of these, what is fetched when it is asked for
 
 # The style sheet sets the height of the page; Panel must not derive it from the content.
 pn.extension(respect_explicit_sizing=True)
@@ -50,7 +49,7 @@ def create_app() -> pn.Column:
 @cache
 def _loaded_at_once() -> str:
     """Elements that fetch the modules of the first tab ahead, and run the hooks into Bokeh and Panel."""
-    ahead = (name for name in modules() if name.partition("/")[0] in _FIRST and name not in _LATER)
+    ahead = (name for name in modules() if name.partition("/")[0] in _FIRST)
     links = (f'<link rel="modulepreload" href="{address_of(name)}">' for name in ahead)
     return "\n".join((*links, f'<script type="module" src="{address_of("shared/compat")}"></script>'))
 

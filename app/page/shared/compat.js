@@ -1,4 +1,5 @@
-// The only file of the page that uses private names of Bokeh's and Panel's scripts; it runs after them, before any figure.
+// With tables.js the only file of the page that uses private names of Bokeh's and Panel's scripts; it runs after them,
+// before any figure.
 //
 // Bokeh asks for styles between writing others, and prepares curves that nobody sees. Each hook leaves out a part of that;
 // what is painted stays the same. Its comment says what the main thread takes without it (benchmarks/hooks.py NAME). If a
