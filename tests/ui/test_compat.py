@@ -199,7 +199,7 @@ def test_frames_are_requested_only_while_the_pendulums_swing_and_are_visible(kep
     explorer = kept.anew()
     page, play = explorer.page, explorer.page.get_by_role("button", name="Play", exact=True)
     page.evaluate(COUNT)
-    assert asked_for(page) == 0
+    wait_until(lambda: asked_for(page) == 0, what="the page at rest, once all that is said of the motion has come")
     play.click()
     assert asked_for(page) > 3
     explorer.open_tab("Help")
