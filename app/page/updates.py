@@ -73,8 +73,13 @@ class SessionLoop:
 
     def call_later(self, callback: Callable[[], None]) -> None:
         """Call ``callback`` on the loop, from any thread, if the session still exists."""
-        if self._doc.session_context is not None and not self._closed:
+        if self._doc.session_context is None or self._closed:
+            return
+        try:
             self._doc.add_next_tick_callback(partial(self._call_when_open, callback))
+        except AttributeError:  # Bokeh takes the document's callbacks away while it ends a session, in another thread
+            if self._doc.session_context is not None:
+                raise
 
     def add_models(self, add: Callable[[], None], then: Callable[[], None], fail: Callable[[], None]) -> None:
         """Call ``add``, which adds models to the page, in a thread, then ``then`` on the loop; see `TabHost`.

@@ -60,6 +60,7 @@ def connect(scheduler: str, threads: int, cancelled: Callable[[], bool] | None) 
     """
     try:
         from distributed import Client
+        from distributed.comm import CommClosedError
     except ImportError:
         raise ValueError(
             "a scheduler needs Dask: install the extra `cluster` (pip install 'vibroscope[cluster]')"
@@ -73,7 +74,12 @@ def connect(scheduler: str, threads: int, cancelled: Callable[[], bool] | None) 
             client.wait_for_workers(1, timeout=ANSWER_SECONDS)
         except TimeoutError:
             raise OSError(f"the scheduler at {scheduler} has no workers: start some") from None
-        yield _Cluster(client, threads, cancelled).execute
+        try:
+            yield _Cluster(client, threads, cancelled).execute
+        except OSError as problem:
+            if client.status == "running":
+                raise
+            raise CommClosedError(problem) from None  # what it waited for was not connected any more
 
 
 @contextlib.contextmanager

@@ -158,6 +158,27 @@ def test_models_that_could_not_be_added_are_reported_and_leave_the_document_as_i
     assert asyncio.run(asyncio.wait_for(steps(), SECONDS)) == 2  # its models are not frozen
 
 
+def test_what_a_worker_has_to_say_while_its_session_ends_is_dropped(monkeypatch):
+    """Bokeh takes the callbacks of a document away in the loop's thread, at any time for the worker."""
+    said = []
+
+    async def steps():
+        session = await session_of(lambda doc: doc.add_root(Range1d(start=0, end=1)))
+        doc, page = session.document, SessionLoop(session.document)
+        page.start()
+        add = doc.add_next_tick_callback
+
+        def add_too_late(callback):
+            session.destroy()
+            return add(callback)
+
+        monkeypatch.setattr(doc, "add_next_tick_callback", add_too_late)
+        page.call_later(lambda: said.append("late"))
+
+    asyncio.run(asyncio.wait_for(steps(), SECONDS))
+    assert not said
+
+
 def test_one_document_is_built_at_a_time():
     building = []
 

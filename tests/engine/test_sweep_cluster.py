@@ -1,11 +1,13 @@
 """The same chunks on a Dask cluster: a scheduler and two workers on this machine, one of which is killed."""
 
+import contextlib
 import os
 import re
 import signal
 import subprocess
 import sys
 import threading
+import time
 from pathlib import Path
 
 import fsspec
@@ -18,7 +20,7 @@ from vibroscope.engine.sweeps import MISSING, EtaStudy, RunOptions, grow
 from tests.engine.store_files import files
 from tests.studies import sweep_of
 
-pytest.importorskip("distributed")
+get_client = pytest.importorskip("distributed").get_client
 ETAS = np.linspace(2.6, 3.3, 64)
 ROOT = Path(__file__).parents[2]
 
@@ -29,8 +31,8 @@ def start(module, *arguments, **how):
     return subprocess.Popen(command, cwd=ROOT, env=environment, stdout=subprocess.DEVNULL, **how)
 
 
-@pytest.fixture(scope="module")
-def cluster():
+@contextlib.contextmanager
+def running():
     """Address of a scheduler, and the processes: its two workers, and itself."""
     where = ("--host", "127.0.0.1", "--port", "0", "--no-dashboard")
     scheduler = start("dask_scheduler", *where, stderr=subprocess.PIPE, text=True)
@@ -51,6 +53,12 @@ def cluster():
         if rest.is_alive():
             rest.join(10)
         scheduler.stderr.close()
+
+
+@pytest.fixture(scope="module")
+def cluster():
+    with running() as started:
+        yield started
 
 
 def swept(out=None, **more):
@@ -150,15 +158,17 @@ def test_an_address_without_a_scheduler_is_refused(monkeypatch):
         swept(scheduler="tcp://127.0.0.1:9")
 
 
-def test_a_scheduler_that_is_lost_is_one_error_and_what_is_stored_is_kept(cluster, tmp_path, caplog):
-    """The last test, since it ends the cluster."""
-    address, processes = cluster
-
+@pytest.mark.parametrize("found", ["by waiting", "by fetching"])
+def test_a_scheduler_that_is_lost_is_one_error_and_what_is_stored_is_kept(tmp_path, caplog, found):
     def kill(now):
         if now.done >= 8:
             processes[-1].kill()
+            if found == "by fetching":  # a result that was announced cannot be connected to
+                while get_client().status == "running":
+                    time.sleep(0.01)
+                raise OSError("Timed out trying to connect")
 
-    with pytest.raises(OSError, match="was lost: run the same again"):
+    with running() as (address, processes), pytest.raises(OSError, match="was lost: run the same again"):
         swept(tmp_path / "a.zarr", scheduler=address, progress=kill)
     assert not caplog.records
     assert swept(tmp_path / "a.zarr").attrs["reused"] >= 8
