@@ -2,7 +2,7 @@
 
 Within the engine nothing is checked twice. Ranges are checked where the numbers are used (`require`).
 
-Checks of numbers, choices and flags, with errors that name the value, what is allowed and what to do.
+An error names the value, what is allowed and what to do.
 """
 
 import dataclasses

@@ -4,15 +4,11 @@ A kernel is compiled when it is first called, once for each processor and each v
 is kept in the cache folder. It takes minutes, most of it in a few kernels, into which everything is inlined that they
 call. So progress is counted in compiled functions, not in kernels.
 
-Several processes fill one cache. Each makes the calls that no other has begun, the first
-process from the first call on and those that help it from the last: calls that share functions stand beside each other,
-so that one process makes them. In the end the first process makes all calls: it loads what others have compiled, and
-compiles what is missing.
-
-Processes that help to compile the kernels: each makes the calls that no other process has begun.
-
-All of them write machine code into one cache folder. A process that helps reads nothing from its input, and ends where
-that ends: with the process that it helps, however that ends.
+Several processes fill one cache folder. Each makes the calls that no other has begun, the first process from the first
+call on and those that help it from the last: calls that share functions stand beside each other, so that one process
+makes them. In the end the first process makes all calls: it loads what others have compiled, and compiles what is
+missing. A process that helps reads nothing from its input, and ends where that ends: with the process that it helps,
+however that ends.
 """
 
 import itertools

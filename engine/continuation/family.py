@@ -1,6 +1,6 @@
-"""A family of problems: one system and method with one number free, as η, K, the clearance or the amplitude.
+"""A family of problems, and what a search for branches is asked of it.
 
-What a search for branches is asked.
+A family is one system and method with one number free, as η, K, the clearance or the amplitude.
 """
 
 import math

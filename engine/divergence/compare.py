@@ -1,15 +1,12 @@
 """Comparison of a penalty solution with the reference: how far it is from it, and what the difference consists of.
 
-What a comparison of a penalty solution with the reference is asked.
-
-Comparison of motions that do not repeat in step: the distributions of their Poincaré sections.
-
-Two chaotic motions separate at the rate of their Lyapunov exponent, so that their difference at an instant says nothing
-about either. The distribution of the section does not depend on the initial state. Two distributions differ by their
-Wasserstein distance: how far the points of one must move, on average, to become those of the other. For equally many
-points on a line it is the mean of |aᵢ − bᵢ| over the sorted values. (The tests check it against
-scipy.stats.wasserstein_distance; the engine does not need SciPy.) It is taken for ξ₁ and ξ₂, relative to the rms of the
-reference's section, from the static equilibrium.
+Of motions that do not repeat in step the distributions of the Poincaré sections are compared. Two chaotic motions
+separate at the rate of their Lyapunov exponent, so that their difference at an instant says nothing about either. The
+distribution of the section does not depend on the initial state. Two distributions differ by their Wasserstein
+distance: how far the points of one must move, on average, to become those of the other. For equally many points on a
+line it is the mean of |aᵢ − bᵢ| over the sorted values. (The tests check it against scipy.stats.wasserstein_distance;
+the engine does not need SciPy.) It is taken for ξ₁ and ξ₂, relative to the rms of the reference's section, from the
+static equilibrium.
 
 Finite sections of one motion differ by chance, too: by as much as neighbouring blocks of it do, less the longer they
 are (:func:`.window.chance_distance`). Blocks that follow each other show chance and not drift. That of both motions

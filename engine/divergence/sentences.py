@@ -1,7 +1,4 @@
-"""The sentences of a verdict: why a number is to blame, and what its change leaves.
-
-The numbers behind a verdict, a sentence each.
-"""
+"""The sentences of a verdict: why a number is to blame, what its change leaves, and the numbers behind it."""
 
 import math
 from collections.abc import Callable

@@ -1,9 +1,8 @@
 """A comparison in words: what agrees, which number is to blame, and what to change first.
 
-Every sentence follows from computed numbers: `agreement` says what agrees, :mod:`.alone` searches over each
-number, :mod:`.blame` names those whose change helps, and :mod:`.conditions` says what the contact itself does.
-
-Whether two solutions agree, in words: displacements, kinds of motion, impacts, and the scatter of the time step.
+Every sentence follows from computed numbers: `agreement` says what agrees of displacements, kinds of motion, impacts
+and the scatter of the time step, :mod:`.alone` searches over each number, :mod:`.blame` names those whose change helps,
+and :mod:`.conditions` says what the contact itself does.
 """
 
 from collections.abc import Callable, Iterable

@@ -4,8 +4,6 @@ Starts are drawn from a box of states, with the bodies apart, or are those of a 
 motions that are known (:mod:`.section`). What is none of them is a new motion: the cycle that Newton's method finds
 from there (:mod:`.steady`), or else what the kind of its motion says (:mod:`.motion`).
 
-Coexisting motions: many starts, grouped by the motion that each of them ends in.
-
 A penalty run that ends in another motion than the reference need not be wrong: at the same parameters several motions
 may attract, each from its own basin of initial states. The share of the starts that end in a motion estimates the size
 of its basin among the starts considered: displacements and velocities up to twice those of the motion from rest, with

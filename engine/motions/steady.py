@@ -6,16 +6,13 @@ alone would need the more periods the weaker the damping is. The Jacobian DP is 
 (:mod:`..kernels.event_driven.saltation`). Its eigenvalues, the Floquet multipliers, are the factors by which small
 disturbances change in each cycle.
 
-An orbit is accepted only if the run converges to it. Otherwise the run continues to four times as many
-periods, and the search starts again. With a contact law that has no closed form a period takes some tens of times as
-long: the search ends earlier there, and the message says after how many periods.
+An orbit is accepted only if the run converges to it. Otherwise the run continues to four times as many periods, and the
+search starts again. With a contact law that has no closed form a period takes some tens of times as long: the search
+ends earlier there, and the message says after how many periods.
 
-Search for the periodic orbit that a run converges to, by Newton's method on the Poincaré map.
-
-From the end of the run, Newton's method solves P(y*) = y* for the map P over p periods. It also finds unstable orbits,
-and orbits that the run does not approach. So an orbit y* is accepted only if the run is seen to converge to it: let DP
-be the Jacobian at y* and |·| a norm in which DP shrinks every vector at least by a factor ψ < 1. A state y whose image
-differs from the linear prediction by at most
+Newton's method also finds unstable orbits, and orbits that the run does not approach. So an orbit y* is accepted only
+if the run is seen to converge to it: let DP be the Jacobian at y* and |·| a norm in which DP shrinks every vector at
+least by a factor ψ < 1. A state y whose image differs from the linear prediction by at most
 
     |P(y) − y* − DP (y − y*)| ≤ ½ (1 − ψ) |y − y*|                                               (47)
 

@@ -1,18 +1,15 @@
 """Search for the best K and D at a given number of steps per period n.
 
 For each n there is a best K: a softer contact lasts too long, and the steps miss a larger fraction of a stiffer one.
-Formulas say where to look. A contact should take 1.5 to a hundred steps
-(:func:`..contact.stiffness_for`), and D should be near that of equal restitution, D = ζ(e)√(Kμ/(1 + μ)), or
-what another contact law needs for that at the mean closing speed of the reference.
-Less and more damping is tried too, since it can compensate in part for what the model lacks. The best settings of this
-grid are judged with their neighbours (:mod:`.trials`), and the best of these is improved by ever smaller moves in log K
-and log D.
+Formulas say where to look. A contact should take 1.5 to a hundred steps (:func:`..contact.stiffness_for`), and D should
+be near that of equal restitution, D = ζ(e)√(Kμ/(1 + μ)), or what another contact law needs for that at the mean closing
+speed of the reference. Less and more damping is tried too, since it can compensate in part for what the model lacks.
+The best settings of this grid are judged with their neighbours (:mod:`.trials`), and the best of these is improved by
+ever smaller moves in log K and log D.
 
 Located steps resolve any contact. Then n does not bound K, and the grid covers all K.
 
-The Pareto front of error against cost: settings that no other setting beats in both.
-
-From a setting that meets the tolerances to the middle of where they are met.
+Of all that were tried the front of error against cost is kept: settings that no other setting beats in both (Pareto).
 
 The cheapest setting that a search finds lies at the edge of what works, and which edge point it finds is a matter of
 chance. So K and D are moved, one after the other, to the middle of the range in which each alone keeps to the

@@ -1,9 +1,4 @@
-"""What a search for K, D and the time step is asked.
-
-The limits of a search for K, D and the time step.
-
-What a search recommends.
-"""
+"""What a search for K, D and the time step is asked, its limits, and what it recommends."""
 
 import math
 from collections.abc import Sequence

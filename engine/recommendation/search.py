@@ -1,10 +1,4 @@
-"""The search for one K, D and time step at a list of excitation frequencies, which may grow.
-
-Each setting is tried at all η of the question, and the one with the largest error counts (:mod:`.trials`). What
-meets the tolerances there is tried between them, too: an η that misses them joins the others, and the search begins
-again.
-
-Recommend K, D and the time step: the setting that meets the tolerances at the least cost, at one η or at several.
+"""Recommend K, D and the time step: the setting that meets the tolerances at the least cost, at one η or at several.
 
 The error is that of :class:`..divergence.error.Target`: the rms difference of the displacements from the reference,
 relative to it, in phase with the excitation. A setting must also deliver the restitution of the system, and the peak
@@ -12,7 +6,8 @@ force that it would have without a time step (:mod:`.contacts`). :mod:`.step_sea
 per period n, :mod:`.contact_search` the best K and D for each n, and from the least n the middle of where the
 tolerances are met. No setting is recommended by a formula: every one that is returned was run from rest by Newmark's
 method, and so were its neighbours, so that it does not meet the tolerances by chance (:mod:`.trials`). With several η
-each setting is tried at all of them (:mod:`.trials`), and between them.
+each setting is tried at all of them, and the one with the largest error counts (:mod:`.trials`). What meets the
+tolerances there is tried between them, too: an η that misses them joins the others, and the search begins again.
 
 The search sees the question with ten digits (`.question.round_numbers`), so that a further one does not change the
 answer; the answer is verified for the question as it is.

@@ -4,15 +4,10 @@ A batch is an index of the study's grid: a box (slices) or single cells (index a
 some seconds of work each, the unit that is written, lost in a kill, and sent to a cluster. For a picture that refines
 while one watches, batches are single cells spread over the grid and take some tenths of a second.
 
-How far a study is.
-
-The results of a study in memory: arrays over the whole grid.
-
-The origin of a result, which its attributes hold.
-
-Two kinds, kept apart. `origin` follows from what was asked and from the engine, and is the same in every run.
-`account` is of the run that finished the result (date, cost) and is written last, so that all else is the same, byte
-for byte, however often a run was killed and on how many machines it was taken up again.
+Here stand, too, how far a study is, its results in memory, as arrays over the whole grid, and the origin that their
+attributes hold. That is of two kinds, kept apart. `origin` follows from what was asked and from the engine, and is the
+same in every run. `account` is of the run that finished the result (date, cost) and is written last, so that all else
+is the same, byte for byte, however often a run was killed and on how many machines it was taken up again.
 """
 
 import datetime
