@@ -112,7 +112,7 @@ class Instants(NamedTuple):
         turns = first + slope * turn - bend * turn * (1.0 - turn)
         off = np.abs(pieces[:, 1::2] - pieces[:, ::2] @ AT_QUARTERS.T).max(axis=1, initial=0.0)
         counts = (turn > 0.0) & (turn < 1.0) & (off < VERTEX * np.abs(bend))
-        every = np.concatenate([values[known], turns[counts]])
+        every = np.concatenate([values[known], np.maximum(turns[counts], 0.0)])  # a parabola passes below a kink at 0
         return float(every.min()), float(every.max())
 
 

@@ -149,6 +149,11 @@ def test_extremes_and_shares_are_those_of_a_scan_whatever_the_law(law, status):
     assert found.without_solution == pytest.approx((scan[:, 6] > 0).mean(), abs=2e-4)
 
 
+@pytest.mark.parametrize("integrator", [NewmarkBeta(), HHTInterpolated()])
+def test_no_restitution_is_negative_where_it_has_a_kink_at_zero(integrator):
+    assert impact(question(e=1.0, steps=2.0, integrator=integrator)).restitution.least >= 0.0
+
+
 def test_the_ends_of_pieces_are_found_and_what_a_linear_law_gives_is_linear_between_them():
     asked = question(steps=5.0)
     found = impact(asked)
