@@ -21,8 +21,17 @@ from vibroscope.engine.arguments import require
 from vibroscope.engine.drivers.alone import BLOWN_UP, Touches, parameters_alone
 from vibroscope.engine.drivers.step_maps import bodies_of, is_stable
 from vibroscope.engine.methods import DAMPING_RANGE, STIFFNESS_RANGE
-from vibroscope.engine.one_impact.forward import GAINED, WithStep, impact, outline
-from vibroscope.engine.one_impact.instants import EDGE, OUTLINE, ROUGH, SAME, Instants, over_instants
+from vibroscope.engine.one_impact.forward import GAINED, WithStep, impact
+from vibroscope.engine.one_impact.instants import (
+    EDGE,
+    OUTLINE,
+    ROUGH,
+    SAME,
+    Instants,
+    courses_of,
+    follow,
+    over_instants,
+)
 from vibroscope.engine.one_impact.question import Impact
 from vibroscope.engine.result import check_cancelled
 
@@ -200,7 +209,7 @@ def largest_step(
     @cache
     def courses(steps: float) -> list[list[float]]:
         """Of contacts that begin at the ends of a step or stage; with the status of the end, of all in their order."""
-        looked = touches(steps).run(edges)[:, SAME]
+        looked = courses_of(follow(touches(steps), edges)[:, SAME])
         inside = rough(steps).courses if question.method.status == "end" else looked[:0]
         return [*looked.tolist(), *inside.tolist()]
 
@@ -295,10 +304,10 @@ def _bounds(changed: Callable[[float], Impact], value: float, span: tuple[float,
         return is_stable(bodies, question.method.integrator, step, 1)
 
     def gains_none(value: float) -> bool:
-        return not (outline(changed(value)).restitution > 1.0 + GAINED).any()
+        return not (over_instants(changed(value).touches, OUTLINE).restitution > 1.0 + GAINED).any()
 
     def solved(value: float) -> bool:
-        found = outline(changed(value))
+        found = over_instants(changed(value).touches, OUTLINE)
         return bool(np.isfinite(found.restitution).all() and not found.none.any())
 
     def around(holds: Callable[[float], bool]) -> tuple[float, float] | None:
