@@ -196,6 +196,7 @@ def run(options: argparse.Namespace) -> Report:
 
 def _nonsmooth(options: argparse.Namespace) -> Report:
     """What Newton's impact law gives in steps."""
+    from vibroscope.app.explorer.impact_words import span_and_mean
     from vibroscope.engine import MoreauJean, impact
 
     options.K = None
@@ -213,7 +214,7 @@ def _nonsmooth(options: argparse.Namespace) -> Report:
     overlap = f"{written(1e3 * found.penetration)} mm, {written(found.penetration / moved, 3)} of a step of flight"
     lines = [
         Row("contact", f"impact law, theta = {question.theta:g}; {_met(question)}; step {_time(question.time_step)}"),
-        Row("with this step", f"restitution {_span(found.restitution)}; impulse {written(impulse)} N s"),
+        Row("with this step", f"restitution {span_and_mean(found.restitution)}; impulse {written(impulse)} N s"),
         Row("", f"penetration {overlap}"),
     ]
     return Report(lines, {"asked": asked, "with_step": _with_step(found) | {"impulse_N_s": impulse}})
@@ -224,7 +225,7 @@ def _with_step(found: WithStep) -> dict[str, object]:
 
 
 def _report(question: Impact, options: argparse.Namespace, speeds: np.ndarray | None) -> Report:
-    from vibroscope.app.explorer.impact_words import advice, answer, over_speeds_of_motion
+    from vibroscope.app.explorer.impact_words import advice, answer, over_speeds_of_motion, span_and_mean
     from vibroscope.engine import damping_bounds, impact, largest_step, over_motion, stiffness_bounds
 
     alone = question.without_step
@@ -249,9 +250,13 @@ def _report(question: Impact, options: argparse.Namespace, speeds: np.ndarray | 
     if largest is not None:
         data["largest_step"] = {"time_step_s": largest.step, "steps_per_contact": largest.steps_per_contact}
         data["largest_step"] |= {"tolerance": options.tolerance}
-    e, lost = found.restitution, found.energy_lost
-    lines += [Row("with this step", f"restitution {_span(e)}; share of the energy lost {_span(lost)}")]
-    lines += [Row("", f"{_measures(found)}, force in {found.steps[0]} to {found.steps[1]} steps")]
+    e = span_and_mean(found.restitution)
+    if math.isnan(found.restitution.mean):
+        lines += [Row("with this step", f"restitution {e}")]
+    else:
+        lost = span_and_mean(found.energy_lost)
+        lines += [Row("with this step", f"restitution {e}; share of the energy lost {lost}")]
+        lines += [Row("", f"{_measures(found)}, force in {found.steps[0]} to {found.steps[1]} steps")]
     lines += [Row("answer", answer(question, asked, found), 110), Row("", advice(largest, options.tolerance), 110)]
     if speeds is not None:
         of_motion = over_motion(question, speeds)
@@ -370,11 +375,7 @@ def _measures(found) -> str:
 def _time(seconds: float) -> str:
     from vibroscope.engine.units import time_text
 
-    return time_text(seconds).replace("µ", "u") if seconds < float("inf") else "it does not part"
-
-
-def _span(span) -> str:
-    return f"{written(span.least, 3)} to {written(span.greatest, 3)}, mean {written(span.mean, 3)}"
+    return time_text(seconds) if seconds < math.inf else "it does not part"
 
 
 def _band(question: Impact, options: argparse.Namespace) -> Iterator[str]:

@@ -18,6 +18,7 @@ from vibroscope.engine import (
     written,
 )
 from vibroscope.engine.facts import Amount, stated
+from vibroscope.engine.one_impact.forward import Span
 from vibroscope.engine.one_impact.of_system import restitution_text, shares_text, span_text, steps_text
 from vibroscope.engine.units import time_text
 
@@ -57,6 +58,14 @@ def over_speeds_of_motion(found: OverMotion) -> Statement:
 
 def _span(*ends: str) -> str:
     return " to ".join(dict.fromkeys(ends))
+
+
+def span_and_mean(span: Span) -> str:
+    """From the least to the greatest, with the mean between them; "none" where no touch has a result."""
+    if math.isnan(span.mean):
+        return "none"
+    ends = _span(written(span.least, 3), written(span.greatest, 3))
+    return f"{ends}, mean {written(span.mean, 3)}" if " to " in ends else ends
 
 
 def schemes(question: Impact, asked: float) -> Iterator[tuple[Impact | MoreauJean, WithStep]]:

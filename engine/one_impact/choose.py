@@ -10,18 +10,28 @@ The force is Kδ^1.5 with
 """
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
 from functools import cache
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
 from vibroscope.engine.arguments import require
-from vibroscope.engine.drivers.alone import BLOWN_UP, parameters_alone
+from vibroscope.engine.drivers.alone import BLOWN_UP, Touches, parameters_alone
 from vibroscope.engine.drivers.step_maps import bodies_of, is_stable
 from vibroscope.engine.methods import DAMPING_RANGE, STIFFNESS_RANGE
-from vibroscope.engine.one_impact.forward import GAINED, WithStep, impact, outline
-from vibroscope.engine.one_impact.instants import EDGE, ROUGH, SAME, Instants, over_instants
+from vibroscope.engine.one_impact.forward import GAINED, WithStep, impact
+from vibroscope.engine.one_impact.instants import (
+    EDGE,
+    OUTLINE,
+    ROUGH,
+    SAME,
+    Instants,
+    courses_of,
+    follow,
+    over_instants,
+)
 from vibroscope.engine.one_impact.question import Impact
 from vibroscope.engine.result import check_cancelled
 
@@ -81,6 +91,7 @@ LOOK = 1e3  # times a value, and that part of it, within which its bounds are so
 SEEK = 10.0  # times K, from one bracket of a permitted penetration or force to the next
 CLOSE_TO_ASKED = 0.05  # of the restitution
 HALVED_TO = 1e-4  # relative, of what is found by halving, and how close to a change of contacts steps are tried
+JUST_BELOW = 1.0 - 0.25 * HALVED_TO
 SURE = 2e-3  # of the restitution: closer to a bound than this, a rough look over the instants does not decide
 
 
@@ -171,14 +182,16 @@ def largest_step(
     tolerance = require("tolerance", tolerance, 0.0, 1.0, "give how far the restitution may be off", open_low=True)
     wanted = question.without_step.restitution if asked is None else asked
 
-    def at(steps: float) -> Impact:
+    @cache
+    def touches(steps: float) -> Touches:
         check_cancelled(cancelled)
-        return question.with_steps_per_contact(steps)
+        return question.with_steps_per_contact(steps).touches
 
     @cache
     def rough(steps: float) -> Instants:
-        return over_instants(at(steps).touches, ROUGH)
+        return over_instants(touches(steps), ROUGH)
 
+    @cache
     def keeps(steps: float) -> bool:
         found = rough(steps)
         off = np.nanmax(np.abs(found.restitution - wanted), initial=0.0)
@@ -186,23 +199,26 @@ def largest_step(
             return False
         if off < tolerance - SURE:
             return np.isfinite(found.restitution).any()
-        found = outline(at(steps))
+        found = over_instants(touches(steps), OUTLINE)
         ends = found.ends(found.restitution)
         return not (found.code == BLOWN_UP).any() and all(abs(e - wanted) <= tolerance for e in ends)
 
     ends = np.array([0.0, *(stage.end for stage in question.method.integrator.stages)])
     edges = np.unique(np.clip(np.concatenate([ends - EDGE, ends + EDGE]), EDGE, 1.0 - EDGE))
 
+    @cache
     def courses(steps: float) -> list[list[float]]:
         """Of contacts that begin at the ends of a step or stage; with the status of the end, of all in their order."""
-        looked = at(steps).touches.run(edges)[:, SAME]
+        looked = courses_of(follow(touches(steps), edges)[:, SAME])
         inside = rough(steps).courses if question.method.status == "end" else looked[:0]
         return [*looked.tolist(), *inside.tolist()]
 
     fewest = _last_that_holds(keeps, np.geomspace(*reversed(STEPS_RANGE), 1 + PER_DECADE * 3))
     while fewest is not None:  # steps that fail recur with each step more in a contact: looked for more closely above
-        near = np.arange(LOOK_ABOVE * fewest, fewest, -1.0 / PER_STEP)
-        closer = _last_that_holds(keeps, _with_changes(courses, np.append(near[near < STEPS_RANGE[1]], fewest)))
+        # at the same steps each time, of which what is known is kept; e is farthest off just below whole numbers
+        near = np.arange(math.ceil(LOOK_ABOVE * fewest * PER_STEP), fewest * PER_STEP, -1.0) * JUST_BELOW / PER_STEP
+        near = near[(near > fewest) & (near < STEPS_RANGE[1])]
+        closer = _last_that_holds(keeps, _with_changes(courses, [*near.tolist(), fewest]))
         if closer == fewest:
             break
         fewest = closer
@@ -212,7 +228,7 @@ def largest_step(
     return LargestStep(chosen.time_step, fewest, impact(chosen))
 
 
-def _with_changes(courses: Callable[[float], list], steps: np.ndarray) -> np.ndarray:
+def _with_changes(courses: Callable[[float], list], steps: Sequence[float]) -> Iterator[float]:
     """Steps per contact, falling, and between them both sides of each change of the courses that contacts take.
 
     There a piece of the instants of touch appears or ends, and with it a restitution.
@@ -229,9 +245,10 @@ def _with_changes(courses: Callable[[float], list], steps: np.ndarray) -> np.nda
         yield from between(high, middle, at_high, at_middle)
         yield from between(middle, low, at_middle, at_low)
 
-    known = list(map(courses, steps))
-    found = [n for pair in zip(steps[:-1], steps[1:], known[:-1], known[1:], strict=True) for n in between(*pair)]
-    return np.unique(np.concatenate([steps, found]))[::-1]
+    for high, low in pairwise(steps):
+        yield high
+        yield from between(high, low, courses(high), courses(low))
+    yield steps[-1]
 
 
 class Bounds(NamedTuple):
@@ -287,10 +304,10 @@ def _bounds(changed: Callable[[float], Impact], value: float, span: tuple[float,
         return is_stable(bodies, question.method.integrator, step, 1)
 
     def gains_none(value: float) -> bool:
-        return not (outline(changed(value)).restitution > 1.0 + GAINED).any()
+        return not (over_instants(changed(value).touches, OUTLINE).restitution > 1.0 + GAINED).any()
 
     def solved(value: float) -> bool:
-        found = outline(changed(value))
+        found = over_instants(changed(value).touches, OUTLINE)
         return bool(np.isfinite(found.restitution).all() and not found.none.any())
 
     def around(holds: Callable[[float], bool]) -> tuple[float, float] | None:
@@ -307,7 +324,7 @@ def _bounds(changed: Callable[[float], Impact], value: float, span: tuple[float,
     return Bounds(around(stable) if changed(value).method.linear else None, around(gains_none), around(solved))
 
 
-def _last_that_holds(holds: Callable[[float], bool], tried: np.ndarray) -> float | None:
+def _last_that_holds(holds: Callable[[float], bool], tried: Iterable[float]) -> float | None:
     """The value up to which, from the first of those tried on, something holds; None if for none."""
     good = None
     for value in map(float, tried):

@@ -41,7 +41,7 @@ from vibroscope.engine.drivers.alone import (
     force_alone,
     parameters_alone,
 )
-from vibroscope.engine.one_impact.instants import FULL, OUTLINE, SHORT, Fineness, Instants, over_instants
+from vibroscope.engine.one_impact.instants import FULL, SHORT, Fineness, Instants, over_instants
 from vibroscope.engine.one_impact.question import Impact, set_checked
 
 THETA_RANGE = (0.5, 1.0)
@@ -248,11 +248,6 @@ def instants_of(question: Impact | MoreauJean, fineness: Fineness = FULL) -> Ins
     known = np.isfinite(found.restitution)
     depth, force, steps = (np.where(known, each, np.nan) for each in (found.depth, found.force, found.steps))
     return found._replace(depth=depth * u.length, force=force * u.force, steps=steps)
-
-
-def outline(question: Impact) -> Instants:
-    """The restitution over the instants of touch, close enough for a search."""
-    return over_instants(question.touches, OUTLINE)
 
 
 CONTACT_TIMES = 2.0  # after so many a contact that has not ended is not followed further

@@ -49,6 +49,14 @@ MOST = 1000  # … beyond which all are: contacts so long that each instant has 
 SAME = [STEPS, NONE, TWO, CODE]  # along a piece
 
 
+def courses_of(same: np.ndarray) -> np.ndarray:
+    """The courses of contacts, (…, 4), from what is the same along a piece.
+
+    The steps of a contact that stays are those for which it was followed; whether it had such a step is its course.
+    """
+    return np.where(same[..., -1:] == STUCK, (same > 0) * [0, 1, 1, 0] + [0, 0, 0, STUCK], same)
+
+
 class Instants(NamedTuple):
     """Pieces in their order, each looked at at five instants."""
 
@@ -69,7 +77,8 @@ class Instants(NamedTuple):
     @property
     def courses(self) -> np.ndarray:
         """Steps, of these without a solution and with two, and code, as they follow each other, (n, 4)."""
-        every = np.stack([self.steps, self.none, self.two, self.code], axis=-1).reshape(-1, len(SAME))
+        every = np.stack([self.steps, self.none, self.two, self.code], axis=-1)
+        every = courses_of(every).reshape(-1, len(SAME))
         return every[np.append(True, (every[1:] != every[:-1]).any(axis=1))]
 
     @property
@@ -112,7 +121,7 @@ class Instants(NamedTuple):
         turns = first + slope * turn - bend * turn * (1.0 - turn)
         off = np.abs(pieces[:, 1::2] - pieces[:, ::2] @ AT_QUARTERS.T).max(axis=1, initial=0.0)
         counts = (turn > 0.0) & (turn < 1.0) & (off < VERTEX * np.abs(bend))
-        every = np.concatenate([values[known], turns[counts]])
+        every = np.concatenate([values[known], np.maximum(turns[counts], 0.0)])  # a parabola passes below a kink at 0
         return float(every.min()), float(every.max())
 
 
@@ -122,11 +131,12 @@ def over_instants(touches: Touches, fineness: Fineness = FULL) -> Instants:
     begin, end, done = edges[:-1], edges[1:], []
     while len(begin):
         instants = begin[:, None] + (end - begin)[:, None] * SHARES
-        found = _run(touches, instants.ravel()).reshape(len(begin), len(SHARES), -1)
+        found = follow(touches, instants.ravel()).reshape(len(begin), len(SHARES), -1)
         values = found[:, :, fineness.watched]
         fit = np.einsum("ij,njk->nik", AT_QUARTERS, values[:, ::2])
         fits = np.abs(values[:, 1::2] - fit).max(axis=(1, 2)) <= fineness.fits
-        same = (found[:, :, SAME] == found[:, :1, SAME]).all(axis=(1, 2))
+        course = courses_of(found[:, :, SAME])
+        same = (course == course[:, :1]).all(axis=(1, 2))
         accepted = (
             (len(begin) > MOST) | (same & fits) | (end - begin <= (fineness.edge if len(begin) < MANY else SHORT))
         )
@@ -141,7 +151,7 @@ def over_instants(touches: Touches, fineness: Fineness = FULL) -> Instants:
     return Instants(instant, restitution, *(found[:, :, k] for k in (DEPTH, PUSH, STEPS, CODE, NONE, TWO)))
 
 
-def _run(touches: Touches, instants: np.ndarray) -> np.ndarray:
+def follow(touches: Touches, instants: np.ndarray) -> np.ndarray:
     """What the touches find, with the speed back at touch, from where a contact was seen to be over; 0 of others."""
     found = touches.run(instants)
     speed, code = found[:, SPEED], found[:, CODE]

@@ -21,7 +21,7 @@ def answered(capsys, *words):
 def test_it_says_what_was_asked_for_and_what_the_step_gives(capsys):
     status, out, err = run_command(capsys, "impact", *KV, "--restitution", "0.5", "--steps-per-contact", "5")
     assert (status, err) == (0, "")
-    assert "K = 1000000 N/m, c = 430.9 N s/m, damping ratio 0.215; 1 kg at 1 m/s; step 643.4 us, 5 in a contact" in out
+    assert "K = 1000000 N/m, c = 430.9 N s/m, damping ratio 0.215; 1 kg at 1 m/s; step 643.4 µs, 5 in a contact" in out
     assert "You asked for 0.50; with 5 steps in a contact you get 0.23 to 0.58." in out
     assert "From 18 steps on it stays within 0.05: a step of at most 178.9" in out
 
@@ -40,6 +40,14 @@ def test_the_json_has_units_in_its_keys_and_follows_the_typed_units(capsys):
         f"{1e3 * found['asked']['time_step_s']} ms",
     )  # fmt: skip
     assert scaled["with_step"]["restitution"]["least"] == pytest.approx(with_step["restitution"]["least"], abs=1e-4)
+
+
+def test_where_no_touch_has_a_result_there_are_no_numbers(capsys):
+    words = (*KV, "--D", "10 N s/m", "--steps-per-contact", "0.5")
+    out = run_command(capsys, "impact", *words)[1]
+    assert "restitution none\n" in out
+    assert "nan" not in out
+    assert answered(capsys, *words)["with_step"]["restitution"] == dict.fromkeys(("least", "mean", "greatest"))
 
 
 def test_without_a_step_it_gives_what_the_law_gives(capsys):

@@ -149,6 +149,19 @@ def test_extremes_and_shares_are_those_of_a_scan_whatever_the_law(law, status):
     assert found.without_solution == pytest.approx((scan[:, 6] > 0).mean(), abs=2e-4)
 
 
+def test_contacts_that_stay_are_one_course_however_long_they_are_followed():
+    """With hardly any rebound most stay together; each step that was tried had another number of steps."""
+    tried = []
+    found = largest_step(question(e=0.01), cancelled=lambda: tried.append(None))
+    assert found.verified.restitution.greatest < 0.06
+    assert len(tried) < 200
+
+
+@pytest.mark.parametrize("integrator", [NewmarkBeta(), HHTInterpolated()])
+def test_no_restitution_is_negative_where_it_has_a_kink_at_zero(integrator):
+    assert impact(question(e=1.0, steps=2.0, integrator=integrator)).restitution.least >= 0.0
+
+
 def test_the_ends_of_pieces_are_found_and_what_a_linear_law_gives_is_linear_between_them():
     asked = question(steps=5.0)
     found = impact(asked)

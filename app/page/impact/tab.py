@@ -5,10 +5,9 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
-import numpy as np
 import panel as pn
 from vibroscope.app.explorer.field_units import beside_field, shown_field
-from vibroscope.app.explorer.impact_words import advice, answer, over_speeds_of_motion
+from vibroscope.app.explorer.impact_words import advice, answer, over_speeds_of_motion, span_and_mean
 from vibroscope.app.explorer.link import LINEAR, LOGARITHMIC
 from vibroscope.app.explorer.method_words import name_of_integrator, words_of_scheme
 from vibroscope.app.explorer.parameters import FIELDS
@@ -170,7 +169,7 @@ class OneImpact(StudyView):
                 "With this step",
                 stated(
                     f"{measures}, in {{}}. Of the energy {{}} is lost.",
-                    _span(found.restitution),
+                    span_and_mean(found.restitution),
                     Amount(found.penetration, "displacement"),
                     Amount(found.force, "force"),
                     in_steps,
@@ -292,18 +291,10 @@ def _scheme_table(result: PartialImpact) -> dict:
             "blown up": found.blown_up,
         }
         faults = ", ".join(f"{words} {percent(share)}" for words, share in shares.items() if share > 0)
-        e = _span(found.restitution).partition(",")[0]
+        e = span_and_mean(found.restitution).partition(",")[0]
         words = name_of_integrator(name) if status else f"Moreau and Jean, θ = {one.theta:g}"
         opens = (f"{name} {status}", "Set this integrator and contact status") if status else ()
         mark = "◆" if one.scheme == result.impact.scheme else ""
         rows.append(row(_STATUSES[status], cell(words, *opens), _STATUSES[status], e, faults, mark=mark))
     heads = ["integrator", "contact status", "restitution", "touches with"]
     return {"title": "The same numbers with each integrator and contact status", "heads": heads, "rows": rows}
-
-
-def _span(span) -> str:
-    """From the least to the greatest, with the mean between them."""
-    if not np.isfinite(span.mean):
-        return "none"
-    least, mean, greatest = (written(each, 3) for each in span)
-    return least if least == greatest else f"{least} to {greatest}, mean {mean}"
