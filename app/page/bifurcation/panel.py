@@ -66,11 +66,9 @@ def diagram_python(question: DiagramQuestion, branches: Mapping[str, BranchesQue
     values = f"np.linspace({question.span[0]!r}, {question.span[1]!r}, {question.count})"
     values = f"np.unique(np.round({values}))" if question.over == "steps" else values
     calls = {name: _branch_call(each) for name, each in branches.items()}
-    names = [name for each in branches.values() for name in ("BranchQuestion", *each.method.made_by)]
     call = f"sweep(EtaStudy(\n    system, {question.method!r}, values={values},\n"
     call += f"    {how}, transient={question.transient}, sample={SAMPLE},\n))"
-    names += ["EtaStudy", *question.method.made_by]
-    return sweep_python({"diagram": call, **calls}, question.system, *names)
+    return sweep_python({"diagram": call, **calls}, question.system)
 
 
 def diagram_command(question: DiagramQuestion, branches: Mapping[str, BranchesQuestion]) -> str:

@@ -194,7 +194,7 @@ class Plane(StudyView):
             side: f"sweep(PlaneStudy(\n    system, {own}, {question.eta!r}, {axes},\n    {how},\n))"
             for side, own in methods.items()
         }
-        script = sweep_python(calls, question.system, "PlaneStudy", "ExactPenalty", *method.made_by)
+        script = sweep_python(calls, question.system)
         return script if self.curves.result is None else script + self.curves.python()
 
     def command(self, setting: Setting) -> str:
