@@ -55,6 +55,7 @@ class ListedSearches:
         Called when a search has found more.
     """
 
+    switch: ClassVar[str]  # of the panel: "off" where nothing is searched for
     head: ClassVar[str]  # of what is said of a search that is over; with the solver in braces
 
     def __init__(self, host: TabHost, names: Mapping[str, str], grow: Grow, on_result: Callable[[], None]) -> None:
@@ -62,6 +63,14 @@ class ListedSearches:
         self.view = ListPanel(visible=False)
         self.view.on_msg(lambda event: self._receive(event.data))
         self.studies = {solver: StudyAsker(host, grow, on_result) for solver in names}
+
+    @abstractmethod
+    def ask(self, asked: object) -> None:
+        """Search for what the tab's ``search_questions`` gives, and end what else is searched for."""
+
+    @abstractmethod
+    def clear(self) -> None:
+        """Show none."""
 
     @abstractmethod
     def open_named(self, name: object) -> None:

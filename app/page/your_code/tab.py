@@ -17,6 +17,7 @@ from vibroscope.app.explorer.state import Setting
 from vibroscope.app.export.formats import Figure, Series
 from vibroscope.app.export.scripts import as_command
 from vibroscope.app.export.tables import column_title
+from vibroscope.app.page.study.panel import number
 from vibroscope.app.page.study.tab import StudyView
 from vibroscope.app.page.tab import Move
 from vibroscope.app.page.your_code import words
@@ -233,7 +234,7 @@ class YourCode(StudyView):
 def _typed(name: str) -> dict[str, object]:
     """The number of this name in the panel; 0: not known."""
     label = (_NUMBERS | _OF_WORDS)[name][0]
-    return {"name": name, "label": label, "low": 0.0, "high": 1e15, "whole": False}
+    return number(name, label, (0.0, 1e15))
 
 
 def _field(name: str, setting: Setting) -> ShownField:
