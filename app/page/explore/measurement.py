@@ -45,7 +45,7 @@ _IDLE = {"phase": "idle"}
 class MeasurementButton(Component):
     """Chooses a file, or takes one that is dropped on the page, and sends it in parts, a character for each byte.
 
-    See `Overlay._receive`.
+    See `Upload`.
     """
 
     largest = param.Integer(default=LARGEST_FILE, constant=True, doc="Bytes; of a larger file the name alone is sent")
@@ -76,9 +76,9 @@ class Overlay:
         self.host = host
         self._draw = draw
         self.button, self.panel = MeasurementButton(), MeasurementPanel()
-        for component in (self.button, self.panel):
-            component.on_msg(lambda event: self._receive(event.data))
-        self._upload = Upload(self._begin, self._take)
+        self.button.listen(**Upload(self._begin, self._take).acts)
+        ends = {"cancel": (bool, lambda _: self._cancel_fit()), "remove": (bool, lambda _: self._remove())}
+        self.panel.listen(columns=(dict, self._choose), fit=(str, self._begin_fit), **ends)
         self._name = ""
         self._file: MeasuredFile | None = None
         self._header: list[str] = []  # to choose from, of a file that does not say which column is what
@@ -150,17 +150,6 @@ class Overlay:
 
     # -- from the browser --------------------------------------------------------------
 
-    def _receive(self, message: object) -> None:
-        self._upload.receive(message)
-        for name, act in {
-            "columns": self._choose,
-            "fit": self._begin_fit,
-            "cancel": lambda _: self._cancel_fit(),
-            "remove": lambda _: self._remove(),
-        }.items():
-            if isinstance(message, dict) and name in message:
-                act(message[name])
-
     def _begin(self, name: str, size: float) -> None:
         self._remove()
         self._name = name
@@ -178,11 +167,10 @@ class Overlay:
         if self._setting is not None:
             self._compare()
 
-    def _choose(self, columns: object) -> None:
+    def _choose(self, columns: dict) -> None:
         """The user says which column is what: read the file again."""
-        chosen = columns.items() if isinstance(columns, dict) else ()
-        if self._file is not None and all(isinstance(each, str) for pair in chosen for each in pair):
-            self._file.columns = dict(chosen)
+        if self._file is not None and all(isinstance(each, str) for pair in columns.items() for each in pair):
+            self._file.columns = columns
             self._write(phase="reading", name=self._name)
             self._compare()
 
@@ -226,8 +214,8 @@ class Overlay:
             else:
                 self._show()
 
-    def _begin_fit(self, names: object) -> None:
-        names = tuple(name for name in FITTED if name in names) if isinstance(names, str) else ()
+    def _begin_fit(self, names: str) -> None:
+        names = tuple(name for name in FITTED if name in names)
         if self._compared is None or not names:
             return
         self._end_fit()

@@ -21,9 +21,9 @@ from vibroscope.app.page.peaks.tab import peak_table
 from vibroscope.app.page.shared.component import Upload
 from vibroscope.app.page.study.listed import ListPanel
 from vibroscope.app.page.study.panel import number
-from vibroscope.app.page.study.tab import StudyView
+from vibroscope.app.page.study.tab import StudyView, refusal
 from vibroscope.app.studies.load import COLUMNS, LoadQuestion, PartialRuns, Pulse, RecordFile, grow_load
-from vibroscope.engine.facts import Statement, message_of, sentence, stated
+from vibroscope.engine.facts import Statement, sentence, stated
 from vibroscope.engine.load import ON, quantity_of
 
 _KINDS = {
@@ -82,7 +82,7 @@ class LoadTab(StudyView):
         self.list = ListPanel(label="Largest values of both solutions", visible=False)
         cells = (self.stretch(plot) for plot in self.view.figures.values())
         page = self.lay_out(*cells, below=self.list, classes=("halves", "load"))
-        self.panel.upload = Upload(self._begin, self._take_file)
+        self.panel.listen(**Upload(self._begin, self._take_file).acts)
         return page
 
     @classmethod
@@ -126,11 +126,7 @@ class LoadTab(StudyView):
             field = self._field(setting, "rise")
             rise, most = (f"{field.number(value)} {field.unit}".rstrip() for value in (chosen["rise"], most))
             return f"A rise of {rise} is more than half of the duration: give at most {most}."
-        try:
-            self.question(setting)
-        except ValueError as error:
-            return sentence(message_of(error))
-        return ""
+        return refusal(lambda: self.question(setting))
 
     def question(self, setting: Setting) -> LoadQuestion:
         """All that the runs depend on; the steps are those of a natural period of body 1 with the same time step."""

@@ -7,7 +7,7 @@ and the end of the session. A move that changes no question only moves the marks
 from __future__ import annotations
 
 from abc import abstractmethod
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import ClassVar
 
 import panel as pn
@@ -304,10 +304,13 @@ def free_obstacle(setting: Setting, shown: str, why: str = "begins at rest, wher
 
 def engine_obstacle(setting: Setting, question) -> str:
     """Why the engine has no study of the integrator, status or law that is set; empty where it has one."""
-    if not setting.penalty.has_choices:
-        return ""
+    return refusal(question.study) if setting.penalty.has_choices else ""
+
+
+def refusal(ask: Callable[[], object]) -> str:
+    """Why something cannot be asked, in a sentence; empty if it can."""
     try:
-        question.study()
+        ask()
     except ValueError as error:
         return sentence(message_of(error))
     return ""
