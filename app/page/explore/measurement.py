@@ -10,7 +10,7 @@ from collections.abc import Callable, Mapping
 import param
 from bokeh.models import LegendItem, Scatter
 from vibroscope.app.explorer.errors import error_text
-from vibroscope.app.explorer.field_units import shown_text, words_of_change
+from vibroscope.app.explorer.field_units import shown_content, shown_text, words_of_change
 from vibroscope.app.explorer.measured import (
     FITTED_NAMES,
     LARGEST_FILE,
@@ -238,18 +238,16 @@ class Overlay:
         if self._compared is None:
             return
         scale, comparison = self._setting.scale, self._compared[1]
-        self._write(
-            phase="done",
-            name=self._file.name,
-            pending=pending,
-            headline=shown_text(headline(comparison), scale),
-            words=shown_text(measured_verdict(comparison), scale),
-            rows=[[shown_text(cell, scale) for cell in row] for row in comparison_rows(comparison, scale)],
-            names=list(fitted_names(self._setting.system, comparison.measurement)),
-            eta=(eta := own_eta(comparison)),
-            offer=words_of_change({"eta": eta}, self._setting) if eta else "",
-            fit=self._fit | (fit_content(self._fitted, scale) if self._fitted is not None else {}),
-        )
+        content = {
+            "headline": headline(comparison),
+            "words": measured_verdict(comparison),
+            "rows": comparison_rows(comparison, scale),
+            "names": list(fitted_names(self._setting.system, comparison.measurement)),
+            "eta": (eta := own_eta(comparison)),
+            "offer": words_of_change({"eta": eta}, self._setting) if eta else "",
+            "fit": self._fit | (fit_content(self._fitted, scale) if self._fitted is not None else {}),
+        }
+        self._write(phase="done", name=self._file.name, pending=pending, **shown_content(content, scale))
 
     def _sentence(self, error: Exception) -> str:
         return shown_text(sentence(error_text(error)), self._setting.scale)

@@ -12,7 +12,7 @@ from typing import ClassVar
 
 import panel as pn
 from bokeh.plotting import figure
-from vibroscope.app.explorer.field_units import shown_text
+from vibroscope.app.explorer.field_units import shown_content
 from vibroscope.app.explorer.link import View
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.export.formats import Figure
@@ -154,7 +154,7 @@ class StudyView(TabView):
         result = self.result if self._answers(question) else RESULTS.get(question)
         if result is None or result.share < 1:
             return COMPUTING
-        return _as_text(_in_units(self.describe(setting, result), setting))
+        return _as_text(shown_content(self.describe(setting, result), setting.scale))
 
     def hide(self) -> None:
         """Cancel what is under way; it goes on from there when the tab is opened again."""
@@ -278,7 +278,7 @@ class StudyView(TabView):
             return [["Nothing to show", obstacle]]
         if self.result is None:
             return []
-        return _in_units(self.describe(self._result_setting, self.result), self._move.setting)
+        return shown_content(self.describe(self._result_setting, self.result), self._move.setting.scale)
 
     # -- from the panel ------------------------------------------------------
 
@@ -314,10 +314,6 @@ def refusal(ask: Callable[[], object]) -> str:
     except ValueError as error:
         return sentence(message_of(error))
     return ""
-
-
-def _in_units(statements: list[list[str | Statement]], setting: Setting) -> list[list[str]]:
-    return [[shown_text(text, setting.scale) for text in each] for each in statements]
 
 
 def _as_text(statements: list[list[str]]) -> str:
