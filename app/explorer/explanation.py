@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from vibroscope.app.explorer.compute import RunPair, SolverRun, run_length
 from vibroscope.app.explorer.errors import Refused
-from vibroscope.app.explorer.field_units import shown_text
+from vibroscope.app.explorer.field_units import shown_content, shown_text
 from vibroscope.app.explorer.force import force_text
 from vibroscope.app.explorer.method_words import words_of_method
 from vibroscope.app.explorer.present import TIME_POINTS, WINDOW
@@ -73,6 +73,9 @@ class Description:
         return {name: f"{kinds.get(name, kind)} {force}".strip() for name, (kind, force) in lines.items()}
 
 
+_SENTENCES = ("headline", "kinds", "details")  # of an explanation
+
+
 @dataclass(frozen=True, kw_only=True)
 class Explanation:
     """The parts of the difference, and the number to change first; computing it takes a few more runs.
@@ -117,9 +120,7 @@ class Explanation:
 
     def in_units(self, scale: Units | None) -> Explanation:
         """The explanation as the page shows it, with the numbers of its sentences in units."""
-        kinds = {name: shown_text(text, scale) for name, text in self.kinds.items()}
-        details = tuple(shown_text(text, scale) for text in self.details)
-        return replace(self, headline=shown_text(self.headline, scale), kinds=kinds, details=details)
+        return replace(self, **{name: shown_content(getattr(self, name), scale) for name in _SENTENCES})
 
 
 def describe(runs: RunPair) -> Description:

@@ -14,7 +14,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 from vibroscope.app.explorer.parameters import FIELDS, Field
 from vibroscope.app.explorer.state import Setting
@@ -33,6 +33,7 @@ _NATURAL = {
     "force": "k₁A",
     "impulse": "m₁Aω₁",
 }
+Content = TypeVar("Content")
 _NOT_DRIVEN = "frequency that counts time: nothing drives the bodies"
 _DIGITS = 6  # of a number that was converted: as many as a field has room for
 
@@ -168,6 +169,18 @@ _CUTTING = {"yes": "cutting the step where contact changes", "no": "steps of one
 def shown_text(text: str | Statement, scale: Units | None) -> str:
     """A statement in the units of the page, with symbols and choices as the page writes them."""
     return print_statement(text, scale, _name)
+
+
+def shown_content(content: Content, scale: Units | None) -> Content:
+    """Content of the page with its statements as `shown_text` prints them, also within lists, tuples, dictionaries."""
+    if isinstance(content, Statement):
+        return shown_text(content, scale)
+    if isinstance(content, dict):
+        return {name: shown_content(part, scale) for name, part in content.items()}
+    if isinstance(content, list | tuple):
+        parts = [shown_content(part, scale) for part in content]
+        return content._make(parts) if hasattr(content, "_make") else type(content)(parts)
+    return content
 
 
 def _name(part: Symbol | Choice) -> str:

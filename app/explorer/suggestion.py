@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 from vibroscope.app.explorer.errors import Refused
 from vibroscope.app.explorer.explanation import Explanation
-from vibroscope.app.explorer.field_units import held_in_words, shown_field, shown_text, words_of_change
+from vibroscope.app.explorer.field_units import held_in_words, shown_content, shown_field, words_of_change
 from vibroscope.app.explorer.method_words import name_of_method, scheme_texts
 from vibroscope.app.explorer.parameters import bounds_of
 from vibroscope.app.explorer.reading import most_steps
@@ -245,7 +245,7 @@ def suggestion_content(found: Recommendation, setting: Setting) -> dict:
     return {
         "met": found.met,
         "head": _head(found),
-        "lines": [shown_text(line, setting.scale) for line in _lines(found, setting)]
+        "lines": shown_content(_lines(found, setting), setting.scale)
         + _held_lines(found, setting)
         + _start_lines(setting),
         "use": trial_texts(best, found, setting) if best is not None else {},
@@ -277,7 +277,7 @@ def partial_content(so_far: SoFar, setting: Setting) -> dict:
     end = "; fewer steps may do." if met else "."
     line = stated("So far: {}{}", _trial_words(met or front[-1], tolerance, at), end)
     return {
-        "lines": [shown_text(line, setting.scale)],
+        "lines": shown_content([line], setting.scale),
         "tolerance": tolerance,
         "use": {},
         "front": [_point(trial, so_far, setting) for trial in _thin_front(front, met)],

@@ -5,11 +5,13 @@ Tests run them and compare their numbers with those of the page.
 
 from __future__ import annotations
 
+import ast
 from collections.abc import Mapping, Sequence
 from dataclasses import fields
 from shlex import quote
 from textwrap import indent
 
+from vibroscope import engine
 from vibroscope.app.explorer.compute import run_length
 from vibroscope.app.explorer.parameters import FIELDS, STEPPING_FIELDS
 from vibroscope.app.explorer.state import Setting
@@ -38,16 +40,13 @@ _PAPER = System().as_dict()
 
 def as_python(setting: Setting) -> str:
     """A script that runs both solvers as the page did, and compares them."""
-    p, r = setting.penalty, setting.reference
-    penalty = method_python(p)
+    p = setting.penalty
     start = "" if setting.from_rest else f", initial={setting.initial}"
     start += "".join(f", {name}={periods}" for name, periods in run_length(setting.system).items())
-    script = f"""from vibroscope.engine import {_imports(*p.made_by, "Reference", "System")}
-
-system = {_system(setting.system)}
-reference = simulate(system, {setting.eta!r}, Reference({_differing(vars(r), vars(Reference()))}){start})
+    runs = f"""system = {_system(setting.system)}
+reference = simulate(system, {setting.eta!r}, {method_python(setting.reference)}{start})
 penalty = simulate(
-    system, {setting.eta!r}, {penalty}{start}
+    system, {setting.eta!r}, {method_python(p)}{start}
 )
 
 for response in (reference, penalty):
@@ -62,12 +61,16 @@ for response in (reference, penalty):
 {_VERDICT}"""
     if p.has_choices:  # of which the engine may have no comparison, or no verdict
         compared = f"try:\n{indent(compared, '    ')}except ValueError as error:\n    print('not known:', error)\n"
-    return script + compared
+    return script(runs + compared)
 
 
-def _imports(*names: str) -> str:
-    """The names of a script, sorted, with the functions that all scripts use."""
-    return ", ".join(sorted({*names, "ComparisonQuestion", "compare", "motion", "simulate", "verdict"}, key=_isort_key))
+def script(body: str, imports: str = "") -> str:
+    """A script: ``imports``, those of what ``body`` uses of NumPy and of the engine, and ``body``."""
+    names = [each for each in ast.walk(ast.parse(body)) if isinstance(each, ast.Name)]
+    used = {each.id for each in names} - {each.id for each in names if isinstance(each.ctx, ast.Store)}
+    numpy = "import numpy as np\n\n" if "np" in used else ""
+    of_engine = sorted(used & set(engine.__all__), key=lambda name: (name.islower(), name))
+    return f"{numpy}{imports}from vibroscope.engine import {', '.join(of_engine)}\n\n{body}"
 
 
 _VERDICT = """answer = verdict(found)
@@ -105,16 +108,12 @@ def peaks_python(setting: Setting) -> str:
     how = "" if setting.from_rest else f", initial={setting.initial}"
     how += "".join(f", {name}={periods}" for name, periods in length.items())
     record = f"record=Record({length.get('keep', PERIODS)}, {PER_PERIOD})"
-    r = setting.reference
-    methods = {
-        "reference": f"Reference({_differing(vars(r), vars(Reference()))})",
-        "penalty": method_python(setting.penalty),
-    }
+    methods = {"reference": setting.reference, "penalty": setting.penalty}
     calls = {
-        solver: f"peaks(simulate(system, {setting.eta!r}, {method}, {record}{how}))"
+        solver: f"peaks(simulate(system, {setting.eta!r}, {method_python(method)}, {record}{how}))"
         for solver, method in methods.items()
     }
-    return sweep_python(calls, setting.system, "Record", "Reference", "simulate", *setting.penalty.made_by)
+    return sweep_python(calls, setting.system)
 
 
 def peaks_command(setting: Setting) -> str:
@@ -127,14 +126,11 @@ def peaks_command(setting: Setting) -> str:
 def impact_python(asked: Impact) -> str:
     """A script that solves a contact alone, and finds the largest step."""
     numbers = ", ".join(f"{name}={getattr(asked, name)!r}" for name in ("speed", "mass", "time_step", "restitution"))
-    names = ", ".join(sorted({*asked.method.made_by, "Impact", "impact", "largest_step"}, key=_isort_key))
-    return f"""from vibroscope.engine import {names}
-
-question = Impact({method_python(asked.method)}, {numbers})
+    return script(f"""question = Impact({method_python(asked.method)}, {numbers})
 print(question.without_step)
 print(question.steps_per_contact, impact(question).restitution)
 print(largest_step(question, asked=question.restitution))
-"""
+""")
 
 
 def impact_command(asked: Impact) -> str:
@@ -149,25 +145,20 @@ def impact_command(asked: Impact) -> str:
 
 def load_python(asked: LoadQuestion) -> str:
     """A script that runs both solutions under a load, and splits their difference."""
-    source, r = asked.source, asked.reference
+    source = asked.source
     if isinstance(source, Pulse):
         load = f"Load.{source.kind}({', '.join(map(repr, source.numbers))}, on={source.on!r})"
     else:
         u = source.units
         load = f"read_record({source.name!r}, Units({u.omega1!r}, {u.m1!r}, {u.base_amplitude!r}), {source.on!r})"
     how = f"free={asked.free!r}" + ("" if asked.initial is None else f", initial={asked.initial}")
-    reference = f"Reference({_differing(vars(r), vars(Reference()))})"
-    methods = f"{method_python(asked.penalty)}, {reference}"
-    made = ("Load",) if isinstance(source, Pulse) else ("Units", "read_record")
-    names = sorted({*made, *asked.penalty.made_by, "Reference", "System", "transient_difference"}, key=_isort_key)
-    return f"""from vibroscope.engine import {", ".join(names)}
-
-load = {load}
+    methods = f"{method_python(asked.penalty)}, {method_python(asked.reference)}"
+    return script(f"""load = {load}
 found = transient_difference({_system(asked.system)}, load, {methods}, {how})
 print(found.difference)
 for run in (found.reference, found.penalty):
     print(run.peaks, run.residual)
-"""
+""")
 
 
 def load_command(setting: Setting, asked: LoadQuestion) -> str:
@@ -195,31 +186,23 @@ def _file_and_options(setting: Setting, with_units: bool) -> tuple[str, str]:
 # ---- a study --------------------------------------------------------------------------------------------------------
 
 
-def sweep_python(calls: Mapping[str, str], system: System, *names: str) -> str:
-    """A script that runs each study, a call of `engine`, and prints the results; it imports ``names`` too."""
-    imported = sorted({"System", *names, *(call.partition("(")[0] for call in calls.values())}, key=_isort_key)
+def sweep_python(calls: Mapping[str, str], system: System) -> str:
+    """A script that runs each study, a call of `engine`, and prints the results."""
     made = "\n".join(f"{name} = {call}" for name, call in calls.items())
-    numpy = "import numpy as np\n\n" if "np." in made else ""
-    return (
-        f"{numpy}from vibroscope.engine import {', '.join(imported)}\n\nsystem = {_system(system)}\n{made}\n\n"
-        f"print({', '.join(calls)}, sep='\\n')\n"
-    )
+    return script(f"system = {_system(system)}\n{made}\n\nprint({', '.join(calls)}, sep='\\n')\n")
 
 
 def speed_python(asked: SpeedQuestion) -> str:
     """A script that measures cost and error as the page does."""
     start = "" if asked.initial is None else f", {asked.initial}"
     start += "" if asked.stiffness_of_step is None else f", stiffness_of_step={asked.stiffness_of_step}"
-    names = ", ".join(sorted({*asked.method.made_by, "Reference", "System"}, key=_isort_key))
-    return f"""from vibroscope.app.studies.speed import SpeedQuestion, grow_speed
-from vibroscope.engine import {names}
-
-method = {method_python(asked.method)}
+    body = f"""method = {method_python(asked.method)}
 question = SpeedQuestion({_system(asked.system)}, {asked.eta!r}, method, {asked.reference!r}{start})
 *_, found = grow_speed(question, None, lambda: False)
 for solver in found.turns:
     print(*solver, found.cost(solver), "µs per period, error", found.errors.get(solver))
 """
+    return script(body, "from vibroscope.app.studies.speed import SpeedQuestion, grow_speed\n")
 
 
 PAPER_PYTHON = """from vibroscope.app.paper import CLAIMS, as_dict
@@ -253,9 +236,11 @@ def initial_option(initial: Sequence[float] | None) -> str:
     return "" if initial is None else f" --initial={','.join(map(print_number, initial))}"
 
 
-def method_python(method: TimeStepping) -> str:
-    """The method as a script makes it; its `made_by` is what it imports."""
-    if not method.is_newmarks:
+def method_python(method: Method) -> str:
+    """The method as a script makes it."""
+    if method.rigid:
+        return f"Reference({_differing(vars(method), vars(Reference()))})"
+    if not (method.has_step and method.is_newmarks):
         return repr(method)
     more = ", located=True" if method.located else ""
     more += f", law={method.law!r}" if not method.linear else ""
@@ -322,7 +307,3 @@ def _system_file(system: System, units: Units | None = None) -> tuple[str, str]:
 
 def _differing(values: Mapping, usual: Mapping) -> str:
     return ", ".join(f"{name}={value!r}" for name, value in values.items() if name not in usual or value != usual[name])
-
-
-def _isort_key(name: str) -> tuple[bool, str]:
-    return name.islower(), name

@@ -217,15 +217,8 @@ class PartialDiagram:
 
         ``artefacts`` chooses the cells whose scatter the time step causes, or (False) the others.
         """
-        values = np.sort(self.section(coordinate), axis=1)
-        height = np.nanmax(values, initial=-np.inf) - np.nanmin(values, initial=np.inf)
-        distinct = np.isfinite(values)
-        distinct[:, 1:] &= np.diff(values, axis=1) > _EQUAL * height
-        chosen = distinct if most is None else _thinned(distinct, most)
-        if artefacts is not None:
-            chosen &= ((self.kinds["kind"] == CellKind.ARTEFACT) == artefacts)[:, None]
-        row, column = np.nonzero(chosen)
-        return self.question.axis[row], values[row, column]
+        of_kind = None if artefacts is None else (self.kinds["kind"] == CellKind.ARTEFACT) == artefacts
+        return points_of(self.question.axis, self.section(coordinate), most, of_kind)
 
     def data(self) -> dict[str, object]:
         """The results so far, for a file."""
@@ -250,6 +243,21 @@ class PartialDiagram:
         changes = (np.diff(kind, prepend=kind[:1] - 1) != 0) | (np.diff(period, prepend=period[:1] - 1) != 0)
         begin = np.flatnonzero(changes)
         return edges[begin], np.append(edges[begin[1:]], edges[-1:]), period[begin], kind[begin]
+
+
+def points_of(
+    axis: np.ndarray, section: np.ndarray, most: int | None = MOST_POINTS, of_kind: np.ndarray | None = None
+) -> tuple[np.ndarray, np.ndarray]:
+    """A swept number (n,) and a section (n, keep), each motion's points once: thinned, then of some cells."""
+    values = np.sort(section, axis=1)
+    height = np.nanmax(values, initial=-np.inf) - np.nanmin(values, initial=np.inf)
+    distinct = np.isfinite(values)
+    distinct[:, 1:] &= np.diff(values, axis=1) > _EQUAL * height
+    chosen = distinct if most is None else _thinned(distinct, most)
+    if of_kind is not None:
+        chosen &= of_kind[:, None]
+    row, column = np.nonzero(chosen)
+    return axis[row], values[row, column]
 
 
 def kind_names(kinds: np.ndarray) -> np.ndarray:

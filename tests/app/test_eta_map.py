@@ -8,7 +8,7 @@ import pytest
 from bokeh.io.doc import patch_curdoc
 from bokeh.models import Label
 from vibroscope.app.explorer.compute import compute_runs
-from vibroscope.app.explorer.shipped import load_diagram
+from vibroscope.app.explorer.shipped import is_shipped, load_diagram
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.page.asker import Asker
 from vibroscope.app.page.explore import eta_map
@@ -154,7 +154,7 @@ def test_a_map_is_that_of_the_solver(explore, change):
     tab, setting = explore(Setting()), Setting()._replace(**change)
     explore(setting)
     tab.host.catch_up_until(lambda: title(tab) == TITLE)
-    assert eta_map.is_shipped(setting) == ("joint_damping" in change)
+    assert is_shipped(setting) == ("joint_damping" in change)
     assert np.unique(tab.eta_map.in_view()["eta"]).size == (1401 if "joint_damping" in change else 16)
 
 

@@ -114,7 +114,7 @@ def test_a_search_is_stopped_goes_on_and_ends_with_its_question(shown):
     Job.last.deliver(Job.last, ValueError("K = -1 is out of range"))
     made.draw([], Setting())
     assert "ended early" in made.view.status["notes"][0]
-    made.clear(Setting())
+    made.clear()
     assert not made.view.visible
     assert made.result is None
 

@@ -4,13 +4,14 @@ import numpy as np
 import pytest
 from bokeh.events import Tap
 from vibroscope.app.commands.cli import main
+from vibroscope.app.explorer import shipped
 from vibroscope.app.explorer.state import Setting, slider_range
 from vibroscope.app.page import asker
 from vibroscope.app.page.bifurcation.statements import SWEPT
 from vibroscope.app.page.bifurcation.tab import Bifurcation
 from vibroscope.app.page.tab import Move
 from vibroscope.app.studies.bifurcation import DiagramQuestion, grow_diagram
-from vibroscope.engine import EtaStudy, ExactPenalty, Newmark, Reference, System, simulate
+from vibroscope.engine import CompileProgress, EtaStudy, ExactPenalty, Newmark, Reference, System, simulate
 
 from tests.app.fakes import FakeHost
 
@@ -119,3 +120,20 @@ def test_an_own_start_on_the_command_line(tmp_path):
     assert main([*sweep, "--transient", "5", "--initial", "0.3,0,1.2,-0.5"]) == 0
     with pytest.raises(ValueError, match="own start"):
         sweep(EtaStudy(System(), Reference(), values=[2.7, 2.9], initial=(0, 0, 1, 0), direction="up"))
+
+
+def test_while_the_solvers_are_compiled_the_shipped_diagram_is_shown(tab, monkeypatch):
+    diagram = shipped.load_diagram("table").result()
+    monkeypatch.setattr(shipped.compilation, "progress", CompileProgress(0.2, "reference"))
+    tab.show(Move(2, SETTING))
+    drawn = tab.view.points["reference"].data
+    assert tab.view.figure.title.text.startswith("Shipped result: ")
+    assert set(drawn["eta"]) == set(diagram.eta.astype(np.float32))
+    assert np.isin(drawn["value"], diagram.displacement[1]).all()
+    choose(tab, coordinate="v2")  # which is not shipped
+    assert not len(tab.view.points["reference"].data["eta"])
+    choose(tab, coordinate="xi1")
+    assert np.isin(tab.view.points["reference"].data["value"], diagram.displacement[0]).all()
+    choose(tab, direction="up")
+    assert not len(tab.view.points["reference"].data["eta"])
+    assert tab.view.figure.title.text == "Being computed …"

@@ -92,9 +92,8 @@ def asked(tab, setting):
     """What a tab computes and where its axes are."""
     found = {"question": tab.question(setting), "chosen": dict(tab.panel.chosen), "view": tab.view_texts()}
     found |= {name: (owned.ends, owned.home) for name, owned in tab.ranges.items()}
-    for name in ("branch_questions", "curves_question"):
-        if hasattr(tab, name):
-            found[name] = getattr(tab, name)(setting)
+    if tab.searches is not None:
+        found["searches"] = tab.search_questions(setting)
     return found
 
 

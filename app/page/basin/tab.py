@@ -161,8 +161,7 @@ class Basins(StudyView):
             for side, problem in problems.items()
         }
         calls["difference"] = f"basin_difference({', '.join(SIDES)})"
-        names = (name for side in SIDES for name in question.method(side).made_by)
-        return sweep_python(calls, question.system, "BasinStudy", *names)
+        return sweep_python(calls, question.system)
 
     def command(self, setting: Setting) -> str:
         """``vibroscope sweep basin`` of both, and the share in which they differ."""

@@ -239,6 +239,7 @@ class Branches(ListedSearches):
         Called when a search has found more.
     """
 
+    switch = "branches"
     head = "Branches of the {}"
 
     def __init__(self, host: TabHost, plot: figure, on_result: Callable[[], None]) -> None:
@@ -265,7 +266,7 @@ class Branches(ListedSearches):
         self._list(notes, near=_near_table(shown, getattr(setting, over), field), points=points)
 
     def clear(self) -> None:
-        """Show none."""
+        """See `ListedSearches`."""
         self.ask({})
         self.view.visible = False
         if self._setting is not None:

@@ -37,9 +37,9 @@ from vibroscope.app.page.shared.figure import (
 )
 from vibroscope.app.page.shared.ranges import OwnedRange, UnitAxis
 from vibroscope.app.page.shared.seen import say
-from vibroscope.app.studies.bifurcation import MOST_BESIDE, MOST_POINTS, SAMPLE, PartialDiagram, kind_names
+from vibroscope.app.studies.bifurcation import MOST_BESIDE, MOST_POINTS, SAMPLE, PartialDiagram, kind_names, points_of
 from vibroscope.app.studies.cell_classes import KINDS, PERIODS, period_class
-from vibroscope.engine import System
+from vibroscope.engine import Diagram, System
 from vibroscope.engine.facts import stated
 from vibroscope.engine.sweeps import CellKind
 
@@ -63,6 +63,8 @@ _KIND_HATCHES = {
 _PLAIN = (" ", "")
 _DIRECTION = {"rest": "from rest", "own": "from an own start", "up": "upwards", "down": "downwards"}
 _STRIP = "Kinds of motion"
+_AWAITED = "Being computed …"
+_SHIPPED = "Shipped result: Reference from rest, until the solvers are compiled"
 _ETA_LABEL = "excitation frequency η = Ω/ω₁"
 _SHOWN = ("shown_eta", "shown_value")  # columns of the hover with units; the others are those of the model
 _COLOURS = {"reference": BLUE, "penalty": VERMILLION}
@@ -96,7 +98,7 @@ class BifurcationView:
         self.figure.on_event(RangesUpdate, lambda event: on_zoom())
 
     def _cloud(self) -> figure:
-        words, axes = ("Being computed …", _ETA_LABEL, COORDINATES["xi2"]), axes_of(self.ranges, "eta", "value")
+        words, axes = (_AWAITED, _ETA_LABEL, COORDINATES["xi2"]), axes_of(self.ranges, "eta", "value")
         plot = make_figure(*words, name="bifurcation", **axes)
         points = []
         for source, colour in ((self.other, GREY), *((self.points[solver], _COLOURS[solver]) for solver in _COLOURS)):
@@ -172,16 +174,19 @@ class BifurcationView:
         coordinate: str,
         other: PartialDiagram | None,
         beside: Iterable[np.ndarray] = (),
+        shipped: Diagram | None = None,
     ) -> None:
         """Move the cursor; draw what is known, and in grey another diagram to compare with.
 
-        ``beside``: values of the coordinate that are drawn beside the diagram, for the range of the axis.
+        ``beside``: values of the coordinate that are drawn beside the diagram, for the range of the axis. ``shipped``:
+        what is drawn while nothing is known.
         """
         value, field = getattr(setting, self.over), shown_field(self.over, setting)
         self.cursor.location = self.label.x = value
         self.label.text = field.words(value) if field.unit else f"{field.label} = {value:.7g}"
         factors = self._label_axes(setting, field, coordinate)
         if result is None:
+            self._draw_shipped(shipped, coordinate, factors)
             return
         for line in self._scenes:
             line.visible = self.over == "eta" and result.question.system == System()
@@ -198,6 +203,18 @@ class BifurcationView:
         self.ranges["value"].follow(drawn_values, fresh=fresh)
         self._drawn = drawn, coordinate, result.question.over
         self._write_strip(result)
+
+    def _draw_shipped(self, shipped: Diagram | None, coordinate: str, factors: tuple[float, float]) -> None:
+        """Draw a diagram that has no velocities, and not the kinds of its motions; None: nothing."""
+        section = {} if shipped is None else dict(zip(("xi1", "xi2"), shipped.displacement, strict=True))
+        known = coordinate in section
+        eta, value = points_of(shipped.eta, section[coordinate]) if known else np.empty((2, 0))
+        _put(self.points["reference"], _scaled(eta, value, np.zeros(len(eta)), factors))
+        say(self.figure, _SHIPPED if known else _AWAITED)
+        if known:
+            drawn = "reference", coordinate, "eta"
+            self.ranges["value"].follow([value], fresh=self._drawn != drawn)
+            self._drawn = drawn
 
     def _label_axes(self, setting: Setting, field: ShownField, coordinate: str) -> tuple[float, float]:
         """Label axes and hover; returns what one of the model's units is worth on both axes."""
@@ -295,7 +312,12 @@ def _columns(
 ) -> dict[str, np.ndarray]:
     """The points of a diagram; where units are shown, their ``factors`` times the numbers, too."""
     eta, value = result.points(coordinate, most, artefacts)
-    period = result.kinds["kind_period"][np.searchsorted(result.question.axis, eta)]
+    return _scaled(eta, value, result.kinds["kind_period"][np.searchsorted(result.question.axis, eta)], factors)
+
+
+def _scaled(
+    eta: np.ndarray, value: np.ndarray, period: np.ndarray, factors: tuple[float, float]
+) -> dict[str, np.ndarray]:
     pairs = zip(_SHOWN, factors, (eta, value), strict=True)
     shown = {name: (factor * column).astype(np.float32) for name, factor, column in pairs if factors != (1.0, 1.0)}
     return shown | {

@@ -15,6 +15,7 @@ from vibroscope.app.explorer.parameters import FIELDS, START_FIELDS, bounds_of
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.export.scripts import branch_command, initial_option, method_options, sweep_command, sweep_python
 from vibroscope.app.page.bifurcation.statements import SWEPT
+from vibroscope.app.page.study.panel import number
 from vibroscope.app.studies.bifurcation import SAMPLE, DiagramQuestion
 from vibroscope.app.studies.branches import BranchesQuestion
 from vibroscope.engine import COORDINATES
@@ -47,10 +48,7 @@ def linked_motion(choice: Mapping[str, float]) -> Followed | None:
 def link_numbers() -> list[dict]:
     """Names and bounds of the numbers in a link."""
     bounds = [bounds_of("eta"), *[LINEAR] * len(START_FIELDS)]
-    return [
-        {"name": name, "low": low, "high": high, "whole": False}
-        for name, (low, high) in zip(_NAMES, bounds, strict=True)
-    ]
+    return [number(name, "", ends) for name, ends in zip(_NAMES, bounds, strict=True)]
 
 
 def without_motion(choice: Mapping[str, str | float]) -> dict[str, str | float]:
@@ -66,11 +64,9 @@ def diagram_python(question: DiagramQuestion, branches: Mapping[str, BranchesQue
     values = f"np.linspace({question.span[0]!r}, {question.span[1]!r}, {question.count})"
     values = f"np.unique(np.round({values}))" if question.over == "steps" else values
     calls = {name: _branch_call(each) for name, each in branches.items()}
-    names = [name for each in branches.values() for name in ("BranchQuestion", *each.method.made_by)]
     call = f"sweep(EtaStudy(\n    system, {question.method!r}, values={values},\n"
     call += f"    {how}, transient={question.transient}, sample={SAMPLE},\n))"
-    names += ["EtaStudy", *question.method.made_by]
-    return sweep_python({"diagram": call, **calls}, question.system, *names)
+    return sweep_python({"diagram": call, **calls}, question.system)
 
 
 def diagram_command(question: DiagramQuestion, branches: Mapping[str, BranchesQuestion]) -> str:
@@ -130,11 +126,11 @@ def panel_spec() -> dict:
             {"name": "branches", "label": "Branches", "choices": _BRANCHES},
         ],
         "numbers": [
-            _number("from", "From", LINEAR, linked=False),
-            _number("to", "To", LINEAR, linked=False),
-            _number("count", "Values", (2, MOST_VALUES), whole=True),
-            _number("transient", "Transient (periods)", (0, MOST_TRANSIENT), whole=True),
-            *(_number(name, FIELDS[name].label, bounds_of(name), when={"direction": "own"}) for name in START_FIELDS),
+            number("from", "From", LINEAR, linked=False),
+            number("to", "To", LINEAR, linked=False),
+            number("count", "Values", (2, MOST_VALUES), whole=True),
+            number("transient", "Transient (periods)", (0, MOST_TRANSIENT), whole=True),
+            *(number(name, FIELDS[name].label, bounds_of(name), when={"direction": "own"}) for name in START_FIELDS),
         ],
         "hint": "Drag the line, click, or use the slider to set the swept number. A zoom is computed anew at its "
         "own range. Hollow points are a periodic motion that the time step blurs. In grey, once computed: the other "
@@ -157,7 +153,3 @@ def panel_spec() -> dict:
             },
         },
     }
-
-
-def _number(name: str, label: str, bounds: tuple[float, float], *, whole: bool = False, **more) -> dict:
-    return {"name": name, "label": label, "low": bounds[0], "high": bounds[1], "whole": whole, **more}

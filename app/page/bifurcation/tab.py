@@ -8,6 +8,7 @@ import panel as pn
 from vibroscope.app.explorer.field_units import shown_field
 from vibroscope.app.explorer.link import LINEAR, View
 from vibroscope.app.explorer.parameters import START_FIELDS
+from vibroscope.app.explorer.shipped import diagram_for_now
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.export.formats import Figure, Series
 from vibroscope.app.page.bifurcation.branches import NAMES, Branches
@@ -36,7 +37,7 @@ from vibroscope.app.studies.bifurcation import (
 )
 from vibroscope.app.studies.branches import BranchesQuestion, PartialBranches, why_none
 from vibroscope.app.studies.study_job import RESULTS
-from vibroscope.engine import METHOD_NUMBERS, ExactPenalty, Method, System
+from vibroscope.engine import METHOD_NUMBERS, Diagram, ExactPenalty, Method, System
 
 _NOTHING_SWEPT = (
     "Nothing drives the bodies, so that no motion belongs to a frequency: let the base or a force move them under "
@@ -72,14 +73,12 @@ class Bifurcation(StudyView):
     def build(self) -> pn.viewable.Viewable:
         """The diagram, the strip of periods below it, the panel, and the list of the branches."""
         self.view = BifurcationView(self._set, self.refresh)
-        self.branches = Branches(self.host, self.view.figure, self._push)
-        self.branches.view.css_classes = ["cell", "wide", "branches"]
+        self.branches = self.searches = Branches(self.host, self.view.figure, self._push)
         self.view.on_motion = self.branches.tapped
         self._followed: Followed | None = None
         self._followed_in: System | None = None  # whose motion that is; None: the system that is shown next
-        page = self.lay_out(self.stretch(self.view.figure, "wide"), self.stretch(self.view.strip, "wide", "low"))
-        page.append(self.branches.view)
-        return page
+        cells = self.stretch(self.view.figure, "wide"), self.stretch(self.view.strip, "wide", "low")
+        return self.lay_out(*cells, below=self.branches.view)
 
     @classmethod
     def spec(cls) -> dict:
@@ -170,10 +169,10 @@ class Bifurcation(StudyView):
             initial=self._start(setting) if own else None,
         )
 
-    def branch_questions(self, setting: Setting) -> tuple[dict[str, BranchesQuestion], list[str]]:
+    def search_questions(self, setting: Setting) -> tuple[dict[str, BranchesQuestion], list[str]]:
         """The branches to search for, by solver, and sentences about those that there are not."""
         chosen = self.panel.chosen
-        if chosen["branches"] == "off":
+        if not self._searches:
             return {}, []
         wanted = NAMES if chosen["branches"] == "both" else [_branch_solver(chosen["solver"])]
         diagram, questions, notes = self.question(setting), {}, []
@@ -203,14 +202,6 @@ class Bifurcation(StudyView):
         if not low <= eta <= high:
             self.unzoom()
 
-    def _ask(self) -> None:
-        super()._ask()
-        self.branches.ask(self.branch_questions(self._move.setting)[0])
-
-    def _cancel(self) -> None:
-        super()._cancel()
-        self.branches.cancel()
-
     def _show_chosen(self, setting: Setting) -> None:
         """Show the range in view and the coordinate in the panel, also of a setting that has no diagram."""
         low, high = self.view.span
@@ -219,15 +210,10 @@ class Bifurcation(StudyView):
         ends = {name.lower(): swept._replace(label=name, hint="") for name in ("From", "To")}
         self.panel.show_fields(ends | {name: shown_field(name, setting) for name in START_FIELDS})
 
-    def _write(self) -> None:
-        if self._visible:
-            self._show_chosen(self._move.setting)
-        if self._visible and (self._obstacle or self.panel.chosen["branches"] == "off"):
-            self.branches.clear()
-        super()._write()
-        if self._visible:
-            self.view.fade(self.branches.view.visible)
-            self.give_room(self.branches.view)
+    def _show(self) -> None:
+        self._show_chosen(self._move.setting)
+        super()._show()
+        self.view.fade(self.branches.view.visible)
 
     def _start(self, setting: Setting) -> tuple[float, ...]:
         """The own start that is typed; a wall has none."""
@@ -241,11 +227,19 @@ class Bifurcation(StudyView):
     def draw(self, setting: Setting, result: PartialDiagram | None) -> None:
         """The diagram and the one to compare with."""
         other = None if result is None else _compared(setting, result.question)
-        if self.panel.chosen["branches"] != "off":
-            notes = self.branch_questions(setting)[1]
+        if self._searches:
+            notes = self.search_questions(setting)[1]
             self.branches.draw(setting, self.view.over, self._coordinate(setting), notes)
-        self.view.update(setting, result, self._coordinate(setting), other, self.branches.lines.values)
+        shipped = self._shipped(setting) if result is None else None
+        self.view.update(setting, result, self._coordinate(setting), other, self.branches.lines.values, shipped)
         self.panel.key_title, self.panel.key = f"Motion over {self.view.axis_label}", legend()
+
+    def _shipped(self, setting: Setting) -> Diagram | None:
+        """The shipped diagram of what is asked, as long as the solvers are being compiled."""
+        chosen = self.panel.chosen
+        if (chosen["solver"], chosen["direction"], self.view.over) != ("reference", "rest", "eta"):
+            return None
+        return diagram_for_now(setting, lambda: self.host.call_later(self._push))
 
     def _coordinate(self, setting: Setting) -> str:
         """The chosen coordinate; of body 1 where body 2 is a wall."""

@@ -20,11 +20,10 @@ export function render({ model }) {
   const sliders = model.spec.sliders.map((slider) => sliderRow(slider, link));
   const view = [...model.spec.viewSwitches.map((choice) => switchRow(choice, link)), speedRow(), key()];
   const start = startDetails(model.spec, link);
-  const folds = element("div", "folds");
   const drawn = folded("Display", ...view.map((part) => part.element));
   system.element.firstChild.after(units.element);
   system.element.append(start.element);
-  folds.append(system.element, solver.element, drawn);
+  const folds = element("div", "folds", [system.element, solver.element, drawn]);
   const parts = [...first, ...sliders, units, ...system.parts, ...start.parts, ...solver.parts, ...view];
   const elements = (some) => some.map((part) => part.element);
   root.append(
@@ -58,9 +57,7 @@ export function render({ model }) {
 }
 
 function group(name, ...content) {
-  const box = element("div", `group ${name}`);
-  box.append(...content);
-  return box;
+  return element("div", `group ${name}`, content);
 }
 
 // The connection to the server. It sends the first move at once, then at most one message per animation frame, with the

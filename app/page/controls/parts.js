@@ -2,7 +2,7 @@
 // a function that draws the accepted values.
 
 import { typedField } from "./field.js";
-import { button, choose, element, emit, listen, options, setText } from "../shared/dom.js";
+import { button, choose, element, emit, labelled, listen, options, setText } from "../shared/dom.js";
 
 const NARROW = matchMedia("(max-width: 1000px)");
 
@@ -10,9 +10,7 @@ const NARROW = matchMedia("(max-width: 1000px)");
 export const opensItself = (own, refused) => refused || (own && !NARROW.matches);
 
 export function folded(title, ...content) {
-  const box = element("details", "more");
-  box.append(element("summary", "", title), ...content);
-  return box;
+  return element("details", "more", [element("summary", "", title), ...content]);
 }
 
 // The scenes of the paper and, below them, published systems of others.
@@ -22,9 +20,7 @@ export function scenes({ scenes: list, shelf }, link) {
   const others = element("div", "tiles");
   const published = element("div", "tiles wide");
   const folds = [["More scenes", others], ["Other systems", published]].map(([name, tiles]) => {
-    const fold = element("details", "others");
-    fold.append(element("summary", "", name), tiles);
-    return fold;
+    return element("details", "others", [element("summary", "", name), tiles]);
   });
   const origin = element("small", "origin"); // of the published system that is shown
   published.after(origin);
@@ -40,8 +36,7 @@ export function scenes({ scenes: list, shelf }, link) {
     ...list.map((scene) => make(scene, "scene", scene.first ? first : others)),
     ...shelf.map((system) => make(system, "shelf", published)),
   ];
-  const row = element("div", "folds of-scenes");
-  row.append(...folds);
+  const row = element("div", "folds of-scenes", folds);
   box.append(element("legend", "", "Scenes"), first, row);
   const draw = (shown) => {
     for (const made of buttons) made.setAttribute("aria-pressed", String(made.dataset.scene === shown.scene));
@@ -74,15 +69,13 @@ export function actions({ opening }, link) {
 
 // Where both runs start: folded while that is rest.
 export function startDetails(spec, link) {
-  const box = element("details", "more");
   const head = element("summary");
-  const grid = element("div", "numbers starts");
   const parts = spec.starts.map((number) => ownRow(number, link));
   const names = spec.starts.map(({ name }) => name);
   const rest = button("From rest", "Start both runs from rest, as a scene does",
     () => link.set({ zero_start: "rest", ...Object.fromEntries(names.map((name) => [name, "0"])) }), "rest");
-  grid.append(...parts.map((part) => part.element));
-  box.append(head, grid, rest);
+  const grid = element("div", "numbers starts", parts.map((part) => part.element));
+  const box = element("details", "more", [head, grid, rest]);
   let own = false;
   const draw = (shown) => {
     const was = own;
@@ -107,7 +100,6 @@ function ownRow(number, link) {
 
 // The solver: folded, since it is seldom changed; open if one number is not the default, or is refused.
 export function solverDetails(spec, link) {
-  const box = element("details", "more solver");
   const head = element("summary");
   const grid = element("div", "numbers");
   const parts = spec.solverNumbers.map((number) => numberRow(number, link));
@@ -117,7 +109,7 @@ export function solverDetails(spec, link) {
   const switches = spec.solverSwitches.map((choice) => switchRow(choice, link));
   const [integrator, ...others] = selects.map((part) => part.element);
   grid.append(integrator, ...own.map((part) => part.element), ...others, ...ofLaw.map((part) => part.element), ...parts.map((part) => part.element));
-  box.append(head, grid, ...switches.map((part) => part.element));
+  const box = element("details", "more solver", [head, grid, ...switches.map((part) => part.element)]);
   const given = [...spec.solverNumbers, ...spec.solverSelects, ...spec.integratorNumbers, ...spec.lawNumbers, ...spec.solverSwitches];
   const names = given.map((part) => part.name);
   let opened = false;
@@ -135,7 +127,6 @@ export function solverDetails(spec, link) {
 
 // A choice of many, with the reason where it was refused.
 function selectRow(choice, link) {
-  const box = element("div", "choice");
   const label = element("label", "", choice.label);
   const select = element("select");
   const refusal = refusalOf(choice.name);
@@ -143,7 +134,7 @@ function selectRow(choice, link) {
   label.title = choice.doc;
   select.append(...options(Object.entries(choice.choices)));
   select.addEventListener("change", () => link.set({ [choice.name]: select.value }));
-  box.append(label, select, refusal.element);
+  const box = element("div", "choice", [label, select, refusal.element]);
   const draw = (shown, isLatest) => {
     refusal.draw(shown, select);
     if (isLatest) choose(select, shown.texts[choice.name]);
@@ -167,7 +158,6 @@ function refusalOf(name) {
 }
 
 export function numberRow(number, link) {
-  const box = element("div", "number");
   const label = element("label");
   label.htmlFor = `vibroscope-${number.name}-typed`;
   const symbol = element("span");
@@ -175,7 +165,7 @@ export function numberRow(number, link) {
   label.append(symbol, " ", hint);
   const under = element("div", "under");
   const field = typedField(number, link, under);
-  box.append(label, field.typed, under);
+  const box = element("div", "number", [label, field.typed, under]);
   const draw = (shown, isLatest) => {
     const { label: name, name: words } = shown.fields[number.name];
     setText(symbol, name);
@@ -186,20 +176,14 @@ export function numberRow(number, link) {
 }
 
 export function switchRow(choice, link) {
-  const box = element("fieldset", "switch");
   const legend = element("legend", "", choice.label);
   legend.title = choice.doc;
-  box.append(legend);
+  const box = element("fieldset", "switch", [legend]);
   const row = element("div", "row");
   const inputs = new Map();
   for (const [value, text] of Object.entries(choice.choices)) {
-    const label = element("label");
-    const radio = element("input");
-    radio.type = "radio";
-    radio.name = `vibroscope-${choice.name}`;
-    radio.value = value;
+    const [radio, label] = labelled(element("span", "", text), { type: "radio", name: `vibroscope-${choice.name}`, value });
     radio.addEventListener("change", () => link.set({ [choice.name]: value }));
-    label.append(radio, element("span", "", text));
     row.append(label);
     inputs.set(value, radio);
   }
@@ -216,14 +200,13 @@ const SPEEDS = [0.05, 0.1, 0.25, 0.5, 1];
 
 // How fast the bodies move; it concerns this browser alone.
 export function speedRow() {
-  const box = element("div", "choice");
   const label = element("label", "", "Speed of the motion");
   const select = element("select");
   label.htmlFor = select.id = "vibroscope-speed";
   select.append(...options(SPEEDS.map((value) => [value, `${value} period${value < 1 ? "s" : ""}/s`])));
   select.value = "0.1";
   select.addEventListener("change", () => emit("speed", { value: Number(select.value) }));
-  box.append(label, select);
+  const box = element("div", "choice", [label, select]);
   return { element: box, draw: () => {} };
 }
 

@@ -53,8 +53,7 @@ function typedLengths(rows, held) {
 
 // Rows under a title; hidden while none applies.
 function numberGroup({ title, numbers }, link) {
-  const box = element("fieldset", "numbers");
-  box.append(element("legend", "", title));
+  const box = element("fieldset", "numbers", [element("legend", "", title)]);
   const rows = numbers.map((number) => systemRow(number, link));
   box.append(...rows.map((row) => row.element));
   const draw = (shown, isLatest) => {

@@ -11,17 +11,15 @@ const MARKS = [
 ];
 
 export function render({ model }) {
-  const root = element("section", "head");
   const state = element("span", "state", "", { role: "status" });
   const key = element("ul", "key");
   for (const [name, sign, words, hint] of MARKS) {
-    const entry = element("li", name);
     const mark = element("span", "sign", sign, { "aria-hidden": "true" });
-    entry.append(mark, words);
+    const entry = element("li", name, [mark, words]);
     entry.title = hint;
     key.append(entry);
   }
-  root.append(element("h2", "", "Change one number alone: what is left of the difference"), state, key);
+  const root = element("section", "head", [element("h2", "", "Change one number alone: what is left of the difference"), state, key]);
   follow(model, ["state", "floor"], () => {
     setText(state, model.state);
     key.querySelector(".floor").hidden = !model.floor;

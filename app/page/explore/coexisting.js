@@ -11,13 +11,12 @@ export function render({ model }) {
     () => model.send_msg({ follow: true }), "find");
   const row = element("div", "row");
   row.append(find, follow, button("Peaks", "Largest values and spectra of both", () => model.send_msg({ peaks: true }), "find"));
-  const box = element("div", "box");
   const status = element("p", "status", "", { role: "status" });
   const stop = button("Stop", "Stop the search; what it has found stays", () => model.send_msg({ stop: true }));
   const running = progressRow("Share of the starts that are done", stop);
   const close = button("×", "Close the list of motions", () => model.send_msg({ close: true }), "close");
   const list = element("div", "list");
-  box.append(close, status, running.element, list);
+  const box = element("div", "box", [close, status, running.element, list]);
   root.append(box, row);
   const draw = () => {
     const { phase, head, share, error, solvers = [] } = model.content;

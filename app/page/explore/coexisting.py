@@ -31,7 +31,8 @@ class CoexistingMotions:
     def __init__(self, host: TabHost) -> None:
         self.host = host
         self.view = CoexistingPanel()
-        self.view.on_msg(lambda event: self._receive(event.data))
+        shows = {"close": (bool, lambda _: self.cancel()), "peaks": (bool, lambda _: host.visit("peaks", {}))}
+        self.view.listen(find=(bool, self._find), stop=(bool, self._stop), follow=(bool, self._follow_motion), **shows)
         self._setting: Setting | None = None
         self._study = StudyAsker(host, search_coexisting, self._show)
 
@@ -60,23 +61,20 @@ class CoexistingMotions:
         self._study.forget()
         self._study.result = None
 
-    def _receive(self, message: object) -> None:
-        if not isinstance(message, dict) or self._setting is None:
-            return
-        if "find" in message:
+    def _find(self, _: bool) -> None:
+        if self._setting is not None:
             self.close()
             self._study.follow(CoexistingQuestion.of(self._setting))
             self._show()
-        elif "stop" in message and self._study.job is not None:
+
+    def _stop(self, _: bool) -> None:
+        if self._study.job is not None:
             self._study.stop(True)
             self._show()
-        elif "close" in message:
-            self.cancel()
-        elif "follow" in message:
-            setting = self._setting
+
+    def _follow_motion(self, _: bool) -> None:
+        if (setting := self._setting) is not None:
             self.host.visit("bifurcation", {}, lambda tab: tab.follow(setting))
-        elif "peaks" in message:
-            self.host.visit("peaks", {})
 
     def _phase(self) -> str:
         study = self._study

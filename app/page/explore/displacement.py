@@ -12,9 +12,9 @@ from vibroscope.app.page.shared.figure import (
     BARE,
     BLUE,
     PARTS,
-    PENALTY,
-    REFERENCE,
     RIGHT,
+    SOLUTIONS,
+    SUBSCRIPTS,
     VERMILLION,
     PinnedCurves,
     add_glyph,
@@ -51,7 +51,7 @@ _CURVES = {f"{solver}{number}": (solver, number) for solver in ("reference", "pe
 
 
 def _entry(solver: str, number: int) -> str:
-    return f"ξ{'₁₂'[number - 1]} {solver}"
+    return f"ξ{SUBSCRIPTS[number]} {solver}"
 
 
 class DisplacementView:
@@ -75,7 +75,7 @@ class DisplacementView:
         axes = {"x_range": time, "y_range": self.range.range}
         plot = make_figure(_TITLE, name="displacement", **axes, min_border_right=RIGHT)
         items = []
-        for solver, look in (("reference", REFERENCE), ("penalty", PENALTY)):
+        for solver, look in SOLUTIONS.items():
             for number, dash in ((1, "solid"), (2, "dashed")):
                 glyph = Line(x="t", y=f"{solver}{number}", **(look | {"line_dash": dash}))
                 line = add_glyph(plot, glyph, self.sources["displacements"])
@@ -176,7 +176,7 @@ class DisplacementView:
 
     def _switch(self, setting: Setting) -> bool:
         """Show the displacements or their difference; returns whether that has changed the quantity of the axis."""
-        words = _LABELS[setting.frame].format(number="₁" if setting.coordinate == "xi1" else "₂")
+        words = _LABELS[setting.frame].format(number=SUBSCRIPTS[int(setting.coordinate[-1])])
         words = _AT_WALL if setting.bodies == "wall" and setting.frame == "relative" else words
         label = label_of(setting, words, "displacement")
         switched = self.figure.yaxis[0].axis_label != label

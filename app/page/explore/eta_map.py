@@ -20,7 +20,7 @@ from bokeh.models import ColumnDataSource, Label, Scatter, Span
 from vibroscope.app.explorer.errors import error_text
 from vibroscope.app.explorer.present import unit_factor
 from vibroscope.app.explorer.scenes import scenes
-from vibroscope.app.explorer.shipped import load_diagram
+from vibroscope.app.explorer.shipped import is_shipped, load_diagram
 from vibroscope.app.explorer.state import Setting, slider_range
 from vibroscope.app.page.asker import Asker
 from vibroscope.app.page.shared.figure import (
@@ -41,7 +41,7 @@ from vibroscope.app.page.tab import TabHost, on_loop
 from vibroscope.app.runtime.number_text import print_number
 from vibroscope.app.studies.bifurcation import DiagramQuestion, PartialDiagram, grow_diagram, raster
 from vibroscope.app.studies.study_job import RESULTS, StudyJob
-from vibroscope.engine import Reference, System
+from vibroscope.engine import System
 from vibroscope.engine.facts import Statement, Symbol, stated
 
 _REST = 400  # ms without another system before its diagram is computed
@@ -65,11 +65,6 @@ class MapPoints(NamedTuple):
 
 
 NOTHING = MapPoints(np.empty(0), np.empty((2, 0, 1)), 0.0)
-
-
-def is_shipped(setting: Setting) -> bool:
-    """Whether the diagram of the setting is one of those that are shipped."""
-    return setting.system == System() and setting.reference == Reference(setting.joint_damping)
 
 
 class MapSource:

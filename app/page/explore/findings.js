@@ -72,8 +72,7 @@ const SAID = { periodic: "epeats", artefact: "blurred", chaotic: "chaotic", "qua
 
 // Folds what is asked for less often: here, and on the rest of Explore (`explore.css`).
 function furtherDetails() {
-  const box = element("details", "line further");
-  box.append(element("summary", "", "More: evidence, options, other motions, measurement"));
+  const box = element("details", "line further", [element("summary", "", "More: evidence, options, other motions, measurement")]);
   box.addEventListener("toggle", () => {
     const grid = box.getRootNode().host.getRootNode().host;
     grid.toggleAttribute("data-further", box.open);
@@ -84,14 +83,12 @@ function furtherDetails() {
 // One solution: how it repeats itself, coloured by the kind of its motion once that is known. Folded: its impacts and
 // contact, and the evidence for the kind.
 function line(root, further, name, title) {
-  const box = element("section", `line ${name}`);
-  const text = element("p");
   const kind = element("span", "kind");
   const rest = element("p", "rest");
   const evidence = element("p", "evidence");
-  text.append(kind);
+  const text = element("p", "", [kind]);
   const heads = [element("h2", "", title), element("h3", "", title)];
-  box.append(heads[0], text);
+  const box = element("section", `line ${name}`, [heads[0], text]);
   root.append(box);
   further.append(heads[1], rest, evidence);
   return (content) => {
@@ -116,13 +113,12 @@ function halves(text) {
 // Whether the solutions agree and why not, and a button for the first thing to change. Folded: what else is said, how the
 // difference is measured, and the numbers.
 function verdict(root, further) {
-  const box = element("section", "line verdict");
   const text = element("p");
   const change = button("", "", () => emit("set", change.texts));
   const head = element("h3", "", "Numbers");
   const list = element("ul");
   further.append(head, list);
-  box.append(stampedHead("Do they agree?"), text, change);
+  const box = element("section", "line verdict", [stampedHead("Do they agree?"), text, change]);
   root.append(box);
   return (content) => {
     const [first, rest] = halves(content.headline ?? "computing …");
@@ -141,15 +137,13 @@ function verdict(root, further) {
 
 // The difference and its parts, below each other; their names and texts are those of the verdict.
 function bar(root) {
-  const box = element("section", "line parts");
   const head = element("h2", "", "How far apart");
   const rows = element("div");
   const scale = element("div", "part scale");
-  const ends = element("div", "ends");
-  ends.append(...["0.01 %", "1 %", "100 %"].map((text) => element("span", "", text)));
+  const ends = element("div", "ends", ["0.01 %", "1 %", "100 %"].map((text) => element("span", "", text)));
   scale.append(element("span", "name", "log scale"), ends, element("span"));
   const note = element("p", "none");
-  box.append(head, rows, scale, note);
+  const box = element("section", "line parts", [head, rows, scale, note]);
   root.append(box);
   return ({ bars = [], note: text, headline }) => {
     rows.replaceChildren(...bars.map((each) => barRow(...each)));
@@ -162,10 +156,9 @@ function bar(root) {
 function barRow(name, title, meaning, value, text) {
   const row = element("div", `part ${name}`);
   const fill = element("div", "fill");
-  const track = element("div", "track");
   const share = Math.log10(Math.max(value, SMALLEST) / SMALLEST) / Math.log10(LARGEST / SMALLEST);
   fill.style.width = `${100 * Math.min(1, share)}%`;
-  track.append(fill);
+  const track = element("div", "track", [fill]);
   row.title = meaning;
   row.append(element("span", "name", title), track, element("span", "number", text));
   return row;

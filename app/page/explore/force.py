@@ -7,9 +7,8 @@ from vibroscope.app.explorer.present import Columns, unit_factor
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.page.shared.figure import (
     BLUE,
-    PENALTY,
-    REFERENCE,
     RIGHT,
+    SOLUTIONS,
     VERMILLION,
     PinnedCurves,
     add_glyph,
@@ -52,7 +51,7 @@ class ForceView:
         apply_style(plot)
         lines = [
             add_glyph(plot, Line(x="t", y="force", **look), self.sources[f"force_{solver}"])
-            for solver, look in (("penalty", PENALTY), ("reference", REFERENCE))
+            for solver, look in reversed(SOLUTIONS.items())
         ]
         stems = [self._stems(plot, "penalty", VERMILLION), self._stems(plot, "reference", BLUE)]
         entries = (

@@ -4,22 +4,19 @@ import { button, card, drawCard, element, emit, labelled, options, progressRow }
 
 export function render({ model }) {
   const root = card("measurement-card", "Measurement");
-  const head = element("h2");
   const name = element("span", "name");
-  head.append(element("span", "swatch"), name);
+  const head = element("h2", "", [element("span", "swatch"), name]);
   const facts = element("p", "facts");
   const words = element("p", "words", "", { role: "status" });
   const setEta = button("", "Set the excitation frequency of the measurement", () => emit("set", { eta: setEta.value }));
-  const numbers = element("details", "numbers");
   const table = element("table");
   const note = "The points are placed by the phase of the reference (of the penalty solution, where the reference does "
     + "not repeat itself), all periods over each other. Their velocities are slopes over a fiftieth of a period.";
-  numbers.append(element("summary", "", "Numbers"), table, element("p", "note", note));
+  const numbers = element("details", "numbers", [element("summary", "", "Numbers"), table, element("p", "note", note)]);
   const fit = fitBox(model);
   const picker = columnPicker(model);
   const close = button("×", "Remove the measurement", () => model.send_msg({ remove: true }), "close");
-  const text = element("div", "text");
-  text.append(head, facts, words, picker.element, setEta, numbers);
+  const text = element("div", "text", [head, facts, words, picker.element, setEta, numbers]);
   root.append(text, fit.element, close);
   const draw = () => {
     const { content } = model;
@@ -62,29 +59,22 @@ const COLUMNS = [
 ];
 
 function columnPicker(model) {
-  const box = element("fieldset", "columns");
-  box.append(element("legend", "", "Which column is what?"));
+  const box = element("fieldset", "columns", [element("legend", "", "Which column is what?")]);
   const rows = COLUMNS.map(([name, words, units]) => {
-    const label = element("label", "", `${words} `);
     const column = element("select");
     const unit = choice([["", "unit of the header, or none"], ...units.map((each) => [each, each])]);
     unit.setAttribute("aria-label", `Unit: ${words}`);
-    label.append(column);
-    const row = element("div");
-    row.append(label, unit);
-    box.append(row);
+    box.append(element("div", "", [element("label", "", [`${words} `, column]), unit]));
     return { name, column, unit };
   });
   const frame = choice([["xi", "relative to the base"], ["x", "as a fixed sensor sees them (absolute)"]]);
-  const framed = element("label", "", "displacements ");
-  framed.append(frame);
   const read = button("Read", "Read the file with these columns", () => {
     const chosen = rows.filter(({ column }) => column.value).map(({ name, column, unit }) => [
       /^\d/.test(name) ? frame.value + name : name, unit.value ? `${column.value} [${unit.value}]` : column.value,
     ]);
     model.send_msg({ columns: Object.fromEntries(chosen) });
   });
-  box.append(framed, read);
+  box.append(element("label", "", ["displacements ", frame]), read);
   let drawn = "";
   return {
     element: box,
@@ -102,15 +92,12 @@ function columnPicker(model) {
 }
 
 function choice(pairs) {
-  const made = element("select");
-  made.append(...options(pairs));
-  return made;
+  return element("select", "", options(pairs));
 }
 
 // Constants of the system, fitted to the measurement.
 function fitBox(model) {
-  const box = element("fieldset", "fit");
-  box.append(element("legend", "", "Fit to the measurement"));
+  const box = element("fieldset", "fit", [element("legend", "", "Fit to the measurement")]);
   const choices = element("div", "choices");
   const boxes = Object.entries(model.names).map(([name, [symbol, words]]) => {
     const [check, label] = labelled(`${symbol} ${words}`, { type: "checkbox", checked: true, value: name });

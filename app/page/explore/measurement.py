@@ -10,7 +10,7 @@ from collections.abc import Callable, Mapping
 import param
 from bokeh.models import LegendItem, Scatter
 from vibroscope.app.explorer.errors import error_text
-from vibroscope.app.explorer.field_units import shown_text, words_of_change
+from vibroscope.app.explorer.field_units import shown_content, shown_text, words_of_change
 from vibroscope.app.explorer.measured import (
     FITTED_NAMES,
     LARGEST_FILE,
@@ -45,7 +45,7 @@ _IDLE = {"phase": "idle"}
 class MeasurementButton(Component):
     """Chooses a file, or takes one that is dropped on the page, and sends it in parts, a character for each byte.
 
-    See `Overlay._receive`.
+    See `Upload`.
     """
 
     largest = param.Integer(default=LARGEST_FILE, constant=True, doc="Bytes; of a larger file the name alone is sent")
@@ -76,9 +76,9 @@ class Overlay:
         self.host = host
         self._draw = draw
         self.button, self.panel = MeasurementButton(), MeasurementPanel()
-        for component in (self.button, self.panel):
-            component.on_msg(lambda event: self._receive(event.data))
-        self._upload = Upload(self._begin, self._take)
+        self.button.listen(**Upload(self._begin, self._take).acts)
+        ends = {"cancel": (bool, lambda _: self._cancel_fit()), "remove": (bool, lambda _: self._remove())}
+        self.panel.listen(columns=(dict, self._choose), fit=(str, self._begin_fit), **ends)
         self._name = ""
         self._file: MeasuredFile | None = None
         self._header: list[str] = []  # to choose from, of a file that does not say which column is what
@@ -150,17 +150,6 @@ class Overlay:
 
     # -- from the browser --------------------------------------------------------------
 
-    def _receive(self, message: object) -> None:
-        self._upload.receive(message)
-        for name, act in {
-            "columns": self._choose,
-            "fit": self._begin_fit,
-            "cancel": lambda _: self._cancel_fit(),
-            "remove": lambda _: self._remove(),
-        }.items():
-            if isinstance(message, dict) and name in message:
-                act(message[name])
-
     def _begin(self, name: str, size: float) -> None:
         self._remove()
         self._name = name
@@ -178,11 +167,10 @@ class Overlay:
         if self._setting is not None:
             self._compare()
 
-    def _choose(self, columns: object) -> None:
+    def _choose(self, columns: dict) -> None:
         """The user says which column is what: read the file again."""
-        chosen = columns.items() if isinstance(columns, dict) else ()
-        if self._file is not None and all(isinstance(each, str) for pair in chosen for each in pair):
-            self._file.columns = dict(chosen)
+        if self._file is not None and all(isinstance(each, str) for pair in columns.items() for each in pair):
+            self._file.columns = columns
             self._write(phase="reading", name=self._name)
             self._compare()
 
@@ -226,8 +214,8 @@ class Overlay:
             else:
                 self._show()
 
-    def _begin_fit(self, names: object) -> None:
-        names = tuple(name for name in FITTED if name in names) if isinstance(names, str) else ()
+    def _begin_fit(self, names: str) -> None:
+        names = tuple(name for name in FITTED if name in names)
         if self._compared is None or not names:
             return
         self._end_fit()
@@ -250,18 +238,16 @@ class Overlay:
         if self._compared is None:
             return
         scale, comparison = self._setting.scale, self._compared[1]
-        self._write(
-            phase="done",
-            name=self._file.name,
-            pending=pending,
-            headline=shown_text(headline(comparison), scale),
-            words=shown_text(measured_verdict(comparison), scale),
-            rows=[[shown_text(cell, scale) for cell in row] for row in comparison_rows(comparison, scale)],
-            names=list(fitted_names(self._setting.system, comparison.measurement)),
-            eta=(eta := own_eta(comparison)),
-            offer=words_of_change({"eta": eta}, self._setting) if eta else "",
-            fit=self._fit | (fit_content(self._fitted, scale) if self._fitted is not None else {}),
-        )
+        content = {
+            "headline": headline(comparison),
+            "words": measured_verdict(comparison),
+            "rows": comparison_rows(comparison, scale),
+            "names": list(fitted_names(self._setting.system, comparison.measurement)),
+            "eta": (eta := own_eta(comparison)),
+            "offer": words_of_change({"eta": eta}, self._setting) if eta else "",
+            "fit": self._fit | (fit_content(self._fitted, scale) if self._fitted is not None else {}),
+        }
+        self._write(phase="done", name=self._file.name, pending=pending, **shown_content(content, scale))
 
     def _sentence(self, error: Exception) -> str:
         return shown_text(sentence(error_text(error)), self._setting.scale)

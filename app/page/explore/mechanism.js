@@ -8,14 +8,13 @@ const STEP = 0.01; // of one key press, in periods
 const REST = 200; // ms
 
 export function render({ model }) {
-  const root = element("div", "mechanism");
   const drawing = new Drawing(model);
   const player = new Player(model, drawing);
   const head = element("h2");
   const name = () => { head.textContent = model.system.head; };
   model.on("system", name);
   name();
-  root.append(head, drawing.element, player.element);
+  const root = element("div", "mechanism", [head, drawing.element, player.element]);
   player.begin();
   return root;
 }

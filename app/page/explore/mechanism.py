@@ -33,7 +33,7 @@ class Mechanism(Component):
     def __init__(self, **params) -> None:
         super().__init__(**params)
         self.on_hold: Callable[[], None] = lambda: None
-        self.on_msg(lambda event: self.receive(event.data))
+        self.listen(held=(int | float | None, self._hold_at))
 
     def follow(self, setting: Setting) -> None:
         """Draw the system of the setting."""
@@ -44,11 +44,8 @@ class Mechanism(Component):
             words=drawing_in_words(setting),
         )
 
-    def receive(self, data: object) -> None:
-        """Take a message of the browser: ``{"held": phase or None}``."""
-        if not isinstance(data, dict) or "held" not in data:
-            return
-        held = data["held"]
+    def _hold_at(self, held: float | None) -> None:
+        """Hold the motion at a phase; None: let it go on."""
         if held is None or (type(held) in (int, float) and math.isfinite(held) and 0 <= held <= WINDOW):
             self.held = held if held is None else round(held, 3)
             self.on_hold()

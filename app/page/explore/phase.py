@@ -11,8 +11,8 @@ from vibroscope.app.explorer.state import Setting
 from vibroscope.app.page.shared.figure import (
     BLUE,
     INK,
-    PENALTY,
-    REFERENCE,
+    SOLUTIONS,
+    SUBSCRIPTS,
     VERMILLION,
     PinnedCurves,
     add_glyph,
@@ -31,9 +31,7 @@ from vibroscope.app.page.shared.ranges import OwnedRange
 from vibroscope.app.page.shared.seen import amplitude, of_both, say
 
 _TITLE = "Phase plot, body {}"
-_SUBSCRIPT = {1: "₁", 2: "₂"}
-_WIDTHS = {"reference": REFERENCE["line_width"], "penalty": PENALTY["line_width"]}
-_PHASES = tuple(f"phase_{solver}" for solver in _WIDTHS)
+_PHASES = tuple(f"phase_{solver}" for solver in SOLUTIONS)
 _THIN, _THIN_FROM = 1.0, 700  # px; points from which lines are thin, so that many loops do not merge into an area
 _STATE = ("x1", "v1", "x2", "v2")
 
@@ -57,7 +55,7 @@ class PhaseView:
         self.figures = [self._figure(1), self._figure(2)]
         self.pinned = PinnedCurves(
             {
-                plot: [(self.sources[f"phase_{solver}"], f"x{n}", f"v{n}", solver) for solver in _WIDTHS]
+                plot: [(self.sources[f"phase_{solver}"], f"x{n}", f"v{n}", solver) for solver in SOLUTIONS]
                 for n, plot in enumerate(self.figures, 1)
             }
         )
@@ -67,21 +65,23 @@ class PhaseView:
         axes = axes_of(self.ranges, x, y)
         plot = make_figure(_TITLE.format(number), name=f"phase{number}", **axes, min_border_left=48)
         plot.xaxis.ticker.desired_num_ticks = 4  # a phase plot is narrow beside numbers such as −0.002
-        reference = add_glyph(plot, Line(x=x, y=y, **REFERENCE), self.sources["phase_reference"])
-        penalty = add_glyph(plot, Line(x=x, y=y, **PENALTY), self.sources["phase_penalty"])
-        self._lines += [(reference, "reference"), (penalty, "penalty")]
+        curves = {
+            solver: add_glyph(plot, Line(x=x, y=y, **look), self.sources[f"phase_{solver}"])
+            for solver, look in SOLUTIONS.items()
+        }
+        self._lines += [(line, solver) for solver, line in curves.items()]
         dot = Scatter(x=x, y=y, marker="circle", size=7, fill_color=BLUE, line_color="white", line_width=0.8)
         ring = Scatter(x=x, y=y, marker="diamond", size=9, fill_color=None, line_color=VERMILLION, line_width=1.3)
         dots = add_glyph(plot, dot, self.sources["section_reference"])
         rings = add_glyph(plot, ring, self.sources["section_penalty"])
-        entries = {"reference": [reference, dots], "penalty": [penalty, rings]}
+        entries = {"reference": [curves["reference"], dots], "penalty": [curves["penalty"], rings]}
         plot.add_layout(legend([LegendItem(label=name, renderers=drawn) for name, drawn in entries.items()], 3))
         self._hovers.append(hover_tool([dots, rings], {"displacement": f"@{x}", "velocity": f"@{y}"}))
         plot.add_tools(self._hovers[-1])
         return plot
 
     def _label(self, setting: Setting) -> None:
-        for figure, tool, (number, sub) in zip(self.figures, self._hovers, _SUBSCRIPT.items(), strict=True):
+        for figure, tool, (number, sub) in zip(self.figures, self._hovers, SUBSCRIPTS.items(), strict=True):
             x = label_of(setting, f"displacement ξ{sub}", "displacement")
             y = label_of(setting, f"velocity ξ{sub}′", "velocity")
             figure.xaxis[0].axis_label, figure.yaxis[0].axis_label = x, y
@@ -95,7 +95,7 @@ class PhaseView:
             say(plot, _TITLE.format(number), of_both("amplitude", seen, "displacement", setting), setting)
         for line, solver in self._lines:
             points = len(columns[f"phase_{solver}"]["x1"])
-            line.glyph.line_width = _WIDTHS[solver] if points <= _THIN_FROM else _THIN
+            line.glyph.line_width = SOLUTIONS[solver]["line_width"] if points <= _THIN_FROM else _THIN
         for name, owned in self.ranges.items():
             shown = [columns[source][name] for source in self.sources]
             shown += [self.measured[name]] if self.measured else []

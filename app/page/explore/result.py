@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import param
 from vibroscope.app.explorer.compute import RunPair
 from vibroscope.app.explorer.explanation import Description, Explanation, describe, paragraphs
-from vibroscope.app.explorer.field_units import shown_text, words_of_change
+from vibroscope.app.explorer.field_units import shown_content, words_of_change
 from vibroscope.app.explorer.motion_kind import Kinds, with_kinds
 from vibroscope.app.explorer.present import Columns, present
 from vibroscope.app.explorer.state import Setting
@@ -100,10 +100,7 @@ class Interpretation:
     @property
     def shown_kinds(self) -> Kinds | None:
         """The kinds of the motions, their evidence in the units of the setting."""
-        scale = self.result.setting.scale
-        return self.kinds and {
-            name: kind._replace(evidence=shown_text(kind.evidence, scale)) for name, kind in self.kinds.items()
-        }
+        return shown_content(self.kinds, self.result.setting.scale)
 
     @property
     def offer(self) -> str:

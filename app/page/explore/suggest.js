@@ -12,12 +12,11 @@ export function render({ model }) {
   const root = card("suggest", "Suggest K, D, Δτ");
   const limits = searchLimits(model);
   const form = ask(model, limits);
-  const more = element("div", "more");
   const status = element("p", "status", "", { role: "status" });
   const running = progressRow("Share of the search that is done", button("Cancel", "Cancel the search", () => model.send_msg({ cancel: true })));
   const found = result();
   const close = button("×", "Close the result of the search", () => model.send_msg({ cancel: true }), "close");
-  more.append(close, status, running.element, found.element, limits.element);
+  const more = element("div", "more", [close, status, running.element, found.element, limits.element]);
   root.append(form, more);
   const draw = () => {
     const { content } = model;
@@ -73,8 +72,7 @@ function searchLimits(model) {
   const codeName = element("span");
   const [codeCheck, ofCode] = labelled(codeName, { type: "checkbox", checked: true,
     title: "Search over the integrators, contact status and law of this code, in place of what is set" });
-  const forCode = element("div", "group");
-  forCode.append(element("span", "", "For"), ofCode);
+  const forCode = element("div", "group", [element("span", "", "For"), ofCode]);
   follow(model, "code", () => {
     forCode.hidden = !model.code;
     codeName.textContent = `what ${model.code} has`;
@@ -89,11 +87,7 @@ function searchLimits(model) {
     if (etaUnit.textContent !== model.limits.eta_unit) for (const [, field] of ends) field.value = ""; // of other units
     etaUnit.textContent = model.limits.eta_unit;
   });
-  const group = (head, labels, name = "") => {
-    const line = element("div", `group ${name}`);
-    line.append(head, ...labels);
-    return line;
-  };
+  const group = (head, labels, name = "") => element("div", `group ${name}`, [head, ...labels]);
   row.append(
     group(symbol, ends.map(([, , label]) => label), "range"),
     group(element("span", "", "Hold"), held.map(([, label]) => label)),
@@ -136,11 +130,10 @@ function ask(model, limits) {
 }
 
 function result() {
-  const box = element("div", "found");
   const list = element("ul");
   const use = button("", "Set K, D and Δτ to the best setting found", () => emit("set", use.texts));
   const place = element("div", "front");
-  box.append(use, list, place);
+  const box = element("div", "found", [use, list, place]);
   return {
     element: box,
     draw: (content) => {
@@ -192,9 +185,9 @@ function scale(values, from, to) {
 }
 
 function point(cx, cy, texts, name, best) {
-  const dot = svgElement("circle", { cx, cy, r: best ? 6 : 4.5, class: best ? "best" : "", tabindex: 0, role: "button" });
-  dot.setAttribute("aria-label", `Set ${name}`);
-  dot.append(svgElement("title", {}, name));
+  const look = { cx, cy, r: best ? 6 : 4.5, class: best ? "best" : "" };
+  const how = { tabindex: 0, role: "button", "aria-label": `Set ${name}` };
+  const dot = svgElement("circle", { ...look, ...how }, [svgElement("title", {}, name)]);
   dot.addEventListener("click", () => emit("set", texts));
   dot.addEventListener("keydown", (event) => {
     if (event.key !== "Enter" && event.key !== " ") return;

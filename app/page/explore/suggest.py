@@ -51,7 +51,7 @@ class Suggester:
     def __init__(self, host: TabHost) -> None:
         self.host = host
         self.view = SuggestPanel(limits=default_limits(Setting()))
-        self.view.on_msg(lambda event: self._receive(event.data))
+        self.view.listen(suggest=(object, self.suggest), cancel=(object, lambda _: self.cancel()))
         self._setting: Setting | None = None
         self._asker = Asker(host)
         self._asked: Setting | None = None  # the setting at which the search began
@@ -131,14 +131,6 @@ class Suggester:
         self._show(phase="running", share=0.0)
         self._asked = self._setting
         self._asker.ask(lambda: begin_search(question, on_loop(self.host, self._take)))
-
-    def _receive(self, message: object) -> None:
-        if not isinstance(message, dict):
-            return
-        if "suggest" in message:
-            self.suggest(message["suggest"])
-        elif "cancel" in message:
-            self.cancel()
 
     def _take(self, _: Answer, found: tuple[float, SoFar] | Recommendation | Exception) -> None:
         """Show the progress of the search, its result, or that it failed."""

@@ -41,6 +41,7 @@ from vibroscope.app.page.files import style
 from vibroscope.app.page.shared.figure import PARTS, PIN_NAMES
 from vibroscope.app.page.shared.muting import Muting
 from vibroscope.app.page.shared.ranges import OwnedRange
+from vibroscope.app.page.study.panel import number
 from vibroscope.app.page.tab import COMPUTING, Look, Move, TabHost, TabView
 from vibroscope.app.page.updates import prepare_in_worker
 from vibroscope.engine import Units
@@ -132,13 +133,10 @@ class Explore(TabView):
     @classmethod
     def spec(cls) -> dict:
         """The phase that the motion is held at, and the motion that was opened from a branch."""
-        numbers = [{"name": "phase", "label": "Phase τ/T", "low": 0, "high": WINDOW, "whole": False}]
-        numbers += [
-            {"name": name, "label": f"Periods of a motion of the {solver}", "low": 1, "high": LONGEST, "whole": True}
-            for name, solver in SOLVERS.items()
-        ]
-        numbers += [{"name": "orbit_xi1", "label": "Its ξ₁", "low": -FARTHEST, "high": FARTHEST, "whole": False}]
-        return {"numbers": numbers}
+        periods = {name: f"Periods of a motion of the {solver}" for name, solver in SOLVERS.items()}
+        orbit = [number(name, label, (1, LONGEST), whole=True) for name, label in periods.items()]
+        orbit.append(number("orbit_xi1", "Its ξ₁", (-FARTHEST, FARTHEST)))
+        return {"numbers": [number("phase", "Phase τ/T", (0, WINDOW)), *orbit]}
 
     def restore(self, view: View) -> None:
         """See `TabView.restore`."""

@@ -1,6 +1,6 @@
 // Three exercises: predict what a change of one number does, try it, and see. The answer is read from the page.
 
-import { button, element, emit, inPage, listen, listenUntil } from "../shared/dom.js";
+import { button, element, emit, inPage, labelled, listen, listenUntil } from "../shared/dom.js";
 
 const EXERCISES = [
   { title: "A damper that fits", scene: "9B", change: { D: "5" },
@@ -56,11 +56,10 @@ export function exercises(root) {
   const choices = element("fieldset");
   const seen = element("p", "seen", "", { "aria-live": "polite" });
   const count = element("span", "count");
-  const row = element("div", "row");
   let at = 0;
   const attempt = button("Try it", "Make the change, and see", () => see());
   const next = button("Next", "", () => (at + 1 < EXERCISES.length ? begin(at + 1) : dialog.close()));
-  row.append(count, button("Close", "Close the exercises", () => dialog.close()), attempt, next);
+  const row = element("div", "row", [count, button("Close", "Close the exercises", () => dialog.close()), attempt, next]);
   dialog.append(head, text, choices, seen, row);
   dialog.addEventListener("close", () => { difference.waiting = null; dialog.remove(); });
   let before = null;
@@ -74,7 +73,8 @@ export function exercises(root) {
     next.textContent = at + 1 < EXERCISES.length ? "Next" : "Done";
     attempt.disabled = next.disabled = true;
     choices.disabled = false;
-    choices.replaceChildren(element("legend", "", "Predict"), ...CHOICES.map(([name, words]) => choice(name, words)));
+    choices.replaceChildren(element("legend", "", "Predict"), ...CHOICES.map(([value, words]) =>
+      labelled(element("span", "", words), { type: "radio", name: "vibroscope-prediction", value })[1]));
     before = await nextDifference(() => {
       emit("scene", { value: scene });
       if (start) emit("set", start);
@@ -102,12 +102,4 @@ export function exercises(root) {
   emit("view", { value: "explore" });
   emit("cancel-suggestion"); // that of the tour would set other numbers in the middle of an exercise
   begin(0);
-}
-
-function choice(name, words) {
-  const label = element("label");
-  const radio = element("input");
-  Object.assign(radio, { type: "radio", name: "vibroscope-prediction", value: name });
-  label.append(radio, element("span", "", words));
-  return label;
 }

@@ -2,7 +2,7 @@
 
 import { takeAwayMenu } from "./take_away.js";
 import { tour } from "./tour.js";
-import { LOCAL, button, element, emit, follow, inPage, listen, preferences, setText } from "../shared/dom.js";
+import { adaptToTouch, button, element, emit, follow, inPage, labelled, listen, preferences, setText } from "../shared/dom.js";
 import { fitFigure, fitted } from "../shared/fit.js";
 import { darken, themeButton } from "../shared/theme.js";
 
@@ -11,7 +11,6 @@ const ONLY_TOUCH = matchMedia("(hover: none) and (pointer: coarse)"); // no keys
 export function render({ model }) {
   const root = element("header", "head");
   const title = element("h1", "", "Vibroscope");
-  const bar = element("div", "bar");
   const keys = keyDialog(() => tour(root, true), themeButton(model));
   const takeAway = takeAwayMenu(model);
   const tools = element("div", "tools");
@@ -20,10 +19,10 @@ export function render({ model }) {
     button("?", "Tour, keys and help (?)", () => keys.open()),
   );
   const { tabs, views } = navigation(model);
-  bar.append(title, tabs, tools);
+  const bar = element("div", "bar", [title, tabs, tools]);
   root.append(skipLink(), bar, question(model, views), compilationLine(model), errorLine(model), noteLine(model), summary(model), keys.element, glossaryNote());
   shortcuts(root, keys, takeAway);
-  const adaptFigures = () => { darken(); adaptToTouch(); fitFigures(); };
+  const adaptFigures = () => { darken(); adaptToTouch(allFigures()); fitFigures(); };
   for (const name of ["view", "offers"]) model.on(name, () => whenDrawn(root, adaptFigures)); // there are other figures
   model.on("view", () => whenDrawn(root, () => markPanel(model)));
   whenDrawn(root, () => { adaptFigures(); markMain(); markPanel(model); tour(root, false); watchModels(() => whenDrawn(root, darken)); });
@@ -95,8 +94,7 @@ function navigation(model) {
     const keys = entries.map(([key]) => key);
     return { keys, ...tabList(`Views of ${title}`, entries.map((entry) => entry[1]), (at) => open(keys[at])) };
   });
-  const views = element("div", "views");
-  views.append(...lists.map((list) => list.element));
+  const views = element("div", "views", lists.map((list) => list.element));
   listen("tab-number", ({ value }) => tabs.buttons[value]?.click());
   const draw = () => {
     if (model.view === last) awaited = false;
@@ -114,10 +112,9 @@ function navigation(model) {
 }
 
 function tabList(label, titles, open) {
-  const list = element("div", "tabs", "", { role: "tablist", "aria-label": label });
   const buttons = titles.map((title, at) => button(title, "", () => open(at)));
   for (const each of buttons) each.setAttribute("role", "tab");
-  list.append(...buttons);
+  const list = element("div", "tabs", buttons, { role: "tablist", "aria-label": label });
   list.addEventListener("keydown", (event) => {
     const step = { ArrowRight: 1, ArrowLeft: -1, Home: -Infinity, End: Infinity }[event.key];
     if (!step) return;
@@ -158,10 +155,9 @@ const COMPILING = {
 };
 
 function compilationLine(model) {
-  const line = element("div", "compiling");
   const text = element("p", "", "", { role: "status" });
   const bar = element("progress", "", "", { "aria-label": "Solvers compiled" });
-  line.append(text, bar, element("span", "what"));
+  const line = element("div", "compiling", [text, bar, element("span", "what")]);
   follow(model, "compiling", () => {
     const { share, what, compiled } = model.compiling;
     line.hidden = share === undefined;
@@ -187,9 +183,8 @@ function noteLine(model) {
 }
 
 function messageLine(name, role, close) {
-  const line = element("div", `message ${name}`, "", { role });
   const text = element("span");
-  line.append(text, button("Close", "Close this message", close));
+  const line = element("div", `message ${name}`, [text, button("Close", "Close this message", close)], { role });
   const show = (words) => {
     text.textContent = words;
     line.hidden = !words;
@@ -211,8 +206,7 @@ function glossaryNote() {
   const help = button("All terms", "All terms, in Help", () => { note.hidePopover(); emit("view", { value: "help" }); });
   const close = button("Close", "", () => note.hidePopover());
   const more = Object.assign(element("a"), { textContent: "Documentation", target: "_blank" });
-  const row = element("div", "row");
-  row.append(more, help, close);
+  const row = element("div", "row", [more, help, close]);
   note.append(head, text, row);
   let from = null;
   listen("explain", ({ entry: [title, meaning, , read], term }) => {
@@ -251,12 +245,10 @@ function keyDialog(startTour, theme) {
   const dialog = element("dialog", "keys", "", { "aria-label": "Tour, keys and help" });
   const list = element("dl");
   for (const [key, what] of KEYS) list.append(element("dt", "", key), element("dd", "", what));
-  const single = element("label", "single");
-  const box = element("input");
-  box.type = "checkbox";
-  box.checked = singleKeys();
+  const words = element("span", "", "single keys work (switch off if you use speech input or a switch)");
+  const [box, single] = labelled(words, { type: "checkbox", checked: singleKeys() });
+  single.className = "single";
   box.addEventListener("change", () => preferences.set("keys", box.checked ? "on" : "off"));
-  single.append(box, element("span", "", "single keys work (switch off if you use speech input or a switch)"));
   const then = (act) => () => { dialog.close(); act(); };
   const row = element("div", "row");
   row.append(
@@ -307,11 +299,3 @@ function singleKey(event, target, { keys, takeAway }) {
 }
 
 const allFigures = () => [...Bokeh.documents[0].all_models].filter((model) => model.type === "Figure");
-
-// On a touch screen a drag over a figure scrolls the page; a tap still shows values and sets η.
-function adaptToTouch() {
-  if (!matchMedia("(pointer: coarse)").matches) return;
-  for (const tool of allFigures().flatMap((figure) => figure.toolbar.tools)) {
-    if (["BoxZoomTool", "PanTool", "WheelZoomTool"].includes(tool.type)) tool.setv({ active: false }, LOCAL);
-  }
-}

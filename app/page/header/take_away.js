@@ -88,15 +88,11 @@ function loadButton(model, status) {
     status.textContent = "";
   });
   const open = button("Load", "Load parameters from a TOML file", () => field.click());
-  const both = element("span", "load");
-  both.append(open, field);
-  return both;
+  return element("span", "load", [open, field]);
 }
 
 function row(name, ...buttons) {
-  const line = element("div", "item");
-  line.append(element("span", "", name), ...buttons);
-  return line;
+  return element("div", "item", [element("span", "", name), ...buttons]);
 }
 
 function save(name, blob) {

@@ -29,14 +29,13 @@ export function tour(root, requested) {
   const head = element("h2");
   const text = element("p", "", "", { "aria-live": "polite" });
   const count = element("span", "count");
-  const row = element("div", "row");
   let at = -1;
   const mark = marker();
   const next = button("Next", "", () => step(at + 1));
   const back = button("Back", "", () => step(at - 1));
   const practise = button("Exercises", "Three exercises: predict, try, see", () => { dialog.close(); exercises(root); });
   const skip = button("Skip", "Skip the tour", () => dialog.close());
-  row.append(count, skip, practise, back, next);
+  const row = element("div", "row", [count, skip, practise, back, next]);
   dialog.append(head, text, row);
   dialog.setAttribute("aria-label", "Tour");
   dialog.addEventListener("close", () => { mark(null); stop(); dialog.remove(); });

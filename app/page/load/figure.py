@@ -10,8 +10,8 @@ from vibroscope.app.explorer.present import as_float32
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.page.shared.figure import (
     INK,
-    PENALTY,
-    REFERENCE,
+    SOLUTIONS,
+    SUBSCRIPTS,
     VIOLET,
     add_glyph,
     axes_of,
@@ -37,11 +37,10 @@ _TITLES = {
     "load_force": "Contact force",
     "load_shock": "Shock response",
 }
-_LOOKS = {"reference": REFERENCE, "penalty": PENALTY}
 # Curves of each figure by their names in a link, as the legend has them.
 LEGENDS = {
     "load_course": {"load": "load"},
-    "load_motion": {f"{solver}{body}": f"ξ{'₁₂'[body - 1]} {solver}" for solver in SOLVERS for body in (1, 2)},
+    "load_motion": {f"{solver}{body}": f"ξ{SUBSCRIPTS[body]} {solver}" for solver in SOLVERS for body in (1, 2)},
     "load_force": dict(zip(SOLVERS, SOLVERS, strict=True)),
     "load_shock": {"with": "with the stop", "without": "without it"},
 }
@@ -75,7 +74,7 @@ class LoadView:
         plot = make_figure(_TITLES[name], name=name, **axes)
         lines = []
         for entry, words in LEGENDS[name].items():
-            look = _LOOKS.get(
+            look = SOLUTIONS.get(
                 entry.rstrip("12"), {"line_color": VIOLET if entry == "without" else INK, "line_width": 2}
             )
             if entry.endswith("2") or entry == "without":

@@ -20,9 +20,10 @@ from vibroscope.app.page.load.figure import AXES, LEGENDS, LoadView
 from vibroscope.app.page.peaks.tab import peak_table
 from vibroscope.app.page.shared.component import Upload
 from vibroscope.app.page.study.listed import ListPanel
-from vibroscope.app.page.study.tab import StudyView
+from vibroscope.app.page.study.panel import number
+from vibroscope.app.page.study.tab import StudyView, refusal
 from vibroscope.app.studies.load import COLUMNS, LoadQuestion, PartialRuns, Pulse, RecordFile, grow_load
-from vibroscope.engine.facts import Statement, message_of, sentence, stated
+from vibroscope.engine.facts import Statement, sentence, stated
 from vibroscope.engine.load import ON, quantity_of
 
 _KINDS = {
@@ -78,11 +79,10 @@ class LoadTab(StudyView):
         """Four figures, the panel, and the table below."""
         self.view = LoadView()
         self._record: tuple[str, bytes] | None = None  # name and content of the file
-        page = self.lay_out(*(self.stretch(plot) for plot in self.view.figures.values()), classes=("halves", "load"))
-        self.panel.upload = Upload(self._begin, self._take_file)
         self.list = ListPanel(label="Largest values of both solutions", visible=False)
-        self.list.css_classes = ["cell", "wide"]
-        page.append(self.list)
+        cells = (self.stretch(plot) for plot in self.view.figures.values())
+        page = self.lay_out(*cells, below=self.list, classes=("halves", "load"))
+        self.panel.listen(**Upload(self._begin, self._take_file).acts)
         return page
 
     @classmethod
@@ -90,8 +90,7 @@ class LoadTab(StudyView):
         """The load by its kind and its numbers, or a file."""
         least = {"size": -1e9, "rise": 0.0, "free": 0.0}
         numbers = [
-            {"name": name, "label": label, "low": least.get(name, 1e-6), "high": 1e9, "whole": False}
-            | {"empty": name == "rise"}
+            number(name, label, (least.get(name, 1e-6), 1e9), empty=name == "rise")
             for name, (label, *_) in _TYPED.items()
         ]
         return {
@@ -127,11 +126,7 @@ class LoadTab(StudyView):
             field = self._field(setting, "rise")
             rise, most = (f"{field.number(value)} {field.unit}".rstrip() for value in (chosen["rise"], most))
             return f"A rise of {rise} is more than half of the duration: give at most {most}."
-        try:
-            self.question(setting)
-        except ValueError as error:
-            return sentence(message_of(error))
-        return ""
+        return refusal(lambda: self.question(setting))
 
     def question(self, setting: Setting) -> LoadQuestion:
         """All that the runs depend on; the steps are those of a natural period of body 1 with the same time step."""
@@ -151,7 +146,6 @@ class LoadTab(StudyView):
         self.view.update(setting, result)
         known = result is not None and "penalty" in result.runs
         self.list.param.update(near=peak_table(result, setting) if known else {}, visible=known)
-        self.give_room(self.list)
 
     def _field(self, setting: Setting, name: str) -> ShownField:
         label, words, quantity = _TYPED[name]

@@ -9,12 +9,10 @@ const AGREES = { agrees: "true", differs: "false", "shown by example": "example"
 
 export function render({ model }) {
   const { name, place, text, title } = model.claim;
-  const root = element("article", "claim");
-  const head = element("header");
   const verdict = element("strong", "verdict");
   const heading = element("h3", "", name);
   heading.append(element("small", "", place));
-  head.append(heading, verdict);
+  const head = element("header", "", [heading, verdict]);
   const found = element("p", "found");
   const why = element("p", "why");
   const open = button(`Open in ${title}`, `Open the setting of ${name} in ${title}`, () => show(model.claim));
@@ -22,7 +20,7 @@ export function render({ model }) {
   const check = button("Cancel", `Cancel the check of ${name}`, () => {
     model.send_msg(model.found.cancelled ? { seen: true } : { cancel: true });
   }, "check");
-  root.append(head, element("p", "says", text), found, check, why, open);
+  const root = element("article", "claim", [head, element("p", "says", text), found, check, why, open]);
   const draw = () => {
     const { verdict: said, error, cancelled } = model.found;
     const known = said !== undefined;

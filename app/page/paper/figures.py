@@ -9,13 +9,12 @@ import numpy as np
 from bokeh.models import BasicTickFormatter, LinearColorMapper, Range1d
 from bokeh.plotting import figure
 from vibroscope.app.explorer.scenes import scenes
-from vibroscope.app.page.shared.figure import BLUE, CLICK, INK, PENALTY, REFERENCE, VERMILLION, make_figure, scene_line
+from vibroscope.app.page.shared.figure import BLUE, CLICK, INK, SOLUTIONS, VERMILLION, make_figure, scene_line
 from vibroscope.app.page.shared.ranges import OwnedRange, extent
 from vibroscope.app.paper import CellMap, PhasePlots, Picture, TimeHistory
 from vibroscope.app.studies.bifurcation import raster
 from vibroscope.engine import Diagram, Response, motion
 
-_LOOKS = {"reference": REFERENCE, "penalty": PENALTY}
 _DOTS = {
     "reference": {"marker": "circle", "line_color": BLUE, "fill_color": None},
     "penalty": {"marker": "diamond", "line_color": VERMILLION, "fill_color": None},
@@ -43,7 +42,7 @@ def _(picture: PhasePlots, name: str) -> figure:
     orbits = [_orbit(run, n) for _, n, run in curves]
     plot = _empty_figure(name, "displacement ξ / base amplitude", "velocity ξ′ / (Aω₁)", *zip(*orbits, strict=True))
     for (solver, n, run), orbit in zip(curves, orbits, strict=True):
-        look = _LOOKS[solver] | ({"line_width": 1.3, "line_alpha": 1.0, "line_dash": _DASHES[n]} if alone else {})
+        look = SOLUTIONS[solver] | ({"line_width": 1.3, "line_alpha": 1.0, "line_dash": _DASHES[n]} if alone else {})
         label = f"pendulum {n + 1}" if alone else f"{solver}, pendulum 2"
         plot.line(*orbit, **look, legend_label=label)
         points = run.section[:, 2 * n : 2 * n + 2].astype(np.float32).T

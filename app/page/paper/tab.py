@@ -54,15 +54,7 @@ class ClaimCard(Component):
 
     def __init__(self, claim: dict, on_view: Callable[[], None], on_cancel: Callable[[], None]) -> None:
         super().__init__(claim=claim, css_classes=["card"], sizing_mode="stretch_width")
-        self._on_view, self._on_cancel = on_view, on_cancel
-        self.on_msg(lambda event: self.receive(event.data))
-
-    def receive(self, data: object) -> None:
-        """Take a message of the browser; only ``{"seen": True}`` and ``{"cancel": True}`` have a meaning."""
-        if data == {"seen": True}:
-            self._on_view()
-        elif data == {"cancel": True}:
-            self._on_cancel()
+        self.listen(seen=(bool, lambda seen: on_view()), cancel=(bool, lambda cancel: on_cancel()))
 
     def show_finding(self, verdict: str, finding: Finding) -> None:
         """Show a finding."""

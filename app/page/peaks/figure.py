@@ -10,8 +10,7 @@ from bokeh.plotting import figure
 from vibroscope.app.explorer.present import as_float32
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.page.shared.figure import (
-    PENALTY,
-    REFERENCE,
+    SOLUTIONS,
     add_glyph,
     axes_of,
     empty_source,
@@ -31,7 +30,6 @@ HIGHEST = 20.0  # order of `engine.spectrum`
 SHOWN = 1e-5  # of the largest amplitude: what is smaller would only stretch the axis
 _EMPTY = (1e-3, 10.0)  # ends of an axis without data
 _TITLES = {"motion": "Spectrum of the motion", "force": "Spectrum of the contact force"}
-_LOOKS = {"reference": REFERENCE, "penalty": PENALTY}
 # What can be drawn: its words in a label, and its quantity.
 DRAWN = {
     "displacement1": ("displacement ξ₁ with the base", "displacement"),
@@ -62,7 +60,7 @@ class SpectrumView:
         plot = make_figure(_TITLES[kind], words, name=f"spectrum_{kind}", **axes)
         lines = {
             solver: add_glyph(plot, Line(x="order", y="amplitude", **look), self.sources[kind, solver])
-            for solver, look in _LOOKS.items()
+            for solver, look in SOLUTIONS.items()
         }
         plot.add_layout(legend([LegendItem(label=solver, renderers=[line]) for solver, line in lines.items()]))
         tips = {"order": "@order", "amplitude, without dimension": "@amplitude"}

@@ -57,13 +57,8 @@ class Peaks(StudyView):
     def build(self) -> pn.viewable.Viewable:
         """Two spectra, the panel, and the table below."""
         self.view = SpectrumView()
-        page = self.lay_out(*(self.stretch(plot) for plot in self.view.figures.values()))
-        for cell in self.cells:
-            cell.css_classes = [*cell.css_classes, "tall"]
         self.list = ListPanel(label="Largest values of both solutions", visible=False)
-        self.list.css_classes = ["cell", "wide"]
-        page.append(self.list)
-        return page
+        return self.lay_out(*(self.stretch(plot, "tall") for plot in self.view.figures.values()), below=self.list)
 
     @classmethod
     def spec(cls) -> dict:
@@ -104,7 +99,6 @@ class Peaks(StudyView):
         known = result is not None
         table = peak_table(result, setting) if known else {}
         self.list.param.update(near=table, status={"text": _over(setting)}, visible=known)
-        self.give_room(self.list)
 
     def describe(self, setting: Setting, result: PartialPeaks) -> list[list[str | Statement]]:
         """Transmissibility, and why a solution has no numbers."""

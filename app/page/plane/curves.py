@@ -40,6 +40,7 @@ class PlaneCurves(ListedSearches):
         Called when the search has found more.
     """
 
+    switch = "curves"
     head = "Curves of bifurcations"
 
     def __init__(self, host: TabHost, plots: Sequence[figure], on_result: Callable[[], None]) -> None:
@@ -88,10 +89,10 @@ class PlaneCurves(ListedSearches):
                 show_entry(item, any(POINT_KINDS[curve.kind].several == item.label.value for curve in curves))
         self._list(notes, points=_table(curves, [shown_field(name, setting) for name in ("K", "D")]))
 
-    def clear(self, setting: Setting) -> None:
-        """Show none."""
+    def clear(self) -> None:
+        """See `ListedSearches`."""
         self.ask(None)
-        self.draw([], setting)
+        self.draw([], Setting())
 
     def python(self) -> str:
         """The lines of a script for the curves, to follow those for the cells, which make ``system``."""

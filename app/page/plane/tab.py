@@ -60,11 +60,9 @@ class Plane(StudyView):
     def build(self) -> pn.viewable.Viewable:
         """Two planes, the panel, and the list of the curves."""
         self.view = PlaneView(self._set, self.refresh)
-        self.curves = PlaneCurves(self.host, list(self.view.figures.values()), self._push)
-        self.curves.view.css_classes = ["cell", "wide", "branches"]
-        page = self.lay_out(*(self.stretch(plot, "tall") for plot in self.view.figures.values()))
-        page.append(self.curves.view)
-        return page
+        self.curves = self.searches = PlaneCurves(self.host, list(self.view.figures.values()), self._push)
+        cells = (self.stretch(plot, "tall") for plot in self.view.figures.values())
+        return self.lay_out(*cells, below=self.curves.view)
 
     @classmethod
     def spec(cls) -> dict:
@@ -97,30 +95,15 @@ class Plane(StudyView):
             more["other"] = replace(penalty, stiffness=1.0, damping=1.0)
         return PlaneQuestion(setting.system, setting.eta, setting.steps, located, **more, **self.view.spans)
 
-    def curves_question(self, setting: Setting) -> tuple[CurvesQuestion | None, list[str]]:
+    def search_questions(self, setting: Setting) -> tuple[CurvesQuestion | None, list[str]]:
         """The curves to search for, and sentences about what they are, or why there are none."""
-        if self.panel.chosen["curves"] == "off":
+        if not self._searches:
             return None, []
         method = setting.penalty.limit
         if why := why_none("K", method):
             return None, [why]
         asked = CurvesQuestion(setting.system, setting.eta, **self.view.spans)
         return asked, ["The curves are those of the exact penalty: at the left they show what the time step moves."]
-
-    def _ask(self) -> None:
-        super()._ask()
-        self.curves.ask(self.curves_question(self._move.setting)[0])
-
-    def _cancel(self) -> None:
-        super()._cancel()
-        self.curves.cancel()
-
-    def _write(self) -> None:
-        if self._visible and (self._obstacle or self.panel.chosen["curves"] == "off"):
-            self.curves.clear(self._move.setting)
-        super()._write()
-        if self._visible:
-            self.give_room(self.curves.view)
 
     def figures(self) -> list[Figure]:
         """The figures of the planes, and the table of the curves once there are any."""
@@ -153,8 +136,8 @@ class Plane(StudyView):
 
     def draw(self, setting: Setting, result: PartialPlane | None) -> None:
         """Both planes and the key."""
-        if self.panel.chosen["curves"] != "off":
-            self.curves.draw(self.curves_question(setting)[1], setting)
+        if self._searches:
+            self.curves.draw(self.search_questions(setting)[1], setting)
         quantity = self.panel.chosen["quantity"]
         if result is not None:
             missing = {
@@ -194,7 +177,7 @@ class Plane(StudyView):
             side: f"sweep(PlaneStudy(\n    system, {own}, {question.eta!r}, {axes},\n    {how},\n))"
             for side, own in methods.items()
         }
-        script = sweep_python(calls, question.system, "PlaneStudy", "ExactPenalty", *method.made_by)
+        script = sweep_python(calls, question.system)
         return script if self.curves.result is None else script + self.curves.python()
 
     def command(self, setting: Setting) -> str:

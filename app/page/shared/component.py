@@ -33,24 +33,23 @@ class Upload:
     def __init__(self, begin: Callable[[str, float], None], take: Callable[[bytes], None]) -> None:
         self._begin, self._take = begin, take
         self._parts: list[str] = []
+        self.acts = {"file": (dict, self._start), "part": (dict, self._add), "end": (object, self._end)}  # see `listen`
 
-    def receive(self, message: object) -> None:
-        """Act on a message from the browser as far as it is one of a file."""
-        if not isinstance(message, dict):
-            return
-        if isinstance(file := message.get("file"), dict):
+    def _start(self, file: dict) -> None:
+        self._parts.clear()
+        name = "".join(c if c.isprintable() else "�" for c in str(file.get("name", "")))[:LONGEST_NAME]
+        size = file.get("size")
+        self._begin(name, size if isinstance(size, int | float) else 0)
+
+    def _add(self, parts: dict) -> None:
+        self._parts += [text for text in parts.values() if isinstance(text, str)]
+        if sum(map(len, self._parts)) > LARGEST_FILE:
             self._parts.clear()
-            name = "".join(c if c.isprintable() else "�" for c in str(file.get("name", "")))[:LONGEST_NAME]
-            size = file.get("size")
-            self._begin(name, size if isinstance(size, int | float) else 0)
-        if isinstance(parts := message.get("part"), dict):
-            self._parts += [text for text in parts.values() if isinstance(text, str)]
-            if sum(map(len, self._parts)) > LARGEST_FILE:
-                self._parts.clear()
-        if "end" in message:
-            content = "".join(self._parts).encode("latin-1", errors="replace")
-            self._parts.clear()
-            self._take(content)
+
+    def _end(self, _: object) -> None:
+        content = "".join(self._parts).encode("latin-1", errors="replace")
+        self._parts.clear()
+        self._take(content)
 
 
 class _CachedDesign(Native):
@@ -100,3 +99,16 @@ class Component(FastUpdates, pn.custom.JSComponent):
 
     def __init__(self, **params) -> None:
         super().__init__(**({"design": _DESIGN} | params))
+        self._acts: dict[str, tuple[type, Callable[[object], None]]] = {}
+
+    def listen(self, **acts: tuple[type, Callable[[object], None]]) -> None:
+        """Call these with what the browser sends by their names, if it is of the type that stands beside each."""
+        if not self._acts:
+            self.on_msg(lambda event: self.receive(event.data))
+        self._acts |= acts
+
+    def receive(self, message: object) -> None:
+        """Act on a message of the browser as far as it is one that is listened for."""
+        for name, (kind, act) in self._acts.items() if isinstance(message, dict) else ():
+            if name in message and isinstance(message[name], kind):
+                act(message[name])

@@ -1,14 +1,19 @@
-// Shared by the components of the page. They set textContent only, so that no text can become markup.
+// Shared by the components of the page. They write texts only, so that no text can become markup.
 
-export function element(tag, className = "", text = "", attributes = {}) {
-  const made = withAttributes(document.createElement(tag), attributes);
+// An element with a text, or with an array of texts and elements, in it.
+export function element(tag, className = "", content = "", attributes = {}) {
+  const made = filled(document.createElement(tag), content, attributes);
   if (className) made.className = className;
-  if (text) made.textContent = text;
   return made;
 }
 
-function withAttributes(made, attributes) {
+export function svgElement(tag, attributes = {}, content = "") {
+  return filled(document.createElementNS("http://www.w3.org/2000/svg", tag), content, attributes);
+}
+
+function filled(made, content, attributes) {
   for (const [name, value] of Object.entries(attributes)) made.setAttribute(name, value);
+  if (content) made.append(...[content].flat());
   return made;
 }
 
@@ -28,12 +33,6 @@ export function drawCard(root, model, names, draw) {
   follow(model, names, draw);
   explainTerms(root);
   return root;
-}
-
-export function svgElement(tag, attributes = {}, text = "") {
-  const made = withAttributes(document.createElementNS("http://www.w3.org/2000/svg", tag), attributes);
-  if (text) made.textContent = text;
-  return made;
 }
 
 // Writes a text where it has changed; terms that are marked in it stay otherwise.
@@ -59,12 +58,11 @@ export function button(text, name, act, className = "") {
   return made;
 }
 
-// An input in its label: the words before it, or behind what is ticked. Its title is its name.
+// An input in its label: the words, or an element with them, before it, or behind what is ticked. Its title is its name.
 export function labelled(words, properties, attributes = {}) {
   const field = Object.assign(element("input", "", "", attributes), properties);
   if (field.title) field.setAttribute("aria-label", field.title);
-  const label = element("label");
-  label.append(...(field.type === "checkbox" ? [field, words] : [words, field]));
+  const label = element("label", "", ["checkbox", "radio"].includes(field.type) ? [field, words] : [words, field]);
   return [field, label];
 }
 
@@ -73,9 +71,8 @@ export const options = (pairs) => pairs.map(([value, text]) => Object.assign(ele
 
 // How far something is, from 0 to 1, and the button that ends it; without `share` that is not known.
 export function progressRow(name, stop) {
-  const row = element("div", "running");
   const bar = Object.assign(element("progress", "", "", { "aria-label": name }), { max: 1 });
-  row.append(bar, stop);
+  const row = element("div", "running", [bar, stop]);
   const show = (on, share) => {
     row.hidden = !on;
     if (share !== undefined) bar.value = share;
@@ -150,6 +147,14 @@ export const viewOf = (name) => {
 };
 // Option of changes that are not sent to the server.
 export const LOCAL = { sync: false };
+
+// On a touch screen a drag over a figure scrolls the page; a tap still shows values, and sets what a click does.
+export function adaptToTouch(figures) {
+  if (!matchMedia("(pointer: coarse)").matches) return;
+  for (const tool of figures.flatMap((figure) => figure.toolbar.tools)) {
+    if (["BoxZoomTool", "PanTool", "WheelZoomTool"].includes(tool.type)) tool.setv({ active: false }, LOCAL);
+  }
+}
 
 // Gives figures below each other the same margins, the widest that any of them needs now, so that their common axis is
 // aligned.

@@ -37,6 +37,8 @@ FONT = "'Segoe UI', Roboto, 'Helvetica Neue', Arial, 'Liberation Sans', sans-ser
 
 REFERENCE = {"line_color": BLUE, "line_width": 4, "line_alpha": 0.7}
 PENALTY = {"line_color": VERMILLION, "line_width": 1.3, "line_dash": "solid"}
+SOLUTIONS = {"reference": REFERENCE, "penalty": PENALTY}
+SUBSCRIPTS = {1: "₁", 2: "₂"}  # of the bodies
 # The parts of the difference, in the order in which they arise.
 PARTS = {
     "total": {"line_color": INK, "line_width": 2.4},

@@ -8,7 +8,6 @@ const PER_MESSAGE = 20; // parts; the server accepts no longer messages
 // A box with a button that chooses a file of at most `largest` bytes. A file that is dropped goes to the box that can be
 // seen, else to the first one, after `show`.
 export function chooser(model, open, { largest, drop, show }) {
-  const root = element("div", "choose");
   const field = element("input");
   Object.assign(field, { type: "file", hidden: true });
   const take = (file) => { if (file) send(model, file, largest); };
@@ -19,7 +18,7 @@ export function chooser(model, open, { largest, drop, show }) {
   open.addEventListener("click", () => field.click());
   const sign = element("div", "drop", drop);
   sign.hidden = true;
-  root.append(open, field, sign);
+  const root = element("div", "choose", [open, field, sign]);
   boxes.push({ root, sign, take, show });
   if (boxes.length === 1) watchDrops();
   return { root, field };

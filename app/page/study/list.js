@@ -13,8 +13,7 @@ export function render({ model }) {
   filter.addEventListener("change", () => show());
   points.head.append(filter);
   const stop = button("Stop", "", () => model.send_msg({ stop: stop.dataset.stop === "true" }), "stop");
-  const line = element("div", "status-line");
-  line.append(status, stop);
+  const line = element("div", "status-line", [status, stop]);
   root.append(line, notes, near.box, points.box);
   const open = (name) => model.send_msg({ open: name });
   const show = () => {
@@ -43,12 +42,10 @@ export function render({ model }) {
 
 // A title and a table that is written again only where its rows have changed; the focus stays on its row.
 function part(name) {
-  const box = element("div", `part ${name}`);
-  const head = element("div", "part-head");
   const title = element("h2");
   const table = element("table");
-  head.append(title);
-  box.append(head, table);
+  const head = element("div", "part-head", [title]);
+  const box = element("div", `part ${name}`, [head, table]);
   let drawn = null;
   const fill = (content, open) => {
     if (content === drawn) return;
@@ -56,8 +53,7 @@ function part(name) {
     box.hidden = !content.rows?.length;
     setText(title, content.title ?? "");
     const focused = table.getRootNode().activeElement?.dataset?.open;
-    const heads = element("tr");
-    heads.append(...(content.heads ?? []).map((each) => Object.assign(element("th", "", each), { scope: "col" })));
+    const heads = element("tr", "", (content.heads ?? []).map((each) => element("th", "", each, { scope: "col" })));
     table.replaceChildren(heads, ...(content.rows ?? []).map((row) => line(row, content.heads, open)));
     if (focused) table.querySelector(`[data-open="${focused}"]`)?.focus();
   };
@@ -70,13 +66,9 @@ function line({ mark, kind, cells }, heads, open) {
   made.append(...cells.map(({ text, open: name, title }, k) => {
     const cell = element("td", k ? "number" : "name");
     cell.dataset.label = heads[k];
-    if (!k) {
-      const sign = element("span", "mark", mark, { "aria-hidden": "true" });
-      cell.append(sign);
-    }
+    if (!k) cell.append(element("span", "mark", mark, { "aria-hidden": "true" }));
     if (name) {
-      const made = button(text, "", () => open(name));
-      made.title = title ?? "Open this motion in Explore";
+      const made = Object.assign(button(text, "", () => open(name)), { title: title ?? "Open this motion in Explore" });
       made.dataset.open = name;
       made.setAttribute("aria-label", [...cells.map((each) => each.text).filter(Boolean), made.title].join(", "));
       cell.append(made);

@@ -55,13 +55,22 @@ class ListedSearches:
         Called when a search has found more.
     """
 
+    switch: ClassVar[str]  # of the panel: "off" where nothing is searched for
     head: ClassVar[str]  # of what is said of a search that is over; with the solver in braces
 
     def __init__(self, host: TabHost, names: Mapping[str, str], grow: Grow, on_result: Callable[[], None]) -> None:
         self.host, self._names, self._on_result = host, names, on_result
         self.view = ListPanel(visible=False)
-        self.view.on_msg(lambda event: self._receive(event.data))
+        self.view.listen(stop=(bool, self._stop), open=(object, self.open_named))
         self.studies = {solver: StudyAsker(host, grow, on_result) for solver in names}
+
+    @abstractmethod
+    def ask(self, asked: object) -> None:
+        """Search for what the tab's ``search_questions`` gives, and end what else is searched for."""
+
+    @abstractmethod
+    def clear(self) -> None:
+        """Show none."""
 
     @abstractmethod
     def open_named(self, name: object) -> None:
@@ -108,12 +117,7 @@ class ListedSearches:
         """A note on a search, which says which one where there are several."""
         return f"{self._names[solver].capitalize()}: {text}" if len(self._names) > 1 else text[0].upper() + text[1:]
 
-    def _receive(self, message: object) -> None:
-        if not isinstance(message, dict):
-            return
-        if isinstance(message.get("stop"), bool):
-            for study in self.studies.values():
-                study.stop(message["stop"])
-            self._on_result()
-        else:
-            self.open_named(message.get("open"))
+    def _stop(self, on: bool) -> None:
+        for study in self.studies.values():
+            study.stop(on)
+        self._on_result()

@@ -9,9 +9,14 @@ import param
 from vibroscope.app.explorer.errors import Refused
 from vibroscope.app.explorer.field_units import ShownField
 from vibroscope.app.explorer.typed import read_shown_number, read_typed_number
-from vibroscope.app.page.shared.component import Component, Upload
+from vibroscope.app.page.shared.component import Component
 
 LONGEST_TEXT = 200
+
+
+def number(name: str, label: str, bounds: tuple[float, float], *, whole: bool = False, **more) -> dict[str, object]:
+    """A number for the panel, or for a link: name, symbol, bounds, and ``more`` of what `StudyPanel.spec` says."""
+    return {"name": name, "label": label, "low": bounds[0], "high": bounds[1], "whole": whole, **more}
 
 
 class StudyPanel(Component):
@@ -41,11 +46,8 @@ class StudyPanel(Component):
         self, spec: dict, chosen: dict, on_choice: Callable[[dict], None], on_stop: Callable[[bool], None], **params
     ) -> None:
         super().__init__(spec=spec, chosen=chosen, css_classes=["study"], sizing_mode="stretch_width", **params)
-        self.upload: Upload | None = None  # of a file, where the study takes one
         self._fields: dict[str, ShownField] = {}  # of the numbers that have a unit
-        self._on_choice = on_choice
-        self._on_stop = on_stop
-        self.on_msg(lambda event: self.receive(event.data))
+        self.listen(stop=(bool, on_stop), choose=(dict, lambda wanted: on_choice(self.allowed(wanted))))
 
     def show_fields(self, fields: dict[str, ShownField], while_empty: Mapping[str, str] = MappingProxyType({})) -> None:
         """Show these numbers in the units that are chosen; what is chosen stays in those of the model.
@@ -58,17 +60,6 @@ class StudyPanel(Component):
             | ({"empty": while_empty[name]} if name in while_empty else {})
             for name, field in fields.items()
         }
-
-    def receive(self, data: object) -> None:
-        """Act on a message from the browser as far as it is valid."""
-        if not isinstance(data, dict):
-            return
-        if self.upload is not None:
-            self.upload.receive(data)
-        if isinstance(data.get("stop"), bool):
-            self._on_stop(data["stop"])
-        if isinstance(data.get("choose"), dict):
-            self._on_choice(self.allowed(data["choose"]))
 
     def allowed(self, wanted: dict) -> dict:
         """The present choices, changed as far as the switches and limits allow the wanted ones."""

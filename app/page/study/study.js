@@ -1,8 +1,8 @@
 // The panel of a study. Only textContent is ever set; what is chosen goes to the server, which answers with what holds.
 
 import {
-  LOCAL, alignFrames, asObject, button, card, choose, cueScroll, drawCard, element, emit, listen, modelOf, options,
-  setText, viewOf,
+  LOCAL, adaptToTouch, alignFrames, asObject, button, card, choose, cueScroll, drawCard, element, emit, labelled, modelOf,
+  options, setText, viewOf,
 } from "../shared/dom.js";
 import { chooser } from "../shared/upload.js";
 
@@ -25,7 +25,7 @@ export function render({ model }) {
   whenThere(model.spec.figures, () => {
     if (model.spec.cursor) dragged(model);
     if (model.spec.aligned) alignFrames(model.spec.aligned.map(viewOf));
-    if (matchMedia("(pointer: coarse)").matches) model.spec.figures.forEach(scrolled);
+    adaptToTouch(model.spec.figures.map(modelOf));
   });
   return root;
 }
@@ -36,19 +36,10 @@ function whenThere(names, act, tries = 400) {
   else if (tries) setTimeout(() => whenThere(names, act, tries - 1), 25);
 }
 
-// A finger that drags over a figure scrolls the page; a tap still sets.
-function scrolled(name) {
-  for (const tool of modelOf(name).toolbar.tools) {
-    if (["BoxZoomTool", "PanTool", "WheelZoomTool"].includes(tool.type)) tool.setv({ active: false }, LOCAL);
-  }
-}
-
 function switcher(root, { name, label, choices }, send) {
-  const row = element("label", "row");
-  const select = element("select");
-  select.append(...options(Object.entries(choices)));
+  const select = element("select", "", options(Object.entries(choices)));
   select.addEventListener("change", () => send({ choose: { [name]: select.value } }));
-  row.append(element("span", "", label), select);
+  const row = element("label", "row", [element("span", "", label), select]);
   root.append(row);
   return ({ chosen, away }) => {
     for (const option of select.options) option.hidden = option.disabled = Boolean(away[name]?.includes(option.value));
@@ -72,7 +63,6 @@ const applies = (when, chosen) => Object.entries(when ?? {}).every(([other, valu
 
 // A limit moves at once under the hand; the server gets its value when it rests.
 function limiter(root, { name, label, low, high, when }, send) {
-  const row = element("label", "row");
   const slider = element("input");
   const value = element("output");
   let waiting = 0; // for the hand to rest, or for an answer
@@ -85,7 +75,7 @@ function limiter(root, { name, label, low, high, when }, send) {
       send({ choose: { [name]: Number(slider.value) } });
     }, 60);
   });
-  row.append(element("span", "", label), slider, value);
+  const row = element("label", "row", [element("span", "", label), slider, value]);
   root.append(row);
   return ({ chosen }) => {
     row.hidden = !applies(when, chosen);
@@ -101,9 +91,10 @@ function numbers(root, specs, send) {
   const grid = element("div", "numbers");
   const refused = element("p", "refused", "", { role: "alert" });
   const shows = specs.map(({ name, label, when, mode = "decimal" }) => {
-    const row = element("label");
-    const input = element("input");
-    Object.assign(input, { type: "text", inputMode: mode, autocomplete: "off", name });
+    const symbol = element("span", "", label);
+    const words = element("small");
+    const [input, row] = labelled(element("span", "", [symbol, " ", words]),
+      { type: "text", inputMode: mode, autocomplete: "off", name });
     let shown = "";
     let typing = false; // an answer that comes meanwhile must not overwrite it
     input.addEventListener("input", () => { typing = true; });
@@ -111,11 +102,6 @@ function numbers(root, specs, send) {
       typing = false;
       if (input.value !== shown) send({ choose: { [name]: input.value } });
     });
-    const symbol = element("span", "", label);
-    const words = element("small");
-    const head = element("span");
-    head.append(symbol, " ", words);
-    row.append(head, input);
     grid.append(row);
     return (model) => {
       row.hidden = name in model.away || !applies(when, model.chosen);
@@ -141,12 +127,11 @@ function numbers(root, specs, send) {
 }
 
 function progress(root, send) {
-  const row = element("div", "progress");
   const bar = element("progress", "", "", { "aria-label": "Cells computed" });
   const text = element("span");
   const stop = button("Cancel", "", () => send({ stop: stop.dataset.stop === "true" }));
   bar.max = 1;
-  row.append(bar, text, stop);
+  const row = element("div", "progress", [bar, text, stop]);
   root.append(row);
   return ({ status }) => {
     row.hidden = !status.text;
@@ -168,11 +153,9 @@ function key(root) {
     head.textContent = model.key_title;
     head.hidden = !model.key.length;
     list.replaceChildren(...model.key.map(([colour, text, pattern]) => {
-      const item = element("li");
       const patch = element("span", `patch ${pattern}`, "", { "aria-hidden": "true" });
       if (colour) patch.style.backgroundColor = colour;
-      item.append(patch, element("span", "", text));
-      return item;
+      return element("li", "", [patch, element("span", "", text)]);
     }));
   };
 }

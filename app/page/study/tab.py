@@ -7,12 +7,12 @@ and the end of the session. A move that changes no question only moves the marks
 from __future__ import annotations
 
 from abc import abstractmethod
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import ClassVar
 
 import panel as pn
 from bokeh.plotting import figure
-from vibroscope.app.explorer.field_units import shown_text
+from vibroscope.app.explorer.field_units import shown_content
 from vibroscope.app.explorer.link import View
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.export.formats import Figure
@@ -21,6 +21,7 @@ from vibroscope.app.page.asker import StudyAsker
 from vibroscope.app.page.files import style
 from vibroscope.app.page.shared.declared import Key
 from vibroscope.app.page.shared.muting import Muting
+from vibroscope.app.page.study.listed import ListedSearches, ListPanel
 from vibroscope.app.page.study.panel import StudyPanel
 from vibroscope.app.page.tab import COMPUTING, Move, TabHost, TabView
 from vibroscope.app.studies.study_job import RESULTS, Grow, PartialResult
@@ -42,6 +43,7 @@ class StudyView(TabView):
     pictures: ClassVar[tuple[Figure, ...]]  # that can be taken away
     keyed: ClassVar[tuple[str, ...]] = ()  # names of those whose colours the key explains
     at_once: ClassVar[bool] = False  # whether a first answer comes as fast as marks: then these wait for it
+    searches: ListedSearches | None = None  # beside the study: drawn over its figures, and listed below them
 
     def __init__(self, host: TabHost) -> None:
         super().__init__(host)
@@ -78,6 +80,10 @@ class StudyView(TabView):
         """Why the study has nothing to show of a setting, and what to do, in a sentence; empty if it has."""
         return ""
 
+    def search_questions(self, setting: Setting) -> tuple[object, list[str]]:
+        """What the ``searches`` look for, and sentences about what that is, or why there is none."""
+        raise NotImplementedError
+
     def away(self, setting: Setting) -> dict[str, list[str]]:
         """The choices of each switch, and the numbers, that the panel hides for the system."""
         return {}
@@ -91,28 +97,28 @@ class StudyView(TabView):
         pane.css_classes = plot.css_classes = ["cell", "figure", *classes]
         return pane
 
-    def lay_out(self, *cells, classes: tuple[str, ...] = ()) -> pn.Column:
-        """Figures and the panel in the grid of `studies.css`."""
+    def lay_out(
+        self, *cells: pn.pane.Bokeh, below: ListPanel | None = None, classes: tuple[str, ...] = ()
+    ) -> pn.Column:
+        """Figures and the panel in the grid of `studies.css`; a list ``below`` has room there while it is visible."""
         figures = [cell.object.name for cell in cells]
         usual = {"title": self.title, "figures": figures, "switches": [], "limits": [], "numbers": []}
         self.panel = StudyPanel(usual | self.spec(), dict(self.chosen), self._choose, self._stop)
         self.panel.css_classes = ["cell", "panel"]
-        self.cells = cells
+        self.cells, self._below = cells, below
+        if below is not None:
+            below.css_classes = ["cell", "wide"]
         self.ranges = self.view.ranges
         self.muting = Muting(self.legends, [cell.object for cell in cells])
         self._page = pn.Column(
             *cells,
             self.panel,
+            *([] if below is None else [below]),
             css_classes=["studies", *classes],
             stylesheets=[style("study/studies")],
             sizing_mode="stretch_both",
         )
         return self._page
-
-    def give_room(self, below: pn.viewable.Viewable) -> None:
-        """Lay the page out for a list below the figures, as long as that is visible."""
-        classes = [each for each in self._page.css_classes if each != "listed"]
-        self._page.css_classes = [*classes, *(["listed"] if below.visible else [])]
 
     # -- the open tab --------------------------------------------------------
 
@@ -148,7 +154,7 @@ class StudyView(TabView):
         result = self.result if self._answers(question) else RESULTS.get(question)
         if result is None or result.share < 1:
             return COMPUTING
-        return _as_text(_in_units(self.describe(setting, result), setting))
+        return _as_text(shown_content(self.describe(setting, result), setting.scale))
 
     def hide(self) -> None:
         """Cancel what is under way; it goes on from there when the tab is opened again."""
@@ -157,6 +163,8 @@ class StudyView(TabView):
 
     def _cancel(self) -> None:
         self.study.forget()
+        if self.searches is not None:
+            self.searches.cancel()
 
     def refresh(self) -> None:
         """Start the study that the setting, the choices and the zoom call for, and draw; nothing while hidden."""
@@ -170,6 +178,11 @@ class StudyView(TabView):
             self._push()
 
     @property
+    def _searches(self) -> bool:
+        """Whether the user has chosen to search."""
+        return self.panel.chosen[self.searches.switch] != "off"
+
+    @property
     def _obstacle(self) -> str:
         return self.obstacle(self._move.setting) if self._move else ""
 
@@ -177,6 +190,8 @@ class StudyView(TabView):
         """Start what is called for, if that is not what is under way or done."""
         question = self.question(self._move.setting)
         self.study.follow(question)
+        if self.searches is not None:
+            self.searches.ask(self.search_questions(self._move.setting)[0])
         if self._answers(question):
             self._result_setting = self._move.setting
 
@@ -200,9 +215,16 @@ class StudyView(TabView):
         return cause and f"This could not be computed ({cause}). Change what you moved last; the last picture stays."
 
     def _write(self) -> None:
-        if not self._visible:
-            return
+        if self._visible:
+            self._show()
+            if self._below is not None:
+                classes = [each for each in self._page.css_classes if each != "listed"]
+                self._page.css_classes = [*classes, *(["listed"] if self._below.visible else [])]
+
+    def _show(self) -> None:
         obstacle = self._obstacle
+        if self.searches is not None and (obstacle or not self._searches):
+            self.searches.clear()
         self.panel.away = self.away(self._move.setting)
         for cell in self.cells:
             cell.object.visible = not obstacle
@@ -256,7 +278,7 @@ class StudyView(TabView):
             return [["Nothing to show", obstacle]]
         if self.result is None:
             return []
-        return _in_units(self.describe(self._result_setting, self.result), self._move.setting)
+        return shown_content(self.describe(self._result_setting, self.result), self._move.setting.scale)
 
     # -- from the panel ------------------------------------------------------
 
@@ -282,17 +304,16 @@ def free_obstacle(setting: Setting, shown: str, why: str = "begins at rest, wher
 
 def engine_obstacle(setting: Setting, question) -> str:
     """Why the engine has no study of the integrator, status or law that is set; empty where it has one."""
-    if not setting.penalty.has_choices:
-        return ""
+    return refusal(question.study) if setting.penalty.has_choices else ""
+
+
+def refusal(ask: Callable[[], object]) -> str:
+    """Why something cannot be asked, in a sentence; empty if it can."""
     try:
-        question.study()
+        ask()
     except ValueError as error:
         return sentence(message_of(error))
     return ""
-
-
-def _in_units(statements: list[list[str | Statement]], setting: Setting) -> list[list[str]]:
-    return [[shown_text(text, setting.scale) for text in each] for each in statements]
 
 
 def _as_text(statements: list[list[str]]) -> str:

@@ -101,7 +101,7 @@ class TimeStep(StudyView):
         )
         how += "" if scale is None else f", stiffness_of_step={scale}"
         study = f"StepStudy(system, {method_python(method)}, {eta!r}, {how})"
-        return sweep_python({"study": f"sweep({study})"}, system, "StepStudy", *method.made_by)
+        return sweep_python({"study": f"sweep({study})"}, system)
 
     def command(self, setting: Setting) -> str:
         """``vibroscope sweep step`` of the same steps."""

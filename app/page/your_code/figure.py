@@ -10,8 +10,8 @@ from vibroscope.app.explorer.present import WINDOW, Columns, present
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.page.shared.figure import (
     BLUE,
-    PENALTY,
-    REFERENCE,
+    SOLUTIONS,
+    SUBSCRIPTS,
     VERMILLION,
     add_glyph,
     axes_of,
@@ -25,17 +25,14 @@ from vibroscope.app.page.shared.figure import (
 from vibroscope.app.page.shared.ranges import OwnedRange
 from vibroscope.app.page.shared.seen import amplitude, apart, of_both, say
 
-_LINES = {"reference": REFERENCE, "penalty": PENALTY}
-_SUBSCRIPTS = {1: "₁", 2: "₂"}
-
 
 class YourCodeView:
     """Two figures; at a wall they show body 1, else body 2."""
 
     def __init__(self) -> None:
-        self.phases = {name: empty_source(f"code_phase_{name}", "x", "v") for name in _LINES}
-        self.sections = {name: empty_source(f"code_section_{name}", "x", "v") for name in _LINES}
-        self.traces = {name: empty_source(f"code_trace_{name}", "t", "x") for name in _LINES}
+        self.phases = {name: empty_source(f"code_phase_{name}", "x", "v") for name in SOLUTIONS}
+        self.sections = {name: empty_source(f"code_section_{name}", "x", "v") for name in SOLUTIONS}
+        self.traces = {name: empty_source(f"code_trace_{name}", "t", "x") for name in SOLUTIONS}
         self.ranges = {
             "x": OwnedRange(-8, 8),
             "v": OwnedRange(-8, 8, headroom=0.16),
@@ -54,7 +51,7 @@ class YourCodeView:
     def _figure(self, name: str, title: str, x: str, y: str) -> figure:
         plot = make_figure(title, name=name, **axes_of(self.ranges, x, y))
         items = []
-        for solver, look in _LINES.items():
+        for solver, look in SOLUTIONS.items():
             columns = ("x", "v") if name == "code_phase" else ("t", "x")
             source = (self.phases if name == "code_phase" else self.traces)[solver]
             drawn = [add_glyph(plot, Line(x=columns[0], y=columns[1], **look), source)]
@@ -71,7 +68,7 @@ class YourCodeView:
     def update(self, setting: Setting, runs: RunPair | None, title: str) -> None:
         """Draw runs in the units of the setting; None: nothing is known yet."""
         body = setting.system.observed_body
-        sub = _SUBSCRIPTS[body]
+        sub = SUBSCRIPTS[body]
         position = label_of(setting, f"displacement ξ{sub}", "displacement")
         self.phase.xaxis[0].axis_label = self.displacement.yaxis[0].axis_label = position
         self.phase.yaxis[0].axis_label = label_of(setting, f"velocity ξ{sub}′", "velocity")
@@ -83,7 +80,7 @@ class YourCodeView:
         columns = present(RunPair(setting, runs.reference, runs.penalty))
         fresh = self._drawn is None or self._drawn.setting != runs.setting
         self._drawn = runs
-        for solver in _LINES:
+        for solver in SOLUTIONS:
             self._write(solver, body, columns)
         swings = [amplitude(source.data["x"]) for source in self.phases.values()]
         say(self.phase, name, of_both("amplitude", swings, "displacement", setting), setting)

@@ -7,17 +7,10 @@ const HOLDS = { yes: "✓ holds", no: "✗ fails", "": "– not known" };
 export function render({ model }) {
   const root = card("codes", "Rules of thumb");
   const own = element("div", "own");
-  const table = element("table");
-  const head = element("tr");
-  for (const name of ["Rule of thumb", "gives", "the motion then", "off by", ""]) {
-    const cell = element("th", "", name);
-    cell.scope = "col";
-    head.append(cell);
-  }
+  const heads = ["Rule of thumb", "gives", "the motion then", "off by", ""].map((name) => element("th", "", name, { scope: "col" }));
   const body = element("tbody");
-  const top = element("thead");
-  top.append(head);
-  table.append(element("caption", "", "Rules of thumb: what each gives here, and whether it holds"), top, body);
+  const top = element("thead", "", [element("tr", "", heads)]);
+  const table = element("table", "", [element("caption", "", "Rules of thumb: what each gives here, and whether it holds"), top, body]);
   root.append(own, table);
   const drawCode = () => {
     drawOwn(own, model.code);
@@ -46,16 +39,9 @@ export function render({ model }) {
 function drawOwn(box, code) {
   box.hidden = !code.name;
   if (box.hidden) return;
-  const words = element("pre", "", code.lines.join("\n"), { "aria-label": `What to set in ${code.name}` });
-  words.tabIndex = 0;
-  const sources = element("ul", "sources");
-  for (const source of code.sources) {
-    const item = element("li", "", `${source.figure}: `);
-    item.append(linked(source.text, source.url));
-    sources.append(item);
-  }
-  const details = element("details");
-  details.append(element("summary", "", "Sources"), sources);
+  const words = element("pre", "", code.lines.join("\n"), { "aria-label": `What to set in ${code.name}`, tabindex: 0 });
+  const sources = element("ul", "sources", code.sources.map(({ figure, text, url }) => element("li", "", [`${figure}: `, linked(text, url)])));
+  const details = element("details", "", [element("summary", "", "Sources"), sources]);
   const units = element("p", "units", code.units);
   units.hidden = !code.units;
   box.replaceChildren(element("h2", "", `What to set in ${code.name}`), words, units,
@@ -64,9 +50,7 @@ function drawOwn(box, code) {
 
 function linked(text, url) {
   if (!/^https?:\/\//.test(url ?? "")) return element("span", "", text);
-  const made = element("a", "", text);
-  Object.assign(made, { href: url, target: "_blank", rel: "noopener noreferrer" });
-  return made;
+  return element("a", "", text, { href: url, target: "_blank", rel: "noopener noreferrer" });
 }
 
 function rowOf(row, reference, model) {
@@ -77,12 +61,8 @@ function rowOf(row, reference, model) {
   if (row.source) from.append(linked(row.source, row.url));
   name.append(element("span", "", row.title), element("small", "", row.claim), from);
   if (row.own) name.prepend(element("small", "mark", "of this code"));
-  const gives = element("td", "gives");
-  gives.append(...row.numbers.map((text) => element("span", "", text)));
-  if (row.settable) {
-    const set = button("Set", `Set what “${row.title}” gives`, () => model.send_msg({ set: row.key }));
-    gives.append(set);
-  }
+  const gives = element("td", "gives", row.numbers.map((text) => element("span", "", text)));
+  if (row.settable) gives.append(button("Set", `Set what “${row.title}” gives`, () => model.send_msg({ set: row.key })));
   const motion = element("td", "motion");
   if (row.path) motion.append(picture(row, reference));
   motion.append(element("span", "", row.motion));
@@ -96,7 +76,6 @@ function rowOf(row, reference, model) {
 }
 
 function picture(row, reference) {
-  const drawn = svgElement("svg", { viewBox: "0 0 96 64", role: "img", "aria-label": `Phase plot: ${row.motion}` });
-  drawn.append(svgElement("path", { d: reference, class: "reference" }), svgElement("path", { d: row.path, class: "penalty" }));
-  return drawn;
+  const paths = [["reference", reference], ["penalty", row.path]].map(([name, d]) => svgElement("path", { d, class: name }));
+  return svgElement("svg", { viewBox: "0 0 96 64", role: "img", "aria-label": `Phase plot: ${row.motion}` }, paths);
 }

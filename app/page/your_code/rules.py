@@ -32,12 +32,7 @@ class RulesTable(Component):
 
     def __init__(self, on_set: Callable[[str], None]) -> None:
         super().__init__(sizing_mode="stretch_width")
-        self.on_msg(lambda event: _receive(event.data, on_set))
-
-
-def _receive(data: object, on_set: Callable[[str], None]) -> None:
-    if isinstance(data, dict) and isinstance(data.get("set"), str):
-        on_set(data["set"])
+        self.listen(set=(str, on_set))
 
 
 def rows_of(judged: Sequence[Judged], reference: np.ndarray, marked: Sequence[str], setting: Setting) -> dict:

@@ -10,13 +10,14 @@ from vibroscope.app.codes.catalogue import Code, codes
 from vibroscope.app.codes.rules import rules
 from vibroscope.app.codes.translation import translated_codes
 from vibroscope.app.explorer.explanation import describe, motion_texts
-from vibroscope.app.explorer.field_units import ShownField, beside_field, shown_text
+from vibroscope.app.explorer.field_units import ShownField, beside_field, shown_content
 from vibroscope.app.explorer.link import LINEAR
 from vibroscope.app.explorer.method_words import name_of_method, words_of_method
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.export.formats import Figure, Series
 from vibroscope.app.export.scripts import as_command
 from vibroscope.app.export.tables import column_title
+from vibroscope.app.page.study.panel import number
 from vibroscope.app.page.study.tab import StudyView
 from vibroscope.app.page.tab import Move
 from vibroscope.app.page.your_code import words
@@ -44,7 +45,6 @@ _OF_WORDS = {  # beside the words of a code, in SI units whatever is shown: labe
     "mass": ("m*", "reduced mass; 0: of the bodies", "mass"),
     "speed": ("v", "closing speed; 0: not known", "velocity"),
 }
-_SENTENCES = ("motion", "why")  # of a rule
 _WITHOUT_UNITS = "Without dimension; the damper of the force is 2D. Choose units under “Units” for those of your model."
 NONE = "none"  # no code is chosen: the page's own choice of integrator, status and law
 _NEWMARK = "Newmark (β = 0.25, γ = 0.5); contact status from the start of the step; contact law Kelvin–Voigt"
@@ -217,13 +217,7 @@ class YourCode(StudyView):
 
     def data(self) -> dict[str, object]:
         """The results so far; sentences, too, in the units that are shown."""
-        data, scale = super().data(), self._move.setting.scale
-        rules = {
-            key: {name: shown_text(cell, scale) if name in _SENTENCES and cell else cell for name, cell in row.items()}
-            for key, row in data["rules"].items()
-        }
-        solvable = shown_text(data["steps_have_solutions"], scale)
-        return data | {"steps_have_solutions": solvable, "rules": rules}
+        return shown_content(super().data(), self._move.setting.scale)
 
     def command(self, setting: Setting) -> str:
         """The commands of the setting."""
@@ -233,7 +227,7 @@ class YourCode(StudyView):
 def _typed(name: str) -> dict[str, object]:
     """The number of this name in the panel; 0: not known."""
     label = (_NUMBERS | _OF_WORDS)[name][0]
-    return {"name": name, "label": label, "low": 0.0, "high": 1e15, "whole": False}
+    return number(name, label, (0.0, 1e15))
 
 
 def _field(name: str, setting: Setting) -> ShownField:
