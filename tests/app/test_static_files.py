@@ -12,13 +12,14 @@ import pytest
 from vibroscope.app.page.files import modules
 
 from tests.browserless import Client
+from tests.waiting import PATIENCE
 
 
 def get(url, **headers):
     """Status, headers and body."""
     headers = {name.replace("_", "-"): value for name, value in headers.items()}
     try:
-        with urllib.request.urlopen(urllib.request.Request(url, headers=headers), timeout=20) as answer:
+        with urllib.request.urlopen(urllib.request.Request(url, headers=headers), timeout=PATIENCE) as answer:
             return answer.status, answer.headers, answer.read()
     except urllib.error.HTTPError as answer:
         with answer:
@@ -121,7 +122,7 @@ def test_the_document_is_compressed_and_what_follows_is_not(server):
             await client.ready()
             return client.socket.headers["Sec-Websocket-Extensions"], len(json.dumps(client.document))
 
-    extensions, size = asyncio.run(asyncio.wait_for(steps(), 60))
+    extensions, size = asyncio.run(asyncio.wait_for(steps(), PATIENCE))
     assert "permessage-deflate" in extensions
     assert size > 200_000
     assert wire[0] < size / 3

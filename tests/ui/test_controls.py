@@ -2,7 +2,8 @@
 
 from vibroscope.app.explorer.parameters import FIELDS, FORM_FIELDS
 
-from tests.ui.explorer import PAPER, SOURCES, wait_until
+from tests.ui.explorer import PAPER, SOURCES
+from tests.waiting import wait_until
 
 SCENE_A = {"eta": "1.08", "K": "2500", "D": "8", "steps": "2000"}
 

@@ -6,8 +6,8 @@ from importlib.metadata import version
 import pytest
 from PIL import Image
 
-from tests.ui.explorer import wait_until
 from tests.ui.taking import menu, taken
+from tests.waiting import wait_until
 
 
 def test_a_picture_is_as_large_as_on_the_page(kept):

@@ -5,7 +5,7 @@ import json
 import pytest
 
 from tests.share import every
-from tests.ui.explorer import wait_until
+from tests.waiting import wait_until
 
 SIZES = (
     (320, 568),
