@@ -54,8 +54,8 @@ def test_a_time_under_the_pointer_is_marked_in_every_figure(kept):
     assert abs(mark(explorer, "reference1")["x"] - relative) < 1e-3  # to the base, although the curves are not
 
 
-def test_playing_moves_the_pendulums_without_the_server(kept):
-    explorer = kept.anew()
+def test_playing_moves_the_pendulums_without_the_server(visit):
+    explorer = visit()  # where no phase waits to be sent
     sent = explorer.keep_sent()
     bob = explorer.page.locator(".reference .bob").first
     before = bob.get_attribute("cx")

@@ -82,9 +82,10 @@ def test_the_plane_shows_the_error_of_what_is_set_as_explore_does(kept):
 
 
 def test_where_the_reference_does_not_repeat_the_plane_shows_the_period_and_says_so(visit):
-    explorer = complete(visit("?view=plane&eta=1.7&K=12000&D=18&steps=2000&zoom=K:1000,2000;D:5,8"))
-    assert "The reference does not repeat itself here" in panel(explorer).locator(".statements").text_content()
-    assert ": period " in explorer.figure("plane_penalty")["title"]
+    explorer = visit("?view=plane&eta=1.7&K=12000&D=18&steps=2000&zoom=K:1000,2000;D:5,8")
+    said, why = panel(explorer).locator(".statements"), "The reference does not repeat itself here"
+    wait_until(lambda: why in said.text_content(), what="why there is no error")
+    wait_until(lambda: ": period " in explorer.figure("plane_penalty")["title"], what="the period")
 
 
 def test_the_plane_follows_the_limit_of_steps_and_the_quantity(kept):
@@ -252,8 +253,8 @@ def put(explorer, **texts):
 @pytest.mark.parametrize(
     ("tab", "change"), [("bifurcation", {"kappa": "2.4"}), ("plane", {"kappa": "2.4"}), ("step", {"steps": "8000"})]
 )
-def test_no_update_is_large_and_what_is_hidden_costs_nothing(kept, tab, change):
-    explorer = complete(kept.anew(f"?{SETTING}").open_view(tab))
+def test_no_update_is_large_and_what_is_hidden_costs_nothing(visit, tab, change):
+    explorer = opened(visit, tab)
     if tab == "plane":
         explorer.page.get_by_role("combobox", name="Colour").select_option("contact")  # with stripes: the most
     explorer.settle()
