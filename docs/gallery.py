@@ -35,25 +35,23 @@ class Gallery(SphinxDirective):
     def run(self) -> list[nodes.Node]:
         """Make the entries."""
         entries = {"scenes": scenes, "shelf": shelf}[self.arguments[0]]()
-        lines = [line for key, entry in entries.items() for line in self._lines(key, entry)]
+        most = self.config.gallery_computed
+        lines = [
+            line for place, (key, entry) in enumerate(entries.items()) for line in self._lines(key, entry, place < most)
+        ]
         holder = nodes.section()
         holder.document = self.state.document
         self.state.nested_parse(StringList(lines, "gallery"), 0, holder, match_titles=True)
         return holder.children
 
-    def _lines(self, key: str, entry) -> list[str]:
+    def _lines(self, key: str, entry, computed: bool) -> list[str]:
         setting = settings()[key]
-        said = verdict(comparison(setting))
-        texts = [text.replace("|", r"\|").replace("*", r"\*") for text in (said.headline, *said.details)]
         return [
             f".. rubric:: {entry.title}",
             "",
             entry.caption,
             "",
-            f".. plot:: figures/entries.py entry_{key}",
-            f"   :alt: Phase plots of {entry.title}",
-            "",
-            *(line for text in texts for line in (text, "")),
+            *(self._computed(key, entry, setting) if computed else ()),
             *([f"Source: {entry.origin}", ""] if hasattr(entry, "origin") else []),
             ".. code-block:: sh",
             "",
@@ -61,8 +59,15 @@ class Gallery(SphinxDirective):
             "",
         ]
 
+    def _computed(self, key: str, entry, setting: Setting) -> list[str]:
+        said = verdict(comparison(setting))
+        texts = [text.replace("|", r"\|").replace("*", r"\*") for text in (said.headline, *said.details)]
+        figure = [f".. plot:: figures/entries.py entry_{key}", f"   :alt: Phase plots of {entry.title}", ""]
+        return figure + [line for text in texts for line in (text, "")]
+
 
 def setup(app: Sphinx) -> dict:
-    """Register the directive."""
+    """Register the directive, and of how many entries of each list it computes figure and verdict."""
+    app.add_config_value("gallery_computed", 1000, "env")
     app.add_directive("gallery", Gallery)
     return {"parallel_read_safe": True}

@@ -9,13 +9,15 @@ import time
 from tornado.httpclient import AsyncHTTPClient, HTTPRequest
 from tornado.websocket import websocket_connect
 
+from tests.waiting import PATIENCE
+
 _IDS = itertools.count(1)
 BUSY = (429, 503, 599)  # 599: Tornado's client waited in vain
 
 
 async def get(url, **options):
     """An answer of any status."""
-    return await AsyncHTTPClient().fetch(HTTPRequest(url, request_timeout=30, **options), raise_error=False)
+    return await AsyncHTTPClient().fetch(HTTPRequest(url, request_timeout=PATIENCE, **options), raise_error=False)
 
 
 async def token_of(url):
@@ -41,7 +43,7 @@ class Client:
     def __init__(self, url, query="", headers=None, compression=None):
         self.url, self.query, self.headers = url, query, headers or {}
         self.compression = compression  # options of Tornado's client; {} as a browser, None: none
-        self.patience = 20  # s that the controls may take to show something
+        self.patience = PATIENCE  # s that the controls may take to show something
         self.closed = False  # by the server
         self.answers = []  # in the order in which they came
 
@@ -50,7 +52,7 @@ class Client:
         token = token or await token_of(f"{self.url}/?{self.query}")
         address = f"{self.url.replace('http', 'ws', 1)}/ws?{self.query}"
         # A browser, too, waits while sessions are built for others.
-        request = HTTPRequest(address, headers={"Origin": origin or self.url} | self.headers, request_timeout=100)
+        request = HTTPRequest(address, headers={"Origin": origin or self.url} | self.headers, request_timeout=PATIENCE)
         self.socket = await websocket_connect(
             request, subprotocols=["bokeh", token], compression_options=self.compression
         )

@@ -10,9 +10,10 @@ import urllib.request
 from contextlib import contextmanager
 from pathlib import Path
 
+from tests.waiting import PATIENCE
+
 ROOT = Path(__file__).parents[1]
 COMMAND = (str(Path(sys.executable).parent / "vibroscope"), "serve")
-SECONDS_TO_START = 120  # a cold start compiles the kernels
 
 
 def free_port():
@@ -35,7 +36,7 @@ class Served:
             self.process = subprocess.Popen(command, cwd=cwd, env=variables, stdout=output, stderr=subprocess.STDOUT)
 
     def wait(self):
-        end = time.monotonic() + SECONDS_TO_START
+        end = time.monotonic() + PATIENCE
         while time.monotonic() < end and self.process.poll() is None:
             try:
                 urllib.request.urlopen(f"{self.url}/liveness", timeout=2).close()
@@ -44,7 +45,7 @@ class Served:
                 time.sleep(0.05)
         raise AssertionError(f"no server: {self.log.read_text()}")
 
-    def wait_for(self, holds, seconds=60):
+    def wait_for(self, holds, seconds=PATIENCE):
         """Poll until ``holds()``."""
         end = time.monotonic() + seconds
         while not holds():
@@ -53,7 +54,7 @@ class Served:
 
     def metric(self, line):
         """One number of /metrics by the beginning of its line, 0 if there is none yet."""
-        text = urllib.request.urlopen(f"{self.url}/metrics", timeout=20).read().decode()
+        text = urllib.request.urlopen(f"{self.url}/metrics", timeout=PATIENCE).read().decode()
         return next((float(row.split()[-1]) for row in text.splitlines() if row.startswith(line)), 0.0)
 
     def memory(self):
@@ -71,7 +72,7 @@ class Served:
         if self.process.poll() is None:
             self.process.send_signal(number)
         try:
-            return self.process.wait(40)
+            return self.process.wait(PATIENCE)
         except subprocess.TimeoutExpired:
             self.process.kill()
             self.process.wait()

@@ -10,7 +10,11 @@ from urllib.parse import unquote
 import pytest
 from vibroscope import engine
 from vibroscope.app.explorer.glossary import glossary
+from vibroscope.app.explorer.scenes import scenes
+from vibroscope.app.explorer.shelf import shelf
 from vibroscope.engine.sweeps import variables
+
+from tests.share import share
 
 ROOT = Path(__file__).parents[1]
 LOADED = {("script", "src"), ("link", "href"), ("img", "src"), ("object", "data"), ("source", "srcset")}
@@ -43,9 +47,11 @@ class Links(HTMLParser):
 
 @pytest.fixture(scope="module")
 def site(tmp_path_factory):
-    """Build it; the doctrees beside it."""
+    """Build it, the doctrees beside it; the gallery computes a share of its entries."""
     folder = tmp_path_factory.mktemp("site")
-    call = [sys.executable, "-m", "sphinx", "--fail-on-warning", "--keep-going", "--quiet", "docs", str(folder)]
+    computed = f"gallery_computed={share(len(scenes()) + len(shelf()))}"
+    strict = ["--fail-on-warning", "--keep-going", "--quiet"]
+    call = [sys.executable, "-m", "sphinx", *strict, "--define", computed, "docs", str(folder)]
     done = subprocess.run(call, cwd=ROOT, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
     return {path.relative_to(folder).as_posix(): Links(path.read_text()) for path in folder.rglob("*.html")}, folder

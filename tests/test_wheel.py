@@ -23,6 +23,7 @@ from vibroscope.engine.drivers.code_cache import complete_mark
 
 from tests.browserless import Client
 from tests.served import served
+from tests.waiting import PATIENCE
 
 ROOT = Path(__file__).parents[1]
 FOLDERS = ("app", "assets", "engine")
@@ -184,7 +185,7 @@ def test_stability(unwritable):
 def test_serve(user, tmp_path):
     command = [*user.command("vibroscope"), "serve"]
     with served(tmp_path / "log.txt", command=command, cwd=user.cwd, environment=user.environment) as server:
-        asyncio.run(asyncio.wait_for(open_page(server.url), 120))
+        asyncio.run(asyncio.wait_for(open_page(server.url), PATIENCE))
     assert "Traceback" not in server.log.read_text()
 
 

@@ -7,6 +7,8 @@ from bokeh.document import Document as BokehDocument
 from panel.models.esm import DataEvent
 from vibroscope.app.page.session import Session
 
+from tests.waiting import PATIENCE
+
 
 class Document(BokehDocument):
     """Bokeh's, but that callbacks after a time are never called."""
@@ -64,7 +66,7 @@ class QueueingHost(FakeHost):
 
     def catch_up(self):
         """Make the next call, which may still have to come."""
-        self.waiting.get(timeout=5)()
+        self.waiting.get(timeout=PATIENCE)()
 
     def catch_up_until(self, holds, seconds=120):
         """Make calls until something holds."""

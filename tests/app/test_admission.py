@@ -11,6 +11,7 @@ from vibroscope.app.server.websocket import SessionSocket, answer
 
 from tests.browserless import Client, get
 from tests.served import served
+from tests.waiting import PATIENCE
 
 
 def test_sessions_and_costs_beyond_the_limits_are_refused(tmp_path):
@@ -28,7 +29,7 @@ def test_sessions_and_costs_beyond_the_limits_are_refused(tmp_path):
             assert "this server does 5,000,000" in shown["refused"]["text"]
 
     with served(tmp_path / "log.txt", **limits) as server:
-        asyncio.run(asyncio.wait_for(steps(server), 60))
+        asyncio.run(asyncio.wait_for(steps(server), PATIENCE))
 
 
 def test_a_page_that_cannot_be_built_shows_an_apology_without_the_error(monkeypatch, caplog):
@@ -76,10 +77,10 @@ def test_a_browser_that_waits_for_its_session_is_pinged_and_then_no_more(monkeyp
     async def steps():
         first, second = Pings(), Pings()
         with websocket.pinging(first):
-            await asyncio.wait_for(first.third.wait(), 60)
+            await asyncio.wait_for(first.third.wait(), PATIENCE)
         sent = first.count
         with websocket.pinging(second):  # as long again
-            await asyncio.wait_for(second.third.wait(), 60)
+            await asyncio.wait_for(second.third.wait(), PATIENCE)
         assert first.count == sent
 
     asyncio.run(steps())

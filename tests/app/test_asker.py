@@ -14,6 +14,7 @@ from vibroscope.app.runtime.workers import Workers
 from vibroscope.engine import Cancelled
 
 from tests.app.fakes import Document, FakeHost, QueueingHost
+from tests.waiting import PATIENCE
 
 
 class Timers(Document):
@@ -87,9 +88,9 @@ def test_what_is_dropped_stops_and_the_next_answer_comes_part_by_part(pool):
         asker.ask(lambda: Answer(question, solve, take, pool, "test"))
 
     ask("slow")
-    assert started.wait(10)
+    assert started.wait(PATIENCE)
     ask("next")
-    assert stopped.wait(10)
+    assert stopped.wait(PATIENCE)
     for _ in range(3):  # a part of the first was on its way
         host.catch_up()
     assert taken == ["part of next", "all of next"]
@@ -107,7 +108,7 @@ def test_an_answer_is_logged_with_its_session_and_measured_where_it_succeeds(poo
     with logs.in_session("3f2a91cc"):
         for question in ("broken", "right"):
             Answer(question, solve, lambda _, found: delivered.put(str(found)), pool, "test", measure=measure)
-    assert [delivered.get(timeout=5) for _ in range(2)] == ["broken", "right"]
+    assert [delivered.get(timeout=PATIENCE) for _ in range(2)] == ["broken", "right"]
     logged = [(record.message, record.details["job"], record.details["session"]) for record in caplog.records]
     assert logged == [("failed", "test", "3f2a91cc"), ("done", "test", "3f2a91cc")]
     assert measure.add.call_count == 1

@@ -40,6 +40,8 @@ from vibroscope.app.compat import (
 from vibroscope.app.page.shared.component import Component
 from vibroscope.app.server.connections import Listener, Stream
 
+from tests.waiting import PATIENCE
+
 
 class Written:
     """Stands for a connection and its websocket."""
@@ -201,7 +203,7 @@ def test_the_stream_of_a_request_is_the_one_that_its_websocket_writes_to():
             listener.stop()
             await listener.close_all_connections()
 
-    asyncio.run(asyncio.wait_for(steps(), 20))
+    asyncio.run(asyncio.wait_for(steps(), PATIENCE))
 
 
 def test_a_websocket_compresses_until_it_is_stopped_and_the_client_reads_both():
@@ -230,7 +232,7 @@ def test_a_websocket_compresses_until_it_is_stopped_and_the_client_reads_both():
             listener.stop()
             await listener.close_all_connections()
 
-    asyncio.run(asyncio.wait_for(steps(), 20))
+    asyncio.run(asyncio.wait_for(steps(), PATIENCE))
     assert sent[0] < 100 < 10_000 < sent[1]
 
 

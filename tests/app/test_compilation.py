@@ -21,6 +21,7 @@ from vibroscope.engine import Compiled, CompileProgress
 from vibroscope.engine import compilation as engine
 
 from tests.app.fakes import Document, FakeHost
+from tests.waiting import PATIENCE
 
 HALF, ALL = CompileProgress(0.5, "reference"), CompileProgress(1.0, "Newmark")
 SHOWS = CompileProgress(0.4, "Newmark", Compiled.MOTIONS)
@@ -44,7 +45,7 @@ def ended(compilation):
     """Wait until everybody has been called."""
     done = threading.Event()
     compilation.watch(lambda progress: progress is None and done.set())
-    assert done.wait(20)
+    assert done.wait(PATIENCE)
 
 
 def test_everything_waits_until_all_is_compiled_and_hears_how_far_it_is(nothing_compiled, tmp_path):
@@ -55,7 +56,7 @@ def test_everything_waits_until_all_is_compiled_and_hears_how_far_it_is(nothing_
     compilation.start()
     compilation.watch(lambda progress: (heard.append(progress), progress == ALL and half.set()))
     compilation.when_done(lambda: done.append(compilation.progress))
-    assert half.wait(20)
+    assert half.wait(PATIENCE)
     assert (done, compilation.progress) == ([], ALL)
     gate.open("w").close()  # lets the process end
     ended(compilation)
@@ -75,12 +76,12 @@ def test_motions_and_then_verdicts_wait_for_their_own_solvers_alone(nothing_comp
     compilation.when_done(lambda: done.append("all"))
     compilation.when_done(explained.set, Compiled.VERDICTS)
     compilation.when_done(shown.set, Compiled.MOTIONS)
-    assert shown.wait(20)
+    assert shown.wait(PATIENCE)
     assert (done, explained.is_set(), compilation.progress) == ([], False, SHOWS)
     compilation.when_done(lambda: done.append("a later move"), Compiled.MOTIONS)
     assert done == ["a later move"]
     first.open("w").close()  # lets the process go on
-    assert explained.wait(20)
+    assert explained.wait(PATIENCE)
     assert (done, compilation.progress) == (["a later move"], EXPLAINS)
     second.open("w").close()
     ended(compilation)
@@ -117,7 +118,7 @@ def test_a_compilation_that_fails_holds_nobody_up(nothing_compiled, command):
     compilation, done = Compilation(command), threading.Event()
     compilation.start()
     compilation.when_done(done.set)
-    assert done.wait(20)
+    assert done.wait(PATIENCE)
 
 
 def test_a_server_that_stops_ends_it_and_nobody_is_called(nothing_compiled):
@@ -125,9 +126,9 @@ def test_a_server_that_stops_ends_it_and_nobody_is_called(nothing_compiled):
     compilation.start()
     compilation.watch(lambda progress: begun.set())
     compilation.when_done(lambda: called.append("a job"))
-    assert begun.wait(20)
+    assert begun.wait(PATIENCE)
     compilation.stop()
-    compilation.thread.join(20)
+    compilation.thread.join(PATIENCE)
     assert not compilation.thread.is_alive()
     assert called == []
 
@@ -139,7 +140,7 @@ def test_a_cache_of_this_process_alone_is_filled_in_this_process(monkeypatch):
     monkeypatch.setattr(module, "compile_kernels", lambda report: report(HALF))
     compilation = Compilation(["no such command"])
     compilation.start()
-    compilation.thread.join(20)
+    compilation.thread.join(PATIENCE)
     assert compilation.progress is None
 
 
@@ -167,7 +168,7 @@ def test_the_shipped_result_is_shown_marked_and_then_replaced(monkeypatch):
     assert not tab.show_if_ready(Move(2, opening_setting()._replace(K=1000.0)))
     tab.show(Move(2, opening_setting()))
     compilation.finish()
-    assert shown.wait(20)
+    assert shown.wait(PATIENCE)
     assert not tab.findings.content["shipped"]
     tab.close()
 
@@ -227,4 +228,4 @@ def test_a_diagram_that_must_be_computed_waits_for_the_solvers_and_a_shipped_one
     future = shipped.load_diagram("table")
     if kept is None:
         compilation.finish()
-    assert future.result(20) == (kept or "computed, progress None")
+    assert future.result(PATIENCE) == (kept or "computed, progress None")

@@ -1,7 +1,6 @@
 """Cache and cancellation; the newest request wins."""
 
 import threading
-import time
 from unittest.mock import Mock
 
 import numpy as np
@@ -12,6 +11,8 @@ from vibroscope.app.runtime import logs, metrics
 from vibroscope.app.runtime.cache import Cache
 from vibroscope.app.runtime.workers import Workers
 from vibroscope.engine import Cancelled
+
+from tests.waiting import wait_until
 
 SETTING = Setting()
 
@@ -45,21 +46,14 @@ def at(eta):
     return SETTING._replace(eta=eta)
 
 
-def until(holds):
-    end = time.monotonic() + 5
-    while not holds():
-        assert time.monotonic() < end
-        time.sleep(0.002)
-
-
 def test_of_many_moves_the_running_and_the_last_are_delivered(pool):
     solver, delivered = Solver(), []
     queue = JobQueue(lambda move, result: delivered.append((move, result)), solve=solver, pool=pool, grace=60)
     for move, eta in enumerate((1.0, 1.1, 1.2, 1.3)):
         queue.submit(move, at(eta))
-        until(lambda: solver.started)
+        wait_until(lambda: solver.started)
     solver.go.set()
-    until(lambda: len(delivered) == 2)
+    wait_until(lambda: len(delivered) == 2)
     assert delivered == [(0, 1.0), (3, 1.3)]
     assert solver.started == [1.0, 1.3]
 
@@ -74,29 +68,29 @@ def test_a_delivery_that_fails_does_not_stop_the_next(pool):
 
     queue = JobQueue(deliver, solve=lambda setting, cancelled: setting.eta, pool=pool)
     queue.submit(1, at(1.0))
-    until(lambda: delivered == [1])
+    wait_until(lambda: delivered == [1])
     queue.submit(2, at(1.1))
-    until(lambda: delivered == [1, 2])
+    wait_until(lambda: delivered == [1, 2])
 
 
 def test_a_long_job_that_is_overtaken_is_cancelled(pool):
     solver, delivered = Solver(), []
     queue = JobQueue(lambda move, result: delivered.append(move), solve=solver, pool=pool, grace=0.02)
     queue.submit(1, at(1.0))
-    until(lambda: solver.started)
+    wait_until(lambda: solver.started)
     queue.submit(2, at(2.0))
-    until(lambda: solver.cancelled == [1.0])
+    wait_until(lambda: solver.cancelled == [1.0])
     solver.go.set()
-    until(lambda: delivered == [2])
+    wait_until(lambda: delivered == [2])
 
 
 def test_a_job_that_nobody_overtakes_may_take_its_time(pool):
     solver, delivered = Solver(), []
     queue = JobQueue(lambda move, result: delivered.append(move), solve=solver, pool=pool, grace=0.0)
     queue.submit(1, at(1.0))
-    until(lambda: solver.asked > 5)  # whether it is cancelled
+    wait_until(lambda: solver.asked > 5)  # whether it is cancelled
     solver.go.set()
-    until(lambda: delivered == [1])
+    wait_until(lambda: delivered == [1])
     assert solver.cancelled == []
 
 
@@ -104,9 +98,9 @@ def test_after_close_nothing_is_delivered(pool):
     solver, delivered = Solver(), []
     queue = JobQueue(lambda move, result: delivered.append(move), solve=solver, pool=pool, grace=60)
     queue.submit(1, at(1.0))
-    until(lambda: solver.started)
+    wait_until(lambda: solver.started)
     queue.close()
-    until(lambda: solver.cancelled)
+    wait_until(lambda: solver.cancelled)
     queue.submit(2, at(2.0))
     pool.shutdown()  # waits for all that was submitted
     assert delivered == []
@@ -123,9 +117,9 @@ def test_a_failure_is_delivered_and_the_next_move_still_served(pool):
 
     queue = JobQueue(lambda move, result: delivered.append((move, result)), solve=solve, pool=pool)
     queue.submit(1, at(1.0))
-    until(lambda: delivered)
+    wait_until(lambda: delivered)
     queue.submit(2, at(2.0))
-    until(lambda: len(delivered) == 2)
+    wait_until(lambda: len(delivered) == 2)
     assert isinstance(delivered[0][1], RuntimeError)
     assert delivered[1] == (2, 2.0)
 
@@ -148,8 +142,8 @@ def test_each_move_is_logged_once_with_its_session_and_measured_where_it_succeed
         queue = JobQueue(deliver, solve=solve, pool=pool)
     for move, eta in ((1, 1.0), (2, 2.0), (3, 3.0)):
         queue.submit(move, at(eta))
-        until(lambda move=move: move in delivered)
-    until(lambda: len(caplog.records) == 4)
+        wait_until(lambda move=move: move in delivered)
+    wait_until(lambda: len(caplog.records) == 4)
     logged = [(record.message, record.details["move"]) for record in caplog.records]
     assert logged == [("not computed", 1), ("computed", 2), ("computed", 3), ("not delivered", 3)]
     assert {record.details["session"] for record in caplog.records} == {"3f2a91cc"}

@@ -8,10 +8,11 @@ import pytest
 from vibroscope.app.server.security import HEADERS
 
 from tests.browserless import get
+from tests.waiting import PATIENCE
 
 
 def run(steps):
-    return asyncio.run(asyncio.wait_for(steps, 60))
+    return asyncio.run(asyncio.wait_for(steps, PATIENCE))
 
 
 def test_every_answer_carries_the_headers(server):

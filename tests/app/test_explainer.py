@@ -10,6 +10,7 @@ from vibroscope.app.runtime.cache import Cache
 from vibroscope.engine import Cancelled
 
 from tests.app.fakes import QueueingHost
+from tests.waiting import wait_until
 
 SLOW, NEXT, LAST = (Setting()._replace(eta=eta) for eta in (1.0, 1.1, 1.2))
 SEARCHED = Setting()._replace(eta=1.3)  # whose curves come first
@@ -45,10 +46,7 @@ def explained(monkeypatch):
 
 
 def explaining(seen, setting):
-    end = time.monotonic() + 10
-    while setting not in seen:
-        assert time.monotonic() < end
-        time.sleep(0.002)
+    wait_until(lambda: setting in seen, what=f"the explanation of {setting} begun")
 
 
 def test_an_explanation_that_takes_for_ever_keeps_neither_another_session_waiting_nor_its_own(explained):

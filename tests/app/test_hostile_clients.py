@@ -9,6 +9,7 @@ from tornado.websocket import WebSocketClosedError
 
 from tests.browserless import Client, changed, event, mapped, move, token_of
 from tests.served import served
+from tests.waiting import PATIENCE
 
 # One of each way to fail; test_reading.py tries more of them, and the release tests try thousands.
 BAD_ADDRESSES = ("eta=%C2%B2", "eta=" + "9" * 1900, "eta=1.2&eta=1.3", "view=nowhere", "theme=²&eta=%ff%fe")
@@ -25,7 +26,7 @@ def server(tmp_path_factory):
 
 
 def run(steps):
-    return asyncio.run(asyncio.wait_for(steps, 120))  # so long on a busy machine, a few seconds else
+    return asyncio.run(asyncio.wait_for(steps, PATIENCE))  # so long on a busy machine, a few seconds else
 
 
 def test_a_forged_token_gets_no_connection(server):

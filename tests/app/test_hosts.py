@@ -6,6 +6,7 @@ import json
 import pytest
 
 from tests.served import served
+from tests.waiting import PATIENCE
 
 ORIGINS = "example.org,shaken.example:8443"
 
@@ -24,7 +25,7 @@ def server(tmp_path_factory):
 
 def ask(server, path, host, headers=()):
     """Status and text of an answer."""
-    connection = http.client.HTTPConnection("127.0.0.1", server.port, timeout=20)
+    connection = http.client.HTTPConnection("127.0.0.1", server.port, timeout=PATIENCE)
     try:
         connection.putrequest("GET", path, skip_host=True)
         for name, value in [*(("Host", each) for each in host), *headers]:

@@ -9,6 +9,7 @@ from vibroscope.app.server.security import allowed_hosts, allowed_origins
 
 from tests.browserless import Client
 from tests.served import served
+from tests.waiting import PATIENCE
 
 
 def has_ipv6():
@@ -29,7 +30,7 @@ def test_a_session_over_ipv6(tmp_path):
             assert await client.ready()
 
     with served(tmp_path / "log.txt", VIBROSCOPE_ADDRESS="::1") as server:
-        asyncio.run(asyncio.wait_for(steps(), 60))
+        asyncio.run(asyncio.wait_for(steps(), PATIENCE))
     assert f"Launching server at http://[::1]:{server.port}\n" in server.log.read_text()
 
 

@@ -30,6 +30,7 @@ from vibroscope.engine.divergence.error import Target
 from vibroscope.engine.sweeps import StepStudy
 
 from tests.app.fakes import Document, FakeHost, send
+from tests.waiting import PATIENCE
 
 START = (1.2232, 4.5444, 3.5934, 2.5268)  # leads the reference to a motion of six periods; rest, to one of two
 REST = Setting(eta=3.2, K=12000.0, D=18.0, steps=2000)
@@ -67,7 +68,7 @@ def test_an_explanation_is_that_of_its_start(monkeypatch):
     monkeypatch.setattr(explainer, "explain", lambda runs, *_: runs.initial)
     explained = Queue()
     explainer.begin_explanation(OWN, lambda _, found: explained.put(found))
-    assert explained.get(timeout=20) == START
+    assert explained.get(timeout=PATIENCE) == START
     assert (explainer.known_explanation(OWN), explainer.known_explanation(REST)) == (START, None)
 
 

@@ -6,6 +6,7 @@ from vibroscope.app.page.explore.suggest import Suggester
 
 from tests.app.fakes import QueueingHost, send
 from tests.app.searches import SETTING, TRIAL, WORSE, found_for
+from tests.waiting import PATIENCE
 
 
 def test_what_is_found_so_far_is_shown_in_the_units_of_the_page(searches):
@@ -13,7 +14,7 @@ def test_what_is_found_so_far_is_shown_in_the_units_of_the_page(searches):
     suggester = Suggester(host)
     suggester.follow(SETTING._replace(units="mm-t-s", omega1=20.0, m1=3.0))  # K counts 1.2 N/mm
     send(suggester.view, {"suggest": {"tolerance": "5"}})
-    _, asked, progress, answer, _ = searches.get(timeout=5)
+    _, asked, progress, answer, _ = searches.get(timeout=PATIENCE)
     asked["partial"]([WORSE], SETTING.eta)
     progress(0.4)
     host.catch_up()
@@ -40,7 +41,7 @@ def test_a_range_shows_what_is_found_so_far_with_the_steps_at_the_present_freque
     suggester = Suggester(host)
     suggester.follow(SETTING._replace(eta=1.5))
     send(suggester.view, {"suggest": {"tolerance": "5", "from": "1.5", "to": "3.1"}})
-    _, asked, progress, _, _ = searches.get(timeout=5)
+    _, asked, progress, _, _ = searches.get(timeout=PATIENCE)
     asked["partial"]([WORSE, TRIAL], 3.0)  # at 3.1 there is no error
     progress(0.4)
     host.catch_up()
@@ -56,7 +57,7 @@ def test_a_result_is_offered_and_not_set_where_the_sliders_were_moved_meanwhile(
     suggester = Suggester(host)
     suggester.follow(SETTING)
     send(suggester.view, {"suggest": {"tolerance": "5"}})
-    answer = searches.get(timeout=5)[3]
+    answer = searches.get(timeout=PATIENCE)[3]
     suggester.follow(SETTING._replace(**moved))
     answer.put(found_for(make_question(SETTING, {"tolerance": "5"})))
     host.catch_up()
@@ -66,6 +67,6 @@ def test_a_result_is_offered_and_not_set_where_the_sliders_were_moved_meanwhile(
     suggester.follow(SETTING._replace(units="si", **moved))
     assert suggester.view.content["moved"]
     send(suggester.view, {"suggest": {"tolerance": "6"}})  # from where they are now
-    searches.get(timeout=5)[3].put(found_for(make_question(SETTING, {"tolerance": "6"})))
+    searches.get(timeout=PATIENCE)[3].put(found_for(make_question(SETTING, {"tolerance": "6"})))
     host.catch_up()
     assert (suggester.view.content["moved"], len(host.settings)) == (False, 1)

@@ -12,6 +12,7 @@ from vibroscope.app.server.building import PrewarmedSession
 
 from tests.browserless import Client
 from tests.served import served
+from tests.waiting import PATIENCE
 
 
 class Registry:
@@ -199,7 +200,7 @@ def test_a_prewarmed_page_works_like_any_other(tmp_path):
                 assert (await two.set(1, K="9000"))["texts"]["eta"] == "1.08"
                 assert (await three.set(1, K="9000"))["texts"]["eta"] == "1.5"
 
-        asyncio.run(asyncio.wait_for(steps(), 60))
+        asyncio.run(asyncio.wait_for(steps(), PATIENCE))
     lines = [json.loads(line) for line in (tmp_path / "log.txt").read_text().splitlines() if line.startswith("{")]
     built = [line["session"] for line in lines if line["event"] == "session kept ready"]
     opened = [line["session"] for line in lines if line["event"] == "session opened"]

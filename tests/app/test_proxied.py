@@ -7,6 +7,7 @@ import pytest
 
 from tests.browserless import get
 from tests.served import served
+from tests.waiting import PATIENCE
 
 CLIENT = "203.0.113.7"
 
@@ -20,6 +21,6 @@ def test_the_log_names_the_client_that_was_refused(proxied, named, tmp_path):
             assert (await get(f"{server.url}/metrics", headers={"X-Forwarded-For": near})).code == 404
 
     with served(tmp_path / "log.txt", VIBROSCOPE_LOG_FORMAT="json", VIBROSCOPE_PROXIED=proxied) as server:
-        asyncio.run(asyncio.wait_for(ask(), 60))
+        asyncio.run(asyncio.wait_for(ask(), PATIENCE))
     lines = [json.loads(line) for line in (tmp_path / "log.txt").read_text().splitlines()]
     assert [line["address"] for line in lines if line["event"] == "refused"] == [named]

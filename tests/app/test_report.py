@@ -12,6 +12,7 @@ from tests.app.fakes import QueueingHost
 from tests.app.fakes import send as click
 from tests.app.searches import SETTING, found_for
 from tests.app.test_contact_of_own_system import own, send
+from tests.waiting import PATIENCE
 
 SOURCE = {"program": "vibroscope", "made": "today", "address": "?eta=1"}
 
@@ -70,7 +71,7 @@ def test_the_suggestion_is_that_of_the_page(searches):
     suggester.follow(SETTING)
     assert suggester.sentences == []
     click(suggester.view, {"suggest": {"tolerance": "5"}})
-    answer = searches.get(timeout=5)[3]
+    answer = searches.get(timeout=PATIENCE)[3]
     answer.put(found_for(make_question(SETTING, {"tolerance": "5"})))
     host.catch_up_until(lambda: suggester.view.content["phase"] == "done")
     head, *lines = suggester.sentences

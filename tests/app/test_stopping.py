@@ -6,6 +6,7 @@ import time
 
 from tests.browserless import Client, mapped, move
 from tests.served import served
+from tests.waiting import PATIENCE
 
 
 def test_a_stop_signal_lets_a_move_finish_and_cancels_a_study(tmp_path):
@@ -21,10 +22,10 @@ def test_a_stop_signal_lets_a_move_finish_and_cancels_a_study(tmp_path):
             return await client.shown(lambda shown: shown.get("move") == 7)
 
     with served(tmp_path / "log.txt") as server:
-        assert asyncio.run(asyncio.wait_for(steps(server), 60))["texts"]["eta"] == "1.31"
+        assert asyncio.run(asyncio.wait_for(steps(server), PATIENCE))["texts"]["eta"] == "1.31"
         begun = time.monotonic()
         assert server.stop() == 0
-        assert time.monotonic() - begun < 10  # the study alone would take minutes
+        assert time.monotonic() - begun < 30  # the study alone would take minutes
     log = server.log.read_text()
     assert "Traceback" not in log
     assert "left unfinished" not in log

@@ -34,6 +34,7 @@ from vibroscope.engine.recommendation.trials import Trial
 
 from tests.app.fakes import QueueingHost, send
 from tests.app.searches import SETTING, TRIAL, WORSE, found_for
+from tests.waiting import PATIENCE
 
 ALONE = contact_alone(System(), 2.76, Newmark(12000.0, float(equal_restitution_damping(System(), 12000.0)), 700), 1.0)
 
@@ -57,7 +58,7 @@ def test_a_result_that_meets_the_tolerance_moves_the_sliders_once(searches):
     suggester = Suggester(host)
     suggester.follow(SETTING)
     send(suggester.view, {"suggest": {"tolerance": "5"}})
-    question, _, progress, answer, _ = searches.get(timeout=5)
+    question, _, progress, answer, _ = searches.get(timeout=PATIENCE)
     assert question.limits == Limits(largest_stiffness(System()), 65_536)
     progress(0.4)
     host.catch_up()
@@ -75,7 +76,7 @@ def test_the_front_is_offered_as_long_as_it_is_drawn(searches):
     suggester = Suggester(host)
     suggester.follow(SETTING)
     send(suggester.view, {"suggest": {"tolerance": "5"}})
-    searches.get(timeout=5)[3].put(found_for(make_question(SETTING, {"tolerance": "5"}), front=(WORSE, TRIAL)))
+    searches.get(timeout=PATIENCE)[3].put(found_for(make_question(SETTING, {"tolerance": "5"}), front=(WORSE, TRIAL)))
     assert suggester.front == {}
     host.catch_up()
     assert suggester.front == {"steps": [500, 5793], "error": [0.3, 0.0486], "K": [2000, 10500], "D": [7, 15.8]}
@@ -88,7 +89,7 @@ def test_a_result_that_does_not_meet_it_moves_nothing_and_says_why(searches):
     suggester = Suggester(host)
     suggester.follow(SETTING)
     send(suggester.view, {"suggest": {"tolerance": "5"}})
-    searches.get(timeout=5)[3].put(
+    searches.get(timeout=PATIENCE)[3].put(
         found_for(
             make_question(SETTING, {"tolerance": "5"}),
             met=False,
@@ -113,7 +114,7 @@ def test_another_question_cancels_the_search(searches, change):
     suggester = Suggester(host)
     suggester.follow(SETTING)
     send(suggester.view, {"suggest": {"tolerance": "5"}})
-    cancelled = searches.get(timeout=5)[4]
+    cancelled = searches.get(timeout=PATIENCE)[4]
     suggester.follow(SETTING._replace(K=77.0))
     assert not cancelled()
     suggester.follow(SETTING._replace(**change))
@@ -126,8 +127,8 @@ def test_an_answer_on_its_way_when_the_question_changes_is_dropped(searches):
     suggester = Suggester(host)
     suggester.follow(SETTING)
     send(suggester.view, {"suggest": {"tolerance": "5"}})
-    searches.get(timeout=5)[3].put(found_for(make_question(SETTING, {"tolerance": "5"})))
-    late = host.waiting.get(timeout=5)
+    searches.get(timeout=PATIENCE)[3].put(found_for(make_question(SETTING, {"tolerance": "5"})))
+    late = host.waiting.get(timeout=PATIENCE)
     suggester.follow(SETTING._replace(eta=2.0))
     late()
     assert host.settings == []
@@ -145,7 +146,7 @@ def test_a_suggestion_is_in_the_units_that_are_shown(searches):
     tolerances = {"restitution": "0.1", "force": "20"}
     assert suggester.view.limits == {"K": "6120000", "steps": "65536", "unit": "N/mm"} | tolerances | RANGE
     send(suggester.view, {"suggest": {"tolerance": "5", "K": "600 000"}})
-    question, _, _, answer, _ = searches.get(timeout=5)
+    question, _, _, answer, _ = searches.get(timeout=PATIENCE)
     assert question.limits.stiffness_max == 5e5
     answer.put(found_for(make_question(physical, {"tolerance": "5"}), front=(WORSE, TRIAL)))
     host.catch_up()
@@ -165,7 +166,7 @@ def test_a_search_that_fails_says_so(monkeypatch):
     monkeypatch.setattr(suggestion, "CACHE", Cache(2))
     results = queue.Queue()
     begin_search(make_question(SETTING, {"tolerance": "5"}), lambda _, result: results.put(result))
-    assert str(results.get(timeout=5)) == "no such luck"
+    assert str(results.get(timeout=PATIENCE)) == "no such luck"
 
 
 def test_a_front_is_thinned_to_ten_and_keeps_the_best():
@@ -207,7 +208,7 @@ def test_searches_have_a_lower_priority_than_the_sliders():
     import os
 
     read = search_threads().submit(lambda: os.getpriority(os.PRIO_PROCESS, threading.get_native_id()))
-    assert read.result(timeout=5) > os.getpriority(os.PRIO_PROCESS, 0)
+    assert read.result(timeout=PATIENCE) > os.getpriority(os.PRIO_PROCESS, 0)
 
 
 def test_a_miss_by_a_digit_shows_by_how_much():

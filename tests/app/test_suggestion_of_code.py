@@ -17,6 +17,7 @@ from vibroscope.engine import HHT, Newmark, NewmarkBeta
 
 from tests.app.fakes import FakeHost, QueueingHost, send
 from tests.app.searches import SETTING, TRIAL, WORSE, found_for
+from tests.waiting import PATIENCE
 
 ABAQUS = codes()["abaqus-standard"]
 SCHEMES = ABAQUS.schemes()
@@ -63,7 +64,7 @@ def test_a_suggestion_of_a_code_sets_its_integrator_and_speaks_its_words(searche
     suggester.follow(SETTING)
     assert suggester.view.code == "Abaqus/Standard"
     send(suggester.view, {"suggest": {"tolerance": "5", "code": "yes"}})
-    question, schemes = searched.get(timeout=5)
+    question, schemes = searched.get(timeout=PATIENCE)
     assert (question.etas, schemes) == ((SETTING.eta,), SCHEMES)
     host.catch_up_until(lambda: suggester.view.content["phase"] == "done")
     method = read_setting(host.settings[-1], SETTING._replace(located="yes")).penalty
@@ -90,7 +91,7 @@ def test_without_a_code_the_search_is_of_what_is_set(searches, unchecked):
     else:
         host.code = ""  # no longer chosen
         send(suggester.view, {"suggest": {"tolerance": "5", "code": "yes"}})
-    question, _, _, answer, _ = searches.get(timeout=5)
+    question, _, _, answer, _ = searches.get(timeout=PATIENCE)
     assert question.scheme == Newmark(1.0, 0.0, 1000)
     answer.put(found_for(make_question(SETTING, {"tolerance": "5"})))
     host.catch_up()

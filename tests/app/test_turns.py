@@ -17,6 +17,7 @@ from vibroscope.app.runtime.limits import Turns
 from tests.browserless import Client, mapped, token_of
 from tests.served import served
 from tests.share import share
+from tests.waiting import PATIENCE
 
 
 @pytest.fixture
@@ -105,7 +106,7 @@ def test_who_gave_up_waiting_has_no_turn_and_holds_up_nobody():
         gone.cancel()
         await asyncio.gather(first, last)
         await asyncio.sleep(0.01)
-        await asyncio.wait_for(piece("d"), 5)
+        await asyncio.wait_for(piece("d"), PATIENCE)
         assert had == ["a", "c", "d"]
 
     asyncio.run(steps())
@@ -150,7 +151,7 @@ def test_frames_without_content_are_not_free(server, frames):
 
     refused = server.metric('vibroscope_refused_total{what="message"}')
     with suppress(StreamClosedError, WebSocketClosedError):  # the client still writes
-        asyncio.run(asyncio.wait_for(steps(), 60))
+        asyncio.run(asyncio.wait_for(steps(), PATIENCE))
     assert server.metric('vibroscope_refused_total{what="message"}') == refused + 1
 
 
@@ -172,7 +173,7 @@ def test_large_files_are_read_at_a_limited_rate(server, compression):
             await client.set(99, eta="1.3")  # and the session goes on
             return time.monotonic() - begun
 
-    seconds = asyncio.run(asyncio.wait_for(steps(), 60))
+    seconds = asyncio.run(asyncio.wait_for(steps(), PATIENCE))
     assert seconds > (files * len(text) - 1_000_000) / 400_000 - 0.5
 
 
@@ -221,4 +222,4 @@ def test_a_browser_that_closes_right_after_the_upgrade_causes_no_traceback(serve
         async with Client(server.url) as client:  # by now the server has dealt with the others
             await client.ready()
 
-    asyncio.run(asyncio.wait_for(steps(), 60))  # the fixture reads the log
+    asyncio.run(asyncio.wait_for(steps(), PATIENCE))  # the fixture reads the log

@@ -20,6 +20,8 @@ from vibroscope.app.studies.time_step import StepQuestion, grow_step
 from vibroscope.app.studies.your_code import CodeQuestion, grow_code
 from vibroscope.engine import Newmark, Reference, System
 
+from tests.waiting import PATIENCE
+
 SYSTEM, ETA, PENALTY = System(), 2.7613, Newmark(12_345.0, 18.0, 2000)  # of which no other test has runs in a cache
 STUDIES = {
     "basin": (
@@ -77,10 +79,10 @@ def test_the_first_result_of_another_session_comes_while_a_study_is_computed(nam
         yield from grow(question, last, poll)
 
     begin = threading.Event()
-    two.pool.submit(begin.wait, 5)
+    two.pool.submit(begin.wait, PATIENCE)
     with logs.in_session("long"):
         jobs.append(study_job.StudyJob(question, watched, lambda *_: two.order.append("long"), Cache(4)))
     begin.set()
-    assert two.done.wait(60)
+    assert two.done.wait(PATIENCE)
     two.pool.shutdown()
     assert two.order == ["short"]

@@ -7,6 +7,7 @@ from vibroscope.app.server.protocol import PageProtocol
 from vibroscope.app.server.websocket import SessionSocket
 
 from tests.browserless import Client, mapped
+from tests.waiting import PATIENCE
 
 
 class Connection:
@@ -37,7 +38,7 @@ def test_figures_are_sent_before_the_words_are_put_together(server):
             await client.set(eta="1.37")
             return [changes(message) for message in client.answers]
 
-    *before, answer = asyncio.run(asyncio.wait_for(steps(), 120))
+    *before, answer = asyncio.run(asyncio.wait_for(steps(), PATIENCE))
     figures = [some for some in before if "data" in some]  # without the browser's parts columns come in Bokeh's own way
     assert figures
     assert not {"shown", "content"} & set().union(*figures)
@@ -54,7 +55,7 @@ def test_of_two_views_that_are_asked_for_at_once_the_last_is_shown(server):
             await client.patch(*views)
             return (await client.set(3, eta="1.37"))["address"]
 
-    address = asyncio.run(asyncio.wait_for(steps(), 120))
+    address = asyncio.run(asyncio.wait_for(steps(), PATIENCE))
     assert "eta=1.37" in address
     assert "view=" not in address
 

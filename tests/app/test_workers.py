@@ -13,6 +13,8 @@ from vibroscope.app.runtime.cache import Cache
 from vibroscope.app.runtime.workers import Workers, give_way, own_time
 from vibroscope.app.studies import study_job
 
+from tests.waiting import PATIENCE
+
 SETTING = Setting()
 
 
@@ -65,16 +67,16 @@ def test_a_long_job_lets_others_run_in_its_place(pool):
 
     def long():
         begun.set()
-        end = time.monotonic() + 5
+        end = time.monotonic() + PATIENCE
         while not ended.is_set() and time.monotonic() < end:
             give_way()
         return ended.is_set()
 
     pool.go()
     found = pool.submit(long, session="long")
-    assert begun.wait(5)
+    assert begun.wait(PATIENCE)
     short = pool.submit(ended.set, session="short")
-    assert found.result(10)
+    assert found.result(PATIENCE)
     assert short.done()
 
 
@@ -103,7 +105,7 @@ def test_a_job_gives_way_once_its_session_has_had_the_margin_more(spend):
             ran.append(seconds)
 
     with Workers("test", 1, margin=2.0) as pool:
-        pool.submit(long, session="a").result(5)
+        pool.submit(long, session="a").result(PATIENCE)
     assert ran == [1.0, 0.5, "other", 0.6]
 
 
@@ -112,19 +114,19 @@ def test_a_job_rests_while_one_of_a_session_that_has_had_less_runs_in_another_th
 
     def light():
         begun.set()
-        end.wait(5)
+        end.wait(PATIENCE)
         order.append("light")
 
     def heavy():
         spend(1.0)
         pool.submit(light, session="light")
-        begun.wait(5)
+        begun.wait(PATIENCE)
         threading.Timer(0.1, end.set).start()
         give_way()
         order.append("heavy")
 
     with Workers("test", 2) as pool:
-        pool.submit(heavy, session="heavy").result(5)
+        pool.submit(heavy, session="heavy").result(PATIENCE)
     assert order == ["light", "heavy"]
 
 
@@ -142,13 +144,13 @@ def test_a_job_rests_no_longer_than_until_the_other_session_has_had_as_much(spen
     def heavy():
         spend(1.0)
         running = pool.submit(light, session="light")
-        begun.wait(5)
+        begun.wait(PATIENCE)
         give_way()
         end.set()
-        return running.result(5)
+        return running.result(PATIENCE)
 
     with Workers("test", 2) as pool:
-        assert pool.submit(heavy, session="heavy").result(10)
+        assert pool.submit(heavy, session="heavy").result(PATIENCE)
 
 
 def test_giving_way_outside_a_pool_does_nothing(spend):
@@ -176,7 +178,7 @@ def test_the_own_time_of_a_job_stands_still_while_others_run_in_its_place(spend,
         pool.submit(job, "b", seconds=10, then=second, session="b")
 
     pool.go()
-    pool.submit(job, "a", seconds=1, then=first, session="a").result(5)
+    pool.submit(job, "a", seconds=1, then=first, session="a").result(PATIENCE)
     assert list(took.items()) == [("c", 200), ("b", 20), ("a", 2)]
 
 
@@ -186,7 +188,7 @@ def test_what_waits_or_comes_later_is_cancelled_with_the_pool_and_counted_no_mor
     pool.shutdown(wait=False, cancel_futures=True)
     pool.go()
     with pytest.raises(CancelledError):
-        waiting.result(5)
+        waiting.result(PATIENCE)
     assert pool.submit(lambda: None).cancelled()  # by a page that is still being built
     assert pool.jobs <= 1
 
@@ -194,8 +196,8 @@ def test_what_waits_or_comes_later_is_cancelled_with_the_pool_and_counted_no_mor
 def test_a_failure_reaches_who_asked_and_the_thread_goes_on(pool):
     pool.go()
     with pytest.raises(ZeroDivisionError):
-        pool.submit(lambda: 1 / 0).result(5)
-    assert pool.submit(lambda: 1).result(5) == 1
+        pool.submit(lambda: 1 / 0).result(PATIENCE)
+    assert pool.submit(lambda: 1).result(PATIENCE) == 1
 
 
 def queue_of(session, pool, solve, deliver=lambda move, result: None):
@@ -217,7 +219,7 @@ def test_a_session_that_always_has_a_job_waiting_does_not_keep_the_thread(pool):
     abuser.submit(0, SETTING)
     visitor.submit(0, SETTING)
     pool.go()
-    assert served.wait(5)
+    assert served.wait(PATIENCE)
     assert count < 10_000
 
 
@@ -232,11 +234,11 @@ def test_studies_of_two_sessions_grow_side_by_side(spend, monkeypatch):
                 yield SimpleNamespace(share=0.5)
             ended.release()
 
-        pool.submit(begin.wait, 5)
+        pool.submit(begin.wait, PATIENCE)
         for session in "ab":
             with logs.in_session(session):
                 study_job.StudyJob(session, grow, lambda job, _: order.append(job.question), Cache(4))
         begin.set()
         for _ in range(2):
-            assert ended.acquire(timeout=5)
+            assert ended.acquire(timeout=PATIENCE)
     assert {"".join(order[k : k + 2]) for k in (0, 2, 4)} <= {"ab", "ba"}

@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 from vibroscope.engine import Cells, Newmark, System, cells, run_cells, simulate
 
+from tests.waiting import PATIENCE
+
 STEPS = (60, 100, 80)
 
 
@@ -31,7 +33,7 @@ def test_each_thread_takes_one_at_a_time(run_few):
 
     def watched(steps):
         if steps != min(STEPS):  # the third has no partner
-            both.wait(20)  # raises if no other thread comes
+            both.wait(PATIENCE)  # raises if no other thread comes
             met.append(steps)
 
     assert run_few(watched, 2).ok.all()

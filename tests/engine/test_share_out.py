@@ -5,6 +5,8 @@ import threading
 import numpy as np
 from vibroscope.engine.drivers.threads import GRAIN, share_out
 
+from tests.waiting import PATIENCE
+
 THREADS = 2
 
 
@@ -17,14 +19,14 @@ def test_threads_take_no_more_cells_while_the_caller_lets_others_run():
         if len(ran) > THREADS:
             third.set()
         elif not go.is_set():
-            begun.wait(5)
-            go.wait(5)
+            begun.wait(PATIENCE)
+            go.wait(PATIENCE)
         signals[slot] += places[1] - places[0]
 
     def cancelled():
         looks.append(None)
         if len(looks) == 2:  # the first is before the threads
-            begun.wait(5)
+            begun.wait(PATIENCE)
             go.set()
             taken_meanwhile.append(third.wait(0.2))
         return False

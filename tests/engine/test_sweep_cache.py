@@ -15,6 +15,8 @@ from vibroscope.engine.drivers.code_cache import cache_root, source_digest
 from vibroscope.engine.sweeps import EtaStudy, RunOptions, cache, grow_cached, grow_picture
 from vibroscope.engine.sweeps.store_location import FOLDER
 
+from tests.waiting import PATIENCE
+
 ETAS = np.linspace(2.6, 3.3, 24)
 
 
@@ -47,7 +49,7 @@ def test_a_study_that_grows_waits_for_nobody_who_is_at_work_on_it(tmp_path, monk
     first = grow_cached(study(), options)
     next(first)
     with ThreadPoolExecutor(1) as pool:
-        *_, second = pool.submit(lambda: list(grow_cached(study(), options))).result(30)
+        *_, second = pool.submit(lambda: list(grow_cached(study(), options))).result(PATIENCE)
     *_, whole = first
     np.testing.assert_array_equal(second["xi2"], whole["xi2"])
 

@@ -19,6 +19,7 @@ from vibroscope.engine.sweeps import MISSING, EtaStudy, RunOptions, grow
 
 from tests.engine.store_files import files
 from tests.studies import sweep_of
+from tests.waiting import PATIENCE
 
 get_client = pytest.importorskip("distributed").get_client
 ETAS = np.linspace(2.6, 3.3, 64)
@@ -49,9 +50,9 @@ def running():
     finally:
         for process in processes:
             process.kill()
-            process.wait(10)
+            process.wait(PATIENCE)
         if rest.is_alive():
-            rest.join(10)
+            rest.join(PATIENCE)
         scheduler.stderr.close()
 
 
@@ -142,7 +143,7 @@ def test_a_worker_that_is_killed_changes_nothing(cluster, tmp_path):
     def kill(now):
         if now.done >= 8 and victim.poll() is None:
             os.kill(victim.pid, signal.SIGKILL)
-            victim.wait(10)
+            victim.wait(PATIENCE)
 
     found = swept(tmp_path / "cluster.zarr", scheduler=address, progress=kill)
     assert victim.poll() == -signal.SIGKILL

@@ -22,6 +22,7 @@ from vibroscope.engine.sweeps.store import DAMAGE, Store
 from tests.engine.store_files import files
 from tests.share import every, share
 from tests.studies import sweep_of
+from tests.waiting import PATIENCE
 
 ETAS = np.linspace(2.6, 3.3, 24)
 SHORT = {"transient": 60, "sample": 10}
@@ -97,7 +98,7 @@ def test_a_process_that_is_killed_leaves_what_the_next_one_needs(tmp_path):
     with process:
         process.stdout.readline()
         process.send_signal(signal.SIGKILL)
-        assert process.wait(20) == -signal.SIGKILL
+        assert process.wait(PATIENCE) == -signal.SIGKILL
     rest = sweep_of(EtaStudy, System(), Reference(), values=etas, out=tmp_path / "killed.zarr", **how)
     assert rest.attrs["reused"] >= 16
     assert rest.attrs["computed"] >= 4

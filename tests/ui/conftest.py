@@ -9,7 +9,8 @@ import pytest
 from playwright.sync_api import sync_playwright
 
 from tests.served import ROOT, served
-from tests.ui.explorer import PATIENCE, Explorer, is_setting
+from tests.ui.explorer import Explorer, is_setting
+from tests.waiting import PATIENCE
 from tools.browser import find
 
 ARGUMENTS = [
@@ -68,6 +69,18 @@ def browser(playwright):
     chromium.close()
 
 
+# Every page keeps its sockets and what it has sent, for `Explorer.count_messages` and `Explorer.count_sent`.
+SOCKETS = """
+  window.sockets = [];
+  window.sent = [];
+  const Plain = WebSocket;
+  window.WebSocket = class extends Plain {
+    constructor(...all) { super(...all); window.sockets.push(this); }
+    send(data) { window.sent.push(data); super.send(data); }
+  };
+"""
+
+
 class Window:
     """A browser of a person, the size that its pages have, and whether they are opened light or dark.
 
@@ -106,6 +119,7 @@ def windows(playwright, tmp_path_factory):
                 **options,
             )
             contexts[key].set_default_timeout(1000 * PATIENCE)
+            contexts[key].add_init_script(SOCKETS)
         return Window(contexts[key], {"width": width, "height": height}, scheme)
 
     yield window
@@ -171,16 +185,3 @@ def kept(windows, server, request):
     """As `visit`, but a page that tests of a file share (`Kept`)."""
     with visits(windows, server) as open_page:
         yield Kept(open_page, request.session)
-
-
-@pytest.fixture
-def counted(windows):
-    """Every page of the usual window keeps its sockets, for `Explorer.count_messages`."""
-    context = windows().context
-    if not getattr(context, "counts_sockets", False):
-        context.add_init_script("""
-          window.sockets = [];
-          const Plain = WebSocket;
-          window.WebSocket = class extends Plain { constructor(...all) { super(...all); window.sockets.push(this); } };
-        """)
-        context.counts_sockets = True

@@ -2,13 +2,14 @@
 
 import math
 import re
-import time
 from urllib.parse import parse_qs
 
 from vibroscope.app.explorer.link import print_address
 from vibroscope.app.explorer.parameters import FIELDS
 from vibroscope.app.page.address import read_opening
 from vibroscope.app.page.tabs import TABS
+
+from tests.waiting import PATIENCE, wait_until
 
 _EXPECTED_MESSAGES = re.compile(
     r"\[bokeh [\d.]+\] (setting log level|Websocket connection \d+ is now open|document idle at)"
@@ -18,22 +19,9 @@ _EXPECTED_MESSAGES = re.compile(
 PAPER = "?eta=1.08&K=2500&D=8&steps=2000"  # scene [A], where a test needs its numbers
 
 
-PATIENCE = 120.0  # s; what is waited for comes within some seconds, but not on a machine that does much else
-
-
 def is_setting(query):
     """Whether a link sets numbers and choices of a setting alone, not a view or what is seen in it."""
     return parse_qs(query[1:]).keys() <= set(FIELDS)
-
-
-def wait_until(holds, seconds=PATIENCE, what=""):
-    """Poll ``holds`` until it is true, less often the longer that takes: each look costs as much as a small update."""
-    end, pause = time.monotonic() + seconds, 0.03
-    while not holds():
-        if time.monotonic() > end:
-            raise AssertionError(f"not within {seconds} s: {what or holds}")
-        time.sleep(pause)
-        pause = min(1.2 * pause, 0.2)
 
 
 class Explorer:
@@ -213,13 +201,21 @@ class Explorer:
         return self.page.evaluate(FIGURE, name)
 
     def count_messages(self):
-        """Count what the server sends from now on; returns a function that gives the bytes so far (needs `counted`)."""
+        """Count what the server sends from now on; returns a function that gives the bytes so far."""
         self.page.evaluate("""() => {
           window.received = 0;
           for (const socket of window.sockets) socket.addEventListener("message",
             event => { window.received += event.data.size ?? event.data.byteLength ?? event.data.length; });
         }""")
         return lambda: self.page.evaluate("window.received")
+
+    def keep_sent(self):
+        """Keep what the page sends from now on, but that an update was painted; returns a function that gives it.
+
+        What the server sends belongs to earlier moves, too, and comes later the slower the machine.
+        """
+        self.page.evaluate("window.sent.length = 0")
+        return lambda: [text for text in self.page.evaluate(SENT) if '"painted"' not in text]
 
     def sources(self):
         return {name: self.source(name) for name in SOURCES}
@@ -284,6 +280,8 @@ AGAIN = """texts => {
   tell("reset", {});
   tell("set", texts);
 }"""
+# Contents of messages: a header and an object of metadata come before each, and parts of a picture may follow.
+SENT = """() => window.sent.filter((part) => typeof part === "string" && part.includes('"events"'))"""
 RANGES = """names => names.map(name => {
   const figure = Bokeh.documents[0].get_model_by_name(name);
   return [figure.x_range, figure.y_range, ...Object.values(figure.extra_y_ranges ?? {})].map(r => [r.start, r.end]);

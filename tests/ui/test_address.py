@@ -3,6 +3,8 @@
 from urllib.parse import quote
 from urllib.request import urlopen
 
+from tests.waiting import PATIENCE
+
 
 def test_a_link_restores_its_state_in_a_session_that_is_independent(kept, visit):
     first = kept.anew()
@@ -47,5 +49,5 @@ def test_a_half_valid_address_is_refused_as_a_whole_and_leaves_complete_controls
 def test_hostile_addresses_never_break_the_page(visit, server):
     long = "?steps=" + "9" * 5000
     for query in ("?eta=²", "?eta=" + "9" * 1900, "?eta=%FF%FE", "?eta=1&eta=2", "?eta=1e999", "?pin=eta%3D²", long):
-        assert urlopen(server + "/" + quote(query, safe="?&=%"), timeout=20).status == 200, query
+        assert urlopen(server + "/" + quote(query, safe="?&=%"), timeout=PATIENCE).status == 200, query
     assert visit(long).error() != ""  # the shorter ones: tests/app/test_hostile_clients.py

@@ -1,7 +1,7 @@
 """The curves over each number alone in a real browser: seen, clicked, and gone with a move."""
 
-from tests.ui.explorer import wait_until
 from tests.ui.taking import menu
+from tests.waiting import wait_until
 
 OPENING = "?eta=1.08&K=100&D=50&steps=2000"
 SEEN = """name => {

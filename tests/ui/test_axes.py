@@ -5,7 +5,7 @@ from itertools import pairwise
 import pytest
 
 # A body that moves by some micrometres, in metres.
-SMALL = "?eta=1.8667&K=2000&D=4&steps=200&bodies=two&kappa=2.1&units=si&omega1=94&m1=2&amplitude=0.001&view="
+SMALL = "?eta=1.8667&K=2000&D=4&steps=200&bodies=two&kappa=2.1&units=si&omega1=94&m1=2&amplitude=0.001"
 AT_LINE = "?view=bifurcation&eta=3.95&K=2500&D=8&steps=200&choice=count:4;transient:20"
 
 # Texts that a repaint of all figures writes, with where they begin and end across, by canvas and height.
@@ -33,9 +33,8 @@ FRAME = """name => {
 
 
 @pytest.mark.parametrize(("tab", "width"), [("basin", 1440), ("step", 390), ("explore", 390)])
-def test_labels_of_ticks_do_not_run_into_each_other(visit, tab, width):
-    explorer = visit(SMALL + tab, width, 900)
-    explorer.settle()
+def test_labels_of_ticks_do_not_run_into_each_other(kept, tab, width):
+    explorer = kept.anew(SMALL, width, 900).open_view(tab)
     rows = explorer.page.evaluate(WRITTEN)
     assert max(map(len, rows)) >= 3
     for row in map(sorted, rows):
@@ -87,7 +86,7 @@ def test_a_line_outside_the_figure_has_no_words(visit):
 
 
 def test_the_strip_of_the_diagram_lies_below_the_values_that_it_is_of(visit):
-    explorer = visit(f"{SMALL}bifurcation&choice=count:4;transient:20")
+    explorer = visit(f"{SMALL}&view=bifurcation&choice=count:4;transient:20")
     page = explorer.page
     explorer.until("Bokeh.documents[0].get_model_by_name('bifurcation_periods').data.left?.length > 0")
     explorer.settle()

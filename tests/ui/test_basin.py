@@ -2,9 +2,9 @@
 
 import pytest
 
-from tests.ui.explorer import wait_until
 from tests.ui.test_studies import complete, panel, place
 from tests.ui.test_symbols import OPEN
+from tests.waiting import wait_until
 
 CLASSES = """name => {
   const image = Bokeh.documents[0].get_model_by_name(name).get_column("image")[0];

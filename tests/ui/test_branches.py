@@ -3,8 +3,8 @@
 import pytest
 
 from tests.ui.axe import AXE, serious
-from tests.ui.explorer import wait_until
 from tests.ui.test_studies import complete, place
+from tests.waiting import wait_until
 
 QUERY = "?view=bifurcation&eta=1.42&K=12000&D=18&steps=2000&zoom=eta:1.3,1.5&choice=count:60;transient:200;branches:"
 

@@ -5,7 +5,7 @@ Each test fails when a later version of the library no longer has the name or th
 
 import pytest
 
-from tests.ui.explorer import wait_until
+from tests.waiting import wait_until
 
 ASKED = """(() => {
   window.asked = 0;
@@ -171,10 +171,10 @@ def test_a_tooltip_waits_for_the_pointer_to_rest(kept):
     explorer.page.evaluate(NEAR)
     x, y = explorer.page.evaluate("near")
     explorer.page.mouse.move(x, y)
-    assert explorer.page.evaluate("tips() === 0")
+    explorer.until("tips() === 0")
     explorer.until("tips() > 0")
     explorer.page.mouse.move(x + 60, y)
-    assert explorer.page.evaluate("tips() === 0")
+    explorer.until("tips() === 0")
     explorer.page.mouse.move(x, y)
     explorer.until("tips() > 0")
     explorer.page.mouse.move(5, 5)
@@ -195,20 +195,25 @@ def asked_for(page):
     return page.evaluate("window.frames") - before
 
 
+def rests(page):
+    wait_until(lambda: asked_for(page) == 0, what="the page at rest, once all that is said of the motion has come")
+
+
+def swings(page):
+    wait_until(lambda: asked_for(page) > 3, what="a swinging pendulum")
+
+
 def test_frames_are_requested_only_while_the_pendulums_swing_and_are_visible(kept):
     explorer = kept.anew()
     page, play = explorer.page, explorer.page.get_by_role("button", name="Play", exact=True)
     page.evaluate(COUNT)
-    wait_until(lambda: asked_for(page) == 0, what="the page at rest, once all that is said of the motion has come")
+    rests(page)
     play.click()
-    assert asked_for(page) > 3
+    swings(page)
     explorer.open_tab("Help")
-    explorer.settle()
-    assert asked_for(page) == 0
+    rests(page)
     explorer.open_tab("Explore")
-    explorer.settle()
-    assert asked_for(page) > 3
+    swings(page)
     page.evaluate(NEAR)
     page.mouse.move(*page.evaluate("near"))  # the pendulums stand still at the time that is pointed at
-    explorer.settle()
-    assert asked_for(page) == 0
+    rests(page)

@@ -1,6 +1,7 @@
 """A page that loses its connection, and one whose session the server ends."""
 
-from tests.ui.explorer import Explorer, wait_until
+from tests.ui.explorer import Explorer
+from tests.waiting import wait_until
 
 SOCKETS = """window.sockets = [];
 window.WebSocket = class extends WebSocket {

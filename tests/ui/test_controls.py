@@ -2,7 +2,8 @@
 
 from vibroscope.app.explorer.parameters import FIELDS, FORM_FIELDS
 
-from tests.ui.explorer import PAPER, SOURCES, wait_until
+from tests.ui.explorer import PAPER, SOURCES
+from tests.waiting import wait_until
 
 SCENE_A = {"eta": "1.08", "K": "2500", "D": "8", "steps": "2000"}
 
@@ -32,8 +33,8 @@ def test_a_typed_value_is_accepted_as_it_is_and_separators_are_read_or_refused_i
     explorer.wait_for_address(K="12000", steps="20000")
 
 
-def test_a_field_takes_what_its_slider_does_not_reach(visit):
-    explorer = visit("?view=plane&eta=2.76&K=120000&D=18&steps=2000")
+def test_a_field_takes_what_its_slider_does_not_reach(kept):
+    explorer = kept.anew("?eta=2.76&K=120000&D=18&steps=2000").open_view("plane")
     assert explorer.typed("K").input_value() == "120000"
     assert explorer.figure("plane_penalty")["x"] == [10, 1e6]  # the mark is in view
     explorer.open_tab("Explore")

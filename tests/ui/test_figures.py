@@ -3,7 +3,8 @@
 import json
 
 from tests.ui.axe import AXE, serious
-from tests.ui.explorer import PAPER, wait_until
+from tests.ui.explorer import PAPER
+from tests.waiting import wait_until
 
 FIGURES = ("phase1", "phase2", "displacement", "strip", "force", "diagram")
 

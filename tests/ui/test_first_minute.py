@@ -5,7 +5,7 @@ from vibroscope.app import QUESTION
 from vibroscope.app.explorer.scenes import OPENING, scenes
 
 from tests.ui.axe import AXE, serious
-from tests.ui.explorer import wait_until
+from tests.waiting import wait_until
 
 # What is seen in a window as high as this without scrolling: controls by name, and words of two letters or more outside
 # figures' canvases, but for the progress of a first start.

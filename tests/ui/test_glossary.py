@@ -3,7 +3,7 @@
 from vibroscope.app.explorer.glossary import glossary
 
 from tests.ui.axe import AXE, serious
-from tests.ui.explorer import wait_until
+from tests.waiting import wait_until
 
 MEANING = {word.lower(): entry for entry in glossary() for word in entry.opens}
 

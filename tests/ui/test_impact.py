@@ -3,8 +3,8 @@
 import pytest
 
 from tests.ui.axe import AXE, serious
-from tests.ui.explorer import wait_until
 from tests.ui.test_studies import place
+from tests.waiting import wait_until
 
 TAB = "?view=impact&eta=2.76&K=2500&D=8&steps=500"
 

@@ -1,6 +1,7 @@
 """The present instant: its marks in all figures, and the animation."""
 
-from tests.ui.explorer import PAPER, wait_until
+from tests.ui.explorer import PAPER
+from tests.waiting import wait_until
 
 
 def mark(explorer, name):
@@ -53,15 +54,15 @@ def test_a_time_under_the_pointer_is_marked_in_every_figure(kept):
     assert abs(mark(explorer, "reference1")["x"] - relative) < 1e-3  # to the base, although the curves are not
 
 
-def test_playing_moves_the_pendulums_without_the_server(counted, visit):
-    explorer = visit()
-    received = explorer.count_messages()
+def test_playing_moves_the_pendulums_without_the_server(visit):
+    explorer = visit()  # where no phase waits to be sent
+    sent = explorer.keep_sent()
     bob = explorer.page.locator(".reference .bob").first
     before = bob.get_attribute("cx")
     explorer.page.get_by_role("button", name="Play").click()
     wait_until(lambda: bob.get_attribute("cx") != before, what="motion")
     wait_until(lambda: mark(explorer, "now-force")["x"] > 0.05, what="a line that moves along")
-    assert received() == 0
+    assert sent() == []
     explorer.page.get_by_role("button", name="Pause").click()  # the link then holds the phase
 
 
@@ -124,8 +125,8 @@ def test_a_move_is_marked_ahead_of_its_frame_and_the_last_one_of_the_frame_in_it
     assert float(last) > float(early) + 0.2
 
 
-def test_the_instant_that_was_pointed_at_stays_and_is_in_the_link(visit):
-    explorer = visit("?eta=2.76&K=12000&D=18&steps=8000")
+def test_the_instant_that_was_pointed_at_stays_and_is_in_the_link(kept, visit):
+    explorer = kept.anew("?eta=2.76&K=12000&D=18&steps=8000")
     frame = explorer.figure("force")["frame"]
     explorer.page.mouse.move(frame["x"] + 0.25 * frame["width"], frame["y"] + 20)
     explorer.page.mouse.move(5, 5)

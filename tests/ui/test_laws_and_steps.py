@@ -1,6 +1,6 @@
 """Located steps of another contact law, and a stiffness that follows the step, in a browser."""
 
-from tests.ui.explorer import wait_until
+from tests.waiting import wait_until
 
 
 def test_located_steps_of_another_law_are_explained_and_judged_by_rules(kept):

@@ -2,8 +2,8 @@
 
 import pytest
 
-from tests.ui.explorer import wait_until
 from tests.ui.test_studies import SETTING, complete, panel
+from tests.waiting import wait_until
 
 ZOOMED = ("displacement", "phase1", "force", "diagram")
 

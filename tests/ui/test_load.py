@@ -3,9 +3,9 @@
 import pytest
 
 from tests.ui.axe import AXE, serious
-from tests.ui.explorer import wait_until
 from tests.ui.test_measurement import DROP
 from tests.ui.test_peaks import cells, complete
+from tests.waiting import wait_until
 
 QUERY = "?view=load&eta=1.08&K=2500&D=8&steps=2000"
 RECORD = "time [s], a [g]\n" + "".join(f"{0.01 * i:.2f}, {0.1 * (-1) ** (i // 20)}\n" for i in range(100))

@@ -5,7 +5,7 @@ import re
 from vibroscope.app.page.tabs import TABS
 
 from tests.ui.axe import AXE, serious_in
-from tests.ui.explorer import wait_until
+from tests.waiting import wait_until
 
 
 def test_the_figure_of_speed_and_error_is_shown_and_opens_by_itself(kept):
@@ -21,7 +21,7 @@ def test_the_figure_of_speed_and_error_is_shown_and_opens_by_itself(kept):
     figure.close()
 
 
-def test_a_view_is_built_when_it_is_opened_and_costs_nothing_while_it_is_hidden(counted, visit):
+def test_a_view_is_built_when_it_is_opened_and_costs_nothing_while_it_is_hidden(visit):
     explorer = visit("?view=help")
     models = "() => [...Bokeh.documents[0].all_models].filter(m => m.type === 'Figure').length"
     assert explorer.page.evaluate(models) == 0

@@ -1,6 +1,6 @@
 """The Paper tab in a browser: claims are checked as they come into view, and open where they can be tried."""
 
-from tests.ui.explorer import wait_until
+from tests.waiting import wait_until
 
 FIGURES = "[...Bokeh.documents[0].all_models].filter(m => m.type === 'Figure').length"
 

@@ -3,7 +3,7 @@
 import pytest
 
 from tests.ui.axe import AXE, serious
-from tests.ui.explorer import wait_until
+from tests.waiting import wait_until
 
 SETTING = "?view=peaks&eta=2.76&K=12000&D=18&steps=2000"
 

@@ -6,8 +6,8 @@ from importlib.metadata import version
 import pytest
 from PIL import Image
 
-from tests.ui.explorer import wait_until
 from tests.ui.taking import menu, taken
+from tests.waiting import wait_until
 
 
 def test_a_picture_is_as_large_as_on_the_page(kept):
@@ -60,5 +60,5 @@ def test_a_picture_has_the_colours_of_the_page_and_what_is_seen_in_it(visit, sch
       legend.items[1].renderers[0].visible = false;
       [figure.x_range.start, figure.x_range.end] = [figure.x_range.start - 3, figure.x_range.end + 4];
     }""")
-    wait_until(lambda: b">penalty</text>" not in taken(explorer, "Phase plot 1 as SVG")[1], 10)
+    wait_until(lambda: b">penalty</text>" not in taken(explorer, "Phase plot 1 as SVG")[1])
     assert "CSV" not in menu(explorer)["Bodies"]

@@ -7,7 +7,7 @@ from vibroscope.app.explorer.state import Setting
 from vibroscope.app.export.report import Findings, as_report
 from vibroscope.app.page.tabs import TABS
 
-from tests.ui.explorer import wait_until
+from tests.waiting import wait_until
 
 # Elements that the keyboard reaches, and that a screen reader would read without a name.
 UNNAMED = """() => {
@@ -25,8 +25,8 @@ UNNAMED = """() => {
 }"""
 
 
-def test_quick_arrow_presses_on_the_tabs_all_count(visit):
-    explorer = visit()
+def test_quick_arrow_presses_on_the_tabs_all_count(kept):
+    explorer = kept.anew()
     tabs = explorer.page.get_by_role("tab")
     tabs.first.focus()
     for _ in range(5):

@@ -3,7 +3,7 @@
 import pytest
 
 from tests.served import served
-from tests.ui.explorer import wait_until
+from tests.waiting import wait_until
 
 
 @pytest.fixture(scope="module")

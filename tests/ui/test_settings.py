@@ -1,6 +1,6 @@
 """Ways to set what is shown: a suggestion, a file, other units."""
 
-from tests.ui.explorer import wait_until
+from tests.waiting import wait_until
 
 TOLERANCE = "Tolerance: relative rms error in per cent"
 

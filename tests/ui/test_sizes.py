@@ -5,7 +5,7 @@ import json
 import pytest
 
 from tests.share import every
-from tests.ui.explorer import wait_until
+from tests.waiting import wait_until
 
 SIZES = (
     (320, 568),
@@ -166,7 +166,7 @@ def check(explorer, sizes, figures):
             return not found[size]
 
         try:
-            wait_until(holds, 4)  # figures follow their boxes in some steps
+            wait_until(holds, 30)  # figures follow their boxes in some steps
         except AssertionError:
             continue
     assert not any(found.values()), json.dumps([(size, cut) for size, cut in found.items() if cut], ensure_ascii=False)

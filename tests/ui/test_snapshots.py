@@ -16,10 +16,10 @@ from vibroscope.engine import Cells, Newmark, System, run_cells, simulate
 from tests.share import every
 from tests.ui.axe import AXE, serious
 from tests.ui.conftest import LOOSE
-from tests.ui.explorer import wait_until
 from tests.ui.snapshots import FOLDER, Snapshots
 from tests.ui.snapshots_page import AFRESH, data, faults, read
 from tests.ui.test_studies import complete
+from tests.waiting import wait_until
 
 STUDY = "eta=2.76&K=12000&D=18&steps=2000"
 

@@ -1,7 +1,7 @@
 """Speed against error in a browser: measured for the setting, ringed, put into words, and silent while hidden."""
 
-from tests.ui.explorer import wait_until
 from tests.ui.test_studies import complete, opened, panel
+from tests.waiting import wait_until
 
 
 def test_speed_is_measured_at_the_setting_and_again_where_it_moves(visit):
@@ -17,7 +17,7 @@ def test_speed_is_measured_at_the_setting_and_again_where_it_moves(visit):
     assert sorted(explorer.source("speed_located")["n"]) == [100, 200, 400, 800, 1600]
 
 
-def test_hidden_speed_sends_nothing(counted, visit):
+def test_hidden_speed_sends_nothing(visit):
     explorer = visit("?view=speed&eta=2.76&K=12000&D=18&steps=32000")
     explorer.open_tab("Help")
     explorer.settle()

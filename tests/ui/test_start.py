@@ -1,6 +1,6 @@
 """The start of the run on Explore: typed, refused, kept in the address, and taken from a coexisting motion."""
 
-from tests.ui.explorer import wait_until
+from tests.waiting import wait_until
 
 TWO_CYCLES = "?eta=3.2&K=12000&D=18&steps=2000"  # the reference: 2 periods from rest, 6 from other starts
 

@@ -5,7 +5,7 @@ import re
 
 import pytest
 
-from tests.ui.explorer import PATIENCE, wait_until
+from tests.waiting import PATIENCE, wait_until
 
 SETTING = "eta=2.76&K=12000&D=18&steps=2000"
 TABS = {"bifurcation": "Bifurcation", "plane": "K–D plane", "step": "Step and cost"}
@@ -68,9 +68,9 @@ def test_the_plane_grows_and_a_click_sets_K_and_D(kept):
     assert share(explorer) == 1  # the plane itself is the same
 
 
-def test_the_plane_shows_the_error_of_what_is_set_as_explore_does(visit):
+def test_the_plane_shows_the_error_of_what_is_set_as_explore_does(kept):
     """The cell that holds it has its middle elsewhere, with another error."""
-    explorer = visit("?eta=1.08&K=100&D=50&steps=2000").explained()
+    explorer = kept.anew("?eta=1.08&K=100&D=50&steps=2000").explained()
     total = explorer.page.locator(".part.total .number").text_content()
     explorer.open_tab("K–D plane")
     text = panel(explorer).locator(".statements")
@@ -82,9 +82,10 @@ def test_the_plane_shows_the_error_of_what_is_set_as_explore_does(visit):
 
 
 def test_where_the_reference_does_not_repeat_the_plane_shows_the_period_and_says_so(visit):
-    explorer = complete(visit("?view=plane&eta=1.7&K=12000&D=18&steps=2000&zoom=K:1000,2000;D:5,8"))
-    assert "The reference does not repeat itself here" in panel(explorer).locator(".statements").text_content()
-    assert ": period " in explorer.figure("plane_penalty")["title"]
+    explorer = visit("?view=plane&eta=1.7&K=12000&D=18&steps=2000&zoom=K:1000,2000;D:5,8")
+    said, why = panel(explorer).locator(".statements"), "The reference does not repeat itself here"
+    wait_until(lambda: why in said.text_content(), what="why there is no error")
+    wait_until(lambda: ": period " in explorer.figure("plane_penalty")["title"], what="the period")
 
 
 def test_the_plane_follows_the_limit_of_steps_and_the_quantity(kept):
@@ -99,12 +100,13 @@ def test_the_plane_follows_the_limit_of_steps_and_the_quantity(kept):
 
 def test_the_plane_offers_steps_without_a_solution_where_the_status_is_that_of_the_end(visit):
     numbers = "eta=2.76&K=12000&D=18&steps=200&integrator=hht&status=end&without_solution=keep&choice=quantity:period"
-    explorer = complete(visit(f"?view=plane&{numbers}"))
+    explorer = visit(f"?view=plane&{numbers}")  # a coarse picture is enough
     colour = explorer.page.get_by_role("combobox", name="Colour")
     colour.select_option("without_solution")
     key = panel(explorer).locator(".key")
     wait_until(lambda: "10 to 99" in key.text_content(), what="the classes of the counts")
-    assert explorer.figure("plane_penalty")["title"].partition(": ")[2].startswith("steps without a solution ")
+    title = ": steps without a solution "
+    wait_until(lambda: title in explorer.figure("plane_penalty")["title"], what="the title of the counts")
     top = functools.partial(explorer.page.evaluate, FRAME_TOP)
     wait_until(lambda: top("plane_penalty") > top("plane_exact"), what="room for the second line of the title")
     statements = panel(explorer).locator(".statements")
@@ -115,8 +117,8 @@ def test_the_plane_offers_steps_without_a_solution_where_the_status_is_that_of_t
     wait_until(lambda: "10 to 99" not in key.text_content(), what="the first picture of another method")
 
 
-def test_a_study_is_cancelled_and_goes_on(visit):
-    explorer = visit("?view=plane&eta=1.08&K=2500&D=8&steps=1000")
+def test_a_study_is_cancelled_and_goes_on(kept):
+    explorer = kept.anew("?eta=1.08&K=2500&D=8&steps=1000").open_view("plane")
     explorer.page.locator("summary", has_text="Solver").click()
     explorer.page.get_by_text("cut at contact", exact=True).click()
     stop = panel(explorer).locator("button[data-stop]")
@@ -132,17 +134,18 @@ def test_a_study_is_cancelled_and_goes_on(visit):
     panel(explorer).get_by_role("button", name="Cancel").click()
 
 
-def test_the_line_in_the_diagram_is_dragged_in_the_browser_and_sets_eta(counted, kept):
+def test_the_line_in_the_diagram_is_dragged_in_the_browser_and_sets_eta(kept):
     explorer = opened(kept, "bifurcation")
     low, high = explorer.figure("bifurcation")["y"]
     middle = 0.5 * (low + high)
     explorer.page.mouse.move(*place(explorer, "bifurcation", 2.76, middle))
     explorer.page.mouse.down()
-    received = explorer.count_messages()
+    sent = explorer.keep_sent()
     explorer.page.mouse.move(*place(explorer, "bifurcation", 2.0, middle), steps=5)
-    assert explorer.model("bifurcation_cursor", "location") == pytest.approx(2.0, abs=0.02)
+    at_two = pytest.approx(2.0, abs=0.02)
+    wait_until(lambda: explorer.model("bifurcation_cursor", "location") == at_two, what="the line at the mouse")
     assert explorer.model("bifurcation_label", "text").startswith("η = ")
-    assert received() == 0
+    assert sent() == []
     explorer.page.mouse.up()
     wait_until(lambda: abs(float(explorer.typed("eta").input_value()) - 2.0) < 0.02, what="η at the line")
     assert explorer.figure("bifurcation")["x"] == [0.5, 4]  # the drag zoomed nothing
@@ -214,7 +217,7 @@ def test_range_resolution_and_swept_number_are_typed(visit):
     wait_until(lambda: explorer.model("bifurcation_label", "text").startswith("K = "), what="the line at K")
 
 
-def test_up_and_down_are_laid_over_each_other_and_the_solver_has_its_colour(counted, visit):
+def test_up_and_down_are_laid_over_each_other_and_the_solver_has_its_colour(visit):
     explorer = visit(f"?view=bifurcation&choice=count:480;transient:100&{SETTING}")
     for choice in ("up", "down"):
         panel(explorer).get_by_label("Start").select_option(choice)
@@ -230,8 +233,8 @@ def test_up_and_down_are_laid_over_each_other_and_the_solver_has_its_colour(coun
     assert explorer.source("bifurcation_reference")["eta"] == []
 
 
-def test_a_click_on_the_time_step_figure_sets_n(visit):
-    explorer = opened(visit, "step")
+def test_a_click_on_the_time_step_figure_sets_n(kept):
+    explorer = complete(kept.anew(f"?{SETTING}").open_view("step"))
     assert "T/2000, constant step" in explorer.figure("step_phase_fixed")["title"]
     explorer.page.mouse.click(*place(explorer, "step_error_time_step", 8300, 1e-3))
     wait_until(
@@ -250,7 +253,7 @@ def put(explorer, **texts):
 @pytest.mark.parametrize(
     ("tab", "change"), [("bifurcation", {"kappa": "2.4"}), ("plane", {"kappa": "2.4"}), ("step", {"steps": "8000"})]
 )
-def test_no_update_is_large_and_what_is_hidden_costs_nothing(counted, visit, tab, change):
+def test_no_update_is_large_and_what_is_hidden_costs_nothing(visit, tab, change):
     explorer = opened(visit, tab)
     if tab == "plane":
         explorer.page.get_by_role("combobox", name="Colour").select_option("contact")  # with stripes: the most
@@ -271,8 +274,8 @@ def test_no_update_is_large_and_what_is_hidden_costs_nothing(counted, visit, tab
     put(explorer, K="12000", kappa=change.get("kappa", "2.41"))
     before = received()
     explorer.open_tab(TABS[tab])
-    complete(explorer, 3)  # at once: it is kept
-    assert received() - before < 50_000
+    complete(explorer)
+    assert received() - before < 50_000  # it is kept, and does not grow anew
 
 
 # Colours of patches; of one that has just been replaced there is none.

@@ -4,8 +4,8 @@ import re
 
 from vibroscope.app.page.tabs import TABS
 
-from tests.ui.explorer import wait_until
 from tests.ui.test_measurement import DROP, EXAMPLE
+from tests.waiting import wait_until
 
 # Texts of labels, heads and keys that are seen; and by figure, the labels of its axes and the entries of its legend.
 TEXTS = """() => {

@@ -4,7 +4,7 @@ import pytest
 
 from tests.served import ROOT
 from tests.ui.axe import AXE, serious_in
-from tests.ui.explorer import wait_until
+from tests.waiting import wait_until
 
 PHONE = {"width": 320, "height": 640, "has_touch": True}
 

@@ -7,8 +7,8 @@ import tomllib
 import pytest
 from vibroscope.app.page.tabs import VIEWS
 
-from tests.ui.explorer import wait_until
 from tests.ui.taking import menu, taken
+from tests.waiting import wait_until
 
 
 def test_figures_data_and_report_can_be_taken_away(kept, tmp_path):

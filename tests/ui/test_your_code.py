@@ -1,7 +1,7 @@
 """Tab Your code in a browser: choosing a code sets it, rules come one after the other, and one of them can be set."""
 
 from tests.ui.axe import AXE, serious
-from tests.ui.explorer import wait_until
+from tests.waiting import wait_until
 
 SETTING = "?view=code&eta=1.08&K=2500&D=8&steps=2000"
 
