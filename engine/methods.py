@@ -18,7 +18,7 @@ Other modules ask a method for these, never for its class:
 ``threshold``          parting speed below which a rigid contact lasts; 0 of the others
 =====================  ==============================================================================================
 
-All have the ``limit`` that they tend to with smaller steps, and ``made_by``: the names that Python writes them with.
+All have the ``limit`` that they tend to with smaller steps.
 Those that are not rigid have ``law``, ``stiffness``, ``damping``, the numbers of the law and ``spring_exponent``, those
 with a step ``integrator`` and ``status``. Those with a step are one class: :func:`Newmark` makes the paper's.
 
@@ -72,11 +72,6 @@ class _WithoutStep:
     def limit(self) -> "Reference | ExactPenalty":
         """Itself: there is no step that could tend to zero."""
         return self
-
-    @property
-    def made_by(self) -> tuple[str, ...]:
-        """What Python calls to make it, by name."""
-        return (type(self).__name__,)
 
 
 class _Penalty:
@@ -323,11 +318,6 @@ class TimeStepping(_Penalty):
     def name(self) -> str:
         """Of Newmark's method in the paper, or of time stepping."""
         return "newmark" if self.is_newmarks else "time-stepping"
-
-    @property
-    def made_by(self) -> tuple[str, ...]:
-        """What Python calls to make it, by name."""
-        return (Newmark.__name__,) if self.is_newmarks else (type(self.integrator).__name__, type(self).__name__)
 
     @property
     def skips_steps(self) -> bool:
