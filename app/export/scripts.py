@@ -11,6 +11,7 @@ from dataclasses import fields
 from shlex import quote
 from textwrap import indent
 
+from vibroscope import engine
 from vibroscope.app.explorer.compute import run_length
 from vibroscope.app.explorer.parameters import FIELDS, STEPPING_FIELDS
 from vibroscope.app.explorer.state import Setting
@@ -19,7 +20,6 @@ from vibroscope.app.runtime.number_text import print_number
 from vibroscope.app.studies.load import LoadQuestion, Pulse, RecordFile
 from vibroscope.app.studies.peaks import PER_PERIOD, PERIODS
 from vibroscope.app.studies.speed import SpeedQuestion
-from vibroscope import engine
 from vibroscope.engine import (
     FREE_PERIODS,
     ExactPenalty,
