@@ -229,7 +229,7 @@ def make_work_space(kind: int, sample: int, phases: np.ndarray | None = None) ->
     layout, state = (SKIPPING_LAYOUT, STEP_STATE) if kind == SKIPPING else (SYSTEM, EVENT_STATE)
     instants = np.zeros(1) if phases is None else phases
     nothing, cycle, kept = (
-        make_buffers(rows, instants, 0 if phases is None else rows, CAPACITY if rows else 0)
+        make_buffers(rows, instants, 0 if phases is None else rows, CAPACITY if rows else 0)[:2]
         for rows in (0, CYCLE, sample)
     )
     return kernel.WorkSpace(
@@ -237,12 +237,9 @@ def make_work_space(kind: int, sample: int, phases: np.ndarray | None = None) ->
         keys=no_keys(),
         state=state.zeros(),
         before=state.zeros(),
-        nothing=nothing.flat,
-        no_sizes=nothing.sizes,
-        cycle=cycle.flat,
-        cycle_sizes=cycle.sizes,
-        sample=kept.flat,
-        sample_sizes=kept.sizes,
+        nothing=nothing,
+        cycle=cycle,
+        sample=kept,
         cycle_log=np.zeros((CYCLE, section_statistics.COLUMNS)),
         log=np.zeros((sample, section_statistics.COLUMNS)),
     )

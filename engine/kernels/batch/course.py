@@ -81,7 +81,7 @@ def integrate_to(work, plan, grid, stop, log, record, signals):
     ``grid``: T, and steps per period, 0 for none; ``record``: packed buffers to fill, and the period with which they,
     and their samples, begin.
     """
-    flat, sizes, origin = record
+    (flat, sizes), origin = record
     n, pauses, paused_in = int(grid[1]), 0, -1.0
     while signals[0] == 0:
         if plan.kind == SKIPPING:
@@ -106,7 +106,7 @@ def integrate_to(work, plan, grid, stop, log, record, signals):
 @jit_no_alloc
 def log_events(grid, log, record):
     """Add what buffers hold to a log, and empty them."""
-    flat, sizes, origin = record
+    (flat, sizes), origin = record
     buffers = unpack_buffers(flat, sizes)
     impacts, contacts = buffers.impacts[: buffers.used[0], 0], buffers.contacts[: buffers.used[1]]
     statistics.add_events(log, sizes[0], (origin, grid[0], grid[1]), impacts, contacts)
@@ -116,7 +116,7 @@ def log_events(grid, log, record):
 @jit_no_alloc
 def log_open_contact(work, plan, grid, stop, log, record):
     """Log the contact that is open at the end of period ``stop`` as if it ended there."""
-    flat, sizes, origin = record
+    (flat, sizes), origin = record
     buffers = unpack_buffers(flat, sizes)
     if plan.kind == SKIPPING:
         if unpack_step_state(work.state).pressed:
@@ -131,7 +131,7 @@ def log_open_contact(work, plan, grid, stop, log, record):
 @jit_no_alloc
 def log_periods(work, plan, grid, log, record, signals):
     """Integrate through the periods of a record and log them; returns the status."""
-    flat, sizes, origin = record
+    (flat, sizes), origin = record
     rows = sizes[0]
     stop = origin + rows
     statistics.clear(log, rows)
@@ -182,16 +182,16 @@ def pass_transient(work, plan, grid, signals, end):
     Returns the status, the periods done, and what is known: the index of the region, PERIODIC or NO_TRAP.
     """
     trapped, done, alike = plan.sample == 0, 0, 0
-    flat, sizes = (work.cycle, work.cycle_sizes) if trapped else (work.nothing, work.no_sizes)
+    packed = work.cycle if trapped else work.nothing
     work.before[:] = math.nan
     while done < plan.transient:
         begun, done = done, min(done + CYCLE, plan.transient)
-        record = flat, sizes, begun if trapped else NO_ORIGIN
+        record = packed, begun if trapped else NO_ORIGIN
         status = integrate_to(work, plan, grid, done, work.cycle_log, record, signals)
         if status != OK:
             return status, done, NO_TRAP
         if trapped:
-            buffers = unpack_buffers(flat, sizes)
+            buffers = unpack_buffers(packed[0], packed[1])
             buffers.used[0] = buffers.used[1] = 0
             k, trap = first_trap(plan.traps, buffers.section, done - begun)
             for c in range(4):
@@ -212,9 +212,9 @@ def run_cell(work, plan, grid, signals, end):
     if status != OK or plan.sample == 0:
         return status, done, known
     if known != PERIODIC:
-        record = (work.sample, work.sample_sizes, done)
+        record = work.sample, done
         return log_periods(work, plan, grid, work.log, record, signals), done + plan.sample, known
-    record = (work.cycle, work.cycle_sizes, done)
+    record = work.cycle, done
     status = log_periods(work, plan, grid, work.cycle_log, record, signals)
     statistics.repeat_cycle(work.log, plan.sample, plan.transient, work.cycle_log, CYCLE, done)
     return status, done + CYCLE, known

@@ -45,13 +45,13 @@ def sample_cell(motion, i, signals):
     periods = out.shape[0]
     grid = prepare(work, motion.cells, plan, i, start)
     repeats = motion.recurs[i] > 0 and periods > CYCLE
-    flat, sizes = (work.cycle, work.cycle_sizes) if repeats else (work.sample, work.sample_sizes)
-    record, distinct = (flat, sizes, NO_ORIGIN), motion.recurs[i] if repeats else periods
+    packed, distinct = (work.cycle, motion.recurs[i]) if repeats else (work.sample, periods)
+    record = packed, NO_ORIGIN
     status = integrate_to(work, plan, grid, distinct, work.log, record, signals)
     if repeats and status == OK and distinct < CYCLE and not has_returned(record, start, distinct):
         distinct = CYCLE
         status = integrate_to(work, plan, grid, distinct, work.log, record, signals)
-    buffers = unpack_buffers(flat, sizes)
+    buffers = unpack_buffers(packed[0], packed[1])
     buffers.used[0] = buffers.used[1] = 0
     for j in range(distinct):
         first = j * out.shape[1]
@@ -63,7 +63,7 @@ def sample_cell(motion, i, signals):
 @jit_no_alloc
 def has_returned(record, start, periods):
     """Whether the section is after so many periods where it was at the start."""
-    flat, sizes, _ = record
+    (flat, sizes), _ = record
     row = unpack_buffers(flat, sizes).section[periods - 1]
     allowed = RECURRENCE * (abs(row[0]) + abs(row[1]) + abs(row[2]) + abs(row[3]))
     same = close(row[0], start[0], allowed) and close(row[1], start[1], allowed)

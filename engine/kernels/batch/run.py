@@ -65,18 +65,15 @@ class BatchResults(NamedTuple):
 
 
 class WorkSpace(NamedTuple):
-    """What one thread works in. Packed buffers are for nothing, for a cycle and for a sample."""
+    """What one thread works in. Packed buffers, (flat, sizes), are for nothing, for a cycle and for a sample."""
 
     packed: np.ndarray
     keys: np.ndarray  # (2, len(Parameters)) the parameters that the tables in it are made for
     state: np.ndarray
     before: np.ndarray  # the state a cycle ago
-    nothing: np.ndarray
-    no_sizes: np.ndarray
-    cycle: np.ndarray
-    cycle_sizes: np.ndarray
-    sample: np.ndarray
-    sample_sizes: np.ndarray
+    nothing: tuple
+    cycle: tuple
+    sample: tuple
     cycle_log: np.ndarray  # (CYCLE, section_statistics.COLUMNS)
     log: np.ndarray  # (sample, section_statistics.COLUMNS)
 
@@ -174,7 +171,7 @@ def follow_cell(cells, i, plan, space, settling, growth, section, signals):
     start = unpack_state(work.state)
     ends[0, 0], ends[0, 1], ends[0, 2], ends[0, 3] = start.x1, start.v1, start.gap, start.rate
     ends[1] = 0.5
-    solver, before = (work.packed, work.state, work.nothing, work.no_sizes), growth[:settling]
+    solver, before = (work.packed, work.state, work.nothing), growth[:settling]
     if not follow_disturbance(solver, space.variation, ends, before, section, signals):
         return False
     if math.isnan(before[settling - 1]):

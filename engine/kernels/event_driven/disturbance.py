@@ -19,7 +19,7 @@ def follow_disturbance(solver, variation, ends, growth, section, signals):
 
     Parameters
     ----------
-    solver : (packed, state, flat, sizes)
+    solver : (packed, state, (flat, sizes))
         A :class:`.state.HybridSystem`, (n,), work space for a :class:`.state.HybridState`, (n,), and packed record
         buffers without room.
     variation : Variation
@@ -34,7 +34,7 @@ def follow_disturbance(solver, variation, ends, growth, section, signals):
     signals : (n,) int64
         ``signals[0]`` is set to withdraw the call.
     """
-    packed, state, flat, sizes = solver
+    packed, state, (flat, sizes) = solver
     y, direction = ends[0], ends[1]
     for n in range(growth.shape[0]):
         growth[n] = math.nan
