@@ -15,7 +15,7 @@ from vibroscope.engine.drivers import batch as driver
 from vibroscope.engine.drivers.event_driven import overlap_message
 from vibroscope.engine.drivers.parameters import at_eta, parameter_rows, parameters_of_stops
 from vibroscope.engine.drivers.section import describe_section, name_numbers
-from vibroscope.engine.drivers.threads import GRAIN, share_out, thread_count
+from vibroscope.engine.drivers.threads import GRAIN, thread_count
 from vibroscope.engine.methods import METHOD_NUMBERS, Method
 from vibroscope.engine.model import System, check_eta
 from vibroscope.engine.result import STATUSES, Cancelled, Response, Status
@@ -294,12 +294,11 @@ def run_cells(
         most = (task.transient + task.sample) * cells.steps_each().max()
         require("periods × steps", most, 0, STEPS_LIMIT, "run fewer periods or fewer steps per period")
         order, chained = _in_chains(cells)
-        start = cells.starts()
+        batch = driver.batch_of(cells.method, cells.parameters(), cells.starts(), task, order, chained)
         run_cell = _single_runs(cells, task, results, solutions)
-        worker = driver.make_worker(cells.method, cells.parameters(), start, order, chained, task, results, run_cell)
-        ends = np.append(np.flatnonzero(~chained)[1:], len(order))
-        grain = 1 if len(ends) <= FEW_CELLS * threads else GRAIN
-        share_out(ends, worker, threads=threads, progress=progress, cancelled=cancelled, grain=grain)
+        how = {"threads": threads, "progress": progress, "cancelled": cancelled}
+        grain = 1 if np.count_nonzero(~chained) <= FEW_CELLS * threads else GRAIN
+        driver.run_batch(cells.method, batch, results, run_cell, grain=grain, **how)
     return cell_results(cells, results, solutions)
 
 

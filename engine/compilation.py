@@ -28,7 +28,6 @@ import numpy as np
 from vibroscope.engine.cells import Cells, run_cells
 from vibroscope.engine.divergence.compare import ComparisonQuestion, compare
 from vibroscope.engine.divergence.verdict import verdict
-from vibroscope.engine.drivers import batch
 from vibroscope.engine.drivers.code_cache import CompileListener, compilable_functions, complete_mark, is_cache_private
 from vibroscope.engine.drivers.event_driven import hybrid_state
 from vibroscope.engine.drivers.orbit import OrbitEquations, event, numbers_of, steps
@@ -273,12 +272,6 @@ def _run(system: System, method: Method) -> None:
     motion(simulate(system, 1.08, method, periods=4, keep=2, record=Record(1, 16)))
 
 
-def _settle(cells: Cells) -> None:
-    traps = batch.Traps(np.zeros((0, 4)), np.zeros((0, 4, 4)))
-    start = cells.starts(), np.zeros(len(cells))
-    batch.settle(cells.method, cells.parameters(), *start, traps, periods=2, stride=1, threads=1)
-
-
 def _step(system: System) -> None:
     """Take a step of Newton's method to an orbit, and find what a branch needs at one."""
     problem, cycle, start, ones = (system, 1.08, Reference()), ((), 0, 1), np.zeros(4), np.ones(5)
@@ -354,7 +347,6 @@ def stages() -> list[list[Call]]:
         },
         {
             "steady motions": lambda: steady(system, 1.08, Reference()),
-            "basins of attraction": lambda: _settle(Cells(system, [1.08], Reference())),
             "branches": lambda: _step(system),
             "Lyapunov exponents": lambda: settled_period(lyapunov(system, 1.08, Reference(), periods=256).section),
             **studies,

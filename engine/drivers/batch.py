@@ -4,9 +4,8 @@ Event-driven and skipping solvers take less time for a cell than Python takes to
 from the parameters of a cell to its description (:mod:`engine.kernels.batch`). Cells whose steps are all taken go
 through :func:`engine.simulate`. Which way a cell goes depends on its own numbers alone.
 
-Driver of disturbances that are followed along the motions of many cells (:mod:`..kernels.batch.run`).
-
-Driver of many cells that are run until their section enters a trapping region (:mod:`..kernels.batch.run`).
+The same of cells that are run until their section enters a trapping region, and of disturbances that are followed along
+the motions of many cells.
 """
 
 from collections.abc import Callable
@@ -21,8 +20,8 @@ from vibroscope.engine.drivers.threads import Worker, share_out
 from vibroscope.engine.kernels import section_statistics
 from vibroscope.engine.kernels.accelerated.step_map import SKIPPING as SKIPPING_LAYOUT
 from vibroscope.engine.kernels.batch import run as kernel
-from vibroscope.engine.kernels.batch.course import CYCLE, EXACT, RECURRENCE, REFERENCE, SKIPPING
-from vibroscope.engine.kernels.batch.run import NO_TRAP, LateCells, Settled, Traps, settle_cells
+from vibroscope.engine.kernels.batch.course import CYCLE, EXACT, NO_TRAP, RECURRENCE, REFERENCE, SKIPPING
+from vibroscope.engine.kernels.batch.run import BatchResults, Traps
 from vibroscope.engine.kernels.compile.options import uncompiled
 from vibroscope.engine.kernels.compile.record import make_buffers
 from vibroscope.engine.kernels.event_driven.saltation import make_variation
@@ -32,6 +31,7 @@ from vibroscope.engine.kernels.parameters import Parameters, no_keys
 from vibroscope.engine.kernels.time_stepping.newmark import STATE as STEP_STATE
 from vibroscope.engine.methods import ExactPenalty, Method, Reference
 
+NO_TRAPS = Traps(np.zeros((0, 4)), np.zeros((0, 4, 4)))
 # Transient after which it is first seen whether a cell that the kernel does not run is periodic; how much later again.
 SHORTEST, LATER = 96, (0, 10 * CYCLE, 40 * CYCLE, 80 * CYCLE)
 
@@ -45,7 +45,7 @@ class Task(NamedTuple):
     """The settings that all cells share."""
 
     transient: int
-    sample: int
+    sample: int  # 0: a cell ends in a trapping region, or with its transient
     coordinates: tuple[int, ...]
     recurrence: float = RECURRENCE  # share of its size within which a state recurs; 0: no cell stops early
 
@@ -60,6 +60,11 @@ def are_compiled(method: Method, rows: np.ndarray) -> np.ndarray:
         return np.isinf(p.play) & (method.rigid or method.linear)
     fastest = np.maximum(np.maximum(p.kappa, p.eta), 1.0)
     return np.isinf(p.play) & can_skip(p.eta, fastest, p.steps, method)
+
+
+def calls_of(method: Method, rows: np.ndarray) -> np.ndarray:
+    """The numbers of calls of :func:`share_cells`: one call for all that the kernel runs."""
+    return np.where(are_compiled(method, rows), 0, ONE_BY_ONE)
 
 
 def lengths(task: Task) -> list[int]:
@@ -82,64 +87,104 @@ def section_recurs(section: np.ndarray, tolerance: float) -> bool:
     return bool((np.abs(section[CYCLE:] - section[:-CYCLE]) <= allowed).all())
 
 
-def empty_results(n: int, task: Task) -> kernel.BatchResults:
+def empty_results(n: int, task: Task) -> BatchResults:
     """Results of cells that have not been run."""
-    return kernel.BatchResults(
+    return BatchResults(
         status=np.zeros(n, dtype=np.int64),
         section=np.full((n, task.sample, len(task.coordinates)), np.nan),
         numbers=np.full((n, section_statistics.NUMBERS), np.nan),
         end=np.full((n, 4), np.nan),
         periods=np.zeros(n, dtype=np.int64),
+        known=np.full(n, NO_TRAP),
     )
 
 
-def make_worker(
-    method: Method,
-    rows: np.ndarray,
-    initial: np.ndarray,
-    order: np.ndarray,
-    chained: np.ndarray,
-    task: Task,
-    results: kernel.BatchResults,
-    run_cell: Callable[[int, np.ndarray, np.ndarray], bool],
-) -> Callable[[], Worker]:
-    """A function that makes the worker of a thread (see :func:`.threads.share_out`).
+ONE_BY_ONE = -1  # a place whose cell no kernel of many cells runs
+
+
+def share_cells(
+    calls: np.ndarray,
+    ends: np.ndarray,
+    in_kernel: Callable[[], Worker],
+    by_itself: Callable[[int, np.ndarray], bool],
+    **how,
+) -> None:
+    """Share out the places of an order: a kernel runs several in one call, or they are run one by one.
 
     Parameters
     ----------
-    rows : (n, len(Parameters)) ndarray
-    initial : (n, 4) ndarray
-    order : (n,) ndarray of int64
-        The cells in the order of their places.
-    chained : (n,) ndarray of bool
-        Whether the cell at a place starts from the end of the one at the place before.
-    run_cell : callable
-        ``run_cell(i, start, signals)`` runs cell i, which the kernel does not run; false if it was cancelled.
-    """
-    compiled = are_compiled(method, rows)[order]
-    cells, plan = batch_of(method, rows, initial, task, order, chained)
+    calls : (n,) ndarray of int
+        Places that follow one another and have the same number go to one call of the kernel; see ONE_BY_ONE.
+    ends, **how
+        As of :func:`.threads.share_out`.
+    in_kernel : callable
+        Called once in each thread, gives the function that calls the kernel for some places.
+    by_itself : callable
+        ``by_itself(place, signals)`` runs the cell at a place; false if it was cancelled.
 
-    def start_of(place: int) -> np.ndarray:
-        before = order[place - 1]
-        return results.end[before] if chained[place] and results.status[before] == 0 else initial[order[place]]
+    Raises
+    ------
+    Cancelled
+        If ``cancelled`` returned true.
+    """
 
     def worker() -> Worker:
-        work = make_work_space(plan.kind, task.sample) if compiled.any() else None
+        call = in_kernel() if (calls != ONE_BY_ONE).any() else None
 
         def run(places: tuple[int, int], signals: np.ndarray, slot: int) -> None:
-            for by_kernel, group in groupby(range(*places), key=compiled.__getitem__):
-                group = list(group)
-                if by_kernel:
-                    kernel.run_cells(cells, (group[0], group[-1] + 1), plan, work, results, signals, slot)
+            for number, group in groupby(range(*places), key=calls.__getitem__):
+                chosen = list(group)
+                if number != ONE_BY_ONE:
+                    call((chosen[0], chosen[-1] + 1), signals, slot)
                     continue
-                for place in group:
-                    if signals[0] != 0 or not run_cell(order[place], start_of(place), signals):
+                for place in chosen:
+                    if signals[0] != 0 or not by_itself(place, signals):
                         return
                     signals[slot] += 1
 
         return run
 
-    return worker
+    share_out(ends, worker, **how)
+
+
+def run_batch(
+    method: Method,
+    batch: tuple[kernel.BatchCells, kernel.BatchPlan],
+    results: BatchResults,
+    run_cell: Callable[[int, np.ndarray, np.ndarray], bool] | None,
+    **how,
+) -> None:
+    """Run cells, those of a chain one after the other in one thread.
+
+    Parameters
+    ----------
+    batch : (BatchCells, BatchPlan)
+        As :func:`batch_of` gives them.
+    run_cell : callable
+        ``run_cell(i, start, signals)`` runs cell i, which the kernel does not run; false if it was cancelled. None: the
+        kernel runs all of them.
+    **how
+        As of :func:`.threads.share_out`.
+
+    Raises
+    ------
+    Cancelled
+        If ``cancelled`` returned true.
+    """
+    cells, plan = batch
+    order, chained = cells.order, cells.chained
+
+    def in_kernel() -> Worker:
+        work = make_work_space(plan.kind, plan.sample)
+        return lambda places, *signals: kernel.run_cells(cells, places, plan, work, results, *signals)
+
+    def by_itself(place: int, signals: np.ndarray) -> bool:
+        before = order[place - 1]
+        goes_on = chained[place] and results.status[before] == 0
+        return run_cell(order[place], results.end[before] if goes_on else cells.initial[order[place]], signals)
+
+    ends = np.append(np.flatnonzero(~chained)[1:], len(order))
+    share_cells(calls_of(method, cells.parameters[order]), ends, in_kernel, by_itself, **how)
 
 
 def batch_of(
@@ -149,15 +194,34 @@ def batch_of(
     task: Task,
     order: np.ndarray | None = None,
     chained: np.ndarray | None = None,
+    taus: np.ndarray | None = None,
+    traps: Traps = NO_TRAPS,
 ) -> tuple[kernel.BatchCells, kernel.BatchPlan]:
-    """Cells, by default as they stand and each on its own, and their plan, as the kernels of many cells take them."""
+    """Cells and their plan, as the kernels of many cells take them.
+
+    Parameters
+    ----------
+    rows : (n, len(Parameters)) ndarray
+    initial : (n, 4) ndarray
+    order : (n,) ndarray of int64, optional
+        The cells in the order of their places, by default as they stand.
+    chained : (n,) ndarray of bool, optional
+        Whether the cell at a place starts from the end of the one at the place before; by default none does.
+    taus : (n,) ndarray, optional
+        When each begins in its first period; by default at 0.
+    traps : Traps, optional
+        That a task without a sample looks for.
+    """
     kind, n = SKIPPING if method.has_step else kind_of_events(method), len(rows)
     columns = np.array(task.coordinates, dtype=np.int64)
-    plan = kernel.BatchPlan(kind, task.transient, task.sample, task.recurrence, columns, COMPLETION)
-    circles = separating_circles(rows) if kind == EXACT else np.zeros((n, 2))
+    plan = kernel.BatchPlan(kind, task.transient, task.sample, task.recurrence, columns, COMPLETION, traps)
+    circles = np.zeros((n, 2))
+    if kind == EXACT:
+        circles[:] = separating_circles(rows[:1] if (rows == rows[:1]).all() else rows)
     order = np.arange(n) if order is None else order
     chained = np.zeros(n, bool) if chained is None else chained
-    return kernel.BatchCells(order, chained, rows, initial, circles), plan
+    taus = np.zeros(n) if taus is None else taus
+    return kernel.BatchCells(order, chained, rows, initial, taus, circles), plan
 
 
 def make_work_space(kind: int, sample: int, phases: np.ndarray | None = None) -> kernel.WorkSpace:
@@ -165,7 +229,7 @@ def make_work_space(kind: int, sample: int, phases: np.ndarray | None = None) ->
     layout, state = (SKIPPING_LAYOUT, STEP_STATE) if kind == SKIPPING else (SYSTEM, EVENT_STATE)
     instants = np.zeros(1) if phases is None else phases
     nothing, cycle, kept = (
-        make_buffers(rows, instants, 0 if phases is None else rows, CAPACITY if rows else 0)
+        make_buffers(rows, instants, 0 if phases is None else rows, CAPACITY if rows else 0)[:2]
         for rows in (0, CYCLE, sample)
     )
     return kernel.WorkSpace(
@@ -173,12 +237,9 @@ def make_work_space(kind: int, sample: int, phases: np.ndarray | None = None) ->
         keys=no_keys(),
         state=state.zeros(),
         before=state.zeros(),
-        nothing=nothing.flat,
-        no_sizes=nothing.sizes,
-        cycle=cycle.flat,
-        cycle_sizes=cycle.sizes,
-        sample=kept.flat,
-        sample_sizes=kept.sizes,
+        nothing=nothing,
+        cycle=cycle,
+        sample=kept,
         cycle_log=np.zeros((CYCLE, section_statistics.COLUMNS)),
         log=np.zeros((sample, section_statistics.COLUMNS)),
     )
@@ -191,7 +252,7 @@ def follow(
     periods: int,
     settling: int,
     found: Callable[[int, np.ndarray, np.ndarray], None],
-    by_itself: Callable[[int, np.ndarray, np.ndarray, np.ndarray], bool],
+    by_itself: Callable[[int, np.ndarray], bool],
     **how,
 ) -> None:
     """Follow a disturbance of the motion of each cell.
@@ -205,11 +266,10 @@ def follow(
     periods, settling : int
         Periods to follow, and those before them, at most as many, in which the disturbance finds its direction.
     found : callable
-        ``found(i, growth, section)`` takes what :func:`..kernels.batch.follow.follow_cell` finds, in the thread that
-        found it. The arrays are used again.
+        ``found(i, growth, section)`` takes what :func:`..kernels.batch.run.follow_cell` finds, in the thread that found
+        it. The arrays are used again.
     by_itself : callable
-        ``by_itself(i, growth, section, signals)`` follows a cell that the kernel does not run; false if it was
-        cancelled.
+        ``by_itself(i, signals)`` follows a cell that the kernel does not run; false if it was cancelled.
     **how
         ``threads`` and ``cancelled`` of :func:`.threads.share_out`.
 
@@ -218,33 +278,26 @@ def follow(
     Cancelled
         If ``cancelled`` returned true.
     """
-    compiled = are_compiled(method, rows)
     cells, plan = batch_of(method, rows, initial, Task(0, 1, (), recurrence=0.0))
 
-    def worker() -> Worker:
+    def in_kernel() -> Worker:
         variation = uncompiled(make_variation)(1)
         space = kernel.FollowSpace(make_work_space(plan.kind, 1), variation, np.empty((2, 4)))
         growth, section = np.empty(periods), np.empty((periods, 4))
 
         def run(places: tuple[int, int], signals: np.ndarray, slot: int) -> None:
             for i in range(*places):
-                if compiled[i]:
-                    done = kernel.follow_cell(cells, i, plan, space, settling, growth, section, signals)
-                else:
-                    done = by_itself(i, growth, section, signals)
-                if not done:
+                if not kernel.follow_cell(cells, i, plan, space, settling, growth, section, signals):
                     return
                 found(i, growth, section)
                 signals[slot] += 1
 
         return run
 
-    share_out(np.arange(1, len(rows) + 1), worker, grain=1, **how)
+    share_cells(calls_of(method, rows), np.arange(1, len(rows) + 1), in_kernel, by_itself, grain=1, **how)
 
 
 TOGETHER = 16  # cells that a thread takes at a time
-
-__all__ = ["NO_TRAP", "Settled", "Traps", "settle"]
 
 
 def settle(
@@ -253,11 +306,9 @@ def settle(
     initial: np.ndarray,
     taus: np.ndarray,
     traps: Traps,
-    *,
     periods: int,
-    stride: int,
     **how,
-) -> Settled:
+) -> BatchResults:
     """Run each cell until its section lies in a trapping region, or to the end.
 
     Parameters
@@ -265,7 +316,6 @@ def settle(
     method : Reference or ExactPenalty
         Of the first contact law: what the kernels of many cells solve in closed form.
     rows : (n, len(Parameters)) ndarray
-        All of the same bodies.
     initial : (n, 4) ndarray
         ξ₁, ξ₁′, ξ₂, ξ₂′ of each cell; a reference without penetration but for rounding.
     taus : (n,) ndarray
@@ -273,8 +323,6 @@ def settle(
     traps : Traps
     periods : int
         Most periods of a cell.
-    stride : int
-        Periods between two looks at the section, 1 to CYCLE. It changes no result but the time that it takes.
     **how
         ``threads``, ``progress`` and ``cancelled`` of :func:`.threads.share_out`.
 
@@ -283,25 +331,9 @@ def settle(
     Cancelled
         If ``cancelled`` returned true.
     """
-    n = len(rows)
-    kind = kind_of_events(method)
-    results = Settled(
-        np.zeros(n, np.int64), np.full(n, NO_TRAP, np.int64), np.zeros(n, np.int64), np.full((n, 4), np.nan)
-    )
-    if n == 0:
-        return results
-    plan = kernel.BatchPlan(kind, periods, min(stride, CYCLE), 0.0, np.zeros(0, np.int64), COMPLETION)
-    circles = separating_circles(rows[:1]).repeat(n, axis=0) if kind == EXACT else np.zeros((n, 2))
-    cells = LateCells(kernel.BatchCells(np.arange(n), np.zeros(n, bool), rows, initial, circles), taus)
-
-    def worker() -> Worker:
-        work = make_work_space(kind, 1)
-
-        def run(places: tuple[int, int], signals: np.ndarray, slot: int) -> None:
-            settle_cells(cells, places, plan, traps, work, results, signals, slot)
-
-        return run
-
-    ends = np.append(np.arange(TOGETHER, n, TOGETHER), n)
-    share_out(ends, worker, **how)
+    task = Task(periods, 0, (), recurrence=0.0)
+    results = empty_results(len(rows), task)
+    if len(rows):
+        batch = batch_of(method, rows, initial, task, taus=taus, traps=traps)
+        run_batch(method, batch, results, None, grain=TOGETHER, **how)
     return results

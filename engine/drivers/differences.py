@@ -1,12 +1,11 @@
 """Driver of the differences of many cells from the reference (:mod:`..kernels.batch.differences`)."""
 
 from collections.abc import Callable, Sequence
-from itertools import groupby
 from typing import NamedTuple
 
 import numpy as np
-from vibroscope.engine.drivers.batch import Task, are_compiled, batch_of, make_work_space
-from vibroscope.engine.drivers.threads import Worker, share_out
+from vibroscope.engine.drivers.batch import ONE_BY_ONE, Task, are_compiled, batch_of, make_work_space, share_cells
+from vibroscope.engine.drivers.threads import Worker
 from vibroscope.engine.kernels.batch import differences as kernel
 from vibroscope.engine.kernels.batch.course import CYCLE
 from vibroscope.engine.kernels.batch.differences import ALONE, BESIDE, DIFFERENCES, OWN_LIMIT, Cycles
@@ -79,7 +78,6 @@ def differences(
         ``threads``, ``progress`` and ``cancelled`` of :func:`.threads.share_out`.
     """
     found = np.full((len(parts), DIFFERENCES), np.nan)
-    compiled = are_compiled(penalty.method, penalty.rows)
     grids, grid, periods = sampling
     task = Task(0, periods, (), recurrence=0.0)
     batches = [batch_of(motions.method, motions.rows, motions.initial, task) for motions in (penalty, limit)]
@@ -91,34 +89,28 @@ def differences(
             for (cells, plan), motions, room in zip(batches, (penalty, limit), rooms, strict=True)
         ]
 
-    def worker() -> Worker:
+    def in_kernel() -> Worker:
         made = {}  # for the grid of the last cells
 
-        def run(places: tuple[int, int], signals: np.ndarray, slot: int) -> None:
-            for (by_kernel, g), group in groupby(range(*places), key=lambda i: (compiled[i], grid[i])):
-                chosen, (phases, cycles) = list(group), grids[g]
-                if by_kernel:
-                    if g not in made:
-                        made.clear()
-                        made[g] = sides(phases)
-                    cells = chosen[0], chosen[-1] + 1
-                    kernel.compare_cells(*made[g], cells, parts, cycles, found, signals, slot)
-                    continue
-                for i in chosen:
-                    if signals[0] == 0:
-                        compare_samples(i, cycles, signals)
-                        signals[slot] += 1
+        def run(places: tuple[int, int], *signals) -> None:
+            g = grid[places[0]]
+            if g not in made:
+                made.clear()
+                made[g] = sides(grids[g].phases)
+            kernel.compare_cells(*made[g], places, parts, grids[g].cycles, found, *signals)
 
         return run
 
-    def compare_samples(i: int, cycles: Cycles, signals: np.ndarray) -> None:
+    def by_itself(i: int, signals: np.ndarray) -> bool:
         one = penalty.sample(i, signals)
         if one is None:
-            return
+            return True
         other = limit.sample(i, signals) if parts[i] == BESIDE else None
         kind = ALONE if parts[i] == BESIDE and other is None else parts[i]
         other = one if other is None else other
-        kernel.write_differences((one, len(one)), (other, len(other)), kind, cycles, len(one), found[i])
+        kernel.write_differences((one, len(one)), (other, len(other)), kind, grids[grid[i]].cycles, len(one), found[i])
+        return True
 
-    share_out(np.arange(1, len(parts) + 1), worker, **how)
+    calls = np.where(are_compiled(penalty.method, penalty.rows), grid, ONE_BY_ONE)
+    share_cells(calls, np.arange(1, len(parts) + 1), in_kernel, by_itself, **how)
     return found

@@ -181,10 +181,10 @@ def follow_all(
         If ``cancelled`` returned true.
     """
 
-    def by_itself(i: int, growth: np.ndarray, section: np.ndarray, signals: np.ndarray) -> bool:
+    def by_itself(i: int, signals: np.ndarray) -> bool:
         poincare = PoincareMap(*motions.problem(i), lambda: signals[0] != 0)
         y, v = poincare.coordinates(motions.starts[i]), np.full(4, 0.5)
-        growth[:] = np.nan
+        growth, section = np.full(periods, np.nan), np.empty((periods, 4))
         try:
             settled, _ = poincare.follow(y, v, SETTLING)
             if not np.isnan(settled[-1]):
@@ -192,6 +192,7 @@ def follow_all(
                 section[:] = poincare.displacements(states)
         except Cancelled:
             return False
+        found(i, growth, section)
         return True
 
     def found(i: int, growth: np.ndarray, section: np.ndarray) -> None:

@@ -226,7 +226,7 @@ class BasinSearch(MotionSearch):
 
     # -- cells ----------------------------------------------------------------------------------------------------
 
-    def _settle(self, motions, states, phases, periods: int, threads, progress, cancelled) -> driver.Settled:
+    def _settle(self, motions, states, phases, periods: int, threads, progress, cancelled) -> driver.BatchResults:
         regions = [region for each in motions for region in each.regions]
         centres = np.array([region.centre for region in regions]).reshape(-1, 4)
         factors = np.array([region.factor for region in regions]).reshape(-1, 4, 4)
@@ -236,8 +236,7 @@ class BasinSearch(MotionSearch):
             np.ascontiguousarray(states),
             phases * (2 * np.pi / self.eta),
             driver.Traps(centres, factors),
-            periods=max(periods, 1),
-            stride=12,  # periods between two looks at the section
+            max(periods, 1),
             threads=threads,
             progress=progress,
             cancelled=cancelled,
@@ -247,10 +246,10 @@ class BasinSearch(MotionSearch):
         """Label the cells that a trapping region decides; the others and the states that they came to."""
         settled = self._settle(motions, states, phases, periods, **how)
         owners = np.array([k for k, each in enumerate(motions) for _ in each.regions], dtype=np.int64)
-        trapped, ended = settled.trap != driver.NO_TRAP, settled.status != OK
-        found.motion[cells[trapped]] = owners[settled.trap[trapped]]
+        trapped, ended = settled.known != driver.NO_TRAP, settled.status != OK
+        found.motion[cells[trapped]] = owners[settled.known[trapped]]
         found.motion[cells[ended]] = ENDED
-        found.period[cells[trapped]] = [motions[k].period for k in owners[settled.trap[trapped]]]
+        found.period[cells[trapped]] = [motions[k].period for k in owners[settled.known[trapped]]]
         found.status[cells] = settled.status
         found.periods[cells] += settled.periods
         left = ~(trapped | ended)
@@ -302,7 +301,7 @@ class BasinSearch(MotionSearch):
             self.add(motions, starts[0], cancelled)
         while len(motions) < MOST_MOTIONS:
             settled = self._settle(motions, starts, phases, PROBED, threads, None, cancelled)
-            left = (settled.trap == driver.NO_TRAP) & (settled.status == OK)
+            left = (settled.known == driver.NO_TRAP) & (settled.status == OK)
             starts, phases = self.clean(settled.end[left]), np.zeros(int(left.sum()))
             if not len(starts):
                 break

@@ -115,13 +115,11 @@ def test_a_cell_ends_at_the_first_section_in_a_region():
     inside = np.array([[np.linalg.norm(r.factor @ (row - r.centre)) <= 1 for r in regions] for row in section])
     first = int(np.argmax(inside.any(axis=1)))
     cells = Cells(system, [eta], method, initial=start[None])
-    for stride in (1, 5, 12):
-        how = {"periods": 400, "stride": stride, "threads": 1}
-        one = settle(method, cells.parameters(), start[None], np.zeros(1), traps, **how)
-        assert (one.periods[0], one.trap[0]) == (first + 1, int(np.argmax(inside[first])))
-        np.testing.assert_allclose(one.end[0], section[first], rtol=0, atol=1e-9)
-    short = settle(method, cells.parameters(), start[None], np.zeros(1), traps, periods=first, stride=7, threads=1)
-    assert (short.periods[0], short.trap[0]) == (first, NO_TRAP)
+    one = settle(method, cells.parameters(), start[None], np.zeros(1), traps, 400, threads=1)
+    assert (one.periods[0], one.known[0]) == (first + 1, int(np.argmax(inside[first])))
+    np.testing.assert_allclose(one.end[0], section[first], rtol=0, atol=1e-9)
+    short = settle(method, cells.parameters(), start[None], np.zeros(1), traps, first, threads=1)
+    assert (short.periods[0], short.known[0]) == (first, NO_TRAP)
     np.testing.assert_allclose(short.end[0], section[first - 1], rtol=0, atol=1e-9)
 
 

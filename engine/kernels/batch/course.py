@@ -1,5 +1,9 @@
 """The course of one cell: integrated through its transient, then through its sample, which is logged.
 
+A cell without a sample is integrated until its section enters a trapping region: an ellipsoid around a point of a known
+cycle from which no motion returns (:mod:`engine.motions.trapping`). Its plain twin is a long transient
+(`tests/engine/test_basin_twin.py`).
+
 Whether a motion has returned to where it was, so that its cycle stands for all that would follow.
 
 The solvers are deterministic: a state that recurs after CYCLE periods, with the excitation in the same phase, repeats
@@ -62,6 +66,7 @@ def step_state_recurs(now, before, n, tolerance):
 
 
 REFERENCE, EXACT, SKIPPING = range(3)  # how a cell is solved
+NO_TRAP, PERIODIC = -1, -2  # what a motion tends to, beside the indices of trapping regions
 
 
 # A constant that is handed on has the type of a variable, not a type of its own for which everything that it reaches
@@ -70,13 +75,14 @@ BRIEFLY, NO_ORIGIN = np.bool_(False), np.int64(0)  # events without their motion
 
 
 @jit_no_alloc
-def integrate_to(work, plan, p, stop, log, record, signals):
+def integrate_to(work, plan, grid, stop, log, record, signals):
     """Integrate a cell to the end of period ``stop``; returns its status.
 
-    ``record``: packed buffers to fill, and the period with which they, and their samples, begin.
+    ``grid``: T, and steps per period, 0 for none; ``record``: packed buffers to fill, and the period with which they,
+    and their samples, begin.
     """
-    flat, sizes, origin = record
-    n, pauses, paused_in = int(p.steps), 0, -1.0
+    (flat, sizes), origin = record
+    n, pauses, paused_in = int(grid[1]), 0, -1.0
     while signals[0] == 0:
         if plan.kind == SKIPPING:
             window = (origin * n, origin * n, -(-n // sizes[3]))
@@ -85,7 +91,7 @@ def integrate_to(work, plan, p, stop, log, record, signals):
             start = float(origin), float(origin)
             status, _, _ = integrate(work.packed, work.state, float(stop), start, flat, sizes, None)
         if status == FULL:
-            log_events(work, p, log, record)
+            log_events(grid, log, record)
         elif status == PAUSED:
             period = unpack_state(work.state).period
             pauses = pauses + 1 if period == paused_in else 0
@@ -98,87 +104,117 @@ def integrate_to(work, plan, p, stop, log, record, signals):
 
 
 @jit_no_alloc
-def log_events(work, p, log, record):
+def log_events(grid, log, record):
     """Add what buffers hold to a log, and empty them."""
-    flat, sizes, origin = record
+    (flat, sizes), origin = record
     buffers = unpack_buffers(flat, sizes)
     impacts, contacts = buffers.impacts[: buffers.used[0], 0], buffers.contacts[: buffers.used[1]]
-    statistics.add_events(log, sizes[0], (origin, 2 * math.pi / p.eta, p.steps), impacts, contacts)
+    statistics.add_events(log, sizes[0], (origin, grid[0], grid[1]), impacts, contacts)
     buffers.used[0] = buffers.used[1] = 0
 
 
 @jit_no_alloc
-def log_open_contact(work, plan, p, stop, log, record):
+def log_open_contact(work, plan, grid, stop, log, record):
     """Log the contact that is open at the end of period ``stop`` as if it ended there."""
-    flat, sizes, origin = record
+    (flat, sizes), origin = record
     buffers = unpack_buffers(flat, sizes)
     if plan.kind == SKIPPING:
         if unpack_step_state(work.state).pressed:
-            record_open_steps(work.packed, work.state, stop * int(p.steps), buffers)
+            record_open_steps(work.packed, work.state, stop * int(grid[1]), buffers)
     else:
         window = (float(origin), float(stop))
         system = unpack_system(work.packed)
         output.record_open_contact(system, unpack_state(work.state), float(stop), window, buffers)
-    log_events(work, p, log, record)
+    log_events(grid, log, record)
 
 
 @jit_no_alloc
-def log_periods(work, plan, p, log, record, signals):
+def log_periods(work, plan, grid, log, record, signals):
     """Integrate through the periods of a record and log them; returns the status."""
-    flat, sizes, origin = record
+    (flat, sizes), origin = record
     rows = sizes[0]
     stop = origin + rows
     statistics.clear(log, rows)
-    status = integrate_to(work, plan, p, stop, log, record, signals)
+    status = integrate_to(work, plan, grid, stop, log, record, signals)
     if status == OK:
-        log_events(work, p, log, record)
-        log_open_contact(work, plan, p, stop, log, record)
+        log_events(grid, log, record)
+        log_open_contact(work, plan, grid, stop, log, record)
         statistics.write_section(log, rows, unpack_buffers(flat, sizes).section)
     return status
 
 
 @jit_no_alloc
-def state_recurs(work, plan, p):
+def state_recurs(work, plan, grid):
     """Whether the state is that of a cycle before; it becomes that of the cycle before."""
     if plan.kind == SKIPPING:
-        same = step_state_recurs(work.state, work.before, int(p.steps), plan.recurrence)
+        same = step_state_recurs(work.state, work.before, int(grid[1]), plan.recurrence)
     else:
-        same = event_state_recurs(work.state, work.before, 2 * math.pi / p.eta, plan.recurrence)
+        same = event_state_recurs(work.state, work.before, grid[0], plan.recurrence)
     for k in range(work.state.size):
         work.before[k] = work.state[k]
     return same
 
 
 @jit_no_alloc
-def pass_transient(work, plan, p, signals):
-    """Integrate to the end of the transient, or until the motion has turned out to be periodic.
+def first_trap(traps, section, rows):
+    """The first of some rows of a section that lies in a trapping region, and the index of that region.
 
-    Returns the status, the periods done, and whether the motion is periodic.
+    If none does, the last row and NO_TRAP.
     """
-    nothing, done, alike = (work.nothing, work.no_sizes, NO_ORIGIN), 0, 0
-    work.before[:] = math.nan
-    while done < plan.transient:
-        done = min(done + CYCLE, plan.transient)
-        status = integrate_to(work, plan, p, done, work.log, nothing, signals)
-        if status != OK:
-            return status, done, False
-        if plan.recurrence > 0.0:
-            alike = alike + 1 if state_recurs(work, plan, p) else 0
-            if alike == 2 and plan.transient + plan.sample - done > CYCLE:
-                return OK, done, True
-    return OK, done, False
+    for k in range(rows):
+        for j in range(traps.centres.shape[0]):
+            distance = 0.0
+            for row in range(4):
+                part = 0.0
+                for c in range(4):
+                    part += traps.factors[j, row, c] * (section[k, c] - traps.centres[j, c])
+                distance += part * part
+            if distance <= 1.0:
+                return k, j
+    return rows - 1, NO_TRAP
 
 
 @jit_no_alloc
-def run_cell(work, plan, p, signals):
-    """Integrate one cell and log its sample; returns the status and the periods done."""
-    status, done, periodic = pass_transient(work, plan, p, signals)
-    if status != OK:
-        return status, done
-    if not periodic:
-        record = (work.sample, work.sample_sizes, done)
-        return log_periods(work, plan, p, work.log, record, signals), done + plan.sample
-    record = (work.cycle, work.cycle_sizes, done)
-    status = log_periods(work, plan, p, work.cycle_log, record, signals)
+def pass_transient(work, plan, grid, signals, end):
+    """Integrate to the end of the transient, or until it is known what the motion tends to.
+
+    Without a sample its section is looked at; the row in a trapping region, or the last one, is written to ``end``.
+    Returns the status, the periods done, and what is known: the index of the region, PERIODIC or NO_TRAP.
+    """
+    trapped, done, alike = plan.sample == 0, 0, 0
+    packed = work.cycle if trapped else work.nothing
+    work.before[:] = math.nan
+    while done < plan.transient:
+        begun, done = done, min(done + CYCLE, plan.transient)
+        record = packed, begun if trapped else NO_ORIGIN
+        status = integrate_to(work, plan, grid, done, work.cycle_log, record, signals)
+        if status != OK:
+            return status, done, NO_TRAP
+        if trapped:
+            buffers = unpack_buffers(packed[0], packed[1])
+            buffers.used[0] = buffers.used[1] = 0
+            k, trap = first_trap(plan.traps, buffers.section, done - begun)
+            for c in range(4):
+                end[c] = buffers.section[k, c]
+            if trap != NO_TRAP:
+                return OK, begun + k + 1, trap
+        elif plan.recurrence > 0.0:
+            alike = alike + 1 if state_recurs(work, plan, grid) else 0
+            if alike == 2 and plan.transient + plan.sample - done > CYCLE:
+                return OK, done, PERIODIC
+    return OK, done, NO_TRAP
+
+
+@jit_no_alloc
+def run_cell(work, plan, grid, signals, end):
+    """Integrate one cell and log its sample; returns what :func:`pass_transient` does, for the whole cell."""
+    status, done, known = pass_transient(work, plan, grid, signals, end)
+    if status != OK or plan.sample == 0:
+        return status, done, known
+    if known != PERIODIC:
+        record = work.sample, done
+        return log_periods(work, plan, grid, work.log, record, signals), done + plan.sample, known
+    record = work.cycle, done
+    status = log_periods(work, plan, grid, work.cycle_log, record, signals)
     statistics.repeat_cycle(work.log, plan.sample, plan.transient, work.cycle_log, CYCLE, done)
-    return status, done + CYCLE
+    return status, done + CYCLE, known

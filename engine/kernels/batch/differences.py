@@ -9,10 +9,9 @@ from typing import NamedTuple
 
 import numpy as np
 from vibroscope.engine.kernels.batch.course import CYCLE, NO_ORIGIN, RECURRENCE, close, integrate_to
-from vibroscope.engine.kernels.batch.run import BatchCells, BatchPlan, WorkSpace, begin, set_up
+from vibroscope.engine.kernels.batch.run import BatchCells, BatchPlan, WorkSpace, prepare
 from vibroscope.engine.kernels.compile.options import jit, jit_no_alloc
 from vibroscope.engine.kernels.compile.record import unpack_buffers
-from vibroscope.engine.kernels.parameters import unpack_parameters
 from vibroscope.engine.kernels.status import OK, WITHDRAWN
 
 ALONE, OWN_LIMIT, BESIDE = range(3)  # parts of a difference: none; of a motion without a time step; of both motions
@@ -42,21 +41,17 @@ def sample_cell(motion, i, signals):
 
     Returns the status, and the periods after which what is written repeats itself: all of them, if it does not.
     """
-    work, plan, out = motion.work, motion.plan, motion.room
+    work, plan, out, start = motion.work, motion.plan, motion.room, motion.cells.initial[i]
     periods = out.shape[0]
-    p = unpack_parameters(motion.cells.parameters[i])
-    set_up(work, motion.cells, plan, i)
-    begin(work, plan, p, motion.cells.initial[i])
-    record, distinct, status = (work.sample, work.sample_sizes, NO_ORIGIN), periods, OK
-    if motion.recurs[i] > 0 and periods > CYCLE:
-        record, distinct = (work.cycle, work.cycle_sizes, NO_ORIGIN), motion.recurs[i]
-        status = integrate_to(work, plan, p, distinct, work.log, record, signals)
-        if status == OK and distinct < CYCLE and not has_returned(record, motion.cells.initial[i], distinct):
-            distinct = CYCLE
-            status = integrate_to(work, plan, p, distinct, work.log, record, signals)
-    else:
-        status = integrate_to(work, plan, p, distinct, work.log, record, signals)
-    buffers = unpack_buffers(record[0], record[1])
+    grid = prepare(work, motion.cells, plan, i, start)
+    repeats = motion.recurs[i] > 0 and periods > CYCLE
+    packed, distinct = (work.cycle, motion.recurs[i]) if repeats else (work.sample, periods)
+    record = packed, NO_ORIGIN
+    status = integrate_to(work, plan, grid, distinct, work.log, record, signals)
+    if repeats and status == OK and distinct < CYCLE and not has_returned(record, start, distinct):
+        distinct = CYCLE
+        status = integrate_to(work, plan, grid, distinct, work.log, record, signals)
+    buffers = unpack_buffers(packed[0], packed[1])
     buffers.used[0] = buffers.used[1] = 0
     for j in range(distinct):
         first = j * out.shape[1]
@@ -68,7 +63,7 @@ def sample_cell(motion, i, signals):
 @jit_no_alloc
 def has_returned(record, start, periods):
     """Whether the section is after so many periods where it was at the start."""
-    flat, sizes, _ = record
+    (flat, sizes), _ = record
     row = unpack_buffers(flat, sizes).section[periods - 1]
     allowed = RECURRENCE * (abs(row[0]) + abs(row[1]) + abs(row[2]) + abs(row[3]))
     same = close(row[0], start[0], allowed) and close(row[1], start[1], allowed)

@@ -12,32 +12,36 @@ from vibroscope.engine.kernels.status import OK
 
 
 @jit_no_alloc
-def follow_disturbance(packed, state, variation, nothing, y, direction, growth, section):
+def follow_disturbance(solver, variation, ends, growth, section, signals):
     """Follow a motion and a disturbance of it through an excitation period for each entry of ``growth``.
+
+    Returns False if the call was withdrawn.
 
     Parameters
     ----------
-    packed : (n,) float64
-        A :class:`.state.HybridSystem`.
-    state : (n,) float64
-        Work space for the :class:`.state.HybridState`.
+    solver : (packed, state, (flat, sizes))
+        A :class:`.state.HybridSystem`, (n,), work space for a :class:`.state.HybridState`, (n,), and packed record
+        buffers without room.
     variation : Variation
         Of one number.
-    nothing : (flat, sizes)
-        Packed record buffers without room.
-    y, direction : (4,) float64
-        (ξ₁, ξ₁′, g, g′) at τ = 0 and the disturbance; in the end those of the last period, the direction of length 1.
+    ends : (2, 4) float64
+        (ξ₁, ξ₁′, g, g′) at τ = 0 and the disturbance; in the end those of the last period, the latter of length 1.
     growth : (n,) float64
         ln of the growth in each period: −∞ where nothing is left of the disturbance, which then begins anew; nan from
         the period on that ends early or has no derivative.
     section : (n, 4) float64
-        y at the end of each period.
+        (ξ₁, ξ₁′, g, g′) at the end of each period.
+    signals : (n,) int64
+        ``signals[0]`` is set to withdraw the call.
     """
-    flat, sizes = nothing
+    packed, state, (flat, sizes) = solver
+    y, direction = ends[0], ends[1]
     for n in range(growth.shape[0]):
         growth[n] = math.nan
     lowest = 0.0 if unpack_system(packed).rigid else -math.inf  # rounding must not make a reference penetrate
     for n in range(growth.shape[0]):
+        if signals[0] != 0:
+            return False
         write_start(packed, state, y[0], y[1], max(y[2], lowest), y[3])
         for k in range(4):
             variation.state[k, 0] = direction[k]
@@ -48,9 +52,10 @@ def follow_disturbance(packed, state, variation, nothing, y, direction, growth, 
             square += variation.state[k, 0] ** 2
             size += abs(variation.end[k])
         if status != OK or not (square < math.inf and size < math.inf):
-            return
+            return True
         length = math.sqrt(square)
         for k in range(4):
             y[k] = section[n, k] = variation.end[k]
             direction[k] = variation.state[k, 0] / length if length > 0.0 else 0.5
         growth[n] = math.log(length) if length > 0.0 else -math.inf
+    return True
