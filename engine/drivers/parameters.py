@@ -73,6 +73,8 @@ def _as_seen(system: System, eta: float, method: Method) -> Parameters:
         position, gap = position + (0.0 if system.spring1 else gap), 0.0
     if system.rests_afar:
         position, gap, pull = -1.0, 0.0, system.spring1 * system.clearance - system.excitation.constant1
+    elif system.has_free_body:
+        pull = system.free_pull
     return Parameters(
         eta=float(eta),
         kappa=math.sqrt(system.spring1) if wall else system.kappa,

@@ -61,6 +61,8 @@ class Scheme(NamedTuple):
     damping2: float
     stiffness2: float
     coupling: float  # of the place of a wall, as in equations.motion
+    constant1: float  # constant accelerations, Δτ² a/m, in which the place of a wall counts as one
+    constant2: float
     load2: float
     react2: float  # Δτ²/(μ m₂)
     damper: float  # D
@@ -131,6 +133,8 @@ def scheme_of(p):
         c.c2 * h / m2,
         c.k2 * h * h / m2,
         c.coupling * h * h / m2,
+        c.pull1 * h * h / m1,
+        (c.coupling + c.pull2) * h * h / m2,
         load2 * h * h / m2,
         h * h / (c.mu * m2),
         p.damping,
@@ -200,9 +204,8 @@ def contact_force(m, x1, v1, x2, v2):
 @jit_inlined
 def step(m, p1, q1, p2, q2, pressed, cosine1, cosine2):
     """A₁, A₂ and the contact force λ at the end of a step, Eqs. (10) and (11); ``cosine1``: cos(ητ + ψ₁) there."""
-    a1 = m.load1 * cosine1 - m.damping1 * q1 - m.stiffness1 * p1  # Eq. (10)
-    # the coupling is multiplied by p₁, which is 1 where there is one
-    a2 = m.load2 * cosine2 + m.coupling - m.damping2 * q2 - m.stiffness2 * p2
+    a1 = m.load1 * cosine1 - m.damping1 * q1 - m.stiffness1 * p1 + m.constant1  # Eq. (10)
+    a2 = m.load2 * cosine2 + m.constant2 - m.damping2 * q2 - m.stiffness2 * p2
     if not pressed:
         return a1, a2, 0.0
     push = m.contact_p * (p1 - p2) + (m.contact_q * (q1 - q2) + m.contact_gap) + m.contact_a * (a1 - a2)  # Eq. (11)
