@@ -27,8 +27,6 @@ from typing import NamedTuple
 import numpy as np
 from vibroscope.engine.drivers.event_driven import contact_state
 from vibroscope.engine.drivers.parameters import equilibria, generators, parameters_of, seen_from_stops
-from vibroscope.engine.kernels.compile.options import uncompiled
-from vibroscope.engine.kernels.equations.motion import separated_generator
 from vibroscope.engine.methods import Method
 from vibroscope.engine.model import System
 from vibroscope.engine.result import Response, check_cancelled
@@ -70,8 +68,7 @@ def forms_of(system: System, eta: float, method: Method) -> EnergyForms:
     c = system.with_first_stop
     p = parameters_of(c, eta, method)  # in which a wall is body 1 that never moves
     mu, x2, v2 = p.mu, _X1 + _GAP, _V1 + _RATE
-    phases = [_extended(phase) for phase in generators(c, eta, method)]
-    phases[0][:4, 6] = uncompiled(separated_generator)(p)[:, 6]
+    phases = generators(c, eta, method)
     load1, push = (row[4] * _COSINE + row[5] * _SINE for row in (phases[0][1], phases[0][3]))
     work = _product(load1, _V1) + mu * _product(load1 + push, v2)
     dampers = 2 * p.d1 * _product(_V1) + 2 * mu * p.damper2 * _product(v2)
@@ -90,9 +87,9 @@ def forms_of(system: System, eta: float, method: Method) -> EnergyForms:
         dissipated = np.array([dampers, 2 * (method.damping or 0.0) * _product(_RATE)])
         ends, levels = (_GAP, _GAP), (p.free_gap, p.free_gap)
     return EnergyForms(
-        generators=tuple(phases),
+        generators=phases,
         powers=(np.array([work, dampers, zero]), np.array([work, *dissipated]), np.array([work, dampers, zero])),
-        equilibria=tuple(np.append(rest, 0.0) for rest in equilibria(c, eta, method)),
+        equilibria=equilibria(c, eta, method),
         stored=0.5 * (_product(_V1) + mu * _product(v2)) + springs,
         free_position=p.free_position,
         free_gap=p.free_gap,
@@ -102,13 +99,6 @@ def forms_of(system: System, eta: float, method: Method) -> EnergyForms:
         levels=levels,
         rigid=rigid,
     )
-
-
-def _extended(generator: np.ndarray) -> np.ndarray:
-    """A (6, 6) generator for a state with a constant number."""
-    found = np.zeros((7, 7))
-    found[:6, :6] = generator
-    return found
 
 
 def _product(row: np.ndarray, other: np.ndarray | None = None) -> np.ndarray:
