@@ -91,10 +91,14 @@ class NewmarkDriver(SteppingDriver):
     def cosines_of_steps(self, m: newmark.Scheme) -> tuple[np.ndarray, np.ndarray]:
         """cos(ητ + ψ), or the load, of both bodies at the beginning of each step, and at the end of the last.
 
+        A constant force that no equilibrium holds is part of it.
+
         Where both are the same, so are the arrays: the loop then reads one of them.
         """
         first, second = uncompiled(newmark.phased)(m, *self.load)
-        return first, first if (m.cosine1, m.sine1) == (m.cosine2, m.sine2) else second
+        same = (m.cosine1, m.sine1, m.offset1) == (m.cosine2, m.sine2, m.offset2)
+        first, second = first + m.offset1, second + m.offset2
+        return first, first if same else second
 
     @property
     def loop(self) -> Callable:

@@ -61,8 +61,6 @@ class Scheme(NamedTuple):
     damping2: float
     stiffness2: float
     coupling: float  # of the place of a wall, as in equations.motion
-    constant1: float  # constant accelerations, Δτ² a/m, in which the place of a wall counts as one
-    constant2: float
     load2: float
     react2: float  # Δτ²/(μ m₂)
     damper: float  # D
@@ -76,6 +74,8 @@ class Scheme(NamedTuple):
     sine1: float
     cosine2: float
     sine2: float
+    offset1: float  # of the cosine of each body, for a constant force that no equilibrium holds
+    offset2: float
     rest1: float  # static equilibrium of the separated bodies: ξ₁ and ξ₂
     rest2: float
     clearance: float
@@ -122,8 +122,8 @@ def scheme_of(p):
     m2 = 1 + c.c2 * h / 2 + c.k2 * h * h / 4
     sigma = p.stiffness * h * h / 4 + p.damping * h
     shared = 1 + sigma * (c.react1 / m1 + 1 / (c.mu * m2))
-    load1, cosine1, sine1 = amplitude_and_phase(c.load1[0], c.load1[1])
-    load2, cosine2, sine2 = amplitude_and_phase(c.load1[0] + c.push[0], c.load1[1] + c.push[1])
+    load1, cosine1, sine1, offset1 = amplitude_and_phase(c.load1[0], c.load1[1], c.pull1)
+    load2, cosine2, sine2, offset2 = amplitude_and_phase(c.load1[0] + c.push[0], c.load1[1] + c.push[1], c.pull2)
     return Scheme(
         h,
         c.c1 * h / m1,
@@ -133,8 +133,6 @@ def scheme_of(p):
         c.c2 * h / m2,
         c.k2 * h * h / m2,
         c.coupling * h * h / m2,
-        c.pull1 * h * h / m1,
-        (c.coupling + c.pull2) * h * h / m2,
         load2 * h * h / m2,
         h * h / (c.mu * m2),
         p.damping,
@@ -148,6 +146,8 @@ def scheme_of(p):
         sine1,
         cosine2,
         sine2,
+        offset1,
+        offset2,
         p.free_position,
         p.free_position + p.free_gap - p.clearance,
         p.clearance,
@@ -159,12 +159,14 @@ def scheme_of(p):
 
 
 @jit_uncontracted
-def amplitude_and_phase(cosine, sine):
-    """l, cos ψ and sin ψ with cosine · cos ητ + sine · sin ητ = l cos(ητ + ψ)."""
+def amplitude_and_phase(cosine, sine, pull):
+    """l, cos ψ, sin ψ and o with cosine · cos ητ + sine · sin ητ + pull = l (cos(ητ + ψ) + o)."""
+    if sine == 0.0 and cosine == 0.0 and pull != 0.0:  # without a cosine
+        return 1.0, 0.0, 0.0, pull
     if sine == 0.0:
-        return cosine, 1.0, 0.0
+        return cosine, 1.0, 0.0, pull / cosine if pull != 0.0 else 0.0
     size = math.hypot(cosine, sine)
-    return size, cosine / size, -sine / size
+    return size, cosine / size, -sine / size, pull / size
 
 
 @jit_inlined
@@ -204,8 +206,9 @@ def contact_force(m, x1, v1, x2, v2):
 @jit_inlined
 def step(m, p1, q1, p2, q2, pressed, cosine1, cosine2):
     """A₁, A₂ and the contact force λ at the end of a step, Eqs. (10) and (11); ``cosine1``: cos(ητ + ψ₁) there."""
-    a1 = m.load1 * cosine1 - m.damping1 * q1 - m.stiffness1 * p1 + m.constant1  # Eq. (10)
-    a2 = m.load2 * cosine2 + m.constant2 - m.damping2 * q2 - m.stiffness2 * p2
+    a1 = m.load1 * cosine1 - m.damping1 * q1 - m.stiffness1 * p1  # Eq. (10)
+    # the coupling is multiplied by p₁, which is 1 where there is one
+    a2 = m.load2 * cosine2 + m.coupling - m.damping2 * q2 - m.stiffness2 * p2
     if not pressed:
         return a1, a2, 0.0
     push = m.contact_p * (p1 - p2) + (m.contact_q * (q1 - q2) + m.contact_gap) + m.contact_a * (a1 - a2)  # Eq. (11)
