@@ -23,6 +23,7 @@ from vibroscope.engine import (
     Reference,
     System,
     TimeStepping,
+    continue_branch,
     motion,
     physical_entry,
     simulate,
@@ -180,6 +181,21 @@ def test_the_jacobian_of_the_poincare_map_is_that_of_differences(pair, name):
         (poincare(start + h * unit, 4).state - poincare(start - h * unit, 4).state) / (2 * h) for unit in np.eye(4)
     ]
     np.testing.assert_allclose(found.jacobian, np.column_stack(columns), atol=1e-6 * np.abs(found.jacobian).max())
+
+
+def test_a_weight_holds_a_body_whose_motions_form_a_branch():
+    weighted = Excitation(base=3.0, constant2=-0.15)
+    system = System(mu=0.25, kappa=0.0, d1=0.05, d2=0.0, d3=None, clearance=0.0, excitation=weighted)
+    branch = continue_branch(BranchQuestion(system, 1.5, ExactPenalty(K, D), low=1.49, high=1.51))
+    assert len(branch.values) > 5
+    for k in (0, len(branch.values) // 2, -1):
+        start, period = tuple(branch.sections[k][0]), branch.period
+        run = simulate(system, branch.values[k], ExactPenalty(K, D), periods=period, keep=1, initial=start)
+        np.testing.assert_allclose(run.section[-1], start, rtol=0, atol=1e-9 * np.abs(start).max())
+        jacobian = PoincareMap(system, branch.values[k], ExactPenalty(K, D), None)
+        found = np.linalg.eigvals(jacobian(jacobian.coordinates(start), period).jacobian)
+        size = np.abs(found).max()
+        np.testing.assert_allclose(np.sort(np.abs(found)), np.sort(np.abs(branch.multipliers[k])), atol=1e-6 * size)
 
 
 def test_nothing_holds_a_body_without_a_spring():
