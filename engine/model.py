@@ -195,15 +195,14 @@ class System:
             raise ValueError(
                 "spring1 = 0 leaves the mass ratio open, which kappa3 does not give: give mass_ratio, m₂/m₁"
             )
-        for name, spring in (("constant1", self.spring1), ("constant2", self.kappa)):
+        for name in ("constant1", "constant2"):
             force = getattr(self.excitation, name)
-            if force and not spring:
+            if force and not self.spring1 and not self.kappa:
                 raise ValueError(
-                    f"{name} = {force:g} on a body without a spring, of two: beside a harmonic load the states of two "
-                    "bodies have no place for its parabola; give that body a spring, or the force as a load that lasts "
+                    f"{name} = {force:g} on two bodies without springs: nothing bears it; give one of them a spring, "
+                    "or the force as a load that lasts "
                     f"in its place (`transient`, Load.trapezoid({force:g}, T, 0, on='force{name[-1]}')), or, where no "
-                    "body has a spring or a damper, let a wall take the place of one and m1 m2/(m1 + m2) be the mass "
-                    "of the other"
+                    "body has a damper, let a wall take the place of one and m1 m2/(m1 + m2) be the mass of the other"
                 )
 
     def _checked_kappa3(self) -> float:
@@ -345,16 +344,26 @@ class System:
     def separate_rest(self) -> tuple[float, float]:
         """ξ₁ and ξ₂ of the static equilibrium that the bodies have without contact, even if they overlap there.
 
-        Of a body without a spring that a constant force pulls ξ₁ is infinite; without one it may rest anywhere: at 0,
-        or, of two bodies, where it touches the other one if that is nearer.
+        Of a body without a spring that a constant force pulls beside a wall ξ₁ is infinite; without one it may rest
+        anywhere: at 0, or, of two bodies, where it touches the other one if that is nearer. Of two bodies one that is
+        pulled is where it touches the other one.
         """
         e = self.excitation
-        x1 = (
-            e.constant1 / self.spring1 if self.spring1 else math.copysign(math.inf, e.constant1) if e.constant1 else 0.0
-        )
+        x1 = e.constant1 / self.spring1 if self.spring1 else 0.0
+        if self.wall and not self.spring1 and e.constant1:
+            x1 = math.copysign(math.inf, e.constant1)
         x2 = 0.0 if self.wall or not self.kappa else e.constant2 / (self.mass_ratio * self.kappa**2)
         overlap = max(0.0, -self.gap(x1, x2)) if self.has_free_body else 0.0
+        if self.free_pull:
+            overlap = -self.gap(x1, x2)
         return (x1, x2 + overlap) if self.spring1 else (x1 - overlap, x2)
+
+    @property
+    def free_pull(self) -> float:
+        """Acceleration of the gap by a constant force on a body without a spring, of two bodies; else 0."""
+        if not self.has_free_body:
+            return 0.0
+        return self.excitation.constant2 / self.mass_ratio if self.spring1 else -self.excitation.constant1
 
     @cached_property
     def static_gap(self) -> float:
@@ -376,15 +385,20 @@ class System:
     def rest(self) -> tuple[float, float, float, float]:
         """ξ₁, ξ₁′, ξ₂, ξ₂′ of the static equilibrium, contact being rigid: where runs begin unless a start is given.
 
-        A body without a spring that a constant force pulls off a wall has none: then ξ₁ = 0.
+        A body without a spring that a constant force pulls off a wall has none: then ξ₁ = 0; of two bodies it then
+        begins where it touches the other one.
         """
-        if self.static_gap > self.play:  # pressed to the second stop
+        if self.static_gap > self.play or (self.free_pull > 0.0 and self.two_stops):  # pressed to the second stop
             return tuple(0.0 - value for value in self.mirrored.rest)
         x1, x2 = self.separate_rest
         if x1 == -math.inf:
             x1 = min(0.0, self.clearance)
-        if self.static_gap < 0:
-            x1 = self.clearance if self.wall else x1 + self.stiffness_share * self.static_gap
+        if self.free_pull < 0 or (self.static_gap < 0 and not self.free_pull):
+            if self.free_pull:  # the other body bears it
+                e = self.excitation
+                x1 += e.constant2 if self.spring1 else e.constant1 / (self.mass_ratio * self.kappa**2)
+            else:
+                x1 = self.clearance if self.wall else x1 + self.stiffness_share * self.static_gap
             x2 = 0.0 if self.wall else x1 - self.clearance
             step = 2.0**-53 * (abs(self.clearance) + abs(x1))
             while self.gap(x1, x2) > 0:  # by rounding; Newmark's method would begin without contact

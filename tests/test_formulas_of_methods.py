@@ -157,18 +157,18 @@ def test_the_mechanical_energy(method):
     for x1, v1, g, u, *_ in states(8, 6):
         symbols = {"ξ₁": x1, "ξ₁′": v1, "ξ₂": x1 + g, "ξ₂′": v1 + u, "μ": 0.7, "κ": 1.8, "g": g}
         spring = 0.0 if method.name == "reference" else float(spring_energy(method, np.array([g]))[0])
-        z = np.array([x1, v1, g, u, 0.0, 0.0])
+        z = np.array([x1, v1, g, u, 0.0, 0.0, 1.0])
         for_method = symbols | {"K": getattr(method, "stiffness", 0.0)}
         assert value(sides(PAGES[49])[1], for_method) == pytest.approx(z @ forms.stored @ z + spring, rel=1e-12)
 
 
 @compares(50)
 def test_the_integral_of_a_power_over_twice_a_time():
-    generator = np.zeros((6, 6))
+    generator = np.zeros((7, 7))
     generator[:4] = separated_generator(PARAMETERS)
     powers = energy_forms(simulate(SYSTEM, ETA, Reference(), periods=2, keep=2)).powers[0]
     changes, integrals = phase_integrals(generator, powers, np.array([0.7, 1.4]))
-    moved = changes[0] + np.eye(6)
+    moved = changes[0] + np.eye(7)
     for once, twice in zip(*integrals, strict=True):
         symbols = {"G(s)": Matrix(once), "E(s)ᵀ": Matrix(moved.T), "E(s)": Matrix(moved)}
         np.testing.assert_allclose(value(sides(PAGES[50], 2)[1], symbols).rows, twice, rtol=1e-10, atol=1e-12)

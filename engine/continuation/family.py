@@ -247,9 +247,10 @@ class BranchQuestion:
 
 def _unheld(system: System) -> str:
     """Why no orbit of a system stands alone; empty if there may be one."""
-    if not system.has_free_body:
+    if not system.has_free_body or system.free_pull < 0.0:
         return ""
     return (
         "one of the bodies has no spring: nothing holds it, so that its periodic motions repeat at any place, and no "
-        "branch of single orbits can be followed; give it a spring, or ask for a diagram"
+        "branch of single orbits can be followed; give it a spring, or a constant force towards the "
+        "other one, or ask for a diagram"
     )

@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 from vibroscope.engine.drivers.base import CAPACITY
 from vibroscope.engine.drivers.event_driven import COMPLETION, separating_circles
-from vibroscope.engine.drivers.newmark import can_skip
+from vibroscope.engine.drivers.newmark import are_held, can_skip
 from vibroscope.engine.drivers.threads import Worker, share_out
 from vibroscope.engine.kernels import section_statistics
 from vibroscope.engine.kernels.accelerated.step_map import SKIPPING as SKIPPING_LAYOUT
@@ -59,7 +59,7 @@ def are_compiled(method: Method, rows: np.ndarray) -> np.ndarray:
     if not method.has_step:
         return np.isinf(p.play) & (method.rigid or method.linear)
     fastest = np.maximum(np.maximum(p.kappa, p.eta), 1.0)
-    return np.isinf(p.play) & can_skip(p.eta, fastest, p.steps, method)
+    return np.isinf(p.play) & are_held(p) & can_skip(p.eta, fastest, p.steps, method)
 
 
 def calls_of(method: Method, rows: np.ndarray) -> np.ndarray:

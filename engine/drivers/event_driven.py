@@ -125,7 +125,7 @@ def _set_up_stop(
     if impulses and not rigid:
         generator = full_pressed_generators(row[None])[0]
         integral = integral_of(generator, watched_in_contact(p, rigid))
-        views.contact.rows[:, INTEGRAL] = views.slow_contact.rows[:, INTEGRAL] = integral
+        views.contact.rows[:6, INTEGRAL] = views.slow_contact.rows[:6, INTEGRAL] = integral
     return views
 
 

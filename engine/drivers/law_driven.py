@@ -113,8 +113,9 @@ def set_up_law(p: Parameters, load: Load | None = None) -> LawSystem:
         "spacing": np.zeros(PIECES),
         "position": np.zeros(PIECES),
         "gap": np.zeros(PIECES),
+        "pulled": np.zeros(PIECES),
         "watched": np.zeros(2 * PIECES),
-        "rows": np.zeros((2 * PIECES, 6, INTEGRAL + 1)),
+        "rows": np.zeros((2 * PIECES, 7, INTEGRAL + 1)),
         "transitions": np.zeros((PIECES, POINTS, 6, 6)),
         "counts": np.zeros(PIECES, dtype=np.int64),
         "targets": np.zeros(2 * PIECES, dtype=np.int64),
@@ -173,6 +174,7 @@ def _add_piece(tables: dict, p: Parameters, piece: int, contact: Piece, watched:
             phases[k].rows,
             phases[k].transitions,
         )
+        tables["pulled"][piece] = phases[k].pulled
         tables["targets"][i], tables["mirrored"][i] = int(each.target), each.mirrored
     if acts:
         acting = np.zeros(6)

@@ -40,6 +40,11 @@ def can_skip(eta: float, rate, steps, method: TimeStepping):
     return (takes_own_loop(method) and method.skips_steps) & has_strides(eta, rate, steps)
 
 
+def are_held(p: Parameters):
+    """Whether the skips know the motion: no constant force acts on a body without a spring; p: numbers or arrays."""
+    return (p.pull == 0.0) | (p.wall > 0.0)
+
+
 def has_strides(eta: float, rate, steps):
     """Whether a flight's coarser tables have a stride with which skipping is quicker than every step."""
     return SHORTEST_STRIDE * rate * 2 * np.pi / eta / steps <= REACHES[FREE]
@@ -54,7 +59,12 @@ class NewmarkDriver(SteppingDriver):
     def tables_of(self, p: Parameters) -> dict:
         row, scheme, packed, cosines = np.array(p), newmark.scheme_of(p), None, None
         harmonic = self.run[0].excitation.load is None
-        if harmonic and np.isinf(p.play) and can_skip(p.eta, free_rate(p), self._method.steps, self._method):
+        if (
+            harmonic
+            and np.isinf(p.play)
+            and are_held(p)
+            and can_skip(p.eta, free_rate(p), self._method.steps, self._method)
+        ):
             packed = SKIPPING.zeros()
             set_up_skipping(packed, no_keys(), row)
         else:
@@ -81,10 +91,14 @@ class NewmarkDriver(SteppingDriver):
     def cosines_of_steps(self, m: newmark.Scheme) -> tuple[np.ndarray, np.ndarray]:
         """cos(ητ + ψ), or the load, of both bodies at the beginning of each step, and at the end of the last.
 
+        A constant force that no equilibrium holds is part of it.
+
         Where both are the same, so are the arrays: the loop then reads one of them.
         """
         first, second = uncompiled(newmark.phased)(m, *self.load)
-        return first, first if (m.cosine1, m.sine1) == (m.cosine2, m.sine2) else second
+        same = (m.cosine1, m.sine1, m.offset1) == (m.cosine2, m.sine2, m.offset2)
+        first, second = first + m.offset1, second + m.offset2
+        return first, first if same else second
 
     @property
     def loop(self) -> Callable:
@@ -120,7 +134,7 @@ class SkippedSamples:
         self._method = Newmark(1.0, 0.0, 1000)
         self._eta = eta
         parameters, *_ = parameters_of_stops(system, eta, self._method)
-        self._has_one_stop = not system.two_stops
+        self._skips = not system.two_stops and are_held(parameters)
         self._rate = free_rate(parameters)
         self._rows = np.array([parameters])
         self._packed, self._keys, self._state = SKIPPING.zeros(), no_keys(), STATE.zeros()
@@ -130,7 +144,7 @@ class SkippedSamples:
 
     def can_run(self, steps: int) -> bool:
         """Whether a run with so many steps is made by skips."""
-        return self._has_one_stop and bool(can_skip(self._eta, self._rate, steps, self._method))
+        return self._skips and bool(can_skip(self._eta, self._rate, steps, self._method))
 
     def run(
         self,

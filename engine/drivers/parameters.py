@@ -73,6 +73,8 @@ def _as_seen(system: System, eta: float, method: Method) -> Parameters:
         position, gap = position + (0.0 if system.spring1 else gap), 0.0
     if system.rests_afar:
         position, gap, pull = -1.0, 0.0, system.spring1 * system.clearance - system.excitation.constant1
+    elif system.has_free_body:
+        pull = system.free_pull
     return Parameters(
         eta=float(eta),
         kappa=math.sqrt(system.spring1) if wall else system.kappa,
@@ -143,22 +145,25 @@ def at_eta(rows: np.ndarray, eta: np.ndarray, power: int | np.ndarray) -> np.nda
 
 
 def generators(system: System, eta: float, method: Method) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """A of z′ = A z, (6, 6), in flight, in contact, and of the common motion without the measured joint damping.
+    """A of z′ = A z, (7, 7), in flight, in contact, and of the common motion without the measured joint damping.
 
-    z is relative to the equilibrium of each (:func:`equilibria`).
+    z is relative to the equilibrium of each (:func:`equilibria`); its last number is 1, for a force that has none.
     """
     p = parameters_of(system, eta, method)
     joined = joined_generator(p._replace(damper3=system.joint_damper("derived")))
     contact = joined_generator(p) if method.rigid else pressed_generator(p)
     rate = load_rate(p)
-    return tuple(full_generator(rows, rate) for rows in (separated_generator(p), contact, joined))
+    found = np.zeros((3, 7, 7))
+    for a, rows in zip(found, (separated_generator(p), contact, joined), strict=True):
+        a[:6, :6], a[:4, 6] = full_generator(rows, rate), rows[:, 6]
+    return tuple(found)
 
 
 def equilibria(system: System, eta: float, method: Method) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """z at the equilibrium of each of these motions, (6,), relative to that of the flight."""
+    """z at the equilibrium of each of these motions, (7,), relative to that of the flight, and so with 0 at its end."""
     p = parameters_of(system, eta, method)
     free, joined = np.array(free_equilibrium(p)), np.array(joined_equilibrium(p))
     contact = joined if method.rigid else np.array(pressed_equilibrium(p))
-    found = np.zeros((3, 6))
+    found = np.zeros((3, 7))
     found[:, [0, 2]] = np.array([free, contact, joined]) - free
     return tuple(found)

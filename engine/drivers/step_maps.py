@@ -30,6 +30,7 @@ class Bodies(NamedTuple):
     stiffness: np.ndarray
     loads: np.ndarray
     reaction: np.ndarray  # what a unit of λ does to each body, (2,)
+    pull: np.ndarray  # constant forces that no equilibrium holds, (2,)
     contact: tuple[float, float]  # K and D
     gap: float  # at the equilibrium
     eta: float  # frequency of the load; 0: it is linear between steps
@@ -52,7 +53,8 @@ def bodies_of(p: Parameters) -> Bodies:
     diagonals = (np.diag(scale * pair) for pair in ([1.0, 1.0], [c.c1, c.c2], [c.k1, c.k2]))
     mass, damping, stiffness = diagonals
     stiffness[1, 0] = -c.mu * c.coupling
-    return Bodies(mass, damping, stiffness, loads, reaction, contact, p.free_gap, uncompiled(load_rate)(p))
+    pull = scale * [c.pull1, c.pull2]
+    return Bodies(mass, damping, stiffness, loads, reaction, pull, contact, p.free_gap, uncompiled(load_rate)(p))
 
 
 def stage_end(
@@ -106,6 +108,7 @@ def stage_end(
     else:
         gap, rate = b.gap * unit[one] + BETWEEN @ felt_q, BETWEEN @ felt_v
         loads = load(stage.end * (1.0 - stage.alpha_f))
+    loads = loads + np.outer(b.pull, unit[one])
     spring = uncompiled(force)(*b.contact, gap, rate)  # Eq. (5)
     now = status * spring if given is None else given
     acting = between(now, begun) if integrator.averaged else now
@@ -177,7 +180,7 @@ def spectral_radius(maps: np.ndarray, status: int) -> float:
 def damps(integrator: Integrator) -> bool:
     """Whether an undamped oscillator loses energy in a step of one radian: numerical damping."""
     none, unit = np.zeros((2, 2)), np.eye(2)
-    oscillator = Bodies(unit, none, unit, none, np.zeros(2), (0.0, 0.0), 0.0, 1.0)
+    oscillator = Bodies(unit, none, unit, none, np.zeros(2), np.zeros(2), (0.0, 0.0), 0.0, 1.0)
     return spectral_radius(step_maps(oscillator, integrator, 1.0), 0) < 1 / AMPLIFYING
 
 
@@ -185,7 +188,7 @@ def damps(integrator: Integrator) -> bool:
 def felt_late(integrator: Integrator) -> float:
     """The share of λ at the end of a step, times Δτ, that a free body feels in the steps after it, without contact."""
     none, unit = np.zeros((2, 2)), np.eye(2)
-    body = Bodies(unit, none, none, none, np.array([0.0, 1.0]), (0.0, 0.0), 0.0, 1.0)
+    body = Bodies(unit, none, none, none, np.array([0.0, 1.0]), np.zeros(2), (0.0, 0.0), 0.0, 1.0)
     maps = step_maps(body, integrator, 1.0)
     v, a = maps[0 if len(maps) == 2 else 2][[3, 5]]
     return float(v[5] / (1.0 - a[5]) * (1.0 + a[FORCE]) + v[FORCE])  # v + … stays what it is from step to step

@@ -65,7 +65,9 @@ def balance_of_steps(response: Response) -> EnergyBalance:
     mu, kappa = (0.0 if c.wall else c.mass_ratio), c.kappa
     x, v, force = sampled.displacement, sampled.velocity, sampled.force
     rest, gap, change = (c.clearance, 0.0) if c.rests_afar else c.separate_rest, c.gap(x[0], x[1]), np.diff(x)
-    constant = c.excitation.constant1 - c.spring1 * rest[0] if c.rests_afar else 0.0  # what holds the first there
+    pulled = c.rests_afar or c.free_pull != 0.0
+    constant = c.excitation.constant1 - c.spring1 * rest[0] if pulled else 0.0  # what holds the bodies there
+    constant2 = c.excitation.constant2 - c.mass_ratio * kappa**2 * rest[1] if c.free_pull else 0.0
     phase = np.arange(len(sampled.time)) % method.steps * (2 * np.pi / method.steps)
     cosine, sine = np.cos(phase), np.sin(phase)
     if c.excitation.load is not None:
@@ -76,6 +78,7 @@ def balance_of_steps(response: Response) -> EnergyBalance:
     for _, own in seen_from_stops(c, method)[1:]:
         spring = spring + spring_energy(own, c.play - gap)
     springs = c.spring1 * (x[0] - rest[0]) ** 2 - 2 * constant * (x[0] - rest[0]) + mu * (kappa * (x[1] - rest[1])) ** 2
+    springs = springs - 2 * constant2 * (x[1] - rest[1])
     stored = 0.5 * (v[0] ** 2 + mu * v[1] ** 2 + springs) + spring
 
     def per_period(of_steps: np.ndarray) -> np.ndarray:
@@ -169,7 +172,8 @@ def _balance_of_law(response: Response, rows: np.ndarray) -> EnergyBalance:
     forms, y = energy_forms(response), contact_state(system, rows)
     z = y - np.array([forms.free_position, 0.0, forms.free_gap, 0.0])
     spring = spring_energy(method, y[:, 2])
-    stored = np.einsum("ki,ij,kj->k", z, forms.stored[:4, :4], z) + spring
+    z = np.hstack([z, np.zeros((len(z), 2)), np.ones((len(z), 1))])
+    stored = np.einsum("ki,ij,kj->k", z, forms.stored, z) + spring
     return EnergyBalance(
         gain=np.diff(stored),
         work=powers[:, 0],

@@ -6,9 +6,10 @@ The state starts anew from each row of the section, so that errors do not add up
 
 Powers as quadratic forms of the state, and their integrals over a phase.
 
-Between two events the state z = (ξ₁ − ξ₁*, ξ₁′, g − g*, g′, cos ητ, sin ητ) relative to the equilibrium of the phase
-obeys z′ = A z (:mod:`..kernels.linear.tables`). The powers depend on velocities and excitation alone, so that the
-equilibrium does not matter to them. Every power is a quadratic form zᵀVz, with the integral over a duration s
+Between two events the state z = (ξ₁ − ξ₁*, ξ₁′, g − g*, g′, cos ητ, sin ητ, 1) relative to the equilibrium of the phase
+obeys z′ = A z (:mod:`..kernels.linear.tables`); the column of the 1 is the constant force on a body without a spring.
+The powers depend on velocities and excitation alone, so that the equilibrium does not matter to them. Every power is a
+quadratic form zᵀVz, with the integral over a duration s
 
     ∫₀ˢ zᵀVz dτ = z(0)ᵀ G(s) z(0),    G(s) = ∫₀ˢ E(τ)ᵀ V E(τ) dτ,    G(2s) = G(s) + E(s)ᵀ G(s) E(s)     (50)
 
@@ -31,8 +32,8 @@ from vibroscope.engine.model import System
 from vibroscope.engine.result import Response, check_cancelled
 
 _TERMS = 16  # of the series in A s with |A| s ≤ 1/4
-_STATE = np.eye(6)
-_X1, _V1, _GAP, _RATE, _COSINE, _SINE = _STATE
+_STATE = np.eye(7)
+_X1, _V1, _GAP, _RATE, _COSINE, _SINE, _ONE = _STATE
 
 
 class EnergyForms(NamedTuple):
@@ -42,17 +43,17 @@ class EnergyForms(NamedTuple):
     many impacts dissipate their relative motion.
     """
 
-    generators: tuple[np.ndarray, ...]  # (6, 6) of each phase
-    powers: tuple[np.ndarray, ...]  # (3, 6, 6) of each phase: excitation, dampers, contact damper
-    equilibria: tuple[np.ndarray, ...]  # (6,) of each phase, relative to that of the flight
-    stored: np.ndarray  # (6, 6) E without the contact spring, of z relative to the equilibrium of the flight
+    generators: tuple[np.ndarray, ...]  # (7, 7) of each phase
+    powers: tuple[np.ndarray, ...]  # (3, 7, 7) of each phase: excitation, dampers, contact damper
+    equilibria: tuple[np.ndarray, ...]  # (7,) of each phase, relative to that of the flight
+    stored: np.ndarray  # (7, 7) E without the contact spring, of z relative to the equilibrium of the flight
     free_position: float  # ξ₁ and gap there
     free_gap: float
     stiffness: float  # of the contact spring
     mass_share: float
     ends: tuple[
         np.ndarray, ...
-    ]  # (6,) rows of the quantities that vanish where flight and contact end, of the same z …
+    ]  # (7,) rows of the quantities that vanish where flight and contact end, of the same z …
     levels: tuple[float, ...]  # … less these numbers
     rigid: bool
 
@@ -75,7 +76,8 @@ def forms_of(system: System, eta: float, method: Method) -> EnergyForms:
         springs = 0.5 * p.kappa**2 * _product(_GAP) - p.pull * _product(_X1, _GAP)
     else:
         springs = 0.5 * (p.spring1 * _product(_X1) + mu * p.kappa**2 * _product(x2))
-    zero = np.zeros((6, 6))
+        springs = springs - _product(_ONE, -p.pull * _X1 if p.spring1 == 0.0 else mu * p.pull * x2)
+    zero = np.zeros((7, 7))
     rigid = method.rigid
     if rigid:
         dissipated = np.array([2 * (1 + mu) * p.damper3 * _product(_V1), zero])
@@ -100,33 +102,33 @@ def forms_of(system: System, eta: float, method: Method) -> EnergyForms:
 
 
 def _product(row: np.ndarray, other: np.ndarray | None = None) -> np.ndarray:
-    """Return the symmetric V with zᵀVz = (row·z)(other·z), (6, 6); by default the square of row·z."""
+    """Return the symmetric V with zᵀVz = (row·z)(other·z), (7, 7); by default the square of row·z."""
     other = row if other is None else other
     return 0.5 * (np.outer(row, other) + np.outer(other, row))
 
 
 def phase_integrals(generator: np.ndarray, powers: np.ndarray, durations: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return E(s) − 1, (n, 6, 6), and G(s) of each power, (n, 3, 6, 6), for n durations s.
+    """Return E(s) − 1, (n, 7, 7), and G(s) of each power, (n, 3, 7, 7), for n durations s.
 
     E − 1 is doubled rather than E, so that a slow motion keeps its digits beside a stiff contact.
     """
     # scaled by its own frequency, the gap of a stiff contact has the size of its rate
     frequency = np.sqrt(max(1.0, np.abs(generator[3, 2])))
-    scale = np.array([1.0, 1.0, 1.0 / frequency, 1.0, 1.0, 1.0])
+    scale = np.array([1.0, 1.0, 1.0 / frequency, 1.0, 1.0, 1.0, 1.0])
     a = generator * (scale[None, :] / scale[:, None])
     forms = powers * (scale[:, None] * scale[None, :])
     longest = np.abs(a).sum(axis=1).max() * durations.max(initial=0.0)
     doublings = max(0, int(np.ceil(np.log2(max(longest, 1e-300) * 4))))
     h = (durations / 2.0**doublings)[:, None, None]
-    change, power = np.zeros((len(durations), 6, 6)), np.eye(6)
-    integral, form = np.zeros((len(durations), 3, 6, 6)), forms.copy()
+    change, power = np.zeros((len(durations), 7, 7)), np.eye(7)
+    integral, form = np.zeros((len(durations), 3, 7, 7)), forms.copy()
     for k in range(1, _TERMS):
         integral += form * h[:, None] ** k
         form = (a.T @ form + form @ a) / (k + 1)
         power = power @ a / k
         change += power * h**k
     for _ in range(doublings):
-        move = change[:, None] + np.eye(6)
+        move = change[:, None] + np.eye(7)
         integral += np.swapaxes(move, 2, 3) @ integral @ move
         change = 2 * change + change @ change
     return change * (scale[:, None] / scale[None, :]), integral / (scale[:, None] * scale[None, :])
@@ -260,10 +262,10 @@ def _stop_at(response: Response, first: np.ndarray, time: float) -> int:
 
 
 def _all_integrals(forms: Sequence[EnergyForms], segments: list[_Segment]) -> tuple[np.ndarray, np.ndarray]:
-    """E − 1, (n, 6, 6), and the integrals of the powers, (n, 3, 6, 6), of n segments."""
+    """E − 1, (n, 7, 7), and the integrals of the powers, (n, 3, 7, 7), of n segments."""
     durations = np.array([segment.end - segment.begin for segment in segments])
     kinds = np.array([(segment.stop, segment.phase) for segment in segments])
-    changes, integrals = np.zeros((len(segments), 6, 6)), np.zeros((len(segments), 3, 6, 6))
+    changes, integrals = np.zeros((len(segments), 7, 7)), np.zeros((len(segments), 3, 7, 7))
     for stop, phase in np.unique(kinds, axis=0).tolist():
         chosen, own = (kinds == (stop, phase)).all(axis=1), forms[stop]
         changes[chosen], integrals[chosen] = phase_integrals(
@@ -283,11 +285,11 @@ class _Walk:
         self.forms = forms[0]  # of the segment
         self.sums = np.zeros((len(rows) - 1, 4))  # of each period: work, dampers, contact damper, impacts
         self.largest_stored = 0.0
-        self.row, self.elapsed, self.z = -1, 0.0, np.zeros(6)
+        self.row, self.elapsed, self.z = -1, 0.0, np.zeros(7)
 
     def section_state(self, row: np.ndarray) -> np.ndarray:
         """Return z, relative to the equilibrium of the flight, for a row ξ₁, ξ₁′, ξ₂, ξ₂′ of the section."""
-        return np.array([*self.relative(row), 1.0, 0.0])
+        return np.array([*self.relative(row), 1.0, 0.0, 1.0])
 
     def relative(self, state: Sequence[float]) -> np.ndarray:
         """Return the first four numbers of z, relative to the equilibrium of the flight."""
@@ -307,25 +309,25 @@ class _Walk:
         if stop == other:
             return
         one, two, play = self.of_stops[stop], self.of_stops[other], self.response.system.play
-        x1, v1, gap, rate, c, s = self.z
+        x1, v1, gap, rate, c, s, one_more = self.z
         sign = 1.0 if self.response.system.excitation.load is None else -1.0
         x1, gap = -(x1 + one.free_position) - two.free_position, play - (gap + one.free_gap) - two.free_gap
-        self.z = np.array([x1, -v1, gap, -rate, sign * c, sign * s])
+        self.z = np.array([x1, -v1, gap, -rate, sign * c, sign * s, one_more])
 
     def follow(self, segment: _Segment, change: np.ndarray, integral: np.ndarray) -> None:
         """Move the state to the end of a segment and add the energies of the segment to the sums.
 
         Parameters
         ----------
-        change : (6, 6) ndarray
+        change : (7, 7) ndarray
             E − 1 over the duration of the segment.
-        integral : (3, 6, 6) ndarray
+        integral : (3, 7, 7) ndarray
             G of each power.
         """
         if segment.row != self.row:
             self.row, self.elapsed, self.z = segment.row, 0.0, self.section_state(self.rows[segment.row])
         if segment.load is not None:
-            self.z[4:] = segment.load
+            self.z[4:6] = segment.load
         if segment.impact >= 0:
             self._apply_impact(segment)
         self.forms = self.of_stops[segment.stop]

@@ -17,7 +17,9 @@ class Parameters(NamedTuple):
     zero to the last digit, and no kernel asks whether there is a wall.
 
     **Two bodies of which one or both have no spring.** k₁ = ``spring1`` = 0, or κ = 0. Without a constant force such a
-    body may rest anywhere; motions are counted from where it touches the other one, ``free_gap`` = 0.
+    body may rest anywhere; motions are counted from where it touches the other one, ``free_gap`` = 0. So are they with
+    a constant force on it: ``pull`` is the acceleration that this gives the gap. The flight adds what it does to the
+    motion, which depends on the time alone (:mod:`.linear.tables`); in contact the spring of the other body bears it.
 
     **No rest, or one far away.** Motions are counted from the static equilibrium. A body without a spring has none; a
     weak spring and a weight have one so far away that the motion near the wall would lose digits. Beside a wall such a

@@ -13,9 +13,10 @@ PAIRS = {"absolute": ("x1", "x2"), "relative": ("xi1", "xi2")}
 SERIES = "series"  # names the curve of a row in the files of the page, which count time in excitation periods
 _NAMES = {name: name for name in ("time", "x1", "x2", "xi1", "xi2", *ACCELERATIONS, "contact", "force", SERIES)}
 _NAMES["t"] = "time"
+_MORE_NAMES = ("disp", "displacement", "acc", "acceleration", "f")  # others behind which a unit may stand
 _WANTED = "time, x1, x2 (absolute) or xi1, xi2 (relative to the base) or a1, a2 (accelerations), contact, force"
 
-_SECONDS = {"s": 1.0, "ms": 1e-3, "µs": 1e-6, "μs": 1e-6, "us": 1e-6, "min": 60.0}
+_SECONDS = {"s": 1.0, "ms": 1e-3, "µs": 1e-6, "μs": 1e-6, "us": 1e-6, "min": 60.0, "sec": 1.0, "msec": 1e-3}
 _MILLIMETRES = {"m": 1e3, "cm": 10.0, "mm": 1.0, "µm": 1e-3, "μm": 1e-3, "um": 1e-3, "in": 25.4}
 _NEWTONS = {"N": 1.0, "kN": 1e3, "mN": 1e-3, "lbf": 4.4482216152605}
 _ACCELERATION = {"m/s²": 1e3, "m/s2": 1e3, "m/s^2": 1e3, "mm/s²": 1.0, "mm/s2": 1.0, "mm/s^2": 1.0, "g": 9806.65}
@@ -50,9 +51,13 @@ class Column:
 
 
 def name_and_unit(cell: str) -> tuple[str, str]:
-    """Split a cell of a header such as "x1 [mm]", "x1 (mm)" or "x1/mm" into name and unit, either perhaps empty."""
+    """Split a cell of a header such as "x1 [mm]", "x1 (mm)", "x1/mm" or "x1_mm" into name and unit, perhaps empty."""
     name, *units = _HEADER.fullmatch(cell).groups()
-    return name, next((unit for unit in units if unit), "")
+    unit = next((unit for unit in units if unit), "")
+    before, _, behind = name.rpartition("_")
+    if not unit and before.lower() in (*_NAMES, *_MORE_NAMES) and _is_unit(behind):
+        return before, behind
+    return name, unit
 
 
 def names_time(cell: str) -> bool:
@@ -74,9 +79,13 @@ def with_units(header: list[str], units: list[str]) -> list[str]:
 
 def _unit(cell: str) -> str | None:
     """The unit that a cell holds, in brackets or not; None if it holds something else."""
-    known = {*_DIMENSIONLESS, *_SECONDS, *_MILLIMETRES, *_NEWTONS, *_ACCELERATION}
     name, unit = name_and_unit(cell)
-    return cell.strip() if cell.strip() in known else unit if unit and not name else None
+    text = cell.strip()
+    return text if text in _DIMENSIONLESS or _is_unit(text) else unit if unit and not name else None
+
+
+def _is_unit(text: str) -> bool:
+    return any(text in sizes for sizes in (_SECONDS, _MILLIMETRES, _NEWTONS, _ACCELERATION))
 
 
 def unit_factor(unit: str, quantity: str) -> float | None:

@@ -4,14 +4,14 @@
     time [s], x1 [mm], x2 [mm], contact
     0.000, 1.812, 1.823, 1
 
-The header names columns and units; a unit stands in brackets, after a slash, or in the line below. ``x1`` and ``x2``
-are absolute, as measured by a fixed sensor (paper, section 3); ``xi1`` and ``xi2`` are relative to the base. Body 1
-alone is enough. ``a1`` and ``a2`` are accelerations of fixed axes, in place of displacements. Units are s, ms, µs, min;
-m, cm, mm, µm, in; m/s², mm/s², g. Or all are without dimension (``[-]``, or no unit): time in units of 1/ω₁,
-displacements in base amplitudes. ``contact`` is 1 while the sensor's circuit is closed, else 0; of a ``force`` the
-contact is where it exceeds a share of its largest value. Other columns are left out. Columns are separated by commas,
-semicolons, tabs or spaces; with semicolons, tabs and spaces, numbers may have decimal commas. In a file of the page, of
-several curves with the time in excitation periods, the measured curve is read, or else the first.
+The header names columns and units; a unit stands in brackets, after a slash or an underscore, or in the line below.
+``x1`` and ``x2`` are absolute, as measured by a fixed sensor (paper, section 3); ``xi1`` and ``xi2`` are relative to
+the base. Body 1 alone is enough. ``a1`` and ``a2`` are accelerations of fixed axes, in place of displacements. Units
+are s (sec), ms, µs, min; m, cm, mm, µm, in; m/s², mm/s², g. Or all are without dimension (``[-]``, or no unit): time in
+units of 1/ω₁, displacements in base amplitudes. ``contact`` is 1 while the sensor's circuit is closed, else 0; of a
+``force`` the contact is where it exceeds a share of its largest value. Other columns are left out. Columns are
+separated by commas, semicolons, tabs or spaces; with semicolons, tabs and spaces, numbers may have decimal commas. In a
+file of the page, of several curves with the time in excitation periods, the measured curve is read, or else the first.
 
 A file is either read completely or refused with an error that names line and column, since a measurement that is
 misread silently looks like a discovery. Words before and after the table are left out, which is said.

@@ -21,13 +21,15 @@ from typing import NamedTuple
 
 from vibroscope.engine.measurement.measurement_columns import is_units_row, name_and_unit, names_time, with_units
 
+_BEGINNING = 64  # bytes by which UTF-16 is known that does not say so
 MEASUREMENT_SIZE_LIMIT = 16 * 2**20  # bytes, unpacked; some 400,000 samples
 
 
 def lines_of(content: bytes, largest: int) -> list[str]:
     """Split the bytes of a file into lines.
 
-    Text is UTF-16 if it says so by its first two bytes, else UTF-8, else Latin-1, as older instruments write it.
+    Text is UTF-16 if it says so by its first two bytes or every other byte of its beginning is 0, else UTF-8, else
+    Latin-1, as older instruments write it.
 
     Parameters
     ----------
@@ -58,6 +60,10 @@ def _unpacked(content: bytes, largest: int) -> bytes:
 def _text(content: bytes) -> str:
     if content.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
         return content.decode("utf-16", errors="replace")
+    beginning = content[: 2 * (min(len(content), _BEGINNING) // 2)]
+    for zeros, encoding in ((1, "utf-16-le"), (0, "utf-16-be")):
+        if beginning and not any(beginning[zeros::2]) and all(beginning[1 - zeros :: 2]):
+            return content.decode(encoding, errors="replace")
     if (zero := content.find(b"\0")) >= 0:
         line = content[:zero].count(b"\n") + 1
         raise ValueError(f"line {line}: a byte 0, so that this is no text; save the file as CSV")

@@ -23,6 +23,7 @@ from vibroscope.engine import (
     Reference,
     System,
     TimeStepping,
+    continue_branch,
     motion,
     physical_entry,
     simulate,
@@ -42,7 +43,9 @@ DRIVE = Excitation(base=1.0, base_phase=0.3, force1=0.4, force1_phase=-1.0)
 FREE_1 = System(mu=MU, spring1=0.0, kappa=1.25, d1=0.05, d2=0.08, d3=None, clearance=0.25, excitation=DRIVE)
 FREE_2 = System(mu=MU, kappa=0.0, d1=0.03, d2=0.08, d3=None, clearance=0.25, excitation=DRIVE)
 BOTH = System(mu=MU, spring1=0.0, kappa=0.0, d1=0.05, d2=0.08, clearance=0.25, excitation=DRIVE)
-PAIRS = {"free 1": FREE_1, "free 2": FREE_2, "both": BOTH}
+LOADED_1 = replace(FREE_1, excitation=replace(DRIVE, constant1=0.4, constant2=0.1))
+LOADED_2 = replace(FREE_2, excitation=replace(DRIVE, constant1=0.2, constant2=-0.3))
+PAIRS = {"free 1": FREE_1, "free 2": FREE_2, "both": BOTH, "loaded 1": LOADED_1, "loaded 2": LOADED_2}
 METHODS = {
     "reference": Reference(),
     "exact": ExactPenalty(K, D),
@@ -65,6 +68,8 @@ def exchanged(system):
         base_phase=drive.base_phase,
         force2=-drive.force1 / mu,
         force2_phase=drive.force1_phase,
+        constant1=-drive.constant2 / mu,
+        constant2=-drive.constant1 / mu,
     )
     return System(
         mu=1 / mu,
@@ -79,7 +84,9 @@ def exchanged(system):
 
 
 @pytest.mark.parametrize("name", METHODS)
-@pytest.mark.parametrize("free", [replace(FREE_1, kappa=1.0), BOTH], ids=["one", "both"])
+@pytest.mark.parametrize(
+    "free", [replace(FREE_1, kappa=1.0), BOTH, replace(LOADED_1, kappa=1.0)], ids=["one", "both", "loaded"]
+)
 def test_exchanged_bodies_move_alike(free, name):
     other = exchanged(free)
     method = METHODS[name]
@@ -138,11 +145,23 @@ def test_every_step_is_that_of_the_twin(pair, integrator):
     np.testing.assert_allclose(run.section, expected, rtol=0, atol=1e-11 * np.abs(expected).max())
 
 
-@pytest.mark.parametrize("pair", PAIRS)
+def balance_with(pair, steps):
+    """The balance of Newmark's steps over four periods."""
+    method = Newmark(100.0, 2.0, steps)
+    return balance_of_steps(simulate(PAIRS[pair], 1.5, method, periods=4, keep=4, record=Record(4, steps)))
+
+
+@pytest.mark.parametrize("pair", ["free 1", "free 2", "both"])
 def test_newmarks_steps_balance_their_energy(pair):
-    run = simulate(PAIRS[pair], 1.5, Newmark(100.0, 2.0, 400), periods=4, keep=4, record=Record(4, 400))
-    balance = balance_of_steps(run)
+    balance = balance_with(pair, 400)
     assert np.median(np.abs(balance.residual)) < 1e-3 * balance.stored
+
+
+@pytest.mark.parametrize("pair", ["loaded 1", "loaded 2"])
+def test_what_newmarks_steps_create_at_contacts_falls_with_the_step(pair):
+    """Under a weight there are contacts in each period, whose instants a step misses by its length."""
+    coarse, fine = (np.abs(balance_with(pair, steps).residual).sum() for steps in (400, 4000))
+    assert 8.0 < coarse / fine < 12.5
 
 
 @pytest.mark.parametrize("pair", PAIRS)
@@ -156,12 +175,27 @@ def test_skipped_steps_lead_where_every_step_leads(pair):
 @pytest.mark.parametrize("name", ["reference", "exact"])
 def test_the_jacobian_of_the_poincare_map_is_that_of_differences(pair, name):
     poincare, h = PoincareMap(PAIRS[pair], 1.5, METHODS[name], None), 1e-6
-    start = poincare.coordinates(PAIRS[pair].rest)
+    start = poincare.coordinates((PAIRS[pair].rest[0], 0.0) * 2)  # apart by the clearance
     found = poincare(start, 4)
     columns = [
         (poincare(start + h * unit, 4).state - poincare(start - h * unit, 4).state) / (2 * h) for unit in np.eye(4)
     ]
     np.testing.assert_allclose(found.jacobian, np.column_stack(columns), atol=1e-6 * np.abs(found.jacobian).max())
+
+
+def test_a_weight_holds_a_body_whose_motions_form_a_branch():
+    weighted = Excitation(base=3.0, constant2=-0.15)
+    system = System(mu=0.25, kappa=0.0, d1=0.05, d2=0.0, d3=None, clearance=0.0, excitation=weighted)
+    branch = continue_branch(BranchQuestion(system, 1.5, ExactPenalty(K, D), low=1.49, high=1.51))
+    assert len(branch.values) > 5
+    for k in (0, len(branch.values) // 2, -1):
+        start, period = tuple(branch.sections[k][0]), branch.period
+        run = simulate(system, branch.values[k], ExactPenalty(K, D), periods=period, keep=1, initial=start)
+        np.testing.assert_allclose(run.section[-1], start, rtol=0, atol=1e-9 * np.abs(start).max())
+        jacobian = PoincareMap(system, branch.values[k], ExactPenalty(K, D), None)
+        found = np.linalg.eigvals(jacobian(jacobian.coordinates(start), period).jacobian)
+        size = np.abs(found).max()
+        np.testing.assert_allclose(np.sort(np.abs(found)), np.sort(np.abs(branch.multipliers[k])), atol=1e-6 * size)
 
 
 def test_nothing_holds_a_body_without_a_spring():
@@ -199,6 +233,8 @@ def test_where_a_free_body_begins():
     assert replace(BOTH, clearance=2.0).rest == (0.0, 0.0, 0.0, 0.0)
     assert replace(BOTH, clearance=-2.0).rest == (-2.0, 0.0, 0.0, 0.0)
     assert replace(FREE_2, clearance=-2.0).rest == (0.0, 0.0, 2.0, 0.0)
+    assert LOADED_2.rest == pytest.approx((-0.1, 0.0, -0.35, 0.0))  # on the sprung body, which bears both forces
+    assert LOADED_1.rest == pytest.approx((0.5 / (MU * 1.25**2) + 0.25, 0.0, 0.5 / (MU * 1.25**2), 0.0))
 
 
 @pytest.mark.parametrize(
@@ -208,10 +244,9 @@ def test_where_a_free_body_begins():
         ({"spring1": 0.0}, "spring1 = 0 leaves the mass ratio open, which kappa3 does not give: give mass_ratio"),
         ({"kappa": 1e-4, "mu": 1.0}, "kappa"),
         (
-            {"kappa": 0.0, "mu": 1.0, "excitation": Excitation(constant2=1.0)},
-            "constant2 = 1 on a body without a spring",
+            {"spring1": 0.0, "kappa": 0.0, "mu": 1.0, "excitation": Excitation(constant2=1.0)},
+            "constant2 = 1 on two bodies without springs: nothing bears it",
         ),
-        ({"spring1": 0.0, "mu": 1.0, "excitation": Excitation(constant1=-1.0)}, "constant1 = -1 on a body without"),
     ],
 )
 def test_what_two_bodies_cannot_be(numbers, words):

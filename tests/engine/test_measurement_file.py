@@ -124,6 +124,13 @@ def test_a_written_file_is_read_back(tmp_path):
         text("time [ms], x1 [µm], x2 [m]", [f"{100 * i},{1000 * i},{-i / 1000}" for i in range(FEWEST_SAMPLES)])
         .decode()
         .encode("utf-16"),
+        text().decode().encode("utf-16-le"),
+        text("time [ms], x1 [µm], x2 [m]", [f"{100 * i},{1000 * i},{-i / 1000}" for i in range(FEWEST_SAMPLES)])
+        .decode()
+        .encode("utf-16-be"),
+        text("time_s,x1_mm,X2_mm"),
+        text("t [sec],x1 [mm],x2 [mm]"),
+        text("Time_ms,x1_um,x2_m", [f"{100 * i},{1000 * i},{-i / 1000}" for i in range(FEWEST_SAMPLES)]),
         text("time [ms], x1 [µm], x2 [m]", [f"{100 * i},{1000 * i},{-i / 1000}" for i in range(FEWEST_SAMPLES)])
         .decode()
         .encode("latin-1"),
@@ -149,6 +156,7 @@ def test_every_format_of_the_same_measurement_is_read_alike(content):
         (text("time,x1,x2", ["(s),(mm),(mm)", *ROWS]), None),
         (text("time (s),x1 (mm),x2/mm"), None),
         (text("no,x1 [mm],time [s],F [N],x2 [mm]", [f"{i},{i},{0.1 * i},9,{-i}" for i in range(FEWEST_SAMPLES)]), None),
+        (text("time_s,disp_mm,displacement_mm"), {"x1": "disp_mm", "x2": "3", "time": "time"}),
         (text("Zeit [s],Weg,Weg 2 [mm]"), {"time": "Zeit", "x1": "2 [mm]", "x2": "Weg 2 [mm]"}),
         (
             b"\n".join(row.replace(",", "   ").encode() + b" " for row in ROWS),
@@ -191,6 +199,7 @@ def test_titles_above_the_header_and_words_below_the_data_are_left_out_by_line()
     [
         (gzip.compress(b" " * (MEASUREMENT_SIZE_LIMIT + 1), mtime=0), "larger than 16 MiB"),
         (gzip.compress(text(), mtime=0)[:40], "line 1: the gzip file is damaged"),
+        (text().replace(b"x1", b"x\0001"), "line 1: a byte 0, so that this is no text"),
         (b"PK\x03\x04\n\0\0", "line 2: a byte 0, so that this is no text; save the file as CSV"),
         (text(rows=["(furlong),(mm),(mm)", *ROWS]).replace(b" [mm]", b"").replace(b" [s]", b""), "unit 'furlong'"),
         (text(rows=["Uhr,links,rechts", *ROWS]), r"line 2, column 1 \(time\): 'Uhr' is no finite number"),

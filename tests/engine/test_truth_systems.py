@@ -121,6 +121,7 @@ def test_the_file_holds_every_kind():
     assert len(found) >= 120
     for group in ("ball", "pair", "two stops", "pulse", "record"):
         assert sum(name.startswith(f"{group}|") for name in found) >= 18
+    assert sum(name.startswith("weight|") for name in found) >= 16
     both = {(1, 1), (1, 2)}  # permanent contact begins at either stop
     begun = [{(kind, stop) for _, kind, _, stop in e["events"]} for e in found.values() if "threshold" in e]
     assert sum(both <= each for each in begun) >= 4

@@ -269,7 +269,8 @@ def joint_force(p):
 @jit
 def joint_force_constant(p):
     """What Eq. (8) has without ξ, ξ′ and f."""
-    return -(joint_force(p)[0] * p.free_position + p.mass_share * p.kappa * p.kappa * p.free_gap + p.pull)
+    by_gap = p.mass_share * p.kappa * p.kappa * p.free_gap
+    return -(joint_force(p)[0] * p.free_position + by_gap + p.mass_share * p.pull)
 
 
 @jit

@@ -113,6 +113,8 @@ class Coefficients(NamedTuple):
     mu: float  # μ = m₂/m₁
     react1: float  # acceleration of body 1 by a unit of contact force: 1, 0 of a wall
     inverse_mass: float  # the inverse of the reduced mass: 1 + 1/μ, 1 at a wall
+    pull1: float  # constant acceleration of body 1, and of body 2, that no equilibrium holds
+    pull2: float
 
 
 @jit
@@ -124,11 +126,16 @@ def coefficients(p):
     push, react1 = (p.push_cosine, p.push_sine), 1.0
     if p.wall > 0.0:
         load1, push, react1 = (0.0, 0.0), (-load1[0], -load1[1]), 0.0
-    k1, k2, coupling = p.spring1, kappa * kappa, 0.0
+    k1, k2, coupling, pull1, pull2 = p.spring1, kappa * kappa, 0.0, 0.0, 0.0
     if from_touch(p):
         k1, stiffening, coupling = 0.0, -p.pull, k2 + p.pull
+    elif p.spring1 == 0.0:
+        pull1 = -p.pull
+    else:
+        pull2 = p.pull
     c2, inverse_mass = 2.0 * p.damper2, react1 + 1.0 / p.mu
-    return Coefficients(load1, push, 2.0 * p.d1, k1, c2, k2, stiffening, coupling, p.mu, react1, inverse_mass)
+    c1, mu = 2.0 * p.d1, p.mu
+    return Coefficients(load1, push, c1, k1, c2, k2, stiffening, coupling, mu, react1, inverse_mass, pull1, pull2)
 
 
 @jit
@@ -142,8 +149,8 @@ def accelerations(c, x1, v1, x2, v2, contact_force, cosine, sine):
     """ξ₁″ and ξ₂″; xᵢ: ξᵢ less the static equilibrium of the separated bodies; cos ητ and sin ητ."""
     load1 = c.load1[0] * cosine + c.load1[1] * sine
     load2 = (c.load1[0] + c.push[0]) * cosine + (c.load1[1] + c.push[1]) * sine
-    a1 = load1 - c.c1 * v1 - c.k1 * x1 - c.react1 * contact_force  # Eq. (1)
-    a2 = load2 - c.c2 * v2 - c.k2 * x2 + c.coupling * x1 + contact_force / c.mu  # Eq. (2)
+    a1 = load1 - c.c1 * v1 - c.k1 * x1 - c.react1 * contact_force + c.pull1  # Eq. (1)
+    a2 = load2 - c.c2 * v2 - c.k2 * x2 + c.coupling * x1 + contact_force / c.mu + c.pull2  # Eq. (2)
     return a1, a2
 
 
@@ -151,6 +158,12 @@ def accelerations(c, x1, v1, x2, v2, contact_force, cosine, sine):
 def joint_share(p):
     """What body 1 gains of a relative velocity, or of a relative acceleration, by joining: μ/(1 + μ), 0 of a wall."""
     return coefficients(p).react1 * p.mass_share
+
+
+@jit
+def holding(p):
+    """The force that pulls a body off the contact which has no equilibrium without it; −λ at rest in contact."""
+    return p.pull if p.spring1 == 0.0 else p.pull * p.mu
 
 
 @jit
@@ -164,26 +177,32 @@ def joined_equilibrium(p):
     """ξ₁ and gap of the static equilibrium of the joined bodies."""
     if from_touch(p):
         return 0.0, 0.0
-    return p.free_position + coefficients(p).react1 * (p.stiffness_share * p.free_gap), 0.0
+    shift = coefficients(p).react1 * (p.stiffness_share * p.free_gap)
+    if p.pull != 0.0:  # the contact force that holds the free body moves the other one
+        shift = -p.pull / (p.mu * p.kappa * p.kappa) if p.spring1 == 0.0 else holding(p)
+    return p.free_position + shift, 0.0
 
 
 @jit
 def pressed_equilibrium(p):
     """ξ₁ and gap of the static equilibrium of the bodies pressed together by a spring."""
+    gap = (p.free_gap * p.stiffness_share + holding(p)) / (p.stiffness_share + p.stiffness)
     if from_touch(p):
-        return 0.0, p.pull / (p.stiffness_share + p.stiffness)
-    gap = p.free_gap * p.stiffness_share / (p.stiffness_share + p.stiffness)
+        return 0.0, gap
+    if p.pull != 0.0:
+        return joined_equilibrium(p)[0] - (gap if p.spring1 == 0.0 else 0.0), gap
     return p.free_position + coefficients(p).react1 * (p.stiffness * gap), gap
 
 
 @jit
 def separated_generator(p):
     """Generator without contact."""
-    c, a = coefficients(p), np.zeros((4, 6))
+    c, a = coefficients(p), np.zeros((4, 7))
     a[0, 1] = a[2, 3] = 1.0
     a[1, 0], a[1, 1], a[1, 4], a[1, 5] = -c.k1, -c.c1, c.load1[0], c.load1[1]  # Eq. (1)
     a[3, 0], a[3, 1], a[3, 2], a[3, 3] = -c.stiffening, -(c.c2 - c.c1), -c.k2, -c.c2  # Eq. (3)
     a[3, 4], a[3, 5] = c.push
+    a[1, 6], a[3, 6] = c.pull1, c.pull2 - c.pull1
     return a
 
 
@@ -191,7 +210,8 @@ def separated_generator(p):
 def pressed_generator(p):
     """Generator in penalty contact, whose force is linear in g and g′, Eq. (5)."""
     c, a = coefficients(p), separated_generator(p)
-    if from_touch(p):  # the equilibrium holds the pull; the place of the wall is any oscillator at rest
+    a[1, 6] = a[3, 6] = 0.0  # the equilibrium holds the pull
+    if from_touch(p):  # … and the place of the wall is any oscillator at rest
         a[1, 0], a[3, 0] = -1.0, 0.0
     by_gap, by_rate = force(p.stiffness, p.damping, 1.0, 0.0), force(p.stiffness, p.damping, 0.0, 1.0)
     a[1, 2] -= c.react1 * by_gap
@@ -204,7 +224,7 @@ def pressed_generator(p):
 @jit
 def joined_generator(p):
     """Generator of the common motion of joined bodies; the gap stays as it is."""
-    c, a = coefficients(p), np.zeros((4, 6))
+    c, a = coefficients(p), np.zeros((4, 7))
     a[0, 1] = 1.0
     a[1, 0], a[1, 1] = -p.kappa3 * p.kappa3, -2.0 * p.damper3  # Eq. (4)
     share = joint_share(p)

@@ -56,7 +56,7 @@ from vibroscope.engine.kernels.event_driven.state import (
     time_of,
     time_to_load_change,
 )
-from vibroscope.engine.kernels.linear.tables import GAP, POWERS, find_gap, gap_at, position_at
+from vibroscope.engine.kernels.linear.tables import GAP, POWERS, find_gap, gap_at, position_at, pulled_by
 
 SMALL, LIFT = 2.0**-400, 2.0**600  # a motion that has died away: squares of what is below SMALL may be zero by rounding
 
@@ -135,7 +135,8 @@ def first_nonzero_derivative(p, phase, z, start):
     higher order. The value is a coefficient in powers of u = s/h, which has the sign of the derivative.
     """
     for order in range(start, HIGHEST_ORDER + 1):
-        value, scale = 0.0, 0.0
+        value = pulled_by(phase, POWERS + order)
+        scale = abs(value)
         for i in range(6):
             term = phase.rows[i, POWERS + order] * z[i]
             value += term

@@ -57,13 +57,14 @@ class LawSystem(NamedTuple):
     law: ContactLaw
     react1: float  # what a unit of λ does to ξ₁″ and to g″
     inverse_mass: float
-    generator: np.ndarray  # (4, 6) of the separated bodies
+    generator: np.ndarray  # (4, 7) of the separated bodies
     flight: Phase
-    spacing: np.ndarray  # (4,) as in linear.tables.Phase, and so the next five
+    spacing: np.ndarray  # (4,) as in linear.tables.Phase, and so the next six
     position: np.ndarray
     gap: np.ndarray
+    pulled: np.ndarray  # where no force acts, in flight or not; their offsets are those of the flight
     watched: np.ndarray  # (8,)
-    rows: np.ndarray  # (8, 6, …)
+    rows: np.ndarray  # (8, 7, …)
     transitions: np.ndarray  # (4, …)
     counts: np.ndarray  # (4,) int64: watched quantities
     targets: np.ndarray  # (8,) int64: the mode that follows
@@ -113,8 +114,8 @@ def write_slope(p, tau, gain, begin, y, out):
     x, h = x - p.position[0], g - p.gap[0]
     a = p.generator
     out[0], out[2], out[4] = v, r, force
-    out[1] = a[1, 0] * x + a[1, 1] * v + a[1, 4] * c + a[1, 5] * s - p.react1 * force
-    out[3] = a[3, 0] * x + a[3, 1] * v + a[3, 2] * h + a[3, 3] * r + a[3, 4] * c + a[3, 5] * s
+    out[1] = a[1, 0] * x + a[1, 1] * v + a[1, 4] * c + a[1, 5] * s + a[1, 6] - p.react1 * force
+    out[3] = a[3, 0] * x + a[3, 1] * v + a[3, 2] * h + a[3, 3] * r + a[3, 4] * c + a[3, 5] * s + a[3, 6]
     out[3] += p.inverse_mass * force
 
 

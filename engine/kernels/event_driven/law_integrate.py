@@ -132,7 +132,10 @@ def resolve_law_event(p, a):
 def phase_of(p, piece, k):
     """The tables of a piece, for the k-th quantity that it watches."""
     i = 2 * piece + k
-    return Phase(p.spacing[piece], p.position[piece], p.gap[piece], p.watched[i], p.rows[i], p.transitions[piece])
+    place, pulled = p.position[piece], p.pulled[piece]
+    return Phase(
+        p.spacing[piece], place, p.gap[piece], p.watched[i], pulled, p.rows[i], p.transitions[piece], p.flight.offsets
+    )
 
 
 @jit_no_alloc

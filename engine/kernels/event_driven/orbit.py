@@ -109,14 +109,15 @@ def write_short_phase(phase, d, z, span, order, k, begun, equations):
     row = jacobian[4 + k]
     for j in range(row.shape[0]):
         row[j] = 0.0
-    for i in range(6):
+    for i in range(7 if phase.pulled != 0.0 else 6):
         term = slope = 0.0
         for n in range(CURVATURE - GAP - 1, order - 1, -1):
             slope = slope * u + term
             term = term * u + phase.rows[i, GAP + n]
-        value += term * z[i]
-        rate += slope * z[i]
-        if d is None:
+        begin = z[i] if i < 6 else phase.pulled
+        value += term * begin
+        rate += slope * begin
+        if d is None or i == 6:
             continue
         turning = 2.0 * np.pi * (-z[5] if i == 4 else z[4])
         for j in range(row.shape[0]):

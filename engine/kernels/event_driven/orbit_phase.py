@@ -45,13 +45,14 @@ def from_first(y, stop, play):
 def state_at(phase, z, u):
     """(ξ₁, ξ₁′, g, g′) of z after u intervals, at most one."""
     first = second = third = fourth = 0.0
-    for j in range(6):
+    for j in range(7 if phase.pulled != 0.0 else 6):
+        begin = z[j] if j < 6 else phase.pulled
         value, rate = polynomial_at(phase.rows[j, POSITION:GAP], u)
-        first += value * z[j]
-        second += rate * z[j]
+        first += value * begin
+        second += rate * begin
         value, rate = polynomial_at(phase.rows[j, GAP:CURVATURE], u)
-        third += value * z[j]
-        fourth += rate * z[j]
+        third += value * begin
+        fourth += rate * begin
     return first, second / phase.spacing, third, fourth / phase.spacing
 
 

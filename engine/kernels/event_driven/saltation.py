@@ -59,6 +59,8 @@ from vibroscope.engine.kernels.linear.tables import (
     gap_at,
     polynomial_at,
     position_at,
+    pulled_by,
+    unpulled,
 )
 
 COURSES = 2**61 - 1  # a prime
@@ -113,9 +115,9 @@ def carry_along(p, phase, d, i, u):
         return
     if i > 0:
         multiply(phase.transitions[i - 1], d)
-    change = d.state[0, 0], d.state[1, 0], d.state[2, 0], d.state[3, 0], 0.0, 0.0
-    d.state[0, 0], d.state[1, 0] = position_at(phase, change, u, p.scratch)
-    d.state[2, 0], d.state[3, 0] = gap_at(phase, change, u, p.scratch)
+    change, linear = (d.state[0, 0], d.state[1, 0], d.state[2, 0], d.state[3, 0], 0.0, 0.0), unpulled(phase)
+    d.state[0, 0], d.state[1, 0] = position_at(linear, change, u, p.scratch)
+    d.state[2, 0], d.state[3, 0] = gap_at(linear, change, u, p.scratch)
 
 
 @jit_no_alloc
@@ -166,7 +168,7 @@ def scale_row(d, i, factor):
 def slope_of(phase, z):
     """y′ at z."""
     square = 2.0 / (phase.spacing * phase.spacing)
-    first, gap = 0.0, 0.0
+    first, gap = pulled_by(phase, POSITION + 2), pulled_by(phase, GAP + 2)
     for i in range(6):
         first += phase.rows[i, POSITION + 2] * z[i]
         gap += phase.rows[i, GAP + 2] * z[i]
@@ -276,7 +278,7 @@ def chatter_lengthening(p, d, z, r, parting, out):
     h = phase.spacing
     a, j = gap_acceleration_and_jerk(phase, z, p.scratch)
     _, gamma = damper_terms(phase, p.mass_share)
-    snap = 0.0
+    snap = pulled_by(phase, GAP + 4) * 24.0 / (h * h * h * h)
     for i in range(6):
         snap += phase.rows[i, GAP + 4] * z[i] * 24.0 / (h * h * h * h)
     y, b = slope_of(phase, z), 2.0 * j / (3.0 * a * a) - gamma / a

@@ -29,6 +29,7 @@ from vibroscope.engine.kernels.equations.motion import (
     coefficients,
     free_equilibrium,
     free_rate,
+    holding,
     joined_equilibrium,
     joined_generator,
     joint_share,
@@ -167,7 +168,7 @@ def contact_equilibrium(p, rigid):
     """ξ₁, gap and the watched quantity of the bodies at rest in contact."""
     if rigid:
         position, gap = joined_equilibrium(p)
-        return position, gap, -p.stiffness_share * p.free_gap - p.pull
+        return position, gap, -p.stiffness_share * p.free_gap - holding(p)
     position, gap = pressed_equilibrium(p)
     return position, gap, -gap
 

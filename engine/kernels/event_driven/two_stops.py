@@ -27,7 +27,7 @@ def flight_of_other(p, phase, z):
     """A flight as seen from the other stop, and z there; its load counts with the other sign, too."""
     z0, z1, z2, z3, z4, z5 = z
     gap = p.play - phase.gap
-    other = Phase(phase.spacing, -phase.position, gap, gap, phase.rows, phase.transitions)
+    other = Phase(phase.spacing, -phase.position, gap, gap, -phase.pulled, phase.rows, phase.transitions, phase.offsets)
     return other, (-z0, -z1, -z2, -z3, -z4, -z5)
 
 

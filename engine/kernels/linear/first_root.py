@@ -42,6 +42,7 @@ from vibroscope.engine.kernels.linear.tables import (
     dot,
     find_values,
     find_watched,
+    pulled_by,
     state_after,
 )
 
@@ -256,7 +257,7 @@ def first_root(phase, z, order, scratch):
         find_values(phase, z, scratch)
         certain = values[0] > level and dot(phase.rows[:, POWERS], z) > level
     elif order == 1:  # f begins with u ∂f/∂u at u = 0, from which it deviates by 4u²b at most
-        certain = dot(phase.rows[:, POWERS + 1], z) > 4.0 * bound
+        certain = dot(phase.rows[:, POWERS + 1], z) + pulled_by(phase, POWERS + 1) > 4.0 * bound
     if not certain:
         u, slope = first_zero_in_interval(phase, z, order, scratch)
         if u >= 0.0:

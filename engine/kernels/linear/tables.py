@@ -11,6 +11,10 @@ the contact force, is one row of numbers times z(0), and its value f* at the equ
 and at resonance; modes and steady amplitudes, which cancel where an oscillator is hardly damped and its excitation
 resonant, are never formed. (In the paper's system all equilibria are zero.)
 
+A constant force on a body without a spring has no equilibrium in flight, z′ = A z + p. Then z(s) = E(s) z(0) + b(s),
+b = ∫E p, and f has the share w·b(s) of its own. Both depend on the time alone: they are a last row of the tables, and a
+table of offsets, which differences of two motions leave out (:func:`unpulled`).
+
 A block of a phase is POINTS intervals of length h. Its tables hold the rows w·E(jh) and the transitions E(jh) at the
 POINTS instants s = jh, and for the interval between two instants the coefficients of f, ξ₁ and g as polynomials in
 u = s/h. With |ν|h ≤ REACH for every eigenvalue ν of A, TERMS terms of the series are exact to rounding, derivatives
@@ -64,8 +68,10 @@ class Phase(NamedTuple):
     position: float  # ξ₁*, g* and f*: what is counted from here
     gap: float
     watched: float
-    rows: np.ndarray  # (6, INTEGRAL + 1)
+    pulled: float  # 1 where a constant acceleration acts that no equilibrium holds, −1 seen from another stop, else 0
+    rows: np.ndarray  # (7, INTEGRAL + 1), the last of them what the pull adds
     transitions: np.ndarray  # (POINTS, 6, 6) E(jh)
+    offsets: np.ndarray  # (POINTS, 4) what the pull adds to ξ₁, ξ₁′, g and g′
 
 
 class Scratch(NamedTuple):
@@ -75,7 +81,7 @@ class Scratch(NamedTuple):
     stack: np.ndarray  # (DEEPEST, TERMS + 2) right halves still to search
 
 
-PHASE = Layout(Phase, rows=(6, INTEGRAL + 1), transitions=(POINTS, 6, 6))
+PHASE = Layout(Phase, rows=(7, INTEGRAL + 1), transitions=(POINTS, 6, 6), offsets=(POINTS, 4))
 SCRATCH = Layout(Scratch, products=(WIDTH,), stack=(DEEPEST, TERMS + 2))
 
 
@@ -99,14 +105,64 @@ def full_generator(generator, eta):
 
 
 @jit_no_alloc
-def fill_polynomial(out, begin, row, a, h):
-    """Write w·z(s) as a polynomial in s/h: column begin + k of ``out`` becomes w Aᵏ hᵏ/k!."""
-    w0, w1, w2, w3, w4, w5 = row[0], row[1], row[2], row[3], row[4], row[5]
+def fill_polynomial(out, begin, row, a, pull, h):
+    """Write w·z(s) as a polynomial in s/h: column begin + k of ``out`` becomes w Aᵏ hᵏ/k!, and w Aᵏ⁻¹p hᵏ/k!."""
+    w0, w1, w2, w3, w4, w5, w6 = row[0], row[1], row[2], row[3], row[4], row[5], 0.0
     for k in range(TERMS):
         to, share = begin + k, h / (k + 1)
         out[0, to], out[1, to], out[2, to], out[3, to], out[4, to], out[5, to] = w0, w1, w2, w3, w4, w5
+        out[6, to], w6 = w6, (w1 * pull[0] + w3 * pull[1]) * share
         w0, w1, w2, w3, w4, w5 = image((w0, w1, w2, w3, w4, w5), a)
         w0, w1, w2, w3, w4, w5 = w0 * share, w1 * share, w2 * share, w3 * share, w4 * share, w5 * share
+
+
+@jit
+def pull_of(generator):
+    """The constant accelerations p of ξ₁ and g, of z′ = A z + p."""
+    return generator[1, 6], generator[3, 6]
+
+
+@jit
+def fill_polynomials(rows, row, a, pull, h):
+    """Write f, ξ₁ and g as polynomials."""
+    fill_polynomial(rows, POWERS, row, a, pull, h)
+    fill_polynomial(rows, POSITION, unit(0), a, pull, h)
+    fill_polynomial(rows, GAP, unit(2), a, pull, h)
+
+
+@jit
+def pulled_over(rows, h):
+    """What the pull adds to ξ₁, ξ₁′, g and g′ over one interval."""
+    x, v = polynomial_at(rows[6, POSITION:GAP], 1.0)
+    g, rate = polynomial_at(rows[6, GAP:CURVATURE], 1.0)
+    return x, v / h, g, rate / h
+
+
+@jit
+def moved(transition, offset, more):
+    """What a pull has added, carried over a further time in which it adds more."""
+    m = transition
+    x, v, g, rate = offset
+    return (
+        m[0, 0] * x + m[0, 1] * v + m[0, 2] * g + m[0, 3] * rate + more[0],
+        m[1, 0] * x + m[1, 1] * v + m[1, 2] * g + m[1, 3] * rate + more[1],
+        m[2, 0] * x + m[2, 1] * v + m[2, 2] * g + m[2, 3] * rate + more[2],
+        m[3, 0] * x + m[3, 1] * v + m[3, 2] * g + m[3, 3] * rate + more[3],
+    )
+
+
+@jit_inlined
+def pulled_by(phase, column):
+    """What the pull adds to a column of a state times the rows."""
+    return phase.pulled * phase.rows[6, column]
+
+
+@jit_inlined
+def unpulled(phase):
+    """The phase of a difference of two motions."""
+    return Phase(
+        phase.spacing, phase.position, phase.gap, phase.watched, 0.0, phase.rows, phase.transitions, phase.offsets
+    )
 
 
 @jit
@@ -129,7 +185,11 @@ def tabulate_flow(old, generator, eta, row, h, equilibrium, exact):
     Of the transitions those over 1, 2, 4 … POINTS intervals; the values of f to fewer digits; no bounds. They are
     written in the place of those of an ``old`` phase. Transitions that are not ``exact`` lack the last two digits.
     """
-    a, rows, transitions = full_generator(generator, eta), old.rows, old.transitions
+    a, rows, transitions, offsets = full_generator(generator, eta), old.rows, old.transitions, old.offsets
+    pull = pull_of(generator)
+    fill_polynomials(rows, row, a, pull, h)
+    first = pulled_over(rows, h)
+    offset = first
     step = double_double.quick_exponential(a, h, TERMS, _EXACT if exact else 0)
     square = np.zeros((2, 6, 6))
     j = 1
@@ -138,20 +198,22 @@ def tabulate_flow(old, generator, eta, row, h, equilibrium, exact):
         for i in range(4):
             for k in range(6):
                 transitions[j - 1, i, k] = step[0, i, k]
+            offsets[j - 1, i] = offset[i]
+        offset = moved(transitions[j - 1], offset, offset)
         if exact:
             double_double.multiply(square, step, step, 1.0)
         else:
             multiply(square[0], step[0], step[0])
         step, square, j = square, step, 2 * j
-    fill_polynomial(rows, POWERS, row, a, h)
-    fill_polynomial(rows, POSITION, unit(0), a, h)
-    fill_polynomial(rows, GAP, unit(2), a, h)
-    later = (row[0], row[1], row[2], row[3], row[4], row[5])
+    later, pulled = (row[0], row[1], row[2], row[3], row[4], row[5]), 0.0
     for j in range(POINTS):
+        pulled += later[0] * first[0] + later[1] * first[1] + later[2] * first[2] + later[3] * first[3]
         later = image(later, transitions[0])
         for i in range(6):
             rows[i, VALUES + j] = later[i]
-    return Phase(h, equilibrium[0], equilibrium[1], equilibrium[2], rows, transitions)
+        rows[6, VALUES + j] = pulled
+    acts = 1.0 if pull[0] != 0.0 or pull[1] != 0.0 else 0.0
+    return Phase(h, equilibrium[0], equilibrium[1], equilibrium[2], acts, rows, transitions, offsets)
 
 
 @jit
@@ -160,8 +222,8 @@ def tabulate(generator, eta, row, h, equilibrium):
 
     Parameters
     ----------
-    generator : (4, 6) float64
-        Upper rows of A.
+    generator : (4, 7) float64
+        Upper rows of A, and the constant accelerations.
     eta : float
         Frequency of the load; 0 where it is linear in time.
     row : (6,) float64
@@ -178,11 +240,9 @@ def tabulate(generator, eta, row, h, equilibrium):
     transitions = double_double.powers(double_double.exponential(a, h, _SERIES), POINTS)
     for j in range(1, POINTS + 1):
         write_load(transitions[j - 1], j * h, eta)
-    rows = np.zeros((6, INTEGRAL + 1))
-    fill_polynomial(rows, POWERS, row, a, h)
-    fill_polynomial(rows, POSITION, unit(0), a, h)
-    fill_polynomial(rows, GAP, unit(2), a, h)
-    for i in range(6):
+    rows, offsets, pull = np.zeros((7, INTEGRAL + 1)), np.zeros((POINTS, 4)), pull_of(generator)
+    fill_polynomials(rows, row, a, pull, h)
+    for i in range(7):
         for j in range(TERMS):
             for k in range(j + 1):
                 rows[i, BERNSTEIN + j] += rows[i, POWERS + k] * TO_BERNSTEIN[k, j]
@@ -197,7 +257,18 @@ def tabulate(generator, eta, row, h, equilibrium):
     raise_within(bound, a, h / 2)
     for i in range(6):
         rows[i, CURVATURE] = bound[i] * (h * h / 8)
-    return Phase(h, equilibrium[0], equilibrium[1], equilibrium[2], rows, transitions)
+    acts = 0.0
+    if pull[0] != 0.0 or pull[1] != 0.0:
+        acts, first = 1.0, pulled_over(rows, h)
+        offset = first
+        for j in range(POINTS):
+            for i in range(4):
+                offsets[j, i] = offset[i]
+                rows[6, VALUES + j] += row[i] * offset[i]
+            offset = moved(transitions[0], offset, first)
+        # the body without a spring feels the pull and a damper, which makes it less: it is largest at the beginning
+        rows[6, CURVATURE] = abs(row[2] * pull[1]) * (h * h / 8)
+    return Phase(h, equilibrium[0], equilibrium[1], equilibrium[2], acts, rows, transitions, offsets)
 
 
 def _product(begin, end):
@@ -217,6 +288,9 @@ def _product(begin, end):
         out = scratch.products[begin:end]
         for k in range(end - begin):
             out[k] = t0[k] * z0 + t1[k] * z1 + t2[k] * z2 + t3[k] * z3 + t4[k] * z4 + t5[k] * z5
+        if phase.pulled != 0.0:
+            for k in range(end - begin):
+                out[k] += phase.pulled * phase.rows[6, begin + k]
 
     return product
 
@@ -231,7 +305,7 @@ find_gap = _product(GAP, CURVATURE)
 @jit_inlined
 def curvature_bound(phase, z):
     """h²/8 times a bound of |f″| over the block that begins at z."""
-    level = 0.0
+    level = phase.rows[6, CURVATURE]
     for i in range(6):
         level += phase.rows[i, CURVATURE] * abs(z[i])
     return level
@@ -263,7 +337,12 @@ def apply_transition(transitions, z, j):
 @jit_inlined
 def state_after(phase, z, j):
     """z after j intervals."""
-    return apply_transition(phase.transitions, z, j)
+    after = apply_transition(phase.transitions, z, j)
+    if phase.pulled == 0.0 or j == 0:
+        return after
+    z0, z1, z2, z3, z4, z5 = after
+    b, pulled = phase.offsets[j - 1], phase.pulled
+    return z0 + pulled * b[0], z1 + pulled * b[1], z2 + pulled * b[2], z3 + pulled * b[3], z4, z5
 
 
 @jit_inlined

@@ -107,7 +107,7 @@ def forcing_of(generator, equilibrium):
     """f₁ and f as factors of cos ητ and sin ητ, and constants, of one side, whose equilibrium is ξ₁ and g."""
     a, b = generator[1], generator[3]
     x, g = equilibrium
-    return (a[4], a[5], -(a[0] * x + a[2] * g)), (b[4], b[5], -(b[0] * x + b[2] * g))
+    return (a[4], a[5], a[6] - (a[0] * x + a[2] * g)), (b[4], b[5], b[6] - (b[0] * x + b[2] * g))
 
 
 @jit_inlined

@@ -74,6 +74,8 @@ class Scheme(NamedTuple):
     sine1: float
     cosine2: float
     sine2: float
+    offset1: float  # of the cosine of each body, for a constant force that no equilibrium holds
+    offset2: float
     rest1: float  # static equilibrium of the separated bodies: ξ₁ and ξ₂
     rest2: float
     clearance: float
@@ -120,8 +122,8 @@ def scheme_of(p):
     m2 = 1 + c.c2 * h / 2 + c.k2 * h * h / 4
     sigma = p.stiffness * h * h / 4 + p.damping * h
     shared = 1 + sigma * (c.react1 / m1 + 1 / (c.mu * m2))
-    load1, cosine1, sine1 = amplitude_and_phase(c.load1[0], c.load1[1])
-    load2, cosine2, sine2 = amplitude_and_phase(c.load1[0] + c.push[0], c.load1[1] + c.push[1])
+    load1, cosine1, sine1, offset1 = amplitude_and_phase(c.load1[0], c.load1[1], c.pull1)
+    load2, cosine2, sine2, offset2 = amplitude_and_phase(c.load1[0] + c.push[0], c.load1[1] + c.push[1], c.pull2)
     return Scheme(
         h,
         c.c1 * h / m1,
@@ -144,6 +146,8 @@ def scheme_of(p):
         sine1,
         cosine2,
         sine2,
+        offset1,
+        offset2,
         p.free_position,
         p.free_position + p.free_gap - p.clearance,
         p.clearance,
@@ -155,12 +159,14 @@ def scheme_of(p):
 
 
 @jit_uncontracted
-def amplitude_and_phase(cosine, sine):
-    """l, cos ψ and sin ψ with cosine · cos ητ + sine · sin ητ = l cos(ητ + ψ)."""
+def amplitude_and_phase(cosine, sine, pull):
+    """l, cos ψ, sin ψ and o with cosine · cos ητ + sine · sin ητ + pull = l (cos(ητ + ψ) + o)."""
+    if sine == 0.0 and cosine == 0.0 and pull != 0.0:  # without a cosine
+        return 1.0, 0.0, 0.0, pull
     if sine == 0.0:
-        return cosine, 1.0, 0.0
+        return cosine, 1.0, 0.0, pull / cosine if pull != 0.0 else 0.0
     size = math.hypot(cosine, sine)
-    return size, cosine / size, -sine / size
+    return size, cosine / size, -sine / size, pull / size
 
 
 @jit_inlined

@@ -88,6 +88,30 @@ def free_pair():
     )
 
 
+def free_weight():
+    """A free body that a constant force pulls to a sprung one: a ball on a table, a hammer on an anvil."""
+    table = {"mass": [1.0, 0.25], "spring": [1.0, 0.0], "damper": [0.125, 0.0], "constant": [0.0, -0.125]}
+    hammer = {"mass": [1.0, 0.5], "spring": [0.0, 2.0], "damper": [0.0625, 0.25], "constant": [0.75, 0.0]}
+    soft = [(400.0, 4.0)]
+    dropped = table | {"start": [0.0, 0.0, 1.0, 0.0]} | _for(3)
+    yield from _cases("weight|ball dropped on a sprung table", dropped, [0.5], soft)
+    shaken = table | {"start": [0.0, 0.0, 0.5, 0.25], "loads": _shaken(1.0, 1.5)} | _for(3, 1.5)
+    yield from _cases("weight|ball on a shaken sprung table", shaken, [0.75], [(256.0, 0.0)])
+    falling = table | {"damper": [0.125, 0.125], "start": [0.0, 0.0, 2.0, 0.5], "loads": _shaken(0.5)} | _for(2)
+    yield from _cases("weight|ball in a damper, threshold", falling, [0.5], soft, threshold=0.125)
+    blow = hammer | {"clearance": 0.5, "loads": _shaken(1.5, 0.75, on="body 1")} | _for(2, 0.75)
+    yield from _cases("weight|hammer on a sprung anvil", blow, [0.25], [(900.0, 6.0)])
+    resting = hammer | {"start": [0.75, 0.0, 0.75, 0.0], "loads": _shaken(1.0)} | _for(2)
+    yield from _cases("weight|hammer at rest on a shaken anvil", resting, [0.0], soft)
+    thrown = table | {"constant": [0.5, 0.125], "start": [0.0, 0.0, 0.25, -1.0]} | _for(1)
+    yield from _cases("weight|balloon thrown at a table", thrown, [0.5], soft)
+    caged = table | {"clearance": 0.25, "play": 0.75, "loads": _shaken(1.0, 1.25)} | _for(2, 1.25)
+    yield from _cases("weight|ball in a sprung cage", caged, [0.75, 0.5], [(400.0, 4.0), (900.0, 2.0)])
+    struck = table | {"start": [-0.125, 0.0, -0.125, 0.0], "end": 6.0}
+    shock = {"form": "half-sine", "peak": 2.0, "duration": 1.5, "on": "base"}
+    yield from _cases("weight|ball on a struck table", struck | {"loads": [shock]}, [0.5], soft)
+
+
 def two_stops():
     """One body between two walls, or two bodies that are linked with play."""
     free = {"mass": [1.0], "clearance": 1.0, "play": 2.0}
@@ -226,4 +250,4 @@ def records():
     )
 
 
-GROUPS = (free_ball, free_pair, two_stops, pulses, records)
+GROUPS = (free_ball, free_pair, free_weight, two_stops, pulses, records)
