@@ -17,8 +17,11 @@ import logging
 import re
 import secrets
 import time
+from html import escape
 
 import panel as pn
+from bokeh.document import Document
+from bokeh.models import ImportedStyleSheet
 from bokeh.server.session import ServerSession
 from bokeh.server.tornado import BokehTornado
 from bokeh.util.token import check_token_signature, generate_jwt_token, generate_session_id, get_token_payload
@@ -88,7 +91,7 @@ class Admission:
             html = server_html_page_for_session(
                 session, app.resources(), doc.title, _PLACEHOLDER, doc.template, doc.template_variables
             )
-        self._page = _defer_scripts(_without_unused(html))
+        self._page = _with_styles(_defer_scripts(_without_unused(html)), doc)
         self.prewarmed = PrewarmedSession(self._context, self._new_id)
         garbage = GarbageCollection(lambda: self.sessions, self.prewarmed.quiet_seconds)
         for work in (self.prewarmed.run(lambda: not self.refusal()), garbage.run()):
@@ -133,12 +136,19 @@ def _without_unused(html: str) -> str:
     )
 
 
+def _with_styles(html: str, doc: Document) -> str:
+    """The page with what fetches the style sheets of its models at once, not when the models are drawn."""
+    addresses = sorted({model.url for model in doc.select({"type": ImportedStyleSheet})})
+    links = "".join(f'<link rel="preload" as="style" href="{escape(address)}">' for address in addresses)
+    return html.replace("</head>", f"{links}</head>", 1)
+
+
 def _defer_scripts(html: str) -> str:
     """The page with its scripts deferred, so that a browser shows what there is to read before they have come.
 
     They run in their order, and before the script that embeds the document. A module is deferred, too.
     """
-    html = html.replace('<script type="text/javascript" src=', "<script defer src=")
+    html = html.replace('<script type="text/javascript" src=', '<script defer src=')
     return _SCRIPT_OF_BOKEH.sub(r'<script type="module">\1</script>', html)
 
 

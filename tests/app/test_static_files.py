@@ -8,8 +8,10 @@ import urllib.error
 import urllib.request
 from urllib.parse import urljoin
 
+import brotli
 import pytest
 from vibroscope.app.page.files import modules
+from vibroscope.app.server import static_files
 
 from tests.browserless import Client
 from tests.waiting import PATIENCE
@@ -37,13 +39,17 @@ def scripts(server, page):
     return [f"{server.url}/{address}" for address in found]
 
 
-def test_every_script_is_compressed_and_kept_for_ever(scripts):
-    sizes = {}
+UNPACK = {"gzip": (gzip.decompress, 800_000), "br": (brotli.decompress, 620_000)}
+
+
+@pytest.mark.parametrize(("accepted", "encoding"), [("gzip", "gzip"), ("gzip, br", "br"), ("br;q=0, gzip", "gzip")])
+def test_every_script_is_compressed_and_kept_for_ever(scripts, accepted, encoding):
+    (unpacked, most), sizes = UNPACK[encoding], {}
     for url in scripts:
-        (_, plain, content), (_, packed, body) = get(url), get(url, Accept_Encoding="gzip, br")
+        (_, plain, content), (_, packed, body) = get(url), get(url, Accept_Encoding=accepted)
         assert "Content-Encoding" not in plain
-        assert packed["Content-Encoding"] == "gzip"
-        assert gzip.decompress(body) == content
+        assert packed["Content-Encoding"] == encoding
+        assert unpacked(body) == content
         assert int(packed["Content-Length"]) == len(body)
         assert packed["Content-Type"].endswith("javascript")
         for headers in (plain, packed):
@@ -53,7 +59,22 @@ def test_every_script_is_compressed_and_kept_for_ever(scripts):
         assert plain["Etag"] != packed["Etag"]
         sizes[url] = len(body)
     assert len(sizes) >= 3
-    assert sum(sizes.values()) < 800_000
+    assert sum(sizes.values()) < most
+
+
+def test_what_is_kept_compressed_is_read_unless_it_is_damaged(tmp_path, monkeypatch):
+    monkeypatch.setattr(static_files, "cache_root", lambda: tmp_path)
+    data = b"const a = 1;\n" * 100
+    packed = static_files.brotli_of(data)
+    (kept,) = tmp_path.rglob("*.br")
+    for damaged in (packed, b"", packed[:-5], brotli.compress(b"other")):
+        kept.write_bytes(damaged)
+        assert brotli.decompress(static_files.brotli_of(data)) == data
+        assert kept.read_bytes() == packed
+    monkeypatch.setattr(static_files.brotli, "compress", lambda data: b"anew")
+    assert static_files.brotli_of(data) == packed
+    monkeypatch.setattr(static_files, "cache_root", lambda: kept)  # no folder: it cannot be written
+    assert static_files.brotli_of(data) == b"anew"
 
 
 def test_a_script_that_the_browser_has_is_not_sent_again(scripts):
@@ -63,7 +84,7 @@ def test_a_script_that_the_browser_has_is_not_sent_again(scripts):
 
 
 def test_who_cannot_read_it_gets_it_as_it_is(server, scripts):
-    for accepted in ("identity", "gzip;q=0", "br, gzip; q=0.0"):
+    for accepted in ("identity", "gzip;q=0", "br;q=0, gzip; q=0.0"):
         assert "Content-Encoding" not in get(scripts[0], Accept_Encoding=accepted)[1]
     assert get(scripts[0], Accept_Encoding="gzip", Range="bytes=0-9")[0] == 206
     _, icon, _ = get(f"{server.url}/static/extensions/panel/images/apple-touch-icon.png", Accept_Encoding="gzip")

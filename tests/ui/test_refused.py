@@ -41,16 +41,25 @@ def test_the_page_says_that_the_server_is_full(narrow, page):
     assert "as many sessions as it can" in message(page)
 
 
-def test_a_session_is_opened_while_the_scripts_are_on_their_way(server, page):
-    held, sockets = [], []
-    page.on("websocket", lambda socket: socket.on("framereceived", lambda frame: sockets.append(socket)))
+def test_a_session_is_opened_and_its_document_fetched_while_the_scripts_are_on_their_way(server, page):
+    held, sockets, received, sent = [], [], [], []
+
+    def listen(socket):
+        sockets.append(socket)
+        socket.on("framereceived", lambda frame: received.append(str(frame)))
+        socket.on("framesent", lambda frame: sent.append(str(frame)))
+
+    page.on("websocket", listen)
     page.route("**/bokeh.min.js*", lambda route: held.append(route))
     page.goto(server, wait_until="commit")
-    wait_until(lambda: page.evaluate("1") and len(sockets) == 3, what="the three frames that confirm the session")
+    wait_until(
+        lambda: page.evaluate("1") and any(frame.startswith('{"doc"') for frame in received), what="the page's document"
+    )
     assert page.evaluate("window.Bokeh === undefined")
     held[0].continue_()
     page.locator("form.panel[data-update='1']").wait_for(state="attached")
-    assert set(sockets) == {sockets[0]}  # Bokeh goes on with the connection that there is
+    assert len(sockets) == 1  # Bokeh goes on with the connection that there is
+    assert sum("PULL-DOC-REQ" in frame for frame in sent) == 1  # and with the document
 
 
 def test_the_page_says_that_the_server_no_longer_knows_it(server, page):
