@@ -148,7 +148,7 @@ def _defer_scripts(html: str) -> str:
 
     They run in their order, and before the script that embeds the document. A module is deferred, too.
     """
-    html = html.replace('<script type="text/javascript" src=', '<script defer src=')
+    html = html.replace('<script type="text/javascript" src=', "<script defer src=")
     return _SCRIPT_OF_BOKEH.sub(r'<script type="module">\1</script>', html)
 
 

@@ -2,6 +2,7 @@
 
 import asyncio
 import gzip
+import html
 import json
 import re
 import urllib.error
@@ -75,6 +76,15 @@ def test_what_is_kept_compressed_is_read_unless_it_is_damaged(tmp_path, monkeypa
     assert static_files.brotli_of(data) == packed
     monkeypatch.setattr(static_files, "cache_root", lambda: kept)  # no folder: it cannot be written
     assert static_files.brotli_of(data) == b"anew"
+
+
+def test_style_sheets_of_the_models_are_fetched_with_the_page(server, page):
+    styles = re.findall(r'<link rel="preload" as="style" href="([^"]+)">', page.partition("</head>")[0])
+    assert len(styles) >= 3
+    for address in styles:
+        status, headers, _ = get(f"{server.url}/{html.unescape(address)}")
+        assert (status, headers["Content-Type"]) == (200, "text/css")
+        assert "immutable" in headers["Cache-Control"]
 
 
 def test_a_script_that_the_browser_has_is_not_sent_again(scripts):
