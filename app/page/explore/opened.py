@@ -26,7 +26,7 @@ class OpenedMotion(Component):
         self._orbit: ClosedOrbit | None = None
         self._linked: Mapping[str, float] = {}  # what a link says of it, until the first setting is shown
         self.on_close: Callable[[], None] = lambda: None  # called when the user closes the line
-        self.on_msg(lambda event: self._receive())
+        self.listen(close=(bool, self._close))
 
     def announce(self, texts: Mapping[str, str], words: str, orbit: ClosedOrbit) -> None:
         """Show these words as soon as, and as long as, the setting is that of ``texts``."""
@@ -63,7 +63,7 @@ class OpenedMotion(Component):
             self._setting, self._orbit = setting, orbit
             self.words = orbit_words(orbit, orbit.largest_multiplier())
 
-    def _receive(self) -> None:
+    def _close(self, _: bool) -> None:
         self.close()
         self.on_close()
 

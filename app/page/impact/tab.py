@@ -16,11 +16,12 @@ from vibroscope.app.export.formats import Figure, Series
 from vibroscope.app.export.scripts import impact_command, impact_python
 from vibroscope.app.page.impact.figure import AXES, LEGENDS, ImpactView
 from vibroscope.app.page.study.listed import ListPanel, cell, row
-from vibroscope.app.page.study.tab import StudyView
+from vibroscope.app.page.study.panel import number
+from vibroscope.app.page.study.tab import StudyView, refusal
 from vibroscope.app.runtime.number_text import print_number
 from vibroscope.app.studies.one_impact import ImpactQuestion, PartialImpact, Run, grow_impact
 from vibroscope.engine import counted, percent, written
-from vibroscope.engine.facts import Amount, Statement, message_of, sentence, stated
+from vibroscope.engine.facts import Amount, Statement, stated
 from vibroscope.engine.one_impact.choose import CLOSE_TO_ASKED
 from vibroscope.engine.units import time_text
 
@@ -59,19 +60,15 @@ class OneImpact(StudyView):
         page = self.lay_out(*(self.stretch(plot) for plot in self.view.figures), classes=("halves", "impact"))
         self.list = ListPanel(label="What to take over, and other integrators", visible=False)
         self.list.css_classes = ["cell", "rows"]
-        self.list.on_msg(lambda event: self._receive(event.data))
+        self.list.listen(open=(str, self._take))
         page.append(self.list)
         return page
 
     @classmethod
     def spec(cls) -> dict:
         """The bodies that meet, where they are not those of the system."""
-        numbers = [
-            {"name": name, "label": label, "low": 1e-12, "high": 1e12, "whole": False, "empty": True}
-            for name, (label, *_) in _TYPED.items()
-        ]
         return {
-            "numbers": numbers,
+            "numbers": [number(name, label, (1e-12, 1e12), empty=True) for name, (label, *_) in _TYPED.items()],
             "hint": "Two bodies meet once, and no other force acts. K, D, the step, integrator, contact status and law "
             "are those that are set; e under System is what was asked for. Empty fields take the bodies' mass and the "
             "speed of the reference. With a permitted penetration the table offers the K for it. A click in the right "
@@ -81,11 +78,7 @@ class OneImpact(StudyView):
 
     def obstacle(self, setting: Setting) -> str:
         """Why there is no such contact."""
-        try:
-            self.question(setting).at(self.panel.chosen["speed"] or 1.0)
-        except ValueError as error:
-            return sentence(message_of(error))
-        return ""
+        return refusal(lambda: self.question(setting).at(self.panel.chosen["speed"] or 1.0))
 
     def question(self, setting: Setting) -> ImpactQuestion:
         """The contact alone; where no speed is typed also what the reference depends on."""
@@ -110,9 +103,9 @@ class OneImpact(StudyView):
         near, points = (_offer_table(result, setting), _scheme_table(result)) if known else ({}, {})
         self.list.param.update(near=near, points=points, visible=known)
 
-    def _receive(self, message: object) -> None:
-        named = message.get("open") if isinstance(message, dict) else None
-        if self.result is None or not isinstance(named, str):
+    def _take(self, named: str) -> None:
+        """Set what a row of the tables offers."""
+        if self.result is None:
             return
         if texts := offers_of(self.result, self._result_setting).get(named):
             texts = self._move.setting.with_contact(texts)

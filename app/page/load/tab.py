@@ -231,4 +231,4 @@ class LoadTab(StudyView):
 
     def command(self, setting: Setting) -> str:
         """``vibroscope transient``."""
-        return "" if self.result is None else load_command(self.shown_setting() or setting, self.result.question)
+        return "" if self.result is None else load_command(setting, self.result.question)

@@ -159,11 +159,11 @@ class Peaks(StudyView):
 
     def python(self, setting: Setting) -> str:
         """A script that finds the peaks."""
-        return peaks_python(self.shown_setting() or setting)
+        return peaks_python(setting)
 
     def command(self, setting: Setting) -> str:
         """``vibroscope peaks``."""
-        return peaks_command(self.shown_setting() or setting)
+        return peaks_command(setting)
 
 
 def _over(setting: Setting) -> str:
