@@ -89,9 +89,9 @@ def test_equations_of_motion(point):
     turn = math.cos(ETA * point["τ"]), math.sin(ETA * point["τ"])
     state = [point[name] for name in ("ξ₁", "ξ₁′", "ξ₂", "ξ₂′")]
     found = dict(zip((1, 2), accelerations(coefficients(p), *state, point["λ"], *turn), strict=True))
-    free = separated_generator(p) @ (*state[:2], symbols["g"], symbols["g′"], *turn)
+    free = separated_generator(p) @ (*state[:2], symbols["g"], symbols["g′"], *turn, 1.0)
     found[3] = free[3] + (1 + 1 / symbols["μ"]) * point["λ"]
-    found[4] = (joined_generator(p) @ (*state[:2], 0.0, 0.0, *turn))[1]
+    found[4] = (joined_generator(p) @ (*state[:2], 0.0, 0.0, *turn, 1.0))[1]
     position, velocity = contact_law.joint_force(p)
     found[8] = position * state[0] + velocity * state[1]
     joined = symbols | {"ξ": state[0], "ξ′": state[1]}

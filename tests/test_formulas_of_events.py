@@ -53,7 +53,7 @@ def common_motions(count):
 def test_the_flights_of_a_chatter():
     """The gap by the free equations, with the common motion, to the order that is written."""
     generator = np.zeros((6, 6))
-    generator[:4] = separated_generator(PARAMETERS)
+    generator[:4] = separated_generator(PARAMETERS)[:, :6]
     generator[4, 5], generator[5, 4] = -ETA, ETA
     for z in common_motions(3):
         symbols, misses = chatter_symbols(z, 0.0), []

@@ -179,7 +179,7 @@ def shown_content(content: Content, scale: Units | None) -> Content:
         return {name: shown_content(part, scale) for name, part in content.items()}
     if isinstance(content, list | tuple):
         parts = [shown_content(part, scale) for part in content]
-        return content._make(parts) if hasattr(content, "_make") else type(content)(parts)
+        return type(content)(*parts) if hasattr(content, "_fields") else type(content)(parts)
     return content
 
 

@@ -50,7 +50,7 @@ def test_generators_are_the_equations_of_motion(system, x1, v1, x2, v2, angle):
     )
     for generator, (position, gap), acting in sides:
         a1, a2 = textbook(system, eta, x1, v1, x2, v2, acting, angle)
-        derivative = generator @ (y[0] - position, y[1], y[2] - gap, y[3], *turn)
+        derivative = generator @ (y[0] - position, y[1], y[2] - gap, y[3], *turn, 1.0)
         expected = (0.0, 0.0, -v1, -a1) if system.wall else (v1, a1, v2 - v1, a2 - a1)
         np.testing.assert_allclose(derivative, expected, rtol=1e-10, atol=1e-8)
         if system.wall:
@@ -75,7 +75,7 @@ def test_joined_bodies_move_as_the_free_ones_under_the_joint_force(system, x, v,
         np.testing.assert_allclose(a1, 0.0, atol=1e-9)
         return
     at, gap = joined_equilibrium(p)
-    joined = joined_generator(p) @ (y[0] - at, y[1], y[2] - gap, 0.0, *turn)
+    joined = joined_generator(p) @ (y[0] - at, y[1], y[2] - gap, 0.0, *turn, 1.0)
     np.testing.assert_allclose((a1, a2), joined[1], rtol=1e-10, atol=1e-8)
 
 

@@ -22,9 +22,9 @@ def test_tables_are_those_of_another_exponential(kind):
         # entries of a stiff contact differ in size by K: each is judged by what its row and column hold
         scale = np.sqrt(np.abs(exact).max(axis=1)[:, None] * np.abs(exact).max(axis=0)[None, :])
         assert (np.abs(table.phase.transitions[j - 1] - exact) < 1e-13 * scale + 1e-15).all()
-        values = table.phase.rows[:, tables.VALUES + j - 1]
+        values = table.phase.rows[:6, tables.VALUES + j - 1]
         np.testing.assert_allclose(values, table.row @ exact, atol=1e-13 * np.abs(table.row @ exact).max())
-    powers = table.phase.rows[:, tables.POWERS : tables.POSITION]
+    powers = table.phase.rows[:6, tables.POWERS : tables.POSITION]
     for u in (0.25, 0.5, 1.0):
         exact = table.row @ expm(table.a * (u * table.h))
         np.testing.assert_allclose(powers @ u ** np.arange(12), exact, atol=1e-14 * np.abs(exact).max())
