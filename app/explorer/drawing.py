@@ -18,8 +18,9 @@ def drawing(setting: Setting) -> dict:
     dict
         ``kind``: one of the choices of `Explorer.bodies`. ``head``: a title. ``clearance``: gap with relaxed springs;
         ``clearance2``: that of the second stop, None if there is none.
-        ``separate``: ξ₁ and ξ₂ of the static equilibrium without contact. ``share``: how much of an overlap the first
-        spring takes up. ``mass``: m₂/m₁. ``base``, ``phase``: of the base motion base · cos(ητ + phase).
+        ``separate``: ξ₁ and ξ₂ of the static equilibrium without contact, or with it where there is no other.
+        ``share``: how much of an overlap the first spring takes up. ``mass``: m₂/m₁. ``base``, ``phase``: of the base
+        motion base · cos(ητ + phase).
     """
     system = setting.system
     apart = system.separate_rest
@@ -28,7 +29,7 @@ def drawing(setting: Setting) -> dict:
         "head": HEADS[setting.bodies],
         "clearance": system.clearance,
         "clearance2": system.clearance2,
-        "separate": list(apart if math.isfinite(apart[0]) else system.rest[::2]),
+        "separate": list(apart if math.isfinite(apart[0]) and not system.free_pull else system.rest[::2]),
         "share": system.stiffness_share,
         "mass": 1.0 if system.wall else system.mass_ratio,
         "base": system.excitation.base_amplitude(setting.eta),
