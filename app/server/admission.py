@@ -137,9 +137,12 @@ def _without_unused(html: str) -> str:
 
 
 def _with_styles(html: str, doc: Document) -> str:
-    """The page with what fetches the style sheets of its models at once, not when the models are drawn."""
+    """The page with what fetches the style sheets of its models at once, not when the models are drawn.
+
+    For no medium, so that nothing waits for them; of a preload Chromium complains where a page is drawn late.
+    """
     addresses = sorted({model.url for model in doc.select({"type": ImportedStyleSheet})})
-    links = "".join(f'<link rel="preload" as="style" href="{escape(address)}">' for address in addresses)
+    links = "".join(f'<link rel="stylesheet" media="not all" href="{escape(address)}">' for address in addresses)
     return html.replace("</head>", f"{links}</head>", 1)
 
 

@@ -79,7 +79,7 @@ def test_what_is_kept_compressed_is_read_unless_it_is_damaged(tmp_path, monkeypa
 
 
 def test_style_sheets_of_the_models_are_fetched_with_the_page(server, page):
-    styles = re.findall(r'<link rel="preload" as="style" href="([^"]+)">', page.partition("</head>")[0])
+    styles = re.findall(r'<link rel="stylesheet" media="not all" href="([^"]+)">', page.partition("</head>")[0])
     assert len(styles) >= 3
     for address in styles:
         status, headers, _ = get(f"{server.url}/{html.unescape(address)}")
