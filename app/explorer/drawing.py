@@ -19,8 +19,8 @@ def drawing(setting: Setting) -> dict:
         ``kind``: one of the choices of `Explorer.bodies`. ``head``: a title. ``clearance``: gap with relaxed springs;
         ``clearance2``: that of the second stop, None if there is none.
         ``separate``: ξ₁ and ξ₂ of the static equilibrium without contact, or with it where there is no other.
-        ``share``: how much of an overlap the first spring takes up. ``mass``: m₂/m₁. ``base``, ``phase``: of the base
-        motion base · cos(ητ + phase).
+        ``share``: how much of an overlap the first spring takes up. ``springs``: whether each body has one.
+        ``mass``: m₂/m₁. ``base``, ``phase``: of the base motion base · cos(ητ + phase).
     """
     system = setting.system
     apart = system.separate_rest
@@ -31,6 +31,7 @@ def drawing(setting: Setting) -> dict:
         "clearance2": system.clearance2,
         "separate": list(apart if math.isfinite(apart[0]) and not system.free_pull else system.rest[::2]),
         "share": system.stiffness_share,
+        "springs": [system.spring1 > 0.0, system.wall or system.kappa > 0.0],
         "mass": 1.0 if system.wall else system.mass_ratio,
         "base": system.excitation.base_amplitude(setting.eta),
         "phase": system.excitation.base_phase,

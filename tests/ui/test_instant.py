@@ -1,5 +1,7 @@
 """The present instant: its marks in all figures, and the animation."""
 
+import pytest
+
 from tests.ui.explorer import PAPER
 from tests.waiting import wait_until
 
@@ -134,3 +136,13 @@ def test_the_instant_that_was_pointed_at_stays_and_is_in_the_link(kept, visit):
     assert shown.startswith("time 0.5")
     wait_until(lambda: explorer.address().get("choice", "").startswith("phase:0.5"), what="the phase in the link")
     assert visit(explorer.query()).page.locator(".readout").text_content() == shown
+
+
+@pytest.mark.parametrize(
+    ("system", "drawn"),
+    [("bodies=two", [True, True]), ("bodies=two&spring1=0", [False, True]), ("bodies=two&kappa=0", [True, False])],
+)
+def test_a_body_without_a_spring_is_drawn_without_one(kept, system, drawn):
+    page = kept.anew(f"?{system}").page
+    rods = page.locator(".mechanism .reference .rod")
+    assert [rods.nth(i).is_visible() for i in range(rods.count())] == drawn

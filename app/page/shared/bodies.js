@@ -152,14 +152,14 @@ class Bodies {
     this.stop = svgElement("path", { class: "stop" }); // the second one, which body 2 or the wall carries around body 1
   }
 
-  set({ kind, mass, share }) {
+  set({ kind, mass, springs }) {
     this.kind = kind;
     const count = kind === "wall" ? 1 : 2;
     const hung = kind === "pendulums";
     this.sides = [mass < 1 ? 1 : 1 / mass, mass < 1 ? mass : 1].map((each) => clamp(SIDES[1] * Math.cbrt(each), ...SIDES));
     const make = (tag, name) => Array.from({ length: count }, () => svgElement(tag, { class: name }));
     this.rods = make("path", hung ? "rod" : "rod spring");
-    this.rods[0].style.display = share ? "" : "none"; // a body without a spring
+    this.rods.forEach((rod, i) => { rod.style.display = springs[i] ? "" : "none"; });
     this.bobs = make(hung ? "circle" : "rect", "bob");
     for (const bob of this.bobs) if (hung) put(bob, { r: BOB });
     this.names = make("text", "name");
