@@ -31,6 +31,7 @@ class View(NamedTuple):
     irregular: str = ""  # columns of chaotic motions, as a pattern of "figure/source.column"
     measured: bool = False  # it shows measured times
     height: int = 900  # of a desktop window in which all of it is visible
+    before: str = ""  # what Explore has explained before, which the view then says
 
 
 # Scenes whose penalty motion is chaotic, and what else is set in two of the scenes.
@@ -60,7 +61,7 @@ VIEWS = of_scenes() | {
         "?view=bifurcation&eta=1.42&K=12000&D=18&steps=2000&zoom=eta:1.3,1.5&choice=branches:both;count:60;transient:200",
         r"\.value|_periods",
     ),
-    "plane": View(f"?view=plane&{STUDY}", r"\.image|_diverged"),
+    "plane": View(f"?view=plane&{STUDY}", r"\.image|_diverged", before=f"?{STUDY}"),
     "curves": View(
         "?view=plane&eta=2&K=1000&D=5&steps=2000&zoom=K:100,10000;D:1,50&choice=curves:on",
         r"\.image|_diverged|plane_curves",
@@ -181,6 +182,8 @@ def look(visit):
     def open_view(name, device):
         view = VIEWS[name]
         options = {"height": view.height} | DEVICES[device]
+        if view.before:
+            at_rest(visit(view.before), View(view.before))
         explorer = at_rest(visit(view.query, **options), view)
         if device == "phone":
             high, tall = 0, options["height"]

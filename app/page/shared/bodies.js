@@ -165,6 +165,7 @@ class Bodies {
     this.names = make("text", "name");
     this.names.forEach((name, i) => { name.textContent = this.solver === "penalty" ? "" : String(i + 1); });
     this.element.replaceChildren(...this.rods, this.stop, this.flash, ...this.bobs, ...this.names);
+    this.element.style.display = "none"; // until there is a motion to show
   }
 
   show(displacements, shift, place, contact) {
