@@ -24,6 +24,7 @@ from vibroscope.engine import cache_root
 _TEXT = re.compile(r"\.(?:css|html|js|json|mjs|svg)$")
 _ENCODINGS = "br", "gzip"  # the smaller first; browsers take the first over TLS and on their own machine only
 _SECONDS = 365 * 24 * 3600
+_LARGE = 100_000  # bytes: less takes milliseconds, and each version of the page has other modules
 
 
 class StaticFile(StaticFileHandler):
@@ -94,7 +95,9 @@ def _compressed(path: str, encoding: str) -> bytes:
 
 
 def brotli_of(data: bytes) -> bytes:
-    """Compressed, as the cache folder has it or anew: Bokeh's script takes two seconds."""
+    """Compressed; a large file as the cache folder has it, or anew: Bokeh's script takes two seconds."""
+    if len(data) < _LARGE:
+        return brotli.compress(data)
     kept = cache_root() / "compressed" / f"{hashlib.sha256(data).hexdigest()[:16]}.br"
     with suppress(OSError, brotli.error):
         found = kept.read_bytes()

@@ -65,7 +65,9 @@ def test_every_script_is_compressed_and_kept_for_ever(scripts, accepted, encodin
 
 def test_what_is_kept_compressed_is_read_unless_it_is_damaged(tmp_path, monkeypatch):
     monkeypatch.setattr(static_files, "cache_root", lambda: tmp_path)
-    data = b"const a = 1;\n" * 100
+    data = b"const a = 1;\n" * 10_000
+    assert brotli.decompress(static_files.brotli_of(data[:1000])) == data[:1000]
+    assert not list(tmp_path.rglob("*.br"))
     packed = static_files.brotli_of(data)
     (kept,) = tmp_path.rglob("*.br")
     for damaged in (packed, b"", packed[:-5], brotli.compress(b"other")):

@@ -81,8 +81,8 @@ class StudyView(TabView):
         return ""
 
     def search_questions(self, setting: Setting) -> tuple[object, list[str]]:
-        """What the ``searches`` look for, and sentences about what that is, or why there is none."""
-        raise NotImplementedError
+        """What the ``searches`` look for, if there are any, and sentences about what that is, or why there is none."""
+        return None, []
 
     def away(self, setting: Setting) -> dict[str, list[str]]:
         """The choices of each switch, and the numbers, that the panel hides for the system."""
