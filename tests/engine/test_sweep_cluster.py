@@ -90,7 +90,9 @@ def test_steps_without_a_solution_are_the_same(cluster):
 @pytest.mark.parametrize("direction", ["rest", "up"])
 def test_progress_is_reported_before_and_while_the_workers_compute(cluster, direction):
     seen = []
-    swept(scheduler=cluster[0], progress=seen.append, cells_per_chunk=32, direction=direction)
+    # so many periods that no worker is done with its chunk between two reports, 0.2 s apart
+    how = {"transient": 20_000, "cells_per_chunk": 32, "direction": direction}
+    swept(scheduler=cluster[0], progress=seen.append, **how)
     assert (seen[0].done, seen[0].total) == (0, len(ETAS))
     assert len(seen) > 4  # more than the beginning and one for each chunk
     assert [now.done for now in seen] == sorted(now.done for now in seen)
