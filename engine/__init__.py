@@ -95,7 +95,6 @@ _LATER = {
         "search_branches",
     ),
     "divergence.compare": (
-        "FREE_PERIODS",
         "PARTS",
         "Comparison",
         "ComparisonQuestion",
@@ -216,6 +215,10 @@ _LATER = {
     "facts": (
         "Statement",
         "print_statement",
+    ),
+    "simulate": (
+        "FREE_PERIODS",
+        "free_length",
     ),
     "sweeps": (
         "COORDINATES",

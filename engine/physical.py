@@ -13,11 +13,11 @@ The unit is part of each name, so that no number can be meant in another one. ω
 that of mass. A body may be without a spring, k = 0; beside a wall the entry may then say nothing of it. Of a body 1
 without one the unit of time ``time_s`` = 1/ω₁ may be given, or follows from the problem: ω₁ is 2π ``frequency_Hz``;
 where that is not given, the natural frequency of body 2, if it has a spring; or else √(a/L) of the acceleration a that
-the forces on body 1, or the base, give it, and of the length L that displacements are counted in. What is given of the
-base is held where the frequency changes (:class:`.excitation.Excitation`). Lengths are counted in base amplitudes where
-``base_amplitude_mm`` is given, otherwise in ``length_mm``; where that is not given either, in the amplitude that the
-base has at ``frequency_Hz``, or would have at ω₁; where it does not move, in the largest static displacement F/k₁ of
-the forces on body 1, or else in the clearance.
+the forces on body 1, or the base, give it, and of the length L that displacements are counted in, 1 mm where the entry
+has none. What is given of the base is held where the frequency changes (:class:`.excitation.Excitation`). Lengths are
+counted in base amplitudes where ``base_amplitude_mm`` is given, otherwise in ``length_mm``; where that is not given
+either, in the amplitude that the base has at ``frequency_Hz``, or would have at ω₁; where it does not move, in the
+largest static displacement F/k₁ of the forces on body 1, or else in the clearance.
 """
 
 import math
@@ -42,6 +42,7 @@ from vibroscope.engine.units import BASE_AMPLITUDE_RANGE, M1_RANGE, OMEGA1_RANGE
 from vibroscope.engine.wording import end_text
 
 _LARGE = 1e15
+_LENGTH_MM = 1.0  # that the unit of time is found with where an entry has no length
 
 
 class PhysicalSystem(NamedTuple):
@@ -417,8 +418,8 @@ def _unit_of_time(given: dict, mass: float) -> float:
     force = max(abs(given.get(name, 0.0)) for name in ("force1_N", "constant1_N"))
     acceleration = force / mass or (base if HELD.index(OF_BASE[form][0]) == 2 else 0.0)
     lengths = (given.get(name, 0.0) for name in ("length_mm", "base_amplitude_mm", "clearance_mm"))
-    length = 1e-3 * next((abs(each) for each in lengths if each), 0.0)
-    omega1 = math.sqrt(acceleration / length) if length else 0.0
+    length = 1e-3 * next((abs(each) for each in lengths if each), _LENGTH_MM)
+    omega1 = math.sqrt(acceleration / length)
     if not Range(*OMEGA1_RANGE).holds(omega1):
         raise ValueError(
             "time_s is missing: time of a body without a spring is counted in it, in 1/frequency_Hz or in the root of "

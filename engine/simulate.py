@@ -12,7 +12,7 @@ from vibroscope.engine.drivers.located import LocatedDriver
 from vibroscope.engine.drivers.newmark import NewmarkDriver, takes_own_loop
 from vibroscope.engine.drivers.time_stepping import TimeSteppingDriver
 from vibroscope.engine.load import Load, refuse_period
-from vibroscope.engine.methods import Method
+from vibroscope.engine.methods import Method, Reference
 from vibroscope.engine.model import System, check_eta
 from vibroscope.engine.result import Checkpoint, Record, Response, Status, Trajectory
 
@@ -20,6 +20,8 @@ FARTHEST = 1e6  # units of length, base amplitudes in the paper's: no run can st
 PERIODS_LIMIT = 100_000_000
 KEEP_LIMIT = 1_000_000
 LONG, KEEP = 2050, 50  # periods of a long run, and the last of them that are kept: the paper's
+FREE_PERIODS = 2  # that are kept where nothing drives the bodies: a free vibration decays
+LONGEST_FLIGHT = 512  # periods of a free vibration in which its first contact is looked for
 SAMPLES_LIMIT = 20_000_000
 STEPS_LIMIT = 10**13
 
@@ -102,6 +104,40 @@ def simulate(
         checkpoint=checkpoint,
         **driver.results(),
     )
+
+
+def free_length(system: System, eta: float, initial: Sequence[float] | None = None) -> dict[str, int]:
+    """``periods`` and ``keep`` of a free vibration: its first FREE_PERIODS, or those that begin with the first contact.
+
+    Nothing sets the length of a period there, so that a drop or a throw may be any number of them away from its first
+    contact. That of the reference is looked for in the first LONGEST_FLIGHT.
+
+    Parameters
+    ----------
+    system : System
+        That nothing drives.
+    eta : float
+        A period is 2π/η.
+    initial : (4,) sequence, optional
+        ξ₁, ξ₁′, ξ₂, ξ₂′ at τ = 0, by default rest.
+
+    Examples
+    --------
+    >>> from vibroscope.engine import Excitation, System, free_length
+    >>> hammer = System(kappa=0.0, mu=0.15, clearance=50.0, excitation=Excitation(base=0.0))
+    >>> free_length(hammer, 1.0, (0.0, 0.0, 0.0, -2.0))  # thrown at the sprung body, which it meets at τ = 25
+    {'periods': 5, 'keep': 2}
+    """
+    first, periods = math.inf, FREE_PERIODS
+    while first == math.inf and periods <= LONGEST_FLIGHT:
+        try:
+            run = simulate(system, eta, Reference(), periods=periods, keep=periods, initial=initial)
+        except ValueError:  # a start that only a penalty solution can have: the bodies penetrate
+            break
+        first = min([*run.impacts.time[:1], *run.contacts[:1, 0]], default=math.inf)
+        periods *= 4
+    before = math.floor(first * eta / (2 * math.pi)) if first < math.inf else 0
+    return {"periods": FREE_PERIODS + (before if before >= FREE_PERIODS else 0), "keep": FREE_PERIODS}
 
 
 def simulate_load(

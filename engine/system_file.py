@@ -102,6 +102,11 @@ class SystemFile:
     forms: tuple[str, ...] = ()
     has_units: bool = field(default=False, compare=False)
 
+    @property
+    def usual_eta(self) -> float | None:
+        """η of the file. A free vibration has none: its periods are then 2π/ω₁ long."""
+        return 1.0 if self.eta is None and not self.system.excitation.drives else self.eta
+
 
 class DescribedKey(NamedTuple):
     """A key of a table: what it means, its unit, what it may be, and what is taken where it is left out."""

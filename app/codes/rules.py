@@ -33,7 +33,6 @@ from types import MappingProxyType
 
 from vibroscope.app.codes.catalogue import table
 from vibroscope.engine import (
-    FREE_PERIODS,
     METHOD_NUMBERS,
     CentralDifference,
     Comparison,
@@ -47,6 +46,7 @@ from vibroscope.engine import (
     compare,
     difference_in_kind,
     finite_or_none,
+    free_length,
     motion,
     percent,
     repetition,
@@ -337,7 +337,7 @@ def judge(
     except ValueError as error:
         return RuleOutcome(rule, None, "", math.nan, math.nan, None, message_of(error) + ".")
     if not asked.system.excitation.drives:
-        options = {"periods": FREE_PERIODS, "keep": FREE_PERIODS} | options
+        options = free_length(asked.system, asked.eta, options.get("initial")) | options
     if rule.kind == EXPLICIT:
         found = _judge_stability(rule, asked, method, options | {"cancelled": cancelled})
         return replace(found, alone=contact_alone(asked.system, asked.eta, method, math.nan))

@@ -49,6 +49,7 @@ from vibroscope.engine import (
     Units,
     Verdict,
     compare,
+    free_length,
     percent,
     print_statement,
     repetition,
@@ -131,8 +132,9 @@ def add(command: OneLineParser) -> None:
     """Add the options."""
     add = command.add_argument
     add_both_solutions(command)
-    usual = f"default {default_of(ComparisonQuestion, 'periods')}; where nothing drives the bodies {FREE_PERIODS}"
-    add_run_length(command, usual, _KEEP, "compare")
+    usual = default_of(ComparisonQuestion, "periods")
+    free = f"where nothing drives the bodies the first {FREE_PERIODS}, or those from the first contact on"
+    add_run_length(command, f"default {usual}; {free}", _KEEP, "compare")
     add_measured_options(command)
     add("--alone", action="store_true", help="also the difference over K, over D and over the step, each alone")
     add("--series", action="store_true", help="with --json: also the difference and its parts at every sample")
@@ -183,12 +185,14 @@ def _splits(comparison: Comparison) -> tuple[Regularisation | None, TimeStepPart
 
 
 def _set_length(options: argparse.Namespace, system: System) -> None:
-    """Periods to run and to keep where they are not given: of a free vibration the first ones, since it decays."""
-    drives = system.excitation.drives
+    """Periods to run and to keep where they are not given: of a free vibration as `engine.free_length` has them."""
+    if options.periods is None and not system.excitation.drives:
+        length = free_length(system, options.eta, options.initial)
+        options.periods, options.keep = length["periods"], options.keep or length["keep"]
     if options.periods is None:
-        options.periods = default_of(ComparisonQuestion, "periods") if drives else FREE_PERIODS
+        options.periods = default_of(ComparisonQuestion, "periods")
     if options.keep is None:
-        options.keep = kept_periods(options, _KEEP) if drives else options.periods
+        options.keep = kept_periods(options, _KEEP) if system.excitation.drives else options.periods
 
 
 # --- for scripts ------------------------------------------------------------------------------------------------------

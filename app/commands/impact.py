@@ -9,7 +9,14 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, NamedTuple
 
 from vibroscope.app.commands.numbers import measured, number
-from vibroscope.app.commands.options import SCHEME_OPTIONS, add_fields, law_of, stepping_of, system_file
+from vibroscope.app.commands.options import (
+    SCHEME_OPTIONS,
+    add_fields,
+    add_initial_option,
+    law_of,
+    stepping_of,
+    system_file,
+)
 from vibroscope.app.commands.parser import Command, OneLineParser, entries, option
 from vibroscope.app.commands.report import Report, Row
 from vibroscope.engine import SystemFile, Units, percent, written
@@ -52,6 +59,7 @@ def add(command: OneLineParser) -> None:
     words = "in place of the speed: those of all impacts in the reference of a system in physical units"
     met.add_argument("--system", dest="moving", type=system_file, metavar="FILE.toml", help=words)
     add("--eta", type=number, metavar="F", help="with --system: at this eta, in place of the frequency of the file")
+    add_initial_option(command, more=", with --system; numbers without a unit are in m and m/s")
     spring = command.add_mutually_exclusive_group(required=True)
     help_k = "contact stiffness, as '1e6 N/m'; all numbers without a unit are in SI units"
     spring.add_argument("--K", type=measured("contact_stiffness"), metavar="F", help=help_k)
@@ -133,8 +141,9 @@ def _closing_speeds(options: argparse.Namespace) -> np.ndarray | None:
     """Those of the system's reference in m/s, (n,), the median of which the options then hold; None without one."""
     file = options.moving
     if file is None:
-        if options.eta is not None:
-            raise ValueError("--eta says when the bodies of a system meet: give --system, or --speed")
+        for name in ("eta", "initial"):
+            if getattr(options, name) is not None:
+                raise ValueError(f"--{name} says how the bodies of a system meet: give --system, or --speed")
         options.mass, options.speed = (1.0 if each is None else each for each in (options.mass, options.speed))
         return None
     import numpy as np
@@ -143,12 +152,14 @@ def _closing_speeds(options: argparse.Namespace) -> np.ndarray | None:
 
     if not file.has_units:
         raise ValueError("--system has no units: give it a table [physical] or [units], or give --speed")
-    eta, units = file.eta if options.eta is None else options.eta, replace(file.units, system="si")
+    eta, units = file.usual_eta if options.eta is None else options.eta, replace(file.units, system="si")
     if eta is None:
         raise ValueError("--eta is missing: give it, or a system file with a table [physical] and frequency_Hz")
-    speeds = units.physical("velocity", Run(file.system, eta, Reference(), None).closing_speeds())
+    start = options.initial and tuple(map(units.model, ("displacement", "velocity") * 2, options.initial))
+    speeds = units.physical("velocity", Run(file.system, eta, Reference(), start).closing_speeds())
     if not len(speeds):
-        raise ValueError(f"in the reference at eta = {eta:g} no bodies collide: give --speed in place of --system")
+        how = f"at eta = {eta:g}" if file.system.excitation.drives else "that nothing drives"
+        raise ValueError(f"in the reference {how} no bodies collide: give --initial, or --speed in place of --system")
     options.mass = units.physical("mass", file.system.mass_share) if options.mass is None else options.mass
     options.speed = float(np.median(speeds))
     return speeds
@@ -225,7 +236,7 @@ def _with_step(found: WithStep) -> dict[str, object]:
 
 
 def _report(question: Impact, options: argparse.Namespace, speeds: np.ndarray | None) -> Report:
-    from vibroscope.app.explorer.impact_words import advice, answer, over_speeds_of_motion, span_and_mean
+    from vibroscope.app.explorer.impact_words import advice, answer, ends_text, over_speeds_of_motion, span_and_mean
     from vibroscope.engine import damping_bounds, impact, largest_step, over_motion, stiffness_bounds
 
     alone = question.without_step
@@ -256,7 +267,7 @@ def _report(question: Impact, options: argparse.Namespace, speeds: np.ndarray | 
     else:
         lost = span_and_mean(found.energy_lost)
         lines += [Row("with this step", f"restitution {e}; share of the energy lost {lost}")]
-        lines += [Row("", f"{_measures(found)}, force in {found.steps[0]} to {found.steps[1]} steps")]
+        lines += [Row("", f"{_measures(found)}, force in {ends_text(*map(str, found.steps))} steps")]
     lines += [Row("answer", answer(question, asked, found), 110), Row("", advice(largest, options.tolerance), 110)]
     if speeds is not None:
         of_motion = over_motion(question, speeds)

@@ -44,7 +44,7 @@ def run(options: argparse.Namespace) -> Report:
         data["attractors"] = [
             {"share": each.share, "start": each.start, **plain_motion(each.motion)} for each in others
         ]
-    lines: list[Line] = [f"{method}, eta = {eta:g}", *_motion_lines(found)]
+    lines: list[Line] = [f"{method}, eta = {eta:g}", *_motion_lines(found, problem[0].excitation.drives)]
     if units:
         data |= physical_part(units, eta, method, **physical_motion(units, found))
         physical = [settings_text(units, eta, method), motion_text(units, eta, found, method)]
@@ -67,13 +67,14 @@ def _find_attractors(options: argparse.Namespace, problem: tuple) -> tuple[Attra
     return attractors(*problem, **search, progress=progress)
 
 
-def _motion_lines(found: Motion) -> Iterator[Line]:
-    """A motion as text."""
+def _motion_lines(found: Motion, drives: bool) -> Iterator[Line]:
+    """A motion as text; of a free vibration the kept periods do not show what it has touched before."""
     yield Row("motion", _name(found))
     yield Row("", found.reason, width=100)
     if not found.impacts_per_period >= 0:  # not known: the run ended early
         return
-    yield from rows({"": touching(found)}, width=100)
+    if drives:
+        yield from rows({"": touching(found)}, width=100)
     yield from rows(
         {
             "impacts": f"{found.impacts_per_period:.4g} per period, over {counted(found.periods, 'period')}",
@@ -84,15 +85,17 @@ def _motion_lines(found: Motion) -> Iterator[Line]:
     if _has_impact_list(found):
         at = ", ".join(f"{phase:.4f}" for phase in found.impact_phases[:_MOST_IMPACTS])
         yield from rows({"impacts at": f"{at} periods", "closing speeds": _speeds_text(found.closing_speeds)})
-    yield Row("each period", f"impulse {_number(found.impulse)}, {_energy(found)}")
-    yield Row("peak force", _peak_force(found))
+    if found.impulse == found.impulse or found.energy_lost == found.energy_lost:
+        yield Row("each period", f"impulse {_number(found.impulse)}, {_energy(found)}")
+        yield Row("peak force", _peak_force(found))
     if len(found.multipliers):
         yield Row(
             "multipliers", ", ".join(f"{m:.5g}" if m.imag else f"{m.real:.5g}" for m in found.multipliers.tolist())
         )
         yield Row("nearest", f"{found.bifurcation}, {found.margin:.3g} off")
-    error = f" ± {found.lyapunov_error:.2g}" if found.lyapunov_error > 0 else ""
-    yield Row("Lyapunov", f"{_number(found.lyapunov)}{error} per period")
+    if found.lyapunov == found.lyapunov:
+        error = f" ± {found.lyapunov_error:.2g}" if found.lyapunov_error > 0 else ""
+        yield Row("Lyapunov", f"{_number(found.lyapunov)}{error} per period")
 
 
 def _has_impact_list(found: Motion) -> bool:

@@ -167,7 +167,7 @@ def _of_model(named: str, value: Measured, quantity: str, file, options: argpars
         raise ValueError(f"{named} {value.text!r}{of_law}: give it in {list_units(units)}, or without a unit")
     if not of_step:
         return scaled(value.number, units[value.unit])
-    eta = file.eta if options.eta is None else options.eta
+    eta = file.usual_eta if options.eta is None else options.eta
     if eta is None or not eta > 0 or not value.number > 0:
         raise ValueError(f"{named} {value.text!r}: a time step is above 0 and needs --eta or frequency_Hz: give both")
     return steps_of_time(2 * math.pi / eta * one, value.number * seconds_of(value.unit))

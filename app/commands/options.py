@@ -90,13 +90,8 @@ def system_of(options: argparse.Namespace) -> System:
 
 
 def eta_of(options: argparse.Namespace) -> float:
-    """η that the options give, or else the system file, which the options then hold as if it were given.
-
-    A free vibration has none: its periods are then 2π/ω₁ long.
-    """
-    given, options.eta = options.eta, options.system.eta if options.eta is None else options.eta
-    if options.eta is None and not system_of(options).excitation.drives:
-        options.eta = 1.0
+    """η that the options give, or else the system file, which the options then hold as if it were given."""
+    given, options.eta = options.eta, options.system.usual_eta if options.eta is None else options.eta
     if options.eta is None:
         raise ValueError("--eta is missing: give it, or a system file with a table [physical] and frequency_Hz")
     if given not in (None, options.system.eta):

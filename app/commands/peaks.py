@@ -15,9 +15,8 @@ from vibroscope.app.commands.parser import Command, OneLineParser
 from vibroscope.app.commands.physical_units import add_units_option, physical_part, wanted_units
 from vibroscope.app.commands.recommend import eta_range, etas_of
 from vibroscope.app.commands.report import Line, Report, write_csv
-from vibroscope.app.studies.peaks import FEW, PERIODS, off_text, sampled
+from vibroscope.app.studies.peaks import FEW, kept_text, off_text, sampled
 from vibroscope.engine import (
-    FREE_PERIODS,
     PEAKS,
     Method,
     Spectrum,
@@ -68,7 +67,7 @@ def run(options: argparse.Namespace) -> Report:
     if units:
         physical = {name: peaks_json(peaks_in_units(values, units)) for name, values in found.items()}
         data |= physical_part(units, eta, methods["penalty"], **physical)
-    return Report(_lines(found, units, ended, system), data)
+    return Report(_lines(found, units, ended, system, kept_text(system, eta, options.initial)), data)
 
 
 def peaks_in_units(values: dict[str, float], units: Units) -> dict[str, float]:
@@ -97,12 +96,11 @@ def table_of_peaks(found: dict[str, dict[str, float]], units: Units | None, syst
 
 
 def _lines(
-    found: dict[str, dict[str, float]], units: Units | None, ended: Sequence[str], system: System
+    found: dict[str, dict[str, float]], units: Units | None, ended: Sequence[str], system: System, over: str
 ) -> Iterator[Line]:
-    """The table, over what it is, and which run ended."""
+    """The table, ``over`` which periods it is, and which run ended."""
     yield from table_of_peaks(found, units, system)
-    over = f"the last {PERIODS}" if system.excitation.drives else f"the first {FREE_PERIODS}"
-    yield f"Over {over} periods; displacements and velocities relative to the base, accelerations absolute. An impact"
+    yield f"Over {over}; displacements and velocities relative to the base, accelerations absolute. An impact"
     yield "of the reference has no duration: its acceleration and force are not finite."
     yield from ended
 

@@ -247,6 +247,11 @@ def etas_of(low: float, high: float, n: int) -> list[float]:
 
 def run(options: argparse.Namespace) -> Report:
     """Search."""
+    if not system_of(options).excitation.drives:
+        raise ValueError(
+            "nothing drives the bodies, and a search needs a motion that lasts: give what drives them in --system, or "
+            "find K, D and the step for one contact with vibroscope impact"
+        )
     if options.K is not None:
         note_unused(options, ["K_max"], "where --K is held")
     units, progress = wanted_units(options), progress_line(lambda share: f"searching {100 * share:3.0f} %", 1)

@@ -19,16 +19,20 @@ from vibroscope.app.commands.physical_units import (
     wanted_units,
 )
 from vibroscope.app.commands.report import Line, Report, Row, rows
-from vibroscope.engine import Response, simulate
+from vibroscope.engine import Method, Response, System, counted, free_length, simulate
 
 _KEEP = default_of(simulate, "keep")
+_LAST = 4  # kept periods, by which a free vibration is seen to rest
 STILL = 1e-9  # of the way from its start, below which a free vibration has come to rest
 
 
 def add(command: OneLineParser) -> None:
     """Add the options."""
     add_solver_options(command)
-    add_run_length(command, "default %(default)s", _KEEP)
+    usual = (
+        f"default {default_of(simulate, 'periods')}; where nothing drives the bodies {_KEEP}, or more until they meet"
+    )
+    add_run_length(command, usual, _KEEP)
     command.add_argument(
         "--steady",
         action="store_true",
@@ -45,14 +49,22 @@ def run(options: argparse.Namespace) -> Report:
         found = engine.steady(*problem, initial=options.initial)
         response, data, lines = found.response, steady_json(found, options.solver), steady_lines(found, options.initial)
     else:
-        length = {"periods": options.periods, "keep": kept_periods(options, _KEEP)}
-        response = simulate(*problem, **length, initial=options.initial)
+        response = simulate(*problem, **_length(options, *problem), initial=options.initial)
         data, lines = as_json(response, options.solver), run_lines(response, options.initial)
     units = wanted_units(options)
     if units:
         data |= physical_part(units, response.eta, response.method, **physical_run(units, response))
         lines = chain(lines, [Row("physical", settings_text(units, response.eta, response.method))])
     return Report(lines, data)
+
+
+def _length(options: argparse.Namespace, system: System, eta: float, _: Method) -> dict[str, int]:
+    """Periods to run and to keep: of a free vibration from its start, at least to the first contact."""
+    if options.periods is None and not system.excitation.drives:
+        options.periods = max(_KEEP, free_length(system, eta, options.initial)["periods"])
+    if options.periods is None:
+        options.periods = default_of(simulate, "periods")
+    return {"periods": options.periods, "keep": kept_periods(options, _KEEP)}
 
 
 def as_json(response: Response, solver: str) -> dict:
@@ -132,22 +144,30 @@ def run_lines(response: Response, initial: Sequence[float] | None = None) -> Ite
     yield from rows(
         {
             "motion": _motion_text(response, found, initial),
-            "impacts": f"{found.impacts_per_period:g} per period",
-            "contacts": f"{found.contacts_per_period:g} per period, {100 * found.contact_share:.2f} % of the time",
+            "impacts": _often(found.impacts_per_period, response),
+            "contacts": f"{_often(found.contacts_per_period, response)}, {100 * found.contact_share:.2f} % of the time",
             "section at end": f"xi1, xi1', xi2, xi2' = {last}",
         }
     )
     if response.method.counts_solutions:
         none, two = response.steps_without_solution, response.steps_with_two
         yield f"status at the end  {none} steps without a solution, {two} with two"
-    yield from rows({"result": engine.touching(found)})
+    if response.system.excitation.drives:
+        yield from rows({"result": engine.touching(found)})
+
+
+def _often(per_period: float, response: Response) -> str:
+    """How often something happens: a period, or where none belongs to the motion in all that is kept."""
+    if response.system.excitation.drives:
+        return f"{per_period:g} per period"
+    return f"{round(per_period * response.keep)} in {counted(response.keep, 'period')}"
 
 
 def _is_at_rest(response: Response, initial: Sequence[float] | None) -> bool:
-    """Whether a free vibration moves by less than STILL of the way from its start in the kept periods."""
+    """Whether a free vibration moves by less than STILL of the way from its start in the last kept periods."""
     start = np.array(response.system.rest if initial is None else initial, dtype=float)
     end = response.section[-1]
-    moved = np.abs(response.section[:, [0, 2]] - end[[0, 2]]).max()
+    moved = np.abs(response.section[-_LAST:, [0, 2]] - end[[0, 2]]).max()
     return bool(max(moved, np.abs(end[[1, 3]]).max()) <= STILL * np.abs(start - end).max())
 
 
@@ -172,5 +192,4 @@ COMMAND = Command(
     add,
     run,
     "one JSON object",
-    {"periods": default_of(simulate, "periods")},
 )

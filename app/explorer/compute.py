@@ -9,7 +9,7 @@ import logging
 import threading
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import lru_cache, partial
 from typing import Any
 
 import numpy as np
@@ -20,7 +20,6 @@ from vibroscope.app.runtime.cache import Cache
 from vibroscope.app.runtime.compilation import compilation
 from vibroscope.app.runtime.workers import Workers, ahead_of_jobs, give_way, own_time, workers
 from vibroscope.engine import (
-    FREE_PERIODS,
     Cancelled,
     Compiled,
     Motion,
@@ -30,6 +29,7 @@ from vibroscope.engine import (
     System,
     TimeStepping,
     Trajectory,
+    free_length,
     motion,
     simulate,
 )
@@ -101,9 +101,21 @@ def _keys(setting: Setting) -> list[RunKey]:
     return [(setting.system, setting.eta, method, setting.initial) for method in methods]
 
 
-def run_length(system: System) -> dict[str, int]:
-    """Periods to run and to keep: of a free vibration the first ones, since it decays; else those of `simulate`."""
-    return {} if is_driven(system) else {"periods": FREE_PERIODS, "keep": FREE_PERIODS}
+def run_length(system: System, eta: float, initial: Start) -> dict[str, int]:
+    """Periods to run and to keep: of a free vibration as `engine.free_length` has it, else those of `simulate`."""
+    return {} if is_driven(system) else dict(_free_length(system, eta, initial))
+
+
+@lru_cache(maxsize=64)
+def _free_length(system: System, eta: float, initial: Start) -> dict[str, int]:
+    return free_length(system, eta, initial)
+
+
+def free_text(system: System, eta: float, initial: Start) -> str:
+    """Which periods of a free vibration are shown."""
+    length = run_length(system, eta, initial)
+    periods, keep = length["periods"], length["keep"]
+    return f"the first {keep} periods" if periods == keep else f"periods {periods - keep + 1} to {periods}"
 
 
 def _cached_run(key: RunKey, cancelled: CancelCheck | None, cache: Cache) -> SolverRun:
@@ -122,7 +134,7 @@ def _compute_run(
     cancelled: CancelCheck | None,
 ) -> SolverRun:
     record = Record(TRACE_PERIODS, _SAMPLES_OF_STEPS if method.has_step else _SAMPLES)
-    options = run_length(system) | {"initial": initial, "record": record, "cancelled": cancelled}
+    options = run_length(system, eta, initial) | {"initial": initial, "record": record, "cancelled": cancelled}
     response = simulate(system, eta, method, **options)
     if not response.ok:
         return SolverRun(response, None, None, None)

@@ -40,6 +40,7 @@ from vibroscope.engine.divergence.alone import Alone, Curve
 from vibroscope.engine.divergence.sentences import change_of
 from vibroscope.engine.divergence.verdict import agreement
 from vibroscope.engine.facts import Statement, message_of, sentence, stated
+from vibroscope.engine.motions.words import stays_apart
 
 _WITHOUT_IMPACTS = {  # by the share of contact
     0.0: "Nothing touches: the bodies move as if they were alone.",
@@ -149,7 +150,7 @@ def explain(
                 setting.penalty,
                 reference=setting.reference,
                 initial=setting.initial,
-                **run_length(setting.system),
+                **run_length(setting.system, setting.eta, setting.initial),
             ),
             responses=[run.response for run in (runs.reference, runs.penalty)],
             cancelled=cancelled,
@@ -332,7 +333,7 @@ def _stepping_text(response: Response) -> str:
 
 def _free_text(found: Motion, method: Method) -> str:
     number = counted(WINDOW * found.impacts_per_period, "impact" if method.rigid else "contact")
-    if found.contact_share == 0 and found.impacts_per_period == 0:
+    if stays_apart(found):
         return f"Free vibration. {_WITHOUT_IMPACTS[0.0]}"
     return f"Free vibration. {number} in {WINDOW} periods T, in contact {percent(found.contact_share)} of that time."
 

@@ -42,7 +42,7 @@ def advice(largest: LargestStep | None, tolerance: float, step: str | None = Non
 def over_speeds_of_motion(found: OverMotion) -> Statement:
     """What the contact gives at all closing speeds of a motion."""
     least, mean, greatest = map(restitution_text, found.restitution)
-    given = f"{_span(least, greatest)}, mean {mean}"
+    given = f"{ends_text(least, greatest)}, mean {mean}"
     slow, fast = Amount(found.speeds.least, "velocity"), Amount(found.speeds.greatest, "velocity")
     same = written(slow.value, 3) == written(fast.value, 3)
     return stated(
@@ -52,11 +52,12 @@ def over_speeds_of_motion(found: OverMotion) -> Statement:
         "none" if math.isnan(found.restitution.mean) else given,
         Amount(found.penetration.greatest, "displacement"),
         Amount(found.force.greatest, "force"),
-        _span(*map(steps_text, (found.steps.least, found.steps.greatest))),
+        ends_text(*map(steps_text, (found.steps.least, found.steps.greatest))),
     )
 
 
-def _span(*ends: str) -> str:
+def ends_text(*ends: str) -> str:
+    """From one to the other, or the one that both are."""
     return " to ".join(dict.fromkeys(ends))
 
 
@@ -64,7 +65,7 @@ def span_and_mean(span: Span) -> str:
     """From the least to the greatest, with the mean between them; "none" where no touch has a result."""
     if math.isnan(span.mean):
         return "none"
-    ends = _span(written(span.least, 3), written(span.greatest, 3))
+    ends = ends_text(written(span.least, 3), written(span.greatest, 3))
     return f"{ends}, mean {written(span.mean, 3)}" if " to " in ends else ends
 
 

@@ -21,7 +21,6 @@ from vibroscope.app.studies.load import LoadQuestion, Pulse, RecordFile
 from vibroscope.app.studies.peaks import PER_PERIOD, PERIODS
 from vibroscope.app.studies.speed import SpeedQuestion
 from vibroscope.engine import (
-    FREE_PERIODS,
     ExactPenalty,
     Impact,
     Method,
@@ -42,7 +41,7 @@ def as_python(setting: Setting) -> str:
     """A script that runs both solvers as the page did, and compares them."""
     p = setting.penalty
     start = "" if setting.from_rest else f", initial={setting.initial}"
-    start += "".join(f", {name}={periods}" for name, periods in run_length(setting.system).items())
+    start += "".join(f", {name}={periods}" for name, periods in _length(setting).items())
     runs = f"""system = {_system(setting.system)}
 reference = simulate(system, {setting.eta!r}, {method_python(setting.reference)}{start})
 penalty = simulate(
@@ -90,7 +89,7 @@ def as_command(setting: Setting, measured: str = "", columns: str = "") -> str:
     columns is what, where it does not say so itself.
     """
     file, options = _file_and_options(setting, bool(setting.scale or measured))
-    periods = f" --periods {FREE_PERIODS}" if not setting.is_driven else ""
+    periods = "".join(f" --{name} {number}" for name, number in _length(setting).items())
     eta = print_number(setting.eta)
     reference, newmark = (penalty_options(method) for method in (setting.reference, setting.penalty))
     compared = f"vibroscope compare --eta {eta}{newmark}{reference}{options}"
@@ -102,9 +101,13 @@ def as_command(setting: Setting, measured: str = "", columns: str = "") -> str:
     ) + (f"{compared} --measured {quote(measured)}{chosen}\n" if measured else "")
 
 
+def _length(setting: Setting) -> dict[str, int]:
+    return run_length(setting.system, setting.eta, setting.initial)
+
+
 def peaks_python(setting: Setting) -> str:
     """A script that reads the largest values off both solutions."""
-    length = run_length(setting.system)
+    length = _length(setting)
     how = "" if setting.from_rest else f", initial={setting.initial}"
     how += "".join(f", {name}={periods}" for name, periods in length.items())
     record = f"record=Record({length.get('keep', PERIODS)}, {PER_PERIOD})"

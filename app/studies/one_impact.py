@@ -50,7 +50,7 @@ class Run(NamedTuple):
         """Of its impacts, (n,); raises `Cancelled`."""
         speeds = _CLOSING.get(self)
         if speeds is None:
-            how = run_length(self.system) | {"initial": self.initial, "cancelled": cancelled}
+            how = run_length(self.system, self.eta, self.initial) | {"initial": self.initial, "cancelled": cancelled}
             speeds = simulate(self.system, self.eta, self.reference, **how).impacts.closing_speed
             _CLOSING.put(self, speeds)
         return speeds

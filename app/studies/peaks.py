@@ -7,7 +7,8 @@ from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
-from vibroscope.app.explorer.compute import run_length
+from vibroscope.app.explorer.compute import free_text, run_length
+from vibroscope.app.explorer.state import is_driven
 from vibroscope.engine import (
     PEAKS,
     Method,
@@ -40,9 +41,14 @@ def sampled(
     cancelled: Callable[[], bool] | None = None,
 ) -> Response:
     """The last periods of a run; of a free vibration the first ones, since it decays. Raises as `simulate`."""
-    length = run_length(system)
+    length = run_length(system, eta, initial)
     record = Record(length.get("keep", PERIODS), samples)
     return simulate(system, eta, method, initial=initial, record=record, cancelled=cancelled, **length)
+
+
+def kept_text(system: System, eta: float, initial: Sequence[float] | None) -> str:
+    """Over which periods :func:`sampled` looks."""
+    return f"the last {PERIODS} periods" if is_driven(system) else free_text(system, eta, initial)
 
 
 class PeaksQuestion(NamedTuple):

@@ -119,7 +119,10 @@ def _solvable(setting: Setting, cancelled: Callable[[], bool]) -> str | Statemen
         return "Steps are cut where contact changes, so that every step has a solution."
     if method.status != "end":
         return "The contact status is taken from the start of the step, so that every step has a solution."
-    how = run_length(setting.system) | {"initial": setting.initial, "cancelled": cancelled}
+    how = run_length(setting.system, setting.eta, setting.initial) | {
+        "initial": setting.initial,
+        "cancelled": cancelled,
+    }
     run = simulate(setting.system, setting.eta, replace(method, without_solution="stop"), **how)
     if not run.ok:
         return _first_without_solution(run, method.without_solution)
@@ -153,7 +156,7 @@ def _judge(rule: Rule, question: CodeQuestion, cancelled: Callable[[], bool]) ->
         responses=[run.response for run in (runs.reference, runs.penalty)] if runs else (),
         initial=setting.initial,
         cancelled=cancelled,
-        **run_length(setting.system),
+        **run_length(setting.system, setting.eta, setting.initial),
     )
     return Judged(outcome, small_orbit(runs.penalty.orbit, setting) if runs else empty)
 

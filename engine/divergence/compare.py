@@ -181,7 +181,6 @@ def _section(run: Response, cancelled: Callable[[], bool] | None) -> np.ndarray:
 
 # What a motion with evidence takes from the kept periods, so that everything that is counted is counted in them.
 COUNTS = ("impacts_per_period", "contacts_per_period", "contact_share", "permanent_per_period", "permanent_share")
-FREE_PERIODS = 2  # that are compared where nothing drives the bodies: a free vibration decays
 
 
 @dataclass(frozen=True)

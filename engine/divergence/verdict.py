@@ -33,7 +33,7 @@ from vibroscope.engine.law_table import LAWS
 from vibroscope.engine.methods import STEPS_RANGE, WITHOUT_SOLUTION, TimeStepping
 from vibroscope.engine.motions.description import Motion
 from vibroscope.engine.motions.tolerances import UNBROKEN
-from vibroscope.engine.motions.words import SYMBOLS, difference_in_kind, repetition, touching
+from vibroscope.engine.motions.words import SYMBOLS, difference_in_kind, repetition, stays_apart, touching
 from vibroscope.engine.result import Status
 from vibroscope.engine.wording import counted, finite_or_none, percent, rounded_to
 
@@ -301,6 +301,9 @@ def _of_free_vibration(comparison: Comparison) -> Verdict:
     if run.keep == run.periods:
         which = "first period T" if run.periods == 1 else f"first {run.periods} periods T"
     parts = stated(" Its parts: {}.", joined(", ", sizes)) if difference.parts else ""
+    if all(stays_apart(each) for each in (comparison.reference, comparison.penalty)):
+        fact = f"nothing touches in the {which} of this free vibration, so that K and D have no effect there"
+        return Verdict(f"Nothing drives the bodies, and {fact}." + parts, closeness(total))
     return Verdict(
         f"Nothing drives the bodies: in the {which} the displacements of this free vibration differ by "
         f"{percent(total)} (rms)." + parts,

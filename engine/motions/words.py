@@ -63,10 +63,15 @@ def difference_in_kind(reference: Motion, penalty: Motion) -> str:
     return stated("the penalty solution {}, the reference {}", repetition(penalty), repetition(reference))
 
 
+def stays_apart(found: Motion) -> bool:
+    """Whether nothing touches in the kept periods of a run."""
+    return found.contact_share == 0.0 and found.impacts_per_period == 0.0
+
+
 def touching(found: Motion) -> str:
     """A sentence on a motion in which contact never changes; else empty."""
     if found.contact_share >= 1.0 - UNBROKEN:
         return "The bodies stay in contact all the time."
-    if found.contact_share == 0.0 and found.impacts_per_period == 0.0:
+    if stays_apart(found):
         return "Nothing touches: the bodies stay apart all the time, so that K and D have no effect."
     return ""

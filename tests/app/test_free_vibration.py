@@ -1,15 +1,18 @@
 """Where nothing drives the bodies, each view says in one sentence what it cannot show, why, and what to do."""
 
+import json
 import math
 
 import pytest
 from vibroscope.app.commands.cli import main
+from vibroscope.app.explorer.compute import compute_runs
 from vibroscope.app.explorer.parameters import START_FIELDS
 from vibroscope.app.explorer.shelf import shelf
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.page.basin.tab import Basins
 from vibroscope.app.page.bifurcation.tab import Bifurcation
 from vibroscope.app.page.plane.tab import Plane
+from vibroscope.app.page.shared.figure import time_label
 from vibroscope.app.page.speed.tab import Speed
 from vibroscope.app.page.tab import Move
 from vibroscope.app.page.time_step.tab import TimeStep
@@ -126,3 +129,70 @@ def test_a_weight_is_named_where_it_is_all_that_acts(capsys, tmp_path, load, wor
     simulated = ["simulate", "--solver", "reference", "--eta", "1", "--periods", "2", "--system", str(file)]
     assert main(simulated) == 0
     assert words in capsys.readouterr().err
+
+
+THROWN_FROM_AFAR = """[physical]
+mass1_kg = 2
+stiffness1_N_per_m = 1e6
+damping1_Ns_per_m = 20
+mass2_kg = 0.3
+stiffness2_N_per_m = 0
+restitution = 0.6
+clearance_mm = 50
+"""
+
+
+def test_a_throw_from_afar_is_compared_where_the_bodies_meet(capsys, tmp_path):
+    """Two periods of 8.9 ms are over before a hammer at 1 m/s has passed its 50 mm."""
+    file = tmp_path / "thrown.toml"
+    file.write_text(THROWN_FROM_AFAR)
+    thrown = ["--system", str(file), "--initial", "0,0,0,-1 m/s"]
+    contact = ["--K", "1e7 N/m", "--D", "40 N s/m", "--steps", "2000"]
+    assert main(["compare", *thrown, *contact, "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["total"] > 0.01
+    assert main(["peaks", *thrown, *contact]) == 0
+    out = capsys.readouterr().out
+    assert "Over periods 6 to 7;" in out
+    assert "0.02828         0.02828" in out  # the closing speed: nothing has slowed it down
+    assert main(["simulate", "--solver", "reference", *thrown]) == 0
+    out = capsys.readouterr().out
+    assert "impacts           1 in 50 periods" in out
+    assert "Nothing touches" not in out
+    assert main(["motion", "--solver", "reference", *thrown]) == 0
+    out = capsys.readouterr().out
+    assert "they part, and do not meet again" in out
+    assert "Nothing touches" not in out
+    assert "not known" not in out
+    assert main(["compare", "--system", str(file), "--initial", "0,0,0,1 m/s", *contact]) == 0
+    assert "nothing touches in the first 2 periods T of this free vibration" in capsys.readouterr().out
+
+
+def test_explore_shows_the_periods_in_which_a_throw_from_afar_meets():
+    setting = FREE._replace(spring1=0.0, clearance=50.0)
+    runs = compute_runs(setting)
+    assert runs.reference.response.periods > runs.reference.response.keep == runs.penalty.response.keep == 2
+    assert len(runs.reference.response.impacts) == 1
+    assert time_label(setting) == "time t / s in periods 11 to 12"
+
+
+def test_a_search_without_a_drive_points_to_one_contact(capsys, tmp_path):
+    file = tmp_path / "thrown.toml"
+    file.write_text(THROWN_FROM_AFAR)
+    assert main(["recommend", "--system", str(file)]) == 2
+    assert "find K, D and the step for one contact with vibroscope impact" in capsys.readouterr().err
+
+
+def test_a_ball_needs_no_unit_of_time_and_meets_the_floor_as_it_falls(capsys, tmp_path):
+    file = tmp_path / "ball.toml"
+    file.write_text("[physical]\nmass1_kg = 0.1\nwall = true\nrestitution = 0.7\nconstant1_N = 0.981\n")
+    dropped = ["--system", str(file), "--initial", "-300 mm,0,0,0"]
+    contact = ["--K", "1e6 N/m", "--restitution", "0.7", "--time-step", "10 us"]
+    assert main(["impact", *dropped, *contact, "--json"]) == 0
+    asked = json.loads(capsys.readouterr().out)["asked"]
+    assert asked["speed_m_per_s"] == pytest.approx(math.sqrt(2 * 9.81 * 0.3), rel=1e-9)
+    assert main(["compare", *dropped, "--K", "1e6 N/m", "--D", "3 N s/m", "--steps", "10 us"]) == 0
+    assert "in the last 2 of 5 periods T" in capsys.readouterr().out
+    assert main(["impact", "--system", str(file), *contact]) == 2
+    assert "no bodies collide: give --initial, or --speed" in capsys.readouterr().err
+    assert main(["impact", "--initial", "-300 mm,0,0,0", *contact]) == 2
+    assert "--initial says how the bodies of a system meet: give --system" in capsys.readouterr().err

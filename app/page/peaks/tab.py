@@ -17,8 +17,8 @@ from vibroscope.app.page.shared.figure import divisor
 from vibroscope.app.page.study.listed import ListPanel, row
 from vibroscope.app.page.study.tab import StudyView, free_obstacle
 from vibroscope.app.studies.load import PartialRuns
-from vibroscope.app.studies.peaks import MOTIONS, PERIODS, SOLVERS, PartialPeaks, PeaksQuestion, grow_peaks, off_text
-from vibroscope.engine import FREE_PERIODS, PEAKS, written
+from vibroscope.app.studies.peaks import MOTIONS, SOLVERS, PartialPeaks, PeaksQuestion, grow_peaks, kept_text, off_text
+from vibroscope.engine import PEAKS, written
 from vibroscope.engine.facts import Statement, sentence, stated
 
 _NAMES = {
@@ -167,7 +167,7 @@ class Peaks(StudyView):
 
 
 def _over(setting: Setting) -> str:
-    return f"Largest values over the {f'last {PERIODS}' if setting.is_driven else f'first {FREE_PERIODS}'} periods"
+    return f"Largest values over {kept_text(setting.system, setting.eta, setting.initial)}"
 
 
 def peak_table(result: PartialPeaks | PartialRuns, setting: Setting) -> dict:

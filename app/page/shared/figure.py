@@ -20,6 +20,7 @@ from bokeh.models import (
 )
 from bokeh.plotting import figure
 from bokeh.themes import Theme
+from vibroscope.app.explorer.compute import free_text
 from vibroscope.app.explorer.field_units import held_in_words, unit_of
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.page.shared.muting import show_entry
@@ -283,7 +284,9 @@ def name_of_part(part: str) -> str:
 
 def time_label(setting: Setting) -> str:
     """Label of a time axis."""
-    which = "the last two excitation periods" if setting.is_driven else "the first two periods T"
+    which = "the last two excitation periods"
+    if not setting.is_driven:
+        which = free_text(setting.system, setting.eta, setting.initial)
     return f"time {'τ/T' if setting.scale is None else 't / s'} in {which}"
 
 
