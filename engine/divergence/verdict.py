@@ -9,10 +9,10 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from vibroscope.engine.divergence.alone import Alone
+from vibroscope.engine.divergence.alone import Alone, Change
 from vibroscope.engine.divergence.blame import Blame, find_blame
-from vibroscope.engine.divergence.compare import Comparison, error_from_penalty_state
-from vibroscope.engine.divergence.conditions import Conditions, contact_conditions
+from vibroscope.engine.divergence.compare import Comparison, ComparisonQuestion, compare, error_from_penalty_state
+from vibroscope.engine.divergence.conditions import Conditions, contact_conditions, with_equal_damping
 from vibroscope.engine.divergence.grid import SECTION, rms, run_again
 from vibroscope.engine.divergence.remaining import Remaining
 from vibroscope.engine.divergence.search import search_alone, without_jump
@@ -26,7 +26,7 @@ from vibroscope.engine.divergence.sentences import (
     few_steps_text,
     rebound_text,
 )
-from vibroscope.engine.divergence.tolerances import CLOSE_CURVE, SAME_COUNT, SAME_CURVE, VISIBLE
+from vibroscope.engine.divergence.tolerances import CLOSE_CURVE, HALF, SAME_COUNT, SAME_CURVE, VISIBLE
 from vibroscope.engine.drivers.section import sizes_of
 from vibroscope.engine.facts import Amount, Choice, Dimensionless, Statement, Symbol, equation, joined, sentence, stated
 from vibroscope.engine.law_table import LAWS
@@ -197,7 +197,7 @@ def verdict(
     if comparison.parts is None:
         return _of_early_end(comparison, cancelled)
     if comparison.is_free:
-        return _of_rest(comparison) if comparison.reference_rests else _of_free_vibration(comparison)
+        return _of_rest(comparison) if comparison.reference_rests else _of_free_vibration(comparison, cancelled)
     if changing := comparison.changing(cancelled):
         return _of_changing_motion(comparison, changing)
     comparison = comparison.decided(cancelled)
@@ -292,8 +292,11 @@ def _without_contact(comparison: Comparison, fact: str, cancelled) -> Verdict:
     )
 
 
-def _of_free_vibration(comparison: Comparison) -> Verdict:
-    """Return the verdict on two free vibrations from one start: no number is to blame, since nothing lasts."""
+def _of_free_vibration(comparison: Comparison, cancelled) -> Verdict:
+    """Return the verdict on two free vibrations from one start.
+
+    Nothing lasts, so that there is no search. But K and D may not give the restitution: D that does is tried.
+    """
     run, difference = comparison.runs.penalty, comparison.difference
     total = difference.total
     sizes = (stated("{} {}", difference.name(name), percent(share)) for name, share in difference.parts.items())
@@ -304,12 +307,36 @@ def _of_free_vibration(comparison: Comparison) -> Verdict:
     if all(stays_apart(each) for each in (comparison.reference, comparison.penalty)):
         fact = f"nothing touches in the {which} of this free vibration, so that K and D have no effect there"
         return Verdict(f"Nothing drives the bodies, and {fact}." + parts, closeness(total))
-    return Verdict(
+    contact = contact_conditions(comparison)
+    change = _equal_damping(comparison, contact, cancelled)
+    blame = Blame((change,) if change else (), least=change.left if change else total)
+    first = (
         f"Nothing drives the bodies: in the {which} the displacements of this free vibration differ by "
-        f"{percent(total)} (rms)." + parts,
-        closeness(total),
-        details=contact_sentences(comparison, contact_conditions(comparison)),
+        f"{percent(total)} (rms)." + parts
     )
+    return Verdict(
+        joined(" ", (first, blame_sentence(comparison, None, blame, contact))) if change else first,
+        closeness(total),
+        blame=_blamed(blame),
+        change=change_of(change) if change else {},
+        left=blame.least if change else np.nan,
+        details=contact_sentences(comparison, contact),
+        contact=contact,
+    )
+
+
+def _equal_damping(comparison: Comparison, contact: Conditions, cancelled) -> Change | None:
+    """The D that rebounds as asked, where the present one does not, if it leaves half of the difference at most."""
+    run, total = comparison.runs.penalty, comparison.difference.total
+    if contact.fit or run.method.damping is None or not total > SAME_CURVE:
+        return None
+    method = with_equal_damping(run.system, run.method, run.method.stiffness, comparison.closing_speed)
+    if method == run.method:
+        return None
+    same = {"reference": comparison.runs.reference.method, "initial": comparison.start}
+    question = ComparisonQuestion(run.system, run.eta, method, periods=run.periods, keep=run.keep, **same)
+    left = compare(question, responses=[comparison.runs.reference], cancelled=cancelled).total
+    return Change("D", left, left, method) if left <= HALF * total else None
 
 
 def _of_rest(comparison: Comparison) -> Verdict:

@@ -196,3 +196,19 @@ def test_a_ball_needs_no_unit_of_time_and_meets_the_floor_as_it_falls(capsys, tm
     assert "no bodies collide: give --initial, or --speed" in capsys.readouterr().err
     assert main(["impact", "--initial", "-300 mm,0,0,0", *contact]) == 2
     assert "--initial says how the bodies of a system meet: give --system" in capsys.readouterr().err
+
+
+def test_the_damper_that_the_restitution_asks_for_is_named_for_a_drop(capsys, tmp_path):
+    """c = 71.3 N s/m gives 0.7 in closed form: ζ of e = 0.7 is 0.113, of 0.1 kg on 1e6 N/m."""
+    file = tmp_path / "ball.toml"
+    file.write_text("[physical]\nmass1_kg = 0.1\nwall = true\nrestitution = 0.7\nconstant1_N = 0.981\n")
+    asked = ["compare", "--system", str(file), "--initial", "-300 mm,0,0,0", "--K", "1e6 N/m", "--steps", "10 us"]
+    assert main([*asked, "--D", "3 N s/m", "--units"]) == 0
+    said = " ".join(capsys.readouterr().out.split())
+    assert "D is to blame, since the contact rebounds with 0.98 of its speed in place of 0.7: 2D = 71.31 N·s/m" in said
+    ratio = -math.log(0.7) / math.hypot(math.pi, math.log(0.7))
+    assert 2 * ratio * math.sqrt(0.1 * 1e6) == pytest.approx(71.3, rel=1e-3)
+    assert main([*asked, "--D", "71.31 N s/m"]) == 0
+    said = " ".join(capsys.readouterr().out.split())
+    assert "differ by 2.1 % (rms)" in said
+    assert "blame" not in said

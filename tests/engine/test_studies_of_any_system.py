@@ -56,12 +56,16 @@ def test_an_elastic_contact_needs_no_damping_and_no_sign():
     assert "D = -0" not in " ".join(words.details)
 
 
-def test_a_free_vibration_is_compared_from_its_start_and_blames_nothing():
-    start = (0.5, 1.0, 0.5, -1.0)
-    found = compare(ComparisonQuestion(FREE, 1.3, PENALTY, periods=FREE_PERIODS, keep=FREE_PERIODS, initial=start))
+def test_a_free_vibration_is_compared_from_its_start_and_blames_a_damper_that_does_not_rebound_as_asked():
+    start = {"initial": (0.5, 1.0, 0.5, -1.0), "periods": FREE_PERIODS, "keep": FREE_PERIODS}
+    found = compare(ComparisonQuestion(FREE, 1.3, PENALTY, **start))
     words = verdict(found)
     assert words.headline.startswith("Nothing drives the bodies: in the first 2 periods T")
-    assert (words.blame, words.change) == ((), {})
+    assert words.blame == tuple(words.change) == ("D",)
+    as_asked = replace(PENALTY, damping=words.change["D"])
+    better = compare(ComparisonQuestion(FREE, 1.3, as_asked, **start))
+    assert better.total == words.left < found.total / 2
+    assert verdict(better).blame == ()
     parts = found.parts
     np.testing.assert_allclose(parts.time_step + parts.regularisation, parts.total, atol=1e-12)
     assert found.difference.measure == "displacements"

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 from bokeh.models import LegendItem, Line, LinearAxis, Range1d, Scatter, Segment
 from vibroscope.app.explorer.present import Columns, unit_factor
 from vibroscope.app.explorer.state import Setting
@@ -99,7 +101,8 @@ class ForceView:
         forces += [column for source in sources for column in self.pinned.columns(source, "force")]
         impulses = [columns[f"impulse_{solver}"]["impulse"] for solver in ("reference", "penalty")]
         say(self.figure, _TITLE, _seen(forces[:2], impulses, setting), setting)
-        one = unit_factor("force", setting)
+        # in view at least, where there is no contact, too; the forces of some systems are far below it
+        one = min(largest(forces) or math.inf, unit_factor("force", setting))
         self.force.follow(forces, fresh=fresh, always=(-one if setting.stops == "two" else 0.0, one))
         self._follow_impulses(impulses, fresh)
 
