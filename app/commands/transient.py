@@ -27,8 +27,8 @@ from vibroscope.app.commands.options import (
 from vibroscope.app.commands.parser import Command, OneLineParser
 from vibroscope.app.commands.peaks import peaks_in_units, peaks_json, table_of_peaks
 from vibroscope.app.commands.physical_units import add_units_option, unit_names, wanted_units
-from vibroscope.app.commands.report import Line, Report, Row, write_csv
-from vibroscope.app.explorer.load_words import words_of_difference, words_of_load, words_of_run
+from vibroscope.app.commands.report import Line, Report, Row, rows, write_csv
+from vibroscope.app.explorer.load_words import words_of_contact, words_of_difference, words_of_load, words_of_run
 from vibroscope.app.export.tables import columns_in_units
 from vibroscope.engine import (
     Difference,
@@ -214,6 +214,7 @@ def _lines(
         yield Row("", stated("energy: {}", joined(", ", terms)))
     if parts is not None:
         yield Row("difference", words_of_difference(parts), 110)
+        yield from rows({"contact": words_of_contact(*runs.values())}, width=110)
     yield "Displacements and velocities are relative to the base, accelerations absolute. An impact of the reference"
     yield "has no duration: its acceleration and force are not finite."
     yield from (f"{name}: {each.response.ending}" for name, each in runs.items() if not each.ok)

@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
-from vibroscope.engine import PART_NAMES, Difference, Load, Transient, counted, percent
+import math
+
+from vibroscope.engine import PART_NAMES, Difference, Load, Transient, counted, percent, written
+from vibroscope.engine.divergence.encounters import mean_closing_speed
 from vibroscope.engine.facts import Amount, Statement, joined, stated
 from vibroscope.engine.load import ON, quantity_of
+from vibroscope.engine.one_impact.of_system import contact_alone
 
 _AS_GIVEN = 7  # digits of what was typed, so that its text in units is that
 
@@ -45,3 +49,14 @@ def words_of_difference(found: Difference) -> str:
     """Its size and its parts."""
     parts = ", ".join(f"{PART_NAMES[name]} {percent(value)}" for name, value in found.parts.items())
     return f"{percent(found.total)} of the reference (rms of the displacements over the run): {parts}"
+
+
+def words_of_contact(reference: Transient, penalty: Transient) -> str:
+    """What K and D give of the restitution that is asked for; empty where nothing collides, or without a step."""
+    run, speed = penalty.response, mean_closing_speed(reference.response)
+    if math.isnan(speed) or not run.method.has_step:
+        return ""
+    alone = contact_alone(run.system, run.eta, run.method, speed)
+    if alone is None:
+        return ""
+    return f"alone it has a restitution of {alone.words}; e = {written(run.system.restitution)} is asked for"

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 import numpy as np
+from vibroscope.app.explorer.load_words import words_of_contact
 from vibroscope.app.explorer.present import envelope
 from vibroscope.app.runtime.cache import Cache
 from vibroscope.app.studies.peaks import SOLVERS
@@ -103,6 +104,8 @@ class PartialRuns:
         By solver, first the reference.
     difference : Difference or None
         Of the penalty solution and its parts.
+    contact : str
+        What its contact alone gives of the restitution.
     ended : str or Statement
         Why there is no difference, or no run.
     response : dict of str to ndarray
@@ -116,6 +119,7 @@ class PartialRuns:
     load: Load | None
     runs: dict[str, Transient]
     difference: Difference | None = None
+    contact: str = ""
     ended: str | Statement = ""
     response: dict[str, np.ndarray] = field(default_factory=dict)
     curves: dict[tuple[str, str], tuple[np.ndarray, np.ndarray]] = field(default_factory=dict)
@@ -191,7 +195,8 @@ def grow_load(question: LoadQuestion, last: PartialRuns | None, cancelled: Calla
             except ValueError:  # for the same reason
                 run = None
         else:
-            run, more = found.penalty, {"difference": found.difference}
+            run = found.penalty
+            more = {"difference": found.difference, "contact": words_of_contact(result.runs["reference"], run)}
         share = _BOTH if question.responds else 1.0
         if run is not None:
             more |= {"runs": result.runs | {"penalty": run}, "curves": result.curves | drawn("penalty", run)}

@@ -42,6 +42,7 @@ from vibroscope.engine.divergence.parts import (
     TimeStepParts,
     difference_series,
     known,
+    part_names,
     split_regularisation,
     split_time_step,
 )
@@ -304,10 +305,8 @@ class Comparison:
 
     @property
     def part_names(self) -> tuple[str, ...]:
-        """The names of PARTS that a difference can have: joint damping only where the reference has one of its own."""
-        run = self.runs.reference
-        own = run.system.joint_damping(run.method.joint_damping) != run.system.derived_joint_damping
-        return tuple(name for name in PARTS if own or name != "joint_damping")
+        """The names of its parts."""
+        return part_names(self.runs.reference.system, self.runs.reference.method)
 
     @cached_property
     def difference(self) -> Difference:

@@ -57,7 +57,8 @@ from vibroscope.engine.divergence.grid import about_rest, relative_to, rms, run_
 from vibroscope.engine.drivers.section import period_of
 from vibroscope.engine.facts import Choice, Statement, stated
 from vibroscope.engine.law_table import restitution_of, restitution_without_pull
-from vibroscope.engine.methods import CONTACT_LAWS, ExactPenalty, TimeStepping, with_located_steps
+from vibroscope.engine.methods import CONTACT_LAWS, ExactPenalty, Reference, TimeStepping, with_located_steps
+from vibroscope.engine.model import System
 from vibroscope.engine.motions.description import Motion, describe
 from vibroscope.engine.motions.motion import SAMPLED_PERIODS
 from vibroscope.engine.result import Record, Response
@@ -206,6 +207,12 @@ class Difference:
     def largest(self) -> str:
         """The name of the largest part; "" where the parts are not known."""
         return max(self.parts, key=self.parts.__getitem__, default="")
+
+
+def part_names(system: System, reference: Reference) -> tuple[str, ...]:
+    """The names of PARTS that a difference can have: joint damping only where the reference has one of its own."""
+    own = system.joint_damping(reference.joint_damping) != system.derived_joint_damping
+    return tuple(name for name in PARTS if own or name != "joint_damping")
 
 
 def known(values: dict[str, float]) -> dict[str, float]:

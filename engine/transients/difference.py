@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from vibroscope.engine.divergence.grid import about_rest, rms
-from vibroscope.engine.divergence.parts import PARTS, Difference, DifferenceSeries, PerSolution, known
+from vibroscope.engine.divergence.parts import Difference, DifferenceSeries, PerSolution, known, part_names
 from vibroscope.engine.load import Load
 from vibroscope.engine.methods import ExactPenalty, Reference, TimeStepping
 from vibroscope.engine.model import System
@@ -34,8 +34,8 @@ class TransientDifference:
     @property
     def difference(self) -> Difference:
         """Its size and that of each part: rms of the displacements over the run, relative to the reference."""
-        series = self.series
-        parts = {name: series.relative(getattr(series, name)) for name in PARTS}
+        series, run = self.series, self.reference.response
+        parts = {name: series.relative(getattr(series, name)) for name in part_names(run.system, run.method)}
         return Difference("displacements", series.relative(series.total), known(parts), law=self.law)
 
     @property

@@ -34,12 +34,16 @@ def test_it_prints_both_solutions_in_the_units_that_are_asked_for(box, capsys):
     assert next(line for line in text.splitlines() if line.startswith("closing speed")).endswith("m/s")
     assert "time step" in text
     assert text.count("work of the load") == 2
+    said = " ".join(text.split())
+    assert "contact alone it has a restitution of " in said
+    assert "e = 0.5 is asked for" in said
+    assert "joint damping" not in said  # of a wall
     assert main([*box, "--base-half-sine", "30 g,11 ms", *CONTACT, "--json", "--units", "--energy"]) == 0
     found = json.loads(capsys.readouterr().out)
     assert found["reference"]["impacts"] == 3
     assert found["physical"]["penalty"]["contact_force"] == pytest.approx(2000, rel=0.05)
     assert abs(found["penalty"]["energy"]["residual"]) <= 1e-10 * found["penalty"]["energy"]["work"]
-    assert set(found["difference"]["parts"]) == {"time_step", "regularisation", "joint_damping"}
+    assert set(found["difference"]["parts"]) == {"time_step", "regularisation"}  # a wall: no joint damping
 
 
 def test_a_record_and_the_pulse_that_it_samples_give_the_same(box, tmp_path, capsys):

@@ -180,6 +180,8 @@ class LoadTab(StudyView):
         lines = [["Load", sentence(words_of_load(result.load, end))]]
         if result.difference is not None:
             lines.insert(0, ["Do they agree?", f"They differ by {words_of_difference(result.difference)}."])
+        if result.contact:
+            lines.append(["Contact", sentence(result.contact)])
         elif result.ended:
             lines.insert(0, ["Do they agree?", sentence(result.ended)])
         for solver, run in result.runs.items():
