@@ -458,11 +458,13 @@ def _remarks(problem, best, determined, correlation, residuals, deviation, noise
                 yield f"{determined[j]} and {one} can hardly be distinguished (correlation {correlation[i, j]:.3f})"
     neighbours = np.sum(rows[:, 1:] * rows[:, :-1]) / max(np.sum(rows**2), 1e-300)
     if deviation > NOISIER * noise:
+        of_sensors = [name for name in (*ZEROS[: len(rows)], SCALE) if name not in names]
         yield stated(
             "the residual ({}) is larger than the measurement's own noise ({}): the {} moves otherwise, and the "
-            "standard errors do not hold",
+            "standard errors do not hold{}",
             *(Amount(value, "displacement", 3) for value in (deviation, noise)),
             "reference" if problem.method.rigid else "penalty solution",
+            f"; where sensors may be off, fit {', '.join(of_sensors)}, too" if of_sensors else "",
         )
     if neighbours > DEPENDENT:
         yield f"neighbouring residuals depend on each other ({neighbours:.2f}): the standard errors are too small"
