@@ -19,7 +19,7 @@ from vibroscope.app.commands.options import (
 from vibroscope.app.commands.parser import Command, OneLineParser
 from vibroscope.app.commands.physical_units import add_units_option, wanted_units
 from vibroscope.app.commands.report import Report
-from vibroscope.app.export.decks import DECKS, PERIODS, DeckProblem, deck, usual_periods
+from vibroscope.app.export.decks import DECKS, PERIODS, DeckProblem, deck, usual_length
 from vibroscope.app.export.decks.problem import KEEP
 from vibroscope.engine import CONTACT_STATUSES, Units
 
@@ -29,7 +29,8 @@ def add(command: OneLineParser) -> None:
     add = command.add_argument
     add("--to", required=True, choices=tuple(DECKS), metavar="CODE", help=f"one of {', '.join(DECKS)}")
     add_fields(command, "eta", *PENALTY_OPTIONS, *SCHEME_OPTIONS)
-    add_run_length(command, f"default {PERIODS}, calculix: as many as its table of loads has room for", KEEP, "write")
+    usual = f"default {PERIODS}, calculix: as many as its table of loads has room for; where nothing drives the bodies "
+    add_run_length(command, f"{usual}to their first contact, all of which are written", KEEP, "write")
     add_initial_option(command)
     add_system_option(command)
     add_units_option(command)
@@ -44,11 +45,13 @@ def run(options: argparse.Namespace) -> Report | None:
             f"{code.NAME} cannot express status = {options.status!r}: it has {code.STATUS!r}; give that, or none"
         )
     method, own = method_of(options), units_of(options)
+    system, eta = system_of(options), eta_of(options)
     if options.periods is None:
-        options.periods = usual_periods(options.to, method.steps)
+        options.periods, keep = usual_length(options.to, system, eta, method.steps, options.initial)
+        options.keep = keep if options.keep is None else options.keep
     problem = DeckProblem(
-        system_of(options),
-        eta_of(options),
+        system,
+        eta,
         method,
         wanted_units(options) or (None if own == Units() else own),
         options.initial,

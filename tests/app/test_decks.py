@@ -6,7 +6,7 @@ from dataclasses import replace
 from itertools import product
 
 import pytest
-from vibroscope.app.export.decks import DECKS, DeckProblem, deck, usual_periods
+from vibroscope.app.export.decks import DECKS, DeckProblem, deck, usual_length
 from vibroscope.engine import (
     HHT,
     Excitation,
@@ -248,8 +248,13 @@ def test_opensees_has_materials_of_hertz(law, monkeypatch, tmp_path):
 
 
 def test_periods_that_fit_into_a_table():
-    assert usual_periods("opensees", 2000) == usual_periods("abaqus", 2000) == 300
-    assert usual_periods("calculix", 2000) == 50
+    usual = {code: usual_length(code, System(), ETA, 2000, None) for code in ("opensees", "abaqus", "calculix")}
+    assert usual == {"opensees": (300, 20), "abaqus": (300, 20), "calculix": (50, 20)}
+
+
+def test_a_deck_of_a_throw_runs_to_its_contact_and_writes_all_from_its_start():
+    thrown = System(wall=True, spring1=0.0, d1=0.0, clearance=50.0, excitation=Excitation(base=0.0))
+    assert usual_length("opensees", thrown, 1.0, 2000, (0.0, 1.0, 0.0, 0.0)) == (9, 9)
 
 
 def test_the_rest_of_a_preload_stays_where_it_is():
