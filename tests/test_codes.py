@@ -7,6 +7,9 @@ from importlib.metadata import version
 
 import numpy as np
 import pytest
+from vibroscope.app.codes.catalogue import codes
+from vibroscope.app.codes.contact_words import Around
+from vibroscope.app.codes.translation import PHYSICAL, translate
 from vibroscope.app.commands.cli import main
 from vibroscope.app.export.decks import DeckProblem, deck
 from vibroscope.engine import (
@@ -254,3 +257,7 @@ def test_a_drop_in_opensees_has_the_restitution_that_is_said():
         made, found = dropped("opensees", 1e-5, {"K": "1e5", "e": "0.67"}, way)
         assert found.restitution == pytest.approx(made.restitution, rel=2e-3)
     assert made.restitution > 0.75
+    around = Around(mass=1.0, speed=1.0)
+    asked = translate(PHYSICAL, {"K": "1e5", "e": "0.67"}, codes()["opensees"], around, "restitution").written[1]
+    found = drops.drop("opensees", asked.words, mass=1.0, speed=1.0, step=1e-5, start=0.5)
+    assert found.restitution == pytest.approx(0.67, rel=2e-3)

@@ -352,13 +352,13 @@ def _bilinear_in(values: Values, around: Around) -> tuple[float, None, float]:  
     first, second, bend = values
     mean = _SHARE * first + (1.0 - _SHARE) * second
     lost = (HERTZ + 1.0) * _SHARE * (first - mean) / mean  # 1 − e²
-    if not 0.0 <= lost <= 1.0:
+    if not 0.0 <= lost <= 1.0 + 10.0 ** (2 - _DIGITS):  # of words that were written for e = 0
         raise ValueError(
             f"K1 = {written(first)} and K2 = {written(second)} N/m are no approximation of a Hertz contact, which has "
             "a restitution of 0 to 1: give a K1 at or a little above K2"
         )
     known = None not in (around.mass, around.speed)
-    e = _bilinear_restitution(first, second, bend, around) if known else math.sqrt(1.0 - lost)
+    e = _bilinear_restitution(first, second, bend, around) if known else math.sqrt(max(0.0, 1.0 - lost))
     return mean / (bend / _SHARE) ** (HERTZ - 1.0), None, e
 
 

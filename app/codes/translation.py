@@ -210,12 +210,33 @@ def _write(form: Form, contact: Contact, around: Around, same: str, names: tuple
         changed.append(f"c is another: it gives the same restitution, {written(e)}")
     words, after = form.write(fitted, around), _restitution(fitted, around)
     if fitted.restitution is not None:  # words that are made for one may give another
-        asked, after = after, _restitution(form.read(words, around), around)
-        if written(asked, 3) != written(after, 3):
-            changed.append(f"its formulas are for the restitution {written(asked)}; it gives {written(after)}")
+        asked, after = after, _given(form, words, around)
+        made_for = asked
+        if same == SAME[1] and written(asked, 3) != written(after, 3):
+            made_for = _made_for(form, fitted, around)
+            words = form.write(replace(fitted, restitution=made_for), around)
+            after = _given(form, words, around)
+        if same == SAME[1] and written(asked, 3) != written(after, 3):
+            changed.append(f"its formulas give no restitution below {written(after)}")
+        elif written(made_for, 3) != written(after, 3):
+            changed.append(f"its formulas are for the restitution {written(made_for, 3)}; it gives {written(after)}")
     if form.law != contact.law and contact.restitution is None:
         changed.append(_other_law(form.law, contact, names, _restitution(contact, around), after))
     return Written(form, fitted, words, after, tuple(changed))
+
+
+def _given(form: Form, words: Mapping[str, str], around: Around) -> float | None:
+    return _restitution(form.read(words, around), around)
+
+
+def _made_for(form: Form, fitted: Contact, around: Around) -> float:
+    """The restitution for which the formulas of a form give that of a contact, or the nearest that they do."""
+    low, high = 0.0, 1.0
+    while high - low > 1e-9:
+        middle = 0.5 * (low + high)
+        words = form.write(replace(fitted, restitution=middle), around)
+        low, high = (low, middle) if _given(form, words, around) > fitted.restitution else (middle, high)
+    return high
 
 
 def _other_law(law: str, contact: Contact, names: tuple[str, str], before: float | None, after: float | None) -> str:

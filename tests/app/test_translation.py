@@ -176,6 +176,17 @@ def test_impact_material_does_not_give_the_restitution_that_its_formulas_are_for
     assert any("it gives" in text for text in made.changed)
 
 
+def test_impact_material_can_be_given_the_restitution_that_is_asked_for():
+    around = Around(mass=1.0, speed=1.0)
+    made = translate(PHYSICAL, {"K": "1e5", "e": "0.67"}, codes()["opensees"], around, "restitution").written[1]
+    assert made.restitution == pytest.approx(0.67, abs=1e-5)
+    back = translate(codes()["opensees"], made.words, PHYSICAL, around)  # its words alone say so, too
+    assert back.restitution == pytest.approx(0.67, abs=1e-5)
+    assert any("its formulas are for the restitution 0.43" in text for text in made.changed)
+    least = translate(PHYSICAL, {"K": "1e5", "e": "0.3"}, codes()["opensees"], around, "restitution").written[1]
+    assert any("its formulas give no restitution below 0.605" in text for text in least.changed)
+
+
 def test_what_the_other_code_cannot_say_is_named():
     found = translate(codes()["mujoco"], {}, codes()["adams"], Around(mass=1.0))
     assert any("solimp" in text and text.startswith("MuJoCo alone") for text in found.unsaid)
