@@ -6,7 +6,7 @@ unit, as ``--K "1e6 N/m"``, stays a `Measured` until `resolve_units`, when all o
 
 import argparse
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
@@ -113,18 +113,31 @@ def list_of(text: str, example: str, quantities: Iterable[str]) -> tuple[Read, .
     parts, quantities = text.split(","), tuple(quantities)
     quantities += ("",) * (len(parts) - len(quantities))  # the engine says if there are more or fewer
     try:
-        return tuple(_read_measured(part, quantity) for part, quantity in zip(parts, quantities, strict=False))
+        found = tuple(_read_measured(part, quantity) for part, quantity in zip(parts, quantities, strict=False))
     except NotANumber:
         raise argparse.ArgumentTypeError(f"{text!r} is not a list of numbers: give {example}") from None
+    return _of_one_kind(text, parts, found)
+
+
+def _of_one_kind(text: str, parts: Sequence[str], found: tuple[Read, ...]) -> tuple[Read, ...]:
+    """What was read of parts of a text; none but zero may be without a unit beside another that has one."""
+    has_unit = [isinstance(each, Measured) and each.quantity != STEPS for each in found]
+    for part, each in zip(parts, found, strict=True):
+        if any(has_unit) and not isinstance(each, Measured) and each != 0.0:
+            raise argparse.ArgumentTypeError(
+                f"{text!r}: {part.strip()} has no unit beside numbers that have one: give a unit to each, or to none"
+            )
+    return found
 
 
 def span(text: str, quantity: str, example: str = "a:b:n, as 100:60000:64") -> tuple[Read, Read, float]:
     """``a:b:n``: both ends of a range, each with a unit or without, and how many values it has."""
     try:
         low, high, cells = text.split(":")
-        return _read_measured(low, quantity), _read_measured(high, quantity), number(cells)
+        ends, count = (_read_measured(low, quantity), _read_measured(high, quantity)), number(cells)
     except ValueError:
         raise argparse.ArgumentTypeError(f"{text!r} is no range: give {example}") from None
+    return *_of_one_kind(text, (low, high), ends), count
 
 
 def resolve_units(options: argparse.Namespace) -> None:

@@ -3,10 +3,11 @@
 import argparse
 import json
 import math
+from functools import partial
 
 import pytest
 from vibroscope.app.commands.cli import build_parser
-from vibroscope.app.commands.numbers import STEPS, measured, resolve_units
+from vibroscope.app.commands.numbers import STEPS, list_of, measured, resolve_units, span, state_numbers, step_numbers
 from vibroscope.app.commands.recommend import etas_of
 from vibroscope.app.explorer.reading import read_setting
 from vibroscope.app.explorer.typed import plain_texts
@@ -117,3 +118,23 @@ def test_a_range_of_any_number_with_a_dimension_may_have_units():
     over = "sweep", "eta", "--over", "clearance", "--from", "0.1 mm", "--to", "1 mm", "--count", "5"
     low = resolved(*over, "--solver", "reference", "--out", "a").low
     assert low == pytest.approx(1e-4 / SYSTEM.units.factor("displacement"), rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("read", "text", "first"),
+    [
+        (partial(list_of, example="A,T", quantities=("acceleration", "time")), "30,11 ms", "30"),
+        (partial(list_of, example="A,T", quantities=("acceleration", "time")), "30 g, 11", "11"),
+        (partial(span, quantity="frequency"), "5:500 Hz:3", "5"),
+        (state_numbers, "-300 mm,1,0,0", "1"),
+    ],
+)
+def test_a_number_without_a_unit_beside_one_with_a_unit_is_refused(read, text, first):
+    """It would be counted in units of the model, which nobody means who writes the other one in ms."""
+    with pytest.raises(argparse.ArgumentTypeError, match=f": {first} has no unit beside numbers that have one: give a"):
+        read(text)
+
+
+def test_zero_and_steps_need_no_unit_beside_others():
+    assert state_numbers("-300 mm,0,0,0")[1:] == (0.0, 0.0, 0.0)
+    assert step_numbers("2000,0.1 ms")[0] == 2000
