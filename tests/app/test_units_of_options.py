@@ -84,8 +84,8 @@ def test_lists_may_have_units():
     steps = "sweep", "step", "--K", "584", "--D", "2", "--steps", "250 us, 125 us,1600", "--out", "a"
     assert resolved(*steps).steps == (400, 800, 1600)
     length, speed = (SYSTEM.units.factor(quantity) for quantity in ("displacement", "velocity"))
-    model = pytest.approx((-1e-4 / length, 2e-3 / speed, 0.5, 3.0), rel=1e-12)
-    state = "-0.1 mm,2 mm/s,0.5,3"
+    model = pytest.approx((-1e-4 / length, 2e-3 / speed, 5e-4 / length, 0.0), rel=1e-12)
+    state = "-0.1 mm,2 mm/s,0.5 mm,0"
     assert resolved("simulate", "--solver", "reference", f"--initial={state}").initial == model
     axes = "--x", "xi1:0:1 mm:9", "--y", "v1:-2 mm/s:2 mm/s:9"
     basin = resolved("sweep", "basin", *axes, f"--start={state}", "--solver", "reference", "--out", "a")
