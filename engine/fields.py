@@ -65,7 +65,7 @@ class Described(NamedTuple):
         return self.words or self.allowed.words("").removeprefix("from ")
 
     def check(self, name: str, value: float) -> float:
-        """The number as float, -0.0 as 0.0; raises as :func:`.checks.require`."""
+        """The number as float, -0.0 as 0.0; raises as :func:`.arguments.require`."""
         low, high, open_low, open_high = self.allowed
         return require(name, value, low, high, self.advice, open_low=open_low, open_high=open_high) + 0.0
 

@@ -37,7 +37,6 @@ _DAMPING = (
 )
 _FACTOR = "-", Range(*FACTOR_RANGE), "give what the number of the method is multiplied by"
 _BODY_2 = {"of_body_2": True}
-_UNLESS_KNOWN = _BODY_2 | {"optional": True}
 
 
 @dataclass(frozen=True)

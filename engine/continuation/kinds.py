@@ -2,7 +2,7 @@
 
 A *bifurcation* is where a test function changes its sign along a curve of orbits, if that is what it seems to be. An
 orbit that is symmetric between two stops may lose its symmetry at what otherwise is a branch point, or a fold of those
-that have lost it; its multiplier over half a cycle decides (:func:`...motions.floquet.bifurcation_of`). Each
+that have lost it; its multiplier over half a cycle decides (:func:`..motions.poincare_map.bifurcation_of`). Each
 other kind is the zero of a margin, where the sequence of events changes (:mod:`.orbit`).
 """
 

@@ -221,7 +221,7 @@ class PointCurves:
     Parameters
     ----------
     question : BranchQuestion
-        As the branch was followed (:func:`continue_branch`); the range bounds the curves.
+        As the branch was followed (:func:`engine.continue_branch`); the range bounds the curves.
     along : str
         The second number; by default a curve begins where it has the value that the other arguments give it.
     along_low, along_high : float

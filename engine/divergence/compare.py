@@ -9,7 +9,7 @@ the engine does not need SciPy.) It is taken for ξ₁ and ξ₂, relative to th
 static equilibrium.
 
 Finite sections of one motion differ by chance, too: by as much as neighbouring blocks of it do, less the longer they
-are (:func:`.window.chance_distance`). Blocks that follow each other show chance and not drift. That of both motions
+are (:func:`.grid.chance_distance`). Blocks that follow each other show chance and not drift. That of both motions
 together is the floor: a total of a few floors may be chance.
 """
 
@@ -243,7 +243,7 @@ class Comparison:
         return f"Comparison({which}: {far or 'no pointwise difference'})"
 
     def to_xarray(self):
-        """The series as an `xarray.Dataset`: see :func:`..datasets.comparison_dataset`."""
+        """The series as an `xarray.Dataset`: see :func:`..result.comparison_dataset`."""
         return comparison_dataset(self)
 
     def _repr_html_(self) -> str:

@@ -134,7 +134,7 @@ def integral_of(generator: np.ndarray, watched: np.ndarray) -> np.ndarray:
 
     Two bodies without springs have no equilibrium, and A no inverse; what is watched does not depend on where they are.
     Of a load that is linear in time the last two factors are those of ∫C and ∫S
-    (:func:`..kernels.event_driven.load.load_integral`).
+    (:func:`..kernels.event_driven.state.load_integral`).
     """
     if len(generator) == 6 and not generator[5].any():
         own = integral_of(generator[:4, :4], watched[:4])

@@ -151,7 +151,7 @@ class Motion:
     lyapunov_error : float
         Standard error of ``lyapunov``; 0 if it follows from multipliers.
     bifurcation : str
-        The bifurcation that a periodic motion is nearest to (:func:`.floquet.nearest_bifurcation`), or "".
+        The bifurcation that a periodic motion is nearest to (:func:`.poincare_map.nearest_bifurcation`), or "".
     margin : float
         Distance from that bifurcation: of the multiplier from the unit circle, or for grazing the smallest closing
         speed relative to the largest.

@@ -12,7 +12,7 @@ The uncertainty of the average depends on the motion:
   smooth weights converges faster than any power of 1/n. The error is half the difference between the averages over the
   two halves of the run.
 
-The section decides which of the two it is (:func:`.regularity.irregularity`). Λ belongs to the motion while it was
+The section decides which of the two it is (:func:`.section.irregularity`). Λ belongs to the motion while it was
 followed only: a chaotic transient may last longer than any run.
 """
 
@@ -54,7 +54,7 @@ class Lyapunov:
         Difference of the averages over the two halves of the run, in units of its own standard error: about 1 unless
         the motion changes during the run.
     irregularity : float
-        Of the section (:func:`.regularity.irregularity`).
+        Of the section (:func:`.section.irregularity`).
     section : (n, 4) ndarray
         ξ₁, ξ₁′, ξ₂, ξ₂′ at the end of each period.
     """
@@ -226,7 +226,7 @@ def follow_cells(
     judge : callable
         ``judge(i, followed)`` takes the outcome of cell i as soon as it is known, in any thread and order.
     threads, cancelled
-        As of :func:`run_cells`.
+        As of :func:`engine.run_cells`.
 
     Raises
     ------

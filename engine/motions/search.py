@@ -89,7 +89,7 @@ class MotionSearch:
     transient, sample : int
         Periods of a run, and of these the last ones, by which its motion is recognised.
     least : float
-        Size below which a motion counts as rest (:func:`.sameness.least_size`).
+        Size below which a motion counts as rest (:func:`.section.least_size`).
     """
 
     def __init__(self, system: System, eta: float, method: Method, transient: int, sample: int, least: float = 0.0):

@@ -172,7 +172,7 @@ class Served:
 
 @dataclass(frozen=True, kw_only=True)
 class Recommendation:
-    """Outcome of :func:`.recommend.recommend`.
+    """Outcome of :func:`.search.recommend`.
 
     Attributes
     ----------

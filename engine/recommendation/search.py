@@ -94,7 +94,7 @@ class Search:
         self._best: Trial | None = None  # what the last search recommends; None if nothing meets the tolerances
 
     def run(self, progress: Callable[[float], None], partial: Callable[[list[Trial], float], None]) -> Recommendation:
-        """Search until what is found holds between the η, too; see :func:`.recommend.recommend`."""
+        """Search until what is found holds between the η, too; see :func:`.search.recommend`."""
         self._add(self.question.etas)
         if not self._parts:
             return self._nothing()

@@ -89,7 +89,7 @@ class StepSearch:
         return pareto_front(one for one in confirmed if not (met and (one.excess > 1.0 or self._is_lucky(one))))
 
     def verified(self, middles: MiddleSearch, verify: Callable[[NewmarkSetting], Trial]) -> Iterator[Trial]:
-        """Yield what can be recommended: see :meth:`.middle.MiddleSearch.verified`."""
+        """Yield what can be recommended: see :meth:`.contact_search.MiddleSearch.verified`."""
         if self.met:
             yield from middles.verified(self.met[0].setting.steps, self._starts, verify)
 

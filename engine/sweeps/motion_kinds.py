@@ -53,7 +53,7 @@ def kind_words(
     section : (sample, 4) ndarray, optional
         It shows how much the displacement of ``body`` scatters.
     body : int
-        See :attr:`System.observed_body`.
+        See :attr:`engine.System.observed_body`.
     """
     if kind == CellKind.ENDED_EARLY:
         return "ended early"

@@ -2,7 +2,7 @@
 
 A constant step misses each contact change by a part of a step, so that the section scatters. How fast that fades is
 the observed order p in scatter ∝ n⁻ᵖ, the slope of a least-squares line through log scatter over log n. Beside each run
-stands the one whose steps are cut at the contact changes (:func:`..divergence.finer_parts.with_located_steps`), where
+stands the one whose steps are cut at the contact changes (:func:`..methods.with_located_steps`), where
 the contact law has such steps; and the error by the time step, this run − exact penalty, has an order too.
 """
 
