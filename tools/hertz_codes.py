@@ -10,7 +10,8 @@ from vibroscope.app.export.decks import DeckProblem, deck
 from vibroscope.engine import CONTACT_LAWS, System, TimeStepping, simulate
 from vibroscope.engine.drivers.parameters import parameters_of
 from vibroscope.engine.drivers.time_stepping import as_steps_see, linear_scheme
-from vibroscope.engine.kernels.time_stepping.linear_step import FORCE, STATE_ROWS, WORK, LinearScheme, take_step
+from vibroscope.engine.kernels.equations.contact_law import gain_at
+from vibroscope.engine.kernels.time_stepping.linear_step import FORCE, GAIN, STATE_ROWS, WORK, LinearScheme, take_step
 
 from tools.other_codes import AGREE, CASES, PERIODS, STEPS, distance, from_bodies, run_opensees, to_bodies
 
@@ -67,6 +68,7 @@ def step_of(scheme: LinearScheme, steps: int, state: np.ndarray, k: int) -> np.n
     x, *ends = np.zeros((3, WORK))
     ends, angle = np.array(ends), 2.0 * math.pi * k / steps
     x[:FORCE], x[STATE_ROWS : STATE_ROWS + 3] = from_bodies(state), (math.cos(angle), math.sin(angle), 1.0)
+    x[GAIN] = gain_at(scheme.system.law, 0.0)
     status, _, _ = take_step(scheme, 0, int(state[1] <= state[0]), x, ends)
     return to_bodies(ends[status, :FORCE])
 
