@@ -33,7 +33,7 @@ from vibroscope.engine.divergence.parts import PARTS
 from vibroscope.engine.drivers.event_driven import set_up
 from vibroscope.engine.drivers.located import scheme_of_run
 from vibroscope.engine.drivers.parameters import parameters_of
-from vibroscope.engine.drivers.step_maps import bodies_of, step_maps
+from vibroscope.engine.drivers.step_maps import bodies_of, stage_ends, stage_maps
 from vibroscope.engine.energy.balance import energy_balance
 from vibroscope.engine.energy.events import energy_forms, phase_integrals
 from vibroscope.engine.hardcases.cases import EPSILON, SimulationSetup, accumulated_rounding, sensitivity
@@ -41,7 +41,7 @@ from vibroscope.engine.hardcases.cases import attainable_error as attainable
 from vibroscope.engine.kernels.compile.options import uncompiled
 from vibroscope.engine.kernels.equations.contact_law import contact_rate, law_force
 from vibroscope.engine.kernels.equations.motion import accelerations, coefficients, separated_generator
-from vibroscope.engine.kernels.time_stepping import contact_location, law_step, located, newmark
+from vibroscope.engine.kernels.time_stepping import contact_location, law_step, located, newmark, stage
 
 from tests.displayed import Matrix, compares, of_pages, sides, value
 from tests.law_numbers import law_numbers
@@ -73,8 +73,8 @@ def test_accelerations_of_a_located_step(pressed):
     m = scheme_of_run(parameters_of(SYSTEM, ETA, method), method)
     e = contact_location.side(m, pressed)
     for x, v, g, u, cosine, sine in states(5, 6):
-        forcing = contact_location.forcing_with(m, cosine, sine)
-        _, _, a, _, _, b = contact_location.with_accelerations(e, (x, v, 0.0, g, u, 0.0), forcing)
+        forcing = stage.forcing_with(m.forcing, cosine, sine)
+        _, _, a, _, _, b = stage.with_accelerations(e, (x, v, 0.0, g, u, 0.0), forcing)
         symbols = {"x": x, "v": v, "g": g, "u": u, "η": ETA, "τ": math.atan2(sine, cosine) / ETA}
         names = ("₂ₓ", "₂ᵥ", "₂g", "₂ᵤ", "₄ₓ", "₄ᵥ", "₄g", "₄ᵤ")
         symbols |= {f"A{name}": number for name, number in zip(names, e[:8], strict=True)}
@@ -98,6 +98,14 @@ def test_steps_in_contact_are_as_long_as_they_may_be(stiffness):
         assert pieces == 1 or 2 * m.h / pieces > limit
 
 
+def of_bodies(u):
+    """Displacements from the equilibrium, velocities and accelerations of both bodies, (3, 2), of a state u."""
+    rest = np.array([PARAMETERS.free_position, PARAMETERS.free_position + PARAMETERS.free_gap])
+    motion = np.array([[one, one + gap] for one, gap in u[:6].reshape(3, 2)])
+    motion[0] -= rest
+    return motion
+
+
 METHODS = NewmarkBeta(0.3, 0.6), HHT(-0.2), HHTInterpolated(-0.2), GeneralisedAlpha(0.6)
 METHODS += EulerImplicitDamper(), BackwardEuler()
 
@@ -106,22 +114,27 @@ METHODS += EulerImplicitDamper(), BackwardEuler()
 @pytest.mark.parametrize("integrator", METHODS, ids=lambda kind: kind.name)
 @compares(14, 15)
 def test_a_stage_of_an_integrator(integrator, status):
-    b, h, (stage,) = bodies_of(parameters_of(SYSTEM, ETA, TimeStepping(700.0, 4.0, 60))), 0.07, integrator.stages
-    maps = step_maps(b, integrator, h)[status]
+    p, h, (one,) = parameters_of(SYSTEM, ETA, TimeStepping(700.0, 4.0, 60)), 0.07, integrator.stages
+    b, c = bodies_of(p), uncompiled(coefficients)(p)
+    mass, damping, springs = np.array([1.0, c.mu]), (c.c1, c.c2 * c.mu), (c.k1, c.k2 * c.mu)
+    loads = mass[:, None] * [c.load1, np.add(c.load1, c.push)]
+    ((*_, end),) = stage_ends(stage_maps(b, integrator, h), [b.contact if status else None])
     for start in np.column_stack([RANDOM.uniform(-2, 2, (5, 7)), states(5, 3)[:, 1:], np.ones(5)]):
-        (q, v, a), spring = maps[:6].reshape(3, 2, -1) @ start, maps[6] @ start
-        angles = math.atan2(start[8], start[7]) + ETA * h * np.array([0.0, 1.0 - stage.alpha_f, 1.0])
-        load = b.loads @ np.array([np.cos(angles), np.sin(angles)])
+        (q0, v0, a0), found = of_bodies(start), end @ start
+        (q, v, a), force = of_bodies(found), found[6]
+        assert force == pytest.approx(status * (-700.0 * found[7] - 2 * 4.0 * found[8]), rel=1e-9)  # Eq. (5)
+        angles = math.atan2(start[8], start[7]) + ETA * h * np.array([0.0, 1.0 - one.alpha_f, 1.0])
+        load = loads @ np.array([np.cos(angles), np.sin(angles)])
         averaged = integrator.averaged
-        push = status * spring * (1 - stage.alpha_f) + stage.alpha_f * start[6] if averaged else status * spring
-        acting = load[:, 2] * (1 - stage.alpha_f) + stage.alpha_f * load[:, 0] if averaged else load[:, 1]
+        push = force * (1 - one.alpha_f) + one.alpha_f * start[6] if averaged else force
+        acting = load[:, 2] * (1 - one.alpha_f) + one.alpha_f * load[:, 0] if averaged else load[:, 1]
         for i in range(2):
-            symbols = {"q₀": start[i], "v₀": start[2 + i], "a₀": start[4 + i], "q": q[i], "v": v[i], "a": a[i], "Δτ": h}
-            symbols |= {"β": stage.beta, "γ": stage.gamma, "α_m": stage.alpha_m, "α_f": stage.alpha_f}
-            symbols["α_v"] = stage.velocity_share
-            symbols |= {"d0_": stage.velocities[0], "e0_": stage.accelerations[0], "f0_": stage.rates[0]}
-            symbols |= {"v0_": start[2 + i], "a0_": start[4 + i], "r": b.reaction[i], "λ": push, "l": acting[i]}
-            symbols |= {"M": b.mass[i, i], "C": b.damping[i, i], "K": b.stiffness[i, i]}
+            symbols = {"q₀": q0[i], "v₀": v0[i], "a₀": a0[i], "q": q[i], "v": v[i], "a": a[i], "Δτ": h}
+            symbols |= {"β": one.beta, "γ": one.gamma, "α_m": one.alpha_m, "α_f": one.alpha_f}
+            symbols["α_v"] = one.velocity_share
+            symbols |= {"d0_": one.velocities[0], "e0_": one.accelerations[0], "f0_": one.rates[0]}
+            symbols |= {"v0_": v0[i], "a0_": a0[i], "r": (-1.0, 1.0)[i], "λ": push, "l": acting[i]}
+            symbols |= {"M": mass[i], "C": damping[i], "K": springs[i]}
             for which, found in enumerate((q[i], v[i])):
                 assert value(spelled_out(sides(PAGES[14], which)[1], 1), symbols) == pytest.approx(found, rel=1e-11)
             left, right = (value(side, symbols) for side in sides(PAGES[15]))

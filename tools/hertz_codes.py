@@ -10,9 +10,10 @@ from vibroscope.app.export.decks import DeckProblem, deck
 from vibroscope.engine import CONTACT_LAWS, System, TimeStepping, simulate
 from vibroscope.engine.drivers.parameters import parameters_of
 from vibroscope.engine.drivers.time_stepping import as_steps_see, linear_scheme
-from vibroscope.engine.kernels.time_stepping.linear_step import FORCE, STATE_ROWS, WORK, LinearScheme, take_step
+from vibroscope.engine.kernels.equations.contact_law import gain_at
+from vibroscope.engine.kernels.time_stepping.linear_step import FORCE, GAIN, STATE_ROWS, WORK, LinearScheme, take_step
 
-from tools.other_codes import AGREE, CASES, PERIODS, STEPS, distance, run_opensees
+from tools.other_codes import AGREE, CASES, PERIODS, STEPS, distance, from_bodies, run_opensees, to_bodies
 
 MATERIALS = {"jankowski": "JankowskiImpact", "hunt-crossley": "Hertzdamp", "flores": "Hertzdamp"}
 
@@ -66,9 +67,10 @@ def step_of(scheme: LinearScheme, steps: int, state: np.ndarray, k: int) -> np.n
     """The end of our step k from a state of bodies that touch at rest."""
     x, *ends = np.zeros((3, WORK))
     ends, angle = np.array(ends), 2.0 * math.pi * k / steps
-    x[:FORCE], x[STATE_ROWS : STATE_ROWS + 3] = state, (math.cos(angle), math.sin(angle), 1.0)
+    x[:FORCE], x[STATE_ROWS : STATE_ROWS + 3] = from_bodies(state), (math.cos(angle), math.sin(angle), 1.0)
+    x[GAIN] = gain_at(scheme.system.law, 0.0)
     status, _, _ = take_step(scheme, 0, int(state[1] <= state[0]), x, ends)
-    return ends[status, :FORCE]
+    return to_bodies(ends[status, :FORCE])
 
 
 def closing_speeds(states: np.ndarray) -> np.ndarray:

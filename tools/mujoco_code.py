@@ -18,7 +18,8 @@ from typing import NamedTuple
 import numpy as np
 from vibroscope.engine import SemiImplicitEuler, System, TimeStepping, simulate
 from vibroscope.engine.drivers.parameters import parameters_of
-from vibroscope.engine.drivers.step_maps import bodies_of
+from vibroscope.engine.kernels.compile.options import uncompiled
+from vibroscope.engine.kernels.equations.motion import coefficients
 
 CASES = ((1.08, 2500.0, 8.0), (2.76, 12000.0, 18.0))  # eta, K, D
 STEPS = (2000, 20000)
@@ -62,25 +63,26 @@ def compare_mujoco(eta: float, stiffness: float, damping: float, steps: int) -> 
     import mujoco
 
     method = TimeStepping(stiffness, damping, steps, SemiImplicitEuler(), "start", law="cut")
-    b = bodies_of(parameters_of(System(), eta, method))
-    mass, h = np.diag(b.mass), 2.0 * math.pi / eta / steps
-    flexible = float(b.reaction @ (b.reaction / mass))  # A
+    c = uncompiled(coefficients)(parameters_of(System(), eta, method))
+    mass, reaction, h = np.array([1.0, c.mu]), np.array([-1.0, 1.0]), 2.0 * math.pi / eta / steps
+    damping, springs, loads = mass * (c.c1, c.c2), mass * (c.k1, c.k2), mass[:, None] * np.array([c.load1, c.load1])
+    flexible = float(reaction @ (reaction / mass))  # A
     share = IMPEDANCE * flexible
     numbers = {"m1": float(mass[0]), "m2": float(mass[1]), "k": -stiffness * share, "b": -2.0 * damping * share}
-    text = _MODEL.format(step=h, d=IMPEDANCE, centre=float(1.0 + b.gap), **numbers)
+    text = _MODEL.format(step=h, d=IMPEDANCE, centre=1.0, **numbers)
     model = mujoco.MjModel.from_xml_string(text)
     data, contact, own, free, largest = mujoco.MjData(model), 0, 0.0, 0.0, 0.0
     for i in range(PERIODS * steps):
         q, v, angle = data.qpos.copy(), data.qvel.copy(), 2.0 * math.pi * i / steps
-        applied = b.loads @ (math.cos(angle), math.sin(angle)) - b.damping @ v - b.stiffness @ q
+        applied = loads @ (math.cos(angle), math.sin(angle)) - damping * v - springs * q
         data.qfrc_applied[:] = applied
         mujoco.mj_step(model, data)
-        gap, rate, force = b.gap + q[1] - q[0], v[1] - v[0], 0.0
+        gap, rate, force = q[1] - q[0], v[1] - v[0], 0.0
         if gap < 0.0:
-            reference, without = -flexible * (stiffness * gap + 2.0 * damping * rate), b.reaction @ (applied / mass)
+            reference, without = -flexible * (stiffness * gap + 2.0 * damping * rate), reaction @ (applied / mass)
             force = max(0.0, (reference - without) / flexible * IMPEDANCE)
             contact, free, largest = contact + 1, max(free, abs(without)), max(largest, abs(reference))
-        v = v + h * (applied + b.reaction * force) / mass
+        v = v + h * (applied + reaction * force) / mass
         own = max(own, np.abs(data.qvel - v).max(), np.abs(data.qpos - (q + h * v)).max())
     ours = simulate(System(), eta, method, periods=PERIODS, keep=1).section[-1]
     apart = np.abs(ours[[0, 2, 1, 3]] - [*data.qpos, *data.qvel]).max()

@@ -19,7 +19,7 @@ import numpy as np
 from vibroscope.app.export.decks import DeckProblem, deck
 from vibroscope.engine import HHT, NewmarkBeta, System, TimeStepping, simulate
 from vibroscope.engine.drivers.parameters import parameters_of
-from vibroscope.engine.drivers.step_maps import bodies_of, spectral_radius, step_maps
+from vibroscope.engine.drivers.step_maps import bodies_of, spectral_radius, stage_ends, stage_maps
 from vibroscope.engine.integrators import TRBDF2, GeneralisedAlpha, HHTInterpolated
 
 PERIODS = 10
@@ -29,7 +29,7 @@ INTEGRATORS = (NewmarkBeta(), NewmarkBeta(0.3025, 0.6), HHTInterpolated(-0.1), G
 AGREE = 1e-8
 DISTURBANCES = 5  # of our steps, to see how far they carry: some end in a step without a solution
 TOLERANCE = 1e-13  # of OpenSees' iterations here
-FORCE, GAP = 6, 7  # rows of a step matrix
+FORCE, GAP = 6, 7  # rows of the end of a stage
 
 _RECORD = """
 import runpy, sys
@@ -98,26 +98,28 @@ class Steps:
     def __post_init__(self):
         method = self.problem.method
         bodies = bodies_of(parameters_of(self.problem.system, self.problem.eta, method))
-        object.__setattr__(
-            self, "maps", step_maps(bodies, method.integrator, 2.0 * math.pi / self.problem.eta / method.steps)
-        )
+        maps = stage_maps(bodies, method.integrator, 2.0 * math.pi / self.problem.eta / method.steps)
+        object.__setattr__(self, "maps", maps)
+        object.__setattr__(self, "contact", bodies.contact)
 
     def solutions(self, state: np.ndarray, k: int) -> dict[tuple[int, ...], np.ndarray]:
         """The ends of step k that agree with their contact status, by the status of each stage."""
         angle = 2.0 * math.pi * k / self.problem.method.steps
-        x = np.concatenate([state, [0.0, math.cos(angle), math.sin(angle), 1.0]])
+        x = np.concatenate([from_bodies(state), [0.0, math.cos(angle), math.sin(angle), 1.0]])
         stages = [()]
         found = {}
-        count = 1 if len(self.maps) == 2 else 2
+        count = len(self.maps)
         for stage in range(count):
             stages = [(*former, status) for former in stages for status in (0, 1)]
             kept = []
             for statuses in stages:
-                end = self.maps[statuses[-1] if stage == 0 else 2 + 2 * statuses[0] + statuses[1]] @ x
+                forces = [self.contact if status else None for status in statuses]
+                *_, (_, _, _, end) = stage_ends(self.maps[: stage + 1], forces)
+                end = end @ x
                 if (end[GAP] <= 0.0) == (statuses[-1] == 1):
                     kept.append(statuses)
                     if stage == count - 1:
-                        found[statuses] = end[:FORCE]
+                        found[statuses] = to_bodies(end[:FORCE])
             stages = kept
         return found
 
@@ -156,6 +158,16 @@ class Steps:
             state, former = ours[chosen].copy(), chosen[-1]
             state[:4] += noise * random.uniform(-1.0, 1.0, 4)
         return state, other
+
+
+def from_bodies(state: np.ndarray) -> np.ndarray:
+    """Displacements, velocities and accelerations of body 1 and of the gap from those of bodies that touch at rest."""
+    return state - np.array([0.0, 1.0] * 3) * np.repeat(state[::2], 2)
+
+
+def to_bodies(state: np.ndarray) -> np.ndarray:
+    """The reverse."""
+    return state + np.array([0.0, 1.0] * 3) * np.repeat(state[::2], 2)
 
 
 def distance(one: np.ndarray, other: np.ndarray) -> float:
@@ -277,8 +289,8 @@ def end_inertia(folder: Path) -> Inertia:
     theirs, stopped = run_opensees(own, folder)
     end = replace(proper, method=replace(proper.method, integrator=EndInertia(rho)))
     bodies = bodies_of(parameters_of(System(d1=0.0, d2=0.0), end.eta, replace(end.method, damping=0.0)))
-    maps = step_maps(bodies, end.integrator, 2.0 * math.pi / end.eta / end.method.steps)
-    radii = tuple(spectral_radius(maps, status) for status in (0, 1))
+    maps = stage_maps(bodies, end.integrator, 2.0 * math.pi / end.eta / end.method.steps)
+    radii = tuple(spectral_radius(maps, force) for force in (None, bodies.contact))
     return Inertia(*(Steps(each).walk(theirs, stopped).own for each in (proper, end)), radii)
 
 

@@ -215,16 +215,16 @@ class Touches:
         start = self._starts(np.array([instant]))[0]
         if self._located is not None:
             return self._follow_located(start)[1][: most + 1 : every, 4]
-        y = np.zeros(linear_step.STATE_ROWS)
-        y[1], y[3], y[5] = self._scheme.system.touch + start[0], start[1], self.flight
+        u = np.zeros(linear_step.STATE_ROWS)
+        u[1], u[3], u[5] = *start, self.flight
         progress = linear_step.StepProgress(0, False, 0, 0, 0, uncompiled(no_contact)())
-        state = linear_step.STATE.pack(linear_step.LinearState(y, progress))
+        state = linear_step.STATE.pack(linear_step.LinearState(u, progress))
         window, forces = (1, 1, 1), [0.0]
         for stop in range(every, min(most, self._most) + 1, every):
             code = linear_step.integrate_linear(self._scheme, ONE, state, self._work, stop, window, self._nothing)
-            y, at = linear_step.STATE.read(state)
-            forces.append(float(y[linear_step.FORCE]))
-            if code != OK or (at.step > 1 and at.status == 0 and not at.pressed and y[3] > y[2]):
+            u, at = linear_step.STATE.read(state)
+            forces.append(float(u[linear_step.FORCE]))
+            if code != OK or (at.step > 1 and at.status == 0 and not at.pressed and u[3] > 0.0):
                 break
         return np.array(forces)
 

@@ -5,45 +5,27 @@ from collections.abc import Callable
 import numpy as np
 from vibroscope.engine.drivers.base import SteppingDriver
 from vibroscope.engine.drivers.parameters import at_start
+from vibroscope.engine.drivers.step_maps import bodies_of, stages_of
 from vibroscope.engine.drivers.time_stepping import as_steps_see
 from vibroscope.engine.facts import Ending
-from vibroscope.engine.integrators import Integrator, NewmarkBeta
+from vibroscope.engine.integrators import NewmarkBeta
 from vibroscope.engine.kernels.compile.options import uncompiled
 from vibroscope.engine.kernels.compile.record import Buffers, PackedBuffers
 from vibroscope.engine.kernels.equations.contact_law import KELVIN_VOIGT
-from vibroscope.engine.kernels.equations.motion import coefficients
 from vibroscope.engine.kernels.parameters import Parameters
 from vibroscope.engine.kernels.time_stepping import located as kernel
-from vibroscope.engine.kernels.time_stepping.contact_location import (
-    SCHEME,
-    STAGE_NUMBERS,
-    LocatedScheme,
-    Stages,
-    forcing_with,
-)
+from vibroscope.engine.kernels.time_stepping.contact_location import SCHEME, LocatedScheme
+from vibroscope.engine.kernels.time_stepping.stage import forcing_with
 from vibroscope.engine.methods import TimeStepping
 from vibroscope.engine.result import Checkpoint, Status
 
 
-def stages_of(integrator: Integrator, p: Parameters) -> Stages:
-    """The stages of an integrator for compiled code, at most two; none of Newmark's own step."""
-    c, numbers = uncompiled(coefficients)(p), []
-    for stage in integrator.stages:
-        pairs = (*stage.velocities, 0.0)[:2], (*stage.accelerations, 0.0)[:2], (*stage.rates, 0.0)[:2]
-        d, e, f = pairs
-        damped = 0.0 if stage.leaves_out else stage.gamma
-        shares = stage.alpha_m, stage.alpha_f, stage.velocity_share
-        numbers.append((stage.end, *d, *e, stage.beta, *f, stage.gamma, *shares, damped))
-    if integrator == NewmarkBeta() and p.law == KELVIN_VOIGT:
-        numbers = []
-    rows = (*numbers, (0.0,) * STAGE_NUMBERS, (0.0,) * STAGE_NUMBERS)[:2]
-    rows = tuple(tuple(map(float, row)) for row in rows)
-    return Stages(len(numbers), integrator.averaged, float(c.react1), float(c.inverse_mass), rows)
-
-
 def scheme_of_run(p: Parameters, method: TimeStepping) -> LocatedScheme:
     """The scheme of a method."""
-    return kernel.located_scheme(p, stages_of(method.integrator, p), method.resolves_contacts)
+    stages = stages_of(method.integrator, bodies_of(p).reaction)
+    if method.integrator == NewmarkBeta() and p.law == KELVIN_VOIGT:
+        stages = stages._replace(count=0)
+    return kernel.located_scheme(p, stages, method.resolves_contacts)
 
 
 class LocatedDriver(SteppingDriver):
@@ -74,7 +56,7 @@ class LocatedDriver(SteppingDriver):
 
     def forces_of_steps(self, scheme: LocatedScheme) -> np.ndarray:
         """f₁ and f at the beginning of each step of a period, and at the end of the last, (n + 1, 2)."""
-        return np.column_stack(uncompiled(forcing_with)(scheme, *self.load))
+        return np.column_stack(uncompiled(forcing_with)(scheme.forcing, *self.load))
 
     @property
     def loop(self) -> Callable:

@@ -2,7 +2,7 @@
 
 The modes of a one-step method (:mod:`..kernels.accelerated.matrix_skip`): its steps while nothing changes.
 
-All quantities are rows of factors of x before the step (:mod:`.step_maps`).
+All quantities are rows of factors of u before the step (:mod:`.step_maps`).
 """
 
 import math
@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 from vibroscope.engine.drivers.law_pieces import Piece, pieces_of
-from vibroscope.engine.drivers.step_maps import BETWEEN
+from vibroscope.engine.drivers.step_maps import root_of_piece, stage_ends
 from vibroscope.engine.kernels.accelerated.matrix_skip import (
     AT_WORTH,
     CHUNK,
@@ -25,26 +25,16 @@ from vibroscope.engine.kernels.accelerated.matrix_skip import (
 )
 from vibroscope.engine.kernels.accelerated.step_map import ENTRIES, PRESSED, REACHES
 from vibroscope.engine.kernels.compile.options import uncompiled
-from vibroscope.engine.kernels.equations.contact_law import CUT, KELVIN_VOIGT, OTHER, takes_larger
+from vibroscope.engine.kernels.equations.contact_law import CUT, OTHER, takes_larger
 from vibroscope.engine.kernels.equations.motion import free_rate, pressed_rate
 from vibroscope.engine.kernels.parameters import Parameters
-from vibroscope.engine.kernels.time_stepping.law_step import linear_root
-from vibroscope.engine.kernels.time_stepping.linear_step import (
-    BEFORE,
-    COLUMNS,
-    FORCE,
-    GAP,
-    OWN,
-    RATE,
-    STATE_ROWS,
-    LinearScheme,
-)
+from vibroscope.engine.kernels.time_stepping.linear_step import COLUMNS, GAP, RATE, STATE_ROWS, LinearScheme
 
 
 class Mode(NamedTuple):
     """Steps that are alike."""
 
-    end: np.ndarray  # (STATE_ROWS + 1, COLUMNS) the end of a step
+    end: np.ndarray  # (ROWS, COLUMNS) the end of a step
     pressed: bool  # whether the gap is closed
     status: int  # that of its stages
     deciding: list[np.ndarray]  # what is positive where a step belongs to the mode
@@ -55,92 +45,37 @@ class Mode(NamedTuple):
 
 def modes_of(m: LinearScheme) -> list[Mode]:
     """The modes of steps of size Δτ: flight, then those in contact in the order in which they mostly follow."""
-    law = m.system.law.kind
-    if law <= CUT:
-        found = [_mode_of_statuses(m, False, 0), _mode_of_statuses(m, True, 1)]
-        return found if law == KELVIN_VOIGT else [*found, _mode_of_statuses(m, True, 0)]
     pieces = list(pieces_of(m.system.law).values())
     # the first piece, if bodies that part at touch are in it
     pulling = next((piece for piece in pieces[:1] if all(held > speed for _, speed, held in piece.kinks)), None)
-    if not uncompiled(takes_larger)(law, OTHER):
+    if not uncompiled(takes_larger)(m.system.law.kind, OTHER):
         pieces[:2] = pieces[1::-1]  # where the bodies touch, the damper is at its limit
     return [_mode_of_piece(m, piece, pulling) for piece in (None, *pieces)]
 
 
-def end_of_step(maps: np.ndarray, status: int) -> np.ndarray:
-    """The end of a step all stages of which have a status; ``maps``: :func:`.step_maps.step_maps`."""
-    end = _stages(maps, status)[-1][status].copy()
-    end[FORCE] *= status
-    return end
-
-
-def _stages(maps: np.ndarray, status: int) -> list[tuple[np.ndarray, np.ndarray]]:
-    """The ends of each stage without and with contact, if all stages before have this status."""
-    pairs = [(maps[0], maps[1])]
-    if len(maps) > 2:
-        pairs.append((maps[2 + 2 * status], maps[3 + 2 * status]))
-    return pairs
-
-
-def _gap_at_end(m: LinearScheme, end: np.ndarray) -> np.ndarray:
-    """The gap at the end of a step; where a law takes it, it is another one with some methods."""
-    return end[1] - end[0] - m.system.touch * np.eye(COLUMNS)[-1]
-
-
-def _mode_of_statuses(m: LinearScheme, pressed: bool, status: int) -> Mode:
-    """A mode of spring and damper, which with the law that is cut act in a contact where they push."""
-    maps, side, deciding = m.maps[0], -1.0 if pressed else 1.0, []
-    cut, acts, pairs = m.system.law.kind == CUT, 1.0 if status else -1.0, _stages(m.maps[0], status)
-    for i, (without, with_force) in enumerate(pairs):
-        if m.at_end:  # either status wants that of the mode; a force that pushes makes the gap larger
-            ends = ((without, with_force)[status],) if cut else (without, with_force)
-            deciding += [side * end[GAP] for end in ends]
-            deciding += [acts * with_force[FORCE]] if pressed and cut else []
-            continue
-        if i + 1 < len(pairs):  # the status from the start of the next stage
-            deciding.append(side * (without, with_force)[status][GAP])
-        if pressed and cut:
-            deciding.append(acts * with_force[FORCE])
-    end = end_of_step(maps, status)
-    mode = Mode(end, pressed, status, deciding, side * _gap_at_end(m, end))
-    if not status:
-        return mode
-    mean = sum(weight * pair[1][FORCE] for weight, pair in zip(m.weights, pairs, strict=False))
-    return mode._replace(force=Piece(m.system.law.stiffness, m.system.damper), mean_force=mean)
-
-
 def _mode_of_piece(m: LinearScheme, piece: Piece | None, pulling: Piece | None) -> Mode:
-    """The mode of a piece of another law, or its flight; ``m.maps`` are those of a step without contact.
+    """The mode of a piece of a law, or its flight.
 
     ``pulling``: the piece in which a law pulls near touch, if there is one: with the status "end" the other status must
     not agree with its own end either.
     """
-    maps, deciding, push, forces = m.maps[0], [], np.zeros(COLUMNS), []
-    one = np.eye(COLUMNS)[-1]
-    for i, stage in enumerate(maps):
-        free = stage[:, :COLUMNS] + np.outer(stage[:, BEFORE], push)
-        slopes = stage[:, OWN]
-        free[FORCE], push = 0.0, np.zeros(COLUMNS)
-        if acting := piece or pulling:
-            known = acting.push * one, free[GAP], free[RATE], slopes[GAP], slopes[RATE]
-            found = uncompiled(linear_root)(acting.stiffness, 2.0 * acting.damping, *known)
-            push = found if piece else push
-            if pulling and m.at_end:
-                deciding.append(-free[GAP] if piece else free[GAP] + slopes[GAP] * found)
-        end = free + np.outer(slopes, push)
-        end[FORCE] = push
+    maps, deciding, forces, one = m.maps[0], [], [], np.eye(COLUMNS)[-1]
+    for i, (free, own, push, end) in enumerate(stage_ends(maps, [piece] * len(maps))):
+        if pulling and m.at_end:
+            other = -free[GAP] if piece else free[GAP] + own[GAP] * root_of_piece(pulling, free, own)
+            deciding.append(other)
         forces.append(push)
-        side = -1.0 if piece else 1.0
         if piece:
             deciding += [held * one - depth * end[GAP] - speed * end[RATE] for depth, speed, held in piece.kinks]
         if m.at_end or i + 1 < len(maps):  # where it is closed with these forces, it is without them, too
-            deciding.append(side * end[GAP])
+            deciding.append(-end[GAP] if piece else end[GAP])
         elif piece and piece.stiffness > m.system.law.stiffness:  # the damper at its limit pushes where the spring does
             deciding.append(-end[GAP])
-    gap = side * _gap_at_end(m, end)
+    gap = -end[1] if piece else end[1]  # where a law takes it, it is another one with some methods
     if m.system.law.relative != 0.0:  # the closing speed is that before the plain step which begins a contact
         deciding.append(gap)
-    mode = Mode(end[: GAP + 1], piece is not None, int(piece is not None), deciding, gap)
+    acts = piece is not None and not (m.system.law.kind == CUT and piece.stiffness == 0.0)
+    mode = Mode(end, piece is not None, int(acts), deciding, gap)
     if not piece or piece.stiffness == 0.0:
         return mode
     mean = sum(weight * force for weight, force in zip(m.weights, forces, strict=False))
@@ -154,8 +89,7 @@ SAME_ROW = 1e-12  # rows that differ from a multiple of another by less, as a sh
 
 def skip_tables(m: LinearScheme, p: Parameters) -> SkipTables:
     """The tables of all modes, with the steps of size Δτ of a scheme."""
-    modes, (x_of_u, _) = modes_of(m), _relative_basis(m.system.touch)
-    begin = BETWEEN @ np.eye(2, COLUMNS) - m.system.touch * np.eye(COLUMNS)[-1]
+    modes, begin = modes_of(m), np.eye(COLUMNS)[1]
     watched = [_distinct(mode, -begin if mode.pressed else begin) for mode in modes]
     tables = _empty_tables([rows for rows, *_ in watched], p.eta)
     for i, (mode, (rows, deciding, sought)) in enumerate(zip(modes, watched, strict=True)):
@@ -164,9 +98,9 @@ def skip_tables(m: LinearScheme, p: Parameters) -> SkipTables:
         tables.deciding[i], tables.sought[i], tables.statuses[i] = deciding, sought, mode.status
         felt = p if mode.force is None else p._replace(stiffness=mode.force.stiffness, damping=mode.force.damping)
         stride = _stride(felt, mode.force is not None, m.system.h)
-        levels = _fill_mode(tables, i, _step_matrix(mode.end, m.turn, m.system.touch), rows @ x_of_u, stride)
+        levels = _fill_mode(tables, i, _step_matrix(mode.end, m.turn), rows, stride)
         if mode.force is not None:
-            _fill_impulses(tables, i, m.system.h * mode.mean_force @ x_of_u, levels)
+            _fill_impulses(tables, i, m.system.h * mode.mean_force, levels)
     return tables
 
 
@@ -213,24 +147,13 @@ def _is_implied(row: np.ndarray, others: list[np.ndarray]) -> bool:
     return False
 
 
-def _relative_basis(touch: float) -> tuple[np.ndarray, np.ndarray]:
-    """The matrices that make x of u, and u of x."""
-    x_of_u = np.eye(COLUMNS)
-    x_of_u[[1, 3, 5], [0, 2, 4]] = 1.0
-    x_of_u[1, -1] = touch
-    u_of_x = np.eye(COLUMNS)
-    u_of_x[[1, 3, 5], [0, 2, 4]] = -1.0
-    u_of_x[1, -1] = -touch
-    return x_of_u, u_of_x
-
-
-def _step_matrix(end: np.ndarray, turn: float, touch: float) -> np.ndarray:
-    """Φ of a step from its end as rows of x; the phase of the excitation grows by ``turn``."""
-    matrix, (x_of_u, u_of_x) = np.eye(COLUMNS), _relative_basis(touch)
+def _step_matrix(end: np.ndarray, turn: float) -> np.ndarray:
+    """Φ of a step from its end; the phase of the excitation grows by ``turn``."""
+    matrix = np.eye(COLUMNS)
     matrix[:STATE_ROWS] = end[:STATE_ROWS]
     c, s = math.cos(turn), math.sin(turn)
     matrix[-3:-1, -3:-1] = [[c, -s], [s, c]]
-    return u_of_x @ matrix @ x_of_u
+    return matrix
 
 
 def _powers(matrix: np.ndarray) -> np.ndarray:

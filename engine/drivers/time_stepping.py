@@ -6,7 +6,7 @@ import numpy as np
 from vibroscope.engine.drivers.base import CAPACITY, SteppingDriver
 from vibroscope.engine.drivers.newmark import has_strides
 from vibroscope.engine.drivers.skip_tables import skip_tables
-from vibroscope.engine.drivers.step_maps import bodies_of, felt_late, is_stable, law_maps, step_maps
+from vibroscope.engine.drivers.step_maps import bodies_of, felt_late, is_stable, stage_maps
 from vibroscope.engine.facts import Choice, Ending, equation, stated
 from vibroscope.engine.kernels.accelerated import matrix_skip
 from vibroscope.engine.kernels.compile.options import uncompiled
@@ -16,13 +16,13 @@ from vibroscope.engine.kernels.equations.motion import (
     accelerations,
     coefficients,
     contact_coordinates,
+    displacements,
     free_rate,
-    load_rate,
 )
 from vibroscope.engine.kernels.parameters import Parameters
 from vibroscope.engine.kernels.status import FULL
 from vibroscope.engine.kernels.time_stepping import linear_step as kernel
-from vibroscope.engine.kernels.time_stepping.newmark import begin_contact, end_contact, scheme_of
+from vibroscope.engine.kernels.time_stepping.newmark import FAR_FROM_STOP, LIMIT, begin_contact, end_contact, scheme_of
 from vibroscope.engine.methods import WITHOUT_SOLUTION, TimeStepping
 from vibroscope.engine.result import Checkpoint, Status
 
@@ -35,17 +35,17 @@ def as_steps_see(p: Parameters) -> Parameters:
 
 def linear_scheme(p: Parameters, method: TimeStepping) -> kernel.LinearScheme:
     """The matrices of a method, and of its parts of steps if it may cut them."""
-    bodies, system = bodies_of(p), uncompiled(scheme_of)(p)._replace(late=felt_late(method.integrator))
+    bodies, system = bodies_of(p), uncompiled(scheme_of)(p)
+    system = system._replace(late=felt_late(method.integrator), reach=min(FAR_FROM_STOP * p.play, LIMIT))
     levels = range(kernel.HALVINGS + 1 if method.without_solution == "halve" else 1)
-    of_step = step_maps if p.law <= CUT else law_maps
-    maps = np.array([of_step(bodies, method.integrator, system.h / 2**level) for level in levels])
+    maps = np.array([stage_maps(bodies, method.integrator, system.h / 2**level) for level in levels])
     weights = [stage.weight for stage in method.integrator.stages]
     return kernel.LinearScheme(
         maps,
         (weights[0], float(sum(weights[1:]))),
         method.status == "end" or method.integrator.explicit,
         WITHOUT_SOLUTION.index(method.without_solution),
-        uncompiled(load_rate)(p) * system.h,
+        bodies.load_rate * system.h,
         system,
     )
 
@@ -72,14 +72,15 @@ class TimeSteppingDriver(SteppingDriver):
         }
 
     def turned(self, other: dict, begins: bool) -> np.ndarray:
-        m, n, (y, at) = self._scheme.system, other["_scheme"].system, kernel.STATE.read(self._state)
-        y = -y - np.array([m.rest1 + n.rest1, m.rest2 + n.rest2, 0, 0, 0, 0, 0])
-        pressed, contact = bool(y[1] - y[0] <= n.touch), at.contact
+        n, (u, at) = other["_scheme"].system, kernel.STATE.read(self._state)
+        u = -u
+        u[1] += self._parameters.play
+        pressed, contact = bool(u[1] <= 0.0), at.contact
         if pressed:  # within one step across the play: the speed at its end stands for the mean over the step
-            closing = y[2] - y[3] if begins else 0.0
-            contact = begin_contact(n, at.step, uncompiled(kernel.motion_of)(other["_scheme"], y), closing)
+            motion = uncompiled(displacements)(n, u[0], u[2], u[1], u[3])
+            contact = begin_contact(n, at.step, motion, -u[3] if begins else 0.0)
         at = at._replace(status=int(pressed), pressed=pressed, contact=contact)
-        return kernel.STATE.pack(kernel.LinearState(y, at))
+        return kernel.STATE.pack(kernel.LinearState(u, at))
 
     def start_state(self, start: Checkpoint) -> np.ndarray:
         m, p = self._scheme.system, self._parameters
@@ -88,17 +89,17 @@ class TimeSteppingDriver(SteppingDriver):
         closing = max(-rate, 0.0) if gap == 0.0 else 0.0
         gain = uncompiled(gain_at)(m.law, closing)
         push = uncompiled(law_force)(m.law, gain, -gap, -rate) if pressed else 0.0
-        x1, v2 = x1 - m.rest1, v1 + rate
-        x2 = m.touch + gap + x1
-        found = uncompiled(accelerations)(uncompiled(coefficients)(p), x1, v1, x2, v2, push, *self.load[:, 0])
+        x, v2 = x1 - m.rest1, v1 + rate
+        x2 = m.touch + gap + x
+        a1, a2 = uncompiled(accelerations)(uncompiled(coefficients)(p), x, v1, x2, v2, push, *self.load[:, 0])
         if self._method.initial_acceleration == "zero":
-            found = 0.0, 0.0
-        y = np.array([x1, x2, v1, v2, *found, push])
+            a1 = a2 = 0.0
+        u = np.array([x1, gap, v1, rate, a1, a2 - a1, push])
         contact = uncompiled(no_contact)()._replace(
             speed1=m.sign * closing
         )  # of which only the difference of speeds is used
         progress = kernel.StepProgress(int(pressed), pressed, 0, 0, 0, contact)
-        return kernel.STATE.pack(kernel.LinearState(y, progress))
+        return kernel.STATE.pack(kernel.LinearState(u, progress))
 
     @property
     def _now(self) -> kernel.StepProgress:
@@ -167,9 +168,9 @@ class TimeSteppingDriver(SteppingDriver):
             arrays = self._angles, self._state, self._work, stop, self._window, views
             while kernel.integrate_linear(self._scheme, *arrays) == FULL:
                 self._collect(views)
-        y, now = kernel.STATE.read(self._state)
+        u, now = kernel.STATE.read(self._state)
         if now.pressed:
-            motion = uncompiled(kernel.motion_of)(self._scheme, y)
+            motion = uncompiled(displacements)(self._scheme.system, u[0], u[2], u[1], u[3])
             end_contact(self._scheme.system, now.contact, now.step, motion, 0.0, spare.views)
         self._collect(spare.views)
 

@@ -23,7 +23,7 @@ from vibroscope.engine import (
     simulate,
 )
 from vibroscope.engine.drivers.parameters import parameters_of
-from vibroscope.engine.drivers.step_maps import bodies_of, is_stable, spectral_radius, step_maps
+from vibroscope.engine.drivers.step_maps import bodies_of, is_stable, spectral_radius, stage_maps
 
 from tests.share import every
 
@@ -48,7 +48,7 @@ def bodies(damping=0.0):
 
 def radius(integrator, size, damping=0.0):
     """Spectral radius of a step ωΔτ = ``size`` without contact."""
-    return spectral_radius(step_maps(bodies(damping), integrator, size), 0)
+    return spectral_radius(stage_maps(bodies(damping), integrator, size))
 
 
 def errors(system, integrator, status, eta=1.3, steps=(200, 400, 800)):

@@ -47,8 +47,10 @@ from vibroscope.engine.kernels.status import FULL, OK
 from vibroscope.engine.kernels.time_stepping.linear_step import (
     COLUMNS,
     FORCE,
+    STATE_ROWS,
     StepProgress,
     advance,
+    begin_step,
     force_at,
     motion_of,
     unpack_state,
@@ -68,7 +70,7 @@ CHUNK = 16  # entries that are examined together: most contacts last as long
 LEVELS, CHUNKS = 2, ENTRIES // CHUNK
 AFTER_STEP, AFTER_STRIDE, IN_MIDST, AT_WORTH = range(4)  # rows of ``SkipTables.firsts``
 FIRSTS = AT_WORTH + 1
-LEAST = 5  # row of the work space of a skip: what each watched row must exceed
+AFTER, LEAST = 4, 5  # rows of the work space of a skip: u after some of its steps; what each watched row must exceed
 WORTHWHILE = 64  # steps that a skip by the coarser level has at least
 NOT_YET = -1  # entries of the coarser level that pays some steps later
 
@@ -258,14 +260,13 @@ def impulse_of(t, mode, coarse, fine, us):
 
 @jit_inlined
 def write_u_at(t, mode, steps, coarse, us):
-    """Write u after so many steps of a skip to us[4]."""
+    """Write u after so many steps of a skip to us[AFTER]."""
     entries = min(steps // t.strides[mode], coarse) if coarse > 0 else 0
     carry(t, mode, 1, entries, us[0], us[3])
-    carry(t, mode, 0, steps - entries * t.strides[mode], us[3], us[4])
+    carry(t, mode, 0, steps - entries * t.strides[mode], us[3], us[AFTER])
 
 
-WORK_ROWS = 10  # of the work space: three for a step, five u, one of least values, and one y
-STATE_ROW = 6  # the y, of those after a step's
+WORK_ROWS = 9  # of the work space: three for a step, five u, and one of least values
 
 
 class Skip(NamedTuple):
@@ -285,17 +286,10 @@ def may_have(t, m, mode, at):
 
 
 @jit_inlined
-def write_relative(m, y, cosine, sine, u):
-    """Write u of a state y."""
-    u[0], u[1], u[2], u[3], u[4], u[5] = y[0], (y[1] - y[0]) - m.system.touch, y[2], y[3] - y[2], y[4], y[5] - y[4]
-    u[6], u[7], u[8], u[9] = y[6], cosine, sine, 1.0
-
-
-@jit_inlined
-def write_state(m, u, y):
-    """Write the y of a u."""
-    y[0], y[1], y[2], y[3], y[4], y[5] = u[0], u[0] + (u[1] + m.system.touch), u[2], u[2] + u[3], u[4], u[4] + u[5]
-    y[6] = u[6]
+def write_state(u, out):
+    """Write the state of a u."""
+    for i in range(STATE_ROWS):
+        out[i] = u[i]
 
 
 @jit_inlined
@@ -314,15 +308,14 @@ def next_skip(m, t, mode, at, us):
 @jit_no_alloc
 def write_skipped(m, t, skip, n, at, stop, us, record):
     """Write the section rows and samples of the steps of a skip, up to step ``stop``; n: steps of a period."""
-    (window, buffers), y, reached = record, us[STATE_ROW], at.step + skip.steps
+    (window, buffers), u, reached = record, us[AFTER], at.step + skip.steps
     sampled, end = buffers.samples.shape[0] > 0, min(reached, stop)
     i = next_output(at.step, n, window, sampled)
     while i <= end:
         if i > window[0] or i == window[1]:
             pressed = (skip.mode != FREE) != (skip.turns and i == reached)
             write_u_at(t, skip.mode, i - at.step, skip.coarse, us)
-            write_state(m, us[4], y)
-            now, push = motion_of(m, y), force_at(m, y, pressed, at.contact)
+            now, push = motion_of(m, u), force_at(m, u, pressed, at.contact)
             if i > window[0]:
                 write_output(i, i % n, n, now, push, window, buffers)
             elif sampled:
@@ -334,8 +327,7 @@ def write_skipped(m, t, skip, n, at, stop, us, record):
 def motion_at(m, t, skip, steps, us):
     """The motion after so many steps of a skip, and g."""
     write_u_at(t, skip.mode, steps, skip.coarse, us)
-    write_state(m, us[4], us[STATE_ROW])
-    return motion_of(m, us[STATE_ROW]), us[4, 1]
+    return motion_of(m, us[AFTER]), us[AFTER, 1]
 
 
 @jit_inlined
@@ -372,7 +364,7 @@ def contact_after(m, t, skip, at, us, record):
     last = steps if side else 1
     if (leaves if side else enters) and is_recorded(at.step + last, record):
         now, _ = motion_at(m, t, skip, last, us)
-        end_contact(m.system, contact, at.step + last, now, us[STATE_ROW, FORCE], buffers)
+        end_contact(m.system, contact, at.step + last, now, us[AFTER, FORCE], buffers)
     if leaves and not side:
         contact = contact_begun(m, t, skip, steps, at, us, record)
     return contact
@@ -409,15 +401,15 @@ def integrate_skipping(m, t, angles, state, work, stop, window, buffers):
         As there.
     """
     s, code, n, us = unpack_state(state), OK, angles.shape[1], work[3:]
-    y, at, recorded = s.y, s.progress, buffers.contacts.shape[0] > 0
-    write_first_sample(m, y, at, window, buffers)
+    u, at, recorded = s.u, s.progress, buffers.contacts.shape[0] > 0
+    write_first_sample(m, u, at, window, buffers)
     mode, k = FREE, at.step % n
     while at.step < stop and code == OK:
-        write_relative(m, y, angles[0, k], angles[1, k], us[0])
+        begin_step(us[0], u, angles[0, k], angles[1, k])
         skip = next_skip(m, t, mode, at, us)
         mode = skip.mode
         if skip.steps == 0:
-            at, code = advance(m, angles, y, at, work, window, buffers)
+            at, code = advance(m, angles, u, at, work, window, buffers)
             k = k + 1 if k + 1 < n else 0
             continue
         reached, k = at.step + skip.steps, k + skip.steps if k + skip.steps < n else (k + skip.steps) % n
@@ -426,7 +418,7 @@ def integrate_skipping(m, t, angles, state, work, stop, window, buffers):
         if reached >= stop:
             break
         contact = contact_after(m, t, skip, at, us, (window, buffers))
-        write_state(m, us[2], y)
+        write_state(us[2], u)
         at = StepProgress(t.statuses[mode], (mode != FREE) != skip.turns, reached, at.none, at.two, contact)
         code = FULL if recorded and no_room(buffers) else OK
         if skip.turns or not may_go_on(skip):

@@ -33,7 +33,7 @@ from vibroscope.engine.kernels.compile.packing import Layout
 from vibroscope.engine.kernels.equations.motion import free_equilibrium, free_rate, pressed_equilibrium, pressed_rate
 from vibroscope.engine.kernels.linear.matrices import fill_powers, image, raise_to_images, raise_within
 from vibroscope.engine.kernels.parameters import FOR_CONTACT, FOR_FLIGHT, renew_key, unpack_parameters
-from vibroscope.engine.kernels.time_stepping.newmark import SCHEME, Scheme, phased, scheme_of
+from vibroscope.engine.kernels.time_stepping.newmark import SCHEME, Scheme, phased, scheme_of, step_with
 
 FREE, PRESSED = 0, 1  # contact states
 LEVELS = 3
@@ -91,38 +91,19 @@ _write_numbers = SKIPPING.writer("steps", "scheme")
 
 @jit
 def step_map(m, eta, contact):
-    """The map of a step, from the coefficients of its :class:`Scheme`."""
-    turn = eta * m.h
-    accelerations, force, gap, matrix = np.zeros((2, 6)), np.zeros(6), np.zeros(6), np.zeros((6, 6))
-    cosine, sine = math.cos(turn), math.sin(turn)
-    cosine1, cosine2 = phased(m, cosine, sine)
-    sine1, sine2 = phased(m, sine, -cosine)
-    a1, a2 = accelerations[0], accelerations[1]
-    a1[0], a1[1] = -m.stiffness1, -m.damping1
-    a2[0], a2[2] = m.coupling - m.stiffness2, -m.stiffness2
-    a2[1] = a2[3] = -m.damping2
-    a1[4], a1[5] = m.load1 * cosine1, -m.load1 * sine1
-    a2[4], a2[5] = m.load2 * cosine2, -m.load2 * sine2
-    if contact:
-        for i in range(6):
-            force[i] = m.contact_a * (a1[i] - a2[i])
-        force[2] -= m.contact_p
-        force[3] -= m.contact_q
-        for i in range(6):
-            a1[i] -= m.react1 * force[i]
-            a2[i] += m.react2 * force[i]
-    for i in range(6):
-        matrix[0, i] = matrix[1, i] = a1[i]
-        matrix[2, i] = matrix[3, i] = a2[i] - a1[i]
-        gap[i] = 0.25 * (a2[i] - a1[i])
-    # p + Q + A, Q + A, and the same of the differences
-    for i in (0, 2):
-        matrix[i, i] += 1.0
-        matrix[i, i + 1] += 1.0
-        matrix[i + 1, i + 1] += 1.0
-    gap[2] += 1.0
-    matrix[4, 4] = matrix[5, 5] = cosine
-    matrix[5, 4], matrix[4, 5] = sine, -sine
+    """The map of a step, which is what the step makes of unit vectors; from the coefficients of its :class:`Scheme`."""
+    accelerations, force, gap, matrix, z = np.zeros((2, 6)), np.zeros(6), np.zeros(6), np.zeros((6, 6)), np.zeros(6)
+    turned, sine = math.cos(eta * m.h), math.sin(eta * m.h)
+    for j in range(6):
+        z[j] = 1.0
+        c, s = turned * z[4] - sine * z[5], sine * z[4] + turned * z[5]
+        predictors = z[0], z[1], z[0] + z[2], z[1] + z[3]
+        # counted from an equilibrium, so that the gap at rest has no part
+        a1, a2, force[j] = step_with(m, predictors, contact, phased(m, c, s), (m.coupling * z[0], 0.0))
+        accelerations[0, j], accelerations[1, j], gap[j] = a1, a2, z[2] + 0.25 * (a2 - a1)
+        q, drift = z[1] + a1, z[3] + (a2 - a1)
+        matrix[0, j], matrix[1, j], matrix[2, j], matrix[3, j] = z[0] + q, q, z[2] + drift, drift
+        matrix[4, j], matrix[5, j], z[j] = c, s, 0.0
     return StepMap(matrix, accelerations, force, gap)
 
 

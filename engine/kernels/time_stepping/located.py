@@ -47,10 +47,8 @@ from vibroscope.engine.kernels.equations.motion import (
     coefficients,
     contact_coordinates,
     displacements,
-    free_equilibrium,
     free_rate,
     pressed_generator,
-    separated_generator,
 )
 from vibroscope.engine.kernels.status import CROSSED, DIVERGED, OK, PAUSED, UNRESOLVED
 from vibroscope.engine.kernels.time_stepping.contact_location import (
@@ -58,19 +56,16 @@ from vibroscope.engine.kernels.time_stepping.contact_location import (
     begin_load_of_step,
     force_of,
     forcing_at,
-    forcing_of,
-    forcing_with,
     side,
-    side_of,
     step,
     step_of_stages,
     unpack_scheme,
-    with_accelerations,
     with_contact_accelerations,
 )
 from vibroscope.engine.kernels.time_stepping.law_pieces import FREE, locate_change, piece_at, stays
 from vibroscope.engine.kernels.time_stepping.law_step import gain_of
 from vibroscope.engine.kernels.time_stepping.newmark import FAR_FROM_STOP, LIMIT, next_output, write_output
+from vibroscope.engine.kernels.time_stepping.stage import forcing_with, side_of, with_accelerations, without_contact
 
 MOST_HALVINGS = 60  # of a step of the grid
 # Of a piece, and of its longest length: a contact from a step of the grid on has whole ratios, which rounding must not
@@ -106,16 +101,16 @@ unpack_state, write_state = STATE.unpack, STATE.write
 def located_scheme(p, stages, resolves):
     """Both sides and the time grid, from :class:`..parameters.Parameters`.
 
-    ``stages``: of the method, :class:`.contact_location.Stages`; ``resolves``: whether contacts are resolved by shorter
+    ``stages``: of the method, :class:`.stage.Stages`; ``resolves``: whether contacts are resolved by shorter
     steps, Eq. (13).
     """
     h, fastest = 2 * math.pi / p.eta / p.steps, free_rate(p)
     rate = contact_rate(p.stiffness, p.damping, coefficients(p).inverse_mass)
-    separated = separated_generator(p)
+    separated, forcing = without_contact(p)
     return LocatedScheme(
-        side_of(separated),
+        separated,
         side_of(pressed_generator(p)),
-        forcing_of(separated, free_equilibrium(p)),
+        forcing,
         p.clearance,
         p.wall,
         contact_law_of(p),
@@ -139,7 +134,7 @@ def start_state(m, start, kept, at_rest):
     ``start``: ξ₁, ξ₁′, ξ₂, ξ₂′; ``kept``: whether the first period is recorded; ``at_rest``: without acceleration.
     """
     x, v, g, u = contact_coordinates(m, start[0], start[1], start[2], start[3])
-    forcing = forcing_with(m, 1.0, 0.0)
+    forcing = forcing_with(m.forcing, 1.0, 0.0)
     z = with_accelerations(m.separated, (x, v, 0.0, g, u, 0.0), forcing)
     a, b = z[2], z[5]
     # at zero gap the first derivative of the free motion that is not zero decides

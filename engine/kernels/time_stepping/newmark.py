@@ -206,12 +206,19 @@ def contact_force(m, x1, v1, x2, v2):
 @jit_inlined
 def step(m, p1, q1, p2, q2, pressed, cosine1, cosine2):
     """A₁, A₂ and the contact force λ at the end of a step, Eqs. (10) and (11); ``cosine1``: cos(ητ + ψ₁) there."""
-    a1 = m.load1 * cosine1 - m.damping1 * q1 - m.stiffness1 * p1  # Eq. (10)
     # the coupling is multiplied by p₁, which is 1 where there is one
-    a2 = m.load2 * cosine2 + m.coupling - m.damping2 * q2 - m.stiffness2 * p2
+    return step_with(m, (p1, q1, p2, q2), pressed, (cosine1, cosine2), (m.coupling, m.contact_gap))
+
+
+@jit_inlined
+def step_with(m, predictors, pressed, cosines, constants):
+    """The same, linear in predictors, cosines and constants: the coupling times p₁, and what the gap at rest gives."""
+    p1, q1, p2, q2 = predictors
+    a1 = m.load1 * cosines[0] - m.damping1 * q1 - m.stiffness1 * p1  # Eq. (10)
+    a2 = m.load2 * cosines[1] + constants[0] - m.damping2 * q2 - m.stiffness2 * p2
     if not pressed:
         return a1, a2, 0.0
-    push = m.contact_p * (p1 - p2) + (m.contact_q * (q1 - q2) + m.contact_gap) + m.contact_a * (a1 - a2)  # Eq. (11)
+    push = m.contact_p * (p1 - p2) + (m.contact_q * (q1 - q2) + constants[1]) + m.contact_a * (a1 - a2)  # Eq. (11)
     push = force_of_law(m.law.kind, push)
     return a1 - m.react1 * push, a2 + m.react2 * push, push
 

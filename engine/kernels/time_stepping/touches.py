@@ -40,21 +40,21 @@ def run_touches(m, angles, starts, flight, most, work, buffers, found):
         which λ acts, steps without a solution and with two, and OK, DIVERGED (also where the bodies do not part and
         move faster than they came), WITHOUT_SOLUTION or STUCK.
     """
-    y, window = work[3, :STATE_ROWS], (1, 1, 1)
+    u, window = work[3, :STATE_ROWS], (1, 1, 1)
     for i in range(starts.shape[0]):
-        y[:] = 0.0
-        y[1], y[3], y[5] = m.system.touch + starts[i, 0], starts[i, 1], flight
+        u[:] = 0.0
+        u[1], u[3], u[5] = starts[i, 0], starts[i, 1], flight
         at, code, row, over = StepProgress(0, False, 0, 0, 0, no_contact()), OK, found[i], False
         row[:] = 0.0
         while not over and code == OK and at.step < most:
-            before = y[3] - y[2]
-            at, code = advance(m, angles, y, at, work, window, buffers)
-            rate = y[3] - y[2]
-            row[DEPTH] = max(row[DEPTH], m.system.touch - (y[1] - y[0]))
-            row[PUSH], row[PULL] = max(row[PUSH], y[FORCE]), min(row[PULL], y[FORCE])
+            before = u[3]
+            at, code = advance(m, angles, u, at, work, window, buffers)
+            rate = u[3]
+            row[DEPTH] = max(row[DEPTH], -u[1])
+            row[PUSH], row[PULL] = max(row[PUSH], u[FORCE]), min(row[PULL], u[FORCE])
             row[STEPS] += at.status
             parted = at.step > 1 and at.status == 0 and not at.pressed and rate > 0.0
             over = parted and abs(rate - before - flight * m.system.h) <= SAME_SPEED
-        row[SPEED], row[GAP], row[NONE], row[TWO] = y[3] - y[2], y[1] - y[0] - m.system.touch, at.none, at.two
+        row[SPEED], row[GAP], row[NONE], row[TWO] = u[3], u[1], at.none, at.two
         moving = DIVERGED if abs(row[SPEED]) > abs(starts[i, 1]) else STUCK
         row[CODE] = code if code != OK or over else moving

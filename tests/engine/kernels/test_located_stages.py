@@ -20,35 +20,47 @@ from vibroscope.engine import (
 )
 from vibroscope.engine.drivers.located import scheme_of_run
 from vibroscope.engine.drivers.parameters import parameters_of
-from vibroscope.engine.drivers.step_maps import bodies_of, step_maps
+from vibroscope.engine.drivers.step_maps import bodies_of, stage_ends, stage_maps
 from vibroscope.engine.kernels.compile.options import uncompiled
+from vibroscope.engine.kernels.equations.motion import displacements
 from vibroscope.engine.kernels.time_stepping import law_pieces
-from vibroscope.engine.kernels.time_stepping.contact_location import force_of, forcing_at, step_from, with_accelerations
+from vibroscope.engine.kernels.time_stepping.contact_location import force_of, forcing_at, step_from
+from vibroscope.engine.kernels.time_stepping.stage import with_accelerations
+
+from tests.naive_stepping import Twin
 
 SYSTEMS = System(mu=0.7, clearance=-0.2), System(wall=True, clearance=0.2, excitation=Excitation(constant1=0.3))
 
 
 @pytest.mark.parametrize("kind", INTEGRATORS.values(), ids=INTEGRATORS)
 @pytest.mark.parametrize("system", SYSTEMS, ids=["two", "wall"])
-def test_a_step_of_any_length_is_its_matrix(system, kind):
+def test_a_step_of_any_length_is_its_matrix_and_that_of_the_plain_twin(system, kind):
     eta, k, part = 1.3, 7, 0.37
     method = TimeStepping(300.0, 5.0, 200, kind(), "located")
     p = parameters_of(system, eta, method)
     m = scheme_of_run(p, method)
     s, angle = part * m.h, 2 * math.pi * (k + 0.2) / 200
-    maps = step_maps(bodies_of(p), kind(), s)
+    b, twin = bodies_of(p), Twin(system, eta, method)
+    maps, twin.h = stage_maps(b, kind(), s), s
     one = (0.0, 0.0, 0.0) if system.wall else (0.4, -0.3, 0.2)
     for pressed in (False, True):
         gap = -0.02 if pressed else 0.3
         z = (*one, gap, 0.5, -1.5)
-        x, g = z[0] - p.free_position, gap - p.free_gap
         begun = force_of(m, p.gain, pressed, z)
-        y = (x, x + g, z[1], z[1] + z[4], z[2], z[2] + z[5], begun, math.cos(angle), math.sin(angle), 1.0)
-        end = maps[int(pressed) if len(maps) == 2 else 2 + 3 * pressed] @ y
+        x = (z[0], z[3], z[1], z[4], z[2], z[5], begun, math.cos(angle), math.sin(angle), 1.0)
+        *_, last = stage_ends(maps, [b.contact if pressed else None] * len(maps))
         found = step_from(m, p.gain, pressed, z, s, (k, 0.2 * m.h))
-        displaced = found[0] - p.free_position, found[1], found[2], *(np.add(found[3:], found[:3]))
-        expected = end[[0, 2, 4, 1, 3, 5]] + (0, 0, 0, p.free_position + p.free_gap, 0, 0)
-        np.testing.assert_allclose(displaced, expected, rtol=0, atol=1e-11)
+        np.testing.assert_allclose(found, (last.end @ x)[[0, 2, 4, 1, 3, 5]], rtol=0, atol=1e-11)
+        *_, end = twin.stages((*of_bodies(m, z), begun), angle / eta, lambda solve, status=pressed: solve(status))
+        np.testing.assert_allclose(of_bodies(m, found), end[:3], rtol=0, atol=1e-11)
+
+
+def of_bodies(m, z):
+    """Displacements, velocities and accelerations of both bodies, (3, 2), of a motion x, v, a, g, u, b."""
+    x, v, a, g, u, b = z
+    x1, v1, x2, v2 = uncompiled(displacements)(m, x, v, g, u)
+    _, a1, _, a2 = uncompiled(displacements)(m, x, a, g, b)
+    return np.array([[x1, x2], [v1, v2], [a1, a2]])
 
 
 WITHIN_ONE_STEP = [  # settings in which a contact that begins and ends within one step was ended where it begins

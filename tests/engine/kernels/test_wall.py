@@ -76,7 +76,7 @@ def test_nor_does_it_with_other_integrators_and_laws(method, system):
         found = located.STATE.read(packed)
         assert (found.x, found.v, found.a) == (0.0, 0.0, 0.0)
     else:
-        np.testing.assert_array_equal(linear_step.STATE.read(packed).y[[0, 2, 4]], 0.0)
+        np.testing.assert_array_equal(linear_step.STATE.read(packed).u[[0, 2, 4]], 0.0)
 
 
 @pytest.mark.parametrize("solver", SOLVERS)
