@@ -20,7 +20,7 @@ Of laws whose contact is not piecewise linear the flight is such a mode, and con
 step by step. But for law (5) the force at a positive gap is zero, or that of
 :data:`..equations.contact_law.COMPRESSION`, which no end without contact that is open allows to be closed with contact:
 λ = −Kg + c max(v, 0) would not be negative there, as it must be to close the gap. So of a flight the ends without
-contact are watched alone, except with (5) and (6).
+contact are watched alone, except with (5), (6) and (60).
 
 Plain twin: :func:`..time_stepping.linear_step.integrate_linear` (tests/engine/kernels/test_matrix_skip.py).
 
@@ -270,7 +270,7 @@ WORK_ROWS = 9  # of the work space: three for a step, five u, and one of least v
 
 
 class Skip(NamedTuple):
-    """What :func:`.skip_search.find_steps` says of the next steps."""
+    """What :func:`find_steps` says of the next steps."""
 
     mode: int
     coarse: int  # entries of the coarser level
