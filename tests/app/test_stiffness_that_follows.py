@@ -110,7 +110,10 @@ def test_the_figures_over_the_step_name_the_stiffness_of_the_steps_that_are_show
     for steps in ("200", "400"):
         shown = read_setting({"steps": steps}, FOLLOWS)
         view.update(shown, result)
-        assert f"T/{steps}, constant step, η = 2.76, K = {shown.K:g}, D = 18" in view.phases["fixed"].title.text
+        assert (
+            f"T/{steps}, constant step, η = 2.76, K = {shown.K:g}, D = 18"
+            in view.figures["step_phase_fixed"].title.text
+        )
     np.testing.assert_allclose(result.data()["K"], [FOLLOWS.K, 4 * FOLLOWS.K], rtol=1e-5)
 
 

@@ -62,7 +62,7 @@ def test_the_second_range_follows_what_the_page_does():
 def test_the_axes_of_studies_are_in_the_units_that_are_shown(make, draw, expected):
     view = make()
     drawn = view.figures if hasattr(view, "figures") else view.figure
-    plot = drawn[0] if isinstance(drawn, list) else next(iter(drawn.values())) if isinstance(drawn, dict) else drawn
+    plot = next(iter(drawn.values())) if isinstance(drawn, dict) else drawn
     for setting, labels in ((PLAIN, None), (PHYSICAL, expected), (PLAIN, None)):
         draw(view, setting)
         found = [plot.xaxis[0].axis_label, plot.yaxis[0].axis_label]

@@ -8,13 +8,12 @@ from dataclasses import replace
 import panel as pn
 from vibroscope.app.explorer.field_units import beside_field, shown_field
 from vibroscope.app.explorer.impact_words import advice, answer, over_speeds_of_motion, span_and_mean
-from vibroscope.app.explorer.link import LINEAR, LOGARITHMIC
 from vibroscope.app.explorer.method_words import name_of_integrator, words_of_scheme
 from vibroscope.app.explorer.parameters import FIELDS
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.export.formats import Figure, Series
 from vibroscope.app.export.scripts import impact_command, impact_python
-from vibroscope.app.page.impact.figure import AXES, LEGENDS, ImpactView
+from vibroscope.app.page.impact.figure import TOUCHES, ImpactView
 from vibroscope.app.page.study.listed import ListPanel, cell, row
 from vibroscope.app.page.study.panel import number
 from vibroscope.app.page.study.tab import StudyView, refusal
@@ -45,8 +44,7 @@ class OneImpact(StudyView):
     starts = at_once = True
     grow = staticmethod(grow_impact)
     chosen = dict.fromkeys(_TYPED)
-    axes = {name: LOGARITHMIC if name == "steps" else LINEAR for name in AXES}  # noqa: RUF012 - read only
-    legends = {name: tuple(entries) for name, entries in LEGENDS.items()}  # noqa: RUF012 - read only
+    axes, legends = ImpactView.spans(), ImpactView.legends()
     pictures = (
         Figure("impact_instant", "Restitution over the instant", "Restitution over the instant of touch in a step."),
         Figure("impact_band", "Restitution over the steps", "Least to greatest restitution over steps in a contact."),
@@ -57,7 +55,7 @@ class OneImpact(StudyView):
     def build(self) -> pn.viewable.Viewable:
         """Three figures, the panel, and two tables in the fourth quarter."""
         self.view = ImpactView(self._set_steps)
-        page = self.lay_out(*(self.stretch(plot) for plot in self.view.figures), classes=("halves", "impact"))
+        page = self.lay_out(*(self.stretch(plot) for plot in self.view.figures.values()), classes=("halves", "impact"))
         self.list = ListPanel(label="What to take over, and other integrators", visible=False)
         self.list.css_classes = ["cell", "rows"]
         self.list.listen(open=(str, self._take))
@@ -181,7 +179,7 @@ class OneImpact(StudyView):
         """The restitution over instants, steps, or integrators and contact statuses; the forces over time."""
         result = self.result
         if name == "impact_force":
-            return [Series(LEGENDS[name][each], columns) for each, columns in result.over_time().items()]
+            return [Series(TOUCHES[each], columns) for each, columns in result.over_time().items()]
         if name == "impact_instant":
             return [Series("with this step", result.instants())]
         if name == "impact_band":

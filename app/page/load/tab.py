@@ -9,14 +9,13 @@ from dataclasses import replace
 import numpy as np
 import panel as pn
 from vibroscope.app.explorer.field_units import ShownField, beside_field, unit_of
-from vibroscope.app.explorer.link import LINEAR, LOGARITHMIC
 from vibroscope.app.explorer.load_words import words_of_difference, words_of_load, words_of_run
 from vibroscope.app.explorer.measured import LARGEST_FILE
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.export.formats import Figure, Series
 from vibroscope.app.export.scripts import load_command, load_python
 from vibroscope.app.export.tables import columns_in_units
-from vibroscope.app.page.load.figure import AXES, LEGENDS, LoadView
+from vibroscope.app.page.load.figure import LoadView
 from vibroscope.app.page.peaks.tab import peak_table
 from vibroscope.app.page.shared.component import Upload
 from vibroscope.app.page.study.listed import ListPanel
@@ -63,8 +62,7 @@ class LoadTab(StudyView):
         **{"kind": "half_sine", "on": "base", "size": 3.0, "duration": 3.0},
         **{"rise": None, "begin": 0.5, "end": 3.0, "free": _FREE},
     }
-    axes = {name: LOGARITHMIC if name == "ratio" else LINEAR for name in AXES}  # noqa: RUF012 - read only
-    legends = {n: tuple(entries) for n, entries in LEGENDS.items() if len(entries) > 1}  # noqa: RUF012 - read only
+    axes, legends = LoadView.spans(), LoadView.legends()
     pictures = (
         Figure("load_course", "Load", "The load over time."),
         Figure("load_motion", "Displacements under the load", "Displacements of both solutions relative to the base."),

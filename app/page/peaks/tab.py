@@ -7,7 +7,6 @@ from collections.abc import Iterable, Mapping
 import numpy as np
 import panel as pn
 from vibroscope.app.explorer.field_units import unit_of
-from vibroscope.app.explorer.link import LINEAR, LOGARITHMIC
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.export.formats import Figure, Series
 from vibroscope.app.export.scripts import peaks_command, peaks_python
@@ -46,8 +45,7 @@ class Peaks(StudyView):
     starts = True
     grow = staticmethod(grow_peaks)
     chosen = {"quantity": "displacement1"}  # noqa: RUF012 - read only
-    axes = {"order": LINEAR, "motion": LOGARITHMIC, "force": LOGARITHMIC}  # noqa: RUF012 - read only
-    legends = dict.fromkeys(("spectrum_motion", "spectrum_force"), SOLVERS)
+    axes, legends = SpectrumView.spans(), SpectrumView.legends()
     pictures = (
         Figure("peaks", "Peaks", "Largest values of both solutions.", drawn=False),
         Figure("spectrum_motion", "Spectrum of the motion", "Amplitudes of a body over orders of the excitation."),

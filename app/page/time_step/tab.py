@@ -7,7 +7,6 @@ from dataclasses import replace
 
 import numpy as np
 import panel as pn
-from vibroscope.app.explorer.link import LINEAR, LOGARITHMIC
 from vibroscope.app.explorer.method_words import STEP_NAMES, words_of_method
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.export.formats import Figure, Series
@@ -40,13 +39,12 @@ class TimeStep(StudyView):
         Figure("step_spread", "Blur over n", "Blur about the cycle over the steps per period."),
         Figure("step_error_time_step", "Error over n", "Error by the time step alone over the steps per period."),
     )
-    axes = {"xi2": LINEAR, "v2": LINEAR, "n": LOGARITHMIC, "spread": LOGARITHMIC, "error_time_step": LOGARITHMIC}  # noqa: RUF012 - read only
-    legends = dict.fromkeys(("step_spread", "step_error_time_step"), tuple(SCHEMES))
+    axes, legends = TimeStepView.spans(), TimeStepView.legends()
 
     def build(self) -> pn.viewable.Viewable:
         """Two phase plots, two curves over n, the panel."""
         self.view = TimeStepView(self._set)
-        return self.lay_out(*(self.stretch(plot) for plot in self.view.figures), classes=("halves",))
+        return self.lay_out(*(self.stretch(plot) for plot in self.view.figures.values()), classes=("halves",))
 
     @classmethod
     def spec(cls) -> dict:

@@ -11,12 +11,12 @@ from vibroscope.app.codes.rules import rules
 from vibroscope.app.codes.translation import translated_codes
 from vibroscope.app.explorer.explanation import describe, motion_texts
 from vibroscope.app.explorer.field_units import ShownField, beside_field, shown_content
-from vibroscope.app.explorer.link import LINEAR
 from vibroscope.app.explorer.method_words import name_of_method, words_of_method
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.export.formats import Figure, Series
 from vibroscope.app.export.scripts import as_command
 from vibroscope.app.export.tables import column_title
+from vibroscope.app.page.shared.figure import SOLUTIONS
 from vibroscope.app.page.study.panel import number
 from vibroscope.app.page.study.tab import StudyView
 from vibroscope.app.page.tab import Move
@@ -60,8 +60,7 @@ class YourCode(StudyView):
         **{"code": NONE, "area": 0.0, "elements": 0.0},
         **{"target": NONE, "mass": 0.0, "speed": 0.0},
     }
-    axes = dict.fromkeys(("x", "v", "time", "displacement"), LINEAR)
-    legends = dict.fromkeys(("code_phase", "code_displacement"), ("reference", "penalty"))
+    axes, legends = YourCodeView.spans(), YourCodeView.legends()
     pictures = (
         Figure("code_phase", "Phase plot of your code", "Velocity over displacement, with the reference."),
         Figure("code_displacement", "Displacement of your code", "Displacement over the last two periods."),
@@ -71,7 +70,7 @@ class YourCode(StudyView):
     def build(self) -> pn.viewable.Viewable:
         """Two figures, the panel, the table of rules."""
         self.view = YourCodeView()
-        page = self.lay_out(*(self.stretch(plot) for plot in self.view.figures), classes=("codes",))
+        page = self.lay_out(*(self.stretch(plot) for plot in self.view.figures.values()), classes=("codes",))
         self.rules = RulesTable(self._set_rule)
         self.rules.css_classes = ["cell", "wide"]
         page.insert(2, self.rules)
@@ -207,7 +206,8 @@ class YourCode(StudyView):
         if name == "code_rules":
             rules = self.data()["rules"]
             return [Series(key, {n: np.array([_cell(v)]) for n, v in row.items()}) for key, row in rules.items()]
-        sources = self.view.phases if name == "code_phase" else self.view.traces
+        kind = "phase" if name == "code_phase" else "trace"
+        sources = {solver: self.view.sources[f"code_{kind}_{solver}"] for solver in SOLUTIONS}
         body, scale = self._result_setting.system.observed_body, self._move.setting.scale
         names = {"t": "time", "x": f"xi{body}", "v": f"velocity{body}"}
         return [
