@@ -30,7 +30,7 @@ _FLOOR = 1e-10
 
 def _decades(least: float, greatest: float) -> tuple[float, float]:
     """Whole decades that hold all sizes, and one above for the legend."""
-    low, high = np.log10([least, greatest])
+    low, high = np.round(np.log10([least, greatest]), 6)  # of columns in single precision
     return 10.0 ** (np.ceil(low) - 1), 10.0 ** (np.ceil(high) + 1)
 
 
