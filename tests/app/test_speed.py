@@ -124,7 +124,7 @@ def test_what_blew_up_is_said_and_neither_drawn_nor_ringed():
     view, result = SpeedView(), made(gone)
     view.update(SETTING, result)
     assert view.present.data["text"] == []
-    assert 400 not in view.swept["fixed"].data["n"]
+    assert 400 not in view.sources["speed_fixed"].data["n"]
     assert "smaller step" in dict(statements(SETTING, result))["Present setting: T/400, constant step"]
     nothing = made(dict.fromkeys(result.errors, math.nan))
     SpeedView().update(SETTING, nothing)

@@ -7,96 +7,96 @@ from collections.abc import Sequence
 
 import numpy as np
 from bokeh.core.properties import value
-from bokeh.models import ColumnDataSource, LabelSet, Legend, LegendItem
+from bokeh.models import ColumnDataSource, LabelSet, Legend, LegendItem, Line, Scatter
 from bokeh.plotting import figure
 from vibroscope.app.explorer.method_words import CUT, brief_name, name_of_integrator
 from vibroscope.app.explorer.state import Setting
-from vibroscope.app.page.shared.figure import (
-    BLUE,
-    CLICK,
-    GREEN,
-    GREY,
-    INK,
-    VERMILLION,
-    VIOLET,
-    axes_of,
-    empty_source,
-    hover_tool,
-    make_figure,
-    write,
-)
+from vibroscope.app.page.shared.curves import Axis, Curve, Curves, Plot, curve
+from vibroscope.app.page.shared.figure import BLUE, CLICK, GREEN, GREY, INK, VERMILLION, VIOLET, add_glyph
 from vibroscope.app.page.shared.muting import show_entry
-from vibroscope.app.page.shared.ranges import OwnedRange
+from vibroscope.app.page.shared.ranges import extent
 from vibroscope.app.page.shared.seen import say
 from vibroscope.app.studies.speed import CHECKED, KINDS, SWEPT, PartialSpeed, SolverKey
 from vibroscope.engine import TimeStepping, written
 
-_LINES = {"reference": (BLUE, "solid", 4), "exact": (VIOLET, "dashed", 2)}
-_MARKS = {
-    "fixed": (VERMILLION, "diamond", "solid"),
-    "plain": (GREY, "square", "dotted"),
-    "located": (GREEN, "circle", "dashed"),
+_LOOKS = {  # colour and dash of each kind; width of a line, or marker of points over the steps
+    "reference": (BLUE, "solid", 4),
+    "exact": (VIOLET, "dashed", 2),
+    "fixed": (VERMILLION, "solid", "diamond"),
+    "plain": (GREY, "dotted", "square"),
+    "located": (GREEN, "dashed", "circle"),
 }
 _FLOOR = 1e-16  # of a double; an error of 0 lies here
 _PRESENT = ("cost", "error", "text", "align", "right", "up")  # the two last: from the ring to its text, px
-_EMPTY = {"cost": (0.1, 1e3), "error": (1e-10, 1.0)}  # ends of the axes without data
+_NO_ERRORS = (1e-10, 1.0)  # ends of the axis without data
 _ALL = (1e-30, 1e30)  # a cost without an error: a line over any error that is shown
 
 
-class SpeedView:
+def _decades(least: float, greatest: float) -> tuple[float, float]:
+    """Whole decades that hold all sizes, with room for a mark at either end."""
+    low, high = np.log10([least, greatest])
+    return float(10.0 ** (math.floor(low - 0.15))), float(10.0 ** (math.ceil(high + 0.15)))
+
+
+def _drawn(kind: str) -> list[Curve]:
+    colour, dash, more = _LOOKS[kind]
+    place = {"x": "cost", "y": "error", "line_color": colour}
+    if kind not in SWEPT:
+        return [curve(Line, f"speed_{kind}", **place, line_dash=dash, line_width=more, line_alpha=0.75)]
+    line = curve(Line, f"speed_{kind}", **place, line_dash=dash, line_width=1.5)
+    return [line, curve(Scatter, f"speed_{kind}", **place, fill_color=colour, marker=more, size=10, hovered=True)]
+
+
+def _key(plot: figure, items: list[LegendItem]) -> None:
+    plot.add_layout(Legend(items=items, orientation="horizontal", ncols=2, click_policy=CLICK), "above")
+
+
+class SpeedView(Curves):
     """The figure of error over cost."""
 
+    axes = {  # noqa: RUF012 - read only
+        "cost": Axis(0.1, 1e3, "processor time per period / µs (further left: faster)", logarithmic=True, fit=_decades),
+        "error": Axis(*_NO_ERRORS, logarithmic=True),
+    }
+    plots = {  # noqa: RUF012 - read only
+        "speed": Plot(
+            "Being measured …",
+            "cost",
+            "error",
+            {kind: (kind, _drawn(kind)) for kind in KINDS},
+            {"steps per period": "@n", "solves": "@solves", "µs per period": "@cost", "error": "@error"},
+            legend=_key,
+        )
+    }
+
     def __init__(self) -> None:
-        self._result: PartialSpeed | None = None
-        self.ranges = {name: OwnedRange(*ends) for name, ends in _EMPTY.items()}
-        self.stepless = {kind: empty_source(f"speed_{kind}", "cost", "error") for kind in _LINES}
-        self.swept = {kind: empty_source(f"speed_{kind}", "cost", "error", "n", "solves") for kind in SWEPT}
+        super().__init__()
         self.present = ColumnDataSource({name: [] for name in _PRESENT}, name="speed_present")
-        self.figure = self._make()
-
-    def _make(self) -> figure:
-        words = "processor time per period / µs (further left: faster)", error_label(Setting())
-        plot = make_figure("Being measured …", *words, name="speed", **axes_of(self.ranges, "cost", "error", "xy"))
-        names, items, hovered = names_of(Setting().constant_step, KINDS), [], []
-        for kind, (colour, dash, width) in _LINES.items():
-            look = {"line_color": colour, "line_dash": dash, "line_width": width, "line_alpha": 0.75}
-            drawn = plot.line("cost", "error", source=self.stepless[kind], **look)
-            items.append(LegendItem(label=names[kind], renderers=[drawn]))
-        for kind, (colour, marker, dash) in _MARKS.items():
-            source = self.swept[kind]
-            line = plot.line("cost", "error", source=source, line_color=colour, line_width=1.5, line_dash=dash)
-            marks = plot.scatter("cost", "error", source=source, marker=marker, size=10, color=colour)
-            items.append(LegendItem(label=names[kind], renderers=[line, marks]))
-            hovered.append(marks)
-        tips = {"steps per period": "@n", "solves": "@solves", "µs per period": "@cost", "error": "@error"}
-        plot.add_tools(hover_tool(hovered, tips))
-        self._mark(plot)
-        plot.add_layout(Legend(items=items, orientation="horizontal", ncols=2, click_policy=CLICK), "above")
-        return plot
-
-    def _mark(self, plot: figure) -> None:
+        self.figure = self.figures["speed"]
         ring = {"marker": "circle", "size": 22, "fill_color": None, "line_color": INK, "line_width": 2.2}
-        plot.scatter("cost", "error", source=self.present, **ring)
+        add_glyph(self.figure, Scatter(x="cost", y="error", **ring), self.present)
         place = {"x_offset": "right", "y_offset": "up", "text_align": "align", "text_baseline": "middle"}
         look = {"text_color": INK, "text_font_size": "12px", "text_font_style": "bold"}
         look |= {"background_fill_color": "#FFFFFF", "background_fill_alpha": 0.8}
-        plot.add_layout(LabelSet(x="cost", y="error", text="text", source=self.present, **place, **look))
+        self.figure.add_layout(LabelSet(x="cost", y="error", text="text", source=self.present, **place, **look))
 
     def update(self, setting: Setting, result: PartialSpeed | None) -> None:
         """Draw what is known; the ring follows the switch between fixed and located steps."""
         if result is None:
             return
-        fresh = self._result is None or self._result.question != result.question
-        self._result = result
+        fresh = self.changes_to(result.question)
         self._name(result)
         self.figure.yaxis.axis_label = error_label(setting)
         turns = f"{result.rounds} run{'s' if result.rounds > 1 else ''}"
         say(self.figure, f"Error against time, medians of {turns}", _seen(setting, result))
-        for kind, source in self.stepless.items():
-            write(source, {"cost": np.full(2, result.stepless(kind)), "error": np.array(_ALL)})
-        for kind, source in self.swept.items():
-            write(source, _columns(result, result.curve(kind)))  # empty for a kind that the law does not have
-        self._follow(fresh)
+        for kind in KINDS:
+            if kind in SWEPT:  # empty for a kind that the law does not have
+                self.write(f"speed_{kind}", _columns(result, result.curve(kind)))
+            else:
+                self.write(f"speed_{kind}", {"cost": np.full(2, result.stepless(kind)), "error": np.array(_ALL)})
+        self.follow("cost", fresh=fresh)
+        errors = extent([self.sources[f"speed_{kind}"].data["error"] for kind in SWEPT])
+        self.ranges["error"].put(*(_decades(*errors) if errors else _NO_ERRORS), fresh=fresh and errors is not None)
         self._ring(setting, result)
 
     def _ring(self, setting: Setting, result: PartialSpeed) -> None:
@@ -124,13 +124,6 @@ class SpeedView:
         for kind, item in zip(KINDS, self.figure.legend[0].items, strict=True):
             show_entry(item, kind in names)
             item.label = value(names.get(kind, kind))
-
-    def _follow(self, fresh: bool) -> None:
-        swept = self.swept.values()
-        costs = np.concatenate([source.data["cost"] for source in (*self.stepless.values(), *swept)])
-        errors = np.concatenate([source.data["error"] for source in swept])
-        for (name, owned), sizes in zip(self.ranges.items(), (costs, errors), strict=True):
-            owned.put(*(_decades(sizes) if len(sizes) else _EMPTY[name]), fresh=fresh and len(sizes) > 0)
 
 
 def _ringed(setting: Setting, result: PartialSpeed) -> dict[SolverKey, str]:
@@ -185,9 +178,3 @@ def _columns(result: PartialSpeed, keys: list[SolverKey]) -> dict[str, np.ndarra
         "n": np.array([float(key.steps) for key in keys]),
         "solves": np.array([result.solves[key] for key in keys]),
     }
-
-
-def _decades(sizes: np.ndarray) -> tuple[float, float]:
-    """Whole decades that hold all sizes, with room for a mark at either end."""
-    low, high = np.log10([sizes.min(), sizes.max()])
-    return float(10.0 ** (math.floor(low - 0.15))), float(10.0 ** (math.ceil(high + 0.15)))

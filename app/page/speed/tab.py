@@ -6,7 +6,6 @@ import math
 
 import numpy as np
 import panel as pn
-from vibroscope.app.explorer.link import LOGARITHMIC
 from vibroscope.app.explorer.method_words import words_of_method
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.export.formats import Figure, Series
@@ -14,7 +13,7 @@ from vibroscope.app.export.scripts import speed_python
 from vibroscope.app.page.files import style
 from vibroscope.app.page.speed.figure import SpeedView, error_column
 from vibroscope.app.page.study.tab import StudyView, free_obstacle
-from vibroscope.app.studies.speed import CHECKED, KINDS, PERIODS, PartialSpeed, SolverKey, SpeedQuestion, grow_speed
+from vibroscope.app.studies.speed import CHECKED, PERIODS, PartialSpeed, SolverKey, SpeedQuestion, grow_speed
 from vibroscope.engine import Units, written
 
 # Served from assets/speed; `benchmarks/work_precision.py --write` renews it.
@@ -43,8 +42,7 @@ class Speed(StudyView):
     grow = staticmethod(grow_speed)
     chosen = {}  # noqa: RUF012 - nothing to choose
     pictures = (Figure("speed", "Speed against error", "Error after ten periods over processor time per period."),)
-    axes = {"cost": LOGARITHMIC, "error": LOGARITHMIC}  # noqa: RUF012 - read only
-    legends = {"speed": KINDS}  # noqa: RUF012 - read only
+    axes, legends = SpeedView.spans(), SpeedView.legends()
 
     def build(self) -> pn.viewable.Viewable:
         """The figure, the panel, the shipped figure below."""
