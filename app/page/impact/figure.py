@@ -25,14 +25,14 @@ TOUCHES = {"best": "best touch", "worst": "worst touch", "exact": "without a ste
 
 
 def _level(name: str, colour: str) -> list[Curve]:
-    return [curve(HSpan, "impact_levels", y=name, over=True, line_color=colour, line_dash="dashed", line_width=1.6)]
+    return [curve(HSpan, "impact_levels", y=name, layer=1, line_color=colour, line_dash="dashed", line_width=1.6)]
 
 
 def _course(name: str, colour: str, **look: object) -> tuple[str, list[Curve]]:
     source, place = f"impact_force_{name}", {"x": "time", "y": "force", "line_color": colour}
     drawn = [curve(Line, source, hovered=True, **place, **look)]
     if name != "exact":  # what a method with a step knows
-        drawn.append(curve(Scatter, source, over=True, **place, size=5, fill_color=colour))
+        drawn.append(curve(Scatter, source, layer=1, **place, size=5, fill_color=colour))
     return TOUCHES[name], drawn
 
 

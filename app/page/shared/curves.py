@@ -7,17 +7,18 @@ is seen. Its sources, ranges and legend entries follow from the tables, and so d
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import ClassVar, NamedTuple
 
 import numpy as np
-from bokeh.models import Glyph, LegendItem
+from bokeh.models import Glyph, LegendItem, LinearAxis
 from bokeh.plotting import figure
 from vibroscope.app.explorer.link import LINEAR, LOGARITHMIC, Span
 from vibroscope.app.explorer.present import as_float32
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.page.shared.figure import (
     add_glyph,
+    apply_style,
     axes_of,
     empty_source,
     hover_tool,
@@ -72,15 +73,18 @@ class Curve(NamedTuple):
         Properties of the glyph.
     hovered : bool
         Whether the hover is of it.
-    over : bool
-        Whether it is drawn over all that is not.
+    layer : int
+        It is drawn over what has a smaller one.
+    right : bool
+        Whether the axis at the right is its vertical one.
     """
 
     glyph: type[Glyph]
     source: str
     look: Mapping[str, object]
     hovered: bool = False
-    over: bool = False
+    layer: int = 0
+    right: bool = False
 
     def columns(self, sides: str = "xy") -> list[str]:
         """The columns that place it along these sides."""
@@ -88,13 +92,16 @@ class Curve(NamedTuple):
         return list(dict.fromkeys(name for name in names if isinstance(name, str)))
 
 
-def curve(glyph: type[Glyph], source: str, *, hovered: bool = False, over: bool = False, **look: object) -> Curve:
+def curve(
+    glyph: type[Glyph], source: str, *, hovered: bool = False, layer: int = 0, right: bool = False, **look: object
+) -> Curve:
     """A `Curve` with these properties."""
-    return Curve(glyph, source, look, hovered, over)
+    return Curve(glyph, source, look, hovered, layer, right)
 
 
-def _inside(plot: figure, items: list[LegendItem]) -> None:
-    plot.add_layout(legend(items))
+def inside(columns: int) -> Callable[[figure, list[LegendItem]], None]:
+    """A legend over the data, with so many columns."""
+    return lambda plot, items: plot.add_layout(legend(items, columns))
 
 
 class Plot(NamedTuple):
@@ -113,6 +120,10 @@ class Plot(NamedTuple):
         More of the hover tool.
     legend : callable
         Puts the entries into a legend.
+    right : str
+        A second vertical axis.
+    room : mapping
+        More of `make_figure`.
     """
 
     title: str
@@ -121,13 +132,23 @@ class Plot(NamedTuple):
     entries: Mapping[str, tuple[str, Sequence[Curve]]]
     tips: Mapping[str, str] = {}
     hover: Mapping[str, object] = {}
-    legend: Callable[[figure, list[LegendItem]], None] = _inside
+    legend: Callable[[figure, list[LegendItem]], None] = inside(2)
+    right: str = ""
+    room: Mapping[str, object] = {}
 
     @property
     def curves(self) -> list[tuple[str, Curve]]:
         """What is drawn, from below, with its entry."""
         drawn = [(entry, each) for entry, (_, curves) in self.entries.items() for each in curves]
-        return sorted(drawn, key=lambda each: each[1].over)
+        return sorted(drawn, key=lambda each: each[1].layer)
+
+    def axis(self, side: str, drawn: Curve) -> str:
+        """The axis of a curve along one side."""
+        return self.right if side == "y" and drawn.right else getattr(self, side)
+
+
+def _on(plot: Plot, drawn: Curve) -> dict[str, str]:
+    return {"y_range_name": plot.right} if drawn.right else {}
 
 
 class Curves:
@@ -147,6 +168,7 @@ class Curves:
 
     axes: ClassVar[Mapping[str, Axis]]
     plots: ClassVar[Mapping[str, Plot]]
+    beside: ClassVar[Mapping[str, Sequence[str]]] = {}  # columns of sources that no curve has
 
     def __init__(self) -> None:
         self.ranges = {
@@ -174,7 +196,7 @@ class Curves:
     @classmethod
     def _columns(cls) -> dict[str, list[str]]:
         """The columns of each source."""
-        found: dict[str, list[str]] = {}
+        found = {source: list(columns) for source, columns in cls.beside.items()}
         for plot in cls.plots.values():
             told = re.findall(r"@(\w+)", " ".join(plot.tips.values()))
             for _, each in plot.curves:
@@ -185,9 +207,13 @@ class Curves:
         sides = {"x": self.axes[plot.x], "y": self.axes[plot.y]}
         logarithmic = "".join(side for side, axis in sides.items() if axis.logarithmic)
         axes = axes_of(self.ranges, plot.x, plot.y, logarithmic)
-        made = make_figure(plot.title, *(axis.words for axis in sides.values()), name=name, **axes)
+        made = make_figure(plot.title, *(axis.words for axis in sides.values()), name=name, **axes, **plot.room)
+        if plot.right:
+            made.extra_y_ranges = {plot.right: self.ranges[plot.right].range}
+            made.add_layout(LinearAxis(y_range_name=plot.right, axis_label=self.axes[plot.right].words), "right")
+            apply_style(made)
         drawn = [
-            (entry, each, add_glyph(made, each.glyph(**each.look), self.sources[each.source]))
+            (entry, each, add_glyph(made, each.glyph(**each.look), self.sources[each.source], **_on(plot, each)))
             for entry, each in plot.curves
         ]
         for entry, (words, _) in plot.entries.items():
@@ -229,13 +255,13 @@ class Curves:
         """Say behind the title of a figure what is seen in it."""
         say(self.figures[figure], self.plots[figure].title, seen, setting)
 
-    def follow(self, *names: str, fresh: bool) -> None:
-        """Fit these axes to what is drawn over them."""
+    def follow(self, *names: str, fresh: bool, beside: Iterable[np.ndarray] = (), always: Iterable[float] = ()) -> None:
+        """Fit these axes to what is drawn over them, and to data ``beside`` and values that are ``always`` in view."""
         for name in names:
-            columns, axis, owned = self._over(name), self.axes[name], self.ranges[name]
+            columns, axis, owned = [*self._over(name), *beside], self.axes[name], self.ranges[name]
             ends = extent(columns)
             if axis.fit is None:
-                owned.follow(columns, fresh=fresh)
+                owned.follow(columns, fresh=fresh, always=always)
             elif ends is None:
                 owned.put(axis.low, axis.high)
             else:
@@ -246,8 +272,8 @@ class Curves:
         return [
             self.sources[each.source].data[column]
             for plot in self.plots.values()
-            for side in "xy"
-            if getattr(plot, side) == name
             for _, each in plot.curves
+            for side in "xy"
+            if plot.axis(side, each) == name
             for column in each.columns(side)
         ]
