@@ -107,7 +107,7 @@ def _displacements() -> Plot:
 
 
 def _stems(solver: str, layer: int) -> list[Curve]:
-    source, more = f"impulse_{solver}", {"right": True, "layer": layer}
+    source, more = f"impulse_{solver}", {"on_right": True, "layer": layer}
     return [
         curve(Segment, source, x0="t", y0=0, x1="t", y1="impulse", **_STEMS[solver], **more),
         curve(Scatter, source, x="t", y="impulse", **_HEADS[solver], **more),

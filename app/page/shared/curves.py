@@ -75,7 +75,7 @@ class Curve(NamedTuple):
         Whether the hover is of it.
     layer : int
         It is drawn over what has a smaller one.
-    right : bool
+    on_right : bool
         Whether the axis at the right is its vertical one.
     """
 
@@ -84,7 +84,7 @@ class Curve(NamedTuple):
     look: Mapping[str, object]
     hovered: bool = False
     layer: int = 0
-    right: bool = False
+    on_right: bool = False
 
     def columns(self, sides: str = "xy") -> list[str]:
         """The columns that place it along these sides."""
@@ -93,10 +93,10 @@ class Curve(NamedTuple):
 
 
 def curve(
-    glyph: type[Glyph], source: str, *, hovered: bool = False, layer: int = 0, right: bool = False, **look: object
+    glyph: type[Glyph], source: str, *, hovered: bool = False, layer: int = 0, on_right: bool = False, **look: object
 ) -> Curve:
     """A `Curve` with these properties."""
-    return Curve(glyph, source, look, hovered, layer, right)
+    return Curve(glyph, source, look, hovered, layer, on_right)
 
 
 def inside(columns: int) -> Callable[[figure, list[LegendItem]], None]:
@@ -144,11 +144,11 @@ class Plot(NamedTuple):
 
     def axis(self, side: str, drawn: Curve) -> str:
         """The axis of a curve along one side."""
-        return self.right if side == "y" and drawn.right else getattr(self, side)
+        return self.right if side == "y" and drawn.on_right else getattr(self, side)
 
 
 def _on(plot: Plot, drawn: Curve) -> dict[str, str]:
-    return {"y_range_name": plot.right} if drawn.right else {}
+    return {"y_range_name": plot.right} if drawn.on_right else {}
 
 
 class Curves:
