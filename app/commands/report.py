@@ -229,6 +229,21 @@ def rows(texts: dict[str, str], **how) -> list[Row]:
     return [Row(label, text, **how) for label, text in texts.items() if text]
 
 
+def record(of: object, *names: str, **others: str) -> dict[str, object]:
+    """Attributes of an object for JSON: under their own ``names``, and ``others`` under new ones.
+
+    An attribute of a part has a name with dots, as ``K="method.stiffness"``. Where the object or the part is None, so is
+    what is found.
+    """
+    found = {}
+    for key, path in (dict(zip(names, names, strict=True)) | others).items():
+        value = of
+        for name in path.split("."):
+            value = None if value is None else getattr(value, name)
+        found[key] = value
+    return found
+
+
 def checks(
     found: Iterable[Check],
     lines_of: Callable[[Check], Iterable[str]],

@@ -18,7 +18,7 @@ from vibroscope.app.commands.physical_units import (
     settings_text,
     wanted_units,
 )
-from vibroscope.app.commands.report import Line, Report, Row, rows
+from vibroscope.app.commands.report import Line, Report, Row, record, rows
 from vibroscope.engine import Response, simulate
 
 _KEEP = default_of(simulate, "keep")
@@ -60,17 +60,10 @@ def as_json(response: Response, solver: str) -> dict:
     impacts = response.impacts
     return {
         "solver": solver,
-        "eta": response.eta,
-        "periods": response.periods,
-        "keep": response.keep,
         "status": str(response.status),
-        "message": response.message,
-        "section": response.section,
         "impacts": np.column_stack([impacts.time, impacts.closing_speed]),
-        "contacts": response.contacts,
-        "seconds": response.cost.seconds,
-        "steps_without_solution": response.steps_without_solution,
-        "steps_with_two": response.steps_with_two,
+        **record(response, "eta", "periods", "keep", "message", "section", "contacts", seconds="cost.seconds"),
+        **record(response, "steps_without_solution", "steps_with_two"),
     }
 
 
@@ -79,9 +72,7 @@ def steady_json(found: engine.Steady, solver: str) -> dict:
     report = as_json(found.response, solver)
     return report | {
         "message": report["message"] or found.message,
-        "periodic": found.periodic,
-        "period": found.period,
-        "multipliers": found.multipliers,
+        **record(found, "periodic", "period", "multipliers"),
         "residual": found.residual if found.periodic else None,
         "periods_run": found.periods,
     }

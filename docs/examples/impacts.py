@@ -51,7 +51,7 @@ def grow_impacts(
         yield PartialImpacts(question, phase, run.impacts.closing_speed, share=periods / 3000)
 
 
-# -- the figure: app/page/impacts/figure.py ----------------------------------------------------------------------------
+# -- the figure: app/page/study/impacts.py -----------------------------------------------------------------------------
 
 
 class ImpactView(Curves):
@@ -72,7 +72,7 @@ class ImpactView(Curves):
             self.follow("speed", fresh=self.changes_to(result.question))
 
 
-# -- the view: app/page/impacts/tab.py ---------------------------------------------------------------------------------
+# -- the view, in the same file ----------------------------------------------------------------------------------------
 
 
 class Impacts(StudyView):

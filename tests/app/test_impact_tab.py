@@ -12,7 +12,7 @@ from vibroscope.app.commands.cli import main
 from vibroscope.app.explorer import impact_words
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.export.tables import table_in_units
-from vibroscope.app.page.impact.tab import OneImpact, offers_of
+from vibroscope.app.page.study.impact import OneImpact, offers_of
 from vibroscope.app.page.tab import Move
 from vibroscope.app.studies.one_impact import STEPS, grow_impact
 from vibroscope.app.studies.study_job import RESULTS

@@ -9,12 +9,10 @@ from vibroscope.app.explorer.reading import read_setting
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.export.scripts import speed_python
 from vibroscope.app.page.plane.tab import Plane
-from vibroscope.app.page.speed.figure import SpeedView
-from vibroscope.app.page.speed.tab import Speed
-from vibroscope.app.page.speed.tab import statements as speed_statements
-from vibroscope.app.page.time_step import tab as step_tab
-from vibroscope.app.page.time_step.figure import TimeStepView
-from vibroscope.app.page.time_step.tab import TimeStep, statements
+from vibroscope.app.page.study import time_step as step_tab
+from vibroscope.app.page.study.speed import Speed, SpeedView
+from vibroscope.app.page.study.speed import statements as speed_statements
+from vibroscope.app.page.study.time_step import TimeStep, TimeStepView, statements
 from vibroscope.app.studies import speed, time_step
 from vibroscope.engine import CONTACT_LAWS, HHT, ExactPenalty, Newmark, System, TimeStepping, simulate
 from vibroscope.engine.sweeps import StepStudy

@@ -6,9 +6,8 @@ import math
 import numpy as np
 import pytest
 from vibroscope.app.explorer.state import Setting
-from vibroscope.app.page.speed.figure import SpeedView
-from vibroscope.app.page.speed.tab import Speed, statements
-from vibroscope.app.page.time_step.tab import TimeStep
+from vibroscope.app.page.study.speed import Speed, SpeedView, statements
+from vibroscope.app.page.study.time_step import TimeStep
 from vibroscope.app.performance.bench import true_state
 from vibroscope.app.performance.contenders import CHECKED
 from vibroscope.app.runtime.files import ASSETS

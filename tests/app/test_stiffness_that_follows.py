@@ -15,9 +15,8 @@ from vibroscope.app.export.formats import as_toml, loaded_from_toml
 from vibroscope.app.export.report import setting_rows
 from vibroscope.app.export.scripts import as_command, as_python, speed_python
 from vibroscope.app.page.controls.controls import Controls
-from vibroscope.app.page.speed.tab import Speed
-from vibroscope.app.page.time_step.figure import TimeStepView
-from vibroscope.app.page.time_step.tab import TimeStep
+from vibroscope.app.page.study.speed import Speed
+from vibroscope.app.page.study.time_step import TimeStep, TimeStepView
 from vibroscope.app.performance.contenders import CHECKED
 from vibroscope.app.studies import speed, time_step
 from vibroscope.app.studies.speed import SolverKey, grow_speed

@@ -7,8 +7,7 @@ from functools import cache
 import numpy as np
 import pytest
 from vibroscope.app.explorer.state import Setting
-from vibroscope.app.page.time_step.figure import TimeStepView
-from vibroscope.app.page.time_step.tab import TimeStep, statements
+from vibroscope.app.page.study.time_step import TimeStep, TimeStepView, statements
 from vibroscope.app.studies import time_step
 from vibroscope.app.studies.time_step import PartialStep, grow_step
 from vibroscope.engine.sweeps import CellKind

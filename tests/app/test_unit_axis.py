@@ -10,7 +10,7 @@ from vibroscope.app.page.bifurcation.figure import BifurcationView
 from vibroscope.app.page.plane.figure import PlaneView
 from vibroscope.app.page.shared.figure import make_figure
 from vibroscope.app.page.shared.ranges import OwnedRange, UnitAxis
-from vibroscope.app.page.time_step.figure import TimeStepView
+from vibroscope.app.page.study.time_step import TimeStepView
 from vibroscope.engine import Units
 
 UNITS = {"units": "mm-t-s", "omega1": 20.0, "m1": 3.0, "amplitude": 2.5}

@@ -9,8 +9,8 @@ from vibroscope.app.explorer.state import Setting
 from vibroscope.app.page.bifurcation.tab import Bifurcation
 from vibroscope.app.page.controls.controls import Controls
 from vibroscope.app.page.explore.tab import Explore
+from vibroscope.app.page.study.time_step import statements
 from vibroscope.app.page.tab import Move
-from vibroscope.app.page.time_step.tab import statements
 from vibroscope.app.studies import time_step
 from vibroscope.app.studies.time_step import PartialStep, StepQuestion
 from vibroscope.engine import ComparisonQuestion, Newmark, motion, repetition, verdict
