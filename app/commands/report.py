@@ -232,8 +232,8 @@ def rows(texts: dict[str, str], **how) -> list[Row]:
 def record(of: object, *names: str, **others: str) -> dict[str, object]:
     """Attributes of an object for JSON: under their own ``names``, and ``others`` under new ones.
 
-    An attribute of a part has a name with dots, as ``K="method.stiffness"``. Where the object or the part is None, so is
-    what is found.
+    An attribute of a part has a name with dots, as ``K="method.stiffness"``. Where the object or a part is None, so
+    is what is found.
     """
     found = {}
     for key, path in (dict(zip(names, names, strict=True)) | others).items():
