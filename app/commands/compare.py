@@ -3,8 +3,6 @@
 ``vibroscope compare --alone``: the difference over each number alone, as tables.
 """
 
-from __future__ import annotations
-
 import argparse
 import math
 from collections.abc import Iterable, Iterator

@@ -1,7 +1,5 @@
 """``vibroscope simulate``: run one solver and print its motion."""
 
-from __future__ import annotations
-
 import argparse
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
@@ -60,14 +58,16 @@ def as_json(response: Response, solver: str) -> dict:
     impacts = response.impacts
     return {
         "solver": solver,
+        **record(response, "eta", "periods", "keep"),
         "status": str(response.status),
+        **record(response, "message", "section"),
         "impacts": np.column_stack([impacts.time, impacts.closing_speed]),
-        **record(response, "eta", "periods", "keep", "message", "section", "contacts", seconds="cost.seconds"),
+        **record(response, "contacts", seconds="cost.seconds"),
         **record(response, "steps_without_solution", "steps_with_two"),
     }
 
 
-def steady_json(found: engine.Steady, solver: str) -> dict:
+def steady_json(found: "engine.Steady", solver: str) -> dict:
     """A steady motion as JSON: a run whose section holds one cycle, or the usual run where no cycle was found."""
     report = as_json(found.response, solver)
     return report | {
@@ -78,7 +78,7 @@ def steady_json(found: engine.Steady, solver: str) -> dict:
     }
 
 
-def steady_lines(found: engine.Steady, initial: Sequence[float] | None = None) -> Iterator[Line]:
+def steady_lines(found: "engine.Steady", initial: Sequence[float] | None = None) -> Iterator[Line]:
     """A steady motion as text."""
     response, p = found.response, found.period
     if not found.periodic:
@@ -142,7 +142,7 @@ def _is_at_rest(response: Response, initial: Sequence[float] | None) -> bool:
     return bool(max(moved, np.abs(end[[1, 3]]).max()) <= STILL * np.abs(start - end).max())
 
 
-def _motion_text(response: Response, found: engine.Motion, initial: Sequence[float] | None) -> str:
+def _motion_text(response: Response, found: "engine.Motion", initial: Sequence[float] | None) -> str:
     """The kind of motion; the section alone does not show it where a time step may have blurred it."""
     method = response.method
     if not response.system.excitation.drives:  # T is then no time of the motion, which cannot repeat in it

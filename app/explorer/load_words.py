@@ -1,7 +1,5 @@
 """A run under a load that is no harmonic, in words: for the page and the command line. No panel import."""
 
-from __future__ import annotations
-
 from vibroscope.engine import PART_NAMES, Difference, Load, Transient, counted, percent
 from vibroscope.engine.facts import Amount, Statement, joined, stated
 from vibroscope.engine.load import ON, quantity_of

@@ -1,7 +1,5 @@
 """The tabs of the page, and the area of one session that shows one view of them; `app.page.tab` says what a view is."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import NamedTuple
 

@@ -1,7 +1,5 @@
 """A view of a tab with one figure: the closing speed of each impact of the reference over its instant in the period."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from typing import NamedTuple
 

@@ -4,8 +4,6 @@ A few thousand points are drawn as points: at the same sharpness a picture of th
 The cursor is an overlay, which is repainted without the points below it.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable
 
 import numpy as np

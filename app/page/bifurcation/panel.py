@@ -5,8 +5,6 @@ The motion whose branch is searched for first: the search finds the others in it
 A bifurcation diagram and its branches as a Python script, and as commands.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import NamedTuple
 
@@ -30,7 +28,7 @@ class Followed(NamedTuple):
     initial: tuple[float, ...]
 
     @classmethod
-    def of(cls, setting: Setting) -> Followed:
+    def of(cls, setting: Setting) -> "Followed":
         """The motion from the start of a setting."""
         return cls(setting.eta, tuple(map(float, setting.initial)))
 

@@ -3,8 +3,6 @@
 The numbers that a bifurcation diagram can be swept over: where they begin and end, and which solvers have them.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The bifurcation diagram of each solver, from rest or continued, computed over the range that is in view."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import panel as pn

@@ -5,8 +5,6 @@ delays a widget's event, it needs no ``unsafe-eval``, and it can hold back moves
 one. Its messages hold text only, and `app.explorer.reading` decides what is accepted.
 """
 
-from __future__ import annotations
-
 import math
 
 import param

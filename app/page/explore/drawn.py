@@ -3,8 +3,6 @@
 The bodies as a file shows them: the shapes that `bodies.js` has drawn, the penalty solution as an outline.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np

@@ -3,8 +3,6 @@
 The force has an axis of impulses at the right, since the force of an impact is infinite.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np

@@ -3,8 +3,6 @@
 The file stays in the memory of the session. No link holds it, and no log.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 
 import param

@@ -1,7 +1,5 @@
 """Explore: both solvers for the present setting, drawn over each other, and what their difference means."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from functools import partial
 from typing import ClassVar

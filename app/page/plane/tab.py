@@ -1,7 +1,5 @@
 """The K–D plane: where the penalty model moves as the reference does, and which motions are due to the time step."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import replace

@@ -4,8 +4,6 @@ A view derives from `Curves`, gives its ``axes`` and ``plots`` as tables, and in
 is seen. Its sources, ranges and legend entries follow from the tables, and so does what a link may hold.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import ClassVar, NamedTuple

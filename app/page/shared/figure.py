@@ -1,7 +1,5 @@
 """Shared by all figures: colours, fonts, margins, and changing the data of a source in place."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Callable, Mapping, Sequence
 

@@ -10,8 +10,6 @@ Ranges, zooms in links, taps and questions of studies stay in the numbers of the
 belong to a second range, which is that of the data times a factor. The tools of the browser move both in proportion.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterable
 

@@ -1,7 +1,5 @@
 """Basins: which start leads to which motion, and from which starts the penalty model ends on another one."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Mapping
 

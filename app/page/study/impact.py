@@ -1,7 +1,5 @@
 """One impact: what the contact that is set gives by itself with its step, over its steps, and what to take over."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import replace

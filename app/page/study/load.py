@@ -1,7 +1,5 @@
 """Pulse or record: both solutions under a load that is no harmonic, with their peaks, and the shock response."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """Peaks and spectra: the largest values of both solutions and how far they differ, and their spectra."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping
 
 import numpy as np

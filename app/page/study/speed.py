@@ -1,7 +1,5 @@
 """Speed against error: what a period costs at the present setting and its error, measured while a user watches."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 

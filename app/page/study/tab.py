@@ -4,8 +4,6 @@ A study starts when its tab is open and its question has changed. The next quest
 and the end of the session. A move that changes no question only moves the marks.
 """
 
-from __future__ import annotations
-
 from abc import abstractmethod
 from collections.abc import Callable, Mapping
 from typing import ClassVar

@@ -1,7 +1,5 @@
 """The time step: one motion with n steps per period, fixed and cut where contact changes, by the method that is set."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """Your code: what a simulation code shows by default, whether its steps have solutions, and what its rules give."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
