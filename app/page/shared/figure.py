@@ -363,11 +363,6 @@ def empty_source(name: str, *columns: str) -> ColumnDataSource:
     return ColumnDataSource({column: np.empty(0, np.float32) for column in columns}, name=name)
 
 
-def empty_sources(shape: Mapping[str, tuple[str, ...]]) -> dict[str, ColumnDataSource]:
-    """Empty sources by name; ``shape`` gives their columns."""
-    return {name: empty_source(name, *columns) for name, columns in shape.items()}
-
-
 def write(source: ColumnDataSource, columns: Mapping[str, np.ndarray]) -> None:
     """Put ``columns`` into ``source``; only those that differ are sent."""
     new = changed_columns(source, columns)
