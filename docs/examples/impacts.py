@@ -101,10 +101,6 @@ class Impacts(StudyView):
         """What the figure depends on, and no more: K, D and the step are not in it."""
         return ImpactQuestion(setting.system, setting.eta, setting.reference)
 
-    def draw(self, setting: Setting, result: PartialImpacts | None) -> None:
-        """The dots."""
-        self.view.update(setting, result)
-
     def describe(self, setting: Setting, result: PartialImpacts) -> list[list[str]]:
         """Head and text of the panel; sentences are those of the model, `StudyTab` puts units into them."""
         return [["Impacts", f"{counted(len(result.speed), 'impact')} in the periods that are shown."]]

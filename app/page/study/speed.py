@@ -282,10 +282,6 @@ class Speed(StudyView):
         """A script of the same measurement; it runs on another machine or at another time, so its numbers differ."""
         return speed_python(self.script_question(setting))
 
-    def draw(self, setting: Setting, result: PartialSpeed | None) -> None:
-        """The figure."""
-        self.view.update(setting, result)
-
 
 def statements(setting: Setting, result: PartialSpeed) -> list[list[str]]:
     """Head and text: the setting, what an FE code pays for it, what the located step would, no time step."""

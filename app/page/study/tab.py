@@ -66,9 +66,9 @@ class StudyView(TabView):
     def question(self, setting: Setting) -> object:
         """The question of the study."""
 
-    @abstractmethod
     def draw(self, setting: Setting, result: PartialResult | None) -> None:
         """Write the marks of the setting and, if there is one, the picture."""
+        self.view.update(setting, result)
 
     @abstractmethod
     def describe(self, setting: Setting, result: PartialResult) -> list[list[str | Statement]]:

@@ -185,10 +185,6 @@ class TimeStep(StudyView):
         method = replace(method, stiffness=1.0)  # each number of steps has its own
         return StepQuestion(setting.system, setting.eta, method, setting.own_start, setting.step_scale)
 
-    def draw(self, setting: Setting, result: PartialStep | None) -> None:
-        """Draw the figures."""
-        self.view.update(setting, result)
-
     def describe(self, setting: Setting, result: PartialStep) -> list[list[str]]:
         """The study, the n that is shown, and how blur and error fade, in words."""
         words = words_of_method(result.question.method)
