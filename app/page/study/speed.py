@@ -9,6 +9,7 @@ from bokeh.core.properties import value
 from bokeh.models import ColumnDataSource, LabelSet, Legend, LegendItem, Line, Scatter
 from bokeh.plotting import figure
 from vibroscope.app.explorer.method_words import CUT, brief_name, name_of_integrator, words_of_method
+from vibroscope.app.explorer.present import as_float32
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.export.formats import Figure, Series
 from vibroscope.app.export.scripts import speed_python
@@ -114,7 +115,7 @@ class SpeedView(Curves):
     def _ring(self, setting: Setting, result: PartialSpeed) -> None:
         named = _ringed(setting, result)
         shown = [key for key in named if math.isfinite(result.errors.get(key, math.nan))]
-        columns = _columns(result, shown)
+        columns = as_float32(_columns(result, shown))  # as the marks that it rings have them
         # Errors fall as costs rise, so there are no points above and to the right of one: the text goes there. In the
         # right half of the figure it goes below and to the left, so that it stays inside a narrow figure.
         half = math.sqrt(self.figure.x_range.start * self.figure.x_range.end)
