@@ -5,8 +5,6 @@ Each part names what it uses and why: what cannot be had without it, or the meas
 the libraries' versions. The hooks into the libraries' scripts are in ``page/shared/compat.js``.
 """
 
-from __future__ import annotations
-
 import threading
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager

@@ -12,19 +12,17 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 from bokeh.layouts import column, row
-from bokeh.models import Range1d, Slider
+from bokeh.models import Slider
 from bokeh.server.server import Server
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
 from vibroscope.app.explorer.compute import compute_runs
-from vibroscope.app.explorer.present import WINDOW, present
+from vibroscope.app.explorer.present import present
 from vibroscope.app.explorer.shipped import load_diagram
 from vibroscope.app.explorer.state import Setting
-from vibroscope.app.page.explore.displacement import DisplacementView
 from vibroscope.app.page.explore.eta_map import EtaMapView, MapPoints
-from vibroscope.app.page.explore.force import ForceView
-from vibroscope.app.page.explore.phase import PhaseView
+from vibroscope.app.page.explore.figures import MotionView
 from vibroscope.app.page.shared.figure import THEME, write
 from vibroscope.app.runtime.cache import Cache
 
@@ -42,20 +40,18 @@ class Bare:
 
     def __init__(self, doc, prepared, sizes):
         self.doc, self.prepared = doc, prepared
-        time = Range1d(0, WINDOW)
-        phase, displacement, force = PhaseView(), DisplacementView(time), ForceView(time)
-        self.sources = {**phase.sources, **displacement.sources, **force.sources}
-        diagram = EtaMapView(phase.sections)
-        self.cursor = diagram.cursor
+        motion = MotionView()
         columns = prepared[SETTING.eta]
+        self.sources = {name: motion.sources[name] for name in columns}
+        diagram = EtaMapView(motion.sources)
+        self.cursor = diagram.cursor
         for name, source in self.sources.items():
             write(source, columns[name])
-        phase.update(columns, SETTING, fresh=True)
-        displacement.update(columns, SETTING, fresh=True)
-        force.update(columns, SETTING, fresh=True)
+        motion.update(SETTING, fresh=True)
         shipped = load_diagram("table").result()
         diagram.update(SETTING, MapPoints(shipped.eta, shipped.displacement, 1.0), fresh=True)
-        figures = [*phase.figures, displacement.figure, displacement.strip, force.figure, diagram.figure]
+        order = ("phase1", "phase2", "displacement", "strip", "force")
+        figures = [*(motion.figures[name] for name in order), diagram.figure]
         for figure in figures:
             figure.sizing_mode = "fixed"
             figure.width, figure.height = sizes[figure.name]

@@ -86,7 +86,9 @@ def test_a_tab_with_a_figure():
     tab.show(Move(1, setting))
     host.catch_up_until(lambda: tab.panel.status.get("text") == "complete")
     run = simulate(setting.system, setting.eta, setting.reference, periods=3000, keep=1000)
-    np.testing.assert_array_equal(tab.view.source.data["speed"], run.impacts.closing_speed.astype(np.float32))
+    np.testing.assert_array_equal(
+        tab.view.sources["impacts"].data["speed"], run.impacts.closing_speed.astype(np.float32)
+    )
     assert tab.ranges["speed"].ends[1] > run.impacts.closing_speed.max()
     assert str(len(run.impacts.closing_speed)) in tab.summary(setting).replace(",", "")
     assert [figure.name for figure in tab.figures()] == ["impacts"]

@@ -3,8 +3,6 @@
 What no source says of a code is empty: ours then takes its default. Materials are for the stiffness of Hertz' contact.
 """
 
-from __future__ import annotations
-
 import math
 import tomllib
 from collections.abc import Mapping

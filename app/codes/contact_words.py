@@ -22,8 +22,6 @@ FAQ, contact.soft1, with the reduced mass as in :func:`engine.stiffness_of_step`
 What becomes of a law that the other code does not have: :mod:`.translation`.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
@@ -127,7 +125,7 @@ class Contact:
         unit, numbers = self._scaled(around)
         return restitution_of_damping(self.law, 0.5 * self.damping / unit, 1.0, **numbers)
 
-    def with_restitution(self, e: float, around: Around) -> Contact:
+    def with_restitution(self, e: float, around: Around) -> "Contact":
         """The same with the damper that gives a restitution; raises ValueError where none does."""
         unit, numbers = self._scaled(around)
         damping = (

@@ -23,8 +23,6 @@ what it adds to that. ``nodal_step`` claims no more than a stable step of an exp
 central differences stays bounded.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, replace

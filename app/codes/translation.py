@@ -5,8 +5,6 @@ restitution; a spring of another exponent keeps the deepest penetration. Both ta
 the relations of :mod:`engine.contact`.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 

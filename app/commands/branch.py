@@ -31,7 +31,7 @@ from vibroscope.app.commands.options import (
     problem_of,
 )
 from vibroscope.app.commands.parser import Command, OneLineParser
-from vibroscope.app.commands.report import Report, note, progress_line, watch_interrupt
+from vibroscope.app.commands.report import Report, note, progress_line, record, watch_interrupt
 from vibroscope.engine import (
     FOLLOWED_KINDS,
     PARAMETERS,
@@ -355,10 +355,7 @@ def _plain(branch: Branch) -> dict:
         "orbits": len(branch.values),
         "stable": branch.stable_ranges,
         "ends": branch.ends,
-        "points": [
-            {name: getattr(point, name) for name in ("kind", "stop", "value", "multipliers", "state")}
-            for point in branch.points
-        ],
+        "points": [record(point, "kind", "stop", "value", "multipliers", "state") for point in branch.points],
     }
 
 

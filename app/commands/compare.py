@@ -3,8 +3,6 @@
 ``vibroscope compare --alone``: the difference over each number alone, as tables.
 """
 
-from __future__ import annotations
-
 import argparse
 import math
 from collections.abc import Iterable, Iterator
@@ -32,7 +30,7 @@ from vibroscope.app.commands.physical_units import (
     settings_text,
     wanted_units,
 )
-from vibroscope.app.commands.report import Line, Report, Row
+from vibroscope.app.commands.report import Line, Report, Row, record
 from vibroscope.app.explorer.force import plain_motion
 from vibroscope.app.explorer.method_words import full_words
 from vibroscope.engine import (
@@ -201,21 +199,13 @@ def _set_length(options: argparse.Namespace, system: System) -> None:
 def as_json(comparison: Comparison, judgement: Verdict) -> dict:
     """The comparison as JSON; None for what is not known."""
     split, of_step = _splits(comparison)
-    run = comparison.runs.penalty
-    method = run.method
     words = judgement.as_dict()
     del words["alone"]  # long, and asked for by --alone
+    run, method = comparison.runs.penalty, {"K": "stiffness", "D": "damping", "integrator": "integrator.name"}
     return {
-        "eta": comparison.runs.penalty.eta,
-        "K": method.stiffness,
-        "D": method.damping,
-        "steps": method.steps,
-        "located": method.located,
-        "integrator": method.integrator.name,
-        "status": method.status,
-        "law": method.law,
-        "steps_without_solution": run.steps_without_solution,
-        "steps_with_two": run.steps_with_two,
+        "eta": run.eta,
+        **record(run.method, "steps", "located", "status", "law", **method),
+        **record(run, "steps_without_solution", "steps_with_two"),
         "pointwise": comparison.pointwise,
         **_difference_json(comparison),
         "residual": comparison.residual,
@@ -246,10 +236,7 @@ def _split_json(comparison: Comparison, split: Regularisation) -> dict:
     """The parts of the regularisation's part, and the restitution that the contact delivers."""
     return {
         **{name: comparison.parts.relative(getattr(split, name)) for name in SPLIT},
-        "in_step": split.in_step,
-        "damping_ratio": split.ratio,
-        "restitution": split.restitution,
-        "restitution_without_pull": split.without_pull,
+        **record(split, "in_step", "restitution", damping_ratio="ratio", restitution_without_pull="without_pull"),
     }
 
 
@@ -259,11 +246,11 @@ def _time_step_json(comparison: Comparison, parts: TimeStepParts) -> dict:
     return {**sizes, "in_step": parts.in_step}
 
 
-def _numbers(record) -> dict | None:
+def _numbers(found) -> dict | None:
     """The plain numbers of a dataclass."""
-    if record is None:
+    if found is None:
         return None
-    values = {each.name: getattr(record, each.name) for each in fields(record)}
+    values = record(found, *(each.name for each in fields(found)))
     return {name: value for name, value in values.items() if isinstance(value, float | int)}
 
 

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 from vibroscope.app.commands.options import reference_of, stepping_of, units_of
 from vibroscope.app.commands.physical_units import wanted_units
-from vibroscope.app.commands.report import Report
+from vibroscope.app.commands.report import Report, record
 from vibroscope.engine import (
     FITTED,
     Fit,
@@ -105,22 +105,15 @@ def measured_report(options: argparse.Namespace, system: System, **how: int) -> 
 def as_json(comparison: MeasuredComparison, fitted: Fit | None = None) -> dict:
     """The comparison as JSON for scripts; None for what is not known."""
     recurrence = comparison.recurrence
-    sensor = recurrence.sensor
+    found = record(recurrence, "period", "noise", "strongest", possible_periods="possible")
+    found |= record(recurrence if recurrence.period else None, "eta", "eta_error")
+    found |= record(recurrence.sensor, closings_per_period="per_period", contact_share="share")
     return {
         "eta": comparison.reference.response.eta,
         "measured": {
             "samples": len(comparison.measurement),
-            "periods": comparison.periods,
-            "frame": comparison.measurement.frame,
-            "left_out": comparison.measurement.left_out,
-            "period": recurrence.period,
-            "possible_periods": recurrence.possible,
-            "noise": recurrence.noise,
-            "eta": recurrence.eta if recurrence.period else None,
-            "eta_error": recurrence.eta_error if recurrence.period else None,
-            "strongest": recurrence.strongest,
-            "closings_per_period": sensor and sensor.per_period,
-            "contact_share": sensor and sensor.share,
+            **record(comparison, "periods", frame="measurement.frame", left_out="measurement.left_out"),
+            **found,
         },
         "reference": _solution_json(comparison.reference),
         "penalty": _solution_json(comparison.penalty),
@@ -130,34 +123,19 @@ def as_json(comparison: MeasuredComparison, fitted: Fit | None = None) -> dict:
 
 
 def _solution_json(solution: Solved) -> dict:
-    aligned = solution.alignment
     return {
         "status": str(solution.response.status),
-        "period": solution.period,
-        "impacts_per_period": solution.impacts_per_period,
-        "contact_share": solution.contact_share,
-        "rms": aligned and aligned.rms,
-        "phase": aligned and aligned.phase,
-        "offset": aligned and aligned.offset,
-        "closings_seen_per_period": aligned and aligned.sensor.per_period,
-        "contact_share_seen": aligned and aligned.sensor.share,
-        "closing_error": aligned and aligned.closing_error,
+        **record(solution, "period", "impacts_per_period", "contact_share"),
+        **record(solution.alignment, "rms", "phase", "offset", "closing_error"),
+        **record(solution.alignment, closings_seen_per_period="sensor.per_period", contact_share_seen="sensor.share"),
     }
 
 
 def _fit_json(fitted: Fit) -> dict:
+    names = [name for name, error in fitted.errors.items() if math.isfinite(error)]
     return {
-        "values": fitted.values,
-        "errors": fitted.errors,
-        "correlation": {
-            "names": [name for name, error in fitted.errors.items() if math.isfinite(error)],
-            "matrix": fitted.correlation,
-        },
-        "deviation": fitted.deviation,
-        "noise": fitted.noise,
-        "starts": fitted.starts,
-        "agreeing": fitted.agreeing,
-        "remarks": fitted.remarks,
+        "correlation": {"names": names, "matrix": fitted.correlation},
+        **record(fitted, "values", "errors", "deviation", "noise", "starts", "agreeing", "remarks"),
     }
 
 

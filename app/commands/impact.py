@@ -1,7 +1,5 @@
 """``vibroscope impact``: what a contact alone gives with a law, an integrator, a contact status and a step."""
 
-from __future__ import annotations
-
 import argparse
 import math
 from collections.abc import Iterator
@@ -115,7 +113,7 @@ def _over(text: str) -> tuple[str, float, float] | tuple[str]:
     return name, *ends
 
 
-def question_of(options: argparse.Namespace) -> Impact:
+def question_of(options: argparse.Namespace) -> "Impact":
     """The question that the options describe; of a method without a step where none is given."""
     from vibroscope.engine import Impact, stiffness_for
 
@@ -137,7 +135,7 @@ def question_of(options: argparse.Namespace) -> Impact:
     return replace(question, method=method, time_step=question.contact_time / options.steps_per_contact)
 
 
-def _closing_speeds(options: argparse.Namespace) -> np.ndarray | None:
+def _closing_speeds(options: argparse.Namespace) -> "np.ndarray | None":
     """Those of the system's reference in m/s, (n,), the median of which the options then hold; None without one."""
     file = options.moving
     if file is None:
@@ -231,11 +229,11 @@ def _nonsmooth(options: argparse.Namespace) -> Report:
     return Report(lines, {"asked": asked, "with_step": _with_step(found) | {"impulse_N_s": impulse}})
 
 
-def _with_step(found: WithStep) -> dict[str, object]:
+def _with_step(found: "WithStep") -> dict[str, object]:
     return _data(found, "restitution", "energy_lost", "penetration", "force", "steps", "time", *SHARES, "gained")
 
 
-def _report(question: Impact, options: argparse.Namespace, speeds: np.ndarray | None) -> Report:
+def _report(question: "Impact", options: argparse.Namespace, speeds: "np.ndarray | None") -> Report:
     from vibroscope.app.explorer.impact_words import advice, answer, ends_text, over_speeds_of_motion, span_and_mean
     from vibroscope.engine import damping_bounds, impact, largest_step, over_motion, stiffness_bounds
 
@@ -289,7 +287,7 @@ def _report(question: Impact, options: argparse.Namespace, speeds: np.ndarray | 
     return Report(lines, data, units)
 
 
-def _schemes(question: Impact, asked: float, tolerance: float) -> list[dict[str, object]]:
+def _schemes(question: "Impact", asked: float, tolerance: float) -> list[dict[str, object]]:
     """What each integrator and contact status gives, and the steps in a contact from which on it is close."""
     from vibroscope.app.explorer.impact_words import schemes
     from vibroscope.engine import largest_step
@@ -323,7 +321,7 @@ def _table(rows: list[dict[str, object]]) -> Iterator[str]:
         yield f"{row['integrator']:<28}{status:<10}{numbers}{none:>13}{needs:>13}"
 
 
-def _bounds_rows(bounds: dict[str, dict], question: Impact) -> Iterator[Row]:
+def _bounds_rows(bounds: dict[str, dict], question: "Impact") -> Iterator[Row]:
     """From where to where around K and D each holds."""
     units = SI.units.of_contact(question.method)
     words = {"stable": "stable", "no_energy_gained": "gains no energy", "solution": "has a solution"}
@@ -349,7 +347,7 @@ def _ends(bounds: dict[str, tuple[float, float] | None], of: str) -> dict[str, d
     }
 
 
-def _data(found: NamedTuple | WithStep, *names: str) -> dict[str, object]:
+def _data(found: "NamedTuple | WithStep", *names: str) -> dict[str, object]:
     """Numbers of what was found as JSON, with their units in the keys; of two without names the least and greatest."""
     return {f"{name}{_UNITS.get(name, '')}": _plain(getattr(found, name)) for name in names}
 
@@ -360,7 +358,7 @@ def _plain(value: float | tuple) -> object:
     return dict(zip(getattr(value, "_fields", ("least", "greatest")), map(_plain, value), strict=True))
 
 
-def _contact_text(question: Impact) -> str:
+def _contact_text(question: "Impact") -> str:
     method, units = question.method, SI.units.of_contact(question.method)
     texts = [units.text("contact_stiffness", method.stiffness)]
     if method.damping is not None:
@@ -374,7 +372,7 @@ def _contact_text(question: Impact) -> str:
     return f"{text}; {step}".replace("·", " ")
 
 
-def _met(question: Impact | MoreauJean) -> str:
+def _met(question: "Impact | MoreauJean") -> str:
     pressed = f", pressed by {written(question.force)} N" if question.force else ""
     return f"{written(question.mass)} kg at {written(question.speed)} m/s{pressed}"
 
@@ -389,7 +387,7 @@ def _time(seconds: float) -> str:
     return time_text(seconds) if seconds < math.inf else "it does not part"
 
 
-def _band(question: Impact, options: argparse.Namespace) -> Iterator[str]:
+def _band(question: "Impact", options: argparse.Namespace) -> Iterator[str]:
     """The lines of the CSV."""
     import numpy as np
     from vibroscope.engine import over_speeds, over_steps
@@ -408,7 +406,7 @@ def _band(question: Impact, options: argparse.Namespace) -> Iterator[str]:
         yield _line(value, *one.restitution, one.penetration, one.force, *shares)
 
 
-def _forces(question: Impact, options: argparse.Namespace) -> Iterator[str]:
+def _forces(question: "Impact", options: argparse.Namespace) -> Iterator[str]:
     """The lines of the CSV: the force over time of the best and the worst touch, and of the contact without a step."""
     from vibroscope.engine import force_courses
 
@@ -424,12 +422,12 @@ def _line(*numbers: float) -> str:
     return ",".join(f"{each:.9g}" for each in numbers)
 
 
-def _check_step(question: Impact, name: str) -> None:
+def _check_step(question: "Impact", name: str) -> None:
     if not question.time_step:
         raise ValueError(f"--over {name} needs a step: give --time-step or --steps-per-contact")
 
 
-def _stepped(question: Impact, options: argparse.Namespace):
+def _stepped(question: "Impact", options: argparse.Namespace):
     return replace(stepping_of(options, D=0.0), damping=question.method.damping)
 
 

@@ -1,7 +1,5 @@
 """``--units``: the results of a command in the units of an FE input file as well."""
 
-from __future__ import annotations
-
 import argparse
 import math
 from dataclasses import replace
@@ -50,7 +48,7 @@ def physical_run(units: Units, response: Response) -> dict:
     }
 
 
-def physical_motion(units: Units, motion: Motion) -> dict:
+def physical_motion(units: Units, motion: "Motion") -> dict:
     """A motion as JSON: section, closing speeds, peak force, impulse and energy per period; None if not known.
 
     Impacts have an impulse and no peak force: it is None, too, where there is no other contact.
@@ -79,7 +77,7 @@ def settings_text(units: Units, eta: float, method: Method) -> str:
     return _line(units.of_contact(method), names, units.settings(eta, method))
 
 
-def motion_text(units: Units, eta: float, motion: Motion, method: Method) -> str:
+def motion_text(units: Units, eta: float, motion: "Motion", method: Method) -> str:
     """Force, impulse and energy of a motion in one line, as far as they are known."""
     from vibroscope.app.explorer.force import force_text  # imports what describes motions
 

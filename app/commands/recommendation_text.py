@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Sequence
 
 from vibroscope.app.commands.physical_units import settings_text, unit_names
-from vibroscope.app.commands.report import Line, Row, rows
+from vibroscope.app.commands.report import Line, Row, record, rows
 from vibroscope.app.explorer.method_words import scheme_as_dict
 from vibroscope.app.explorer.suggestion_words import contact_words, force_words, range_words, verified_words
 from vibroscope.engine import Recommendation, Served, TimeStepping, Units, percent, written
@@ -19,40 +19,27 @@ CUT = "codes that cut the step where contact changes"
 
 def as_json(found: Recommendation, units: Units | None = None) -> dict:
     """A recommendation as JSON for scripts; None for numbers that do not exist."""
-    best = found.best
     report = {
         "eta": found.eta,
         **_setting_json(found),
-        "error": best and best.error,
-        "robust": best and best.robust,
-        "solves": best and found.solves,
-        "met": found.met,
+        **record(found.best, "error", "robust"),
+        "solves": found.best and found.solves,
         "front": [_front_row(trial) for trial in found.front],
         "front_solves": [trial.cost * found.scheme.stages for trial in found.front],
-        "joint_damping": found.joint_damping,
-        "compensated": found.compensated,
-        "kind": found.kind,
-        "reason": found.reason,
+        **record(found, "met", "joint_damping", "compensated", "kind", "reason"),
     }
     return report | _physical(units, found)
 
 
 def range_json(found: Recommendation, units: Units | None = None) -> dict:
     """One setting for a range as JSON for scripts; None for numbers that do not exist."""
-    best = found.best
     report = {
         **_setting_json(found),
-        "eta_of_steps": found.eta if best else None,
-        "time_step": found.time_step if best else None,
-        "error": best and best.error,
-        "robust": best and best.robust,
-        "met": found.met,
+        **record(found if found.best else None, "time_step", eta_of_steps="eta"),
+        **record(found.best, "error", "robust"),
         "etas": [_served_json(served) for served in found.served],
-        "left_out": found.left_out,
         "front": [_front_row(trial) for trial in found.front],
-        "limit": found.limit,
-        "kind": found.kind,
-        "reason": found.reason,
+        **record(found, "met", "left_out", "limit", "kind", "reason"),
     }
     return report | _physical(units, found)
 
@@ -60,32 +47,26 @@ def range_json(found: Recommendation, units: Units | None = None) -> dict:
 def _setting_json(found: Recommendation) -> dict:
     """The options of the search, and K, D and n of the best setting."""
     k, d, n = found.best.setting if found.best else (None, None, None)
-    asked = {
-        "tolerance": found.tolerance,
-        "restitution_tolerance": found.tolerances.restitution,
-        "force_tolerance": found.tolerances.force,
-        "located": found.question.located,
-        **scheme_as_dict(found.scheme),
-    }
+    tolerances = {"restitution_tolerance": "tolerances.restitution", "force_tolerance": "tolerances.force"}
     ranges = {f"{symbol}_range": found.ranges.get(name) for symbol, name in (("K", "stiffness"), ("D", "damping"))}
-    contacts = _contacts_json(found.best and found.best.contacts) | alone_as_dict(found.alone)
-    return {**asked, "K": k, "D": d, "steps": n, **ranges, **contacts}
+    return {
+        **record(found, "tolerance", located="question.located", **tolerances),
+        **scheme_as_dict(found.scheme),
+        **{"K": k, "D": d, "steps": n},
+        **ranges,
+        **_contacts_json(found.best and found.best.contacts),
+        **alone_as_dict(found.alone),
+    }
 
 
 def _contacts_json(contacts: Contacts | None) -> dict:
     """What the contacts of a setting do; None for numbers that do not exist."""
-    numbers = {
-        "restitution": "restitution",
-        "peak_force": "peak_force",
-        "peak_force_without_step": "without_step",
-        "steps_per_contact": "steps",
-    }
-    return {name: contacts and getattr(contacts, each) for name, each in numbers.items()}
+    others = {"peak_force_without_step": "without_step", "steps_per_contact": "steps"}
+    return record(contacts, "restitution", "peak_force", **others)
 
 
 def _served_json(served: Served) -> dict:
-    numbers = {name: getattr(served, name) for name in ("eta", "steps", "error", "robust")}
-    return numbers | _contacts_json(served.contacts)
+    return record(served, "eta", "steps", "error", "robust") | _contacts_json(served.contacts)
 
 
 def _physical(units: Units | None, found: Recommendation) -> dict:

@@ -3,8 +3,6 @@
 Output that the commands share: notes, progress, and numbers for JSON.
 """
 
-from __future__ import annotations
-
 import codecs
 import contextlib
 import os
@@ -123,7 +121,7 @@ def progress_line(text: Callable[[float], str], end: float) -> Callable[[float],
     return show
 
 
-def show_compilation(progress: CompileProgress | None) -> None:
+def show_compilation(progress: "CompileProgress | None") -> None:
     """Print how far the compilation is as a bar on one line of the terminal, which the next line overwrites.
 
     None: it is over.
@@ -133,7 +131,7 @@ def show_compilation(progress: CompileProgress | None) -> None:
         print(f"\x1b[K{text}", end="\r", file=sys.stderr, flush=True)
 
 
-def compilation_text(progress: CompileProgress) -> str:
+def compilation_text(progress: "CompileProgress") -> str:
     """How far the compilation is, short enough for a terminal."""
     done = round(_BAR * progress.share)
     return f"Compiling, once: [{'#' * done}{'.' * (_BAR - done)}] {100 * progress.share:3.0f} % {progress.what}"
@@ -174,7 +172,7 @@ class Row(NamedTuple):
     """
 
     label: str
-    text: str | Statement
+    text: "str | Statement"
     width: int = 0
     indent: int = WIDTH
 
@@ -195,9 +193,9 @@ class Report(NamedTuple):
         The exit status; a function where the lines or the data decide it.
     """
 
-    lines: Iterable[str | Statement | Row] = ()
+    lines: "Iterable[str | Statement | Row]" = ()
     data: object = None
-    units: Units | None = None
+    units: "Units | None" = None
     status: int | Callable[[], int] = 0
 
     def show(self, as_json: bool) -> int:
@@ -212,7 +210,7 @@ class Report(NamedTuple):
         return self.status() if callable(self.status) else self.status
 
 
-def printed(line: str | Statement | Row, units: Units | None) -> list[str]:
+def printed(line: "str | Statement | Row", units: "Units | None") -> list[str]:
     """The lines that one part of a report takes."""
     from vibroscope.engine import print_statement  # when the engine is there: each command imports this module
 
@@ -227,6 +225,21 @@ def printed(line: str | Statement | Row, units: Units | None) -> list[str]:
 def rows(texts: dict[str, str], **how) -> list[Row]:
     """A row for each label whose text is not empty."""
     return [Row(label, text, **how) for label, text in texts.items() if text]
+
+
+def record(of: object, *names: str, **others: str) -> dict[str, object]:
+    """Attributes of an object for JSON: under their own ``names``, and ``others`` under new ones.
+
+    An attribute of a part has a name with dots, as ``K="method.stiffness"``. Where the object or a part is None, so
+    is what is found.
+    """
+    found = {}
+    for key, path in (dict(zip(names, names, strict=True)) | others).items():
+        value = of
+        for name in path.split("."):
+            value = None if value is None else getattr(value, name)
+        found[key] = value
+    return found
 
 
 def checks(

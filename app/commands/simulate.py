@@ -1,7 +1,5 @@
 """``vibroscope simulate``: run one solver and print its motion."""
 
-from __future__ import annotations
-
 import argparse
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
@@ -18,7 +16,7 @@ from vibroscope.app.commands.physical_units import (
     settings_text,
     wanted_units,
 )
-from vibroscope.app.commands.report import Line, Report, Row, rows
+from vibroscope.app.commands.report import Line, Report, Row, record, rows
 from vibroscope.engine import Method, Response, System, counted, free_length, simulate
 
 _KEEP = default_of(simulate, "keep")
@@ -72,34 +70,27 @@ def as_json(response: Response, solver: str) -> dict:
     impacts = response.impacts
     return {
         "solver": solver,
-        "eta": response.eta,
-        "periods": response.periods,
-        "keep": response.keep,
+        **record(response, "eta", "periods", "keep"),
         "status": str(response.status),
-        "message": response.message,
-        "section": response.section,
+        **record(response, "message", "section"),
         "impacts": np.column_stack([impacts.time, impacts.closing_speed]),
-        "contacts": response.contacts,
-        "seconds": response.cost.seconds,
-        "steps_without_solution": response.steps_without_solution,
-        "steps_with_two": response.steps_with_two,
+        **record(response, "contacts", seconds="cost.seconds"),
+        **record(response, "steps_without_solution", "steps_with_two"),
     }
 
 
-def steady_json(found: engine.Steady, solver: str) -> dict:
+def steady_json(found: "engine.Steady", solver: str) -> dict:
     """A steady motion as JSON: a run whose section holds one cycle, or the usual run where no cycle was found."""
     report = as_json(found.response, solver)
     return report | {
         "message": report["message"] or found.message,
-        "periodic": found.periodic,
-        "period": found.period,
-        "multipliers": found.multipliers,
+        **record(found, "periodic", "period", "multipliers"),
         "residual": found.residual if found.periodic else None,
         "periods_run": found.periods,
     }
 
 
-def steady_lines(found: engine.Steady, initial: Sequence[float] | None = None) -> Iterator[Line]:
+def steady_lines(found: "engine.Steady", initial: Sequence[float] | None = None) -> Iterator[Line]:
     """A steady motion as text."""
     response, p = found.response, found.period
     if not found.periodic:
@@ -171,7 +162,7 @@ def _is_at_rest(response: Response, initial: Sequence[float] | None) -> bool:
     return bool(max(moved, np.abs(end[[1, 3]]).max()) <= STILL * np.abs(start - end).max())
 
 
-def _motion_text(response: Response, found: engine.Motion, initial: Sequence[float] | None) -> str:
+def _motion_text(response: Response, found: "engine.Motion", initial: Sequence[float] | None) -> str:
     """The kind of motion; the section alone does not show it where a time step may have blurred it."""
     method = response.method
     if not response.system.excitation.drives:  # T is then no time of the motion, which cannot repeat in it

@@ -5,7 +5,7 @@ import math
 from collections.abc import Iterator, Sequence
 
 from vibroscope.app.commands.parser import Command
-from vibroscope.app.commands.report import Report, checks
+from vibroscope.app.commands.report import Report, checks, record
 from vibroscope.engine.hardcases.cases import hard_cases
 from vibroscope.engine.hardcases.judgement import HardCaseOutcome, outcome
 
@@ -58,10 +58,7 @@ def as_dict(found: HardCaseOutcome) -> dict:
         "case": found.case.name,
         "expected": [str(status) for status in found.case.statuses],
         "status": str(found.status),
-        "message": found.message,
-        **{name: getattr(found, name) for name in numbers},
-        "failures": found.failures,
-        "passed": found.passed,
+        **record(found, "message", *numbers, "failures", "passed"),
     }
 
 

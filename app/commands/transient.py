@@ -1,7 +1,5 @@
 """``vibroscope transient``: both solutions under a pulse, a sweep or a record, from rest."""
 
-from __future__ import annotations
-
 import argparse
 import math
 from collections.abc import Iterator, Sequence

@@ -1,7 +1,5 @@
 """A periodic motion that is known by a state on it, as one cycle: also an unstable one, which no long run stays on."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import NamedTuple
 

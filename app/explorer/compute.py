@@ -3,8 +3,6 @@
 The kernels release the GIL, so plain threads serve many sessions. No panel import.
 """
 
-from __future__ import annotations
-
 import logging
 import threading
 from collections.abc import Callable

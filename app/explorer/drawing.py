@@ -1,7 +1,5 @@
 """The drawing of the system, with bodies, clearance and base in one scale, and the same in words. No panel import."""
 
-from __future__ import annotations
-
 import math
 
 from vibroscope.app.explorer.state import Setting

@@ -1,7 +1,5 @@
 """Errors whose text the user reads. No panel import."""
 
-from __future__ import annotations
-
 from vibroscope.app.runtime import logs, metrics
 from vibroscope.engine.facts import Statement, message_of
 

@@ -1,7 +1,5 @@
 """The results in sentences: what each solver found, what their difference consists of, and what to change first."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
@@ -67,7 +65,7 @@ class Description:
     penalty: tuple[str, str]
     cost: tuple[tuple[str, str, str], ...]
 
-    def lines(self, explanation: Explanation | None) -> dict[str, str]:
+    def lines(self, explanation: "Explanation | None") -> dict[str, str]:
         """A line for each solver; once there is an explanation, with the kind of motion that it speaks of."""
         kinds = explanation.kinds if explanation else {}
         lines = {"reference": self.reference, "penalty": self.penalty}
@@ -119,7 +117,7 @@ class Explanation:
     series: dict[str, np.ndarray]
     alone: AloneFacts | None = None
 
-    def in_units(self, scale: Units | None) -> Explanation:
+    def in_units(self, scale: Units | None) -> "Explanation":
         """The explanation as the page shows it, with the numbers of its sentences in units."""
         return replace(self, **{name: shown_content(getattr(self, name), scale) for name in _SENTENCES})
 

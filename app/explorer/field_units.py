@@ -9,8 +9,6 @@ Results are cached and shipped as statements. The page prints them where it show
 no further run. Symbols and choices have the names of the page's controls.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import replace

@@ -4,8 +4,6 @@ An impact has an impulse and no peak force. Where a contact is shorter than the 
 its duration and its mean.
 """
 
-from __future__ import annotations
-
 import math
 
 from vibroscope.engine import Method, Motion, Units, counted

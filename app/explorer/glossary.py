@@ -1,7 +1,5 @@
 """The words and symbols of the page, each explained once: ``assets/glossary.toml``."""
 
-from __future__ import annotations
-
 import tomllib
 from functools import cache
 from typing import NamedTuple

@@ -6,8 +6,6 @@ or ``choice=phase:0.35``, ``mute=force:penalty,pinned``.
 Only what differs from the default is in it, except for the four sliders. All of a link is accepted, or nothing.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from typing import NamedTuple

@@ -1,7 +1,5 @@
 """A run under a load that is no harmonic, in words: for the page and the command line. No panel import."""
 
-from __future__ import annotations
-
 import math
 
 from vibroscope.engine import PART_NAMES, Difference, Load, Transient, counted, percent, written

@@ -3,8 +3,6 @@
 The command line prints the same rows and words. No panel import.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import replace

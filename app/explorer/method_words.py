@@ -1,7 +1,5 @@
 """The penalty solution in words: integrator, contact status and law. No panel import."""
 
-from __future__ import annotations
-
 from dataclasses import fields
 
 from vibroscope.app.explorer.parameters import FIELDS

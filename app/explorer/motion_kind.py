@@ -4,8 +4,6 @@
 after the curves and after the explanation, in a thread of low priority, and is given up after `SECONDS`.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from typing import NamedTuple

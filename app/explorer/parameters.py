@@ -3,8 +3,6 @@
 Page, command line, links, units, help, refusals and files read it. A new number is an entry here, and its use.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Mapping
 from typing import NamedTuple
@@ -108,11 +106,11 @@ class Field(NamedTuple):
         """Whether it is a whole number."""
         return isinstance(self.default, int)
 
-    def option(self, words: str, *solvers: str) -> Field:
+    def option(self, words: str, *solvers: str) -> "Field":
         """The field with an option on the command line."""
         return self._replace(words=words, solvers=solvers)
 
-    def read_as(self, label: str, hint: str) -> Field:
+    def read_as(self, label: str, hint: str) -> "Field":
         """The field with another label and hint where numbers have units."""
         return self._replace(in_units=(label, hint))
 

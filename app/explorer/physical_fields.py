@@ -5,8 +5,6 @@ setting's system (`engine.physical`), which is converted again; only what differ
 numbers keep their last digit.
 """
 
-from __future__ import annotations
-
 import math
 import re
 from collections.abc import Mapping, Sequence

@@ -5,8 +5,6 @@ than a pixel can show. Two things are always kept: the minimum and the maximum o
 velocities of every impact in the phase plots.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 import numpy as np

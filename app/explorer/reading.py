@@ -4,8 +4,6 @@ Every value from outside (address, typed text, slider, uploaded file, forged mes
 `read_setting`. No panel import.
 """
 
-from __future__ import annotations
-
 import math
 import re
 from collections.abc import Mapping

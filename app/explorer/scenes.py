@@ -3,8 +3,6 @@
 The page opens with one of them. The defaults of `Setting` are another one, and stay: a link leaves them out.
 """
 
-from __future__ import annotations
-
 import tomllib
 from dataclasses import dataclass
 from functools import cache

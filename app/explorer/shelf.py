@@ -1,7 +1,5 @@
 """Published systems beside the scenes of the paper, read from ``assets/validation/shelf.toml``. No panel import."""
 
-from __future__ import annotations
-
 import tomllib
 from dataclasses import dataclass
 from functools import cache

@@ -5,8 +5,6 @@
 The bifurcation diagrams of the default system, loaded once per process. No panel import.
 """
 
-from __future__ import annotations
-
 import io
 import json
 import threading

@@ -13,8 +13,6 @@ For the paper's bodies they are the `slider` of `FIELDS`. For any other, with th
   a wall without clearance a body swings at twice its frequency, and may do so in every third period of the excitation.
 """
 
-from __future__ import annotations
-
 import math
 from collections import namedtuple
 from collections.abc import Mapping
@@ -253,7 +251,7 @@ class Setting(namedtuple("Setting", FIELDS, defaults=[field.default for field in
         """The state from which both runs start: ξ₁, ξ₁′, ξ₂, ξ₂′ at τ = 0."""
         return self.system.rest if self.from_rest else self.start_numbers
 
-    def drawn_like(self, other: Setting) -> Setting:
+    def drawn_like(self, other: "Setting") -> "Setting":
         """The same results, drawn like ``other``: with its `DRAWING_FIELDS`."""
         return self._replace(**{name: getattr(other, name) for name in DRAWING_FIELDS})
 

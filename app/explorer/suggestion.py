@@ -1,7 +1,5 @@
 """The search for a better K, D and time step, in low-priority threads. No panel import."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
@@ -55,7 +53,7 @@ class Question(NamedTuple):
     search: SettingQuestion
     schemes: tuple[TimeStepping, ...] = ()  # all that is searched over where a code is asked for, in place of that set
 
-    def follow(self, setting: Setting) -> Question:
+    def follow(self, setting: Setting) -> "Question":
         """The question for another setting, with the same tolerance, limits and range."""
         etas = self.search.etas if self.search.is_range else setting.eta
         asked = replace(self.search, system=setting.system, etas=etas, reference=setting.reference)

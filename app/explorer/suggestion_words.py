@@ -1,7 +1,5 @@
 """What a suggestion says of its ranges, its contacts, and what it was verified for. No panel import."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 

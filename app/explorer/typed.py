@@ -4,8 +4,6 @@ An address, a file and a slider hold plain numbers, which `app.explorer.reading.
 passes through here first. A text that can mean two different numbers is refused with both of them, never guessed.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Mapping
 

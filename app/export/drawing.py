@@ -3,8 +3,6 @@
 Lengths of a drawing are those of the page, in px. matplotlib is imported when the first file is drawn.
 """
 
-from __future__ import annotations
-
 import io
 import math
 import threading
@@ -111,7 +109,7 @@ class Size(NamedTuple):
     dpi: float = _USUAL_DPI
 
     @classmethod
-    def of(cls, texts: Mapping[str, str]) -> Size:
+    def of(cls, texts: Mapping[str, str]) -> "Size":
         """Read the texts of a request; raises ValueError if one is out of its range."""
         sides = (
             _number(texts, name, _RECT, f"mm from 20 to 500, or nothing for the {name} on the page")

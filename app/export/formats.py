@@ -1,7 +1,5 @@
 """Formats of the files to take away: parameters as TOML, tables as CSV, data as JSON. No panel import."""
 
-from __future__ import annotations
-
 import csv
 import io
 from collections.abc import Iterable, Mapping

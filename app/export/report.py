@@ -5,8 +5,6 @@ What a colleague needs: the system as it was entered, the question, the verdict,
 The label in the file of a figure: the figure, the setting, the program, the page.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from html import escape
 from typing import NamedTuple

@@ -3,8 +3,6 @@
 Tests run them and compare their numbers with those of the page.
 """
 
-from __future__ import annotations
-
 import ast
 from collections.abc import Mapping, Sequence
 from dataclasses import fields

@@ -1,7 +1,5 @@
 """The figures of the tab Explore: their titles and captions, and their data as tables. No panel import."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 import numpy as np

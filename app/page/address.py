@@ -1,7 +1,5 @@
 """The address of the open page: what it asks for when the page is opened, and how it follows the page afterwards."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import NamedTuple
 

@@ -1,7 +1,5 @@
 """What a part of the page has asked for: at most one question at a time, after a rest, and what is known of it."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from functools import partial
 

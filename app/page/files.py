@@ -4,8 +4,6 @@ Scripts are modules that the server sends (`app.server.static_files.Module`). Th
 so that a browser keeps them for good and modules of two versions never meet.
 """
 
-from __future__ import annotations
-
 import hashlib
 from functools import cache
 from importlib.resources import files

@@ -1,7 +1,5 @@
 """The document of one session: template, theme, and the layout of its parts."""
 
-from __future__ import annotations
-
 import json
 from functools import cache
 

@@ -12,8 +12,6 @@ accepted; ``{"painted": 12}`` says that an update is on the screen.
 Undo and redo are a history of settings.
 """
 
-from __future__ import annotations
-
 import math
 import time
 from collections import deque
@@ -44,7 +42,7 @@ from vibroscope.engine import CompileProgress
 from vibroscope.engine.facts import sentence
 
 
-def route(session: Session, message: object) -> None:
+def route(session: "Session", message: object) -> None:
     """Call the method of ``session`` that ``message`` asks for."""
     if not isinstance(message, dict):
         return
@@ -59,26 +57,26 @@ def route(session: Session, message: object) -> None:
             return
 
 
-def _set(session: Session, texts: object) -> None:
+def _set(session: "Session", texts: object) -> None:
     if isinstance(texts, dict):
         session.set(texts)
 
 
-def _choose_scene(session: Session, key: object) -> None:
+def _choose_scene(session: "Session", key: object) -> None:
     if isinstance(key, str) and key in scenes():
         session.set(scenes()[key].texts(), fresh=True)  # fresh also for the same scene: a way back from any zoom
 
 
-def _choose_shelf(session: Session, key: object) -> None:
+def _choose_shelf(session: "Session", key: object) -> None:
     if isinstance(key, str) and key in shelf():
         session.set(shelf()[key].texts(), fresh=True)
 
 
-def _if_text(act: Callable[[Session, str], None]) -> Callable[[Session, object], None]:
+def _if_text(act: "Callable[[Session, str], None]") -> "Callable[[Session, object], None]":
     return lambda session, text: act(session, text) if isinstance(text, str) else None
 
 
-_ACTIONS: dict[str, Callable[[Session, object], None]] = {
+_ACTIONS: "dict[str, Callable[[Session, object], None]]" = {
     "set": _set,
     "scene": _choose_scene,
     "shelf": _choose_shelf,

@@ -4,8 +4,6 @@ A view costs nothing until it is opened: then it is built, once, in a thread, an
 moves and sends nothing; when it is opened again it gets the setting that holds by then.
 """
 
-from __future__ import annotations
-
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from typing import ClassVar, NamedTuple, Protocol
@@ -50,7 +48,7 @@ class TabHost(Protocol):
     def set(self, texts: Mapping[str, str]) -> None:
         """Set some parameters as if the user had typed them; the page shows why a bad value is refused."""
 
-    def visit(self, key: str, texts: Mapping[str, str], prepare: Callable[[TabView], None] | None = None) -> None:
+    def visit(self, key: str, texts: Mapping[str, str], prepare: "Callable[[TabView], None] | None" = None) -> None:
         """Open another view with some parameters set; ``prepare`` is called with it before it is shown."""
 
     def push(self, move: int, write: Callable[[], None], follow: Callable[[], None] = ...) -> None:

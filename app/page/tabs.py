@@ -1,25 +1,23 @@
 """The tabs of the page, and the area of one session that shows one view of them; `app.page.tab` says what a view is."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import NamedTuple
 
 import panel as pn
 from vibroscope.app.explorer.link import View
-from vibroscope.app.page.basin.tab import Basins
 from vibroscope.app.page.bifurcation.tab import Bifurcation
 from vibroscope.app.page.explore.tab import Explore
 from vibroscope.app.page.files import style
 from vibroscope.app.page.help.tab import Help
-from vibroscope.app.page.impact.tab import OneImpact
-from vibroscope.app.page.load.tab import LoadTab
 from vibroscope.app.page.paper.tab import Paper
-from vibroscope.app.page.peaks.tab import Peaks
 from vibroscope.app.page.plane.tab import Plane
-from vibroscope.app.page.speed.tab import Speed
+from vibroscope.app.page.study.basin import Basins
+from vibroscope.app.page.study.impact import OneImpact
+from vibroscope.app.page.study.load import LoadTab
+from vibroscope.app.page.study.peaks import Peaks
+from vibroscope.app.page.study.speed import Speed
+from vibroscope.app.page.study.time_step import TimeStep
 from vibroscope.app.page.tab import TabHost, TabView
-from vibroscope.app.page.time_step.tab import TimeStep
 from vibroscope.app.page.your_code.tab import YourCode
 
 

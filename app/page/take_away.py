@@ -1,7 +1,5 @@
 """Files between the page and the user: those to take away from the open view, and the parameter file to load."""
 
-from __future__ import annotations
-
 import base64
 import logging
 import re

@@ -24,8 +24,6 @@ Answers may come late and in any order. Who numbers a request, and who drops an 
 `tests/app/test_late_answers.py` tries the orders.
 """
 
-from __future__ import annotations
-
 import asyncio
 import logging
 import time

@@ -1,7 +1,5 @@
 """Checks of claims, as studies that sessions share: each is made once a process, and not at all if nobody waits."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass

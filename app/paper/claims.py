@@ -3,8 +3,6 @@
 The runs that the paper's figures rest on: 2,050 periods from rest, of which the last 50 are shown.
 """
 
-from __future__ import annotations
-
 import re
 from collections import Counter
 from collections.abc import Callable, Iterable

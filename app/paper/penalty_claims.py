@@ -1,7 +1,5 @@
 """Figures 9, 10, 13 and 14: penalty solutions beside the reference (section 4 of the paper)."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -3,8 +3,6 @@
 A picture of a finding as tables for export.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import singledispatch
 

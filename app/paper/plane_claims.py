@@ -5,8 +5,6 @@ the paper recommends in the end, K = 12000 and D = 18, which is one of the cells
 in the paper and without a time step; the difference is the effect of the time step.
 """
 
-from __future__ import annotations
-
 from functools import cache
 from typing import NamedTuple
 

@@ -1,7 +1,5 @@
 """Figures 3, 4 and 6: the motions of the reference (sections 2 and 3 of the paper)."""
 
-from __future__ import annotations
-
 import numpy as np
 from vibroscope.app.explorer.scenes import Scene, scenes
 from vibroscope.app.paper.claims import (

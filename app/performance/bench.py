@@ -6,8 +6,6 @@ Costs are those of 200 periods from rest; errors are the largest of the four sta
 Errors of solvers against the 60-digit solutions in ``assets/truth``.
 """
 
-from __future__ import annotations
-
 import json
 import math
 import os

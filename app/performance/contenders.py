@@ -6,8 +6,6 @@ programs do not count. Each timed run follows a short one that is not timed, whi
 caches. Only solving is timed, not what a solver prepares once: the engine's tables, heyoka's compilation.
 """
 
-from __future__ import annotations
-
 import math
 import time
 from collections.abc import Callable, Iterable

@@ -7,8 +7,6 @@ constant but the state of contact; the excitation as two more linear equations i
 callback touches plain memory; ``fast_math`` and ``slp_vectorize``, never compact mode.
 """
 
-from __future__ import annotations
-
 import importlib.util
 import math
 from collections.abc import Callable

@@ -1,7 +1,5 @@
 """A bounded cache in memory that all sessions of the process share."""
 
-from __future__ import annotations
-
 import threading
 from collections import OrderedDict
 

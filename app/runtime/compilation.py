@@ -5,8 +5,6 @@ compiled (`Compilation.when_done`) and then loads the machine code from the cach
 by which the explorer shows and then explains what it opens with, waits for these alone.
 """
 
-from __future__ import annotations
-
 import json
 import subprocess
 import sys

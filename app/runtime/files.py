@@ -1,7 +1,5 @@
 """The data files of the package: scenes, shipped figures and diagrams, 60-digit solutions."""
 
-from __future__ import annotations
-
 from functools import cache
 from importlib.resources import files
 

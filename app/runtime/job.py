@@ -1,7 +1,5 @@
 """Cancellable work at low priority, for all that a page asks and no slider waits for. No panel import."""
 
-from __future__ import annotations
-
 import logging
 import threading
 from abc import ABC, abstractmethod
@@ -113,7 +111,7 @@ class Answer(Job):
         self,
         question: object,
         solve: Callable[[object, Callable[[], bool], Callable[[object], None]], object],
-        deliver: Callable[[Answer, object], None],
+        deliver: "Callable[[Answer, object], None]",
         threads: Workers,
         what: str,
         *,

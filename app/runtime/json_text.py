@@ -1,7 +1,5 @@
 """Numbers, texts, arrays, records and mappings of those as JSON: of a command, and of a file to take away."""
 
-from __future__ import annotations
-
 import json
 import math
 from collections.abc import Mapping

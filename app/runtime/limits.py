@@ -1,7 +1,5 @@
 """Limits on the cost of one request, on the rate of messages, and on work that holds the loop up. No panel import."""
 
-from __future__ import annotations
-
 import time
 from asyncio import CancelledError, Future, get_running_loop, sleep
 from collections.abc import AsyncIterator

@@ -9,8 +9,6 @@ With ``VIBROSCOPE_LOG_FORMAT=json`` it is one JSON object per line. A session ap
 identifier gives access to the session.
 """
 
-from __future__ import annotations
-
 import hashlib
 import json
 import logging

@@ -4,8 +4,6 @@ A histogram has cumulative buckets, ``le`` is the upper bound of each (Prometheu
 metrics here need no client library.
 """
 
-from __future__ import annotations
-
 import threading
 from bisect import bisect_left
 from collections import Counter

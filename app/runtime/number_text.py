@@ -6,8 +6,6 @@ both; who asks refuses it with `two_meanings`, and never guesses.
 Units that people type behind a number, on the page and on the command line. Imports nothing of the engine.
 """
 
-from __future__ import annotations
-
 import math
 import re
 from collections.abc import Iterable, Mapping

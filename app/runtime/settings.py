@@ -4,8 +4,6 @@ Each field is an environment variable (``port`` is ``VIBROSCOPE_PORT``). An opti
 has precedence. All errors are reported in one line.
 """
 
-from __future__ import annotations
-
 import ipaddress
 import os
 import re

@@ -8,8 +8,6 @@ while a page is built or figures are on their way (`ahead_of_jobs`).
 Every pool is created here, so that a server that stops knows which jobs are still running.
 """
 
-from __future__ import annotations
-
 import contextlib
 import os
 import sys

@@ -10,8 +10,6 @@ Its age is what the monotonic clock says: the time of day may jump by a year whe
 no other age than the time of day in it, so that a jump there costs the visitors of that moment one reload.
 """
 
-from __future__ import annotations
-
 import asyncio
 import logging
 import re

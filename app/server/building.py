@@ -11,8 +11,6 @@ The next one is built when no browser has sent anything for a while, since that 
 of page requests therefore builds no session, and pages that are never opened cost at most one session per minute.
 """
 
-from __future__ import annotations
-
 import asyncio
 import logging
 import time

@@ -6,8 +6,6 @@ descriptors are never given to connections: when only those are left, a new conn
 silent longest. Websockets do not count as silent: Bokeh checks with pings whether they are alive.
 """
 
-from __future__ import annotations
-
 import asyncio
 import errno
 import logging

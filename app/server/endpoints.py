@@ -1,7 +1,5 @@
 """The HTTP endpoints beside the websocket and the static files."""
 
-from __future__ import annotations
-
 import hmac
 import ipaddress
 import logging

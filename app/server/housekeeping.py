@@ -5,8 +5,6 @@ study that it stores, and spares those that another process works on. The settin
 may stay.
 """
 
-from __future__ import annotations
-
 import asyncio
 import contextlib
 import ctypes

@@ -5,8 +5,6 @@ the message names a few. Without this module a move takes more time of the serve
 patches``). The module also sends a prewarmed session's document in its stored form.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from functools import partial
 
@@ -27,7 +25,7 @@ class PatchMessage(patch_doc):
     """A patch of a document; equal to Bokeh's own in what it sends and applies."""
 
     @classmethod
-    def create(cls, events: list[DocumentPatchedEvent], **metadata) -> PatchMessage:
+    def create(cls, events: list[DocumentPatchedEvent], **metadata) -> "PatchMessage":
         """See `bokeh.protocol.messages.patch_doc`; all events belong to one document."""
         models = events[0].document.models
         serializer = _Serializer(models)

@@ -14,8 +14,6 @@ Tornado and Bokeh accept a websocket whose Origin equals its Host, so that a nam
 given, and the Origin of every websocket, too.
 """
 
-from __future__ import annotations
-
 import logging
 from urllib.parse import urlsplit
 

@@ -1,7 +1,5 @@
 """The server: its routes and options, how it starts, runs and stops."""
 
-from __future__ import annotations
-
 import asyncio
 import logging
 import os

@@ -5,8 +5,6 @@ The documentation under ``/docs``: the site that `make docs` builds and a wheel 
 In a working copy in which it is not built, the links to its pages lead to their texts.
 """
 
-from __future__ import annotations
-
 import asyncio
 import gzip
 import hashlib

@@ -12,8 +12,6 @@ Any other event is removed from its message, and a message of another kind is re
 the engine, or another browser in the same session.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 

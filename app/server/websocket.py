@@ -1,7 +1,5 @@
 """The websocket of one browser: its token and origin, the rate and content of its messages, and answers to failures."""
 
-from __future__ import annotations
-
 import logging
 import time
 from collections.abc import Awaitable, Callable, Iterator

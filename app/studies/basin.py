@@ -1,7 +1,5 @@
 """Basins of attraction while they grow: of the reference, and beside it of the penalty model. No panel import."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property

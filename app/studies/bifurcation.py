@@ -8,8 +8,6 @@ preview, and then the study itself. Once a diagram is complete, the cells that d
 The bifurcation diagram as a picture of counts: drawn as circles, so many points would be slow to move.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property

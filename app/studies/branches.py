@@ -6,8 +6,6 @@ again.
 A limit of the seconds that a search computes.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import NamedTuple

@@ -5,8 +5,6 @@ light (cividis, which looks the same to the colour-blind). All colours stand in 
 only the numbers of the classes are sent.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import NamedTuple
 

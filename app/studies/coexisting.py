@@ -4,8 +4,6 @@ Both solvers are run from many starts, in turn, and each motion that starts end 
 (:mod:`engine.motions.search`).
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -44,7 +42,7 @@ class CoexistingQuestion(NamedTuple):
     penalty: TimeStepping
 
     @classmethod
-    def of(cls, setting: Setting) -> CoexistingQuestion:
+    def of(cls, setting: Setting) -> "CoexistingQuestion":
         """The question for a setting."""
         return cls(setting.system, setting.eta, setting.reference, setting.penalty)
 

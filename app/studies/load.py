@@ -1,7 +1,5 @@
 """Both solutions under a pulse, a sweep or a record, from the start that is set; shock response. No panel import."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace

@@ -1,7 +1,5 @@
 """One impact of the contact that is set: the answer first, then the band over steps and the table. No panel import."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterator
 from contextlib import suppress

@@ -1,7 +1,5 @@
 """What an analyst reads off both solutions, from one sampled run each. No panel import."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple

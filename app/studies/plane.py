@@ -5,8 +5,6 @@ If its question says so, the cells whose section does not show what Newmark's mo
 step?
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace

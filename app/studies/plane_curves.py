@@ -4,8 +4,6 @@ They are those of the exact penalty solution. Branches are followed over K at so
 in both numbers, each curve once.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from typing import NamedTuple
 

@@ -10,8 +10,6 @@ Where K follows the step, each n has a K of its own, and its error is that again
 All solvers take turns, and medians over the turns count: a machine that is slower for a while is slower for all.
 """
 
-from __future__ import annotations
-
 import math
 import time
 from collections.abc import Callable, Iterator

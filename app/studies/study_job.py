@@ -5,8 +5,6 @@ study is remembered by its question, so that a study that was cancelled goes on 
 whoever asks the same question waits for the same results; when its job ends early, one that waits goes on from there.
 """
 
-from __future__ import annotations
-
 import contextlib
 import threading
 from collections.abc import Callable, Iterator
@@ -21,7 +19,7 @@ SECONDS = 180.0  # of one study's own time, unless its user says "go on"
 
 RESULTS = Cache(24)  # the last partial result of each study by its question
 
-_computing: dict[tuple[int, object], StudyJob] = {}  # what is under way, by its memory of results and its question
+_computing: "dict[tuple[int, object], StudyJob]" = {}  # what is under way, by its memory of results and its question
 _lock = threading.Lock()  # of that, and of who waits for it
 
 
@@ -66,7 +64,7 @@ class StudyJob(Job):
         self,
         question: object,
         grow: Grow,
-        deliver: Callable[[StudyJob, PartialResult | Exception], None],
+        deliver: "Callable[[StudyJob, PartialResult | Exception], None]",
         results: Cache = RESULTS,
         threads: Workers | None = None,
     ) -> None:

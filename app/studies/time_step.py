@@ -3,8 +3,6 @@
 At the end the motions whose sections do not show what they are, are judged (:mod:`engine.sweeps.motion_kinds`).
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from typing import NamedTuple

@@ -3,8 +3,6 @@
 The runs of the setting come first, then whether its steps have solutions, then one rule of thumb after the other.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from typing import NamedTuple

@@ -1,7 +1,5 @@
 """The published cases, read from ``assets/validation/cases.toml``; its header explains the keys."""
 
-from __future__ import annotations
-
 import tomllib
 from dataclasses import dataclass
 from functools import cache

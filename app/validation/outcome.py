@@ -5,8 +5,6 @@ Measures of a run: peaks, instants, impulses, multipliers. Each takes a `SolvedC
 Numbers are those of the model; `outcome` converts them. Contacts and impacts are counted from 1.
 """
 
-from __future__ import annotations
-
 import math
 import time
 from collections.abc import Iterable, Iterator

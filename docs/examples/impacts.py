@@ -1,18 +1,15 @@
 """A view of a tab with one figure: the closing speed of each impact of the reference over its instant in the period."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from typing import NamedTuple
 
 import numpy as np
 import panel as pn
 from bokeh.models import Scatter
-from vibroscope.app.explorer.link import LINEAR
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.export.formats import Figure, Series
-from vibroscope.app.page.shared.figure import BLUE, add_glyph, empty_source, make_figure, quantity_axis, write
-from vibroscope.app.page.shared.ranges import OwnedRange
+from vibroscope.app.page.shared.curves import Axis, Curves, Plot, curve
+from vibroscope.app.page.shared.figure import BLUE
 from vibroscope.app.page.study.tab import StudyView, free_obstacle
 from vibroscope.engine import Reference, System, counted, simulate
 
@@ -52,31 +49,28 @@ def grow_impacts(
         yield PartialImpacts(question, phase, run.impacts.closing_speed, share=periods / 3000)
 
 
-# -- the figure: app/page/impacts/figure.py ----------------------------------------------------------------------------
+# -- the figure: app/page/study/impacts.py -----------------------------------------------------------------------------
 
 
-class ImpactView:
+class ImpactView(Curves):
     """The figure, its data and its axes. It is made once; `update` writes columns in place."""
 
-    def __init__(self) -> None:
-        self.source = empty_source("impacts", "phase", "speed")
-        self.ranges = {"phase": OwnedRange(0, 1), "speed": OwnedRange(0, 5)}
-        axes = {"x_range": self.ranges["phase"].range, "y_range": self.ranges["speed"].range}
-        self.figure = make_figure("Impacts", "instant τ/T", "", name="impacts", **axes)
-        dots = Scatter(x="phase", y="speed", marker="circle", size=5, line_color=BLUE, fill_color=BLUE)
-        add_glyph(self.figure, dots, self.source)
+    axes = {  # noqa: RUF012 - read only
+        "phase": Axis(0, 1, "instant τ/T"),
+        "speed": Axis(0, 5, "closing speed −g′", "velocity"),
+    }
+    dots = curve(Scatter, "impacts", x="phase", y="speed", marker="circle", size=5, line_color=BLUE, fill_color=BLUE)
+    plots = {"impacts": Plot("Impacts", "phase", "speed", {"": ("", [dots])})}  # noqa: RUF012 - read only
 
     def update(self, setting: Setting, result: PartialImpacts | None) -> None:
-        """Draw a result in the units of the setting; None: nothing is known yet."""
-        label, factor = quantity_axis(setting, "closing speed −g′", "velocity")
-        self.figure.yaxis[0].axis_label = label
+        """Draw a result, with an axis in the units of the setting; None: nothing is known yet."""
+        self.label(setting)
         if result is not None:
-            columns = {"phase": result.phase, "speed": factor * result.speed}
-            write(self.source, {name: np.asarray(column, np.float32) for name, column in columns.items()})
-            self.ranges["speed"].follow([self.source.data["speed"]])
+            self.write("impacts", {"phase": result.phase, "speed": result.speed})
+            self.follow("speed", fresh=self.changes_to(result.question))
 
 
-# -- the view: app/page/impacts/tab.py ---------------------------------------------------------------------------------
+# -- the view, in the same file ----------------------------------------------------------------------------------------
 
 
 class Impacts(StudyView):
@@ -86,13 +80,13 @@ class Impacts(StudyView):
     title = "Impacts"
     grow = staticmethod(grow_impacts)
     chosen = {}  # noqa: RUF012 - nothing to choose
-    axes = {"phase": LINEAR, "speed": LINEAR}  # noqa: RUF012 - read only
+    axes = ImpactView.spans()
     pictures = (Figure("impacts", "Impacts", "Closing speed of each impact over its instant in the period."),)
 
     def build(self) -> pn.viewable.Viewable:
         """The figure, the panel."""
         self.view = ImpactView()
-        return self.lay_out(self.stretch(self.view.figure))
+        return self.lay_out(self.stretch(self.view.figures["impacts"]))
 
     @classmethod
     def spec(cls) -> dict:
@@ -106,10 +100,6 @@ class Impacts(StudyView):
     def question(self, setting: Setting) -> ImpactQuestion:
         """What the figure depends on, and no more: K, D and the step are not in it."""
         return ImpactQuestion(setting.system, setting.eta, setting.reference)
-
-    def draw(self, setting: Setting, result: PartialImpacts | None) -> None:
-        """The dots."""
-        self.view.update(setting, result)
 
     def describe(self, setting: Setting, result: PartialImpacts) -> list[list[str]]:
         """Head and text of the panel; sentences are those of the model, `StudyTab` puts units into them."""

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from bokeh.events import Tap
 from vibroscope.app.explorer.state import Setting
-from vibroscope.app.page.basin.tab import Basins, statements
 from vibroscope.app.page.bifurcation.tab import Bifurcation
+from vibroscope.app.page.study.basin import Basins, statements
 from vibroscope.app.page.tab import Move
 from vibroscope.app.studies import basin
 from vibroscope.app.studies.basin import BasinQuestion, grow_basin

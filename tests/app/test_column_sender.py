@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 from vibroscope.app.page.explore.column_sender import ColumnSender
-from vibroscope.app.page.shared.figure import empty_sources
+from vibroscope.app.page.shared.figure import empty_source
 
 
 class Sender(ColumnSender):
@@ -35,7 +35,7 @@ def unpacked(message):
 
 
 def test_until_the_browser_listens_bokeh_sends(sender):
-    source = empty_sources({"one": ("x", "y")})["one"]
+    source = empty_source("one", "x", "y")
     heard = []
     source.on_change("data", lambda attr, old, new: heard.append(new))
     sender.put(source, {"x": column(1, 2), "y": column(3, 4)})
@@ -45,7 +45,7 @@ def test_until_the_browser_listens_bokeh_sends(sender):
 
 
 def test_then_changed_columns_go_in_one_message_and_the_source_holds_them(sender):
-    one, two = empty_sources({"one": ("x", "y"), "two": ("z",)}).values()
+    one, two = empty_source("one", "x", "y"), empty_source("two", "z")
     sender.start_listening()
     heard = []
     one.on_change("data", lambda attr, old, new: heard.append(new))
@@ -64,7 +64,7 @@ def test_then_changed_columns_go_in_one_message_and_the_source_holds_them(sender
 
 
 def test_a_browser_that_listens_again_gets_all_columns(sender):
-    source = empty_sources({"one": ("x",)})["one"]
+    source = empty_source("one", "x")
     sender.start_listening()
     sender.put(source, {"x": column(1)})
     sender.send()

@@ -13,7 +13,7 @@ from vibroscope.app.explorer.state import Setting
 from vibroscope.app.page.asker import Asker
 from vibroscope.app.page.explore import eta_map
 from vibroscope.app.page.explore.eta_map import NOTHING, EtaMapView, MapPoints
-from vibroscope.app.page.explore.phase import PhaseView
+from vibroscope.app.page.explore.figures import MotionView
 from vibroscope.app.page.tab import Move
 from vibroscope.app.page.tabs import VIEWS
 from vibroscope.app.studies.bifurcation import DiagramQuestion
@@ -109,7 +109,7 @@ PARTIAL = points(-3e-4, 2e-4, 0.5)
 )
 @pytest.mark.parametrize("last", [FINAL, PARTIAL])
 def test_the_axis_is_that_of_the_points_whatever_was_drawn_before(before, last):
-    views = [EtaMapView(PhaseView().sections) for _ in range(2)]
+    views = [EtaMapView(MotionView().sources) for _ in range(2)]
     for found in before:
         views[0].update(OTHER, found, fresh=False)
     for view in views:
@@ -119,7 +119,7 @@ def test_the_axis_is_that_of_the_points_whatever_was_drawn_before(before, last):
 
 
 def test_the_axis_of_a_free_vibration_is_that_of_no_map_before():
-    view = EtaMapView(PhaseView().sections)
+    view = EtaMapView(MotionView().sources)
     empty = view.ranges["section"].ends
     view.update(OTHER, FINAL, fresh=False)
     view.update(OTHER._replace(kappa=2.5), NOTHING, fresh=False)
@@ -129,7 +129,7 @@ def test_the_axis_of_a_free_vibration_is_that_of_no_map_before():
 
 
 def test_the_zoom_of_a_link_outlives_the_points_that_come():
-    view = EtaMapView(PhaseView().sections)
+    view = EtaMapView(MotionView().sources)
     view.ranges["section"].restore(-1.0, 2.0)
     view.update(OTHER, NOTHING, fresh=False)
     for found in (PARTIAL, points(-1.0, 1.0, 0.7), FINAL):
@@ -179,8 +179,8 @@ def test_no_map_is_computed_while_the_system_moves_or_the_tab_is_hidden(explore,
 
 def test_the_picture_is_made_without_the_document_that_another_session_has_left_behind():
     """Bokeh has one current document for all threads: in that of a view it may be one of a session that has ended."""
-    phase, ended = PhaseView(), Document()
+    motion, ended = MotionView(), Document()
     del ended._theme  # as Panel destroys a document
     with patch_curdoc(ended):
-        view = EtaMapView(phase.sections)
+        view = EtaMapView(motion.sources)
     assert not view.picture.data["image"][0].any()

@@ -9,13 +9,13 @@ from vibroscope.app.explorer.compute import compute_runs
 from vibroscope.app.explorer.parameters import START_FIELDS
 from vibroscope.app.explorer.shelf import shelf
 from vibroscope.app.explorer.state import Setting
-from vibroscope.app.page.basin.tab import Basins
 from vibroscope.app.page.bifurcation.tab import Bifurcation
 from vibroscope.app.page.plane.tab import Plane
 from vibroscope.app.page.shared.figure import time_label
-from vibroscope.app.page.speed.tab import Speed
+from vibroscope.app.page.study.basin import Basins
+from vibroscope.app.page.study.speed import Speed
+from vibroscope.app.page.study.time_step import TimeStep
 from vibroscope.app.page.tab import Move
-from vibroscope.app.page.time_step.tab import TimeStep
 from vibroscope.engine import System, compare_measured, measured_verdict, synthetic_measurement
 
 from tests.app.fakes import FakeHost

@@ -12,7 +12,7 @@ from vibroscope.app.commands.cli import main
 from vibroscope.app.explorer import impact_words
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.export.tables import table_in_units
-from vibroscope.app.page.impact.tab import OneImpact, offers_of
+from vibroscope.app.page.study.impact import OneImpact, offers_of
 from vibroscope.app.page.tab import Move
 from vibroscope.app.studies.one_impact import STEPS, grow_impact
 from vibroscope.app.studies.study_job import RESULTS
@@ -170,7 +170,7 @@ def test_a_button_takes_the_step_to_explore_and_a_click_sets_it(shown):
     for name in (*offers, "mass", None, ["steps"]):
         send(tab.list, {"open": name})
     assert [visit[:2] for visit in host.visits] == [("explore", texts) for texts in offers.values()]
-    band = tab.view.figures[1]
+    band = tab.view.figures["impact_band"]
     tab.view.on_tap(Tap(band, x=2.0 * tab.result.impact.steps_per_contact))
     tab.view.on_tap(Tap(band, x=None))
     assert host.settings == [{"steps": "1000"}]
@@ -180,11 +180,11 @@ def test_the_figures_and_the_table_are_those_of_the_result(shown):
     tab, host = shown()
     found = tab.result.found.restitution
     assert host.summary.startswith("Answer: You asked for 0.50")
-    drawn = tab.view.instant.data["restitution"]
+    drawn = tab.view.sources["impact_over_instant"].data["restitution"]
     assert np.nanmin(drawn) == pytest.approx(found.least, rel=1e-3)
     assert np.nanmax(drawn) == pytest.approx(found.greatest, rel=1e-3)
-    assert tab.view.here.data["mean"][0] == pytest.approx(found.mean)
-    np.testing.assert_allclose(tab.view.band.data["steps"], STEPS, rtol=1e-6)
+    assert tab.view.sources["impact_here"].data["mean"][0] == pytest.approx(found.mean)
+    np.testing.assert_allclose(tab.view.sources["impact_over_steps"].data["steps"], STEPS, rtol=1e-6)
     assert tab.view.ranges["restitution"].ends[1] <= 2.0  # also where most steps blow up
     rows = tab.list.points["rows"]
     (mine,) = [row for row in rows if row["mark"]]
@@ -221,14 +221,14 @@ def test_a_permitted_penetration_offers_the_k_for_it_which_is_set_here(setting):
 def test_the_forces_of_the_best_and_the_worst_touch_and_without_a_step_are_drawn_and_named(shown, units):
     setting = SETTING._replace(units=units, omega1=100.0, m1=2.0, amplitude=1.0)
     tab, _ = shown(setting)
-    e, plot = tab.result.found.restitution, tab.view.figures[2]
+    e, plot = tab.result.found.restitution, tab.view.figures["impact_force"]
     said = {item.label.value for item in plot.legend[0].items}
     worst = max(e.least, e.greatest, key=lambda each: abs(each - 0.5))
     assert any(text.startswith("best touch: t/Δτ ") for text in said)
     assert any(text.startswith("worst touch: t/Δτ ") and text.endswith(f"e {worst:.2f}") for text in said)
     assert f"without a step: e {tab.result.impact.without_step.restitution:.2f}" in said
     force, time = (1.0, 1.0) if units == "none" else (2.0 * 100.0**2 * 1e-3, 0.01)
-    drawn = tab.view.forces["exact"].data
+    drawn = tab.view.sources["impact_force_exact"].data
     assert drawn["force"].max() == pytest.approx(force * tab.result.impact.without_step.force, rel=1e-3)
     assert drawn["time"][-1] == pytest.approx(time * tab.result.impact.without_step.time, rel=1e-5)
     assert plot.yaxis[0].axis_label.endswith("/ N" if units == "si" else "/ (k₁A)")

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from vibroscope.app.explorer.load_words import words_of_difference
 from vibroscope.app.explorer.state import Setting
-from vibroscope.app.page.load.tab import LoadTab
+from vibroscope.app.page.study.load import LoadTab
 from vibroscope.app.page.tab import Move
 from vibroscope.engine import Load, Newmark, transient, transient_difference
 

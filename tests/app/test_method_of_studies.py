@@ -9,12 +9,10 @@ from vibroscope.app.explorer.reading import read_setting
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.export.scripts import speed_python
 from vibroscope.app.page.plane.tab import Plane
-from vibroscope.app.page.speed.figure import SpeedView
-from vibroscope.app.page.speed.tab import Speed
-from vibroscope.app.page.speed.tab import statements as speed_statements
-from vibroscope.app.page.time_step import tab as step_tab
-from vibroscope.app.page.time_step.figure import TimeStepView
-from vibroscope.app.page.time_step.tab import TimeStep, statements
+from vibroscope.app.page.study import time_step as step_tab
+from vibroscope.app.page.study.speed import Speed, SpeedView
+from vibroscope.app.page.study.speed import statements as speed_statements
+from vibroscope.app.page.study.time_step import TimeStep, TimeStepView, statements
 from vibroscope.app.studies import speed, time_step
 from vibroscope.engine import CONTACT_LAWS, HHT, ExactPenalty, Newmark, System, TimeStepping, simulate
 from vibroscope.engine.sweeps import StepStudy
@@ -66,7 +64,9 @@ def test_the_time_step_study_is_of_what_is_set_and_its_command_makes_the_same_nu
 def test_the_time_step_is_titled_and_described_by_what_is_set(few):
     result, view = step_result(HHT_END), TimeStepView(print)
     view.update(HHT_END, result)
-    assert view.phases["fixed"].title.text.startswith("T/200, constant step, HHT-α, status at the end, η = 2.76")
+    assert view.figures["step_phase_fixed"].title.text.startswith(
+        "T/200, constant step, HHT-α, status at the end, η = 2.76"
+    )
     lines = TimeStep(FakeHost()).describe(HHT_END, result)
     assert lines[0] == [
         "Penalty solution",
@@ -74,7 +74,7 @@ def test_the_time_step_is_titled_and_described_by_what_is_set(few):
     ]
     usual = step_result(Setting()._replace(**{name: getattr(HHT_END, name) for name in ("eta", "K", "D", "steps")}))
     view.update(HHT_END, usual)
-    assert view.phases["fixed"].title.text.startswith("T/200, constant step, η = 2.76")
+    assert view.figures["step_phase_fixed"].title.text.startswith("T/200, constant step, η = 2.76")
 
 
 def test_a_study_of_another_law_has_fixed_and_located_steps(few):
@@ -83,8 +83,9 @@ def test_a_study_of_another_law_has_fixed_and_located_steps(few):
     assert result.share == 1
     view = TimeStepView(print)
     view.update(HERTZ, result)
-    assert all("Hunt–Crossley" in phase.title.text for phase in view.phases.values())
-    assert len(view.sizes["spread", "located"].data["n"]) == 2
+    phases = [plot for name, plot in view.figures.items() if "phase" in name]
+    assert all("Hunt–Crossley" in phase.title.text for phase in phases)
+    assert len(view.sources["step_spread_located"].data["n"]) == 2
     assert "T/200, constant step" in str(statements(HERTZ, result))
 
 

@@ -10,7 +10,7 @@ from vibroscope.app.explorer.explanation import explain
 from vibroscope.app.explorer.motion_kind import describe_kind, judge_motions, keep_kind, known_kinds, with_kinds
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.page.bifurcation.figure import BifurcationView, legend
-from vibroscope.app.page.bifurcation.statements import statements
+from vibroscope.app.page.bifurcation.panel import statements
 from vibroscope.app.runtime.cache import Cache
 from vibroscope.app.studies.bifurcation import DiagramQuestion, grow_diagram
 from vibroscope.engine import Cancelled, Kind, Newmark, Reference, System, motion

@@ -24,12 +24,9 @@ def press(item):
 def add_all(tab):
     """Add the entries of all pins and of a measurement, which come with the first of them."""
     if tab.key == "explore":
-        for view in (tab.phase, tab.displacement, tab.force):
-            view.pinned.make_room(len(PINS))
-        points = MeasuredPoints(tab.phase, tab.displacement)
-        points.on_legend = tab.muting.watch
-        points.add()
-        tab.phase.add_closed()
+        tab.motion.pinned.make_room(len(PINS))
+        MeasuredPoints(tab.motion).add()
+        tab.motion.add_closed()
 
 
 @pytest.mark.parametrize("tab", [tab for tab in VIEWS.values() if tab.legends and tab.key != "paper"])
@@ -60,7 +57,7 @@ def test_names_of_entries_are_those_of_their_solvers():
     tab = VIEWS["explore"](FakeHost())
     tab.build()
     tab.restore(tab.read_view("", "", "displacement:penalty2,time_step;force:penalty"))
-    plots = {"displacement": tab.displacement.figure, "force": tab.force.figure}
+    plots = {name: tab.motion.figures[name] for name in ("displacement", "force")}
     muted = {
         name: [item.label.value for item in plot.legend[0].items if item.visible and not item.renderers[0].visible]
         for name, plot in plots.items()
@@ -71,9 +68,9 @@ def test_names_of_entries_are_those_of_their_solvers():
 def test_curves_without_an_entry_in_the_legend_are_hidden_and_the_muted_stay_so():
     tab = VIEWS["explore"](FakeHost())
     tab.build()
-    tab.displacement.pinned.make_room(1)
-    tab.displacement.pinned.update([])
-    items = {item.label.value: item for item in tab.displacement.figure.legend[0].items}
+    tab.motion.pinned.make_room(1)
+    tab.motion.pinned.update([])
+    items = {item.label.value: item for item in tab.motion.figures["displacement"].legend[0].items}
 
     def drawn():
         assert all(item.visible or not item.renderers[0].visible for item in items.values())
@@ -82,15 +79,14 @@ def test_curves_without_an_entry_in_the_legend_are_hidden_and_the_muted_stay_so(
     displacements = {"ξ₁ reference", "ξ₂ reference", "ξ₁ penalty", "ξ₂ penalty"}
     assert drawn() == displacements
     press(items["ξ₁ reference"])
-    tab.displacement.pinned.update([{}])
+    tab.motion.pinned.update([{}])
     assert drawn() == displacements - {"ξ₁ reference"} | {"pin 1"}
-    hover = next(tool for tool in tab.displacement.figure.tools if isinstance(tool, HoverTool))
+    hover = next(tool for tool in tab.motion.figures["displacement"].tools if isinstance(tool, HoverTool))
     (hovered,) = hover.renderers
     assert (hovered.glyph.y, hovered.visible) == ("reference2", True)
-    tab.displacement.explain({}, SETTING._replace(frame="difference"))
+    tab.motion.explain({}, SETTING._replace(frame="difference"))
     assert drawn() == {"difference", "time step", "K and D", "joint damping"}
-    names = ("displacements", "strip_reference", "strip_penalty")
-    tab.displacement.update({n: dict(tab.displacement.sources[n].data) for n in names}, SETTING, fresh=True)
+    tab.motion.update(SETTING, fresh=True)
     assert drawn() == displacements - {"ξ₁ reference"} | {"pin 1"}
     assert tab.view_texts()["mute"] == "displacement:reference1"
 
@@ -99,9 +95,9 @@ def test_curves_follow_their_entries_while_a_document_holds_its_events():
     """As in a session: callbacks of what is changed then are not called."""
     tab, document = VIEWS["explore"](FakeHost()), Document()
     document.add_root(tab.build().get_root(document))
-    figure = tab.displacement.figure
+    figure = tab.motion.figures["displacement"]
     with pn.io.hold(document):
-        tab.displacement.explain({}, SETTING._replace(frame="difference"))
+        tab.motion.explain({}, SETTING._replace(frame="difference"))
     drawn = {item.label.value for item in figure.legend[0].items if item.renderers[0].visible}
     assert drawn == {"difference", "time step", "K and D", "joint damping"}
     assert [line.visible for tool in figure.tools if isinstance(tool, HoverTool) for line in tool.renderers] == [False]

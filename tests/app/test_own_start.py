@@ -20,9 +20,9 @@ from vibroscope.app.explorer.state import Setting
 from vibroscope.app.explorer.typed import plain_texts
 from vibroscope.app.export.scripts import as_command, speed_python
 from vibroscope.app.page.explore import explainer, measurement
-from vibroscope.app.page.speed.tab import Speed
-from vibroscope.app.page.time_step import tab as step_tab
-from vibroscope.app.page.time_step.tab import TimeStep
+from vibroscope.app.page.study import time_step as step_tab
+from vibroscope.app.page.study.speed import Speed
+from vibroscope.app.page.study.time_step import TimeStep
 from vibroscope.app.runtime.cache import Cache
 from vibroscope.app.studies import speed, time_step
 from vibroscope.engine import Newmark, Record, compare_measured, simulate, synthetic_measurement

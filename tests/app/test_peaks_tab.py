@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 from vibroscope.app.explorer.state import Setting
-from vibroscope.app.page.peaks.tab import Peaks
+from vibroscope.app.page.study.peaks import Peaks
 from vibroscope.app.page.tab import Move
 from vibroscope.app.studies.peaks import off_text, sampled
 from vibroscope.engine import PEAKS, peaks, spectrum, written

@@ -11,7 +11,7 @@ from vibroscope.app.explorer.present import present
 from vibroscope.app.explorer.reading import read_setting
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.export.formats import as_toml, loaded_from_toml
-from vibroscope.app.page.controls.system import system_fields
+from vibroscope.app.page.controls.controls import system_fields
 
 from tests.served import ROOT
 

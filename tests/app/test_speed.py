@@ -6,9 +6,8 @@ import math
 import numpy as np
 import pytest
 from vibroscope.app.explorer.state import Setting
-from vibroscope.app.page.speed.figure import SpeedView
-from vibroscope.app.page.speed.tab import Speed, statements
-from vibroscope.app.page.time_step.tab import TimeStep
+from vibroscope.app.page.study.speed import Speed, SpeedView, statements
+from vibroscope.app.page.study.time_step import TimeStep
 from vibroscope.app.performance.bench import true_state
 from vibroscope.app.performance.contenders import CHECKED
 from vibroscope.app.runtime.files import ASSETS
@@ -124,7 +123,7 @@ def test_what_blew_up_is_said_and_neither_drawn_nor_ringed():
     view, result = SpeedView(), made(gone)
     view.update(SETTING, result)
     assert view.present.data["text"] == []
-    assert 400 not in view.swept["fixed"].data["n"]
+    assert 400 not in view.sources["speed_fixed"].data["n"]
     assert "smaller step" in dict(statements(SETTING, result))["Present setting: T/400, constant step"]
     nothing = made(dict.fromkeys(result.errors, math.nan))
     SpeedView().update(SETTING, nothing)

@@ -15,9 +15,8 @@ from vibroscope.app.export.formats import as_toml, loaded_from_toml
 from vibroscope.app.export.report import setting_rows
 from vibroscope.app.export.scripts import as_command, as_python, speed_python
 from vibroscope.app.page.controls.controls import Controls
-from vibroscope.app.page.speed.tab import Speed
-from vibroscope.app.page.time_step.figure import TimeStepView
-from vibroscope.app.page.time_step.tab import TimeStep
+from vibroscope.app.page.study.speed import Speed
+from vibroscope.app.page.study.time_step import TimeStep, TimeStepView
 from vibroscope.app.performance.contenders import CHECKED
 from vibroscope.app.studies import speed, time_step
 from vibroscope.app.studies.speed import SolverKey, grow_speed
@@ -110,7 +109,10 @@ def test_the_figures_over_the_step_name_the_stiffness_of_the_steps_that_are_show
     for steps in ("200", "400"):
         shown = read_setting({"steps": steps}, FOLLOWS)
         view.update(shown, result)
-        assert f"T/{steps}, constant step, η = 2.76, K = {shown.K:g}, D = 18" in view.phases["fixed"].title.text
+        assert (
+            f"T/{steps}, constant step, η = 2.76, K = {shown.K:g}, D = 18"
+            in view.figures["step_phase_fixed"].title.text
+        )
     np.testing.assert_allclose(result.data()["K"], [FOLLOWS.K, 4 * FOLLOWS.K], rtol=1e-5)
 
 

@@ -6,14 +6,14 @@ import pytest
 from bokeh.events import Tap
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.page import asker
-from vibroscope.app.page.basin.tab import Basins
 from vibroscope.app.page.bifurcation.tab import Bifurcation
 from vibroscope.app.page.plane.tab import Plane
-from vibroscope.app.page.speed.tab import Speed
 from vibroscope.app.page.study import tab as study
+from vibroscope.app.page.study.basin import Basins
+from vibroscope.app.page.study.speed import Speed
+from vibroscope.app.page.study.time_step import TimeStep
 from vibroscope.app.page.tab import Move
 from vibroscope.app.page.take_away import file_writer
-from vibroscope.app.page.time_step.tab import TimeStep
 from vibroscope.app.runtime.cache import Cache
 from vibroscope.app.studies import speed
 

@@ -7,7 +7,7 @@ from vibroscope.app.commands.cli import main
 from vibroscope.app.explorer import shipped
 from vibroscope.app.explorer.state import Setting, slider_range
 from vibroscope.app.page import asker
-from vibroscope.app.page.bifurcation.statements import SWEPT
+from vibroscope.app.page.bifurcation.panel import SWEPT
 from vibroscope.app.page.bifurcation.tab import Bifurcation
 from vibroscope.app.page.tab import Move
 from vibroscope.app.studies.bifurcation import DiagramQuestion, grow_diagram

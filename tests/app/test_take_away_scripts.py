@@ -89,7 +89,7 @@ def test_the_commands_of_a_study_are_understood_and_make_it(filled, key, tmp_pat
     monkeypatch.setattr("vibroscope.app.page.plane.tab.COUNT", 3)
     monkeypatch.setattr(plane, "COUNT", 3)
     monkeypatch.setattr(basin, "COUNT", 3)
-    monkeypatch.setattr("vibroscope.app.page.time_step.tab.STEPS", (500, 1000))
+    monkeypatch.setattr("vibroscope.app.page.study.time_step.STEPS", (500, 1000))
     commands = tab.command(SETTING).replace("--count 30", "--count 3")
     assert "kappa = 2.4" in commands
     path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"

@@ -7,8 +7,7 @@ from functools import cache
 import numpy as np
 import pytest
 from vibroscope.app.explorer.state import Setting
-from vibroscope.app.page.time_step.figure import TimeStepView
-from vibroscope.app.page.time_step.tab import TimeStep, statements
+from vibroscope.app.page.study.time_step import TimeStep, TimeStepView, statements
 from vibroscope.app.studies import time_step
 from vibroscope.app.studies.time_step import PartialStep, grow_step
 from vibroscope.engine.sweeps import CellKind
@@ -51,9 +50,9 @@ def test_where_motions_do_not_keep_step_words_and_figure_say_why_there_is_no_num
     assert said["Error by the time step, observed order"].count(why) == 2
     assert "constant step: does not fall with n" in said["Blur, observed order"]
     view.update(APART, result)
-    assert view.curves["error_time_step"].title.text == f"Error by the time step alone: {why}"
+    assert view.figures["step_error_time_step"].title.text == f"Error by the time step alone: {why}"
     view.update(TWO, result_of(TWO))
-    assert view.curves["error_time_step"].title.text.startswith("Error by the time step alone: constant step ")
+    assert view.figures["step_error_time_step"].title.text.startswith("Error by the time step alone: constant step ")
 
 
 def test_runs_that_blew_up_have_no_order_for_another_reason():

@@ -7,10 +7,10 @@ from vibroscope.app.export.formats import Series
 from vibroscope.app.export.report import Findings, as_report
 from vibroscope.app.export.tables import table_in_units
 from vibroscope.app.page.bifurcation.figure import BifurcationView
-from vibroscope.app.page.plane.figure import PlaneView
+from vibroscope.app.page.plane.tab import PlaneView
 from vibroscope.app.page.shared.figure import make_figure
 from vibroscope.app.page.shared.ranges import OwnedRange, UnitAxis
-from vibroscope.app.page.time_step.figure import TimeStepView
+from vibroscope.app.page.study.time_step import TimeStepView
 from vibroscope.engine import Units
 
 UNITS = {"units": "mm-t-s", "omega1": 20.0, "m1": 3.0, "amplitude": 2.5}
@@ -62,7 +62,7 @@ def test_the_second_range_follows_what_the_page_does():
 def test_the_axes_of_studies_are_in_the_units_that_are_shown(make, draw, expected):
     view = make()
     drawn = view.figures if hasattr(view, "figures") else view.figure
-    plot = drawn[0] if isinstance(drawn, list) else next(iter(drawn.values())) if isinstance(drawn, dict) else drawn
+    plot = next(iter(drawn.values())) if isinstance(drawn, dict) else drawn
     for setting, labels in ((PLAIN, None), (PHYSICAL, expected), (PLAIN, None)):
         draw(view, setting)
         found = [plot.xaxis[0].axis_label, plot.yaxis[0].axis_label]

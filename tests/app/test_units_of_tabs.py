@@ -10,8 +10,8 @@ from vibroscope.app.explorer.compute import compute_runs
 from vibroscope.app.explorer.parameters import FIELD_QUANTITIES
 from vibroscope.app.export.formats import as_csv
 from vibroscope.app.export.tables import columns_in_units, table_in_units
-from vibroscope.app.page.bifurcation.statements import SWEPT
-from vibroscope.app.page.speed.figure import error_label
+from vibroscope.app.page.bifurcation.panel import SWEPT
+from vibroscope.app.page.study.speed import error_label
 from vibroscope.app.page.tab import Move
 from vibroscope.app.page.tabs import VIEWS
 from vibroscope.app.page.your_code.rules import rows_of

@@ -9,8 +9,8 @@ from vibroscope.app.explorer.state import Setting
 from vibroscope.app.page.bifurcation.tab import Bifurcation
 from vibroscope.app.page.controls.controls import Controls
 from vibroscope.app.page.explore.tab import Explore
+from vibroscope.app.page.study.time_step import statements
 from vibroscope.app.page.tab import Move
-from vibroscope.app.page.time_step.tab import statements
 from vibroscope.app.studies import time_step
 from vibroscope.app.studies.time_step import PartialStep, StepQuestion
 from vibroscope.engine import ComparisonQuestion, Newmark, motion, repetition, verdict
@@ -48,7 +48,7 @@ def test_the_phase_plot_of_the_body_takes_the_place_of_both(beside_a_wall):
     assert all(panes.values())
     assert "at-wall" in page.css_classes
     assert "phase2" not in [figure.name for figure in tab.figures()]
-    assert tab.displacement.figure.yaxis[0].axis_label == "displacement ξ₁ / base amplitude"
+    assert tab.motion.figures["displacement"].yaxis[0].axis_label == "displacement ξ₁ / base amplitude"
 
 
 def test_files_have_no_columns_of_the_wall(beside_a_wall):

@@ -6,9 +6,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from vibroscope.app.explorer.state import Setting
-from vibroscope.app.page.bifurcation.statements import kind_text
+from vibroscope.app.page.bifurcation.panel import kind_text
 from vibroscope.app.page.plane.tab import statements as plane_statements
-from vibroscope.app.page.time_step.tab import statements as step_statements
+from vibroscope.app.page.study.time_step import statements as step_statements
 from vibroscope.app.studies import bifurcation, plane, time_step
 from vibroscope.engine import (
     COORDINATES,

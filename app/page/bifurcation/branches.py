@@ -3,8 +3,6 @@
 Branches of periodic motions over the cloud: stable ones solid, unstable ones dashed, points marked by their kind.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from typing import NamedTuple
 

@@ -4,8 +4,6 @@ A few thousand points are drawn as points: at the same sharpness a picture of th
 The cursor is an overlay, which is repainted without the points below it.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable
 
 import numpy as np
@@ -16,7 +14,7 @@ from vibroscope.app.explorer.field_units import ShownField, shown_field
 from vibroscope.app.explorer.method_words import CUT, name_of_method
 from vibroscope.app.explorer.scenes import scenes
 from vibroscope.app.explorer.state import Setting, slider_range
-from vibroscope.app.page.bifurcation.statements import SWEPT, motion_at, nearest_cell, shares
+from vibroscope.app.page.bifurcation.panel import SWEPT, motion_at, nearest_cell, shares
 from vibroscope.app.page.shared.figure import (
     BARE,
     BLUE,

@@ -1,7 +1,5 @@
 """The bifurcation diagram of each solver, from rest or continued, computed over the range that is in view."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import panel as pn
@@ -15,15 +13,16 @@ from vibroscope.app.page.bifurcation.branches import NAMES, Branches
 from vibroscope.app.page.bifurcation.figure import BifurcationView, legend, name_of
 from vibroscope.app.page.bifurcation.panel import (
     DIRECTION_NAMES,
+    SWEPT,
     Followed,
     diagram_command,
     diagram_python,
     link_numbers,
     linked_motion,
     panel_spec,
+    statements,
     without_motion,
 )
-from vibroscope.app.page.bifurcation.statements import SWEPT, statements
 from vibroscope.app.page.study.tab import StudyView, engine_obstacle, free_obstacle
 from vibroscope.app.page.tab import Move
 from vibroscope.app.runtime.number_text import print_number

@@ -1,7 +1,5 @@
 """Three small curves: what is left of the difference if K, D or the time step alone is changed; a click sets it."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterable, Mapping
 

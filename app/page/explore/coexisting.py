@@ -1,7 +1,5 @@
 """The motions that coexist at the setting: searched for on demand, listed, and run with one click."""
 
-from __future__ import annotations
-
 import param
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.page.asker import StudyAsker

@@ -3,8 +3,6 @@
 Bokeh would send two frames for each column and an event for each source; a move changes about forty columns.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 import numpy as np

@@ -3,8 +3,6 @@
 The pinned results beside the live one: each is computed once, and drawn again when it is drawn in another way.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Sequence
 

@@ -3,8 +3,6 @@
 The bodies as a file shows them: the shapes that `bodies.js` has drawn, the penalty solution as an outline.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
@@ -14,8 +12,8 @@ from vibroscope.app.export.formats import Figure, Series
 from vibroscope.app.export.tables import DIFFERENCE, FIGURES, columns_in_units, difference_table, figure_table
 from vibroscope.app.page.explore.alone import NUMBERS, AloneView
 from vibroscope.app.page.explore.comparison import PinComparison
-from vibroscope.app.page.explore.displacement import DisplacementView
 from vibroscope.app.page.explore.eta_map import EtaMapView
+from vibroscope.app.page.explore.figures import MotionView
 from vibroscope.app.page.explore.result import Result
 from vibroscope.app.page.explore.suggest import Suggester
 from vibroscope.app.page.shared.figure import BLUE, INK, VERMILLION, file_colour, file_style
@@ -95,13 +93,13 @@ class DrawnFigures:
 
     def __init__(
         self,
-        displacement: DisplacementView,
+        motion: MotionView,
         comparison: PinComparison,
         suggester: Suggester,
         eta_map: EtaMapView,
         alone: AloneView,
     ) -> None:
-        self._displacement, self._comparison = displacement, comparison
+        self._motion, self._comparison = motion, comparison
         self._suggester, self._eta_map, self._alone = suggester, eta_map, alone
 
     def figures(self, result: Result) -> list[Figure]:
@@ -133,7 +131,7 @@ class DrawnFigures:
     def data(self, result: Result, placed: Placed) -> dict[str, object]:
         """The columns of all sources, of the difference, the map, a suggestion and a measurement."""
         scale, front = result.setting.scale, self._suggester.front
-        more = {"difference": dict(self._displacement.difference.data)} if _draws_difference(result) else {}
+        more = {"difference": dict(self._motion.sources["difference"].data)} if _draws_difference(result) else {}
         more |= {"front": front} if front else {}
         more |= {"comparison": columns_in_units(self._comparison.table, scale)} if self._comparison.rows else {}
         more |= {"alone": self._alone.facts} if self._alone.facts else {}

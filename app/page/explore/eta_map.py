@@ -5,8 +5,6 @@ The points of the map over η: from the shipped diagram of the paper's system, e
 That study is the one of the tab Bifurcation from rest, so each of the two finds what the other has computed.
 """
 
-from __future__ import annotations
-
 import threading
 from collections.abc import Callable
 from functools import partial

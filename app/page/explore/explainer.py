@@ -1,7 +1,5 @@
 """What is found of the setting that is shown, a moment after the last move: its explanation, the kinds of motion."""
 
-from __future__ import annotations
-
 import math
 import time
 from collections.abc import Callable

@@ -3,12 +3,10 @@
 The file stays in the memory of the session. No link holds it, and no log.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 
 import param
-from bokeh.models import LegendItem, Scatter
+from bokeh.models import ColumnDataSource, LegendItem, Scatter
 from vibroscope.app.explorer.errors import error_text
 from vibroscope.app.explorer.field_units import shown_content, shown_text, words_of_change
 from vibroscope.app.explorer.measured import (
@@ -27,10 +25,9 @@ from vibroscope.app.explorer.measured import (
 from vibroscope.app.explorer.present import Columns
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.page.asker import Asker
-from vibroscope.app.page.explore.displacement import DisplacementView
-from vibroscope.app.page.explore.phase import PhaseView
+from vibroscope.app.page.explore.figures import MotionView
 from vibroscope.app.page.shared.component import LONGEST_NAME, Component, Upload
-from vibroscope.app.page.shared.figure import INK, add_glyph, empty_source, write
+from vibroscope.app.page.shared.figure import INK, SUBSCRIPTS, empty_source, write
 from vibroscope.app.page.shared.muting import show_entry
 from vibroscope.app.page.tab import TabHost, on_loop
 from vibroscope.app.runtime.job import Answer
@@ -275,17 +272,15 @@ def _key(setting: Setting) -> object:
 class MeasuredPoints:
     """The points of a measurement in the figures, once `add` has been called."""
 
-    def __init__(self, phase: PhaseView, displacement: DisplacementView) -> None:
-        self.on_legend: Callable[[str, str, LegendItem], None] = lambda *_: None  # called with each new legend entry
-        self._views = phase, displacement
-        self._sources: dict[str, object] = {}
+    def __init__(self, motion: MotionView) -> None:
+        self._motion = motion
+        self._sources: dict[str, ColumnDataSource] = {}
         self._items: list[tuple[str, LegendItem]] = []  # with the name of their source
 
     def update(self, placed: Placed) -> None:
-        """Draw these points, and give them to the views, whose axes follow them."""
+        """Draw these points, and give them to the figures, whose axes follow them."""
         columns: Mapping[str, Columns] = {"measured_phase": placed.phase, "measured_time": placed.displacements}
-        for view, shown in zip(self._views, columns.values(), strict=True):
-            view.measured = shown
+        self._motion.measured = {"phase": placed.phase, "displacements": placed.displacements}
         for name, source in self._sources.items():
             write(source, columns[name])
         for name, item in self._items:
@@ -302,19 +297,11 @@ class MeasuredPoints:
             return
         shape = {"measured_phase": NOWHERE.phase, "measured_time": NOWHERE.displacements}
         self._sources = {name: empty_source(name, *columns) for name, columns in shape.items()}
-        phase, displacement = self._views
-        places = [(plot, "measured_phase", [(f"x{n}", f"v{n}")]) for n, plot in enumerate(phase.figures, 1)]
-        places.append((displacement.figure, "measured_time", [("t", "x1"), ("t", "x2")]))
-        for plot, name, axes in places:
-            renderers = [
-                add_glyph(
-                    plot,
-                    Scatter(x=x, y=y, size=3, fill_color=INK if n == 0 else None, line_color=INK, line_width=0.8),
-                    self._sources[name],
-                )
+        places = [(f"phase{n}", "measured_phase", [(f"x{n}", f"v{n}")]) for n in SUBSCRIPTS]
+        places.append(("displacement", "measured_time", [("t", "x1"), ("t", "x2")]))
+        for figure, name, axes in places:
+            dots = [
+                Scatter(x=x, y=y, size=3, fill_color=INK if n == 0 else None, line_color=INK, line_width=0.8)
                 for n, (x, y) in enumerate(axes)
             ]
-            item = LegendItem(label="measured", renderers=renderers)
-            plot.legend[0].items = [*plot.legend[0].items, item]
-            self.on_legend(plot.name, "measured", item)
-            self._items.append((name, item))
+            self._items.append((name, self._motion.add_entry(figure, "measured", dots, self._sources[name])))

@@ -1,7 +1,5 @@
 """The animated system, and the marks of the present instant in every figure; both run in the browser alone."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 

@@ -1,7 +1,5 @@
 """A motion that was opened from a branch of the bifurcation diagram: what to know of it, while it is set."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 
 import param

@@ -3,8 +3,6 @@
 The findings: whether both solutions agree, the parts of their difference, each motion, and the cost.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import param

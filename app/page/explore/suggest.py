@@ -1,7 +1,5 @@
 """Suggest K, D, Δτ: the input of a tolerance, a search in the background, and its result."""
 
-from __future__ import annotations
-
 import math
 
 import param

@@ -1,7 +1,5 @@
 """Explore: both solvers for the present setting, drawn over each other, and what their difference means."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from functools import partial
 from typing import ClassVar
@@ -26,21 +24,18 @@ from vibroscope.app.page.explore.alone import AloneView
 from vibroscope.app.page.explore.coexisting import CoexistingMotions
 from vibroscope.app.page.explore.column_sender import ColumnSender
 from vibroscope.app.page.explore.comparison import PinComparison, PinnedResults
-from vibroscope.app.page.explore.displacement import DisplacementView
 from vibroscope.app.page.explore.drawn import DrawnFigures
 from vibroscope.app.page.explore.eta_map import EtaMapView, MapPoints, MapSource
 from vibroscope.app.page.explore.explainer import Explainer, MotionJudge
-from vibroscope.app.page.explore.force import ForceView
+from vibroscope.app.page.explore.figures import MotionView
 from vibroscope.app.page.explore.measurement import MeasuredPoints, Overlay
 from vibroscope.app.page.explore.mechanism import Mechanism
 from vibroscope.app.page.explore.opened import OpenedMotion
-from vibroscope.app.page.explore.phase import PhaseView
 from vibroscope.app.page.explore.result import Findings, Interpretation, Result, prepare
 from vibroscope.app.page.explore.suggest import Suggester
 from vibroscope.app.page.files import style
 from vibroscope.app.page.shared.figure import PARTS, PIN_NAMES
 from vibroscope.app.page.shared.muting import Muting
-from vibroscope.app.page.shared.ranges import OwnedRange
 from vibroscope.app.page.study.panel import number
 from vibroscope.app.page.tab import COMPUTING, Look, Move, TabHost, TabView
 from vibroscope.app.page.updates import prepare_in_worker
@@ -55,7 +50,7 @@ class Explore(TabView):
     key = "explore"
     title = "Explore"
     starts = motions = True
-    axes = dict.fromkeys(("time", "x1", "x2", "v1", "v2", "displacement", "force", "impulse", "eta", "section"), LINEAR)
+    axes = MotionView.spans() | dict.fromkeys(("eta", "section"), LINEAR)
     legends = {  # noqa: RUF012 - read only
         **dict.fromkeys(("phase1", "phase2"), ("reference", "penalty", *PIN_NAMES, "measured", "branch")),
         "displacement": ("reference1", "reference2", "penalty1", "penalty2", *PARTS, *PIN_NAMES, "measured"),
@@ -82,9 +77,8 @@ class Explore(TabView):
 
     def build(self) -> pn.viewable.Viewable:
         """Make mechanism, figures and findings; `explore.css` arranges them in a grid."""
-        self._time, self.phase = OwnedRange(0, WINDOW), PhaseView()
-        self.displacement, self.force = DisplacementView(self._time.range), ForceView(self._time.range)
-        self.eta_map = EtaMapView(self.phase.sections)
+        self.motion = MotionView()
+        self.eta_map = EtaMapView(self.motion.sources)
         self.eta_map.set_texts = self.host.set
         self._sender = ColumnSender()
         self._alone = AloneView()
@@ -96,20 +90,15 @@ class Explore(TabView):
         self._opened = OpenedMotion()
         self._opened.on_close = self._redraw_phase
         self._followers = (self._suggester, self._coexisting, self._opened)
-        self._views = (self.phase, self.displacement, self.force)  # whose columns a move changes
-        self.ranges = {"time": self._time, **self.phase.ranges, "displacement": self.displacement.range}
-        self.ranges |= {"force": self.force.force, "impulse": self.force.impulse, **self.eta_map.ranges}
-        figures = [*self.phase.figures, self.displacement.figure, self.displacement.strip]
-        figures += [self.force.figure, self.eta_map.figure]
+        self.ranges = self.motion.ranges | self.eta_map.ranges
+        figures = [self.motion.figures[name] for name in ("phase1", "phase2", "displacement", "strip", "force")]
+        figures.append(self.eta_map.figure)
         self.muting = Muting(self.legends, figures)
-        self.phase.on_legend = self.muting.watch
-        for view in self._views:
-            view.pinned.on_legend = self.muting.watch
-        self._points = MeasuredPoints(self.phase, self.displacement)
-        self._points.on_legend = self.muting.watch
+        self.motion.on_legend = self.motion.pinned.on_legend = self.muting.watch
+        self._points = MeasuredPoints(self.motion)
         self._measured.button.css_classes = [*self._measured.button.css_classes, "measurement-choice"]
         self.comparison = PinComparison()
-        self._drawn = DrawnFigures(self.displacement, self.comparison, self._suggester, self.eta_map, self._alone)
+        self._drawn = DrawnFigures(self.motion, self.comparison, self._suggester, self.eta_map, self._alone)
         grid = style("explore/explore")
         cards = self._opened, self._measured.panel, self.comparison
         for card in cards:
@@ -282,24 +271,22 @@ class Explore(TabView):
 
     def _draw(self, result: Result) -> None:
         """Change all figures in place."""
-        setting, columns = result.setting, result.columns
+        setting = result.setting
         scene = scene_key(setting)
         if self._fresh:
             self.unzoom()
         fresh = self._fresh or (bool(scene) and scene != self._scene) or setting.scale != self._scale
         self._result, self._scene, self._scale, self._fresh = result, scene, setting.scale, False
         self._arrange(setting)
-        self._time.put(0, WINDOW * setting.period, fresh=fresh)
+        self.ranges["time"].put(0, WINDOW * setting.period, fresh=fresh)
         self._measured.follow(setting)
         self._draw_points()
         self._draw_closed(setting)
         self._pinned.follow(setting)
-        for view in self._views:
-            for name, source in view.sources.items():
-                self._sender.put(source, columns[name])
+        for name, shown in result.columns.items():
+            self._sender.put(self.motion.sources[name], shown)
         self._sender.send()
-        for view in self._views:
-            view.update(columns, setting, fresh=fresh)
+        self.motion.update(setting, fresh=fresh)
         self.eta_map.update(setting, self._map.follow(setting), fresh=fresh)
 
     def _say(self, result: Result) -> None:
@@ -312,21 +299,17 @@ class Explore(TabView):
     def _arrange(self, setting: Setting) -> None:
         """Show one phase plot in the place of two if body 2 is a wall, which has none."""
         at_wall = setting.bodies == "wall"
-        self.phase.figures[1].visible = not at_wall
+        self.motion.figures["phase2"].visible = not at_wall
         self._grid.css_classes = [_GRID, "at-wall"] if at_wall else [_GRID]
 
     def _draw_pinned(self) -> None:
         drawn = self._pinned.columns(self._result.setting)
-        if len(drawn) > self.phase.pinned.room:
-            self.host.add_models(partial(self._make_room, len(drawn)), self._redraw_pinned)
-        for view in self._views:
-            view.pinned.update(drawn)
-            view.update(self._result.columns, self._result.setting, fresh=False)
+        pinned = self.motion.pinned
+        if len(drawn) > pinned.room:
+            self.host.add_models(partial(pinned.make_room, len(drawn)), self._redraw_pinned)
+        pinned.update(drawn)
+        self.motion.update(self._result.setting, fresh=False)
         self._compare()
-
-    def _make_room(self, count: int) -> None:
-        for view in self._views:
-            view.pinned.make_room(count)
 
     def _redraw_pinned(self) -> None:
         with pn.io.hold(self.host.doc):
@@ -334,14 +317,14 @@ class Explore(TabView):
 
     def _draw_closed(self, setting: Setting) -> None:
         columns = self._opened.columns(setting)
-        if columns and not self.phase.has_closed:
-            self.host.add_models(self.phase.add_closed, self._redraw_phase)
-        self.phase.draw_closed(columns)
+        if columns and not self.motion.has_closed:
+            self.host.add_models(self.motion.add_closed, self._redraw_phase)
+        self.motion.draw_closed(columns)
 
     def _redraw_phase(self) -> None:
         with pn.io.hold(self.host.doc):
             self._draw_closed(self._result.setting)
-            self.phase.update(self._result.columns, self._result.setting, fresh=False)
+            self.motion.update(self._result.setting, fresh=False)
 
     def _place(self) -> Placed:
         return self._measured.placed(self._result.setting, self._result.columns["displacements"])
@@ -350,8 +333,7 @@ class Explore(TabView):
         if self._result is not None:
             with pn.io.hold(self.host.doc):
                 self._draw_points()
-                for view in (self.phase, self.displacement):
-                    view.update(self._result.columns, self._result.setting, fresh=False)
+                self.motion.update(self._result.setting, fresh=False)
 
     def _draw_points(self) -> None:
         placed = self._place()
@@ -386,7 +368,7 @@ class Explore(TabView):
     def _update_findings(self, explanation: Explanation | None) -> None:
         self._explanation = explanation
         self._write_findings()
-        self.displacement.explain(explanation.series if explanation else {}, self._result.setting)
+        self.motion.explain(explanation.series if explanation else {}, self._result.setting)
         self._compare()
         if explanation is None:
             self._alone.wait(self._sender.put)

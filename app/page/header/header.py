@@ -1,7 +1,5 @@
 """The head of the page: title, question, tabs, take-away menu, theme, keys, tour, errors, and a summary to be read."""
 
-from __future__ import annotations
-
 import param
 from vibroscope.app import QUESTION
 from vibroscope.app.page.shared.component import Component

@@ -1,7 +1,5 @@
 """Tab Help: the model and its equations, which a test compares with the kernels; the figures; a glossary."""
 
-from __future__ import annotations
-
 from html import escape
 
 import panel as pn

@@ -1,7 +1,5 @@
 """The paper's figures, computed anew and drawn small."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from functools import singledispatch
 

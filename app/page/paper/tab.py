@@ -3,8 +3,6 @@
 A claim of the paper as a card: the sentence, the verdict, what was found, why, and a button to its setting.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from functools import partial
 

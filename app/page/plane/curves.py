@@ -1,7 +1,5 @@
 """The curves of bifurcations over the cells of both planes: searched for while the tab shows them, drawn and listed."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Cells of a study as a picture whose every pixel is a class of a palette."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 
 import numpy as np

@@ -3,8 +3,6 @@
 A file that the browser sends in parts, a character for each byte (`upload.js`).
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import ClassVar
 from weakref import WeakKeyDictionary

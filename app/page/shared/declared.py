@@ -1,7 +1,5 @@
 """A figure of the page as calls of matplotlib, for its files: what is drawn now, in the part that is in view."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from functools import singledispatch

@@ -1,7 +1,5 @@
 """Shared by all figures: colours, fonts, margins, and changing the data of a source in place."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Callable, Mapping, Sequence
 
@@ -304,8 +302,8 @@ class PinnedCurves:
         self.on_legend: Callable[[str, str, LegendItem], None] = lambda *_: None  # called with each new legend entry
         self._lines = lines
         self._sources: list[dict[str, ColumnDataSource]] = []  # of each pin, by the name of the live source
-        self._items: list[list[LegendItem]] = []  # of each pin, in all figures
-        self._pinned, self._drawn = 0, True
+        self._items: list[dict[str, LegendItem]] = []  # of each pin, by figure
+        self._pinned, self._away = 0, set[str]()  # how many there are, and the figures that draw none
 
     @property
     def room(self) -> int:
@@ -330,9 +328,9 @@ class PinnedCurves:
         """Columns of all pinned results, for the range of an axis."""
         return [sources[source].data[name] for sources in self._sources for name in names]
 
-    def draw(self, drawn: bool) -> None:
-        """Whether pinned results are drawn at all."""
-        self._drawn = drawn
+    def draw(self, name: str, drawn: bool) -> None:
+        """Whether pinned results are drawn in this figure."""
+        (self._away.discard if drawn else self._away.add)(name)
         self._show()
 
     def _add(self, number: int) -> None:
@@ -344,7 +342,7 @@ class PinnedCurves:
         }
         live = {source.name: source for lines in self._lines.values() for source, *_ in lines}
         sources = {name: empty_source(f"pinned{number + 1}_{name}", *source.data) for name, source in live.items()}
-        items = []
+        items = {}
         for plot, lines in self._lines.items():
             renderers = [
                 add_glyph(plot, Line(x=x, y=y, **looks[solver]), sources[source.name], level="underlay")
@@ -353,24 +351,19 @@ class PinnedCurves:
             item = LegendItem(label=f"pin {number + 1}", renderers=renderers)
             plot.legend[0].items = [*plot.legend[0].items, item]
             self.on_legend(plot.name, PIN_NAMES[number], item)
-            items.append(item)
+            items[plot.name] = item
         self._sources.append(sources)
         self._items.append(items)
 
     def _show(self) -> None:
         for number, items in enumerate(self._items):
-            for item in items:
-                show_entry(item, number < self._pinned and self._drawn)
+            for name, item in items.items():
+                show_entry(item, number < self._pinned and name not in self._away)
 
 
 def empty_source(name: str, *columns: str) -> ColumnDataSource:
     """A named source with these columns and no rows."""
     return ColumnDataSource({column: np.empty(0, np.float32) for column in columns}, name=name)
-
-
-def empty_sources(shape: Mapping[str, tuple[str, ...]]) -> dict[str, ColumnDataSource]:
-    """Empty sources by name; ``shape`` gives their columns."""
-    return {name: empty_source(name, *columns) for name, columns in shape.items()}
 
 
 def write(source: ColumnDataSource, columns: Mapping[str, np.ndarray]) -> None:

@@ -1,7 +1,5 @@
 """Muted legend entries, by figure and name: their curves are hidden."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import partial
 

@@ -10,8 +10,6 @@ Ranges, zooms in links, taps and questions of studies stay in the numbers of the
 belong to a second range, which is that of the data times a factor. The tools of the browser move both in proportion.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterable
 
@@ -20,7 +18,7 @@ from bokeh.models import LinearScale, LogScale, Range1d
 from bokeh.plotting import figure
 from vibroscope.app.explorer.link import rounded_span
 
-_MARGIN = 0.07
+MARGIN = 0.07  # free space beside the data, relative to their span
 _PLACES = 8  # for an end, in the span of the data, at least
 
 
@@ -33,18 +31,18 @@ def extent(columns: Iterable[np.ndarray]) -> tuple[float, float] | None:
     return float(min(c.min() for c in values)), float(max(c.max() for c in values))
 
 
-def fitted_range(data: tuple[float, float], headroom: float = _MARGIN) -> tuple[float, float]:
+def fitted_range(data: tuple[float, float], headroom: float = MARGIN) -> tuple[float, float]:
     """The range for ``data``, with free space above them, relative to their span."""
     low, high = data
     span = max(high - low, 1e-3 * max(abs(low), abs(high)), 1e-9)
     step = 2.0 ** math.floor(math.log2(span / _PLACES))
-    return step * math.floor((low - _MARGIN * span) / step), step * math.ceil((high + headroom * span) / step)
+    return step * math.floor((low - MARGIN * span) / step), step * math.ceil((high + headroom * span) / step)
 
 
 class OwnedRange:
     """A Bokeh range, and where the page last put it."""
 
-    def __init__(self, low: float, high: float, *, headroom: float = _MARGIN) -> None:
+    def __init__(self, low: float, high: float, *, headroom: float = MARGIN) -> None:
         self.range = Range1d(low, high, reset_start=low, reset_end=high)
         self._headroom = headroom  # free space above the data for a legend, relative to their span
         self._put = self._ends = self._set_to = self._empty = (low, high)

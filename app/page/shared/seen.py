@@ -6,8 +6,6 @@ what is drawn, and printed in the units of the setting.
 Words for how stable a periodic motion is: its largest Floquet multiplier, and how fast a run leaves it.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Sequence
 

@@ -1,7 +1,5 @@
 """The list below the figures of a tab: tables, and searches that fill them while a user watches."""
 
-from __future__ import annotations
-
 from abc import abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from typing import ClassVar

@@ -1,7 +1,5 @@
 """The panel beside the figures of a study: choices, progress, a key of the colours, and statements in words."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from types import MappingProxyType
 

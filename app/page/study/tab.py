@@ -4,8 +4,6 @@ A study starts when its tab is open and its question has changed. The next quest
 and the end of the session. A move that changes no question only moves the marks.
 """
 
-from __future__ import annotations
-
 from abc import abstractmethod
 from collections.abc import Callable, Mapping
 from typing import ClassVar
@@ -68,9 +66,9 @@ class StudyView(TabView):
     def question(self, setting: Setting) -> object:
         """The question of the study."""
 
-    @abstractmethod
     def draw(self, setting: Setting, result: PartialResult | None) -> None:
         """Write the marks of the setting and, if there is one, the picture."""
+        self.view.update(setting, result)
 
     @abstractmethod
     def describe(self, setting: Setting, result: PartialResult) -> list[list[str | Statement]]:

@@ -1,7 +1,5 @@
 """The table of rules of thumb with small phase plots, and the input of the code that is chosen."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Sequence
 

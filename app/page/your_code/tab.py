@@ -1,27 +1,29 @@
 """Your code: what a simulation code shows by default, whether its steps have solutions, and what its rules give."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
 import panel as pn
+from bokeh.models import Line, Scatter
 from vibroscope.app.codes.catalogue import Code, codes
 from vibroscope.app.codes.rules import rules
 from vibroscope.app.codes.translation import translated_codes
+from vibroscope.app.explorer.compute import RunPair
 from vibroscope.app.explorer.explanation import describe, motion_texts
 from vibroscope.app.explorer.field_units import ShownField, beside_field, shown_content
-from vibroscope.app.explorer.link import LINEAR
 from vibroscope.app.explorer.method_words import name_of_method, words_of_method
+from vibroscope.app.explorer.present import WINDOW, present
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.export.formats import Figure, Series
 from vibroscope.app.export.scripts import as_command
 from vibroscope.app.export.tables import column_title
+from vibroscope.app.page.shared.curves import Axis, Curve, Curves, Plot, curve
+from vibroscope.app.page.shared.figure import BLUE, SOLUTIONS, SUBSCRIPTS, VERMILLION, label_of, time_label
+from vibroscope.app.page.shared.seen import amplitude, apart, of_both, say
 from vibroscope.app.page.study.panel import number
 from vibroscope.app.page.study.tab import StudyView
 from vibroscope.app.page.tab import Move
 from vibroscope.app.page.your_code import words
-from vibroscope.app.page.your_code.figure import YourCodeView
 from vibroscope.app.page.your_code.rules import RulesTable, rows_of
 from vibroscope.app.runtime.number_text import sizes
 from vibroscope.app.studies.your_code import (
@@ -36,6 +38,68 @@ from vibroscope.app.studies.your_code import (
 )
 from vibroscope.engine import QUANTITIES, counted
 from vibroscope.engine.facts import Statement, joined, message_of, sentence
+
+_DOTS = {
+    "reference": {"marker": "circle", "line_color": BLUE, "fill_color": BLUE},
+    "penalty": {"marker": "diamond", "line_color": VERMILLION, "fill_color": None},
+}
+
+
+def _phase(solver: str) -> list[Curve]:
+    line = curve(Line, f"code_phase_{solver}", x="x", y="v", **SOLUTIONS[solver])
+    return [line, curve(Scatter, f"code_section_{solver}", x="x", y="v", size=8, **_DOTS[solver])]
+
+
+class YourCodeView(Curves):
+    """Two figures; at a wall they show body 1, else body 2."""
+
+    axes = {  # noqa: RUF012 - read only
+        "x": Axis(-8, 8),
+        "v": Axis(-8, 8, headroom=0.16),
+        "time": Axis(0, WINDOW),
+        "displacement": Axis(-8, 8, headroom=0.16),
+    }
+    plots = {  # noqa: RUF012 - read only
+        "code_phase": Plot("Phase plot", "x", "v", {solver: (solver, _phase(solver)) for solver in SOLUTIONS}),
+        "code_displacement": Plot(
+            "Displacement",
+            "time",
+            "displacement",
+            {
+                solver: (solver, [curve(Line, f"code_trace_{solver}", x="t", y="x", **look)])
+                for solver, look in SOLUTIONS.items()
+            },
+        ),
+    }
+
+    def update(self, setting: Setting, runs: RunPair | None, title: str) -> None:
+        """Draw runs in the units of the setting; None: nothing is known yet."""
+        body = setting.system.observed_body
+        sub = SUBSCRIPTS[body]
+        phase, displacement = self.figures.values()
+        position = label_of(setting, f"displacement ξ{sub}", "displacement")
+        phase.xaxis[0].axis_label = displacement.yaxis[0].axis_label = position
+        phase.yaxis[0].axis_label = label_of(setting, f"velocity ξ{sub}′", "velocity")
+        displacement.xaxis[0].axis_label = time_label(setting)
+        name = f"{title}, body {body}"
+        if runs is None:
+            say(phase, name)
+            return
+        columns, fresh = present(RunPair(setting, runs.reference, runs.penalty)), self.changes_to(runs.setting)
+        for solver in SOLUTIONS:
+            for kind in ("phase", "section"):
+                of = columns[f"{kind}_{solver}"]
+                self.write(f"code_{kind}_{solver}", {"x": of[f"x{body}"], "v": of[f"v{body}"]})
+            of = columns["displacements"]
+            self.write(f"code_trace_{solver}", {"t": of["t"], "x": of[f"{solver}{body}"]})
+        swings, traces = (
+            [self.sources[f"code_{kind}_{s}"].data["x"] for s in SOLUTIONS] for kind in ("phase", "trace")
+        )
+        say(phase, name, of_both("amplitude", [*map(amplitude, swings)], "displacement", setting), setting)
+        self.say("code_displacement", apart([np.subtract(*traces)], setting), setting)
+        self.ranges["time"].put(0, WINDOW * setting.period, fresh=fresh)
+        self.follow("x", "v", "displacement", fresh=fresh)
+
 
 _NUMBERS = {  # of the model beside the system: symbol, meaning, quantity, what one of it is without units
     "area": ("A", "contact area; 0: not known", "area", "A²"),
@@ -60,8 +124,7 @@ class YourCode(StudyView):
         **{"code": NONE, "area": 0.0, "elements": 0.0},
         **{"target": NONE, "mass": 0.0, "speed": 0.0},
     }
-    axes = dict.fromkeys(("x", "v", "time", "displacement"), LINEAR)
-    legends = dict.fromkeys(("code_phase", "code_displacement"), ("reference", "penalty"))
+    axes, legends = YourCodeView.spans(), YourCodeView.legends()
     pictures = (
         Figure("code_phase", "Phase plot of your code", "Velocity over displacement, with the reference."),
         Figure("code_displacement", "Displacement of your code", "Displacement over the last two periods."),
@@ -71,7 +134,7 @@ class YourCode(StudyView):
     def build(self) -> pn.viewable.Viewable:
         """Two figures, the panel, the table of rules."""
         self.view = YourCodeView()
-        page = self.lay_out(*(self.stretch(plot) for plot in self.view.figures), classes=("codes",))
+        page = self.lay_out(*(self.stretch(plot) for plot in self.view.figures.values()), classes=("codes",))
         self.rules = RulesTable(self._set_rule)
         self.rules.css_classes = ["cell", "wide"]
         page.insert(2, self.rules)
@@ -207,7 +270,8 @@ class YourCode(StudyView):
         if name == "code_rules":
             rules = self.data()["rules"]
             return [Series(key, {n: np.array([_cell(v)]) for n, v in row.items()}) for key, row in rules.items()]
-        sources = self.view.phases if name == "code_phase" else self.view.traces
+        kind = "phase" if name == "code_phase" else "trace"
+        sources = {solver: self.view.sources[f"code_{kind}_{solver}"] for solver in SOLUTIONS}
         body, scale = self._result_setting.system.observed_body, self._move.setting.scale
         names = {"t": "time", "x": f"xi{body}", "v": f"velocity{body}"}
         return [

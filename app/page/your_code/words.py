@@ -1,7 +1,5 @@
 """Words that a code has for a contact, typed on the page: what they say, in the words of another code too."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Mapping
 from dataclasses import replace

@@ -1,1 +1,0 @@
-"""View Basins and coexisting motions, of the tab Bifurcation."""

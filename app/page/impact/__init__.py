@@ -1,1 +1,0 @@
-"""Tab One impact."""

@@ -1,1 +1,0 @@
-"""View Pulse or record, of the tab One impact."""

@@ -1,1 +1,0 @@
-"""View Peaks and spectra, of the tab Your code."""

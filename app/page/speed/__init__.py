@@ -1,1 +1,0 @@
-"""View Speed against error, of the tab Step and cost."""

@@ -1,1 +1,0 @@
-"""View Time step, of the tab Step and cost."""
