@@ -271,9 +271,7 @@ def stepping_of(options: argparse.Namespace, **numbers: float) -> TimeStepping:
     """
     D, n = (numbers.get(name, getattr(options, name, None)) for name in ("D", "steps"))
     K = numbers["K"] if "K" in numbers else stiffness_of(options)
-    if D is None and getattr(options, "law", None) not in LAWS_BY_RESTITUTION:
-        laws = ", ".join(LAWS_BY_RESTITUTION)
-        raise ValueError(f"--D is missing: give it, or a --law that takes its damper from the restitution: {laws}")
+    check_damper(options, D)
     given = {name: value for name in STEPPING_OPTIONS if (value := getattr(options, name, None)) is not None}
     status = given.pop("status", CONTACT_STATUSES[0])
     located = options.located or status == "located"
@@ -293,6 +291,13 @@ def stepping_of(options: argparse.Namespace, **numbers: float) -> TimeStepping:
     start = CONTACT_STATUSES[0] if located else status
     method = TimeStepping(K, D, n, kind(**given), start, **law, **more, every_step=every_step)
     return replace(with_located_steps(method), every_step=every_step) if located else method
+
+
+def check_damper(options: argparse.Namespace, D: float | None) -> None:
+    """Raise ValueError where neither D nor a law that takes its damper from the restitution is given."""
+    if D is None and getattr(options, "law", None) not in LAWS_BY_RESTITUTION:
+        laws = ", ".join(LAWS_BY_RESTITUTION)
+        raise ValueError(f"--D is missing: give it, or a --law that takes its damper from the restitution: {laws}")
 
 
 def reference_of(options: argparse.Namespace) -> Reference:

@@ -13,7 +13,7 @@ from vibroscope.app.commands.options import (
 )
 from vibroscope.app.commands.parser import Command, OneLineParser
 from vibroscope.app.commands.physical_units import add_units_option, physical_part, wanted_units
-from vibroscope.app.commands.recommend import eta_range, etas_of
+from vibroscope.app.commands.recommend import eta_range
 from vibroscope.app.commands.report import Line, Report, write_csv
 from vibroscope.app.studies.peaks import FEW, kept_text, off_text, sampled
 from vibroscope.engine import (
@@ -24,6 +24,7 @@ from vibroscope.engine import (
     Units,
     finite_or_none,
     peaks,
+    spaced,
     spectrum,
     transmissibility,
     written,
@@ -55,12 +56,10 @@ def run(options: argparse.Namespace) -> Report:
     ended = [f"{name}: {run.ending}" for name, run in runs.items() if not run.ok]
     if options.spectrum:
         if ended:
-            raise ValueError(
-                f"--spectrum needs both solutions: {next(iter(ended))}: {next(iter(ended.values())).ending}"
-            )
+            raise ValueError(f"--spectrum needs both solutions: {ended[0]}")
         _write_spectra(options.spectrum, {name: spectrum(response) for name, response in runs.items()})
     if options.transmissibility:
-        _write_transmissibility(options.transmissibility, system, methods, etas_of(*options.eta_range))
+        _write_transmissibility(options.transmissibility, system, methods, spaced("eta", *options.eta_range).tolist())
     data = {"eta": eta} | {
         name: {"status": str(runs[name].status)} | peaks_json(values) for name, values in found.items()
     }

@@ -58,6 +58,7 @@ from vibroscope.engine import (
     percent,
     recommend,
     recommend_schemes,
+    spaced,
     with_located_steps,
     written,
 )
@@ -240,11 +241,6 @@ def eta_range(text: str) -> tuple:
     return low, high, int(n)
 
 
-def etas_of(low: float, high: float, n: int) -> list[float]:
-    """N frequencies from the lowest to the highest."""
-    return [low + (high - low) * i / (n - 1) for i in range(n)]
-
-
 def run(options: argparse.Namespace) -> Report:
     """Search."""
     if not system_of(options).excitation.drives:
@@ -267,7 +263,7 @@ def run(options: argparse.Namespace) -> Report:
         lines = chain(lines_of(found, units), _located_lines(options, question, progress, units))
         return Report(lines, as_json(found, units), contact)
     note_held(options)
-    etas = etas_of(*options.eta_range)
+    etas = spaced("eta", *options.eta_range).tolist()
     if options.one_setting:
         found = recommend(question_of(options, etas, scheme), progress=progress)
         return Report(range_lines(found, units), range_json(found, units), contact)

@@ -15,6 +15,7 @@ from vibroscope.app.commands.options import (
     add_fields,
     add_initial_option,
     add_system_option,
+    check_damper,
     law_of,
     note_unused,
     reference_of,
@@ -132,6 +133,7 @@ def penalty_of(options: argparse.Namespace) -> Method | None:
         return None
     if options.steps is not None:
         return stepping_of(options)
+    check_damper(options, options.D)
     return ExactPenalty(options.K, options.D, **law_of(options))
 
 

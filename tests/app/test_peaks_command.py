@@ -64,3 +64,22 @@ def test_a_free_vibration_is_looked_at_from_its_start(tmp_path, capsys):
     call = ["peaks", "--eta", "1", "--K", "1000", "--D", "5", "--steps", "2000", "--initial=-2,0,0,0"]
     assert main([*call, "--system", str(file), "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["penalty"]["displacement1"] == pytest.approx(2, rel=0.01)
+
+
+def test_a_spectrum_of_a_run_that_blows_up_is_refused_with_its_reason(capsys, tmp_path):
+    asked = ["peaks", "--eta", "2.76", "--K", "12000", "--D", "18", "--steps", "20"]
+    assert main([*asked, "--spectrum", str(tmp_path / "s.csv")]) == 2
+    assert "--spectrum needs both solutions: penalty: the run ended as diverged" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        ["recommend", "--eta-range", "2:1:3"],
+        ["peaks", "--eta", "2", "--K", "100", "--D", "5", "--steps", "50", "--eta-range", "2:1:3"],
+    ],
+)
+def test_a_range_of_frequencies_begins_with_the_smaller_one(capsys, tmp_path, command):
+    more = ["--transmissibility", str(tmp_path / "t.csv")] if command[0] == "peaks" else []
+    assert main([*command, *more]) == 2
+    assert "eta from 2 to 1 is an empty range: give the smaller number first" in capsys.readouterr().err

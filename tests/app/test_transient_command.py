@@ -46,6 +46,12 @@ def test_it_prints_both_solutions_in_the_units_that_are_asked_for(box, capsys):
     assert set(found["difference"]["parts"]) == {"time_step", "regularisation"}  # a wall: no joint damping
 
 
+def test_a_contact_without_a_damper_is_refused_with_or_without_a_step(box, capsys):
+    for step in ((), ("--steps", "0.1 ms")):
+        assert main([*box, "--base-half-sine", "5 g,11 ms", "--K", "1e5 N/m", *step]) == 2
+        assert "--D is missing: give it, or a --law" in capsys.readouterr().err
+
+
 def test_a_record_and_the_pulse_that_it_samples_give_the_same(box, tmp_path, capsys):
     record = tmp_path / "a.csv"
     record.write_text("time [ms], a [g]\n0, 0\n6, 50\n6, 0\n")

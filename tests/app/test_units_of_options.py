@@ -8,10 +8,9 @@ from functools import partial
 import pytest
 from vibroscope.app.commands.cli import build_parser
 from vibroscope.app.commands.numbers import STEPS, list_of, measured, resolve_units, span, state_numbers, step_numbers
-from vibroscope.app.commands.recommend import etas_of
 from vibroscope.app.explorer.reading import read_setting
 from vibroscope.app.explorer.typed import plain_texts
-from vibroscope.engine import parse_system
+from vibroscope.engine import parse_system, spaced
 
 from tests.app.command_line import PHYSICAL, run_command
 
@@ -77,7 +76,7 @@ def test_ranges_may_have_units_too():
 def test_the_range_of_a_recommendation_may_have_units():
     low, high, n = resolved("recommend", "--eta-range", "8 Hz:12 Hz:5").eta_range
     assert (low, high) == pytest.approx(tuple(2 * math.pi * f / SYSTEM.units.omega1 for f in (8, 12)), rel=1e-12)
-    assert etas_of(low, high, n) == pytest.approx([low * (1 + 0.125 * i) for i in range(5)], rel=1e-12)
+    assert spaced("eta", low, high, n).tolist() == pytest.approx([low * (1 + 0.125 * i) for i in range(5)], rel=1e-12)
 
 
 def test_lists_may_have_units():
