@@ -41,7 +41,7 @@ from vibroscope.engine.kernels.event_driven.state import (
     start_state,
 )
 from vibroscope.engine.kernels.event_driven.state import NUMBERS as NUMBERS_OF_LOAD
-from vibroscope.engine.kernels.event_driven.two_stops import turned
+from vibroscope.engine.kernels.event_driven.two_stops import from_first
 from vibroscope.engine.kernels.linear.tables import (
     DEEPEST,
     INTEGRAL,
@@ -191,9 +191,9 @@ def set_up_stops(system: System, eta: float, method: ExactPenalty) -> list[LawSy
 
 def start_of_law(systems: Sequence[LawSystem], y: Sequence[float]) -> np.ndarray:
     """The packed hybrid state at y = (ξ₁, ξ₁′, g, g′), and after it the number of the stop from which it is seen."""
-    y, other = tuple(map(float, y)), y[2] > 0.5 * systems[0].play
-    y = uncompiled(turned)(y, systems[0].play) if other else y
-    return np.append(STATE.pack(uncompiled(start_state)(systems[int(other)], y)), float(other))
+    y, stop = tuple(map(float, y)), int(y[2] > 0.5 * systems[0].play)
+    y = uncompiled(from_first)(y, stop, systems[0].play)
+    return np.append(STATE.pack(uncompiled(start_state)(systems[stop], y)), float(stop))
 
 
 def integrate_law(
@@ -299,7 +299,7 @@ class LawFlow(Flow):
         a, here = STATE.read(state), int(state[SEEN_FROM])
         p = self._systems[here]
         y, _ = motion_after(p, a, (periods - a.period) * p.period - a.tau)
-        return np.array(uncompiled(turned)(y, p.play) if here else y), events
+        return np.array(uncompiled(from_first)(y, here, p.play)), events
 
     def image(self, y: np.ndarray, direction: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
         start = self.start(y)
@@ -309,9 +309,9 @@ class LawFlow(Flow):
 
     def _derivative(self, start: np.ndarray, periods: float, direction: np.ndarray, events: int) -> np.ndarray | None:
         """The derivative by a central difference; None if a neighbour has other events. A wall does not move."""
-        a, other = STATE.read(start), start[SEEN_FROM]
-        y = np.array([a.x1, a.v1, a.gap, a.rate])
-        y = np.array(uncompiled(turned)(y, self._systems[0].play)) if other else y
+        a = STATE.read(start)
+        y = (a.x1, a.v1, a.gap, a.rate), int(start[SEEN_FROM]), self._systems[0].play
+        y = np.array(uncompiled(from_first)(*y))
         width = DIFFERENCE * max(float(np.abs(y).max()), DIFFERENCE)
         change = width * direction * ([0.0, 0.0, 1.0, 1.0] if self._systems[0].wall else 1.0)
         sides = [self.end(self.start(y + sign * change), periods) for sign in (1.0, -1.0)]

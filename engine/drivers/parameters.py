@@ -128,19 +128,19 @@ def loads(system: System, eta: float) -> tuple[np.ndarray, np.ndarray]:
 
 
 def parameter_rows(rows: np.ndarray, columns: Mapping[str, np.ndarray]) -> np.ndarray:
-    """Rows of parameters, (n, len(Parameters)), with the columns of these names replaced, in place."""
+    """Rows of parameters, (…, len(Parameters)), with the columns of these names replaced, in place."""
     for name, values in columns.items():
-        rows[:, Parameters._fields.index(name)] = values
+        rows[..., Parameters._fields.index(name)] = values
     return rows
 
 
-def at_eta(rows: np.ndarray, eta: np.ndarray, power: int | np.ndarray) -> np.ndarray:
-    """Rows of parameters at η = 1, where all amplitudes of the base are the same, at other η, (n,), in place.
+def at_eta(rows: np.ndarray, eta: np.ndarray, power: np.ndarray) -> np.ndarray:
+    """Rows of parameters at η = 1, where all amplitudes of the base are the same, at other η, in place.
 
-    ``power``: the p of the amplitude base/ηᵖ (:class:`..excitation.Excitation`), or one for each row.
+    ``power``: the p of the amplitude base/ηᵖ (:class:`..excitation.Excitation`); as η, for each row.
     """
     columns = [Parameters._fields.index(name) for name in ("base_cosine", "base_sine")]
-    rows[:, columns] /= (eta**power)[:, None]
+    rows[..., columns] /= (eta**power)[..., None]
     return parameter_rows(rows, {"eta": eta})
 
 
