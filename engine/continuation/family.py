@@ -247,7 +247,7 @@ class BranchQuestion:
 
 def _unheld(system: System) -> str:
     """Why no orbit of a system stands alone; empty if there may be one."""
-    if not system.has_free_body or system.free_pull < 0.0:
+    if not system.has_free_body or system.held_pull < 0.0:
         return ""
     return (
         "one of the bodies has no spring: nothing holds it, so that its periodic motions repeat at any place, and no "

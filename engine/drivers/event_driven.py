@@ -14,7 +14,7 @@ from vibroscope.engine.facts import ETA, Ending, stated
 from vibroscope.engine.kernels.compile.options import uncompiled
 from vibroscope.engine.kernels.compile.packing import Layout, aligned_zeros
 from vibroscope.engine.kernels.compile.record import Buffers, PackedBuffers, make_buffers
-from vibroscope.engine.kernels.equations.motion import contact_coordinates, displacements
+from vibroscope.engine.kernels.equations.motion import contact_coordinates, displacements, pressed_generator
 from vibroscope.engine.kernels.event_driven import integrate as kernel
 from vibroscope.engine.kernels.event_driven import setup
 from vibroscope.engine.kernels.event_driven.output import record_open_contact
@@ -138,12 +138,15 @@ def _set_up_stop(
     if impulses and not rigid:
         generator = full_pressed_generators(row[None])[0]
         integral = integral_of(generator, watched_in_contact(p, rigid))
-        views.contact.rows[:6, INTEGRAL] = views.slow_contact.rows[:6, INTEGRAL] = integral
+        pulled = -integral[:4] @ pressed_generator(p)[:, 6]
+        views.contact.rows[:, INTEGRAL] = views.slow_contact.rows[:, INTEGRAL] = np.append(integral, pulled)
     return views
 
 
 def integral_of(generator: np.ndarray, watched: np.ndarray) -> np.ndarray:
     """The row r with ∫w·z dτ = r·Δz for the row w that is ``watched``: z′ = A z gives r = A⁻ᵀw.
+
+    With a pull p, z′ = A z + p, the time that passes counts with −r·p.
 
     Two bodies without springs have no equilibrium, and A no inverse; what is watched does not depend on where they are.
     Of a load that is linear in time the last two factors are those of ∫C and ∫S

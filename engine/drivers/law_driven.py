@@ -117,6 +117,7 @@ def set_up_law(p: Parameters, load: Load | None = None) -> LawSystem:
         "watched": np.zeros(2 * PIECES),
         "rows": np.zeros((2 * PIECES, 7, INTEGRAL + 1)),
         "transitions": np.zeros((PIECES, POINTS, 6, 6)),
+        "offsets": np.zeros((PIECES, POINTS, 4)),
         "counts": np.zeros(PIECES, dtype=np.int64),
         "targets": np.zeros(2 * PIECES, dtype=np.int64),
         "mirrored": np.full(2 * PIECES, -1, dtype=np.int64),
@@ -169,18 +170,16 @@ def _add_piece(tables: dict, p: Parameters, piece: int, contact: Piece, watched:
         row[GAP], row[RATE] = -each.by_depth, -each.by_speed
         i, level = 2 * piece + k, float(row[GAP] * gap) + each.constant
         phases.append(tabulate(generator, rate, row, h, (position, gap, level)))
-        tables["watched"][i], tables["rows"][i], tables["transitions"][piece] = (
-            level,
-            phases[k].rows,
-            phases[k].transitions,
-        )
+        tables["watched"][i], tables["rows"][i] = level, phases[k].rows
+        tables["transitions"][piece], tables["offsets"][piece] = phases[k].transitions, phases[k].offsets
         tables["pulled"][piece] = phases[k].pulled
         tables["targets"][i], tables["mirrored"][i] = int(each.target), each.mirrored
     if acts:
         acting = np.zeros(6)
         acting[GAP], acting[RATE] = force(stiffness, damping, 1.0, 0.0), force(stiffness, damping, 0.0, 1.0)
-        tables["impulse"][piece, :6] = integral_of(full_generator(generator, rate), acting)
-        tables["impulse"][piece, 6] = acting[GAP] * gap + push
+        integral = integral_of(full_generator(generator, rate), acting)
+        tables["impulse"][piece, :6] = integral
+        tables["impulse"][piece, 6] = acting[GAP] * gap + push - integral[:4] @ generator[:, 6]
     return phases[0]
 
 

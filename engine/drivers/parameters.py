@@ -68,13 +68,11 @@ def _as_seen(system: System, eta: float, method: Method) -> Parameters:
         pulse = 0.0 if method.has_step else load.frequency
     mu = 1.0 if wall else system.mass_ratio
     gain, relative = (0.0, False) if rigid else damper_of(system, method)
-    position, gap, pull = 0.0 if wall else system.separate_rest[0], system.static_gap, 0.0
+    position, gap, pull = 0.0 if wall else system.separate_rest[0], system.static_gap, system.free_pull
     if system.has_free_body:  # it may rest anywhere: where it touches
         position, gap = position + (0.0 if system.spring1 else gap), 0.0
     if system.rests_afar:
         position, gap, pull = -1.0, 0.0, system.spring1 * system.clearance - system.excitation.constant1
-    elif system.has_free_body:
-        pull = system.free_pull
     return Parameters(
         eta=float(eta),
         kappa=math.sqrt(system.spring1) if wall else system.kappa,
@@ -93,6 +91,7 @@ def _as_seen(system: System, eta: float, method: Method) -> Parameters:
         free_position=position,
         free_gap=gap,
         pull=pull,
+        pull1=system.free_pulls[0],
         clearance=system.clearance,
         kappa3=1.0 if wall else system.kappa3,
         damper3=system.joint_damper(method.joint_damping) if rigid else 0.0,

@@ -32,6 +32,7 @@ from vibroscope.engine.kernels.equations.motion import (
     holding,
     joined_equilibrium,
     joined_generator,
+    joint_pull,
     joint_share,
     load_rate,
     pressed_equilibrium,
@@ -192,11 +193,15 @@ def slow_contact_phase(p, fast, slow_rate):
 
 @jit
 def are_stiff(rows):
-    """Which rows of parameters belong to runs that may have a slow phase, (n,) of bool."""
+    """Which rows of parameters belong to runs that may have a slow phase, (n,) of bool.
+
+    Dampers that differ let a pull on both bodies excite the fast modes all the time.
+    """
     stiff = np.zeros(len(rows), dtype=np.bool_)
     for i in range(len(rows)):
         p = unpack_parameters(rows[i])
-        stiff[i] = pressed_rate(p) >= SEPARATION * free_rate(p)
+        settles = joint_pull(p) == 0.0 or p.d1 == p.damper2
+        stiff[i] = settles and pressed_rate(p) >= SEPARATION * free_rate(p)
     return stiff
 
 
