@@ -339,5 +339,36 @@ def test_a_file_of_free_bodies_comes_back(pair):
 
 
 def test_branches_of_a_body_that_nothing_holds_are_refused():
-    with pytest.raises(ValueError, match="nothing holds it"):
+    with pytest.raises(ValueError, match="one of the bodies has no spring: nothing holds it"):
         BranchQuestion(System(spring1=0.0, mu=1.0, d3=None), 1.0, Reference(), low=0.9, high=1.1)
+    with pytest.raises(ValueError, match="neither body has a spring: nothing holds them"):
+        BranchQuestion(LOADED, 1.0, Reference(), low=0.9, high=1.1)
+
+
+@pytest.mark.parametrize("method", [Reference(), ExactPenalty(K, D)], ids=["reference", "exact"])
+def test_a_branch_over_a_weight_ends_where_there_is_none(method):
+    """The impulse of a period is the weight times the period: the other body bears it."""
+    eta, hammer = 1.5, replace(FREE_1, d1=0.0, excitation=Excitation(base=0.0, force1=2.5, constant1=0.05))
+    question = BranchQuestion(hammer, eta, method, over="constant1", low=-0.1, high=0.1, max_period=4)
+    branch = continue_branch(question)
+    assert branch.values.min() == pytest.approx(0.0, abs=1e-8)
+    k = np.argmin(np.abs(branch.values - 0.05))
+    start, period = tuple(branch.sections[k][0]), branch.period
+    run = simulate(*question.at(branch.values[k]), periods=2 * period, keep=2 * period, initial=start)
+    assert run.impacts.impulse.sum() / (2 * period) == pytest.approx(branch.values[k] * run.period, rel=1e-6)
+
+
+@pytest.mark.parametrize("method", [Reference(), ExactPenalty(K, D)], ids=["reference", "exact"])
+def test_between_two_stops_a_branch_goes_on_through_a_weight_of_zero(method):
+    """A ball in a sprung cage: beyond zero the motions are those of the mirrored weight, at the other stop."""
+    drive = Excitation(base=1.0, constant2=-0.1)
+    cage = System(mu=0.25, kappa=0.0, d1=0.05, d2=0.02, d3=None, clearance=0.4, clearance2=0.4, excitation=drive)
+    branch = continue_branch(BranchQuestion(cage, 0.8, method, over="constant2", low=-0.2, high=0.2, max_period=1))
+    assert (branch.values.min(), branch.values.max()) == pytest.approx((-0.2, 0.2))
+    for value in (-0.11, 0.0, 0.13):
+        k = np.argmin(np.abs(branch.values - value))
+        start, weight = branch.sections[k][0], branch.values[k]
+        for sign in (1, -1):
+            system = replace(cage, excitation=Excitation(base=sign * 1.0, constant2=sign * weight))
+            run = simulate(system, 0.8, method, periods=1, keep=1, initial=tuple(sign * start))
+            np.testing.assert_allclose(run.section[-1], sign * start, atol=1e-9)
