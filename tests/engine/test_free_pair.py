@@ -372,3 +372,18 @@ def test_between_two_stops_a_branch_goes_on_through_a_weight_of_zero(method):
             system = replace(cage, excitation=Excitation(base=sign * 1.0, constant2=sign * weight))
             run = simulate(system, 0.8, method, periods=1, keep=1, initial=tuple(sign * start))
             np.testing.assert_allclose(run.section[-1], sign * start, atol=1e-9)
+
+
+@pytest.mark.parametrize("method", [Reference(), ExactPenalty(K, D), Newmark(K, D, 2000, located=True)], ids=repr)
+@pytest.mark.parametrize(
+    ("constant1", "damper", "moves"),
+    [(0.0, 0.05, False), (0.02, 0.05, True), (0.02, 0.0, True)],
+)
+def test_two_bodies_that_move_on_may_have_a_gap_that_repeats_itself(method, constant1, damper, moves):
+    """Two weights on the pair that is pressed together: the gap does not feel them, nor do they hold the centre."""
+    numbers = {"spring1": 0.0, "kappa": 0.0, "mu": MU, "d1": damper, "d2": damper, "clearance": 0.5}
+    weights = Excitation(base=0.0, force1=0.5, constant1=0.3 + constant1, constant2=-0.3 + MU * constant1)
+    found = motion(System(**numbers, excitation=weights), 1.0, method)
+    words = "no spring holds the bodies: both move on, while their gap repeats itself after 1 period"
+    assert (found.reason == words) == moves
+    assert found.type == ("undecided" if moves else "periodic")
