@@ -267,12 +267,12 @@ def start_at(packed: np.ndarray, y: Sequence[float]) -> np.ndarray:
 
 
 def hybrid_state(system: System, eta: float, method: Reference | ExactPenalty, y: Sequence[float]) -> np.ndarray:
-    """The same without the tables of a run, of which a start needs none; a penetration of the reference is left out."""
-    stops, (x1, v1, gap, rate) = parameters_of_stops(system, eta, method), y
+    """The same without the tables of a run, of which a start needs none."""
+    stops = parameters_of_stops(system, eta, method)
     packed, _ = no_tables(SYSTEM, len(stops))
     for each, p in zip(packed, stops, strict=True):
         write_laws(each, p, method.rigid, False, COMPLETION)
-    return start_at(packed, (x1, v1, within(system, gap) if method.rigid else gap, rate))
+    return start_at(packed, y)
 
 
 class Flow(ABC):
@@ -349,16 +349,10 @@ def packed_start(system: EventDrivenSystem, start: Checkpoint) -> np.ndarray:
     """
     if len(start.state) > 4:
         return np.array(start.state)
-    rigid = system.views.rigid
-    if rigid:
+    if system.views.rigid:
         check_apart(start)
-    x1, v1, gap, rate = uncompiled(contact_coordinates)(start.system, *start.state)  # no arrays: a call takes longer
-    return start_at(system.packed, (x1, v1, within(start.system, gap) if rigid else gap, rate))
-
-
-def within(system: System, gap: float) -> float:
-    """The gap without a penetration of a stop."""
-    return min(max(gap, 0.0), system.play)
+    y = uncompiled(contact_coordinates)(start.system, *start.state)  # no arrays: a call takes longer
+    return start_at(system.packed, y)
 
 
 def check_apart(start: Checkpoint) -> None:

@@ -338,7 +338,7 @@ def law_powers(system: System, eta: float, method: ExactPenalty, state: Sequence
     p = set_up_law(parameters_of(system, eta, method), system.excitation.load)
     packed = np.array(state)
     if len(packed) == 4:
-        packed = STATE.pack(uncompiled(start_state)(p, uncompiled(contact_coordinates)(system, *state)))
+        packed = start_of_law([p], uncompiled(contact_coordinates)(system, *state))
     sums = np.zeros((len(periods) + 1, 3))
     both = np.zeros((2, 3))
     for k, period in enumerate(periods):

@@ -90,10 +90,7 @@ def prepare(work, cells, plan, i, start):
     else:
         for k in range(rows.shape[0]):
             set_up_events(work.packed[k], work.keys[k], rows[k], rigid, cells.circles[i, k], plan.completion)
-        x1, v1, gap, rate = contact_coordinates(p, start[0], start[1], start[2], start[3])
-        if rigid:  # no penetration, not even by rounding
-            gap = min(max(gap, 0.0), p.play)
-        write_start(work.packed, work.state, (x1, v1, gap, rate))
+        write_start(work.packed, work.state, contact_coordinates(p, start[0], start[1], start[2], start[3]))
         write_tau(work.state, cells.taus[i])
     return 2 * math.pi / p.eta, p.steps
 

@@ -7,7 +7,6 @@ import math
 
 from vibroscope.engine.kernels.compile.options import jit_no_alloc
 from vibroscope.engine.kernels.event_driven.integrate import integrate
-from vibroscope.engine.kernels.event_driven.state import unpack_system
 from vibroscope.engine.kernels.event_driven.two_stops import write_start
 from vibroscope.engine.kernels.status import OK
 
@@ -39,12 +38,10 @@ def follow_disturbance(solver, variation, ends, growth, section, signals):
     y, direction = ends[0], ends[1]
     for n in range(growth.shape[0]):
         growth[n] = math.nan
-    p = unpack_system(packed[0])
-    lowest, highest = (0.0, p.play) if p.rigid else (-math.inf, math.inf)  # no penetration of a reference by rounding
     for n in range(growth.shape[0]):
         if signals[0] != 0:
             return False
-        write_start(packed, state, (y[0], y[1], min(max(y[2], lowest), highest), y[3]))
+        write_start(packed, state, (y[0], y[1], y[2], y[3]))
         for k in range(4):
             variation.state[k, 0] = direction[k]
         variation.time[0] = 0.0

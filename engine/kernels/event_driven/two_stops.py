@@ -76,10 +76,14 @@ def carry_across(d):
 def write_start(packed, state, y):
     """Write the packed hybrid state of a run that starts at τ = 0, as seen from the stop that is nearer.
 
-    ``packed``: (1, n) or (2, n), a :class:`.state.HybridSystem` of each stop; y = (ξ₁, ξ₁′, g, g′).
+    ``packed``: (1, n) or (2, n), a :class:`.state.HybridSystem` of each stop; y = (ξ₁, ξ₁′, g, g′), of which a
+    penetration of the reference is left out: not even rounding may leave one.
     """
     p = unpack_system(packed[0])
-    stop = int(y[2] > 0.5 * p.play)
+    x1, v1, gap, rate = y
+    if p.rigid:
+        gap = min(max(gap, 0.0), p.play)
+    stop = int(gap > 0.5 * p.play)
     p = unpack_system(packed[stop])
     state[SEEN_FROM] = stop
-    write_state(state, start_state(p, from_first(y, stop, p.play)))
+    write_state(state, start_state(p, from_first((x1, v1, gap, rate), stop, p.play)))
