@@ -140,14 +140,22 @@ class Cells:
         return np.array([system.rest for system in self.system]).reshape(len(self), 4)
 
     def parameters(self) -> np.ndarray:
-        """A row of :class:`engine.kernels.parameters.Parameters` for each cell, as seen from the first stop."""
-        if isinstance(self.system, System):
-            rows = np.tile(parameters_of_stops(self.system, 1.0, self.method)[0], (len(self), 1))
-            power = self.system.excitation.power
-        else:
-            rows = np.array([parameters_of_stops(system, 1.0, self.method)[0] for system in self.system])
-            power = np.array([system.excitation.power for system in self.system])
-        return parameter_rows(at_eta(rows, self.eta, power), self._own())
+        """Rows of :class:`engine.kernels.parameters.Parameters`, (n, s, …): of each cell, as seen from each stop.
+
+        s is 2 if any cell has a second stop; the second row of one that has none is its first.
+        """
+        systems = (self.system,) if isinstance(self.system, System) else self.system
+        stops = max((1 + system.two_stops for system in systems), default=1)
+        rows = np.array([(parameters_of_stops(each, 1.0, self.method) * 2)[:stops] for each in systems])
+        factors = np.array([[(1.0, 1.0), (each.stiffness_factor2, each.damping_factor2)][:stops] for each in systems])
+        power = np.array([system.excitation.power for system in systems])
+        if len(systems) < len(self):
+            rows = np.repeat(rows, len(self), axis=0)
+        own = {name: values[:, None] for name, values in self._own().items()}
+        for k, name in enumerate(("stiffness", "damping")):  # of the second stop multiples of those of the first
+            if name in own:
+                own[name] = factors[..., k] * own[name]
+        return parameter_rows(at_eta(rows, self.eta[:, None], power[:, None]), own)
 
     def __len__(self) -> int:
         return len(self.eta)

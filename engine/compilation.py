@@ -304,13 +304,6 @@ def _balance_and_load(system: System) -> None:
     transient(system, Load.half_sine(1.0, 1.0), Reference())
 
 
-def _run_between_stops() -> None:
-    """Run between two stops, and follow a disturbance there."""
-    between = System(clearance2=1.0)
-    _run(between, Reference())
-    lyapunov(between, 1.08, Reference(), periods=256)
-
-
 def _meet() -> None:
     """Let two bodies meet, with a step and without."""
     for status in ("start", "located"):
@@ -357,7 +350,6 @@ def stages() -> list[list[Call]]:
             **{name: run[name] for name in later},
             "energy of other contact laws, and loads": lambda: _balance_and_load(system),
             "one impact": _meet,
-            "two stops": _run_between_stops,
         },
     ]
     number = itertools.count()

@@ -72,7 +72,7 @@ class System:
     spring1 : float
         Stiffness of the spring of body 1 in units of m₁ω₁², 0 ≤ k₁ ≤ 1: 1 where ω₁ is its natural frequency. Where it
         is less, ω₁ is a unit of time alone, and d₁ the damper in units of 2m₁ω₁; 0 without a spring. Of two bodies
-        either of these two; a body without a spring, body 2 with κ = 0, then bears no constant force.
+        either of these two; body 2 has none with κ = 0.
     clearance2 : float or None
         Clearance of a second stop, on the other side: its gap is clearance2 − ξ₂ + ξ₁. Both clearances together are the
         play, which must be positive. None: there is no second stop. The contact force is negative there.
@@ -181,7 +181,7 @@ class System:
         object.__setattr__(self, "excitation", replace(self.excitation, **idle))
 
     def _check_springs(self) -> None:
-        """Raise a ValueError if one of two bodies has a spring that it cannot have, or none and a constant force."""
+        """Raise a ValueError if one of two bodies has a spring that it cannot have."""
         if self.wall:
             return
         if self.spring1 not in (0.0, 1.0):
@@ -194,15 +194,6 @@ class System:
             raise ValueError(
                 "spring1 = 0 leaves the mass ratio open, which kappa3 does not give: give mass_ratio, m₂/m₁"
             )
-        for name in ("constant1", "constant2"):
-            force = getattr(self.excitation, name)
-            if force and not self.spring1 and not self.kappa:
-                raise ValueError(
-                    f"{name} = {force:g} on two bodies without springs: nothing bears it; give one of them a spring, "
-                    "or the force as a load that lasts "
-                    f"in its place (`transient`, Load.trapezoid({force:g}, T, 0, on='force{name[-1]}')), or, where no "
-                    "body has a damper, let a wall take the place of one and m1 m2/(m1 + m2) be the mass of the other"
-                )
 
     def _checked_kappa3(self) -> float:
         """κ₃, which follows from μ where that is given."""
@@ -345,7 +336,7 @@ class System:
 
         Of a body without a spring that a constant force pulls beside a wall ξ₁ is infinite; without one it may rest
         anywhere: at 0, or, of two bodies, where it touches the other one if that is nearer. Of two bodies one that is
-        pulled is where it touches the other one.
+        pulled is where it touches the other one, if that has a spring.
         """
         e = self.excitation
         x1 = e.constant1 / self.spring1 if self.spring1 else 0.0
@@ -353,16 +344,28 @@ class System:
             x1 = math.copysign(math.inf, e.constant1)
         x2 = 0.0 if self.wall or not self.kappa else e.constant2 / (self.mass_ratio * self.kappa**2)
         overlap = max(0.0, -self.gap(x1, x2)) if self.has_free_body else 0.0
-        if self.free_pull:
+        if self.held_pull:
             overlap = -self.gap(x1, x2)
         return (x1, x2 + overlap) if self.spring1 else (x1 - overlap, x2)
 
+    @cached_property
+    def free_pulls(self) -> tuple[float, float]:
+        """Accelerations by constant forces on bodies without springs, of two bodies; 0 of one that has a spring."""
+        if self.wall:
+            return 0.0, 0.0
+        e = self.excitation
+        return 0.0 if self.spring1 else e.constant1, 0.0 if self.kappa else e.constant2 / self.mass_ratio
+
     @property
     def free_pull(self) -> float:
-        """Acceleration of the gap by a constant force on a body without a spring, of two bodies; else 0."""
-        if not self.has_free_body:
-            return 0.0
-        return self.excitation.constant2 / self.mass_ratio if self.spring1 else -self.excitation.constant1
+        """Acceleration that these give the gap; 0 of two weights, whose accelerations differ by rounding at most."""
+        first, second = self.free_pulls
+        return 0.0 if abs(second - first) <= 4 * 2.0**-52 * min(abs(first), abs(second)) else second - first
+
+    @property
+    def held_pull(self) -> float:
+        """The same where the spring of the other body bears it in contact, else 0."""
+        return self.free_pull if self.spring1 or self.kappa else 0.0
 
     @cached_property
     def static_gap(self) -> float:
@@ -385,15 +388,15 @@ class System:
         """ξ₁, ξ₁′, ξ₂, ξ₂′ of the static equilibrium, contact being rigid: where runs begin unless a start is given.
 
         A body without a spring that a constant force pulls off a wall has none: then ξ₁ = 0; of two bodies it then
-        begins where it touches the other one.
+        begins where it touches the other one, and two without springs at 0, or where they touch.
         """
-        if self.static_gap > self.play or (self.free_pull > 0.0 and self.two_stops):  # pressed to the second stop
+        if self.static_gap > self.play or (self.held_pull > 0.0 and self.two_stops):  # pressed to the second stop
             return tuple(0.0 - value for value in self.mirrored.rest)
         x1, x2 = self.separate_rest
         if x1 == -math.inf:
             x1 = min(0.0, self.clearance)
-        if self.free_pull < 0 or (self.static_gap < 0 and not self.free_pull):
-            if self.free_pull:  # the other body bears it
+        if self.held_pull < 0 or (self.static_gap < 0 and not self.held_pull):
+            if self.held_pull:  # the other body bears it
                 e = self.excitation
                 x1 += e.constant2 if self.spring1 else e.constant1 / (self.mass_ratio * self.kappa**2)
             else:

@@ -27,7 +27,7 @@ def drawing(setting: Setting) -> dict:
         "head": HEADS[setting.bodies],
         "clearance": system.clearance,
         "clearance2": system.clearance2,
-        "separate": list(apart if math.isfinite(apart[0]) and not system.free_pull else system.rest[::2]),
+        "separate": list(apart if math.isfinite(apart[0]) and not system.held_pull else system.rest[::2]),
         "share": system.stiffness_share,
         "springs": [system.spring1 > 0.0, system.wall or system.kappa > 0.0],
         "mass": 1.0 if system.wall else system.mass_ratio,

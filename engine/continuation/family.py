@@ -247,10 +247,16 @@ class BranchQuestion:
 
 def _unheld(system: System) -> str:
     """Why no orbit of a system stands alone; empty if there may be one."""
-    if not system.has_free_body or system.free_pull < 0.0:
+    if not system.has_free_body or system.held_pull < 0.0:
+        return ""
+    repeat = "so that periodic motions repeat at any place, and no branch of single orbits can be followed"
+    if not system.spring1 and not system.kappa:
+        return (
+            f"neither body has a spring: nothing holds them, {repeat}; give one of them a spring, or ask for a diagram"
+        )
+    if system.two_stops:  # on the other body
         return ""
     return (
-        "one of the bodies has no spring: nothing holds it, so that its periodic motions repeat at any place, and no "
-        "branch of single orbits can be followed; give it a spring, or a constant force towards the "
-        "other one, or ask for a diagram"
+        f"one of the bodies has no spring: nothing holds it, {repeat}; give it a spring, a constant force towards the "
+        "other one or a second stop, or ask for a diagram"
     )

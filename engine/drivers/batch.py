@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 from vibroscope.engine.drivers.base import CAPACITY
-from vibroscope.engine.drivers.event_driven import COMPLETION, separating_circles
+from vibroscope.engine.drivers.event_driven import COMPLETION, no_tables, separating_circles
 from vibroscope.engine.drivers.newmark import are_held, can_skip
 from vibroscope.engine.drivers.threads import Worker, share_out
 from vibroscope.engine.kernels import section_statistics
@@ -27,7 +27,7 @@ from vibroscope.engine.kernels.compile.record import make_buffers
 from vibroscope.engine.kernels.event_driven.saltation import make_variation
 from vibroscope.engine.kernels.event_driven.state import STATE as EVENT_STATE
 from vibroscope.engine.kernels.event_driven.state import SYSTEM
-from vibroscope.engine.kernels.parameters import Parameters, no_keys
+from vibroscope.engine.kernels.parameters import Parameters
 from vibroscope.engine.kernels.time_stepping.newmark import STATE as STEP_STATE
 from vibroscope.engine.methods import ExactPenalty, Method, Reference
 
@@ -53,11 +53,11 @@ class Task(NamedTuple):
 def are_compiled(method: Method, rows: np.ndarray) -> np.ndarray:
     """Whether the kernel runs each cell, (n,) of bool.
 
-    It does not with other laws or steps, nor if all steps are taken, nor between two stops.
+    It does not with other laws or steps, nor if all steps are taken, as between two stops.
     """
-    p = Parameters(*rows.T)
+    p = Parameters(*rows[:, 0].T)
     if not method.has_step:
-        return np.isinf(p.play) & (method.rigid or method.linear)
+        return np.full(len(rows), method.rigid or method.linear)
     fastest = np.maximum(np.maximum(p.kappa, p.eta), 1.0)
     return np.isinf(p.play) & are_held(p) & can_skip(p.eta, fastest, p.steps, method)
 
@@ -175,7 +175,7 @@ def run_batch(
     order, chained = cells.order, cells.chained
 
     def in_kernel() -> Worker:
-        work = make_work_space(plan.kind, plan.sample)
+        work = make_work_space(plan.kind, plan.sample, cells.parameters.shape[1])
         return lambda places, *signals: kernel.run_cells(cells, places, plan, work, results, *signals)
 
     def by_itself(place: int, signals: np.ndarray) -> bool:
@@ -201,7 +201,8 @@ def batch_of(
 
     Parameters
     ----------
-    rows : (n, len(Parameters)) ndarray
+    rows : (n, s, len(Parameters)) ndarray
+        As seen from each stop: s is 2 if any cell has a second one.
     initial : (n, 4) ndarray
     order : (n,) ndarray of int64, optional
         The cells in the order of their places, by default as they stand.
@@ -215,28 +216,30 @@ def batch_of(
     kind, n = SKIPPING if method.has_step else kind_of_events(method), len(rows)
     columns = np.array(task.coordinates, dtype=np.int64)
     plan = kernel.BatchPlan(kind, task.transient, task.sample, task.recurrence, columns, COMPLETION, traps)
-    circles = np.zeros((n, 2))
+    circles = np.zeros((*rows.shape[:2], 2))
     if kind == EXACT:
-        circles[:] = separating_circles(rows[:1] if (rows == rows[:1]).all() else rows)
+        distinct = rows[:1] if (rows == rows[:1]).all() else rows
+        circles[:] = separating_circles(distinct.reshape(-1, rows.shape[-1])).reshape(len(distinct), *circles.shape[1:])
     order = np.arange(n) if order is None else order
     chained = np.zeros(n, bool) if chained is None else chained
     taus = np.zeros(n) if taus is None else taus
     return kernel.BatchCells(order, chained, rows, initial, taus, circles), plan
 
 
-def make_work_space(kind: int, sample: int, phases: np.ndarray | None = None) -> kernel.WorkSpace:
+def make_work_space(kind: int, sample: int, stops: int, phases: np.ndarray | None = None) -> kernel.WorkSpace:
     """The work space of one thread; ``phases``: the instants of a period to sample, as shares of T."""
     layout, state = (SKIPPING_LAYOUT, STEP_STATE) if kind == SKIPPING else (SYSTEM, EVENT_STATE)
+    packed, keys = no_tables(layout, stops)
     instants = np.zeros(1) if phases is None else phases
     nothing, cycle, kept = (
         make_buffers(rows, instants, 0 if phases is None else rows, CAPACITY if rows else 0)[:2]
         for rows in (0, CYCLE, sample)
     )
     return kernel.WorkSpace(
-        packed=layout.zeros(),
-        keys=no_keys(),
-        state=state.zeros(),
-        before=state.zeros(),
+        packed=packed,
+        keys=keys,
+        state=np.zeros(state.size + 1),
+        before=np.zeros(state.size + 1),
         nothing=nothing,
         cycle=cycle,
         sample=kept,
@@ -260,7 +263,7 @@ def follow(
     Parameters
     ----------
     method : Reference or ExactPenalty
-    rows : (n, len(Parameters)) ndarray
+    rows : (n, s, len(Parameters)) ndarray
     initial : (n, 4) ndarray
         ξ₁, ξ₁′, ξ₂, ξ₂′ at τ ≡ 0 mod T.
     periods, settling : int
@@ -282,7 +285,7 @@ def follow(
 
     def in_kernel() -> Worker:
         variation = uncompiled(make_variation)(1)
-        space = kernel.FollowSpace(make_work_space(plan.kind, 1), variation, np.empty((2, 4)))
+        space = kernel.FollowSpace(make_work_space(plan.kind, 1, rows.shape[1]), variation, np.empty((2, 4)))
         growth, section = np.empty(periods), np.empty((periods, 4))
 
         def run(places: tuple[int, int], signals: np.ndarray, slot: int) -> None:
@@ -315,7 +318,7 @@ def settle(
     ----------
     method : Reference or ExactPenalty
         Of the first contact law: what the kernels of many cells solve in closed form.
-    rows : (n, len(Parameters)) ndarray
+    rows : (n, s, len(Parameters)) ndarray
     initial : (n, 4) ndarray
         ξ₁, ξ₁′, ξ₂, ξ₂′ of each cell; a reference without penetration but for rounding.
     taus : (n,) ndarray

@@ -20,7 +20,7 @@ class Motions(NamedTuple):
     Attributes
     ----------
     method : Method
-    rows : (n, len(Parameters)) ndarray
+    rows : (n, s, len(Parameters)) ndarray
     initial : (n, 4) ndarray
         ξ₁, ξ₁′, ξ₂, ξ₂′ where the samples begin.
     recurs : (n,) ndarray of int64
@@ -85,7 +85,9 @@ def differences(
     def sides(phases: np.ndarray) -> list[kernel.Sampled]:
         rooms = np.empty((2, periods, len(phases), 2))
         return [
-            kernel.Sampled(cells, plan, make_work_space(plan.kind, periods, phases), motions.recurs, room)
+            kernel.Sampled(
+                cells, plan, make_work_space(plan.kind, periods, motions.rows.shape[1], phases), motions.recurs, room
+            )
             for (cells, plan), motions, room in zip(batches, (penalty, limit), rooms, strict=True)
         ]
 

@@ -12,9 +12,9 @@ from vibroscope.engine.drivers.base import Driver
 from vibroscope.engine.drivers.parameters import parameters_of_stops
 from vibroscope.engine.facts import ETA, Ending, stated
 from vibroscope.engine.kernels.compile.options import uncompiled
-from vibroscope.engine.kernels.compile.packing import aligned_zeros
+from vibroscope.engine.kernels.compile.packing import Layout, aligned_zeros
 from vibroscope.engine.kernels.compile.record import Buffers, PackedBuffers, make_buffers
-from vibroscope.engine.kernels.equations.motion import contact_coordinates, displacements
+from vibroscope.engine.kernels.equations.motion import contact_coordinates, displacements, pressed_generator
 from vibroscope.engine.kernels.event_driven import integrate as kernel
 from vibroscope.engine.kernels.event_driven import setup
 from vibroscope.engine.kernels.event_driven.output import record_open_contact
@@ -35,9 +35,8 @@ from vibroscope.engine.kernels.event_driven.state import (
     HybridState,
     HybridSystem,
     in_contact,
-    write_start,
 )
-from vibroscope.engine.kernels.event_driven.two_stops import write_start_between
+from vibroscope.engine.kernels.event_driven.two_stops import write_start
 from vibroscope.engine.kernels.linear.tables import INTEGRAL
 from vibroscope.engine.kernels.parameters import Parameters, no_keys
 from vibroscope.engine.kernels.status import FULL, OK, PAUSED, STATUSES
@@ -78,16 +77,25 @@ NO_BUFFERS = make_buffers(0, np.zeros(1), 0, 0)
 COMPLETION = 1e-5  # the closed form of a chatter's end neglects the square of this
 
 
-class EventDrivenSystem(NamedTuple):
-    """The tables of a run, packed for the kernels and as views of the same array; between two stops those of each."""
+def no_tables(layout: Layout, stops: int, more: int = 0) -> tuple[np.ndarray, np.ndarray]:
+    """Room for the tables of each stop, (stops, n), and their keys, (stops, 2, len(Parameters)).
 
-    packed: np.ndarray  # (n,), or (2, n)
+    ``more``: numbers behind the tables.
+    """
+    packed = aligned_zeros(stops * (layout.size + more)).reshape(stops, -1)
+    return packed, np.array([no_keys() for _ in range(stops)])
+
+
+class EventDrivenSystem(NamedTuple):
+    """The tables of a run as seen from each stop, packed for the kernels and as views of the same array."""
+
+    packed: np.ndarray  # (1, n) or (2, n)
     views: HybridSystem  # as seen from the first stop
     second: HybridSystem | None = None
 
     def seen_from(self, state: np.ndarray) -> HybridSystem:
         """The views as the packed hybrid state is seen."""
-        return self.second if len(state) > SEEN_FROM and state[SEEN_FROM] else self.views
+        return self.second if state[SEEN_FROM] else self.views
 
 
 def set_up(
@@ -105,19 +113,24 @@ def set_up(
     """
     stops, completion = parameters_of_stops(system, eta, method), COMPLETION if completion is None else completion
     load = system.excitation.load
-    size = SYSTEM.size + (0 if load is None else load.segments.size)
-    packed = [aligned_zeros(size)] if len(stops) == 1 else np.zeros((len(stops), size))
-    views = [_set_up_stop(*each, method.rigid, completion, impulses, load) for each in zip(packed, stops, strict=True)]
-    return EventDrivenSystem(packed if len(stops) > 1 else packed[0], *views)
+    packed, keys = no_tables(SYSTEM, len(stops), 0 if load is None else load.segments.size)
+    how = method.rigid, completion, impulses, load
+    return EventDrivenSystem(packed, *(_set_up_stop(*each, *how) for each in zip(packed, keys, stops, strict=True)))
 
 
 def _set_up_stop(
-    packed: np.ndarray, p: Parameters, rigid: bool, completion: float, impulses: bool, load: Load | None
+    packed: np.ndarray,
+    keys: np.ndarray,
+    p: Parameters,
+    rigid: bool,
+    completion: float,
+    impulses: bool,
+    load: Load | None,
 ) -> HybridSystem:
     """Write phases, laws and segments of a load as seen from one stop, and return views of them."""
     row = np.array(p)
     circle = np.zeros(2) if rigid or load is not None else separating_circles(row[None])[0]
-    set_up_events(packed, no_keys(), row, rigid, circle, completion)
+    set_up_events(packed, keys, row, rigid, circle, completion)
     views = SYSTEM.read(packed)
     if load is not None:
         packed[SYSTEM.size :] = load.segments.ravel()
@@ -125,12 +138,15 @@ def _set_up_stop(
     if impulses and not rigid:
         generator = full_pressed_generators(row[None])[0]
         integral = integral_of(generator, watched_in_contact(p, rigid))
-        views.contact.rows[:6, INTEGRAL] = views.slow_contact.rows[:6, INTEGRAL] = integral
+        pulled = -integral[:4] @ pressed_generator(p)[:, 6]
+        views.contact.rows[:, INTEGRAL] = views.slow_contact.rows[:, INTEGRAL] = np.append(integral, pulled)
     return views
 
 
 def integral_of(generator: np.ndarray, watched: np.ndarray) -> np.ndarray:
     """The row r with ∫w·z dτ = r·Δz for the row w that is ``watched``: z′ = A z gives r = A⁻ᵀw.
+
+    With a pull p, z′ = A z + p, the time that passes counts with −r·p.
 
     Two bodies without springs have no equilibrium, and A no inverse; what is watched does not depend on where they are.
     Of a load that is linear in time the last two factors are those of ∫C and ∫S
@@ -181,9 +197,8 @@ class EventDriver(Driver):
 
     def call(self, stop: int, buffers: PackedBuffers) -> tuple[int, int, int]:
         """Call the event loop."""
-        packed, window = self._system.packed, self._window
-        loop = self.loop if self._system.second is None else kernel.integrate_between
-        return loop(packed, self._state, float(stop), window, buffers.flat, buffers.sizes, None)
+        run = self._system.packed, self._state, float(stop), self._window
+        return self.loop(*run, buffers.flat, buffers.sizes, None)
 
     def periods_per_call(self) -> int:
         return PERIODS_PER_CALL
@@ -244,29 +259,20 @@ class EventDriver(Driver):
         return Checkpoint(*self.run, self.periods, tuple(self._state.tolist()))
 
 
-def start_at(system: EventDrivenSystem, y: Sequence[float]) -> np.ndarray:
-    """The packed hybrid state at τ = 0 with y = (ξ₁, ξ₁′, g, g′)."""
-    return _start_from(np.atleast_2d(system.packed), tuple(map(float, y)))
-
-
-def _start_from(packed: np.ndarray, y: tuple[float, float, float, float]) -> np.ndarray:
-    """The same from the laws of each stop, packed, (1, n) or (2, n)."""
-    if len(packed) == 1:
-        state = STATE.zeros()
-        write_start(packed[0], state, *y)
-        return state
+def start_at(packed: np.ndarray, y: Sequence[float]) -> np.ndarray:
+    """The packed hybrid state at τ = 0 with y = (ξ₁, ξ₁′, g, g′), from the laws of each stop, (1, n) or (2, n)."""
     state = np.zeros(SEEN_FROM + 1)
-    write_start_between(packed, state, *y)
+    write_start(packed, state, tuple(map(float, y)))
     return state
 
 
 def hybrid_state(system: System, eta: float, method: Reference | ExactPenalty, y: Sequence[float]) -> np.ndarray:
-    """The same without the tables of a run, of which a start needs none; a penetration of the reference is left out."""
-    stops, (x1, v1, gap, rate) = parameters_of_stops(system, eta, method), map(float, y)
-    packed = np.zeros((len(stops), SYSTEM.size))
+    """The same without the tables of a run, of which a start needs none."""
+    stops = parameters_of_stops(system, eta, method)
+    packed, _ = no_tables(SYSTEM, len(stops))
     for each, p in zip(packed, stops, strict=True):
         write_laws(each, p, method.rigid, False, COMPLETION)
-    return _start_from(packed, (x1, v1, within(system, gap) if method.rigid else gap, rate))
+    return start_at(packed, y)
 
 
 class Flow(ABC):
@@ -315,7 +321,7 @@ class LinearFlow(Flow):
         self._system = system
 
     def start(self, y: Sequence[float]) -> np.ndarray:
-        return start_at(self._system, y)
+        return start_at(self._system.packed, y)
 
     def with_jacobian(self, start: np.ndarray, periods: float) -> tuple[np.ndarray, np.ndarray, int] | None:
         return self._with_variation(start, periods, uncompiled(make_variation)())
@@ -328,9 +334,8 @@ class LinearFlow(Flow):
 
     def _with_variation(self, start: np.ndarray, periods: float, variation: Variation):
         """Integrate the motion with changes of its start."""
-        system, nothing = self._system, (NO_BUFFERS.flat, NO_BUFFERS.sizes)
-        loop = kernel.integrate if system.second is None else kernel.integrate_between
-        status, _, _ = loop(system.packed, start, periods, (0.0, 0.0), *nothing, variation)
+        nothing = NO_BUFFERS.flat, NO_BUFFERS.sizes
+        status, _, _ = kernel.integrate(self._system.packed, start, periods, (0.0, 0.0), *nothing, variation)
         return (variation.end, variation.state, int(variation.course[0])) if status == OK else None
 
 
@@ -344,16 +349,10 @@ def packed_start(system: EventDrivenSystem, start: Checkpoint) -> np.ndarray:
     """
     if len(start.state) > 4:
         return np.array(start.state)
-    rigid = system.views.rigid
-    if rigid:
+    if system.views.rigid:
         check_apart(start)
-    x1, v1, gap, rate = uncompiled(contact_coordinates)(start.system, *start.state)  # no arrays: a call takes longer
-    return start_at(system, (x1, v1, within(start.system, gap) if rigid else gap, rate))
-
-
-def within(system: System, gap: float) -> float:
-    """The gap without a penetration of a stop."""
-    return min(max(gap, 0.0), system.play)
+    y = uncompiled(contact_coordinates)(start.system, *start.state)  # no arrays: a call takes longer
+    return start_at(system.packed, y)
 
 
 def check_apart(start: Checkpoint) -> None:

@@ -41,7 +41,7 @@ from vibroscope.engine.kernels.event_driven.state import (
     start_state,
 )
 from vibroscope.engine.kernels.event_driven.state import NUMBERS as NUMBERS_OF_LOAD
-from vibroscope.engine.kernels.event_driven.two_stops import turned
+from vibroscope.engine.kernels.event_driven.two_stops import from_first
 from vibroscope.engine.kernels.linear.tables import (
     DEEPEST,
     INTEGRAL,
@@ -117,6 +117,7 @@ def set_up_law(p: Parameters, load: Load | None = None) -> LawSystem:
         "watched": np.zeros(2 * PIECES),
         "rows": np.zeros((2 * PIECES, 7, INTEGRAL + 1)),
         "transitions": np.zeros((PIECES, POINTS, 6, 6)),
+        "offsets": np.zeros((PIECES, POINTS, 4)),
         "counts": np.zeros(PIECES, dtype=np.int64),
         "targets": np.zeros(2 * PIECES, dtype=np.int64),
         "mirrored": np.full(2 * PIECES, -1, dtype=np.int64),
@@ -169,18 +170,16 @@ def _add_piece(tables: dict, p: Parameters, piece: int, contact: Piece, watched:
         row[GAP], row[RATE] = -each.by_depth, -each.by_speed
         i, level = 2 * piece + k, float(row[GAP] * gap) + each.constant
         phases.append(tabulate(generator, rate, row, h, (position, gap, level)))
-        tables["watched"][i], tables["rows"][i], tables["transitions"][piece] = (
-            level,
-            phases[k].rows,
-            phases[k].transitions,
-        )
+        tables["watched"][i], tables["rows"][i] = level, phases[k].rows
+        tables["transitions"][piece], tables["offsets"][piece] = phases[k].transitions, phases[k].offsets
         tables["pulled"][piece] = phases[k].pulled
         tables["targets"][i], tables["mirrored"][i] = int(each.target), each.mirrored
     if acts:
         acting = np.zeros(6)
         acting[GAP], acting[RATE] = force(stiffness, damping, 1.0, 0.0), force(stiffness, damping, 0.0, 1.0)
-        tables["impulse"][piece, :6] = integral_of(full_generator(generator, rate), acting)
-        tables["impulse"][piece, 6] = acting[GAP] * gap + push
+        integral = integral_of(full_generator(generator, rate), acting)
+        tables["impulse"][piece, :6] = integral
+        tables["impulse"][piece, 6] = acting[GAP] * gap + push - integral[:4] @ generator[:, 6]
     return phases[0]
 
 
@@ -191,9 +190,9 @@ def set_up_stops(system: System, eta: float, method: ExactPenalty) -> list[LawSy
 
 def start_of_law(systems: Sequence[LawSystem], y: Sequence[float]) -> np.ndarray:
     """The packed hybrid state at y = (ξ₁, ξ₁′, g, g′), and after it the number of the stop from which it is seen."""
-    y, other = tuple(map(float, y)), y[2] > 0.5 * systems[0].play
-    y = uncompiled(turned)(y, systems[0].play) if other else y
-    return np.append(STATE.pack(uncompiled(start_state)(systems[int(other)], y)), float(other))
+    y, stop = tuple(map(float, y)), int(y[2] > 0.5 * systems[0].play)
+    y = uncompiled(from_first)(y, stop, systems[0].play)
+    return np.append(STATE.pack(uncompiled(start_state)(systems[stop], y)), float(stop))
 
 
 def integrate_law(
@@ -299,7 +298,7 @@ class LawFlow(Flow):
         a, here = STATE.read(state), int(state[SEEN_FROM])
         p = self._systems[here]
         y, _ = motion_after(p, a, (periods - a.period) * p.period - a.tau)
-        return np.array(uncompiled(turned)(y, p.play) if here else y), events
+        return np.array(uncompiled(from_first)(y, here, p.play)), events
 
     def image(self, y: np.ndarray, direction: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
         start = self.start(y)
@@ -309,9 +308,9 @@ class LawFlow(Flow):
 
     def _derivative(self, start: np.ndarray, periods: float, direction: np.ndarray, events: int) -> np.ndarray | None:
         """The derivative by a central difference; None if a neighbour has other events. A wall does not move."""
-        a, other = STATE.read(start), start[SEEN_FROM]
-        y = np.array([a.x1, a.v1, a.gap, a.rate])
-        y = np.array(uncompiled(turned)(y, self._systems[0].play)) if other else y
+        a = STATE.read(start)
+        y = (a.x1, a.v1, a.gap, a.rate), int(start[SEEN_FROM]), self._systems[0].play
+        y = np.array(uncompiled(from_first)(*y))
         width = DIFFERENCE * max(float(np.abs(y).max()), DIFFERENCE)
         change = width * direction * ([0.0, 0.0, 1.0, 1.0] if self._systems[0].wall else 1.0)
         sides = [self.end(self.start(y + sign * change), periods) for sign in (1.0, -1.0)]
@@ -339,7 +338,7 @@ def law_powers(system: System, eta: float, method: ExactPenalty, state: Sequence
     p = set_up_law(parameters_of(system, eta, method), system.excitation.load)
     packed = np.array(state)
     if len(packed) == 4:
-        packed = STATE.pack(uncompiled(start_state)(p, uncompiled(contact_coordinates)(system, *state)))
+        packed = start_of_law([p], uncompiled(contact_coordinates)(system, *state))
     sums = np.zeros((len(periods) + 1, 3))
     both = np.zeros((2, 3))
     for k, period in enumerate(periods):

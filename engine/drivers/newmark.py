@@ -42,7 +42,7 @@ def can_skip(eta: float, rate, steps, method: TimeStepping):
 
 def are_held(p: Parameters):
     """Whether the skips know the motion: no constant force acts on a body without a spring; p: numbers or arrays."""
-    return (p.pull == 0.0) | (p.wall > 0.0)
+    return ((p.pull == 0.0) & (p.pull1 == 0.0)) | (p.wall > 0.0)
 
 
 def has_strides(eta: float, rate, steps):

@@ -9,15 +9,14 @@ from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
-from vibroscope.engine.drivers.event_driven import COMPLETION
+from vibroscope.engine.drivers.event_driven import COMPLETION, no_tables
 from vibroscope.engine.drivers.parameters import parameters_of_stops
-from vibroscope.engine.kernels.compile.packing import aligned_zeros
 from vibroscope.engine.kernels.event_driven import orbit as event
 from vibroscope.engine.kernels.event_driven import orbit_steps as steps
 from vibroscope.engine.kernels.event_driven.orbit import evaluate_orbit, orbit_slope, orbit_state_later
 from vibroscope.engine.kernels.event_driven.orbit_steps import solve_orbit
 from vibroscope.engine.kernels.event_driven.state import SYSTEM
-from vibroscope.engine.kernels.parameters import ETA, no_keys
+from vibroscope.engine.kernels.parameters import ETA
 from vibroscope.engine.methods import ExactPenalty, Reference
 from vibroscope.engine.model import System
 
@@ -111,7 +110,7 @@ class OrbitEquations:
         if like is None:
             rows = np.array(parameters_of_stops(system, eta, method))
             self._problem = rows, method.rigid, COMPLETION
-            self._tables, self._tables_beside = _no_tables(len(rows)), _no_tables(len(rows))
+            self._tables, self._tables_beside = no_tables(SYSTEM, len(rows)), no_tables(SYSTEM, len(rows))
         else:
             self._problem = like._rows_of(system, eta, method), *like._problem[1:]
             self._tables, self._tables_beside = like._tables, like._tables_beside
@@ -192,9 +191,3 @@ class OrbitEquations:
             When it holds, and how much later, in excitation periods.
         """
         return np.array(orbit_state_later(self._tables, self._problem, kind, state, turn, length))
-
-
-def _no_tables(stops: int) -> tuple[np.ndarray, np.ndarray]:
-    """Room for the tables of each stop, and their keys."""
-    packed = aligned_zeros(stops * SYSTEM.size).reshape(stops, SYSTEM.size)
-    return packed, np.array([no_keys() for _ in range(stops)])

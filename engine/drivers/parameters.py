@@ -68,13 +68,11 @@ def _as_seen(system: System, eta: float, method: Method) -> Parameters:
         pulse = 0.0 if method.has_step else load.frequency
     mu = 1.0 if wall else system.mass_ratio
     gain, relative = (0.0, False) if rigid else damper_of(system, method)
-    position, gap, pull = 0.0 if wall else system.separate_rest[0], system.static_gap, 0.0
+    position, gap, pull = 0.0 if wall else system.separate_rest[0], system.static_gap, system.free_pull
     if system.has_free_body:  # it may rest anywhere: where it touches
         position, gap = position + (0.0 if system.spring1 else gap), 0.0
     if system.rests_afar:
         position, gap, pull = -1.0, 0.0, system.spring1 * system.clearance - system.excitation.constant1
-    elif system.has_free_body:
-        pull = system.free_pull
     return Parameters(
         eta=float(eta),
         kappa=math.sqrt(system.spring1) if wall else system.kappa,
@@ -93,6 +91,7 @@ def _as_seen(system: System, eta: float, method: Method) -> Parameters:
         free_position=position,
         free_gap=gap,
         pull=pull,
+        pull1=system.free_pulls[0],
         clearance=system.clearance,
         kappa3=1.0 if wall else system.kappa3,
         damper3=system.joint_damper(method.joint_damping) if rigid else 0.0,
@@ -128,19 +127,19 @@ def loads(system: System, eta: float) -> tuple[np.ndarray, np.ndarray]:
 
 
 def parameter_rows(rows: np.ndarray, columns: Mapping[str, np.ndarray]) -> np.ndarray:
-    """Rows of parameters, (n, len(Parameters)), with the columns of these names replaced, in place."""
+    """Rows of parameters, (…, len(Parameters)), with the columns of these names replaced, in place."""
     for name, values in columns.items():
-        rows[:, Parameters._fields.index(name)] = values
+        rows[..., Parameters._fields.index(name)] = values
     return rows
 
 
-def at_eta(rows: np.ndarray, eta: np.ndarray, power: int | np.ndarray) -> np.ndarray:
-    """Rows of parameters at η = 1, where all amplitudes of the base are the same, at other η, (n,), in place.
+def at_eta(rows: np.ndarray, eta: np.ndarray, power: np.ndarray) -> np.ndarray:
+    """Rows of parameters at η = 1, where all amplitudes of the base are the same, at other η, in place.
 
-    ``power``: the p of the amplitude base/ηᵖ (:class:`..excitation.Excitation`), or one for each row.
+    ``power``: the p of the amplitude base/ηᵖ (:class:`..excitation.Excitation`); as η, for each row.
     """
     columns = [Parameters._fields.index(name) for name in ("base_cosine", "base_sine")]
-    rows[:, columns] /= (eta**power)[:, None]
+    rows[..., columns] /= (eta**power)[..., None]
     return parameter_rows(rows, {"eta": eta})
 
 

@@ -65,9 +65,9 @@ def balance_of_steps(response: Response) -> EnergyBalance:
     mu, kappa = (0.0 if c.wall else c.mass_ratio), c.kappa
     x, v, force = sampled.displacement, sampled.velocity, sampled.force
     rest, gap, change = (c.clearance, 0.0) if c.rests_afar else c.separate_rest, c.gap(x[0], x[1]), np.diff(x)
-    pulled = c.rests_afar or c.free_pull != 0.0
-    constant = c.excitation.constant1 - c.spring1 * rest[0] if pulled else 0.0  # what holds the bodies there
-    constant2 = c.excitation.constant2 - c.mass_ratio * kappa**2 * rest[1] if c.free_pull else 0.0
+    free = any(c.free_pulls)
+    constant = c.excitation.constant1 - c.spring1 * rest[0] if c.rests_afar or free else 0.0  # what holds the bodies
+    constant2 = c.excitation.constant2 - c.mass_ratio * kappa**2 * rest[1] if free else 0.0
     phase = np.arange(len(sampled.time)) % method.steps * (2 * np.pi / method.steps)
     cosine, sine = np.cos(phase), np.sin(phase)
     if c.excitation.load is not None:

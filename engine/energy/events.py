@@ -76,7 +76,7 @@ def forms_of(system: System, eta: float, method: Method) -> EnergyForms:
         springs = 0.5 * p.kappa**2 * _product(_GAP) - p.pull * _product(_X1, _GAP)
     else:
         springs = 0.5 * (p.spring1 * _product(_X1) + mu * p.kappa**2 * _product(x2))
-        springs = springs - _product(_ONE, -p.pull * _X1 if p.spring1 == 0.0 else mu * p.pull * x2)
+        springs = springs - _product(_ONE, p.pull1 * _X1 + mu * (p.pull1 + p.pull) * x2)
     zero = np.zeros((7, 7))
     rigid = method.rigid
     if rigid:

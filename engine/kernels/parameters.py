@@ -18,8 +18,9 @@ class Parameters(NamedTuple):
 
     **Two bodies of which one or both have no spring.** k₁ = ``spring1`` = 0, or κ = 0. Without a constant force such a
     body may rest anywhere; motions are counted from where it touches the other one, ``free_gap`` = 0. So are they with
-    a constant force on it: ``pull`` is the acceleration that this gives the gap. The flight adds what it does to the
-    motion, which depends on the time alone (:mod:`.linear.tables`); in contact the spring of the other body bears it.
+    a constant force on it: ``pull`` is the acceleration that this gives the gap, and ``pull1`` what it gives body 1.
+    The flight adds what it does to the motion, which depends on the time alone (:mod:`.linear.tables`); in contact the
+    spring of the other body bears it, or both accelerate alike if that has none, either.
 
     **No rest, or one far away.** Motions are counted from the static equilibrium. A body without a spring has none; a
     weak spring and a weight have one so far away that the motion near the wall would lose digits. Beside a wall such a
@@ -50,6 +51,7 @@ class Parameters(NamedTuple):
     free_position: float  # static equilibrium of the separated bodies: ξ₁ and gap
     free_gap: float
     pull: float  # constant acceleration of the gap, where motions are counted from touch; else 0
+    pull1: float  # … and of body 1, if it has no spring, of two
     clearance: float
     kappa3: float
     damper3: float  # d₃κ₃

@@ -130,8 +130,8 @@ def lyapunov(
         raise ValueError(f"{method} has a time step: an exponent needs a closed form, Reference or ExactPenalty")
     eta = check_eta(eta)
     periods = whole("periods", periods, *PERIODS_RANGE, "give the excitation periods to average over")
-    start, row = starting_checkpoint(initial, system, eta, method).state, parameters_of_stops(system, eta, method)[0]
-    alone, found = Motions(method, np.array([row]), np.array([start]), lambda _: (system, eta, method)), []
+    start, rows = starting_checkpoint(initial, system, eta, method).state, parameters_of_stops(system, eta, method)
+    alone, found = Motions(method, np.array([rows]), np.array([start]), lambda _: (system, eta, method)), []
     follow_all(alone, periods, lambda _, followed: found.append(followed), threads=1, cancelled=cancelled)
     return found[0]
 
@@ -142,7 +142,8 @@ class Motions(NamedTuple):
     Attributes
     ----------
     method : Reference or ExactPenalty
-    rows : (n, len(Parameters)) ndarray
+    rows : (n, s, len(Parameters)) ndarray
+        As seen from each stop.
     starts : (n, 4) ndarray
         ξ₁, ξ₁′, ξ₂, ξ₂′ at τ ≡ 0 mod T.
     problem : callable

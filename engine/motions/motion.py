@@ -22,6 +22,7 @@ from typing import NamedTuple
 import numpy as np
 from vibroscope.engine.cells import Cells
 from vibroscope.engine.drivers.law_driven import remembers
+from vibroscope.engine.drivers.section import period_of
 from vibroscope.engine.energy.balance import energy_balance, is_balance_known
 from vibroscope.engine.methods import Method
 from vibroscope.engine.model import System
@@ -177,8 +178,8 @@ def _closed_form_motion(runs: Runs, initial) -> Motion:
     if not run.ok:
         return describe(run)
     state = run.section[-1]
-    if np.abs(state).max() > FARTHEST or flies_off(run):
-        return _unbounded_motion(run)
+    if reason := _why_unbounded(run):
+        return replace(describe(run, 0), type=Kind.UNDECIDED, reason=reason, near_period=0)
     if not system.excitation.drives and (run.section == state).all() and not (state[[1, 3]].any() or len(run.impacts)):
         return _periodic_motion(runs.run(2, state, keep=1), 1, runs.multipliers(state, 1), cancelled)  # nothing moves
     if not system.excitation.drives and (own := own_period(run)) == own:
@@ -229,11 +230,20 @@ def _late_cycle(runs: Runs, section: np.ndarray, period: int) -> Motion:
     return _periodic_motion(runs.run(2 * period, state, keep=period), period, values, runs.cancelled)
 
 
-def _unbounded_motion(run: Response) -> Motion:
-    reason = f"it has grown to more than {end_text(FARTHEST)} base amplitudes: nothing takes the energy that is put in"
+def _why_unbounded(run: Response) -> str:
+    """Why a motion does not come back to where it was; empty if it may."""
     if flies_off(run):
-        reason = "nothing pulls the bodies back: they part, and do not meet again"
-    return replace(describe(run, 0), type=Kind.UNDECIDED, reason=reason, near_period=0)
+        return "nothing pulls the bodies back: they part, and do not meet again"
+    if period := moves_on(run):
+        repeats = f"while their gap repeats itself after {counted(period, 'period')}"
+        return f"no spring holds the bodies: both move on, {repeats}"
+    if np.abs(run.section[-1]).max() <= FARTHEST:
+        return ""
+    if any(run.system.free_pulls) and not run.system.held_pull:
+        return (
+            f"no spring bears the constant forces: the bodies have moved on by more than {end_text(FARTHEST)} lengths"
+        )
+    return f"it has grown to more than {end_text(FARTHEST)} base amplitudes: nothing takes the energy that is put in"
 
 
 def flies_off(run: Response) -> bool:
@@ -242,7 +252,29 @@ def flies_off(run: Response) -> bool:
     is_held = system.spring1 and (system.wall or system.kappa)
     if is_held or system.two_stops or len(run.impacts) or len(run.contacts):
         return False
-    growth = np.diff(system.gap(run.section[:, 0], run.section[:, 2]))
+    return _grows(system.gap(run.section[:, 0], run.section[:, 2]))
+
+
+def moves_on(run: Response) -> int:
+    """The periods after which the gap of two bodies without springs repeats itself while they move away; 0 if not so.
+
+    Their common centre moves by no less in each kept period.
+    """
+    system = run.system
+    if system.wall or system.spring1 or system.kappa:
+        return 0
+    x1, v1, x2, v2 = run.section.T
+    centre = x1 + system.mass_share * (x2 - x1)
+    moved = np.abs(np.diff(centre)).max(initial=0.0) > DRIFTS * np.abs(run.section).max()  # by more than rounding
+    if not moved or not (_grows(centre) or _grows(-centre)):
+        return 0
+    gap, none = system.gap(x1, x2), np.zeros(len(x1))
+    return period_of(np.column_stack([gap, v2 - v1, none, none]))
+
+
+def _grows(values: np.ndarray) -> bool:
+    """Whether a number grows by no less in each period, but for rounding."""
+    growth = np.diff(values)
     return len(growth) > 1 and growth.min() > 0.0 and bool((np.diff(growth) > -DRIFTS * growth.max()).all())
 
 
@@ -327,8 +359,8 @@ def _stepped_motion(runs: Runs, initial) -> Motion:
     if not run.ok:
         return describe(run)
     state = run.section[-1]
-    if np.abs(state).max() > FARTHEST or flies_off(run):
-        return _unbounded_motion(run)
+    if reason := _why_unbounded(run):
+        return replace(describe(run, 0), type=Kind.UNDECIDED, reason=reason, near_period=0)
     if not runs.system.excitation.drives and (own := own_period(run)) == own:
         return _free_motion(run, own, cancelled)
     _, evidence = runs.judged(run)

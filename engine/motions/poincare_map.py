@@ -11,7 +11,7 @@ from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
-from vibroscope.engine.drivers.event_driven import LinearFlow, contact_state, displaced_state, set_up, within
+from vibroscope.engine.drivers.event_driven import LinearFlow, contact_state, displaced_state, set_up
 from vibroscope.engine.drivers.law_driven import LawFlow, needs_law
 from vibroscope.engine.facts import Amount, Dimensionless, Statement, stated
 from vibroscope.engine.methods import ExactPenalty, Method, Reference
@@ -77,7 +77,7 @@ class PoincareMap:
     def __init__(
         self, system: System, eta: float, method: Reference | ExactPenalty, cancelled: Callable[[], bool] | None
     ):
-        self.mechanics, self.rigid = system, method.rigid
+        self.mechanics = system
         self.by_differences = needs_law(method)
         if self.by_differences:
             self.flow = LawFlow(system, eta, method)
@@ -87,10 +87,8 @@ class PoincareMap:
         self.periods = 0
 
     def start(self, y: Sequence[float]) -> np.ndarray:
-        """Return the packed hybrid state at y; for the reference a penetration is set to zero."""
-        x1, v1, gap, rate = map(float, y)
-        gap = within(self.mechanics, gap) if self.rigid else gap
-        return self.flow.start((x1, v1, gap, rate))
+        """Return the packed hybrid state at y."""
+        return self.flow.start(y)
 
     def coordinates(self, states: np.ndarray) -> np.ndarray:
         """Convert (…, 4) states ξ₁, ξ₁′, ξ₂, ξ₂′ to those of the map."""

@@ -232,7 +232,7 @@ class BasinSearch(MotionSearch):
         factors = np.array([region.factor for region in regions]).reshape(-1, 4, 4)
         return driver.settle(
             self.method,
-            np.tile(self._row, (len(states), 1)),
+            np.repeat(self._row, len(states), axis=0),
             np.ascontiguousarray(states),
             phases * (2 * np.pi / self.eta),
             driver.Traps(centres, factors),

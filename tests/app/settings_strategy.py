@@ -41,9 +41,8 @@ def _apart(setting):
     """The setting with bodies that do not overlap at the start; a wall does not move."""
     if setting.bodies == "wall":
         setting = setting._replace(start_xi2=0.0, start_v2=0.0, coordinate="xi1")
-    if setting.bodies == "two":  # a spring of body 1, or none and no constant force
-        has = float(setting.spring1 > 0.5)
-        setting = setting._replace(spring1=has, constant1=has * setting.constant1)
+    if setting.bodies == "two":  # a spring of body 1, or none
+        setting = setting._replace(spring1=float(setting.spring1 > 0.5))
     room = setting.start_xi2 + min(setting.clearance, 0.0) - 1
     if setting.start_xi1 > room:
         low = bounds_of("start_xi1")[0]

@@ -45,7 +45,11 @@ FREE_2 = System(mu=MU, kappa=0.0, d1=0.03, d2=0.08, d3=None, clearance=0.25, exc
 BOTH = System(mu=MU, spring1=0.0, kappa=0.0, d1=0.05, d2=0.08, clearance=0.25, excitation=DRIVE)
 LOADED_1 = replace(FREE_1, excitation=replace(DRIVE, constant1=0.4, constant2=0.1))
 LOADED_2 = replace(FREE_2, excitation=replace(DRIVE, constant1=0.2, constant2=-0.3))
-PAIRS = {"free 1": FREE_1, "free 2": FREE_2, "both": BOTH, "loaded 1": LOADED_1, "loaded 2": LOADED_2}
+LOADED = replace(BOTH, excitation=replace(DRIVE, constant1=0.15, constant2=-0.2))
+PAIRS = {
+    **{"free 1": FREE_1, "free 2": FREE_2, "both": BOTH},
+    **{"loaded 1": LOADED_1, "loaded 2": LOADED_2, "loaded": LOADED},
+}
 METHODS = {
     "reference": Reference(),
     "exact": ExactPenalty(K, D),
@@ -85,7 +89,9 @@ def exchanged(system):
 
 @pytest.mark.parametrize("name", METHODS)
 @pytest.mark.parametrize(
-    "free", [replace(FREE_1, kappa=1.0), BOTH, replace(LOADED_1, kappa=1.0)], ids=["one", "both", "loaded"]
+    "free",
+    [replace(FREE_1, kappa=1.0), BOTH, replace(LOADED_1, kappa=1.0), LOADED],
+    ids=["one", "both", "loaded one", "loaded both"],
 )
 def test_exchanged_bodies_move_alike(free, name):
     other = exchanged(free)
@@ -220,6 +226,38 @@ def test_a_weight_is_a_load_that_lasts_and_the_gap_that_of_the_reduced_mass(law)
     assert (x1 + MU * x2) / (1 + MU) == pytest.approx(0.5 * force * end**2 / (1 + MU), abs=1e-11)
 
 
+@pytest.mark.parametrize("name", METHODS)
+def test_under_weights_the_gap_is_that_of_the_reduced_mass_and_the_centre_falls(name):
+    """The reduced mass lies beside a wall that the weights pull it to."""
+    first, second, share = 0.5, -0.125, MU / (1 + MU)
+    weights = Excitation(base=0.0, constant1=first, constant2=second)
+    pair = System(mu=MU, spring1=0.0, kappa=0.0, d1=0.0, d2=0.0, clearance=1.0, excitation=weights)
+    pull = Excitation(base=0.0, constant1=first - second / MU)
+    wall = System(wall=True, spring1=0.0, d1=0.0, clearance=1.0, excitation=pull)
+    method = METHODS[name]
+    reduced = method if method.rigid else replace(method, stiffness=K / share, damping=D / share)
+    found = simulate(pair, 1.0, method, periods=2, keep=2)
+    alone = simulate(wall, 1.0, reduced, periods=2, keep=2, initial=(0, 0, 0, 0))
+    x1, v1, x2, v2 = found.section.T
+    assert len(found.impacts) == len(alone.impacts) > 2
+    np.testing.assert_allclose(found.impacts.impulse, share * alone.impacts.impulse, rtol=1e-9, atol=1e-9)
+    np.testing.assert_allclose((x1 - x2, v1 - v2), alone.section[:, :2].T, atol=1e-9)
+    times = 2 * math.pi * np.arange(1, 3)
+    falls = 0.5 * (first + second) / (1 + MU) * times**2
+    np.testing.assert_allclose((x1 + MU * x2) / (1 + MU), falls, rtol=1e-9 if method.has_step else EXACT)
+
+
+@pytest.mark.parametrize("mu", [0.1, 0.7, 2.8])
+def test_weights_alike_do_not_part_by_rounding(mu):
+    """Of the weights 0.1 and μ 0.1 the quotient is not 0.1 again."""
+    weights = Excitation(base=0.0, constant1=-0.1, constant2=-0.1 * mu)
+    system = System(mu=mu, spring1=0.0, kappa=0.0, d1=0.0, d2=0.0, clearance=0.0, excitation=weights)
+    assert weights.constant2 / mu != -0.1
+    assert system.free_pull == 0.0
+    run = simulate(system, 1.0, Reference(), periods=3, keep=3)
+    assert (run.section[:, 0] == run.section[:, 2]).all()
+
+
 @pytest.mark.parametrize("method", [Reference(), ExactPenalty(K, D)], ids=["reference", "exact"])
 @pytest.mark.parametrize("clearance", [1.0, 0.0])
 def test_two_free_bodies_that_nothing_drives_stay_where_they_are(method, clearance):
@@ -243,10 +281,6 @@ def test_where_a_free_body_begins():
         ({"spring1": 0.5, "mu": 1.0}, "spring1 = 0.5 without wall = true: of two bodies give 1"),
         ({"spring1": 0.0}, "spring1 = 0 leaves the mass ratio open, which kappa3 does not give: give mass_ratio"),
         ({"kappa": 1e-4, "mu": 1.0}, "kappa"),
-        (
-            {"spring1": 0.0, "kappa": 0.0, "mu": 1.0, "excitation": Excitation(constant2=1.0)},
-            "constant2 = 1 on two bodies without springs: nothing bears it",
-        ),
     ],
 )
 def test_what_two_bodies_cannot_be(numbers, words):
@@ -305,5 +339,51 @@ def test_a_file_of_free_bodies_comes_back(pair):
 
 
 def test_branches_of_a_body_that_nothing_holds_are_refused():
-    with pytest.raises(ValueError, match="nothing holds it"):
+    with pytest.raises(ValueError, match="one of the bodies has no spring: nothing holds it"):
         BranchQuestion(System(spring1=0.0, mu=1.0, d3=None), 1.0, Reference(), low=0.9, high=1.1)
+    with pytest.raises(ValueError, match="neither body has a spring: nothing holds them"):
+        BranchQuestion(LOADED, 1.0, Reference(), low=0.9, high=1.1)
+
+
+@pytest.mark.parametrize("method", [Reference(), ExactPenalty(K, D)], ids=["reference", "exact"])
+def test_a_branch_over_a_weight_ends_where_there_is_none(method):
+    """The impulse of a period is the weight times the period: the other body bears it."""
+    eta, hammer = 1.5, replace(FREE_1, d1=0.0, excitation=Excitation(base=0.0, force1=2.5, constant1=0.05))
+    question = BranchQuestion(hammer, eta, method, over="constant1", low=-0.1, high=0.1, max_period=4)
+    branch = continue_branch(question)
+    assert branch.values.min() == pytest.approx(0.0, abs=1e-8)
+    k = np.argmin(np.abs(branch.values - 0.05))
+    start, period = tuple(branch.sections[k][0]), branch.period
+    run = simulate(*question.at(branch.values[k]), periods=2 * period, keep=2 * period, initial=start)
+    assert run.impacts.impulse.sum() / (2 * period) == pytest.approx(branch.values[k] * run.period, rel=1e-6)
+
+
+@pytest.mark.parametrize("method", [Reference(), ExactPenalty(K, D)], ids=["reference", "exact"])
+def test_between_two_stops_a_branch_goes_on_through_a_weight_of_zero(method):
+    """A ball in a sprung cage: beyond zero the motions are those of the mirrored weight, at the other stop."""
+    drive = Excitation(base=1.0, constant2=-0.1)
+    cage = System(mu=0.25, kappa=0.0, d1=0.05, d2=0.02, d3=None, clearance=0.4, clearance2=0.4, excitation=drive)
+    branch = continue_branch(BranchQuestion(cage, 0.8, method, over="constant2", low=-0.2, high=0.2, max_period=1))
+    assert (branch.values.min(), branch.values.max()) == pytest.approx((-0.2, 0.2))
+    for value in (-0.11, 0.0, 0.13):
+        k = np.argmin(np.abs(branch.values - value))
+        start, weight = branch.sections[k][0], branch.values[k]
+        for sign in (1, -1):
+            system = replace(cage, excitation=Excitation(base=sign * 1.0, constant2=sign * weight))
+            run = simulate(system, 0.8, method, periods=1, keep=1, initial=tuple(sign * start))
+            np.testing.assert_allclose(run.section[-1], sign * start, atol=1e-9)
+
+
+@pytest.mark.parametrize("method", [Reference(), ExactPenalty(K, D), Newmark(K, D, 2000, located=True)], ids=repr)
+@pytest.mark.parametrize(
+    ("constant1", "damper", "moves"),
+    [(0.0, 0.05, False), (0.02, 0.05, True), (0.02, 0.0, True)],
+)
+def test_two_bodies_that_move_on_may_have_a_gap_that_repeats_itself(method, constant1, damper, moves):
+    """Two weights on the pair that is pressed together: the gap does not feel them, nor do they hold the centre."""
+    numbers = {"spring1": 0.0, "kappa": 0.0, "mu": MU, "d1": damper, "d2": damper, "clearance": 0.5}
+    weights = Excitation(base=0.0, force1=0.5, constant1=0.3 + constant1, constant2=-0.3 + MU * constant1)
+    found = motion(System(**numbers, excitation=weights), 1.0, method)
+    words = "no spring holds the bodies: both move on, while their gap repeats itself after 1 period"
+    assert (found.reason == words) == moves
+    assert found.type == ("undecided" if moves else "periodic")

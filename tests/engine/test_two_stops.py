@@ -40,6 +40,7 @@ from vibroscope.engine.contact import equal_restitution_damping
 from vibroscope.engine.drivers.parameters import parameters_of
 from vibroscope.engine.energy.balance import energy_balance
 from vibroscope.engine.integrators import HHT, Bathe, CentralDifference
+from vibroscope.engine.motions.lyapunov import follow_cells
 from vibroscope.engine.motions.poincare_map import half_cycle_multipliers
 from vibroscope.engine.motions.search import apart, random_states
 
@@ -314,6 +315,21 @@ def test_a_cell_of_a_study_is_a_run(method):
         run = simulate(WALL, eta, method, periods=40, keep=10)
         np.testing.assert_array_equal(cells.section[i], run.section)
         np.testing.assert_array_equal(cells.end[i], run.section[-1])
+
+
+def test_cells_with_one_stop_and_with_two_run_side_by_side():
+    """In one call of the kernel, each with its own K and D at either stop; the disturbance of each is its own, too."""
+    systems = [WALL, replace(WALL, **STIFF), WALL.with_first_stop, replace(WALL, clearance2=0.6)]
+    stiffness, damping = np.array([4000.0, 3000.0, 4000.0, 2000.0]), np.array([5.0, 4.0, 5.0, 6.0])
+    cells = Cells(systems, np.full(4, 1.3), ExactPenalty(1.0, 1.0), stiffness=stiffness, damping=damping)
+    found, exponents = run_cells(cells, transient=30, sample=10), {}
+    follow_cells(cells, np.arange(4), found.section[:, -1], 256, exponents.__setitem__)
+    for i, system in enumerate(systems):
+        method = ExactPenalty(stiffness[i], damping[i])
+        run = simulate(system, 1.3, method, periods=40, keep=10)
+        np.testing.assert_array_equal(found.section[i], run.section)
+        alone = lyapunov(system, 1.3, method, initial=found.section[i, -1], periods=256)
+        assert (exponents[i].exponent, exponents[i].section.tobytes()) == (alone.exponent, alone.section.tobytes())
 
 
 def test_peaks_take_both_stops():

@@ -27,7 +27,7 @@ from vibroscope.engine.kernels.compile.options import jit_no_alloc
 from vibroscope.engine.kernels.compile.record import unpack_buffers
 from vibroscope.engine.kernels.event_driven import output
 from vibroscope.engine.kernels.event_driven.integrate import MOST_PAUSES, integrate
-from vibroscope.engine.kernels.event_driven.state import unpack_state, unpack_system
+from vibroscope.engine.kernels.event_driven.state import SEEN_FROM, unpack_state, unpack_system
 from vibroscope.engine.kernels.event_driven.state import unpack_state as unpack_event_state
 from vibroscope.engine.kernels.status import FULL, OK, PAUSED, UNRESOLVED, WITHDRAWN
 from vibroscope.engine.kernels.time_stepping.newmark import unpack_state as unpack_step_state
@@ -46,7 +46,7 @@ def close(value, other, allowed):
 def event_state_recurs(now, before, period, tolerance):
     """Whether a packed hybrid state is that of CYCLE periods before."""
     a, b = unpack_event_state(now), unpack_event_state(before)
-    if a.period != b.period + CYCLE or a.mode != b.mode or a.order != b.order:
+    if a.period != b.period + CYCLE or a.mode != b.mode or a.order != b.order or now[SEEN_FROM] != before[SEEN_FROM]:
         return False
     allowed = tolerance * (abs(a.x1) + abs(a.v1) + abs(a.gap) + abs(a.rate))
     same = close(a.tau, b.tau, tolerance * period) and close(a.x1, b.x1, allowed) and close(a.v1, b.v1, allowed)
@@ -86,7 +86,7 @@ def integrate_to(work, plan, grid, stop, log, record, signals):
     while signals[0] == 0:
         if plan.kind == SKIPPING:
             window = (origin * n, origin * n, -(-n // sizes[3]))
-            status = integrate_skipping(work.packed, work.state, stop * n, window, flat, sizes, BRIEFLY)
+            status = integrate_skipping(work.packed[0], work.state, stop * n, window, flat, sizes, BRIEFLY)
         else:
             start = float(origin), float(origin)
             status, _, _ = integrate(work.packed, work.state, float(stop), start, flat, sizes, None)
@@ -120,10 +120,10 @@ def log_open_contact(work, plan, grid, stop, log, record):
     buffers = unpack_buffers(flat, sizes)
     if plan.kind == SKIPPING:
         if unpack_step_state(work.state).pressed:
-            record_open_steps(work.packed, work.state, stop * int(grid[1]), buffers)
+            record_open_steps(work.packed[0], work.state, stop * int(grid[1]), buffers)
     else:
         window = (float(origin), float(stop))
-        system = unpack_system(work.packed)
+        system = unpack_system(work.packed[int(work.state[SEEN_FROM])])
         output.record_open_contact(system, unpack_state(work.state), float(stop), window, buffers)
     log_events(grid, log, record)
 

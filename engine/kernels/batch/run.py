@@ -15,7 +15,8 @@ from vibroscope.engine.kernels.equations.motion import contact_coordinates, disp
 from vibroscope.engine.kernels.event_driven.disturbance import follow_disturbance
 from vibroscope.engine.kernels.event_driven.saltation import Variation
 from vibroscope.engine.kernels.event_driven.setup import set_up_events
-from vibroscope.engine.kernels.event_driven.state import STATE, unpack_state, write_start
+from vibroscope.engine.kernels.event_driven.state import SEEN_FROM, STATE, unpack_state
+from vibroscope.engine.kernels.event_driven.two_stops import from_first, write_start
 from vibroscope.engine.kernels.parameters import unpack_parameters
 from vibroscope.engine.kernels.status import OK, WITHDRAWN
 from vibroscope.engine.kernels.time_stepping.newmark import write_start as write_step_start
@@ -47,10 +48,10 @@ class BatchCells(NamedTuple):
 
     order: np.ndarray  # (n,) int64
     chained: np.ndarray  # (n,) bool, by place in the order: starts from the end of the one before
-    parameters: np.ndarray  # (n, len(Parameters))
+    parameters: np.ndarray  # (n, s, len(Parameters)) as seen from each stop: s is 2 if any cell has a second one
     initial: np.ndarray  # (n, 4)
     taus: np.ndarray  # (n,) at which each begins in its first period; 0 with a step
-    circles: np.ndarray  # (n, 2) between slow and fast eigenvalues in contact (engine.drivers.event_driven)
+    circles: np.ndarray  # (n, s, 2) between slow and fast eigenvalues in contact (engine.drivers.event_driven)
 
 
 class BatchResults(NamedTuple):
@@ -67,8 +68,8 @@ class BatchResults(NamedTuple):
 class WorkSpace(NamedTuple):
     """What one thread works in. Packed buffers, (flat, sizes), are for nothing, for a cycle and for a sample."""
 
-    packed: np.ndarray
-    keys: np.ndarray  # (2, len(Parameters)) the parameters that the tables in it are made for
+    packed: np.ndarray  # (s, …) as seen from each stop
+    keys: np.ndarray  # (s, 2, len(Parameters)) the parameters that the tables in it are made for
     state: np.ndarray
     before: np.ndarray  # the state a cycle ago
     nothing: tuple
@@ -81,17 +82,15 @@ class WorkSpace(NamedTuple):
 @jit
 def prepare(work, cells, plan, i, start):
     """Write the tables of cell i and the state in which it begins; returns T and its steps per period, 0 for none."""
-    row = cells.parameters[i]
-    p = unpack_parameters(row)
+    rows, rigid = cells.parameters[i], plan.kind == REFERENCE
+    p = unpack_parameters(rows[0])
     if plan.kind == SKIPPING:
-        set_up_skipping(work.packed, work.keys, row)
-        write_step_start(row, work.state, start[0], start[1], start[2], start[3])
+        set_up_skipping(work.packed[0], work.keys[0], rows[0])
+        write_step_start(rows[0], work.state, start[0], start[1], start[2], start[3])
     else:
-        set_up_events(work.packed, work.keys, row, plan.kind == REFERENCE, cells.circles[i], plan.completion)
-        x1, v1, gap, rate = contact_coordinates(p, start[0], start[1], start[2], start[3])
-        if plan.kind == REFERENCE:  # not even by rounding
-            gap = max(gap, 0.0)
-        write_start(work.packed, work.state, x1, v1, gap, rate)
+        for k in range(rows.shape[0]):
+            set_up_events(work.packed[k], work.keys[k], rows[k], rigid, cells.circles[i, k], plan.completion)
+        write_start(work.packed, work.state, contact_coordinates(p, start[0], start[1], start[2], start[3]))
         write_tau(work.state, cells.taus[i])
     return 2 * math.pi / p.eta, p.steps
 
@@ -121,7 +120,7 @@ def run_cells(cells, places, plan, work, results, signals, slot):
             return
         results.status[i], results.periods[i], results.known[i] = status, periods, known
         if status == OK and plan.sample > 0:
-            describe_cell(work.log, plan, 2 - int(unpack_parameters(cells.parameters[i]).wall), results, i)
+            describe_cell(work.log, plan, 2 - int(unpack_parameters(cells.parameters[i, 0]).wall), results, i)
         signals[slot] += 1
 
 
@@ -168,8 +167,9 @@ def follow_cell(cells, i, plan, space, settling, growth, section, signals):
     """
     work, ends = space.work, space.ends
     prepare(work, cells, plan, i, cells.initial[i])
-    start = unpack_state(work.state)
-    ends[0, 0], ends[0, 1], ends[0, 2], ends[0, 3] = start.x1, start.v1, start.gap, start.rate
+    p, start = unpack_parameters(cells.parameters[i, 0]), unpack_state(work.state)
+    y = from_first((start.x1, start.v1, start.gap, start.rate), int(work.state[SEEN_FROM]), p.play)
+    ends[0, 0], ends[0, 1], ends[0, 2], ends[0, 3] = y
     ends[1] = 0.5
     solver, before = (work.packed, work.state, work.nothing), growth[:settling]
     if not follow_disturbance(solver, space.variation, ends, before, section, signals):
@@ -179,7 +179,6 @@ def follow_cell(cells, i, plan, space, settling, growth, section, signals):
         return True
     if not follow_disturbance(solver, space.variation, ends, growth, section, signals):
         return False
-    p = unpack_parameters(cells.parameters[i])
     for n in range(growth.shape[0]):
         x = section[n]
         x[0], x[1], x[2], x[3] = displacements(p, x[0], x[1], x[2], x[3])

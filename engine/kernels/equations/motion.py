@@ -129,10 +129,8 @@ def coefficients(p):
     k1, k2, coupling, pull1, pull2 = p.spring1, kappa * kappa, 0.0, 0.0, 0.0
     if from_touch(p):
         k1, stiffening, coupling = 0.0, -p.pull, k2 + p.pull
-    elif p.spring1 == 0.0:
-        pull1 = -p.pull
     else:
-        pull2 = p.pull
+        pull1, pull2 = p.pull1, p.pull1 + p.pull
     c2, inverse_mass = 2.0 * p.damper2, react1 + 1.0 / p.mu
     c1, mu = 2.0 * p.d1, p.mu
     return Coefficients(load1, push, c1, k1, c2, k2, stiffening, coupling, mu, react1, inverse_mass, pull1, pull2)
@@ -161,8 +159,22 @@ def joint_share(p):
 
 
 @jit
+def are_free(p):
+    """Whether neither of two bodies has a spring."""
+    return p.spring1 == 0.0 and p.kappa == 0.0
+
+
+@jit
+def joint_pull(p):
+    """Constant acceleration of two bodies in contact that no spring bears."""
+    return p.pull1 + p.mass_share * p.pull if are_free(p) else 0.0
+
+
+@jit
 def holding(p):
     """The force that pulls a body off the contact which has no equilibrium without it; −λ at rest in contact."""
+    if are_free(p):
+        return p.pull * p.mass_share
     return p.pull if p.spring1 == 0.0 else p.pull * p.mu
 
 
@@ -178,7 +190,7 @@ def joined_equilibrium(p):
     if from_touch(p):
         return 0.0, 0.0
     shift = coefficients(p).react1 * (p.stiffness_share * p.free_gap)
-    if p.pull != 0.0:  # the contact force that holds the free body moves the other one
+    if p.pull != 0.0 and not are_free(p):  # the contact force that holds the free body moves the other one
         shift = -p.pull / (p.mu * p.kappa * p.kappa) if p.spring1 == 0.0 else holding(p)
     return p.free_position + shift, 0.0
 
@@ -190,7 +202,7 @@ def pressed_equilibrium(p):
     if from_touch(p):
         return 0.0, gap
     if p.pull != 0.0:
-        return joined_equilibrium(p)[0] - (gap if p.spring1 == 0.0 else 0.0), gap
+        return joined_equilibrium(p)[0] - (gap if p.spring1 == 0.0 < p.kappa else 0.0), gap
     return p.free_position + coefficients(p).react1 * (p.stiffness * gap), gap
 
 
@@ -210,7 +222,7 @@ def separated_generator(p):
 def pressed_generator(p):
     """Generator in penalty contact, whose force is linear in g and g′, Eq. (5)."""
     c, a = coefficients(p), separated_generator(p)
-    a[1, 6] = a[3, 6] = 0.0  # the equilibrium holds the pull
+    a[1, 6], a[3, 6] = joint_pull(p), 0.0  # the equilibrium holds the rest
     if from_touch(p):  # … and the place of the wall is any oscillator at rest
         a[1, 0], a[3, 0] = -1.0, 0.0
     by_gap, by_rate = force(p.stiffness, p.damping, 1.0, 0.0), force(p.stiffness, p.damping, 0.0, 1.0)
@@ -229,4 +241,5 @@ def joined_generator(p):
     a[1, 0], a[1, 1] = -p.kappa3 * p.kappa3, -2.0 * p.damper3  # Eq. (4)
     share = joint_share(p)
     a[1, 4], a[1, 5] = c.load1[0] + share * c.push[0], c.load1[1] + share * c.push[1]
+    a[1, 6] = joint_pull(p)
     return a

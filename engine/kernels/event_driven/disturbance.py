@@ -7,7 +7,7 @@ import math
 
 from vibroscope.engine.kernels.compile.options import jit_no_alloc
 from vibroscope.engine.kernels.event_driven.integrate import integrate
-from vibroscope.engine.kernels.event_driven.state import unpack_system, write_start
+from vibroscope.engine.kernels.event_driven.two_stops import write_start
 from vibroscope.engine.kernels.status import OK
 
 
@@ -20,8 +20,8 @@ def follow_disturbance(solver, variation, ends, growth, section, signals):
     Parameters
     ----------
     solver : (packed, state, (flat, sizes))
-        A :class:`.state.HybridSystem`, (n,), work space for a :class:`.state.HybridState`, (n,), and packed record
-        buffers without room.
+        A :class:`.state.HybridSystem` of each stop, (1, n) or (2, n), work space for a packed hybrid state, (n + 1,),
+        and packed record buffers without room.
     variation : Variation
         Of one number.
     ends : (2, 4) float64
@@ -38,11 +38,10 @@ def follow_disturbance(solver, variation, ends, growth, section, signals):
     y, direction = ends[0], ends[1]
     for n in range(growth.shape[0]):
         growth[n] = math.nan
-    lowest = 0.0 if unpack_system(packed).rigid else -math.inf  # rounding must not make a reference penetrate
     for n in range(growth.shape[0]):
         if signals[0] != 0:
             return False
-        write_start(packed, state, y[0], y[1], max(y[2], lowest), y[3])
+        write_start(packed, state, (y[0], y[1], y[2], y[3]))
         for k in range(4):
             variation.state[k, 0] = direction[k]
         variation.time[0] = 0.0

@@ -8,8 +8,8 @@ events are evaluated only where a record asks for them (:mod:`.output`).
 The derivative of the motion with respect to its start, the Jacobian of the Poincaré map, is an optional part of the
 loop (:mod:`.saltation`): with ``variation`` = None Numba compiles the loop without it.
 
-Between two stops a flight ends at the first of them. Where that is the other one the loop ends, and another one goes on
-as seen from there (:mod:`.two_stops`).
+Between two stops a flight ends at the first of them. Where that is the other one the loop ends, and goes on as seen
+from there (:mod:`.two_stops`).
 """
 
 import math
@@ -68,9 +68,9 @@ from vibroscope.engine.kernels.event_driven.state import (
 from vibroscope.engine.kernels.event_driven.two_stops import (
     carry_across,
     flight_of_other,
+    from_first,
     touch_other,
     turn_variation,
-    turned,
 )
 from vibroscope.engine.kernels.linear.first_root import first_root
 from vibroscope.engine.kernels.linear.tables import POINTS, dot, position_at, state_after
@@ -136,31 +136,11 @@ def end_of_segment(p, phase, a, z, s):
 
 
 @jit_no_alloc
-def integrate(packed, state, stop, window, flat, sizes, variation):
-    """Integrate the motion to the end of period ``stop``.
+def integrate_from_stop(packed, state, stop, window, flat, sizes, variation):
+    """The work of :func:`integrate` as seen from one stop, ``packed`` its :class:`.state.HybridSystem`, (n,).
 
-    Parameters
-    ----------
-    packed : (n,) float64
-        A :class:`.state.HybridSystem`, and behind it the segments of its load, if it has any (:mod:`.state`).
-    state : (n,) float64
-        The :class:`.state.HybridState` from which to go on, changed in place to the last one before the end of
-        ``stop``. A run that goes on from there gives the same bits as one that never stopped.
-    stop : float
-        Number of periods since the start of the run.
-    window : (2,) float64
-        Period at which the section begins, period at which sampling begins.
-    flat, sizes
-        Packed record buffers. Nothing is recorded if they have no room for a section.
-    variation : Variation or None
-        What small changes of the start change, at τ = ``stop`` T in the end.
-
-    Returns
-    -------
-    (int, int, int)
-        Status: OK, PILED_UP or UNRESOLVED; FULL (empty the buffers and call again), PAUSED (call again); CROSSED: the
-        state is that at the other stop, as seen from there, and so is δ before the event. Events. Intervals examined.
-        With a variation only OK and CROSSED have a meaning for it.
+    It ends as CROSSED where a flight meets the other one: the state is that at the other stop, as seen from there, and
+    so is δ before the event.
     """
     p, buffers, a = unpack_system(packed), unpack_buffers(flat, sizes), unpack_state(state)
     phases, segments = (p.flight, p.contact, p.slow_contact), packed[SYSTEM_SIZE:]
@@ -235,29 +215,44 @@ def integrate(packed, state, stop, window, flat, sizes, variation):
 
 
 @jit_no_alloc
-def integrate_between(packed, state, stop, window, flat, sizes, variation):
-    """Integrate the motion between two stops; as :func:`integrate`, the events of both counted.
+def integrate(packed, state, stop, window, flat, sizes, variation):
+    """Integrate the motion to the end of period ``stop``.
 
     Parameters
     ----------
-    packed : (2, n) float64
-        A :class:`.state.HybridSystem` of each stop.
+    packed : (1, n) or (2, n) float64
+        A :class:`.state.HybridSystem` of each stop, and behind it the segments of its load, if it has any
+        (:mod:`.state`).
     state : (n + 1,) float64
-        A :class:`.state.HybridState`, and the number of the stop from which it is seen, 0 or 1.
+        The :class:`.state.HybridState` from which to go on, and the number of the stop from which it is seen, 0 or 1;
+        changed in place to the last one before the end of ``stop``. A run that goes on from there gives the same bits
+        as one that never stopped.
+    stop : float
+        Number of periods since the start of the run.
+    window : (2,) float64
+        Period at which the section begins, period at which sampling begins.
+    flat, sizes
+        Packed record buffers. Nothing is recorded if they have no room for a section.
     variation : Variation or None
-        As seen from the first stop, at the beginning and in the end.
+        What small changes of the start change, at τ = ``stop`` T in the end; as seen from the first stop.
+
+    Returns
+    -------
+    (int, int, int)
+        Status: OK, PILED_UP or UNRESOLVED; FULL (empty the buffers and call again), PAUSED (call again). Events.
+        Intervals examined. With a variation only OK has a meaning for it.
     """
     here, events, examined, status = int(state[SEEN_FROM]), 0, 0, CROSSED
     if here == 1:
         turn_variation(variation)
     while status == CROSSED:
-        status, more, tries = integrate(packed[here], state, stop, window, flat, sizes, variation)
+        status, more, tries = integrate_from_stop(packed[here], state, stop, window, flat, sizes, variation)
         events, examined = events + more, examined + tries
         if status == CROSSED:
             here, status = 1 - here, CROSSED if examined <= MOST_EFFORT else PAUSED
     state[SEEN_FROM] = here
     if here == 1 and variation is not None:
         turn_variation(variation)
-        end = variation.end
-        end[0], end[1], end[2], end[3] = turned(end, unpack_system(packed[0]).play)
+        end, play = variation.end, unpack_system(packed[0]).play
+        end[0], end[1], end[2], end[3] = from_first((end[0], end[1], end[2], end[3]), here, play)
     return status, events, examined

@@ -59,13 +59,14 @@ class LawSystem(NamedTuple):
     inverse_mass: float
     generator: np.ndarray  # (4, 7) of the separated bodies
     flight: Phase
-    spacing: np.ndarray  # (4,) as in linear.tables.Phase, and so the next six
+    spacing: np.ndarray  # (4,) as in linear.tables.Phase, and so the next seven
     position: np.ndarray
     gap: np.ndarray
-    pulled: np.ndarray  # where no force acts, in flight or not; their offsets are those of the flight
+    pulled: np.ndarray
     watched: np.ndarray  # (8,)
     rows: np.ndarray  # (8, 7, …)
     transitions: np.ndarray  # (4, …)
+    offsets: np.ndarray  # (4, …)
     counts: np.ndarray  # (4,) int64: watched quantities
     targets: np.ndarray  # (8,) int64: the mode that follows
     mirrored: np.ndarray  # (8,) int64: which of its watched quantities then begins at zero, −1 if none

@@ -132,10 +132,8 @@ def resolve_law_event(p, a):
 def phase_of(p, piece, k):
     """The tables of a piece, for the k-th quantity that it watches."""
     i = 2 * piece + k
-    place, pulled = p.position[piece], p.pulled[piece]
-    return Phase(
-        p.spacing[piece], place, p.gap[piece], p.watched[i], pulled, p.rows[i], p.transitions[piece], p.flight.offsets
-    )
+    place, pulled, offsets = p.position[piece], p.pulled[piece], p.offsets[piece]
+    return Phase(p.spacing[piece], place, p.gap[piece], p.watched[i], pulled, p.rows[i], p.transitions[piece], offsets)
 
 
 @jit_no_alloc

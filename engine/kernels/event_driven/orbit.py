@@ -32,7 +32,6 @@ from vibroscope.engine.kernels.event_driven.events import joint_force_at, room_f
 from vibroscope.engine.kernels.event_driven.orbit_phase import (
     BACKWARDS,
     flow,
-    from_first,
     lowest_minimum,
     relative_state,
     state_later,
@@ -50,7 +49,7 @@ from vibroscope.engine.kernels.event_driven.saltation import (
 )
 from vibroscope.engine.kernels.event_driven.setup import set_up_flow
 from vibroscope.engine.kernels.event_driven.state import absolute, unpack_system
-from vibroscope.engine.kernels.event_driven.two_stops import flight_of_other, turn_variation, turned
+from vibroscope.engine.kernels.event_driven.two_stops import flight_of_other, from_first, turn_variation, turned
 from vibroscope.engine.kernels.linear.cos_sin import cos_sin
 from vibroscope.engine.kernels.linear.tables import CURVATURE, GAP
 

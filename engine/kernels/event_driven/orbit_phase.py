@@ -8,7 +8,7 @@ import numpy as np
 from vibroscope.engine.kernels.compile.options import jit_no_alloc
 from vibroscope.engine.kernels.event_driven.saltation import carry, multiply
 from vibroscope.engine.kernels.event_driven.state import absolute
-from vibroscope.engine.kernels.event_driven.two_stops import turned
+from vibroscope.engine.kernels.event_driven.two_stops import from_first
 from vibroscope.engine.kernels.linear.cos_sin import cos_sin
 from vibroscope.engine.kernels.linear.tables import (
     CURVATURE,
@@ -33,12 +33,6 @@ def relative_state(p, phase, y, turn):
     """z of y = (ξ₁, ξ₁′, g, g′) at a time in excitation periods."""
     c, s = cos_sin(turn - np.floor(turn))
     return y[0] - phase.position, y[1], y[2] - phase.gap, y[3], c, s
-
-
-@jit_no_alloc
-def from_first(y, stop, play):
-    """The motion y = (ξ₁, ξ₁′, g, g′) as seen from the first stop, of that seen from ``stop``, 0 or 1; or back."""
-    return y if stop == 0 else turned(y, play)
 
 
 @jit_no_alloc

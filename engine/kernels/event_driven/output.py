@@ -27,6 +27,7 @@ from vibroscope.engine.kernels.linear.tables import (
     gap_at,
     polynomial_at,
     position_at,
+    pulled_by,
     state_after,
 )
 
@@ -171,7 +172,7 @@ def add_impulse(p, phase, begin, end, z, buffers):
 @jit_no_alloc
 def gather_impulse(p, phase, a, begin, end, length):
     """The hybrid state with the impulse of its open penalty contact between two states, ∫λ = K ∫(−g) − 2D Δg."""
-    squeezed = phase.watched * length
+    squeezed = (phase.watched + pulled_by(phase, INTEGRAL)) * length
     for i in range(4):
         squeezed += phase.rows[i, INTEGRAL] * (end[i] - begin[i])
     c, s = load_integral(p, begin, end, length)

@@ -32,6 +32,7 @@ from vibroscope.engine.kernels.equations.motion import (
     holding,
     joined_equilibrium,
     joined_generator,
+    joint_pull,
     joint_share,
     load_rate,
     pressed_equilibrium,
@@ -141,10 +142,10 @@ def watched_in_contact(p, rigid):
 
 
 @jit
-def flight_phase(p):
-    """Tables of the separated bodies, in which the gap is watched."""
+def flight(p):
+    """The separated bodies, of which the gap is watched: generator, watched row, spacing of tables, equilibrium."""
     position, gap = free_equilibrium(p)
-    return tabulate(separated_generator(p), load_rate(p), unit(2), REACH / free_rate(p), (position, gap, gap))
+    return separated_generator(p), unit(2), REACH / free_rate(p), (position, gap, gap)
 
 
 @jit
@@ -156,11 +157,10 @@ def contact_generator(p, rigid):
 
 
 @jit
-def contact_phase(p, rigid):
-    """Tables of the bodies in contact."""
+def contact(p, rigid):
+    """The same of the bodies in contact."""
     generator, fastest = contact_generator(p, rigid)
-    row, equilibrium = watched_in_contact(p, rigid), contact_equilibrium(p, rigid)
-    return tabulate(generator, load_rate(p), row, REACH / fastest, equilibrium)
+    return generator, watched_in_contact(p, rigid), REACH / fastest, contact_equilibrium(p, rigid)
 
 
 @jit
@@ -192,11 +192,15 @@ def slow_contact_phase(p, fast, slow_rate):
 
 @jit
 def are_stiff(rows):
-    """Which rows of parameters belong to runs that may have a slow phase, (n,) of bool."""
+    """Which rows of parameters belong to runs that may have a slow phase, (n,) of bool.
+
+    Dampers that differ let a pull on both bodies excite the fast modes all the time.
+    """
     stiff = np.zeros(len(rows), dtype=np.bool_)
     for i in range(len(rows)):
         p = unpack_parameters(rows[i])
-        stiff[i] = pressed_rate(p) >= SEPARATION * free_rate(p)
+        settles = joint_pull(p) == 0.0 or p.d1 == p.damper2
+        stiff[i] = settles and pressed_rate(p) >= SEPARATION * free_rate(p)
     return stiff
 
 
@@ -244,9 +248,11 @@ def set_up_events(packed, keys, row, rigid, circle, completion):
     p = unpack_parameters(row)
     write_laws(packed, p, rigid, circle[0] > 0.0, completion)
     if renew_key(keys[0], row, FOR_FLIGHT):
-        _write_flight(packed, flight_phase(p))
+        generator, watched, h, equilibrium = flight(p)
+        _write_flight(packed, tabulate(generator, load_rate(p), watched, h, equilibrium))
     if renew_key(keys[1], row, FOR_CONTACT):
-        _write_contact(packed, contact_phase(p, rigid))
+        generator, watched, h, equilibrium = contact(p, rigid)
+        _write_contact(packed, tabulate(generator, load_rate(p), watched, h, equilibrium))
         if circle[0] > 0.0:
             fast = fast_projector(pressed_generator(p), load_rate(p), circle[0])
             _write_slow(packed, slow_contact_phase(p, fast, circle[1]))
@@ -263,11 +269,8 @@ def set_up_flow(packed, keys, row, rigid, touching, completion, exact):
     old = unpack_system(packed)
     write_laws(packed, p, rigid, False, completion)
     if renew_key(keys[0], row, FOR_FLIGHT):
-        position, gap = free_equilibrium(p)
-        generator, h = separated_generator(p), REACH / free_rate(p)
-        rest = position, gap, gap
-        _write_flight(packed, tabulate_flow(old.flight, generator, p.eta, unit(2), h, rest, exact))
+        generator, watched, h, equilibrium = flight(p)
+        _write_flight(packed, tabulate_flow(old.flight, generator, p.eta, watched, h, equilibrium, exact))
     if touching and renew_key(keys[1], row, FOR_CONTACT):
-        generator, fastest = contact_generator(p, rigid)
-        watched, h, rest = watched_in_contact(p, rigid), REACH / fastest, contact_equilibrium(p, rigid)
-        _write_contact(packed, tabulate_flow(old.contact, generator, p.eta, watched, h, rest, exact))
+        generator, watched, h, equilibrium = contact(p, rigid)
+        _write_contact(packed, tabulate_flow(old.contact, generator, p.eta, watched, h, equilibrium, exact))

@@ -150,7 +150,7 @@ class HybridState(NamedTuple):
 
 STATE = Layout(HybridState, contact=Layout(OpenContact))
 unpack_state, write_state = STATE.unpack, STATE.write
-SEEN_FROM = STATE.size  # between two stops the next number is that of the stop from which a state is seen, 0 or 1
+SEEN_FROM = STATE.size  # the number after a packed state is that of the stop from which it is seen, 0 or 1
 
 
 @jit_inlined
@@ -202,9 +202,3 @@ def start_state(p, y):
     small = ROUNDING * (abs(one) + abs(two) + abs(p.clearance))
     mode = FLIGHT if gap > small else CONTACT if gap < -small else COLLISION
     return HybridState(0.0, 0.0, x1, v1, 0.0 if mode == COLLISION else gap, rate, mode, 0.0, 0.0, no_contact())
-
-
-@jit_no_alloc
-def write_start(packed, state, x1, v1, gap, rate):
-    """Write the packed hybrid state of a run that starts at τ = 0 (:func:`start_state`)."""
-    write_state(state, start_state(unpack_system(packed), (x1, v1, gap, rate)))

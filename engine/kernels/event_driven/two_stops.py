@@ -14,8 +14,9 @@ from vibroscope.engine.kernels.event_driven.state import (
     SLOW_CONTACT,
     count_event,
     later_state,
+    start_state,
     unpack_system,
-    write_start,
+    write_state,
 )
 from vibroscope.engine.kernels.linear.tables import Phase, position_at, state_after
 
@@ -50,6 +51,12 @@ def turned(y, play):
 
 
 @jit_no_alloc
+def from_first(y, stop, play):
+    """The motion y = (ξ₁, ξ₁′, g, g′) as seen from the first stop, of that seen from ``stop``, 0 or 1; or back."""
+    return y if stop == 0 else turned(y, play)
+
+
+@jit_no_alloc
 def turn_variation(d):
     """Mirror δ, or δ_e."""
     for k in range(4):
@@ -66,12 +73,17 @@ def carry_across(d):
 
 
 @jit_no_alloc
-def write_start_between(packed, state, x1, v1, gap, rate):
-    """Write the start of a run, :func:`.state.write_start`, as seen from the stop that is nearer."""
-    play = unpack_system(packed[0]).play
-    other = gap > 0.5 * play
-    state[SEEN_FROM] = 1.0 if other else 0.0
-    if other:
-        write_start(packed[1], state, -x1, -v1, play - gap, -rate)
-    else:
-        write_start(packed[0], state, x1, v1, gap, rate)
+def write_start(packed, state, y):
+    """Write the packed hybrid state of a run that starts at τ = 0, as seen from the stop that is nearer.
+
+    ``packed``: (1, n) or (2, n), a :class:`.state.HybridSystem` of each stop; y = (ξ₁, ξ₁′, g, g′), of which a
+    penetration of the reference is left out: not even rounding may leave one.
+    """
+    p = unpack_system(packed[0])
+    x1, v1, gap, rate = y
+    if p.rigid:
+        gap = min(max(gap, 0.0), p.play)
+    stop = int(gap > 0.5 * p.play)
+    p = unpack_system(packed[stop])
+    state[SEEN_FROM] = stop
+    write_state(state, start_state(p, from_first((x1, v1, gap, rate), stop, p.play)))

@@ -11,17 +11,19 @@ the contact force, is one row of numbers times z(0), and its value f* at the equ
 and at resonance; modes and steady amplitudes, which cancel where an oscillator is hardly damped and its excitation
 resonant, are never formed. (In the paper's system all equilibria are zero.)
 
-A constant force on a body without a spring has no equilibrium in flight, z′ = A z + p. Then z(s) = E(s) z(0) + b(s),
-b = ∫E p, and f has the share w·b(s) of its own. Both depend on the time alone: they are a last row of the tables, and a
-table of offsets, which differences of two motions leave out (:func:`unpulled`).
+A constant force on a body without a spring has no equilibrium in flight, nor in contact if the other body has none,
+either: z′ = A z + p. Then z(s) = E(s) z(0) + b(s), b = ∫E p, and f has the share w·b(s) of its own. Both depend on the
+time alone: they are a last row of the tables, and a table of offsets, which differences of two motions leave out
+(:func:`unpulled`).
 
 A block of a phase is POINTS intervals of length h. Its tables hold the rows w·E(jh) and the transitions E(jh) at the
 POINTS instants s = jh, and for the interval between two instants the coefficients of f, ξ₁ and g as polynomials in
 u = s/h. With |ν|h ≤ REACH for every eigenvalue ν of A, TERMS terms of the series are exact to rounding, derivatives
 included. Tables and functions give ξ₁ and g relative to the equilibrium, unless they say otherwise.
 
-Between two instants f″ is bounded: |f″| ≤ Σᵢ sup|(w A² E)ᵢ| |zᵢ|. The supremum is taken over the instants and extended
-to the points between them by the matrix exp(|A|h/2), which has no negative element and majorises exp(Aδ) for |δ| ≤ h/2.
+Between two instants f″ is bounded: |f″| ≤ Σᵢ sup|(w A² E)ᵢ| |zᵢ| + Σᵢ sup|(w A E)ᵢ| |pᵢ|. The suprema are taken over
+the instants and extended to the points between them by the matrix exp(|A|h/2), which has no negative element and
+majorises exp(Aδ) for |δ| ≤ h/2.
 """
 
 import math
@@ -266,8 +268,11 @@ def tabulate(generator, eta, row, h, equilibrium):
                 offsets[j, i] = offset[i]
                 rows[6, VALUES + j] += row[i] * offset[i]
             offset = moved(transitions[0], offset, first)
-        # the body without a spring feels the pull and a damper, which makes it less: it is largest at the beginning
-        rows[6, CURVATURE] = abs(row[2] * pull[1]) * (h * h / 8)
+        slope = row_times(row, a)
+        bound = np.zeros(6)
+        raise_to_images(bound, slope, transitions)
+        raise_within(bound, a, h / 2)
+        rows[6, CURVATURE] = (bound[1] * abs(pull[0]) + bound[3] * abs(pull[1])) * (h * h / 8)
     return Phase(h, equilibrium[0], equilibrium[1], equilibrium[2], acts, rows, transitions, offsets)
 
 

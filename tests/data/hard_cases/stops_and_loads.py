@@ -112,6 +112,32 @@ def free_weight():
     yield from _cases("weight|ball on a struck table", struck | {"loads": [shock]}, [0.5], soft)
 
 
+def free_weights():
+    """Two bodies without springs under constant forces: thrown at each other, pressed together, falling."""
+    pair, soft = {"mass": [1.0, 0.5], "spring": [0.0], "clearance": 0.5}, [(400.0, 4.0)]
+    towards = pair | {"constant": [0.25, -0.125]} | _for(2)
+    yield from _cases("weights|pressed together", towards, [0.5], soft)
+    damped = towards | {"damper": [0.25, 0.0625], "loads": _shaken(1.0, 1.5, on="body 1")} | _for(4, 1.5)
+    yield from _cases("weights|pressed together, damped, driven", damped, [0.75], [(900.0, 2.0)])
+    yield from _cases("weights|pressed together, threshold", damped, [0.5], soft, threshold=0.125)
+    falling = pair | {"constant": [-0.5, -0.5], "start": [0.0, 0.0, 0.25, -0.25]} | _for(2)
+    yield from _cases("weights|falling, one faster", falling, [0.75], soft)
+    alike = pair | {"constant": [-0.5, -0.25], "start": [0.0, 0.5, 0.0, -0.25]}
+    yield from _cases("weights|falling alike", alike | _for(1), [0.5], soft)
+    yield from _cases("weights|falling alike in dampers", alike | {"damper": [0.25, 0.25]} | _for(2), [0.75], soft)
+    anvil = {"mass": [1.0, 4.0], "spring": [0.0], "damper": [0.0, 0.5], "constant": [0.75, 0.0], "clearance": 1.0}
+    blow = anvil | {"loads": _shaken(1.5, 0.75, on="body 1")} | _for(2, 0.75)
+    yield from _cases("weights|hammer on a free plate", blow, [0.25], [(900.0, 6.0)])
+    held = anvil | {"clearance": 0.0, "loads": _shaken(6.0, on="body 2")} | _for(2)
+    yield from _cases("weights|held together and torn apart", held, [0.0], [(256.0, 16.0)])
+    caged = pair | {"constant": [-0.25, 0.25], "play": 1.25, "loads": _shaken(0.5, 1.25, on="body 2")} | _for(3, 1.25)
+    yield from _cases("weights|ball in a free cage", caged, [0.75, 0.5], [(400.0, 4.0), (900.0, 2.0)])
+    struck = towards | {"damper": [0.125, 0.25], "end": 6.0}
+    del struck["periods"], struck["frequency"]
+    shock = {"form": "half-sine", "peak": 2.0, "duration": 1.5, "on": "body 1"}
+    yield from _cases("weights|struck", struck | {"loads": [shock], "samples": SAMPLES}, [0.5], soft)
+
+
 def two_stops():
     """One body between two walls, or two bodies that are linked with play."""
     free = {"mass": [1.0], "clearance": 1.0, "play": 2.0}
@@ -250,4 +276,4 @@ def records():
     )
 
 
-GROUPS = (free_ball, free_pair, free_weight, two_stops, pulses, records)
+GROUPS = (free_ball, free_pair, free_weight, free_weights, two_stops, pulses, records)
