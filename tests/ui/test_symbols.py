@@ -90,13 +90,15 @@ def check_fields(explorer, column):
 
 
 def test_every_symbol_of_the_branches_has_its_name(visit):
-    query = "?view=bifurcation&eta=1.42&K=12000&D=18&zoom=eta:1.3,1.5&choice=branches:both;count:60;transient:200"
-    for units in ("", "&units=mm-t-s&omega1=100"):
-        explorer = visit(query + units)
+    explorer = visit(
+        "?view=bifurcation&eta=1.42&K=12000&D=18&zoom=eta:1.3,1.5&choice=branches:both;count:60;transient:200"
+    )
+    for units in ({}, {"units": "mm-t-s", "omega1": "100"}):
+        explorer.at(**units)
         rows = explorer.page.locator(".branches-list[data-running=false] .points [data-kind]")
         rows.first.wait_for()
         assert "largest multiplier" in explorer.page.evaluate(TEXTS)[0]
-        wait_until(lambda explorer=explorer: not nameless(explorer), what=f"a name beside each symbol: {units}")
+        wait_until(lambda: not nameless(explorer), what=f"a name beside each symbol: {units}")
 
 
 def test_the_constants_of_a_fit_have_their_names(visit):
