@@ -5,6 +5,7 @@ import time
 
 from bokeh.document import Document as BokehDocument
 from panel.models.esm import DataEvent
+from vibroscope.app.page import asker
 from vibroscope.app.page.session import Session
 
 from tests.waiting import PATIENCE
@@ -78,3 +79,25 @@ class QueueingHost(FakeHost):
 def send(component, message):
     """Send a message to a component as its browser does; Panel has no public way."""
     component._process_event(DataEvent(None, message))
+
+
+class Asked:
+    """Stands for `StudyJob`: nothing is computed before it is asked for, and every job is listed."""
+
+    all = ()
+
+    def __init__(self, question, grow, deliver):
+        self.question, self.deliver, self.grow = question, deliver, grow
+        self.cancelled = self.out_of_time = False
+        Asked.all = (*Asked.all, self)
+
+    def cancel(self):
+        self.cancelled = True
+
+    def run(self, most=None):
+        """Deliver the results, at most so many."""
+        for count, result in enumerate(self.grow(self.question, None, lambda: False), start=1):
+            asker.RESULTS.put(self.question, result)
+            self.deliver(self, result)
+            if count == most:
+                break

@@ -23,8 +23,8 @@ from vibroscope.engine import (
     sweep,
 )
 
-from tests.app.fakes import FakeHost
-from tests.app.test_study_tab import Asked, opened  # noqa: F401 - a fixture
+from tests.app.fakes import Asked, FakeHost
+from tests.app.test_study_tab import opened  # noqa: F401 - a fixture
 
 QUESTION = BasinQuestion(
     System(), 3.2, Reference(), ExactPenalty(12000.0, 18.0), ("xi2", "v2"), (-8.0, 8.0), (-8.0, 8.0), (0.0,) * 4

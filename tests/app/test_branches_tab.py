@@ -18,33 +18,11 @@ from vibroscope.app.studies.bifurcation import grow_diagram
 from vibroscope.app.studies.branches import grow_branches
 from vibroscope.engine import ExactPenalty, Reference
 
-from tests.app.fakes import FakeHost, send
+from tests.app.fakes import Asked, FakeHost, send
 from tests.few_seeds import few_seeds
 
 SETTING = Setting(eta=1.42, K=12000.0, D=18.0, steps=2000)
 RANGE = "eta:1.3,1.5"
-
-
-class Asked:
-    """Stands for `StudyJob`: nothing is computed, and every job is listed."""
-
-    all = ()
-
-    def __init__(self, question, grow, deliver):
-        self.question, self.deliver, self.grow = question, deliver, grow
-        self.cancelled = self.out_of_time = False
-        Asked.all = (*Asked.all, self)
-
-    def cancel(self):
-        self.cancelled = True
-
-    def run(self, most=None):
-        """Deliver the results, at most so many."""
-        for count, result in enumerate(self.grow(self.question, None, lambda: False), start=1):
-            asker.RESULTS.put(self.question, result)
-            self.deliver(self, result)
-            if count == most:
-                break
 
 
 @pytest.fixture

@@ -18,8 +18,8 @@ from vibroscope.app.page.study.time_step import TimeStep
 from vibroscope.app.page.tab import Move
 from vibroscope.engine import System, compare_measured, measured_verdict, synthetic_measurement
 
-from tests.app.fakes import FakeHost
-from tests.app.test_study_tab import Asked, opened  # noqa: F401 - a fixture
+from tests.app.fakes import Asked, FakeHost
+from tests.app.test_study_tab import opened  # noqa: F401 - a fixture
 
 FREE = shelf()["thrown"].setting
 AT_REST = FREE._replace(**dict.fromkeys(START_FIELDS, 0.0))

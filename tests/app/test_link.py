@@ -28,9 +28,9 @@ from vibroscope.app.page.session import Session
 from vibroscope.app.page.tab import Move
 from vibroscope.app.page.tabs import VIEWS
 
-from tests.app.fakes import FakeHost
+from tests.app.fakes import Asked, FakeHost
 from tests.app.settings_strategy import settings
-from tests.app.test_study_tab import Asked, opened  # noqa: F401 - a fixture
+from tests.app.test_study_tab import opened  # noqa: F401 - a fixture
 
 SETTING = Setting()
 AXES = {"time": LINEAR, "x1": LINEAR, "K": LOGARITHMIC}

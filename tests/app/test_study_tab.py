@@ -17,23 +17,9 @@ from vibroscope.app.page.take_away import file_writer
 from vibroscope.app.runtime.cache import Cache
 from vibroscope.app.studies import speed
 
-from tests.app.fakes import FakeHost
+from tests.app.fakes import Asked, FakeHost
 
 SETTING = Setting()
-
-
-class Asked:
-    """Stands for `StudyJob`: nothing is computed, and every job is listed."""
-
-    all = ()
-
-    def __init__(self, question, grow, deliver):
-        self.question, self.deliver, self.grow = question, deliver, grow
-        self.cancelled = self.out_of_time = False
-        Asked.all = (*Asked.all, self)
-
-    def cancel(self):
-        self.cancelled = True
 
 
 @pytest.fixture

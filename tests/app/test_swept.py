@@ -13,19 +13,9 @@ from vibroscope.app.page.tab import Move
 from vibroscope.app.studies.bifurcation import DiagramQuestion, grow_diagram
 from vibroscope.engine import CompileProgress, EtaStudy, ExactPenalty, Newmark, Reference, System, simulate
 
-from tests.app.fakes import FakeHost
+from tests.app.fakes import Asked, FakeHost
 
 SETTING = Setting(eta=2.76, K=12000.0, D=18.0, steps=2000)
-
-
-class Asked:
-    """Stands for `StudyJob`: nothing is computed."""
-
-    def __init__(self, question, grow, deliver):
-        self.question, self.cancelled, self.out_of_time = question, False, False
-
-    def cancel(self):
-        self.cancelled = True
 
 
 @pytest.fixture

@@ -15,7 +15,7 @@ from vibroscope.app.page.tabs import VIEWS
 from vibroscope.app.studies.your_code import code_texts
 
 from tests.app.fakes import FakeHost
-from tests.app.test_study_tab import Asked, opened  # noqa: F401 - a fixture
+from tests.app.test_study_tab import opened  # noqa: F401 - a fixture
 
 STUDIES = [tab for tab in VIEWS.values() if issubclass(tab, StudyView)]
 MOVES, EVERY = 40, 8  # moves of a walk, and after how many it is compared with its link

@@ -185,6 +185,8 @@ def test_a_design_curve_is_a_recommendation_for_each_eta():
         ({"tolerance": 0.0}, "tolerance = 0.0 is outside [1e-06, 1]"),
         ({"tolerance": math.nan}, "tolerance = nan is outside"),
         ({"tolerance": 1.5}, "tolerance = 1.5 is outside"),
+        ({"restitution_tolerance": 0.0}, "restitution_tolerance = 0.0 is outside"),
+        ({"force_tolerance": 11}, "force_tolerance = 11 is outside"),
         ({"stiffness_max": 0.5}, "stiffness_max = 0.5 is outside"),
         ({"steps_max": 100.5}, "steps_max = 100.5 is not a whole number"),
         ({"steps_max": 3}, "steps_max = 3 is outside"),

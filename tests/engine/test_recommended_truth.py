@@ -65,18 +65,6 @@ def test_without_tolerances_of_contacts_fewer_steps_do():
     assert abs(delivered_restitution(run) - 0.5) <= 0.1
 
 
-@pytest.mark.parametrize(
-    ("options", "words"),
-    [
-        ({"restitution_tolerance": 0.0}, "restitution_tolerance = 0.0 is outside"),
-        ({"force_tolerance": 11}, "force_tolerance = 11 is outside"),
-    ],
-)
-def test_a_tolerance_out_of_range_is_refused(options, words):
-    with pytest.raises(ValueError, match=words):
-        recommend(question(PAPER, 2.76, **options))
-
-
 def test_the_largest_stiffness_is_one_rule():
     assert Limits().of(WALL).stiffness_max == 1e6
     assert Limits().of(PAPER).stiffness_max == 5.1e6  # of the stiffer spring, μκ² = 5.07

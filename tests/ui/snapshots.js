@@ -87,17 +87,25 @@
   });
 
   const above = (node) => node.assignedSlot ?? node.parentNode ?? node.host ?? null;
+  // The nearest element around a node that cuts off what lies outside it; most texts have it in common with others.
+  const clips = new Map();
+  const clip = (node) => {
+    if (!clips.has(node)) {
+      const at = above(node);
+      const { overflowX = "visible", overflowY = "visible" } = at instanceof Element ? getComputedStyle(at) : {};
+      const around = overflowX === "visible" && overflowY === "visible" ? at && clip(at)
+        : { at, frame: at.getBoundingClientRect(), scrolls: /auto|scroll/.test(overflowX + overflowY) };
+      clips.set(node, around);
+    }
+    return clips.get(node);
+  };
   // The visible part of a box in all elements that contain it, and whether a part is cut off that cannot be scrolled to.
   const seen = (box, node) => {
     let { left, top, right, bottom } = box;
     let cut = false;
-    for (let at = above(node); at; at = above(at)) {
-      if (!(at instanceof Element)) continue;
-      const style = getComputedStyle(at);
-      if (style.overflowX === "visible" && style.overflowY === "visible") continue;
-      const frame = at.getBoundingClientRect();
+    for (let around = clip(node); around; around = clip(around.at)) {
+      const { frame, scrolls } = around;
       if (frame.width <= 1 || frame.height <= 1) return null; // for screen readers alone
-      const scrolls = /auto|scroll/.test(style.overflowX + style.overflowY);
       const lost = left < frame.left - 2 || right > frame.right + 2 || top < frame.top - 2 || bottom > frame.bottom + 2;
       if (lost && !scrolls) cut = true;
       [left, top] = [Math.max(left, frame.left), Math.max(top, frame.top)];

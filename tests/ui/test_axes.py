@@ -33,8 +33,8 @@ FRAME = """name => {
 
 
 @pytest.mark.parametrize(("tab", "width"), [("basin", 1440), ("step", 390), ("explore", 390)])
-def test_labels_of_ticks_do_not_run_into_each_other(kept, tab, width):
-    explorer = kept.anew(SMALL, width, 900).open_view(tab)
+def test_labels_of_ticks_do_not_run_into_each_other(visit, tab, width):
+    explorer = visit(f"{SMALL}&view={tab}", width, 900)
     rows = explorer.page.evaluate(WRITTEN)
     assert max(map(len, rows)) >= 3
     for row in map(sorted, rows):

@@ -2,18 +2,10 @@
 
 import pytest
 
-from tests.ui.axe import AXE, serious
-from tests.ui.test_studies import place
+from tests.ui.test_studies import complete, place
 from tests.waiting import wait_until
 
 TAB = "?view=impact&eta=2.76&K=2500&D=8&steps=500"
-
-
-def complete(explorer):
-    panel = explorer.page.locator("section.study").locator("visible=true")
-    wait_until(lambda: float(panel.get_attribute("data-share")) == 1, what="the table")
-    explorer.settle()
-    return explorer
 
 
 def said(explorer):
@@ -29,8 +21,6 @@ def test_one_sentence_answers_for_another_speed_too_and_the_step_is_taken_over(v
     assert "impacts of the reference" in said(explorer)
     assert len(explorer.source("impact_over_steps")["steps"]) == 64
     assert max(explorer.source("impact_force_worst")["force"]) > max(explorer.source("impact_force_exact")["force"])
-    explorer.page.evaluate(AXE)
-    assert serious(explorer.page) == []
     speed = explorer.page.locator(".study input[name=speed]")
     speed.fill("1")
     speed.press("Enter")
@@ -66,9 +56,8 @@ def test_a_click_anywhere_in_a_row_sets_its_integrator_and_contact_status(kept):
     assert "end, iterated" in chosen.inner_text()
 
 
-def test_nobody_needs_a_system_to_get_the_step_of_a_contact_in_seconds(kept):
-    explorer = kept.anew()
-    explorer.open_tab("One impact")
+def test_nobody_needs_a_system_to_get_the_step_of_a_contact_in_seconds(visit):
+    explorer = visit("?view=impact")
     explorer.unfold("System")
     explorer.page.get_by_role("radio", name="SI", exact=True).check()
     explorer.wait_for_address(units="si")
@@ -85,11 +74,9 @@ def test_nobody_needs_a_system_to_get_the_step_of_a_contact_in_seconds(kept):
     assert " = 178.9 µs." in said(explorer)
 
 
-@pytest.mark.parametrize(("width", "height"), [(1440, 900), (390, 844)])
-def test_a_permitted_penetration_leads_to_the_step_in_seconds(kept, width, height):
+def test_a_permitted_penetration_leads_to_the_step_in_seconds_on_a_phone(visit):
     """For 1 kg at 1 m/s and e = 0.5, which is that of the system at first: K = 550,600 N/m, a step of 0.24 ms."""
-    explorer = kept.anew("", width, height)
-    explorer.open_tab("One impact")
+    explorer = visit("?view=impact", 390, 844)
     explorer.unfold("System")
     explorer.page.get_by_role("radio", name="SI", exact=True).check()
     explorer.wait_for_address(units="si")

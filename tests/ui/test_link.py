@@ -2,7 +2,7 @@
 
 import pytest
 
-from tests.ui.test_studies import SETTING, complete, panel
+from tests.ui.test_studies import SETTING, panel
 from tests.waiting import wait_until
 
 ZOOMED = ("displacement", "phase1", "force", "diagram")
@@ -52,29 +52,16 @@ def test_the_reset_tool_takes_a_zoom_out_of_the_link(visit):
     assert low < min(points) < max(points) < high  # it knows where the data are, although it began zoomed
 
 
-def test_a_refused_zoom_leaves_the_default_page(visit):
-    explorer = visit("?eta=2.76&zoom=time:0.7,0.2")
-    assert "from a smaller to a larger number" in explorer.error()
-    assert explorer.typed("eta").input_value() == "1.08"
-    assert explorer.figure("force")["x"] == [0, 2]
-    zoomed(explorer, "force")
-    assert explorer.address()["eta"] == "1.08"
-
-
 @pytest.mark.parametrize(
     ("tab", "figures", "choices"),
     [
         ("bifurcation", ["bifurcation"], {"Start": "up", "Coordinate": "xi1"}),
         ("plane", ["plane_penalty", "plane_exact"], {"Colour": "contact"}),
-        ("basin", ["basin_reference", "basin_penalty"], {"Starts over": "v1-v2"}),
-        ("step", ["step_phase_fixed", "step_phase_located"], {}),
-        ("speed", ["speed"], {}),
     ],
 )
 def test_the_view_of_a_study_comes_back(kept, visit, tab, figures, choices):
+    """What the links of all studies hold: tests/app/test_link.py, tests/app/test_walked_links.py."""
     explorer = begun(kept(f"?{SETTING}").open_view(tab), figures[0])
-    if tab == "speed":  # while medians change, so do the ranges, and a zoom that is on its way is overtaken
-        complete(explorer)
     for label, value in choices.items():
         panel(explorer).get_by_role("combobox", name=label).select_option(value)
     # What is chosen is drawn at the range of its data: a zoom before that would be taken back.

@@ -1,4 +1,4 @@
-"""The page around the figures: tabs, keys, theme, tour, summaries, access."""
+"""The page around the figures: tabs, keys, theme, tour, summaries, access, content security policy."""
 
 import re
 
@@ -21,11 +21,28 @@ def test_the_figure_of_speed_and_error_is_shown_and_opens_by_itself(kept):
     figure.close()
 
 
+def test_the_policy_is_in_force_and_a_page_complains_of_what_it_blocks(kept):
+    """That it blocks nothing the page needs is seen by every test in a browser."""
+    explorer = kept()
+    blocked = explorer.page.evaluate(
+        "new Promise(done => { document.addEventListener('securitypolicyviolation', e => done(e.violatedDirective), "
+        "{once: true}); fetch('http://192.0.2.1/').catch(() => {}); setTimeout(() => done('nothing'), 3000); })"
+    )
+    assert blocked == "connect-src"
+    assert any("Content Security Policy" in complaint for complaint in explorer.complaints)
+    explorer.complaints.clear()
+    policy = explorer.page.request.get(explorer.server).headers["content-security-policy"]
+    assert "unsafe-eval" not in policy
+    assert "http" not in policy
+
+
 def test_a_view_is_built_when_it_is_opened_and_costs_nothing_while_it_is_hidden(visit):
     explorer = visit("?view=help")
+    assert explorer.page.get_by_role("tab", name="Help").get_attribute("aria-selected") == "true"
     models = "() => [...Bokeh.documents[0].all_models].filter(m => m.type === 'Figure').length"
     assert explorer.page.evaluate(models) == 0
     explorer.open_tab("Explore")
+    wait_until(lambda: "view" not in explorer.address(), what="an address without a view")
     explorer.until("Bokeh.documents[0].get_model_by_name('phase_reference')?.data.x1.length > 0")
     assert explorer.page.evaluate(models) == 9
     explorer.settle(1)

@@ -2,17 +2,10 @@
 
 import pytest
 
-from tests.ui.axe import AXE, serious
+from tests.ui.test_studies import complete
 from tests.waiting import wait_until
 
 SETTING = "?view=peaks&eta=2.76&K=12000&D=18&steps=2000"
-
-
-def complete(explorer):
-    panel = explorer.page.locator("section.study").locator("visible=true")
-    wait_until(lambda: float(panel.get_attribute("data-share")) == 1, what="both runs")
-    explorer.settle()
-    return explorer
 
 
 def cells(explorer, name):
@@ -38,8 +31,6 @@ def test_both_solutions_stand_beside_each_other_with_their_difference(kept, widt
         for solver in ("reference", "penalty"):
             source = explorer.source(f"spectrum_{picture}_{solver}")
             assert len(source["order"]) == 321
-    explorer.page.evaluate(AXE)
-    assert serious(explorer.page) == []
 
 
 def test_a_choice_draws_another_spectrum_and_stands_in_the_address(kept):

@@ -46,14 +46,13 @@ def test_a_picture_has_the_size_that_was_asked_for_and_says_what_it_shows(kept):
     page.evaluate("localStorage.clear()")
 
 
-@pytest.mark.parametrize("scheme", ["light", "dark"])
-def test_a_picture_has_the_colours_of_the_page_and_what_is_seen_in_it(visit, scheme):
-    explorer = visit("?eta=2.76&K=12000&D=18&steps=2000&play=0.25", scheme=scheme)
-    reference, paper = {"light": ("#0072b2", "#ffffff"), "dark": ("#56b4e9", "#171e26")}[scheme]
+def test_a_picture_has_the_colours_of_the_page_and_what_is_seen_in_it(visit):
+    """Of the dark page; the others are taken from a light one."""
+    explorer = visit("?eta=2.76&K=12000&D=18&steps=2000", scheme="dark")
     for title in ("Bodies", "Phase plot 1"):
         drawing = taken(explorer, f"{title} as SVG")[1].decode()
-        assert reference in drawing
-        assert f"fill: {paper}" in drawing
+        assert "#56b4e9" in drawing
+        assert "fill: #171e26" in drawing
     explorer.page.evaluate("""() => {
       const figure = Bokeh.documents[0].get_model_by_name("phase1");
       const legend = [...figure.center, ...figure.above].find((part) => part.type === "Legend");

@@ -39,10 +39,12 @@ def test_a_tolerance_that_is_none_is_told_where_it_was_typed(kept):
     assert "tolerance must be a number from 0.01 to 100" in explorer.page.locator(".suggest .status").text_content()
 
 
-def test_the_limits_of_a_search_can_be_typed_where_it_runs(visit):
-    explorer = visit("?eta=2.76&K=12000&D=18&steps=2000&located=yes")
+def test_limits_a_held_stiffness_and_a_range_are_typed_where_a_search_runs(kept):
+    explorer = kept.anew("?eta=2.76&K=9000&D=18&steps=2000&located=yes")
     explorer.unfold("More: ")
     explorer.page.get_by_role("button", name="Options").click()
+    explorer.page.get_by_label(TOLERANCE).fill("50")
+    explorer.page.get_by_label("Keep the present K").check()
     explorer.page.get_by_label("Most steps per period").fill("5 000 000")
     explorer.page.get_by_label("Most steps per period").press("Enter")
     explorer.page.locator(".suggest[data-phase=failed]").wait_for()
@@ -51,15 +53,9 @@ def test_the_limits_of_a_search_can_be_typed_where_it_runs(visit):
     explorer.page.get_by_label("Most steps per period").press("Enter")
     explorer.page.locator(".suggest[data-phase=done]").wait_for()
     wait_until(lambda: int(explorer.typed("steps").input_value()) <= 1000, what="moved sliders")
-
-
-def test_one_setting_is_found_for_a_range_with_the_stiffness_held(visit):
-    explorer = visit("?eta=2.76&K=9000&D=18&steps=2000&located=yes")
-    explorer.unfold("More: ")
-    explorer.page.get_by_role("button", name="Options").click()
-    for label, text in (("lowest excitation", "2.6"), ("highest excitation", "2.76"), (TOLERANCE, "50")):
+    explorer.at(eta="2.76", K="9000", D="18", steps="2000")
+    for label, text in (("lowest excitation", "2.6"), ("highest excitation", "2.76")):
         explorer.page.get_by_label(label).fill(text)
-    explorer.page.get_by_label("Keep the present K").check()
     explorer.page.get_by_role("button", name="Suggest K").click()
     explorer.page.get_by_text("An error of 50 % over the range is met").wait_for()
     wait_until(lambda: explorer.typed("steps").input_value() != "2000", what="moved sliders")
@@ -68,12 +64,6 @@ def test_one_setting_is_found_for_a_range_with_the_stiffness_held(visit):
 
 
 def test_what_a_code_has_is_offered_once_it_is_chosen(visit):
-    explorer = visit("?eta=1.08&K=100&D=4&steps=200")
-    explorer.unfold("More: ")
-    explorer.page.get_by_role("button", name="Options").click()
-    code = explorer.page.get_by_label("Search over the integrators")
-    explorer.page.get_by_label("Keep the present K").wait_for()
-    assert not code.is_visible()
     explorer = visit("?view=code&choice=code:abaqus-standard&eta=1.08&K=100&D=4&steps=200")
     explorer.open_tab("Explore")
     explorer.unfold("More: ")
@@ -140,6 +130,8 @@ def test_the_box_of_a_search_ends_within_the_window(visit):
     explorer = visit("?eta=2.76&K=12000&D=18&steps=2000").explained()
     explorer.unfold("More: ")
     explorer.page.get_by_role("button", name="Options").click()
+    explorer.page.get_by_label("Keep the present K").wait_for()
+    assert not explorer.page.get_by_label("Search over the integrators").is_visible()  # no code is chosen
     explorer.page.get_by_role("button", name="Suggest K, D, Δτ").click()
     explorer.page.locator(".suggest[data-phase=done]").wait_for()
     box = explorer.page.locator(".suggest > .more")

@@ -117,8 +117,8 @@ def test_the_plane_offers_steps_without_a_solution_where_the_status_is_that_of_t
     wait_until(lambda: "10 to 99" not in key.text_content(), what="the first picture of another method")
 
 
-def test_a_study_is_cancelled_and_goes_on(kept):
-    explorer = kept.anew("?eta=1.08&K=2500&D=8&steps=1000").open_view("plane")
+def test_a_study_is_cancelled_and_goes_on(visit):
+    explorer = visit("?view=plane&eta=1.08&K=2500&D=8&steps=1000")
     explorer.page.locator("summary", has_text="Solver").click()
     explorer.page.get_by_text("cut at contact", exact=True).click()
     stop = panel(explorer).locator("button[data-stop]")
@@ -234,7 +234,7 @@ def test_up_and_down_are_laid_over_each_other_and_the_solver_has_its_colour(visi
 
 
 def test_a_click_on_the_time_step_figure_sets_n(kept):
-    explorer = complete(kept.anew(f"?{SETTING}").open_view("step"))
+    explorer = opened(kept, "step")
     assert "T/2000, constant step" in explorer.figure("step_phase_fixed")["title"]
     explorer.page.mouse.click(*place(explorer, "step_error_time_step", 8300, 1e-3))
     wait_until(

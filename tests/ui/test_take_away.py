@@ -19,6 +19,7 @@ def test_figures_data_and_report_can_be_taken_away(kept, tmp_path):
     assert name.endswith(".svg")
     assert b"<path" in drawing
     assert "velocity ξ₁′".encode() in drawing
+    assert b"fill: #ffffff" in drawing  # of the light page
     _, table = taken(explorer, "Contact force: data as CSV")
     rows = list(csv.DictReader(table.decode().splitlines()))
     assert {row["series"] for row in rows} >= {"reference", "penalty", "reference impulse"}
@@ -90,8 +91,8 @@ CALLS = {
 
 
 @pytest.mark.parametrize("tab", VIEWS)
-def test_each_tab_offers_files_of_each_kind(kept, tab):
-    explorer = kept(f"?{STUDY}").open_view(tab)
+def test_each_tab_offers_files_of_each_kind(visit, tab):
+    explorer = visit(f"?view={tab}&{STUDY}")
     if tab == "explore":
         explorer.explained()
     if tab != "help":

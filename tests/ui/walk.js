@@ -63,15 +63,16 @@
   // What is still being computed, in a word.
   const busy = () => {
     if (!Bokeh.documents.every((each) => each.is_idle)) return "messages";
-    const running = all().find((node) => visible(node)
-      && node.matches("[data-running=true], [data-pending=true], [data-phase=running], [data-stale=true], .busy, [aria-busy=true], progress")
-      && !(node.matches("progress") && node.closest(".study, .compiling")));
-    const open = all().find((node) => node.matches(".line[data-kind='']") && visible(node) && isDriven());
+    const nodes = all();
+    const running = nodes.find((node) =>
+      node.matches("[data-running=true], [data-pending=true], [data-phase=running], [data-stale=true], .busy, [aria-busy=true], progress")
+      && !(node.matches("progress") && node.closest(".study, .compiling")) && visible(node));
+    const open = nodes.find((node) => node.matches(".line[data-kind='']") && visible(node) && isDriven());
     if (open) return "kinds of motion";
     if (running) return running.className || running.tagName;
     const title = figures().map(({ model }) => model.title?.text ?? "").find((text) => /comput/.test(text) && !/\b100 %/.test(text));
     if (title) return title;
-    const said = all().find((node) => visible(node) && !node.childElementCount && /(computing|checking|searching|reading) …/i.test(node.textContent));
+    const said = nodes.find((node) => !node.childElementCount && /(computing|checking|searching|reading) …/i.test(node.textContent) && visible(node));
     return said ? textOf(said) : "";
   };
 
