@@ -176,7 +176,7 @@ class PartialDiagram:
     @cached_property
     def kinds(self) -> dict[str, np.ndarray]:
         """Kind of motion of each cell as far as it is known: see `engine.sweeps.motion_kinds.KIND_VARIABLES`."""
-        found = known_kinds(self.question.study(), self._shown)
+        found = known_kinds(self._shown["status"], self._shown["period"])
         for name, array in (self.judged or {}).items():
             found[name] = np.where(self.judged["kind"] != CellKind.UNKNOWN, array, found[name])
         return found

@@ -24,6 +24,7 @@ from vibroscope.engine.kernels.batch.course import CYCLE, EXACT, NO_TRAP, RECURR
 from vibroscope.engine.kernels.batch.run import BatchResults, Traps
 from vibroscope.engine.kernels.compile.options import uncompiled
 from vibroscope.engine.kernels.compile.record import make_buffers
+from vibroscope.engine.kernels.equations.motion import free_rate
 from vibroscope.engine.kernels.event_driven.saltation import make_variation
 from vibroscope.engine.kernels.event_driven.state import STATE as EVENT_STATE
 from vibroscope.engine.kernels.event_driven.state import SYSTEM
@@ -58,8 +59,7 @@ def are_compiled(method: Method, rows: np.ndarray) -> np.ndarray:
     p = Parameters(*rows[:, 0].T)
     if not method.has_step:
         return np.full(len(rows), method.rigid or method.linear)
-    fastest = np.maximum(np.maximum(p.kappa, p.eta), 1.0)
-    return np.isinf(p.play) & are_held(p) & can_skip(p.eta, fastest, p.steps, method)
+    return np.isinf(p.play) & are_held(p) & can_skip(p.eta, uncompiled(free_rate)(p), p.steps, method)
 
 
 def calls_of(method: Method, rows: np.ndarray) -> np.ndarray:

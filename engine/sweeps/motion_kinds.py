@@ -19,16 +19,12 @@ from vibroscope.engine.sweeps.eta_study import EtaStudy
 from vibroscope.engine.sweeps.plane_study import PlaneStudy
 
 
-def known_kinds(study: EtaStudy, values: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
-    """The kinds of motion that the values of a study show without any further run.
+def known_kinds(status: np.ndarray, period: np.ndarray) -> dict[str, np.ndarray]:
+    """The kinds of motion that the values of a study show without any further run, (n,) each.
 
     These are the cells that ended early, and those of period 1: a longer one may be scatter that happens to repeat
     itself, or a transient that alternates.
     """
-    return _known_kinds(values["status"], values["period"])
-
-
-def _known_kinds(status: np.ndarray, period: np.ndarray) -> dict[str, np.ndarray]:
     found = unknown_kinds(len(status))
     clear = (status == 0) & (period == 1)
     found["kind"][clear] = CellKind.PERIODIC
@@ -125,7 +121,7 @@ def judge_runs(
     run, how = {"transient": transient, "sample": sample}, {"threads": threads, "cancelled": cancelled}
     found = run_cells(cells, **run, **how)
     periods = settled_periods(found.section)
-    kinds = _known_kinds(found.status, periods)
+    kinds = known_kinds(found.status, periods)
     chosen = np.flatnonzero(kinds["kind"] == CellKind.UNKNOWN)
     for name, array in _judge_late(cells.at(chosen), run, how).items():
         kinds[name][chosen] = array

@@ -212,7 +212,7 @@ def reach_of(t, u):
 
 
 @jit_inlined
-def extent_of(t, u):
+def extent_of(u):
     """Sum of the displacements, by which rounding is judged."""
     return abs(u[0]) + abs(u[1])
 
@@ -226,7 +226,7 @@ def find_steps(t, mode, us, touch):
     """
     u, least = us[0], us[LEAST]
     deciding = t.deciding[mode]
-    noise = CERTAIN * (extent_of(t, u) + abs(touch))
+    noise = CERTAIN * (extent_of(u) + abs(touch))
     for r in range(t.counts[mode]):
         least[r] = noise * t.sizes[mode, r]
     if not (reach_of(t, u) < FAR and first_step_stays(t, mode, deciding, u, least)):

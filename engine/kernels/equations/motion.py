@@ -79,14 +79,14 @@ def contact_coordinates(p, x1, v1, x2, v2):
 @jit
 def load_rate(p):
     """Frequency of the load: η, or that of a pulse; 0 where it is linear in time (:mod:`..event_driven.state`)."""
-    return p.eta if p.pulse < 0.0 else p.pulse
+    return np.where(p.pulse < 0.0, p.eta, p.pulse)
 
 
 @jit
 def free_rate(p):
-    """Largest |ν| of the separated bodies and the excitation."""
-    damper = 2.0 * p.damper2 if p.kappa < 1.0 else 0.0  # no spring need be stronger than it
-    return max(1.0, p.kappa, load_rate(p), damper, 2.0 * p.d1 if p.spring1 == 0.0 else 0.0)
+    """Largest |ν| of the separated bodies and the excitation; from Python p may hold arrays."""
+    dampers = np.maximum(2.0 * p.damper2 * (p.kappa < 1.0), 2.0 * p.d1 * (p.spring1 == 0.0))  # stronger than a spring
+    return np.maximum(np.maximum(np.maximum(1.0, p.kappa), load_rate(p)), dampers)
 
 
 @jit

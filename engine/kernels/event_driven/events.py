@@ -128,7 +128,7 @@ HIGHEST_ORDER = 5  # derivatives tried where a phase starts on the surface
 
 
 @jit_inlined
-def first_nonzero_derivative(p, phase, z, start):
+def first_nonzero_derivative(phase, z, start):
     """Order and value of the first derivative of what a phase watches, from ``start`` on, not zero within rounding.
 
     Returns (HIGHEST_ORDER + 1, 0.0) if there is none. Of the free gap the contact force changes only derivatives of a
@@ -169,7 +169,7 @@ def begin_contact(p, a, rate, order):
 @jit_no_alloc
 def separate_or_touch(p, a, start):
     """The phase that follows a touch without approach, the gap's derivatives below order ``start`` being zero."""
-    order, value = first_nonzero_derivative(p, p.flight, linear_state(p, p.flight, a), start)
+    order, value = first_nonzero_derivative(p.flight, linear_state(p, p.flight, a), start)
     rate = a.rate if order == 1 else 0.0
     if value > 0.0:
         return begin_flight(a, a.v1, rate, float(order))
@@ -253,7 +253,7 @@ def can_separate(p, a):
     """
     if not p.rigid or a.mode != FLIGHT or a.order < 3.0:
         return True
-    return first_nonzero_derivative(p, p.flight, linear_state(p, p.flight, a), 3)[1] >= 0.0
+    return first_nonzero_derivative(p.flight, linear_state(p, p.flight, a), 3)[1] >= 0.0
 
 
 @jit_no_alloc
@@ -262,7 +262,7 @@ def remain_in_contact(p, a):
 
     A force that touches zero may pass it by rounding, as that of a preload whose largest opening force is as large.
     """
-    order, value = first_nonzero_derivative(p, p.contact, linear_state(p, p.contact, a), 1)
+    order, value = first_nonzero_derivative(p.contact, linear_state(p, p.contact, a), 1)
     return begin_contact(p, a, 0.0, float(order)) if value > 0.0 else a
 
 
@@ -274,7 +274,7 @@ def first_nonzero(p, phase, z):
         term = phase.rows[i, POWERS] * z[i]
         value += term
         scale += abs(term)
-    return (0, value) if abs(value) > ROUNDING * scale else first_nonzero_derivative(p, phase, z, 1)
+    return (0, value) if abs(value) > ROUNDING * scale else first_nonzero_derivative(phase, z, 1)
 
 
 @jit_no_alloc

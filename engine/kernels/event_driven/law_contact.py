@@ -126,7 +126,8 @@ def extrapolate(p, tau, gain, size):
 
     What it changes is in the row TABLE. A size of zero changes nothing.
     """
-    begin, first, slope, before, here, point = p.work[0], p.work[1], p.work[2], p.work[3], p.work[4], p.work[5]
+    begin, first, slope = p.work[START], p.work[FIRST], p.work[SLOPE]
+    before, here, point = p.work[FORMER], p.work[HERE], p.work[POINT]
     table = p.work[TABLE:]
     for i in range(NUMBERS):
         point[i] = 0.0

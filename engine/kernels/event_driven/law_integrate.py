@@ -121,7 +121,7 @@ def resolve_law_event(p, a):
         start = 2
     if start == 0:
         return a
-    order, value = first_nonzero_derivative(p, p.flight, linear_state(p, p.flight, a), start)
+    order, value = first_nonzero_derivative(p.flight, linear_state(p, p.flight, a), start)
     rate = a.rate if order == 1 else 0.0
     if value > 0.0:
         return begin_flight(a, a.v1, rate, float(order))

@@ -135,7 +135,7 @@ def write_facts(p, kind, y, end, row):
     row[PARTING] = y[3] if kind == PART else -p.restitution * y[3]
     row[FORCE] = joint_force_at(p, y[0], y[1] + p.mass_share * y[3], end - np.floor(end)) if p.rigid else 0.0
     if kind == CHATTER:
-        z = relative_state(p, p.flight, parted(p, y, p.restitution), end)
+        z = relative_state(p.flight, parted(p, y, p.restitution), end)
         row[ROOM] = room_for_sum(p.flight, z, p.restitution, p.completion, p.scratch)
 
 
@@ -161,7 +161,7 @@ def reset(p, d, y, end, kind):
     scale_row(d, 2, 0.0)
     if kind != CHATTER:
         return y, end
-    z = relative_state(p, p.flight, y, end)
+    z = relative_state(p.flight, y, end)
     length, x, v = sum_up(p.flight, z, p.restitution, p.mass_share, p.scratch)
     later = end + length / p.period
     c, s = cos_sin(later - np.floor(later))
@@ -256,7 +256,7 @@ def find_orbit(packed, kinds, first, periods, unknowns, out, d, begun):
     for k in range(m + 1):
         end = unknowns[4 + k] if k < m else periods
         phase = p.contact if touching else p.flight
-        z, length = relative_state(p, phase, y, turn), (end - turn) * p.period
+        z, length = relative_state(phase, y, turn), (end - turn) * p.period
         if length < BACKWARDS * phase.spacing:
             return False
         if facts.shape[0] > 0:

@@ -29,7 +29,7 @@ FINEST = 16  # halvings of the first interval of a phase
 
 
 @jit_no_alloc
-def relative_state(p, phase, y, turn):
+def relative_state(phase, y, turn):
     """z of y = (ξ₁, ξ₁′, g, g′) at a time in excitation periods."""
     c, s = cos_sin(turn - np.floor(turn))
     return y[0] - phase.position, y[1], y[2] - phase.gap, y[3], c, s
@@ -79,7 +79,7 @@ def flow(phase, z, length, d):
 @jit_no_alloc
 def state_later(p, phase, y, turn, length):
     """(ξ₁, ξ₁′, g, g′) a length of time after y, which belongs to a time in excitation periods; without an event."""
-    z = relative_state(p, phase, (y[0], y[1], y[2], y[3]), turn)
+    z = relative_state(phase, (y[0], y[1], y[2], y[3]), turn)
     return absolute(phase, flow(phase, z, length, None))
 
 
@@ -118,10 +118,10 @@ def minimum_between(powers, low, high):
 
 
 @jit_no_alloc
-def lowest_in_interval(phase, z, low, high, scratch):
-    """The minimum of the watched quantity between two shares of the interval that begins at z, and where; else inf."""
+def lowest_in_interval(phase, z, high, scratch):
+    """The minimum of the watched quantity in a share ``high`` of the interval that begins at z, and where; else inf."""
     find_powers(phase, z, scratch)
-    return lowest_of_powers(phase, low, high, scratch)
+    return lowest_of_powers(phase, 0.0, high, scratch)
 
 
 @jit_no_alloc
@@ -161,7 +161,7 @@ def lowest_minimum(phase, z, length, from_zero, whole, scratch):
         high = low
     last = int(np.floor(intervals))
     if last >= 1:
-        value, u = lowest_in_interval(phase, advanced(phase, z, last, None), 0.0, intervals - last, scratch)
+        value, u = lowest_in_interval(phase, advanced(phase, z, last, None), intervals - last, scratch)
         if value < lowest:
             lowest, where = value, last + u
     before, here = np.inf, np.inf  # values at the instants k − 2 and k − 1
@@ -174,13 +174,13 @@ def lowest_minimum(phase, z, length, from_zero, whole, scratch):
             if before >= here <= value and k >= 2 and here < lowest + abs(lowest):
                 for first in range(k - 2, k):
                     if first > 0:
-                        least, u = lowest_in_interval(phase, advanced(phase, z, first, None), 0.0, 1.0, scratch)
+                        least, u = lowest_in_interval(phase, advanced(phase, z, first, None), 1.0, scratch)
                         if least < lowest:
                             lowest, where = least, first + u
             before, here = here, value
         start = state_after(phase, start, POINTS)
     if last > 1 and before >= here and here < lowest + abs(lowest):  # no value behind the last one shows a rise
-        least, u = lowest_in_interval(phase, advanced(phase, z, last - 1, None), 0.0, 1.0, scratch)
+        least, u = lowest_in_interval(phase, advanced(phase, z, last - 1, None), 1.0, scratch)
         if least < lowest:
             lowest, where = least, last - 1 + u
     return lowest, where * phase.spacing

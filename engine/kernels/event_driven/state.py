@@ -100,7 +100,7 @@ class HybridSystem(NamedTuple):
     rigid: bool  # whether the contact is the reference's
     flight: Phase  # its watched quantity is the gap
     contact: Phase  # its watched quantity is the contact force (reference) or the penetration −g (penalty)
-    slow_contact: Phase  # contact once its fast modes have decayed, see linear.slow_subspace
+    slow_contact: Phase  # contact once its fast modes have decayed, see .setup
     stiff: bool  # whether there is such a phase
     fast: np.ndarray  # (4, 6) projector on the fast modes of contact
     force_position: float  # contact force λ = force_position ξ₁ + force_velocity ξ₁′ + force_gap g + force_rate g′

@@ -1,1 +1,1 @@
-"""Time stepping, step by step: Newmark's method, plain and with located contact changes."""
+"""Time stepping, step by step: one-step methods with whole steps or steps cut at contact changes, and their laws."""
