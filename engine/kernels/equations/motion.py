@@ -79,7 +79,7 @@ def contact_coordinates(p, x1, v1, x2, v2):
 @jit
 def load_rate(p):
     """Frequency of the load: η, or that of a pulse; 0 where it is linear in time (:mod:`..event_driven.state`)."""
-    return np.where(p.pulse < 0.0, p.eta, p.pulse)
+    return p.eta * (p.pulse < 0.0) + p.pulse * (p.pulse >= 0.0)
 
 
 @jit

@@ -10,10 +10,10 @@ wherever a step ends.
 
 **Resolution of a contact** by Newmark's method. Locating the changes is not enough if a contact then lasts two steps:
 average acceleration gives its restitution only where it resolves the contact mode, of fastest rate |s| (Eq. (7) of
-:mod:`..equations.contact_law`). On the grid the fastest of what moves without contact, T_f = 2π/max(1, κ, η) where no damper is stronger, has
-T_f/Δτ steps to the cycle. A contact begins with as many to its own cycle T_c = 2π/|s|. A contact longer than half a
-cycle is not an impact; what the beginning of contact excited decays, and the longest step grows with the time t since
-then, so that every time scale has the same number of steps:
+:mod:`..equations.contact_law`). On the grid the fastest of what moves without contact has T_f/Δτ steps to the cycle,
+T_f = 2π/max(1, κ, η) where no damper is stronger. A contact begins with as many to its own cycle T_c = 2π/|s|. A
+contact longer than half a cycle is not an impact; what the beginning of contact excited decays, and the longest step
+grows with the time t since then, so that every time scale has the same number of steps:
 
     s ≤ Δτ · min(1, max(T_c, 2t) / T_f)                                                                     (13)
 
