@@ -65,7 +65,7 @@ def compare_mujoco(eta: float, stiffness: float, damping: float, steps: int) -> 
     method = TimeStepping(stiffness, damping, steps, SemiImplicitEuler(), "start", law="cut")
     c = uncompiled(coefficients)(parameters_of(System(), eta, method))
     mass, reaction, h = np.array([1.0, c.mu]), np.array([-1.0, 1.0]), 2.0 * math.pi / eta / steps
-    damping, springs, loads = mass * (c.c1, c.c2), mass * (c.k1, c.k2), mass[:, None] * np.array([c.load1, c.load1])
+    dampers, springs, loads = mass * (c.c1, c.c2), mass * (c.k1, c.k2), mass[:, None] * np.array([c.load1, c.load1])
     flexible = float(reaction @ (reaction / mass))  # A
     share = IMPEDANCE * flexible
     numbers = {"m1": float(mass[0]), "m2": float(mass[1]), "k": -stiffness * share, "b": -2.0 * damping * share}
@@ -74,7 +74,7 @@ def compare_mujoco(eta: float, stiffness: float, damping: float, steps: int) -> 
     data, contact, own, free, largest = mujoco.MjData(model), 0, 0.0, 0.0, 0.0
     for i in range(PERIODS * steps):
         q, v, angle = data.qpos.copy(), data.qvel.copy(), 2.0 * math.pi * i / steps
-        applied = loads @ (math.cos(angle), math.sin(angle)) - damping * v - springs * q
+        applied = loads @ (math.cos(angle), math.sin(angle)) - dampers * v - springs * q
         data.qfrc_applied[:] = applied
         mujoco.mj_step(model, data)
         gap, rate, force = q[1] - q[0], v[1] - v[0], 0.0
