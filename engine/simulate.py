@@ -124,7 +124,7 @@ def free_length(system: System, eta: float, initial: Sequence[float] | None = No
     Examples
     --------
     >>> from vibroscope.engine import Excitation, System, free_length
-    >>> hammer = System(kappa=0.0, mu=0.15, clearance=50.0, excitation=Excitation(base=0.0))
+    >>> hammer = System(kappa=0.0, mu=0.15, d2=0.0, clearance=50.0, excitation=Excitation(base=0.0))
     >>> free_length(hammer, 1.0, (0.0, 0.0, 0.0, -2.0))  # thrown at the sprung body, which it meets at τ = 25
     {'periods': 5, 'keep': 2}
     """

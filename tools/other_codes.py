@@ -84,7 +84,7 @@ class Walk(NamedTuple):
     own: float  # largest difference of a step of theirs from the nearest solution that we find from its beginning
     stops: bool  # whether, where theirs stops, no solution is found from its state
     alike: bool  # nor from ours
-    followed: float  # difference at the end, if we take their solution wherever there are two
+    followed: float  # difference at the end, if we take their solution wherever there are two, or where we have none
     disturbed: float  # the largest difference at the end, if each of our steps is off by as much as theirs are
     other: list[int]  # steps with two solutions in which they take the one that we would not
 
@@ -131,25 +131,27 @@ class Steps:
             for k in range(last)
         )
         own = max(nearest, default=0.0)
-        state, other = self.follow(theirs)
+        states, other = self.follow(theirs)
         stops = stopped is None or not self.solutions(theirs[-1], last)
-        alike = stopped is None or not self.solutions(state, last)
-        followed = distance(state, theirs[-1])
+        alike = stopped is None or (len(states) > last and not self.solutions(states[-1], last))
+        followed = distance(states[-1], theirs[len(states) - 1])
         seeds = range(1, 1 + (DISTURBANCES if followed > AGREE else 1))
-        moved = [distance(self.follow(theirs, own, seed)[0], state) for seed in seeds]
-        return Walk(last, own, stops, alike, followed, max(filter(math.isfinite, moved), default=math.nan), other)
+        paths = (self.follow(theirs, own, seed)[0] for seed in seeds)
+        ends = ((path, min(len(path), len(states)) - 1) for path in paths)
+        moved = max(distance(path[k], states[k]) for path, k in ends)
+        return Walk(last, own, stops, alike, followed, moved, other)
 
-    def follow(self, theirs: np.ndarray, noise: float = 0.0, seed: int = 1) -> tuple[np.ndarray, list[int]]:
-        """Our last state, and the steps in which theirs takes the one of two solutions that we would not.
+    def follow(self, theirs: np.ndarray, noise: float = 0.0, seed: int = 1) -> tuple[list[np.ndarray], list[int]]:
+        """Our states, and the steps in which theirs takes the one of two solutions that we would not.
 
         Where there are two, theirs is taken. ``noise``: by how much displacements and velocities are disturbed in each
-        step, at random by the ``seed``. Where no solution is found, the state is nan.
+        step, at random by the ``seed``. The states end where there is no solution.
         """
-        other, state, former, random = [], theirs[0], 1, np.random.default_rng(seed)
+        states, other, state, former, random = [theirs[0]], [], theirs[0], 1, np.random.default_rng(seed)
         for k, after in enumerate(theirs[1:]):
             ours = self.solutions(state, k)
             if not ours:
-                return np.full(FORCE, math.nan), other
+                break
             kept = former
             usual = min(ours, key=lambda each: (each[0] != kept, each[-1] != each[0]))
             chosen = min(ours, key=lambda each: distance(ours[each], after))
@@ -157,7 +159,8 @@ class Steps:
                 other.append(k + 1)
             state, former = ours[chosen].copy(), chosen[-1]
             state[:4] += noise * random.uniform(-1.0, 1.0, 4)
-        return state, other
+            states.append(state)
+        return states, other
 
 
 def from_bodies(state: np.ndarray) -> np.ndarray:
