@@ -32,7 +32,7 @@ def study_of(method, values, **more):
 def judged(study):
     """The kinds of all cells, and how many of them needed further runs."""
     values = study.compute()
-    kinds = known_kinds(study, values)
+    kinds = known_kinds(values["status"], values["period"])
     chosen = np.flatnonzero(kinds["kind"] == CellKind.UNKNOWN)
     for name, array in judge_cells(study, values, chosen).items():
         kinds[name][chosen] = array
@@ -75,7 +75,7 @@ def test_cells_that_ended_early_need_no_run_and_a_cancelled_judgement_raises():
     study = study_of(Newmark(12000, 18, 2000), [1.70, 2.76])
     values = study.compute()
     values["status"][1] = 1
-    assert known_kinds(study, values)["kind"].tolist() == [CellKind.UNKNOWN, CellKind.ENDED_EARLY]
+    assert known_kinds(values["status"], values["period"])["kind"].tolist() == [CellKind.UNKNOWN, CellKind.ENDED_EARLY]
     with pytest.raises(Cancelled):
         judge_cells(study, values, np.array([0]), cancelled=lambda: True)
 

@@ -88,11 +88,17 @@ def test_steps_without_a_solution_are_the_same(cluster):
 
 
 @pytest.mark.parametrize("direction", ["rest", "up"])
-def test_progress_is_reported_before_and_while_the_workers_compute(cluster, direction):
+def test_progress_is_reported_before_and_while_the_workers_compute(cluster, direction, monkeypatch):
+    def submit(self, function, *arguments):
+        def late(*given):
+            time.sleep(0.7)  # a report comes every 0.2 s
+            return function(*given)
+
+        return self._client.submit(late, *arguments, pure=False)
+
+    monkeypatch.setattr("vibroscope.engine.sweeps.cluster._Cluster._submit", submit)
     seen = []
-    # so many periods that no worker is done with its chunk between two reports, 0.2 s apart
-    how = {"transient": 20_000, "cells_per_chunk": 32, "direction": direction}
-    swept(scheduler=cluster[0], progress=seen.append, **how)
+    swept(scheduler=cluster[0], progress=seen.append, cells_per_chunk=32, direction=direction)
     assert (seen[0].done, seen[0].total) == (0, len(ETAS))
     assert len(seen) > 4  # more than the beginning and one for each chunk
     assert [now.done for now in seen] == sorted(now.done for now in seen)
