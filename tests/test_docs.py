@@ -140,7 +140,7 @@ def first_column(document):
 
 
 def test_the_guide_names_every_view():
-    views = [text for path, text in CODE.items() if path.startswith("/app/page/") and path.endswith("/tab.py")]
+    views = [text for path, text in CODE.items() if path.startswith("/app/page/") and path.endswith(".py")]
     titles = {title for text in views for title in re.findall(r'^    title = "(.+)"$', text, re.MULTILINE)}
     rows = {row.rpartition(": ")[2].lower() for row in first_column("docs/guide.md")}
     assert {"explore", "time step"} <= {title.lower().replace("’", "'") for title in titles} <= rows
