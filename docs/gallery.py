@@ -22,9 +22,8 @@ def settings() -> dict[str, Setting]:
 def comparison(setting: Setting) -> Comparison:
     """Both solutions, compared as the page does it."""
     how = {"reference": setting.reference, "initial": None if setting.from_rest else setting.initial}
-    return compare(
-        ComparisonQuestion(setting.system, setting.eta, setting.penalty, **how, **run_length(setting.system))
-    )
+    how |= run_length(setting.system, setting.eta, setting.initial)
+    return compare(ComparisonQuestion(setting.system, setting.eta, setting.penalty, **how))
 
 
 class Gallery(SphinxDirective):

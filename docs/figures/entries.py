@@ -14,8 +14,9 @@ from vibroscope.engine import Record, Trajectory, simulate
 
 def runs(setting: Setting) -> Iterator[tuple[Trajectory, dict]]:
     """At most twelve periods of both solutions, and how their lines are drawn."""
-    record = Record(min(12, run_length(setting.system).get("keep", 12)), 1000)
-    how = {"initial": None if setting.from_rest else setting.initial, "record": record} | run_length(setting.system)
+    length = run_length(setting.system, setting.eta, setting.initial)
+    record = Record(min(12, length.get("keep", 12)), 1000)
+    how = {"initial": None if setting.from_rest else setting.initial, "record": record} | length
     for method, style in (
         (setting.reference, {"label": "reference", "color": REFERENCE, "linewidth": 3, "alpha": 0.6}),
         (setting.penalty, {"label": "penalty", "color": PENALTY, "linewidth": 1}),
