@@ -21,7 +21,7 @@ from tests.engine.store_files import files
 from tests.studies import sweep_of
 from tests.waiting import PATIENCE
 
-get_client = pytest.importorskip("distributed").get_client
+distributed = pytest.importorskip("distributed")
 ETAS = np.linspace(2.6, 3.3, 64)
 ROOT = Path(__file__).parents[2]
 
@@ -89,14 +89,16 @@ def test_steps_without_a_solution_are_the_same(cluster):
 
 @pytest.mark.parametrize("direction", ["rest", "up"])
 def test_progress_is_reported_before_and_while_the_workers_compute(cluster, direction, monkeypatch):
-    def submit(self, function, *arguments):
+    submit = distributed.Client.submit
+
+    def submit_late(self, function, *arguments, **how):
         def late(*given):
             time.sleep(0.7)  # a report comes every 0.2 s
             return function(*given)
 
-        return self._client.submit(late, *arguments, pure=False)
+        return submit(self, late, *arguments, **how)
 
-    monkeypatch.setattr("vibroscope.engine.sweeps.cluster._Cluster._submit", submit)
+    monkeypatch.setattr(distributed.Client, "submit", submit_late)
     seen = []
     swept(scheduler=cluster[0], progress=seen.append, cells_per_chunk=32, direction=direction)
     assert (seen[0].done, seen[0].total) == (0, len(ETAS))
@@ -173,7 +175,7 @@ def test_a_scheduler_that_is_lost_is_one_error_and_what_is_stored_is_kept(tmp_pa
         if now.done >= 8:
             processes[-1].kill()
             if found == "by fetching":  # a result that was announced cannot be connected to
-                while get_client().status == "running":
+                while distributed.get_client().status == "running":
                     time.sleep(0.01)
                 raise OSError("Timed out trying to connect")
 
