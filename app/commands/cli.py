@@ -153,7 +153,12 @@ def _run(words: Sequence[str]) -> int:
     was_open = open_streams()
     _leave_out_imports()
     # Only the command that is run is imported: all of them together take as long as a short run.
-    options = build_parser(words[:1] if words and words[0] in COMMANDS else COMMANDS).parse_args(words)
+    parser = build_parser(words[:1] if words and words[0] in COMMANDS else COMMANDS)
+    if not words:
+        parser.print_help(sys.stderr)
+        return 2
+    options = parser.parse_args(words)
+    name = " ".join(filter(None, ("vibroscope", options.command, getattr(options, "study", None))))
     if not gc.isenabled():  # this is a program
         gc.freeze()
         gc.enable()
@@ -167,16 +172,14 @@ def _run(words: Sequence[str]) -> int:
         return 0
     except OSError as problem:
         where = f"{problem.filename}: " if problem.filename else ""
-        print(f"vibroscope {options.command}: {where}{problem.strerror or problem}", file=sys.stderr)
+        print(f"{name}: {where}{problem.strerror or problem}", file=sys.stderr)
         return 1
     except ValueError as problem:
-        print(f"vibroscope {options.command}: {problem}", file=sys.stderr)
+        print(f"{name}: {problem}", file=sys.stderr)
         return 2
     except KeyboardInterrupt:
         return 130
     if not was_open and options.command != "serve":  # whose output nobody needs
-        print(
-            f"vibroscope {options.command}: the standard output is closed, so that nothing was printed", file=sys.stderr
-        )
+        print(f"{name}: the standard output is closed, so that nothing was printed", file=sys.stderr)
         return status or 1
     return status or 0

@@ -18,6 +18,7 @@ from vibroscope.app.commands.options import (
     kept_periods,
     note_unused,
     reference_of,
+    refuse_missing,
     stepping_of,
     system_of,
 )
@@ -141,6 +142,7 @@ def add(command: OneLineParser) -> None:
 
 def run(options: argparse.Namespace) -> Report:
     """Compare."""
+    refuse_missing(options, "newmark")
     eta, system = eta_of(options), system_of(options)
     if options.measured is not None:
         note_unused(options, ["series", "keep", "alone"], "with --measured")

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 from typing import TYPE_CHECKING, NamedTuple
 
-from vibroscope.app.commands.numbers import measured, number
+from vibroscope.app.commands.numbers import measured, number, share
 from vibroscope.app.commands.options import (
     SCHEME_OPTIONS,
     add_fields,
@@ -86,8 +86,8 @@ def add(command: OneLineParser) -> None:
     words = "constant force that presses the bodies together, such as a weight (default 0 N)"
     add("--force", type=measured("force"), default=0.0, metavar="F", help=words)
     add_fields(command, *SCHEME_OPTIONS)
-    words = "how far the restitution may be off for the largest step (default %(default)s)"
-    add("--tolerance", type=number, default=CLOSE_TO_ASKED, metavar="F", help=words)
+    words = "how far the restitution may be off for the largest step, as 0.05 or 5 %% (default %(default)s)"
+    add("--tolerance", type=share, default=CLOSE_TO_ASKED, metavar="F", help=words)
     words = "also each integrator and contact status with the same numbers, and the steps that it needs (some seconds)"
     add("--schemes", action="store_true", help=words)
     words = "also from where to where around K and D the step is stable, gains no energy and has a solution"

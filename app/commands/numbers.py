@@ -14,6 +14,7 @@ from functools import partial
 from vibroscope.app.commands.parser import option
 from vibroscope.app.explorer.parameters import FIELDS
 from vibroscope.app.runtime.number_text import (
+    TYPED_UNITS,
     list_units,
     parse_typed,
     quote,
@@ -57,6 +58,13 @@ def number(text: str) -> float:
 def count(text: str) -> float:
     """Read a whole number as `number` does; a comma before three digits separates thousands."""
     return _read(text, whole=True)
+
+
+def share(text: str) -> float:
+    """A share of something, as 0.05 or 5 %."""
+    typed = parse_typed(text, decimal_point=True)
+    size = TYPED_UNITS["share"].get(typed.unit) if typed.numbers else None
+    return number(text) if size is None else scaled(_read(text, False, typed.unit), size)
 
 
 def measured(quantity: str) -> Callable[[str], Read]:

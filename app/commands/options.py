@@ -174,7 +174,7 @@ def add_solver(command: argparse.ArgumentParser, **how) -> None:
 
 def add_both_solutions(command: argparse.ArgumentParser) -> None:
     """Add what the penalty solution with a time step and the reference beside it are computed from."""
-    add_fields(command, "eta", *PENALTY_OPTIONS, required=("K", "steps"))
+    add_fields(command, "eta", *PENALTY_OPTIONS)
     add_fields(command, *SCHEME_OPTIONS, "joint_damping", "threshold")
     add_initial_option(command)
     add_system_option(command)
@@ -218,7 +218,8 @@ def problem_of(options: argparse.Namespace) -> tuple[System, float, Method]:
     if not system.excitation.drives:
         loaded = system.excitation.constant1 or system.excitation.constant2
         note(UNDER_LOAD if loaded else FREE_VIBRATION)
-    return system, eta_of(options), method_of(options)
+    method = method_of(options)
+    return system, eta_of(options), method
 
 
 def system_of_solver(options: argparse.Namespace) -> System:
@@ -238,15 +239,7 @@ def method_of(options: argparse.Namespace) -> Method:
     """The method that the options describe; options of other solvers get a note on stderr."""
     of_all, own = dict.fromkeys(chain(*SOLVER_OPTIONS.values())), _own_options(options)
     note_unused(options, [name for name in of_all if name not in own], f"on the {options.solver} solver")
-    by_restitution = getattr(options, "law", None) in LAWS_BY_RESTITUTION
-    needed = [name for name in NEEDED[options.solver] if name != "D" or not by_restitution]
-    missing = [f"--{name}" for name in needed if getattr(options, name) is None]
-    if options.solver == "newmark" and getattr(options, "stiffness_of_step", None) is not None:
-        missing = [name for name in missing if name != "--K"]
-    if missing:
-        paper = "--K 12000 --D 18" + (" --steps 8000" if options.solver == "newmark" else "")
-        names = ", ".join(missing)
-        raise ValueError(f"the {options.solver} solver needs {names}; the paper's numbers for eta 2.76: {paper}")
+    refuse_missing(options, options.solver)
     if options.solver == "reference":
         return reference_of(options)
     if options.solver == "exact":
@@ -271,7 +264,6 @@ def stepping_of(options: argparse.Namespace, **numbers: float) -> TimeStepping:
     """
     D, n = (numbers.get(name, getattr(options, name, None)) for name in ("D", "steps"))
     K = numbers["K"] if "K" in numbers else stiffness_of(options)
-    check_damper(options, D)
     given = {name: value for name in STEPPING_OPTIONS if (value := getattr(options, name, None)) is not None}
     status = given.pop("status", CONTACT_STATUSES[0])
     located = options.located or status == "located"
@@ -293,11 +285,28 @@ def stepping_of(options: argparse.Namespace, **numbers: float) -> TimeStepping:
     return replace(with_located_steps(method), every_step=every_step) if located else method
 
 
-def check_damper(options: argparse.Namespace, D: float | None) -> None:
-    """Raise ValueError where neither D nor a law that takes its damper from the restitution is given."""
-    if D is None and getattr(options, "law", None) not in LAWS_BY_RESTITUTION:
-        laws = ", ".join(LAWS_BY_RESTITUTION)
-        raise ValueError(f"--D is missing: give it, or a --law that takes its damper from the restitution: {laws}")
+def refuse_missing(options: argparse.Namespace, solver: str) -> None:
+    """Raise ValueError that names all numbers that are not given, of eta and of those that a solver needs."""
+    instead = {  # whether something else stands for a number, and what that could be
+        "eta": (options.system.usual_eta is not None, "a --system with frequency_Hz"),
+        "K": (
+            getattr(options, STEP_SCALE, None) is not None,
+            option(STEP_SCALE) if hasattr(options, STEP_SCALE) else "",
+        ),
+        "D": (
+            getattr(options, "law", None) in LAWS_BY_RESTITUTION,
+            f"a --law that takes it from the restitution: {', '.join(LAWS_BY_RESTITUTION)}",
+        ),
+        "steps": (False, ""),
+    }
+    missing = [name for name in ("eta", *NEEDED[solver]) if getattr(options, name, 0) is None and not instead[name][0]]
+    if missing:
+        who = f"the {solver} solver" if hasattr(options, "solver") else "a penalty solution"
+        paper = f"--eta 2.76{' --K 12000 --D 18' * (solver != 'reference')}{' --steps 8000' * (solver == 'newmark')}"
+        others = [f"; in place of {option(name)} {instead[name][1]}" for name in missing if instead[name][1]]
+        raise ValueError(
+            f"{who} needs {', '.join(map(option, missing))}; the paper's numbers: {paper}{''.join(others)}"
+        )
 
 
 def reference_of(options: argparse.Namespace) -> Reference:

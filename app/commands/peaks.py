@@ -8,6 +8,7 @@ from vibroscope.app.commands.options import (
     add_both_solutions,
     eta_of,
     reference_of,
+    refuse_missing,
     stepping_of,
     system_of,
 )
@@ -45,6 +46,7 @@ def add(command: OneLineParser) -> None:
 
 def run(options: argparse.Namespace) -> Report:
     """Run both solutions."""
+    refuse_missing(options, "newmark")
     system, eta, units = system_of(options), eta_of(options), wanted_units(options)
     methods = {"reference": reference_of(options), "penalty": stepping_of(options)}
     if (options.transmissibility is None) != (options.eta_range is None):

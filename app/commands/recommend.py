@@ -14,7 +14,7 @@ from itertools import chain
 
 from vibroscope.app.codes.catalogue import Code
 from vibroscope.app.commands.codes import code_alone
-from vibroscope.app.commands.numbers import count, measured, number, of_field, span
+from vibroscope.app.commands.numbers import count, measured, of_field, share, span
 from vibroscope.app.commands.options import (
     INTEGRATOR_NUMBERS,
     LAW_OPTIONS,
@@ -194,8 +194,8 @@ def add(command: OneLineParser) -> None:
         action="store_true",
         help="with --eta-range: one K, D and time step for all of them and between them, and what limits the range",
     )
-    error = "largest relative error (default %(default)s)"
-    add("--tolerance", type=number, default=Tolerances.displacement, metavar="F", help=error)
+    error = "largest relative error, as 0.05 or 5 %% (default %(default)s)"
+    add("--tolerance", type=share, default=Tolerances.displacement, metavar="F", help=error)
     for name, usual, what in (
         ("restitution", Tolerances.restitution, "restitution that the contacts deliver may be off"),
         ("force", Tolerances.force, "peak force may be from that without a time step, relative to it"),
@@ -229,7 +229,7 @@ def add(command: OneLineParser) -> None:
 
 def switchable(text: str) -> float | str:
     """A tolerance, or the word that switches it off."""
-    return OFF if text.strip().lower() == OFF else number(text)
+    return OFF if text.strip().lower() == OFF else share(text)
 
 
 def eta_range(text: str) -> tuple:

@@ -13,6 +13,7 @@ from vibroscope.app.commands.options import (
     add_system_option,
     default_of,
     eta_of,
+    refuse_missing,
     stepping_of,
     stiffness_of,
     system_of,
@@ -48,7 +49,8 @@ def add(command: OneLineParser) -> None:
 def run(options: argparse.Namespace) -> Report:
     """Judge the rules."""
     chosen = entries("rule", options.rules, rules())
-    asked = RuleQuestion(system_of(options), eta_of(options), _method_of(options), options.element_stiffness)
+    method = _method_of(options)
+    asked = RuleQuestion(system_of(options), eta_of(options), method, options.element_stiffness)
     if not asked.system.excitation.drives:
         raise ValueError(
             "no rule can be judged, since nothing drives the bodies and a free vibration does not last: give what "
@@ -68,6 +70,7 @@ def run(options: argparse.Namespace) -> Report:
 def _method_of(options: argparse.Namespace) -> TimeStepping:
     options.every_step = False
     if options.code is None:
+        refuse_missing(options, "newmark")
         return stepping_of(options)
     return code_alone(options).method(stiffness_of(options), options.D, options.steps)
 

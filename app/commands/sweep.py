@@ -30,6 +30,7 @@ from vibroscope.app.commands.options import (
     method_of,
     note_held,
     note_unused,
+    refuse_missing,
     stepping_of,
     system_of,
     system_of_solver,
@@ -264,7 +265,7 @@ def _basin(options: argparse.Namespace, **periods: int) -> BasinStudy:
 
 def _method(options: argparse.Namespace) -> Method:
     """The solver; the number that is swept need not be given."""
-    if options.over in NEEDED[options.solver]:
+    if options.over in ("eta", *NEEDED[options.solver]):
         setattr(options, options.over, options.low)
     return method_of(options)
 
@@ -283,6 +284,7 @@ def _plane(options: argparse.Namespace, **periods: int) -> PlaneStudy:
 
 
 def _step(options: argparse.Namespace, **periods: int) -> StepStudy:
+    refuse_missing(options, "newmark")
     method = stepping_of(options, K=1.0 if options.K is None else options.K, D=options.D, steps=options.steps[0])
     more = {"stiffness_of_step": options.stiffness_of_step, "initial": options.initial}
     return StepStudy(system_of(options), method, eta_of(options), steps=options.steps, **more, **periods)

@@ -15,10 +15,10 @@ from vibroscope.app.commands.options import (
     add_fields,
     add_initial_option,
     add_system_option,
-    check_damper,
     law_of,
     note_unused,
     reference_of,
+    refuse_missing,
     stepping_of,
     system_of,
     units_of,
@@ -131,9 +131,9 @@ def penalty_of(options: argparse.Namespace) -> Method | None:
     """The penalty solution: with steps, or without a step where none are given; None without K."""
     if options.K is None:
         return None
+    refuse_missing(options, "exact")  # without steps it is the solution without a step
     if options.steps is not None:
         return stepping_of(options)
-    check_damper(options, options.D)
     return ExactPenalty(options.K, options.D, **law_of(options))
 
 

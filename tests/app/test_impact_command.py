@@ -26,6 +26,11 @@ def test_it_says_what_was_asked_for_and_what_the_step_gives(capsys):
     assert "From 18 steps on it stays within 0.05: a step of at most 178.9" in out
 
 
+def test_a_tolerance_may_be_in_percent(capsys):
+    words = (*KV, "--restitution", "0.5", "--steps-per-contact", "5", "--tolerance")
+    assert answered(capsys, *words, "5 %") == answered(capsys, *words, "0.05") != answered(capsys, *words, "8 %")
+
+
 def test_the_json_has_units_in_its_keys_and_follows_the_typed_units(capsys):
     found = answered(capsys, *KV, "--restitution", "0.5", "--steps-per-contact", "5")
     assert found["asked"]["damping"] == pytest.approx(430.9, abs=0.1)  # c, as an FE code has it

@@ -91,7 +91,8 @@ REFUSED = {
         NUMBERS --columns time=1 | --columns needs a measurement
         NUMBERS --columns time | is no list of columns: write it as
         NUMBERS --exponent 1.5 | --exponent is no number of the law ... give --law
-        --eta 1.08 --D 18 --steps 99 | --K --stiffness-of-step is required
+        --D 18 | a penalty solution needs --eta, --K, --steps; the paper's numbers: --eta 2.76 --K 12000 --D 18
+        --eta 1.08 --D 18 --steps 99 | needs --K; ... in place of --K --stiffness-of-step
         NUMBERS --stiffness-of-step 0.1 | --stiffness-of-step: not allowed with argument --K""",
     "peaks": """
         NUMBERS --transmissibility t.csv | --eta-range go together
