@@ -3,6 +3,7 @@
 import gzip
 from pathlib import Path
 
+DOCS = Path(__file__).parents[2] / "docs"
 EXAMPLE = Path(__file__).parents[2] / "assets" / "example-measurement.csv"
 DROP = """([name, text]) => {
   const files = new DataTransfer();
@@ -36,3 +37,13 @@ def test_a_file_is_dropped_laid_over_both_solutions_and_removed(visit):
     page.get_by_role("button", name="Remove the measurement").click()
     explorer.until("(" + MUTED.replace("item.renderers[0].visible", "item.visible") + ")()[0] === false")
     assert card.is_hidden()
+
+
+def test_a_system_file_that_is_dropped_sets_the_system(visit):
+    explorer = visit("?eta=2.76&K=12000&D=18&steps=8000")
+    explorer.page.evaluate(DROP, ["TWO.toml", (DOCS / "two.toml").read_text(encoding="utf-8")])
+    explorer.page.get_by_text("The bodies on their base").wait_for()
+    assert "bodies=two" in explorer.page.url
+    assert explorer.page.locator(".measurement-card").is_hidden()
+    explorer.page.evaluate(DROP, ["long.toml", "#" * 65_537])
+    explorer.page.get_by_text("This file is larger than 65536 bytes, so it is no parameter file.").wait_for()

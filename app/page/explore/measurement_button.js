@@ -9,7 +9,7 @@ export function render({ model }) {
   open.title = "Lay a measurement, or the CSV file of a code, over both solutions: choose a file, or drop it on the page";
   const { root, field } = chooser(model, open, {
     largest: model.largest,
-    drop: "Drop the CSV file: it is laid over both solutions",
+    drop: "Drop the file: a CSV file is laid over both solutions, a TOML file sets the system",
     show: () => emit("view", { value: "explore" }), // where it is drawn
   });
   field.dataset.measurement = "";

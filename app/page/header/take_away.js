@@ -74,19 +74,23 @@ export function takeAwayMenu(model) {
 function loadButton(model, status) {
   const field = element("input");
   Object.assign(field, { type: "file", accept: ".toml", hidden: true });
-  field.addEventListener("change", async () => {
+  field.addEventListener("change", () => {
     const [file] = field.files;
     field.value = "";
-    if (!file) return;
+    if (file) load(file);
+  });
+  const load = async (file) => {
     if (file.size > LARGEST_FILE) {
       status.textContent = `This file is larger than ${LARGEST_FILE} bytes, so it is no parameter file.`;
+      field.closest("details").open = true; // where it is said
       return;
     }
     const text = await file.text();
     const parts = text.match(PARTS) ?? [];
     model.send_msg({ load: Object.fromEntries(parts.map((part, i) => [String(i), part])) });
     status.textContent = "";
-  });
+  };
+  listen("load-parameters", ({ file }) => load(file)); // that is dropped on the page
   const open = button("Load", "Load parameters from a TOML file", () => field.click());
   return element("span", "load", [open, field]);
 }

@@ -1,12 +1,12 @@
 // A file for the server: the button that chooses it, and the page as a place to drop it. The server checks the content.
 
-import { element } from "./dom.js";
+import { element, emit } from "./dom.js";
 
 const PARTS = /[^]{1,1900}/g; // the server accepts no longer texts
 const PER_MESSAGE = 20; // parts; the server accepts no longer messages
 
 // A box with a button that chooses a file of at most `largest` bytes. A file that is dropped goes to the box that can be
-// seen, else to the first one, after `show`.
+// seen, else to the first one, after `show`; parameters go where "Parameters from a file" reads them.
 export function chooser(model, open, { largest, drop, show }) {
   const field = element("input");
   Object.assign(field, { type: "file", hidden: true });
@@ -54,8 +54,10 @@ function watchDrops() {
     if (!holdsFile(event)) return;
     event.preventDefault();
     hide();
+    const [file] = event.dataTransfer.files;
+    if (/\.toml$/i.test(file?.name)) { emit("load-parameters", { file }); return; } // of a system, or of the page
     const box = seen() ?? boxes[0];
     if (!seen()) box.show?.();
-    box.take(event.dataTransfer.files[0]);
+    box.take(file);
   });
 }
