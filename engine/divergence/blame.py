@@ -19,7 +19,7 @@ from dataclasses import dataclass
 
 from vibroscope.engine.divergence.alone import Alone, Change
 from vibroscope.engine.divergence.compare import Comparison
-from vibroscope.engine.divergence.conditions import conditions
+from vibroscope.engine.divergence.conditions import conditions, stay_together
 from vibroscope.engine.divergence.remaining import Remaining
 from vibroscope.engine.divergence.search import enough_steps, search_together
 from vibroscope.engine.divergence.tolerances import APART, EQUALLY, HALF, NEARLY, REMOVED, SAME_CURVE, TIE
@@ -98,7 +98,9 @@ def _of_numbers(comparison: Comparison, named: list[Change], remaining: Remainin
 def contact_fails(comparison: Comparison, change: Change) -> bool:
     """Whether after a change the contact does not rebound as asked, or is not resolved: what agrees then is luck."""
     run, speed = comparison.runs.penalty, comparison.closing_speed
-    return change.method is not None and not conditions(run.system, run.eta, change.method, speed).hold
+    if change.method is None or stay_together(comparison):
+        return False
+    return not conditions(run.system, run.eta, change.method, speed).hold
 
 
 def _counts(comparison: Comparison) -> bool:

@@ -15,6 +15,7 @@ from vibroscope.engine.divergence.encounters import delivered_restitution
 from vibroscope.engine.divergence.tolerances import RESOLVED, SAME_RESTITUTION, SHORT_CONTACT
 from vibroscope.engine.methods import DAMPING_RANGE, ExactPenalty, TimeStepping
 from vibroscope.engine.model import System
+from vibroscope.engine.motions.words import stays_together
 from vibroscope.engine.one_impact.of_system import ContactAlone, contact_alone, span_as_dict
 from vibroscope.engine.wording import finite_or_none, rounded_to
 
@@ -106,6 +107,11 @@ def with_equal_damping(system: System, method: TimeStepping, stiffness: float, c
     if not DAMPING_RANGE[0] <= damping <= DAMPING_RANGE[1]:
         return changed
     return replace(changed, damping=rounded_to(damping, 3))
+
+
+def stay_together(comparison: Comparison) -> bool:
+    """Whether the bodies part in neither motion, so that nothing rebounds: the spring gives way, and no more."""
+    return stays_together(comparison.reference) and stays_together(comparison.penalty)
 
 
 def contact_conditions(comparison: Comparison) -> Conditions:

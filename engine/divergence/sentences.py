@@ -9,7 +9,7 @@ from vibroscope.engine.contact import damping_ratio, equal_damping, equal_stiffn
 from vibroscope.engine.divergence.alone import Alone, Change
 from vibroscope.engine.divergence.blame import OF_STEPS, Blame, contact_fails
 from vibroscope.engine.divergence.compare import Comparison
-from vibroscope.engine.divergence.conditions import Conditions
+from vibroscope.engine.divergence.conditions import Conditions, stay_together
 from vibroscope.engine.divergence.encounters import delivered_restitution
 from vibroscope.engine.divergence.grid import run_again
 from vibroscope.engine.divergence.parts import Difference
@@ -140,6 +140,8 @@ def _reason(comparison: Comparison, change: Change, now: Conditions | None) -> s
         return ""
     of_contact = change.changed in ("K", "D", "K and D", "K, D and the step")
     stiffer = of_contact and change.method.stiffness > present.stiffness
+    if stay_together(comparison):
+        return ", since its spring gives way under the force that presses the bodies together" if stiffer else ""
     if of_contact and not (now.rebounds or now.fit):
         return f", since {rebound_text(now)}"
     if change.changed != "D" and not stiffer and not now.resolved:

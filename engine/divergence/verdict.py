@@ -32,8 +32,14 @@ from vibroscope.engine.facts import Amount, Choice, Dimensionless, Statement, Sy
 from vibroscope.engine.law_table import LAWS
 from vibroscope.engine.methods import STEPS_RANGE, WITHOUT_SOLUTION, TimeStepping
 from vibroscope.engine.motions.description import Motion
-from vibroscope.engine.motions.tolerances import UNBROKEN
-from vibroscope.engine.motions.words import SYMBOLS, difference_in_kind, repetition, stays_apart, touching
+from vibroscope.engine.motions.words import (
+    SYMBOLS,
+    difference_in_kind,
+    repetition,
+    stays_apart,
+    stays_together,
+    touching,
+)
 from vibroscope.engine.result import Status
 from vibroscope.engine.wording import counted, finite_or_none, percent, rounded_to
 
@@ -94,8 +100,7 @@ def _impacts_clause(reference: Motion, penalty: Motion) -> str:
     impacts, contacts = reference.impacts_per_period, penalty.impacts_per_period
     if abs(impacts - contacts) <= max(SAME_COUNT, SAME_COUNT * impacts):
         return ""
-    lasting = penalty.contact_share >= 1.0 - UNBROKEN
-    held = "always in contact" if lasting else f"with {counted(contacts, 'contact')} a period"
+    held = "always in contact" if stays_together(penalty) else f"with {counted(contacts, 'contact')} a period"
     return f", {held} for {counted(impacts, 'impact')}"
 
 

@@ -68,9 +68,14 @@ def stays_apart(found: Motion) -> bool:
     return found.contact_share == 0.0 and found.impacts_per_period == 0.0
 
 
+def stays_together(found: Motion) -> bool:
+    """Whether the bodies never part in the kept periods of a run."""
+    return found.contact_share >= 1.0 - UNBROKEN
+
+
 def touching(found: Motion) -> str:
     """A sentence on a motion in which contact never changes; else empty."""
-    if found.contact_share >= 1.0 - UNBROKEN:
+    if stays_together(found):
         return "The bodies stay in contact all the time."
     if stays_apart(found):
         return "Nothing touches: the bodies stay apart all the time, so that K and D have no effect."

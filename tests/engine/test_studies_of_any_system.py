@@ -16,6 +16,7 @@ from vibroscope.engine import (
     compare,
     fit,
     motion,
+    print_statement,
     simulate,
     sweep,
     synthetic_measurement,
@@ -98,6 +99,14 @@ def test_where_nothing_meets_nothing_is_said_of_rebounds(system):
         for line in verdict(compare(ComparisonQuestion(system, 1.3, PENALTY))).details
         if "speed at which they meet" in line
     ]
+
+
+def test_a_spring_that_gives_way_is_to_blame_where_the_bodies_never_part():
+    found = verdict(compare(ComparisonQuestion(System(clearance=-60.0), 1.3, replace(PENALTY, stiffness=20.0))))
+    words = print_statement(found.headline)
+    assert "K is to blame, since its spring gives way under the force that presses the bodies together" in words
+    assert not any(wrong in words for wrong in ("rebounds", "errors that cancel", "too soft"))
+    assert found.change["K"] > 20.0
 
 
 # ------------------------------------------------------------------------------------------------- searches and studies
