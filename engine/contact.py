@@ -483,4 +483,4 @@ def check_speed(value: float) -> float:
 
 def check_mass(value: float) -> float:
     """The reduced mass as a number; raises ValueError where it is none or out of range."""
-    return require("mass", value, 1e-12, 1e12, "give the reduced mass, System.mass_share")
+    return require("mass", value, 1e-12, 1e12, "give the reduced mass of the two bodies, m1 m2/(m1 + m2)")

@@ -13,7 +13,7 @@ from importlib import import_module
 from pathlib import Path
 
 from vibroscope.app import QUESTION
-from vibroscope.app.commands.parser import OneLineParser
+from vibroscope.app.commands.parser import OneLineParser, option
 from vibroscope.app.commands.report import Report, open_streams
 
 # In the order of `vibroscope --help`; each is a module of this package with its `Command`.
@@ -55,6 +55,7 @@ examples:
   vibroscope simulate --solver exact --eta 2.76 --K 12000 --D 18
 """
 
+WRITTEN = "out", "history", "write", "spectrum", "transmissibility"  # options that name a file to write
 
 _NEGATIVE = re.compile(r"-[\d.][-+\d.,e]*", re.IGNORECASE)
 
@@ -149,6 +150,15 @@ def _leave_out_imports() -> None:
             del sys.modules[name]
 
 
+def _refuse_overwriting(words: Sequence[str], options: argparse.Namespace) -> None:
+    """Raise ValueError where a file that is to be written is named twice: it would replace what is read."""
+    named = [Path(word.rpartition("=")[2]).resolve() for word in words]
+    for name in WRITTEN:
+        path = getattr(options, name, None)
+        if isinstance(path, str | Path) and named.count(Path(path).resolve()) > 1:
+            raise ValueError(f"{option(name)} {path}: this command has the same file twice; give another name")
+
+
 def _run(words: Sequence[str]) -> int:
     was_open = open_streams()
     _leave_out_imports()
@@ -162,8 +172,10 @@ def _run(words: Sequence[str]) -> int:
     if not gc.isenabled():  # this is a program
         gc.freeze()
         gc.enable()
+    numbers, typed = import_module("vibroscope.app.commands.numbers"), {}
     try:
-        import_module("vibroscope.app.commands.numbers").resolve_units(options)  # imports the engine
+        _refuse_overwriting(words, options)
+        typed.update(numbers.resolve_units(options))
         found = options.run(options)
         status = found.show(options.json) if isinstance(found, Report) else found
         sys.stdout.flush()
@@ -175,7 +187,7 @@ def _run(words: Sequence[str]) -> int:
         print(f"{name}: {where}{problem.strerror or problem}", file=sys.stderr)
         return 1
     except ValueError as problem:
-        print(f"{name}: {problem}", file=sys.stderr)
+        print(f"{name}: {numbers.as_typed(str(problem), typed)}", file=sys.stderr)
         return 2
     except KeyboardInterrupt:
         return 130

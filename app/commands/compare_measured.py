@@ -23,6 +23,8 @@ from vibroscope.engine import (
 )
 from vibroscope.engine.facts import joined
 
+_COLUMNS = 28, 20, 20, 20  # characters, at least
+
 
 def add_measured_options(command: argparse.ArgumentParser) -> None:
     """Add ``--measured``, ``--columns`` and ``--fit``, for :func:`measured_report`."""
@@ -146,12 +148,16 @@ def lines_of(comparison: MeasuredComparison, fitted: Fit | None, scale: Units | 
 
     yield headline(comparison)
     if fitted:
-        yield from map(_columns, fit_rows(fitted, scale))
+        yield from _table(fit_rows(fitted, scale))
         yield from (joined("", ("note: ", remark)) for remark in fitted.remarks)
-    yield from map(_columns, comparison_rows(comparison, scale))
+        if {"K", "D"} & fitted.values.keys() and comparison.penalty.response.method.has_step:
+            yield "note: K and D are fitted to the solution without a step; that of the table below has one"
+    yield from _table(comparison_rows(comparison, scale))
     yield measured_verdict(comparison)
 
 
-def _columns(cells: list[str]) -> str:
-    first, *others = cells
-    return f"{first:28}{''.join(f'{cell:20}' for cell in others)}".rstrip()
+def _table(rows: list[list[str]]) -> Iterator[str]:
+    """The rows of a table, each column as wide as its longest cell."""
+    widths = [max(least, *(len(str(row[i])) + 2 for row in rows)) for i, least in enumerate(_COLUMNS[: len(rows[0])])]
+    for row in rows:
+        yield "".join(f"{cell:{width}}" for cell, width in zip(row, widths, strict=True)).rstrip()

@@ -27,7 +27,7 @@ from vibroscope.engine import CONTACT_STATUSES, Units
 def add(command: OneLineParser) -> None:
     """Add the options."""
     add = command.add_argument
-    add("--to", required=True, choices=tuple(DECKS), metavar="CODE", help=f"one of {', '.join(DECKS)}")
+    add("--to", required=True, type=code_of_deck, metavar="CODE", help=f"one of {', '.join(DECKS)}")
     add_fields(command, "eta", *PENALTY_OPTIONS, *SCHEME_OPTIONS)
     usual = f"default {PERIODS}, calculix: as many as its table of loads has room for; where nothing drives the bodies "
     add_run_length(command, f"{usual}to their first contact, all of which are written", KEEP, "write")
@@ -35,6 +35,16 @@ def add(command: OneLineParser) -> None:
     add_system_option(command)
     add_units_option(command)
     add("--out", type=Path, metavar="FILE", help="where to write the deck (default: print it)")
+
+
+def code_of_deck(text: str) -> str:
+    """The name of a code that decks are written for."""
+    if text not in DECKS:
+        raise argparse.ArgumentTypeError(
+            f"no decks are written for {text!r}: give one of {', '.join(DECKS)}; for the keywords of other codes see "
+            "`vibroscope codes` and `vibroscope recommend --code`"
+        )
+    return text
 
 
 def run(options: argparse.Namespace) -> Report | None:

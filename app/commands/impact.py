@@ -78,7 +78,7 @@ def add(command: OneLineParser) -> None:
     help_d = "contact damper, as '40 N s/m'; without a unit its half, as everywhere: the force is 2D times the speed"
     damper.add_argument("--D", type=measured("contact_damping"), metavar="F", help=help_d)
     words = "in place of D: what the contact is to give without a step"
-    damper.add_argument("--restitution", type=number, metavar="F", help=words)
+    damper.add_argument("--restitution", type=share, metavar="F", help=words)
     step = command.add_mutually_exclusive_group()
     step.add_argument("--time-step", type=measured("time"), metavar="F", help="time step, as '0.1 ms'")
     words = "in place of the time step: how many are in a contact, the half cycle of its spring with the damper"

@@ -6,7 +6,7 @@ unit, as ``--K "1e6 N/m"``, stays a `Measured` until `resolve_units`, when all o
 
 import argparse
 import math
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
@@ -148,11 +148,26 @@ def span(text: str, quantity: str, example: str = "a:b:n, as 100:60000:64") -> t
     return *_of_one_kind(text, (low, high), ends), count
 
 
-def resolve_units(options: argparse.Namespace) -> None:
-    """Put the number of the model in place of each one with a unit; raises ValueError in words."""
-    given = vars(options)
+def resolve_units(options: argparse.Namespace) -> dict[str, str]:
+    """Put the number of the model in place of each one with a unit; raises ValueError in words.
+
+    Returns what was typed for each such number, by the number as the words of a refusal have it, for `as_typed`.
+    """
+    given, typed = vars(options), {}
     for name in sorted(given, key=lambda name: name == "steps"):  # a time is a part of the period, which η gives
-        given[name] = _resolved(given[name], name, options)
+        before, given[name] = given[name], _resolved(given[name], name, options)
+        many = isinstance(before, tuple)
+        for text, number in zip(before, given[name], strict=True) if many else [(before, given[name])]:
+            if isinstance(text, Measured):
+                typed[repr(number)] = text.text.strip()
+    return typed
+
+
+def as_typed(words: str, typed: Mapping[str, str]) -> str:
+    """The words of a refusal, with what was typed behind the number of the model that they name."""
+    for number, text in typed.items():
+        words = words.replace(f" = {number} is ", f" = {number} ({text}) is ", 1)
+    return words
 
 
 def _resolved(value: object, name: str, options: argparse.Namespace) -> object:

@@ -26,7 +26,7 @@ from vibroscope.engine import METHOD_NUMBERS, ComparisonQuestion, TimeStepping, 
 
 _SET = Setting()  # what a rule does not give, unless it is given
 _KEEP = default_of(ComparisonQuestion, "keep")
-_COLUMNS = "{:<46} {:>9} {:>8} {:>7}  {:>7}  {:<6} {}"
+_COLUMNS = "{:<50} {:>9} {:>8} {:>7}  {:>7}  {:<6} {}"
 _HOLDS = {True: "holds", False: "fails", None: "-"}
 
 

@@ -152,7 +152,7 @@ def _shown(quantity: str, value: float, digits: int, scale: Units | None) -> str
 def _with_error(value: float, error: float) -> str:
     """A constant to the second digit of its standard error, both with the same decimals."""
     if not math.isfinite(error):
-        return f"{value:.6g}, not shown by the motion"
+        return f"{value:.6g}"
     if error < LEAST_ERROR:
         return f"{value:.8g} +- {error:.1g}"
     decimals = max(0, 1 - math.floor(math.log10(error)))
@@ -167,6 +167,8 @@ def fit_rows(fitted: Fit, scale: Units | None = None) -> list[list[str]]:
         if scale and quantity:
             values = (scale.physical(quantity, each) for each in (value, fitted.errors[name]))
             text = f"{_with_error(*values)} {scale.unit(quantity)}"
+        if not math.isfinite(fitted.errors[name]):
+            text += ", not shown by the motion"
         rows.append(["2D" if scale and name == "D" else name, text])
     agreeing = f"{fitted.agreeing} of {fitted.starts} starts agree"
     residual, noise = (_shown("displacement", value, 3, scale) for value in (fitted.deviation, fitted.noise))

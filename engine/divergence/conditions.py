@@ -17,7 +17,7 @@ from vibroscope.engine.methods import DAMPING_RANGE, ExactPenalty, TimeStepping
 from vibroscope.engine.model import System
 from vibroscope.engine.motions.words import stays_together
 from vibroscope.engine.one_impact.of_system import ContactAlone, contact_alone, span_as_dict
-from vibroscope.engine.wording import finite_or_none, rounded_to
+from vibroscope.engine.wording import finite_or_none, rounded, rounded_to
 
 
 @dataclass(frozen=True)
@@ -98,6 +98,27 @@ def conditions(system: System, eta: float, method: ExactPenalty | TimeStepping, 
     duration = float(contact_time(system.mass_share, method, speed))
     steps = duration * eta * method.steps / (2 * math.pi) if method.has_step else math.inf
     return Conditions(system.restitution, restitution, duration, steps, method.located)
+
+
+def unequal_stops_text(system: System, method: ExactPenalty | TimeStepping, closing_speed: float) -> str:
+    """Return which D the second stop needs where that of the first does not give what it asks for; else empty."""
+    if not system.two_stops or method.damping is None:
+        return ""
+    other, factor = system.mirrored, system.stiffness_factor2
+    first = equal_damping(system, method, method.stiffness, closing_speed)
+    second = replace(method, stiffness=factor * method.stiffness)
+    ratio = equal_damping(other, second, second.stiffness, closing_speed) / first
+    if not 0.0 < ratio < math.inf:
+        return ""
+    second = replace(second, damping=system.damping_factor2 * first)
+    given = conditions(other, 1.0, second, closing_speed).restitution
+    if not abs(given - other.restitution) > SAME_RESTITUTION:
+        return ""
+    asked = f"{rounded(system.restitution, 2)} and {rounded(other.restitution, 2)}"
+    return (
+        f"they ask for {asked}, and where the first gives that the second gives {rounded(given, 2)}: "
+        f"damping_factor2 = {rounded(ratio, 3)} gives both"
+    )
 
 
 def with_equal_damping(system: System, method: TimeStepping, stiffness: float, closing_speed: float) -> TimeStepping:

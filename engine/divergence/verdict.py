@@ -12,7 +12,12 @@ import numpy as np
 from vibroscope.engine.divergence.alone import Alone, Change
 from vibroscope.engine.divergence.blame import Blame, find_blame
 from vibroscope.engine.divergence.compare import Comparison, ComparisonQuestion, compare, error_from_penalty_state
-from vibroscope.engine.divergence.conditions import Conditions, contact_conditions, with_equal_damping
+from vibroscope.engine.divergence.conditions import (
+    Conditions,
+    contact_conditions,
+    unequal_stops_text,
+    with_equal_damping,
+)
 from vibroscope.engine.divergence.grid import SECTION, rms, run_again
 from vibroscope.engine.divergence.remaining import Remaining
 from vibroscope.engine.divergence.search import search_alone, without_jump
@@ -236,8 +241,11 @@ def _of_search(comparison: Comparison, found: Alone, blame: Blame, unchanged: st
     scatter = time_step_scatter(comparison.penalty)
     scattered = "" if repetition(comparison.penalty) in first else _scatter_sentence(comparison, scatter)
     second = blame_sentence(comparison, found, blame, None if cancel else contact)
+    run = comparison.runs.penalty
+    stops = unequal_stops_text(run.system, run.method, comparison.closing_speed)
+    stops = f"One D serves both stops: {stops}." if stops else ""
     return Verdict(
-        headline=joined(" ", filter(None, (unchanged, first, cancel, second))) + scattered,
+        headline=joined(" ", filter(None, (unchanged, first, cancel, stops, second))) + scattered,
         agree="partly" if cancel else agree,
         blame=_blamed(blame),
         change=change_of(first_change) if first_change else {},

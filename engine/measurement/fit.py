@@ -353,6 +353,13 @@ def fit(
     if idle := [name for name in names if system.wall and name in BODY_2]:
         raise ValueError(f"cannot fit {', '.join(idle)}: a wall has no such number, leave it out")
     contact = [name for name in names if name in CONTACT]
+    has_restitution = isinstance(method, ExactPenalty) and method.damping is None  # from which its law takes D
+    of_reference = [name for name in names if name == "d3" or (name == "restitution" and not has_restitution)]
+    if contact and of_reference:
+        raise ValueError(
+            f"cannot fit {', '.join(of_reference)} beside {', '.join(contact)}: the penalty solution, which has K and "
+            f"D, has no {' and no '.join(of_reference)}; fit D in place of restitution, or leave K and D out"
+        )
     if contact and not isinstance(method, ExactPenalty):
         raise ValueError(f"cannot fit {', '.join(contact)}, which the reference does not have: give a penalty solution")
     if "D" in contact and method.damping is None:

@@ -123,7 +123,9 @@ def table_of(lines: list[str]) -> Table:
     if named:
         start = next((i for i in range(start + 1, len(texts)) if texts[i]), None)
     if start is None:
-        raise ValueError("line 1: the file has no header; begin it with: time [s], x1 [mm], x2 [mm]")
+        raise ValueError(
+            "line 1: the file has no header; begin it with names and units of columns, as time [s], x1 [mm]"
+        )
     data, delimiter = _first_numbers(texts, start, named[1] if named else "")
     at = _header_line(texts, start, data, delimiter)
     titles = {cells[0]: cells[1:] for text in texts[start:data] if (cells := cells_of(text, delimiter))}

@@ -5,6 +5,7 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from vibroscope.engine.contact import equal_damping, equal_restitution_damping
+from vibroscope.engine.divergence.conditions import unequal_stops_text
 from vibroscope.engine.divergence.error import Target
 from vibroscope.engine.divergence.grid import PER_PERIOD
 from vibroscope.engine.facts import ETA, Amount, Reason, Statement, equation, joined, stated
@@ -118,11 +119,13 @@ def unmet_tolerance_reason(
         damping = damping if math.isfinite(damping) else equal_restitution_damping(system, stiffness_max)
     stiffest = stiffness_max, damping
     pairs = dict.fromkeys(((least.setting.stiffness, least.setting.damping), stiffest))  # one, where both are held
-    methods = (replace(trials.scheme, stiffness=stiffness, damping=d) for stiffness, d in pairs)
+    methods = [replace(trials.scheme, stiffness=stiffness, damping=d) for stiffness, d in pairs]
     if min(error_without_time_step(target, method, cancelled) for method in methods) <= tolerance:
         advice = "allow more steps" + ("" if trials.located else ", or cut them where contact changes")
         why = f": without one, K and D would meet the tolerance; {found}: {advice}"
         return Reason("the time step is to blame", why)
+    if words := unequal_stops_text(system, methods[0], trials.closing_speed):
+        return Reason("one D for both stops is to blame", f": {words}; {found}")
     held = [
         equation(name, value) for name, value in (("K", limits.stiffness), ("D", limits.damping)) if value is not None
     ]

@@ -67,6 +67,10 @@ def parse_record(content: bytes, units: Units | None = None, on: str = "base") -
     if peer:
         return _peer(lines, peer, units, on)
     table = table_of(lines)
+    if "(no header)" in table.where:  # what its numbers count is not known
+        quantity = quantity_of(on)
+        example = f"time {_AS['time'].split()[0]}, {_NAMES[quantity][0]} {_AS[quantity].split()[0]}"
+        raise ValueError(f"{table.where}: nothing says what its numbers are; begin the file with a line, as {example}")
     time, value = _places(table.header, table.where, quantity_of(on))
     factors = []
     for place, quantity in (time, "time"), (value, quantity_of(on)):

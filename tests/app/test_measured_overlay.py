@@ -76,7 +76,7 @@ def test_the_page_says_what_the_command_line_says(overlay):
             "Line 3, column 2 (x1): 'one' is no finite number; correct it, or delete the line.",
         ),
         ("time, x1, x2\n0, 1, 2\n", "Line 3: the file ends after 1 samples; give at least 16."),
-        ("", "Line 1: the file has no header; begin it with: time [s], x1 [mm], x2 [mm]."),
+        ("", "Line 1: the file has no header; begin it with names and units of columns, as time [s], x1 [mm]."),
     ],
 )
 def test_a_file_that_cannot_be_read_is_refused_with_its_line(overlay, text, words):

@@ -14,6 +14,7 @@ FILES = {
     "box.toml": "[physical]\nwall = true\nmass1_kg = 2\nfrequency1_Hz = 20\nclearance_mm = 2\nrestitution = 0.5\n",
     "typo.toml": "[system]\nkapa = 2\n",
     "broken.toml": "[system]\nkappa = 2..\n",
+    "bare.csv": "0, 0\n1, 4\n2, 0\n",
     "damped.toml": "[system]\nd1 = 2\n",
 }
 SHORT = {
@@ -93,6 +94,7 @@ REFUSED = {
         NUMBERS --exponent 1.5 | --exponent is no number of the law ... give --law
         --D 18 | a penalty solution needs --eta, --K, --steps; the paper's numbers: --eta 2.76 --K 12000 --D 18
         --eta 1.08 --D 18 --steps 99 | needs --K; ... in place of --K --stiffness-of-step
+        --system my.toml --K '-1e6 N/m' --D 1 --steps 100 | (-1e6 N/m) is outside [1e-06, 1e+12]
         NUMBERS --stiffness-of-step 0.1 | --stiffness-of-step: not allowed with argument --K""",
     "peaks": """
         NUMBERS --transmissibility t.csv | --eta-range go together
@@ -101,6 +103,7 @@ REFUSED = {
         --system box.toml --base-half-sine '30 g' | --base-half-sine has 1 numbers: give A,T
         --system box.toml --base-half-sine '30 N,11 ms' | give it in m/s
         --system box.toml --base-record missing.csv | missing.csv
+        --system box.toml --base-record bare.csv | line 1 (no header) ... as time [s], a [m/s2]
         --system box.toml --base-sawtooth '50 g,6 ms' --write s.csv | go together
         --system box.toml --force-sawtooth '5 N,6 ms' --shock-response 1:2:3 --write s.csv | motion of the base""",
     "impact": """
@@ -218,6 +221,8 @@ REFUSED = {
         --per-period 2 | per_period = 2
         --system still.toml | nothing drives the bodies""",
     "export": """
+        NUMBERS --to mujoco | no decks are written for 'mujoco': give one of opensees ... `vibroscope recommend --code`
+        --to abaqus --system my.toml --K 9 --D 1 --steps 99 --out my.toml | --out my.toml: this command has the same file
         NUMBERS --to calculix --status start | CalculiX cannot express status = 'start'
         NUMBERS --to ansys --located | Ansys Mechanical APDL cannot express status = 'located'
         NUMBERS --to opensees --integrator bathe | OpenSeesPy cannot express integrator = 'bathe'

@@ -27,6 +27,7 @@ from vibroscope.engine import (
     parse_system,
     peaks,
     physical_text,
+    print_statement,
     repetition,
     run_cells,
     simulate,
@@ -35,6 +36,7 @@ from vibroscope.engine import (
     system_text,
     transient,
     verdict,
+    with_located_steps,
 )
 from vibroscope.engine.contact import equal_restitution_damping
 from vibroscope.engine.drivers.parameters import parameters_of
@@ -305,6 +307,24 @@ def test_a_motion_that_sticks_now_and_then_is_not_said_to_graze():
     found = motion(slot, 1.0, Reference(), initial=(0.0, 0.5, 0.0, 0.0))
     assert found.lyapunov == -math.inf
     assert "grazes" not in found.reason
+
+
+def test_stops_that_ask_for_different_restitutions_need_dampers_of_their_own():
+    system = System(wall=True, d1=0.02, clearance=1.0, clearance2=1.0, restitution=0.5, restitution2=0.7)
+    one_damper = Newmark(5066.0, 15.33, 400)
+
+    def judged(system):
+        comparison = compare(ComparisonQuestion(system, 2.0, with_located_steps(one_damper)))
+        return comparison.difference.total, print_statement(verdict(comparison).headline)
+
+    total, words = judged(system)
+    assert "One D serves both stops: they ask for 0.5 and 0.7" in words
+    factor = float(words.partition("damping_factor2 = ")[2].split()[0])
+    own = [equal_restitution_damping(replace(system, restitution=e), 5066.0) for e in (0.5, 0.7)]
+    assert factor == pytest.approx(own[1] / own[0], rel=1e-3)
+    better, words = judged(replace(system, damping_factor2=factor))
+    assert better < total / 5
+    assert "One D" not in words
 
 
 @pytest.mark.parametrize("method", ["reference", "exact", "newmark", "located"])

@@ -324,7 +324,7 @@ def statements(
     lines = []
     names, place = _side_names(result.question), result.cell(*setting.place_in_plane)
     if explanation is not None:
-        K, D = (equation(name, x, 4) for name, x in zip("KD", setting.place_in_plane, strict=True))
+        K, D = (equation(name, x) for name, x in zip("KD", setting.place_in_plane, strict=True))
         kind, error = explanation.kinds.get("penalty", ""), error_of(explanation)
         total = f"Error {percent(error)}." if math.isfinite(error) else explanation.note
         count = math.nan if place is None else result.steps_without_solution("penalty")[place]
