@@ -222,7 +222,7 @@ REFUSED = {
         --system still.toml | nothing drives the bodies""",
     "export": """
         NUMBERS --to mujoco | no decks are written for 'mujoco': give one of opensees ... `vibroscope recommend --code`
-        --to abaqus --system my.toml --K 9 --D 1 --steps 99 --out my.toml | --out my.toml: this command has the same file
+        --to abaqus --system my.toml --K 9 --D 1 --steps 99 --out my.toml | --out my.toml: this command has the
         NUMBERS --to calculix --status start | CalculiX cannot express status = 'start'
         NUMBERS --to ansys --located | Ansys Mechanical APDL cannot express status = 'located'
         NUMBERS --to opensees --integrator bathe | OpenSeesPy cannot express integrator = 'bathe'

@@ -95,7 +95,7 @@ def test_a_contact_is_fitted_with_a_penalty_solution_that_has_its_number():
         fit(WALL, 0.2, recorded(WALL), names=("K",), initial=START)
     with pytest.raises(ValueError, match="cannot fit D, which follows from the restitution: give D"):
         fit(WALL, 0.2, recorded(WALL), names=("D",), method=ExactPenalty(60, None, law="flores"), initial=START)
-    with pytest.raises(ValueError, match="cannot fit restitution beside K: .* has no restitution; fit D in place of"):
+    with pytest.raises(ValueError, match=r"cannot fit restitution beside K: .* has no restitution; fit D in place of"):
         fit(WALL, 0.2, recorded(WALL), names=("restitution", "K"), method=ExactPenalty(60, 0.2), initial=START)
 
 
