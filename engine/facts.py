@@ -18,7 +18,7 @@ from vibroscope.engine.wording import NOT_KNOWN, rounded_to
 # Symbols that are others where numbers have a dimension.
 _IN_UNITS = {"D": "2D", "eta": "f", "η": "f", "ξ₁": "x₁", "ξ₂": "x₂", "Δτ": "Δt"}
 _QUANTITIES = {"K": "contact_stiffness", "D": "contact_damping", "eta": "frequency", "η": "frequency"}
-_DIGITS = {"displacement": 3}  # with units: of a blur, which has two without them; of others four
+_SET = {*_QUANTITIES.values(), "time"}  # quantities of numbers that are set
 _STATEMENT = "statement"
 ALL_DIGITS = 12  # of a number that was given, and is repeated as it is
 
@@ -33,7 +33,8 @@ class Amount(NamedTuple):
     quantity : str
         Its name in :data:`.units.QUANTITIES`.
     digits : int
-        Significant digits; it is rounded to them before it is converted, so that both texts state one number.
+        Significant digits. A number that is set is rounded to them before it is converted, so that both texts state
+        one number; what is found is rounded where it is printed.
     bare : bool
         Whether its unit stands with a later number, as in "1.6 to 12.7 Hz".
     """
@@ -50,10 +51,10 @@ class Amount(NamedTuple):
         """The number in units, with its unit unless that follows."""
         if not math.isfinite(self.value):
             return NOT_KNOWN
-        value = rounded_to(self.value, self.digits)
+        value = rounded_to(self.value, self.digits) if self.quantity in _SET else self.value
         if self.quantity == "time":
             return time_text(units.physical("time", value))
-        text = units.text(self.quantity, value, _DIGITS.get(self.quantity, 4))
+        text = units.text(self.quantity, value, 4 if self.quantity in _SET else min(self.digits, 4))
         return text.partition(" ")[0] if self.bare else text
 
 
