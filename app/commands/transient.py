@@ -208,7 +208,7 @@ def _lines(
             "work of the load": energy.work,
             "dampers": energy.dampers,
             "contact": energy.contact + energy.impacts,
-            "left over": energy.residual,
+            "not balanced": energy.residual,
         }
         terms = (stated("{} {}", label, Amount(float(value.sum()), "energy")) for label, value in sums.items())
         yield Row("", stated("energy: {}", joined(", ", terms)))
