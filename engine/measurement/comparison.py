@@ -298,22 +298,17 @@ def compare_measured(
     """
     eta, measurement = check_eta(eta), measurement.of(system)
     reference = reference or Reference()
+    options = {"initial": initial, "cancelled": cancelled}
     if not system.excitation.repeats:
-        span = measurement.span
-        exact = free_motion(system, eta, reference, span, initial=initial, cancelled=cancelled)
-        newmark = free_motion(system, eta, penalty, span, initial=initial, cancelled=cancelled)
+        exact, newmark = (free_motion(system, eta, one, measurement.span, **options) for one in (reference, penalty))
         own = free_record(measurement, exact.response.eta)
     else:
         own = recurrence(measurement, eta)
-        exact = reference_cycle(system, eta, reference, initial=initial, cancelled=cancelled)
-        newmark = penalty_cycle(system, eta, penalty, periods=periods, initial=initial, cancelled=cancelled)
+        exact = reference_cycle(system, eta, reference, **options)
+        newmark = penalty_cycle(system, eta, penalty, periods, **options)
     solved, reading = _solved(measurement, exact), None
-    if (
-        solved.alignment is not None
-        and own.possible
-        and exact.cycle.slopes.any()
-        and not solved.alignment.is_within(own.noise)
-    ):
+    off = solved.alignment is not None and not solved.alignment.is_within(own.noise)
+    if off and own.possible and exact.cycle.slopes.any():
         reading = explaining_reading(exact.cycle, measurement, solved.alignment.rms, own.noise, cancelled)
     return MeasuredComparison(measurement, own, solved, _solved(measurement, newmark), reading)
 

@@ -25,7 +25,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from vibroscope.engine.arguments import require
+from vibroscope.engine.arguments import require, set_fields
 from vibroscope.engine.contact import ContactUnits
 from vibroscope.engine.drivers.alone import (
     BLOWN_UP,
@@ -88,8 +88,8 @@ class MoreauJean:
 
     def __post_init__(self):
         set_checked(self, has_step=True)
-        theta = require("theta", self.theta, *THETA_RANGE, "1/2 conserves energy in flight, 1 is Euler's")
-        object.__setattr__(self, "theta", theta)
+        why = "1/2 conserves energy in flight, 1 is Euler's"
+        set_fields(self, theta=require("theta", self.theta, *THETA_RANGE, why))
 
     @property
     def scheme(self) -> tuple[str, str]:

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from vibroscope.engine.arguments import require
+from vibroscope.engine.arguments import require, set_fields
 from vibroscope.engine.contact import effective_restitution
 from vibroscope.engine.divergence.encounters import delivered_restitution, mean_closing_speed, short_contacts
 from vibroscope.engine.divergence.error import Target
@@ -64,8 +64,7 @@ class Tolerances:
         if self.force is not None:
             advice = "give how far the peak force may be off, relative to it, or switch it off"
             checked["force"] = require("force_tolerance", self.force, *FORCE_RANGE, advice)
-        for name, value in checked.items():
-            object.__setattr__(self, name, value)
+        set_fields(self, **checked)
 
 
 class Contacts(NamedTuple):
