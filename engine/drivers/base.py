@@ -16,7 +16,7 @@ from vibroscope.engine.facts import Ending
 from vibroscope.engine.kernels.compile.packing import Layout
 from vibroscope.engine.kernels.compile.record import IMPACT_COLUMNS, Buffers, PackedBuffers, make_buffers
 from vibroscope.engine.kernels.parameters import Parameters
-from vibroscope.engine.kernels.status import CROSSED, FULL, PAUSED, STATUSES
+from vibroscope.engine.kernels.status import CROSSED, FULL, OK, PAUSED, STATUSES
 from vibroscope.engine.kernels.time_stepping.newmark import LIMIT
 from vibroscope.engine.result import Checkpoint, Cost, Impacts, Record, Status, Trajectory, check_cancelled
 from vibroscope.engine.wording import end_text
@@ -72,13 +72,13 @@ class Driver(ABC):
             upto = min(stop, self.periods + self.periods_per_call())
             self.prepare()
             begin = time.perf_counter()
-            status, again = self.integrate(upto, buffers)
+            code = self.integrate(upto, buffers)
             self.seconds += time.perf_counter() - begin
             self._collect(buffers.views)
-            if status is not Status.OK:
-                return status, self.explain(status)
-            if not again:
+            if code == OK:
                 self.periods = upto
+            elif code not in (FULL, PAUSED):
+                return STATUSES[code], self.explain(STATUSES[code])
         return Status.OK, ""
 
     def _collect(self, buffers: Buffers) -> None:
@@ -142,8 +142,8 @@ class Driver(ABC):
         """Call the loop up to the end of a period, or of a step; returns, maybe with more, the code of its end."""
 
     @abstractmethod
-    def integrate(self, stop: int, buffers: PackedBuffers) -> tuple[Status, bool]:
-        """Call the kernel up to the end of period ``stop``; the flag: it has to be called again."""
+    def integrate(self, stop: int, buffers: PackedBuffers) -> int:
+        """Call the kernel up to the end of period ``stop``; FULL and PAUSED: it has to be called again."""
 
     @abstractmethod
     def explain(self, status: Status) -> Ending:
@@ -215,15 +215,14 @@ class SteppingDriver(Driver):
     def start_state(self, start: Checkpoint) -> np.ndarray:
         """The packed state at τ = 0."""
 
-    def integrate(self, stop: int, buffers: PackedBuffers) -> tuple[Status, bool]:
+    def integrate(self, stop: int, buffers: PackedBuffers) -> int:
         code = self.call(stop * self.method.steps, buffers)
-        if code == CROSSED:
-            other = 1 - self._stop
-            self._state = self.turned(self._stops[other], self._now.step >= self._window[0])
-            self._see_from(other)
-            code = PAUSED
-        again = code in (FULL, PAUSED)
-        return Status.OK if again else STATUSES[code], again
+        if code != CROSSED:
+            return code
+        other = 1 - self._stop
+        self._state = self.turned(self._stops[other], self._now.step >= self._window[0])
+        self._see_from(other)
+        return PAUSED
 
     def checkpoint(self) -> Checkpoint:
         seen_from = (float(self._stop),) if len(self._stops) > 1 else ()

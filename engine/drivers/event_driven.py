@@ -39,7 +39,7 @@ from vibroscope.engine.kernels.event_driven.state import (
 from vibroscope.engine.kernels.event_driven.two_stops import write_start
 from vibroscope.engine.kernels.linear.tables import INTEGRAL
 from vibroscope.engine.kernels.parameters import Parameters, no_keys
-from vibroscope.engine.kernels.status import FULL, OK, PAUSED, STATUSES
+from vibroscope.engine.kernels.status import OK, PAUSED, UNRESOLVED
 from vibroscope.engine.load import Load
 from vibroscope.engine.methods import ExactPenalty, Reference
 from vibroscope.engine.model import System
@@ -202,17 +202,15 @@ class EventDriver(Driver):
         now = self._now
         return now.period if self.system.excitation.load is None else now.tau // (1e-3 * self.period)
 
-    def integrate(self, stop: int, buffers: PackedBuffers) -> tuple[Status, bool]:
+    def integrate(self, stop: int, buffers: PackedBuffers) -> int:
         code, events, evaluations = self.call(stop, buffers)
         self._events += events
         self._evaluations += evaluations
-        if code == PAUSED:
-            self._pauses = self._pauses + 1 if self._place == self._paused_in else 0
-            self._paused_in = self._place
-            if self._pauses > kernel.MOST_PAUSES:
-                return Status.UNRESOLVED, False
-        again = code in (FULL, PAUSED)
-        return Status.OK if again else STATUSES[code], again
+        if code != PAUSED:
+            return code
+        self._pauses = self._pauses + 1 if self._place == self._paused_in else 0
+        self._paused_in = self._place
+        return UNRESOLVED if self._pauses > kernel.MOST_PAUSES else PAUSED
 
     def explain(self, status: Status) -> Ending:
         period = int(self._now.period) + 1
