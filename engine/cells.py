@@ -21,6 +21,8 @@ from vibroscope.engine.model import System, check_eta
 from vibroscope.engine.result import STATUSES, Cancelled, Response, Status
 from vibroscope.engine.simulate import KEEP_LIMIT, PERIODS_LIMIT, STEPS_LIMIT, simulate
 
+FEW_CELLS = 8  # cells or chains for each thread: so few may take long, and threads take them one by one
+
 
 @dataclass(frozen=True)
 class Cells:
@@ -230,9 +232,6 @@ class CellResults:
     def ok(self) -> np.ndarray:
         """Whether each cell reached its end, (n,) of bool."""
         return self.status == STATUSES.index(Status.OK)
-
-
-FEW_CELLS = 8  # cells or chains for each thread: so few may take long, and threads take them one by one
 
 
 def run_cells(

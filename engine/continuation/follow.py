@@ -54,6 +54,10 @@ from vibroscope.engine.continuation.tracer import StepControl, Tracer
 from vibroscope.engine.drivers.orbit import event
 from vibroscope.engine.motions.poincare_map import SYMMETRY_BREAKING, size_of
 
+SERIES = 6
+MOST_SHORT = 200  # orbits, from where a new flight is long enough to be an orbit beyond rounding, back to its beginning
+OTHER_END = {STICKING_BEGINS: STICKING_ENDS, STICKING_ENDS: STICKING_BEGINS}  # of a jump: its kind as a point
+
 
 def share_on_chord(point: np.ndarray, here: np.ndarray, there: np.ndarray, aside: float) -> float | None:
     """The share of the way between two neighbours at which a point lies; None if it lies more than ``aside`` off."""
@@ -126,11 +130,6 @@ def difference_of_halves(point: CurvePoint) -> np.ndarray:
     """ξ₁ and g half a cycle later less those at τ = 0, (2,): an impact there leaves them as they are."""
     rows = point.evaluation.section[:, [0, 2]]
     return rows[len(rows) // 2] - rows[0]
-
-
-SERIES = 6
-MOST_SHORT = 200  # orbits, from where a new flight is long enough to be an orbit beyond rounding, back to its beginning
-OTHER_END = {STICKING_BEGINS: STICKING_ENDS, STICKING_ENDS: STICKING_BEGINS}  # of a jump: its kind as a point
 
 
 class BranchTracer(Tracer):

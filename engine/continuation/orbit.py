@@ -28,6 +28,14 @@ if TYPE_CHECKING:
 NAMES = {getattr(event, name.upper()): name for name in ("impact", "stick", "chatter", "release", "touch", "part")}
 NAMES |= {kind + event.SECOND: f"{name} at the second stop" for kind, name in NAMES.items()}
 KINDS = {name: kind for kind, name in NAMES.items()}
+LATER_SUM = "chatter summed later"  # no point of a branch: the orbit is the same
+STAYS_SHUT = "contact no longer opens"  # OPENS from the other side
+_MORE = {
+    (GRAZING, True): (event.IMPACT,),
+    (GRAZING, False): (event.TOUCH, event.PART),
+    (OPENS, True): (event.RELEASE, event.STICK),
+    (OPENS, False): (event.PART, event.TOUCH),
+}  # events at the zero of a minimum, of the reference and of the exact penalty
 
 
 @dataclass(frozen=True)
@@ -244,16 +252,6 @@ def _length(orbit: Orbit, first: int, last: int) -> float:
     """From one event to a later one, across the end of the cycle if that has the smaller number."""
     length = orbit.instants[last] - orbit.instants[first]
     return float(length if last > first else length + orbit.period)
-
-
-LATER_SUM = "chatter summed later"  # no point of a branch: the orbit is the same
-STAYS_SHUT = "contact no longer opens"  # OPENS from the other side
-_MORE = {
-    (GRAZING, True): (event.IMPACT,),
-    (GRAZING, False): (event.TOUCH, event.PART),
-    (OPENS, True): (event.RELEASE, event.STICK),
-    (OPENS, False): (event.PART, event.TOUCH),
-}  # events at the zero of a minimum, of the reference and of the exact penalty
 
 
 class Margin(NamedTuple):

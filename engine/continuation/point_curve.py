@@ -51,6 +51,10 @@ CUSP = "cusp"
 
 Key = tuple[str, bool]  # kind of the other bifurcation, and whether it is one of the orbit without the touch
 At = Callable[[float], Place | None]  # the place a distance ahead
+MOST_POINTS = 2000  # of a curve in each direction
+# Of the difference of halves: places with these, from which both numbers are extrapolated
+PARTS = (0.85, 0.7, 0.55, 0.4)
+CLOSES = "the curve closes in itself"
 
 
 class Meetings:
@@ -140,12 +144,6 @@ def _on_unit_circle(place: Place) -> bool:
     values = place.evaluation.multipliers
     on = values[np.abs(np.abs(values) - 1) < ON_CIRCLE]
     return len(on) > 1
-
-
-MOST_POINTS = 2000  # of a curve in each direction
-# Of the difference of halves: places with these, from which both numbers are extrapolated
-PARTS = (0.85, 0.7, 0.55, 0.4)
-CLOSES = "the curve closes in itself"
 
 
 @dataclass(frozen=True)

@@ -39,6 +39,14 @@ from vibroscope.engine.simulate import starting_checkpoint
 
 QUESTION = "question.json"
 ENGINE = Path(__file__).parents[1]
+SEEDS = 40  # values of the number at which motions are looked for
+STARTS_AT_EACH = 6  # at each, the first of them rest
+FINE_SEEDS = 500  # values at which they are looked for then, from one start
+MOST_IN_ALL = 100_000  # orbits on all branches together, after which the search ends: some minutes
+STOPPED = "stopped"  # the end of a branch that was being followed when the search was cancelled
+LONGEST_UNSTABLE = 8.0  # scaled length of the part of a branch, of more than one period, on which no motion is stable
+AWAY = 10.0 ** np.arange(-4, -1.0, 0.5)  # scaled first steps on a branch that begins at a point
+EVERY = 10  # orbits: how often a branch is compared with those found before
 
 
 class Journal:
@@ -111,16 +119,6 @@ def _read_point(kept: list, curve: Curve) -> CurvePoint:
     period, kinds, first, unknowns, tangent = kept
     orbit = Orbit(period, tuple(kinds), first, np.array(unknowns[:-1]))
     return CurvePoint(curve, orbit, unknowns[-1], np.array(tangent))
-
-
-SEEDS = 40  # values of the number at which motions are looked for
-STARTS_AT_EACH = 6  # at each, the first of them rest
-FINE_SEEDS = 500  # values at which they are looked for then, from one start
-MOST_IN_ALL = 100_000  # orbits on all branches together, after which the search ends: some minutes
-STOPPED = "stopped"  # the end of a branch that was being followed when the search was cancelled
-LONGEST_UNSTABLE = 8.0  # scaled length of the part of a branch, of more than one period, on which no motion is stable
-AWAY = 10.0 ** np.arange(-4, -1.0, 0.5)  # scaled first steps on a branch that begins at a point
-EVERY = 10  # orbits: how often a branch is compared with those found before
 
 
 class BranchSearch:

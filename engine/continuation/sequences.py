@@ -48,6 +48,7 @@ from vibroscope.engine.drivers.orbit import event
 
 JUMPS = 10.0 ** np.arange(-7, -3)  # of the range, to where runs show a sequence that follows
 SPLICED = 3  # events of a run, from the first that differs on, with which the last orbit may go on
+STEPS = 10.0 ** np.arange(-7, -2.5, 0.5)  # scaled, along the new curve: the first that shows which way it goes
 
 
 def after_jump(curve: Curve, last: CurvePoint, margin: Margin | None) -> tuple[CurvePoint | None, CurvePoint | None]:
@@ -217,9 +218,6 @@ def _leading_on(curve: Curve, start: CurvePoint, last: float, onwards: float) ->
     if found is None:
         found = first_ahead(curve, (start, start.turned()), lambda there: not low <= there <= high)
     return found
-
-
-STEPS = 10.0 ** np.arange(-7, -2.5, 0.5)  # scaled, along the new curve: the first that shows which way it goes
 
 
 def beyond(curve: Curve, last: CurvePoint) -> tuple[CurvePoint | None, Margin, CurvePoint | None, bool]:

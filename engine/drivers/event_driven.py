@@ -45,6 +45,10 @@ from vibroscope.engine.methods import ExactPenalty, Reference
 from vibroscope.engine.model import System
 from vibroscope.engine.result import Checkpoint, Cost, Record, Status
 
+PERIODS_PER_CALL = 2000
+NO_BUFFERS = make_buffers(0, np.zeros(1), 0, 0)
+COMPLETION = 1e-5  # the closed form of a chatter's end neglects the square of this
+
 
 def separating_circles(rows: np.ndarray) -> np.ndarray:
     """A circle between the slow and the fast eigenvalues of each penalty contact.
@@ -70,11 +74,6 @@ def separating_circles(rows: np.ndarray) -> np.ndarray:
     inner, outer = (np.take_along_axis(sizes, k[:, None], axis=1)[:, 0] for k in (last, last + 1))
     circles[stiff] = np.where(wide.any(axis=1)[:, None], np.column_stack([np.sqrt(inner * outer), inner]), 0.0)
     return circles
-
-
-PERIODS_PER_CALL = 2000
-NO_BUFFERS = make_buffers(0, np.zeros(1), 0, 0)
-COMPLETION = 1e-5  # the closed form of a chatter's end neglects the square of this
 
 
 def no_tables(layout: Layout, stops: int, more: int = 0) -> tuple[np.ndarray, np.ndarray]:

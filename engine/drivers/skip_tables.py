@@ -30,6 +30,10 @@ from vibroscope.engine.kernels.equations.motion import free_rate, pressed_rate
 from vibroscope.engine.kernels.parameters import Parameters
 from vibroscope.engine.kernels.time_stepping.linear_step import COLUMNS, GAP, RATE, STATE_ROWS, LinearScheme
 
+LONGEST = ENTRIES  # stride: every step is then one entry of each level away
+BLOCK = 16  # rows of a product: so small that BLAS does not wake other threads for it, which would take longer
+SAME_ROW = 1e-12  # rows that differ from a multiple of another by less, as a share of their size, are not watched
+
 
 class Mode(NamedTuple):
     """Steps that are alike."""
@@ -80,11 +84,6 @@ def _mode_of_piece(m: LinearScheme, piece: Piece | None, pulling: Piece | None) 
         return mode
     mean = sum(weight * force for weight, force in zip(m.weights, forces, strict=False))
     return mode._replace(force=piece, mean_force=mean)
-
-
-LONGEST = ENTRIES  # stride: every step is then one entry of each level away
-BLOCK = 16  # rows of a product: so small that BLAS does not wake other threads for it, which would take longer
-SAME_ROW = 1e-12  # rows that differ from a multiple of another by less, as a share of their size, are not watched
 
 
 def skip_tables(m: LinearScheme, p: Parameters) -> SkipTables:

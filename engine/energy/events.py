@@ -34,6 +34,10 @@ from vibroscope.engine.result import Response, check_cancelled
 _TERMS = 16  # of the series in A s with |A| s ≤ 1/4
 _STATE = np.eye(7)
 _X1, _V1, _GAP, _RATE, _COSINE, _SINE, _ONE = _STATE
+FLIGHT, CONTACT, CHATTER = range(3)  # phases, in the order of `EnergyForms.generators`
+QUARTERS = np.array([0.0, 0.25, 0.5, 0.75, 1.0])
+EPSILON = np.finfo(float).eps
+_SEGMENTS_AT_ONCE = 1024
 
 
 class EnergyForms(NamedTuple):
@@ -175,12 +179,6 @@ class EnergyBalance:
     def size(self) -> float:
         """Energy to compare a residual with: the largest stored one, plus the work or the losses of a period."""
         return float(self.stored + max(np.abs(self.work).max(initial=0.0), self.lost.max(initial=0.0)))
-
-
-FLIGHT, CONTACT, CHATTER = range(3)  # phases, in the order of `EnergyForms.generators`
-QUARTERS = np.array([0.0, 0.25, 0.5, 0.75, 1.0])
-EPSILON = np.finfo(float).eps
-_SEGMENTS_AT_ONCE = 1024
 
 
 def balance_between_events(

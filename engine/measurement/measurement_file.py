@@ -55,6 +55,8 @@ from vibroscope.engine.measurement.tolerances import COMMON, CONTACT_FORCE, FAR_
 from vibroscope.engine.system_file import read_file
 from vibroscope.engine.units import Units
 
+FEWEST_SAMPLES = 16
+
 
 def integrated(time: np.ndarray, acceleration: np.ndarray, eta: float) -> np.ndarray:
     """Displacements without their means, (k, n), from accelerations of fixed sensors, (k, n), in units of the model.
@@ -120,9 +122,6 @@ def _beyond_a_jump(values: np.ndarray, far: np.ndarray, excursion: np.ndarray) -
         sides = [pair for pair in ((start - 1, start), (end, end - 1)) if 0 <= pair[0] < len(values)]
         found[start:end] = any(abs(values[out] - values[into]) > JUMP * excursion[into] for out, into in sides)
     return found
-
-
-FEWEST_SAMPLES = 16
 
 
 def read_measurement(

@@ -53,6 +53,8 @@ from vibroscope.engine.result import Checkpoint, Record, Response, Status
 from vibroscope.engine.simulate import KEEP, LONG, simulate, starting_checkpoint
 
 MOST_NEWTON_STEPS = 30
+REST = None  # as a start: the static equilibrium of the system
+MAX_PERIOD_LIMIT = 64
 
 
 class FixedPoint(NamedTuple):
@@ -244,10 +246,6 @@ def norm_factor(contraction: np.ndarray) -> np.ndarray:
         if np.abs(power).max() < 1e-18:
             break
     return np.linalg.cholesky(total).T
-
-
-REST = None  # as a start: the static equilibrium of the system
-MAX_PERIOD_LIMIT = 64
 
 
 class Schedule(NamedTuple):

@@ -37,6 +37,15 @@ from vibroscope.engine.result import check_cancelled
 
 MODULUS_RANGE = (0.0, 1e15)
 POISSON_RANGE = (-1.0, 0.5)
+STEPS_RANGE = (0.25, 500.0)  # steps per contact among which the fewest are sought
+PER_DECADE = 16  # tried before halving, of these and of K and D
+LOOK_ABOVE, PER_STEP = 1.5, 10  # from what is found so far to so many times that, so many are tried for each step more
+LOOK = 1e3  # times a value, and that part of it, within which its bounds are sought
+SEEK = 10.0  # times K, from one bracket of a permitted penetration or force to the next
+CLOSE_TO_ASKED = 0.05  # of the restitution
+HALVED_TO = 1e-4  # relative, of what is found by halving, and how close to a change of contacts steps are tried
+JUST_BELOW = 1.0 - 0.25 * HALVED_TO
+SURE = 2e-3  # of the restitution: closer to a bound than this, a rough look over the instants does not decide
 
 
 class Material(NamedTuple):
@@ -82,17 +91,6 @@ def hertz_stiffness(first: Material, second: Material, radius1: float, radius2: 
     if curvature == 0.0:
         raise ValueError("two planes touch in no point: give a radius of at least one of them")
     return 4.0 / (3.0 * compliance * math.sqrt(curvature))
-
-
-STEPS_RANGE = (0.25, 500.0)  # steps per contact among which the fewest are sought
-PER_DECADE = 16  # tried before halving, of these and of K and D
-LOOK_ABOVE, PER_STEP = 1.5, 10  # from what is found so far to so many times that, so many are tried for each step more
-LOOK = 1e3  # times a value, and that part of it, within which its bounds are sought
-SEEK = 10.0  # times K, from one bracket of a permitted penetration or force to the next
-CLOSE_TO_ASKED = 0.05  # of the restitution
-HALVED_TO = 1e-4  # relative, of what is found by halving, and how close to a change of contacts steps are tried
-JUST_BELOW = 1.0 - 0.25 * HALVED_TO
-SURE = 2e-3  # of the restitution: closer to a bound than this, a rough look over the instants does not decide
 
 
 def over_steps(question: Impact, steps: Sequence[float] | np.ndarray) -> Iterator[tuple[float, WithStep]]:

@@ -47,6 +47,9 @@ from vibroscope.engine.one_impact.question import Impact, set_checked
 THETA_RANGE = (0.5, 1.0)
 MOST_STEPS = 10_000  # of a contact with a force, after which it stays
 PREDICTED = 0.5  # of a step, at which the gap decides whether there is contact
+GAINED = 1e-9  # restitution beyond one that is not rounding
+CONTACT_TIMES = 2.0  # after so many a contact that has not ended is not followed further
+MOST_GIVEN = 1000  # steps that are given; of more, each second, third, …
 
 
 @dataclass(frozen=True)
@@ -137,9 +140,6 @@ class NonsmoothTouches:
             if not going.any():
                 break
         return found
-
-
-GAINED = 1e-9  # restitution beyond one that is not rounding
 
 
 class Span(NamedTuple):
@@ -248,10 +248,6 @@ def instants_of(question: Impact | MoreauJean, fineness: Fineness = FULL) -> Ins
     known = np.isfinite(found.restitution)
     depth, force, steps = (np.where(known, each, np.nan) for each in (found.depth, found.force, found.steps))
     return found._replace(depth=depth * u.length, force=force * u.force, steps=steps)
-
-
-CONTACT_TIMES = 2.0  # after so many a contact that has not ended is not followed further
-MOST_GIVEN = 1000  # steps that are given; of more, each second, third, …
 
 
 class ForceCourse(NamedTuple):

@@ -16,6 +16,9 @@ from vibroscope.engine.wording import html_table, rounded_to, rounded_up
 STIFFNESS_MAX_RANGE = (1.0, 1e11)
 STEPS_MAX_RANGE = (4, 1_000_000)
 STIFFEST = 1e6  # times the stiffer spring: the largest K that is tried unless another is given
+MOST_ETAS = 50
+DIGITS = 10  # of a question: what depends on further ones is rounding, and a search must not answer it differently
+_UNSET = NewmarkSetting(1.0, 0.0, 1000)  # what a search does not read
 
 
 def largest_stiffness(system: System) -> float:
@@ -62,11 +65,6 @@ class Limits:
     def of(self, system: System) -> "Limits":
         """The limits for a system, all of them numbers."""
         return self if self.stiffness_max is not None else replace(self, stiffness_max=largest_stiffness(system))
-
-
-MOST_ETAS = 50
-DIGITS = 10  # of a question: what depends on further ones is rounding, and a search must not answer it differently
-_UNSET = NewmarkSetting(1.0, 0.0, 1000)  # what a search does not read
 
 
 @dataclass(frozen=True)
