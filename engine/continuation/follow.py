@@ -2,9 +2,7 @@
 
 Steps grow where the curve is straight. Where an indicator changes its sign between two orbits, or a margin falls below
 zero, the zero is located along the curve. At the zero of a margin the curve goes on as another sequence of events
-(:mod:`.sequences`).
-
-Where a branch is back at its first orbit, or ends in a branch of half its period.
+(:mod:`.sequences`). It ends where the branch is back at its first orbit, or in a branch of half its period.
 """
 
 from collections.abc import Callable

@@ -1,9 +1,8 @@
 """A periodic orbit as the sequence of its events, and how it is read off a run.
 
-What keeps a solution of the equations an orbit with its sequence of events: margins.
-
-Each is smooth along a curve of orbits with one sequence of events, and positive as long as the solution is an orbit
-with this sequence. At its zero the sequence changes.
+Margins keep a solution of the equations an orbit with its sequence of events. Each is smooth along a curve of orbits
+with one sequence of events, and positive as long as the solution is an orbit with this sequence. At its zero the
+sequence changes.
 """
 
 from collections.abc import Callable, Iterator

@@ -1,13 +1,9 @@
 """Curves of points in two parameters: where a fold, a doubling or a grazing lies as another one varies.
 
-A curve is followed by pseudo-arclength in all unknowns (:mod:`.points`), so that its turning points and its
-cusps are nothing special. Where another bifurcation lies on it, or where the sequence of events ceases to hold, both
-conditions are solved together: a point of codimension two, the same from either curve.
-
-Points of codimension two: where another bifurcation, or a change of the sequence of events, lies on a curve.
-
-Both conditions are solved together, so that such a point is the same from either curve. That of a point that grazes,
-too, is solved on the curve of grazings, whose touch is an event.
+A curve is followed by pseudo-arclength in all unknowns (:mod:`.points`), so that its turning points and its cusps are
+nothing special. Where another bifurcation lies on it, or where the sequence of events ceases to hold, both conditions
+are solved together: a point of codimension two, the same from either curve. That of a point that grazes, too, is solved
+on the curve of grazings, whose touch is an event.
 """
 
 from collections import deque

@@ -4,11 +4,10 @@ At some values of the number runs from several starts show the motions that attr
 yet is followed both ways through the range. Branches of twice the period begin at period doublings, and others at
 branch points; they are followed, too, up to the longest cycle that is asked for.
 
-What a search for branches has finished, in a folder: the same search takes it up where it was stopped or killed.
-
-A search makes the same traces in the same order each time. So trace k is read instead of followed if it begins at the
-same orbit. A trace is a file that is written whole or not at all; its numbers are written so that they are read to the
-last bit, and what follows from them is computed again.
+What a search has finished stands in a folder, so that the same search takes it up where it was stopped or killed. It
+makes the same traces in the same order each time. So trace k is read instead of followed if it begins at the same
+orbit. A trace is a file that is written whole or not at all; its numbers are written so that they are read to the last
+bit, and what follows from them is computed again.
 """
 
 import json

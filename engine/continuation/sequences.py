@@ -6,13 +6,12 @@
 - *Sticking*: with the threshold ε an impact that leaves a parting speed of ε takes the whole relative velocity instead,
   so that the motion jumps by as much.
 
-Its own margins say which way the new curve goes.
+Which way the new curve goes is said by its own margins.
 
-Where an impact begins or ceases to stick the motion jumps by about ε: the first orbit behind the jump.
-
-What is zero where a sequence ends, the parting speed less ε or the force that presses the bodies together, is so at an
-orbit of the sequence beyond the jump, too, at another α₁. There its curve begins, and leads to where that grows. So a
-branch has the same orbits and points whichever way it is followed: a jump has two ends, and both are points.
+Where an impact begins or ceases to stick the motion jumps by about ε, and the first orbit is that behind the jump. What
+is zero where a sequence ends, the parting speed less ε or the force that presses the bodies together, is so at an orbit
+of the sequence beyond the jump, too, at another α₁. There its curve begins, and leads to where that grows. So a branch
+has the same orbits and points whichever way it is followed: a jump has two ends, and both are points.
 """
 
 from collections.abc import Iterator, Sequence

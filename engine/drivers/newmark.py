@@ -1,9 +1,7 @@
 """Driver of Newmark's method with a constant step: its own loop of few operations, and skipping.
 
-Samples of many short runs of Newmark's method, one after the other in the same arrays: for searches.
-
-A search makes thousands of runs that take less time than Python needs to set up a driver. So what does not change from
-run to run is made once, and nothing is collected but samples.
+A search makes thousands of runs that take less time than Python needs to set up a driver. For it
+:class:`SkippedSamples` makes once what does not change from run to run, and collects nothing but samples.
 
 Plain twin: :func:`engine.simulate` (tests/engine/test_trials.py).
 """

@@ -1,8 +1,7 @@
 """Tables by which one-step methods skip steps (:mod:`..kernels.accelerated.matrix_skip`), made of their step maps.
 
-The modes of a one-step method (:mod:`..kernels.accelerated.matrix_skip`): its steps while nothing changes.
-
-All quantities are rows of factors of u before the step (:mod:`.step_maps`).
+A mode (:class:`Mode`) is what a step is while nothing changes. All quantities are rows of factors of u before the step
+(:mod:`.step_maps`).
 """
 
 import math

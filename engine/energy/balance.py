@@ -26,9 +26,8 @@ those of the solution itself, piece by piece (:mod:`..kernels.event_driven.law_e
 anew at each row of the section, so that errors do not add up; a contact that is open there does not show the closing
 speed that a formula's damper needs.
 
-Energy balance of a discrete solution with a constant step, summed step by step.
-
-In a step each force does the mean of its values at both ends times the change of its displacement,
+A discrete solution with a constant step is summed step by step (:func:`balance_of_steps`). In a step each force does
+the mean of its values at both ends times the change of its displacement,
 
     work = ½(l₀ + l₁) Δξ,    dampers = ½(c₀ + c₁) Δξ,    contact = −½(λ₀ + λ₁) Δg less what its spring stores,
 

@@ -4,8 +4,6 @@ The way from one row of the section to the next is cut into segments of a single
 quarters of the period, where the stored energy is evaluated as well. On each segment the powers are integrated exactly.
 The state starts anew from each row of the section, so that errors do not add up.
 
-Powers as quadratic forms of the state, and their integrals over a phase.
-
 Between two events the state z = (ξ₁ − ξ₁*, ξ₁′, g − g*, g′, cos ητ, sin ητ, 1) relative to the equilibrium of the phase
 obeys z′ = A z (:mod:`..kernels.linear.tables`); the column of the 1 is the constant force on a body without a spring.
 The powers depend on velocities and excitation alone, so that the equilibrium does not matter to them. Every power is a
@@ -13,10 +11,8 @@ quadratic form zᵀVz, with the integral over a duration s
 
     ∫₀ˢ zᵀVz dτ = z(0)ᵀ G(s) z(0),    G(s) = ∫₀ˢ E(τ)ᵀ V E(τ) dτ,    G(2s) = G(s) + E(s)ᵀ G(s) E(s)     (50)
 
-with E(τ) = exp(Aτ). G and E follow for short durations from their Taylor series, and for longer ones by doubling,
-where E(2s) = E(s)².
-
-The terms of an energy balance: where the energy of each period comes from, and where it goes.
+with E(τ) = exp(Aτ). G and E follow for short durations from their Taylor series, and for longer ones by doubling, where
+E(2s) = E(s)².
 """
 
 from collections.abc import Callable, Sequence

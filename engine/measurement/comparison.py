@@ -1,13 +1,10 @@
-"""Comparison of a measurement with the reference and a penalty solution.
+"""Comparison of a measurement with the reference and a penalty solution, and a few sentences made from its numbers.
 
-Another reading of the columns that explains a difference: other zeros, units, signs, order, or frame.
-
-A difference from the reference may lie in the file alone. So the columns are aligned with the reference again: in
-either frame, with the bodies exchanged, with either sign, in the unit in which they are about as large as the
-reference, with and without zeros of the sensors. Among the readings that leave hardly more than the best one, that with
-the fewest changes is proposed, if it leaves so little that it explains the difference.
-
-The comparison with a measurement in a few sentences, made from its numbers.
+A difference from the reference may lie in the file alone: in its zeros, units, signs, order, or frame. So the columns
+are aligned with the reference again: in either frame, with the bodies exchanged, with either sign, in the unit in which
+they are about as large as the reference, with and without zeros of the sensors. Among the readings that leave hardly
+more than the best one, that with the fewest changes is proposed, if it leaves so little that it explains the
+difference.
 """
 
 import itertools

@@ -6,9 +6,8 @@ knots an instant apart, with the velocities before and after it.
 
 (NumPy has no Hermite interpolation, and SciPy, which has, is required only where constants are fitted.)
 
-Alignment of a solution with a measurement: the phase at which the measurement began, and what remains then.
-
-A measurement begins at an unknown phase τ₀ of the excitation. It is estimated as the one with the least sum of squares
+A measurement begins at an unknown phase τ₀ of the excitation. To align a solution with it, τ₀ is estimated as the one
+with the least sum of squares
 
     min over 0 ≤ τ₀ < pT of  Σ |x(tᵢ) − ξ(tᵢ + τ₀) [− cos η(tᵢ + τ₀)]|²,                          (58)
 

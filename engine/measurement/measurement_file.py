@@ -16,14 +16,13 @@ file of the page, of several curves with the time in excitation periods, the mea
 A file is either read completely or refused with an error that names line and column, since a measurement that is
 misread silently looks like a discovery. Words before and after the table are left out, which is said.
 
-Displacements from accelerations: integrated twice, without the drift that integration adds.
+Accelerations are integrated twice to displacements, without the drift that integration adds. The integral x̃ of an
+acceleration differs from the displacement by what the velocity and the displacement at the start and a bias of the
+sensor add, a polynomial c₀ + c₁t + c₂t². A motion in step with the excitation has no part that grows, so that the
+polynomial is found by a least-squares fit to x̃ together with harmonics of η/p. It takes the mean of the displacement
+with it, which an accelerometer does not show.
 
-The integral x̃ of an acceleration differs from the displacement by what the velocity and the displacement at the start
-and a bias of the sensor add, a polynomial c₀ + c₁t + c₂t². A motion in step with the excitation has no part that grows,
-so that the polynomial is found by a least-squares fit to x̃ together with harmonics of η/p. It takes the mean of the
-displacement with it, which an accelerometer does not show.
-
-Outliers of a record: samples that no body can have been at, such as a sensor's dropout or an overflow.
+Outliers are samples that no body can have been at, such as a sensor's dropout or an overflow.
 """
 
 import math

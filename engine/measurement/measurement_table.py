@@ -1,12 +1,12 @@
 """The table in the lines of a measurement file: its header, its rows, and what stands before and after them.
 
+A file may be packed by gzip, and is text in any of the usual encodings.
+
 Programs write titles above the header, units below it and words below the data. The first row of numbers shows what
 separates the columns. The header is the last row of words above it that names the time, or else the last one. Titles
 above the header are left out, and so are words below the data. LabVIEW names the time X_Value, and leaves its column
 empty where the instants follow from the first one and their interval. A CalculiX file has a small table for each
 instant, which becomes a row with a column for each component and node.
-
-The lines of text in a measurement file, which may be packed by gzip and in any of the usual encodings.
 """
 
 import codecs

@@ -1,8 +1,7 @@
 """Backwards: from what a contact is to give to the step, K and D, each verified by solving the contact with it.
 
-Hertz' contact of two elastic bodies with round surfaces: its K from materials and radii.
-
-The force is Kδ^1.5 with
+K may also follow from materials and radii, by Hertz' contact of two elastic bodies with round surfaces. The force is
+Kδ^1.5 with
 
     K = 4/3 E* √R,    1/E* = (1 − ν₁²)/E₁ + (1 − ν₂²)/E₂,    1/R = 1/R₁ + 1/R₂
 

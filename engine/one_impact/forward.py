@@ -1,6 +1,9 @@
 """The answer: what a contact gives, without a step and with it.
 
-A nonsmooth step, for codes without a contact spring: Newton's impact law at the velocities of each step.
+It is a span of restitutions over the instant of touch (:class:`Span`), and the contact force over time
+(:func:`force_courses`): of the touch closest to what was asked, of the farthest, and without a step.
+
+Codes without a contact spring apply Newton's impact law at the velocities of each step, a nonsmooth step.
 
 The θ-method of Moreau and Jean, with the velocity v and the gap g of a reduced mass, a constant force F that closes the
 gap, and the impulse P of the contact over a step,
@@ -16,8 +19,6 @@ for ½ ≤ θ ≤ 1/(1 + e).
 Jean, Comput. Methods Appl. Mech. Eng. 177 (1999) 235–257; Acary & Brogliato, Numerical Methods for Nonsmooth Dynamical
 Systems (2008); energy: Acary, ZAMM 96 (2016) 585–603. The MoreauJeanOSI of Siconos predicts the gap so, by its γ = ½
 (user's guide: Event-Capturing schemes).
-
-The contact force over time: of the touch closest to what was asked, of the farthest, and without a step.
 """
 
 import math

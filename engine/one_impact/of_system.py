@@ -1,8 +1,7 @@
 """The contact of a system's bodies alone with the step of a run, as verdicts, recommendations and rules speak of it.
 
-The closing speeds of a motion, and what a contact gives at all of them.
-
-What a contact gives with its step in words: the restitution over the instant of touch, and what goes wrong.
+A contact is solved at the closing speeds of a motion, and what it gives with its step is said in words: the restitution
+over the instant of touch, and what goes wrong.
 """
 
 import math

@@ -1,8 +1,7 @@
 """A run from rest under a load that is no harmonic, and what is left of it after the load.
 
-Largest values between samples, from the cubic that has the values and the slopes of both ends of an interval.
-
-The instants at which a run under a load is sampled, so that its peaks are known.
+The instants at which it is sampled are such that its peaks are known: the largest values between samples are those of
+the cubic that has the values and the slopes of both ends of an interval.
 """
 
 import math
