@@ -1,7 +1,8 @@
 """Vibroscope's engine: solves one vibro-impact problem with an impact law and with penalty contact, and compares.
 
 What one run needs is imported with the package; everything else when its name is first asked for, since a command that
-solves one problem would otherwise spend a third of its time with importing studies, searches and measurements.
+solves one problem would otherwise spend a third of its time with importing studies, searches and measurements. The
+names of the package are those of the classes and constants that are imported here, and those of `_LATER`.
 
 What is wrong with an argument is a ValueError in one line, its kind included (:mod:`.arguments`).
 """
@@ -121,45 +122,7 @@ _LATER = {
 }
 _HOME = {name: module for module, names in _LATER.items() for name in names.split()}
 
-__all__ = [
-    "CONTACT_LAWS",
-    "CONTACT_STATUSES",
-    "HHT",
-    "INITIAL_ACCELERATIONS",
-    "INTEGRATORS",
-    "LAWS_BY_RESTITUTION",
-    "METHOD_NUMBERS",
-    "NEWMARK_LAWS",
-    "STATUSES",
-    "TRBDF2",
-    "WITHOUT_SOLUTION",
-    "BackwardEuler",
-    "Bathe",
-    "Cancelled",
-    "CentralDifference",
-    "Checkpoint",
-    "Cost",
-    "EulerImplicitDamper",
-    "ExactPenalty",
-    "Excitation",
-    "GeneralisedAlpha",
-    "HHTInterpolated",
-    "Impacts",
-    "Integrator",
-    "Load",
-    "Method",
-    "NewmarkBeta",
-    "Record",
-    "Reference",
-    "Response",
-    "SemiImplicitEuler",
-    "Status",
-    "System",
-    "TimeStepping",
-    "Trajectory",
-    "simulate",
-]
-__all__ += sorted(_HOME)
+__all__ = sorted([name for name in globals() if name[0].isupper()] + ["simulate", *_HOME])
 
 
 def __getattr__(name: str):
@@ -171,4 +134,4 @@ def __getattr__(name: str):
 
 
 def __dir__() -> list[str]:
-    return sorted(__all__)
+    return __all__
