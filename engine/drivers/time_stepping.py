@@ -95,9 +95,7 @@ class TimeSteppingDriver(SteppingDriver):
         if self.method.initial_acceleration == "zero":
             a1 = a2 = 0.0
         u = np.array([x1, gap, v1, rate, a1, a2 - a1, push])
-        contact = uncompiled(no_contact)()._replace(
-            speed1=m.sign * closing
-        )  # of which only the difference of speeds is used
+        contact = uncompiled(no_contact)()._replace(speed1=m.sign * closing)  # only the difference of speeds is used
         progress = kernel.StepProgress(int(pressed), pressed, 0, 0, 0, contact)
         return kernel.STATE.pack(kernel.LinearState(u, progress))
 

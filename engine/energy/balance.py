@@ -168,8 +168,8 @@ def _balance_of_law(response: Response, rows: np.ndarray) -> EnergyBalance:
     else:
         each = (law_powers(system, response.eta, method.limit, row, range(1)) for row in rows[:-1])
         powers = np.concatenate(list(each))
-    forms, y = energy_forms(response), contact_state(system, rows)
-    z = y - np.array([forms.free_position, 0.0, forms.free_gap, 0.0])
+    forms, y = energy_forms(system, response.eta, method), contact_state(system, rows)
+    z = y - np.array([forms.parameters.free_position, 0.0, forms.parameters.free_gap, 0.0])
     spring = spring_energy(method, y[:, 2])
     z = np.hstack([z, np.zeros((len(z), 2)), np.ones((len(z), 1))])
     stored = np.einsum("ki,ij,kj->k", z, forms.stored, z) + spring

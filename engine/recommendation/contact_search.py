@@ -168,22 +168,18 @@ class MiddleSearch:
     def _range(self, setting: NewmarkSetting, name: str) -> tuple[float, float]:
         """Return how far one number goes down and up; its own value where it does not."""
         own, (least, most) = getattr(setting, name), self._bounds(name)
-        before = (
-            math.ceil(math.log(own, RANGE_STRIDE)) - 1
-        )  # the points are powers, so that they are the same from any start
-        down = [RANGE_STRIDE**i for i in range(before, before - POINTS_EACH_SIDE, -1)]
-        after = math.floor(math.log(own, RANGE_STRIDE)) + 1
-        up = [RANGE_STRIDE**i for i in range(after, after + POINTS_EACH_SIDE)]
-        allowed = ([point for point in points if least <= point <= most] for points in (down, up))
+        here = math.log(own, RANGE_STRIDE)  # the points are powers, so that they are the same from any start
+        before, after = math.ceil(here) - 1, math.floor(here) + 1
+        powers = range(before, before - POINTS_EACH_SIDE, -1), range(after, after + POINTS_EACH_SIDE)
+        allowed = ([RANGE_STRIDE**i for i in side if least <= RANGE_STRIDE**i <= most] for side in powers)
         return tuple(self._last_that_meets(setting, name, points) for points in allowed)
 
     def _last_that_meets(self, setting: NewmarkSetting, name: str, points: list[float]) -> float:
         last = getattr(setting, name)
         for begin in range(0, len(points), POINTS_AT_ONCE):
             some = points[begin : begin + POINTS_AT_ONCE]
-            for point, meets in zip(
-                some, self._all_meet([setting._replace(**{name: one}) for one in some]), strict=True
-            ):
+            tried = self._all_meet([setting._replace(**{name: point}) for point in some])
+            for point, meets in zip(some, tried, strict=True):
                 if not meets:
                     return last
                 last = point

@@ -24,10 +24,8 @@ from vibroscope.engine.result import Record, Response
 DISPLACEMENT_RANGE = (1e-6, 1.0)
 RESTITUTION_RANGE, FORCE_RANGE = (1e-3, 1.0), (1e-3, 10.0)
 TRIAL_SAMPLES_IN_CONTACT = 30  # samples in the shortest contact of a run that has no steps of its own
-PEAK_SAMPLES, MORE_PEAK_SAMPLES = (
-    4_000,
-    40_000,
-)  # of a run, to choose by and to verify: at most, but for those of one cycle
+# Samples of a run, to choose by and to verify: at most, but for those of one cycle.
+PEAK_SAMPLES, MORE_PEAK_SAMPLES = 4_000, 40_000
 FEWEST_PEAK_SAMPLES = 200  # samples in a period
 
 
