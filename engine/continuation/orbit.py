@@ -286,8 +286,9 @@ def margins(orbit: Orbit, evaluation: Evaluation, method: Reference | ExactPenal
 
 
 def least_margin(orbit: Orbit, evaluation: Evaluation, method: Reference | ExactPenalty) -> float:
-    """The smallest margin of an orbit."""
-    return steps.least_of_margins(*_of_values(_conditions_of(orbit, method)[1], orbit, evaluation, method))
+    """The smallest margin of an orbit; nan if one of them is."""
+    values = steps.margin_values(*_of_values(_conditions_of(orbit, method)[1], orbit, evaluation, method))
+    return float(values.min())
 
 
 def parts_more_than_pressed(k: int, point: "CurvePoint") -> float:
