@@ -330,11 +330,15 @@ def _last_that_holds(holds: Callable[[float], bool], tried: Iterable[float]) -> 
         good = value
     else:
         return good
-    if good is None:
-        return None
-    bad = value
-    while abs(bad / good - 1.0) > HALVED_TO:
+    return None if good is None else _halved(holds, good, value, HALVED_TO)
+
+
+def _halved(holds: Callable[[float], bool], good: float, bad: float, to: float) -> float:
+    """The value closest to a bad one for which something still holds, up to a relative difference."""
+    while abs(bad / good - 1.0) > to:
         middle = math.sqrt(good * bad)
+        if middle in (good, bad):
+            break
         good, bad = (middle, bad) if holds(middle) else (good, middle)
     return good
 
@@ -386,10 +390,6 @@ def stiffness_for(question: Impact, *, penetration: float | None = None, force: 
             high *= SEEK
     except ValueError:  # K or D beyond what a method takes
         raise ValueError(f"{name} = {wanted:g}: no K within the range gives it: take another speed or mass") from None
-    while high / low - 1.0 > 1e-12:
-        middle = math.sqrt(low * high)
-        if not low < middle < high:
-            break
-        low, high = (low, middle) if beyond(middle) else (middle, high)
-    found = at(high if force is None else low).method
+    ends = (beyond, high, low) if force is None else (lambda stiffness: not beyond(stiffness), low, high)
+    found = at(_halved(*ends, 1e-12)).method
     return question.with_contact(found.stiffness, found.damping)
